@@ -1,0 +1,40 @@
+"""Which row of a vector over all degrees of freedom belongs to which node and direction, and which rows are free."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+BoolArray = NDArray[np.bool_]
+IntArray = NDArray[np.int64]
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class DofMap:
+    """``node`` (dof,) 1-based, ``direction`` (dof,) of "x", "y", "rz", ``free`` (dof,): False where a support holds it."""
+
+    node: IntArray
+    direction: NDArray[np.str_]
+    free: BoolArray
+
+    def __len__(self) -> int:
+        return len(self.node)
+
+    @property
+    def free_rows(self) -> IntArray:
+        """Rows of the free degrees of freedom, in order; shape (free,)."""
+        return np.flatnonzero(self.free)
+
+    def row(self, node: int, direction: str) -> int:
+        """Return the row of one degree of freedom; `KeyError` where the model has none there."""
+        hits = np.flatnonzero((self.node == node) & (self.direction == direction))
+        if len(hits) != 1:
+            raise KeyError(f"node {node} has no degree of freedom {direction!r}")
+        return int(hits[0])
+
+    def expand(self, free_values: FloatArray) -> FloatArray:
+        """Return values (free, ...) as (dof, ...) with zeros at the supports."""
+        full = np.zeros((len(self), *free_values.shape[1:]))
+        full[self.free] = free_values
+        return full

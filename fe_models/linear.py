@@ -1,0 +1,41 @@
+"""The linear model M u'' + C u' + K u = f over the free degrees of freedom, from Exudyn or from the user's own files."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from fe_models.dofs import DofMap, FloatArray
+
+
+@dataclass(frozen=True)
+class LinearModel:
+    """Sparse matrices over the free degrees of freedom, and where these sit.
+
+    ``mass`` (kg), ``damping`` (N s/m), ``stiffness`` (N/m): (free, free). ``coordinates``: (node, 2) in m of all nodes,
+    those of the structure first, then those that refinement added.
+    """
+
+    mass: csr_array
+    damping: csr_array
+    stiffness: csr_array
+    dofs: DofMap
+    coordinates: FloatArray
+
+
+@dataclass(frozen=True)
+class ModalModel:
+    """Natural modes: ``omega`` (mode,) rad/s, ``damping_ratio`` (mode,), ``shapes`` (dof, mode) over all degrees of freedom.
+
+    The shapes are mass-normalised, Phi^T M Phi = I, with zeros at the supports.
+    """
+
+    omega: FloatArray
+    damping_ratio: FloatArray
+    shapes: FloatArray
+    dofs: DofMap
+
+    @property
+    def frequencies(self) -> FloatArray:
+        """Natural frequencies (Hz), shape (mode,)."""
+        return self.omega / (2 * np.pi)

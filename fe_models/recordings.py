@@ -1,0 +1,81 @@
+"""Sensors, recordings and datasets as plain data (their file format is in `dataset_file`)."""
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+from fe_models.dofs import FloatArray
+from fe_models.linear import LinearModel, ModalModel
+from fe_models.structure import Direction, Structure
+
+Quantity = Literal["displacement", "velocity", "acceleration"]
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """One channel: where, in which direction and what it senses; ``unit`` "1" marks a normalised channel.
+
+    ``role``: "measured" channels are fitted, "held_out" ones only scored.
+    """
+
+    name: str
+    node: int
+    direction: Direction
+    quantity: Quantity
+    unit: str
+    role: Literal["measured", "held_out"] = "measured"
+
+
+@dataclass(frozen=True)
+class Load:
+    """A known force (N, or N m for "rz") at a node; ``values`` (time,), one a sample."""
+
+    node: int
+    direction: Direction
+    values: FloatArray
+
+
+@dataclass(frozen=True)
+class Recording:
+    """``data`` (realisation, time, sensor): one recording, or many alike in one file."""
+
+    name: str
+    data: FloatArray
+    role: Literal["train", "test"] = "train"
+    loads: tuple[Load, ...] = ()
+
+
+@dataclass(frozen=True)
+class Uncertainty:
+    """Relative standard deviations that the user considers normal."""
+
+    stiffness: float = 0.01
+    mass: float = 0.01
+    damping: float = 0.1
+
+
+@dataclass(frozen=True)
+class Assumptions:
+    """What the user's own simulation assumes; None leaves the choice to the model or the program."""
+
+    damping_ratio: float | tuple[float, ...] | None = None
+    modes: int | None = None
+    modal_model: ModalModel | None = None
+    integrator: Literal["exact", "newmark"] = "exact"
+    step: float | None = None
+    uncertainty: Uncertainty = field(default_factory=Uncertainty)
+
+
+@dataclass(frozen=True)
+class Dataset:
+    """Recordings of one structure and the model they are compared with; ``sampling_rate`` and ``lowpass`` in Hz."""
+
+    model: Structure | LinearModel
+    sampling_rate: float
+    sensors: tuple[Sensor, ...]
+    recordings: tuple[Recording, ...]
+    lowpass: float | None = None
+    assumptions: Assumptions = field(default_factory=Assumptions)
+
+    def select(self, role: Literal["train", "test"]) -> tuple[Recording, ...]:
+        """Return the recordings of one role, in order."""
+        return tuple(recording for recording in self.recordings if recording.role == role)

@@ -1,0 +1,121 @@
+"""A plane structure as plain, frozen data: nodes, elements, masses, dashpots, supports and the effects placed on it.
+
+Nodes and elements are numbered from 1 in the order given. A variant is made by `dataclasses.replace`.
+"""
+
+from dataclasses import dataclass, field, replace
+from math import hypot
+from typing import Literal
+
+from fe_models.effects import Effect
+from fe_models.sections import Section
+
+Direction = Literal["x", "y", "rz"]
+PLANE_FRAME: tuple[Direction, ...] = ("x", "y", "rz")
+
+
+@dataclass(frozen=True)
+class Beam:
+    """An Euler-Bernoulli beam between two nodes, rigidly joined at both; consistent mass."""
+
+    nodes: tuple[int, int]
+    section: Section
+    group: str = "beam"
+
+
+@dataclass(frozen=True)
+class Cable:
+    """A straight cable or bar: axial stiffness E A / L, consistent mass of a bar, no bending stiffness.
+
+    ``prestress`` is its tension (N) in the drawn geometry; ``tension_only`` lets it go slack in nonlinear simulations.
+    """
+
+    nodes: tuple[int, int]
+    section: Section
+    prestress: float = 0.0
+    tension_only: bool = True
+    group: str = "cable"
+
+
+@dataclass(frozen=True)
+class Spring:
+    """A massless linear spring (N/m, or N m/rad for "rz") in one direction between two nodes, or one node and ground."""
+
+    nodes: tuple[int] | tuple[int, int]
+    direction: Direction
+    stiffness: float
+    group: str = "spring"
+
+
+Element = Beam | Cable | Spring
+
+
+@dataclass(frozen=True)
+class PointMass:
+    """A mass (kg) at a node, felt by its translations only."""
+
+    node: int
+    mass: float
+
+
+@dataclass(frozen=True)
+class Dashpot:
+    """A linear damper (N s/m, or N m s/rad for "rz") in one direction between two nodes, or one node and ground."""
+
+    nodes: tuple[int] | tuple[int, int]
+    direction: Direction
+    coefficient: float
+
+
+@dataclass(frozen=True)
+class Support:
+    """A node held rigidly in the given directions."""
+
+    node: int
+    directions: tuple[Direction, ...]
+
+
+@dataclass(frozen=True)
+class Damping:
+    """Damping that belongs to the structure as a whole: C = mass_factor M + stiffness_factor K + modal part.
+
+    ``mass_factor`` (1/s) and ``stiffness_factor`` (s) are Rayleigh's. ``modal_ratios`` are damping ratios of the first
+    modes (1 = critical); one number stands for all modes.
+    """
+
+    mass_factor: float = 0.0
+    stiffness_factor: float = 0.0
+    modal_ratios: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True)
+class Structure:
+    """A plane frame, truss or chain.
+
+    ``nodes``: (x, y) in m. ``directions``: the degrees of freedom that every node carries, ("x",) for a chain.
+    ``divisions``: each beam is split into that many equal finite elements; numbers of nodes and elements stay.
+    """
+
+    name: str
+    nodes: tuple[tuple[float, float], ...]
+    elements: tuple[Element, ...]
+    point_masses: tuple[PointMass, ...] = ()
+    dashpots: tuple[Dashpot, ...] = ()
+    supports: tuple[Support, ...] = ()
+    directions: tuple[Direction, ...] = PLANE_FRAME
+    damping: Damping = field(default_factory=Damping)
+    effects: tuple[Effect, ...] = ()
+    divisions: int = 1
+
+    def with_effects(self, *effects: Effect) -> "Structure":
+        """Return the structure with ``effects`` added to those it has."""
+        return replace(self, effects=self.effects + effects)
+
+    def refined(self, divisions: int) -> "Structure":
+        """Return the structure with each beam split into ``divisions`` finite elements."""
+        return replace(self, divisions=divisions)
+
+    def length(self, element: Beam | Cable) -> float:
+        """Return the distance (m) between the element's nodes in the drawn geometry."""
+        (x1, y1), (x2, y2) = (self.nodes[node - 1] for node in element.nodes)
+        return hypot(x2 - x1, y2 - y1)
