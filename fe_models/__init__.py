@@ -1,1 +1,1 @@
-"""Finite element models of frames and chains: structures, matrices, modes, nonlinear simulation, recordings, pictures."""
+"""Finite element models of frames and chains: structures, matrices, modes, simulation, recordings, pictures."""

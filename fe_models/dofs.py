@@ -12,7 +12,7 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class DofMap:
-    """``node`` (dof,) 1-based, ``direction`` (dof,) of "x", "y", "rz", ``free`` (dof,): False where a support holds it."""
+    """``node`` (dof,) 1-based, ``direction`` (dof,) "x", "y" or "rz", ``free`` (dof,): False where a support holds."""
 
     node: IntArray
     direction: NDArray[np.str_]

@@ -27,7 +27,7 @@ class ConnectorEffect:
 
 @dataclass(frozen=True)
 class CubicSpring(ConnectorEffect):
-    """A hardening (or, negative, softening) spring without linear part: force = stiffness u^3 (Lai et al. 2022, sec. 3)."""
+    """A hardening (or, negative, softening) spring without linear part: force = stiffness u^3."""
 
     kind: ClassVar[str] = "cubic_spring"
     stiffness: float = field(default=0.0, metadata={"unit": "N/m^3"})

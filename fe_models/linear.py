@@ -1,4 +1,4 @@
-"""The linear model M u'' + C u' + K u = f over the free degrees of freedom, from Exudyn or from the user's own files."""
+"""The linear model M u'' + C u' + K u = f over the free degrees of freedom, and its natural modes, as plain data."""
 
 from dataclasses import dataclass
 
@@ -25,9 +25,9 @@ class LinearModel:
 
 @dataclass(frozen=True)
 class ModalModel:
-    """Natural modes: ``omega`` (mode,) rad/s, ``damping_ratio`` (mode,), ``shapes`` (dof, mode) over all degrees of freedom.
+    """Natural modes: ``omega`` (mode,) rad/s, ``damping_ratio`` (mode,), ``shapes`` (dof, mode).
 
-    The shapes are mass-normalised, Phi^T M Phi = I, with zeros at the supports.
+    The shapes, over all degrees of freedom, are mass-normalised, Phi^T M Phi = I, and zero at the supports.
     """
 
     omega: FloatArray

@@ -39,7 +39,7 @@ class Cable:
 
 @dataclass(frozen=True)
 class Spring:
-    """A massless linear spring (N/m, or N m/rad for "rz") in one direction between two nodes, or one node and ground."""
+    """A massless spring (N/m, or N m/rad for "rz") in one direction between two nodes, or one node and ground."""
 
     nodes: tuple[int] | tuple[int, int]
     direction: Direction

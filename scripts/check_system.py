@@ -1,4 +1,4 @@
-"""Check, before anything is installed, that this machine can run the product; says what is missing and how to get it."""
+"""Check, before anything is installed, that this machine can run the product; say what is missing and how to get it."""
 
 import ctypes
 import sys
