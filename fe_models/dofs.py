@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fe_models.structure import Beam, Structure
+
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.int64]
 FloatArray = NDArray[np.float64]
@@ -38,3 +40,23 @@ class DofMap:
         full = np.zeros((len(self), *free_values.shape[1:]))
         full[self.free] = free_values
         return full
+
+
+def structure_dofs(structure: Structure) -> DofMap:
+    """Return the degrees of freedom of a structure and of the nodes that its refinement adds, supports marked as held.
+
+    Node by node, each with all ``structure.directions`` in their order; first the nodes of the structure, then the
+    ``divisions - 1`` inner nodes of each beam, element by element (the numbering of `mesh.mesh`).
+    """
+    beams = sum(isinstance(element, Beam) for element in structure.elements)
+    nodes = len(structure.nodes) + beams * (structure.divisions - 1)
+    per_node = len(structure.directions)
+    free = np.ones((nodes, per_node), dtype=bool)
+    for support in structure.supports:
+        for direction in support.directions:
+            free[support.node - 1, structure.directions.index(direction)] = False
+    return DofMap(
+        node=np.repeat(np.arange(1, nodes + 1, dtype=np.int64), per_node),
+        direction=np.tile(np.array(structure.directions, dtype=np.str_), nodes),
+        free=free.ravel(),
+    )

@@ -1,6 +1,14 @@
 """The one exception for bad input: it carries every fault of that input, one line each."""
 
-from collections.abc import Iterable
+import sys
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from typing import ParamSpec, TypeVar
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+BAD_INPUT_STATUS = 2
 
 
 class InputError(ValueError):
@@ -16,3 +24,23 @@ def raise_faults(faults: Iterable[str]) -> None:
     lines = tuple(faults)
     if lines:
         raise InputError(lines)
+
+
+def noting(faults: list[str], where: str, read: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T | None:
+    """Return ``read(...)``; where it raises an `InputError`, note its faults, led by ``where``, and return None."""
+    try:
+        return read(*args, **kwargs)
+    except InputError as error:
+        faults.extend(f"{where}: {fault}" if where else fault for fault in error.faults)
+        return None
+
+
+@contextmanager
+def bad_input_exits() -> Iterator[None]:
+    """Turn an `InputError` inside the block into one ``error: ...`` line a fault on stderr and exit status 2."""
+    try:
+        yield
+    except InputError as error:
+        for fault in error.faults:
+            print("error:", " ".join(fault.splitlines()), file=sys.stderr)
+        raise SystemExit(BAD_INPUT_STATUS) from None

@@ -13,7 +13,8 @@ class LinearModel:
     """Sparse matrices over the free degrees of freedom, and where these sit.
 
     ``mass`` (kg), ``damping`` (N s/m), ``stiffness`` (N/m): (free, free). ``coordinates``: (node, 2) in m of all nodes,
-    those of the structure first, then those that refinement added.
+    those of the structure first, then those that refinement added. ``modal_ratios``: damping ratios of the first modes
+    that come on top of ``damping``, the last number going on for all higher modes; as a matrix they would be full.
     """
 
     mass: csr_array
@@ -21,6 +22,7 @@ class LinearModel:
     stiffness: csr_array
     dofs: DofMap
     coordinates: FloatArray
+    modal_ratios: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,132 @@
+"""Arrays of numbers from files: .npz, .mat (MATLAB 5) and .csv. Nothing in a file is executed: no pickles."""
+
+import struct
+import zlib
+from pathlib import Path
+from zipfile import BadZipFile
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.io import loadmat
+from scipy.io.matlab import MatReadError
+
+from fe_models.dofs import FloatArray
+from fe_models.errors import InputError
+
+READABLE = (".npz", ".mat", ".csv")
+BROKEN_FILE = (
+    BadZipFile,
+    MatReadError,
+    ValueError,
+    TypeError,
+    LookupError,
+    ArithmeticError,
+    EOFError,
+    MemoryError,
+    zlib.error,
+    struct.error,
+)
+"""What NumPy and SciPy raise on files that are truncated, corrupt or of another format."""
+
+
+def load_arrays(path: Path) -> dict[str, NDArray[np.generic]]:
+    """Return the arrays of an .npz or .mat file by name; those of Python objects or MATLAB structs are left out."""
+    check_exists(path)
+    try:
+        content = _load_npz(path) if path.suffix == ".npz" else loadmat(path)
+    except NotImplementedError:
+        raise InputError(f"{path}: MATLAB 7.3 file (HDF5), which is not read; save it with '-v7'") from None
+    except BROKEN_FILE as error:
+        raise InputError(f"{path}: not a readable {path.suffix} file ({_first_line(error)})") from None
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror or _first_line(error)})") from None
+    arrays = {name: value for name, value in content.items() if isinstance(value, np.ndarray)}
+    return {name: value for name, value in arrays.items() if not value.dtype.hasobject}
+
+
+def load_array(path: Path, key: str | None) -> FloatArray:
+    """Return one array of real numbers from .npz or .mat; ``key`` may be None where the file holds only one."""
+    return pick_array(load_arrays(path), key, str(path))
+
+
+def pick_array(arrays: dict[str, NDArray[np.generic]], key: str | None, where: str) -> FloatArray:
+    """Return one of ``arrays`` as floats; `InputError` names those present."""
+    names = list(arrays)
+    if not names:
+        raise InputError(f"{where}: holds no plain array (pickled Python objects and MATLAB structs are not read)")
+    if key is None and len(names) > 1:
+        raise InputError(f"{where}: holds several arrays ({', '.join(names)}); say which with key")
+    name = names[0] if key is None else key
+    if name not in arrays:
+        raise InputError(f"{where}: holds no plain array {name!r}; it has {', '.join(names)}")
+    array = arrays[name]
+    if array.dtype.kind not in "iuf":
+        raise InputError(f"{where}: array {name!r} holds {array.dtype}, not real numbers")
+    return array.astype(float)
+
+
+def load_csv(path: Path) -> tuple[list[str], FloatArray]:
+    """Return the header and the numbers (row, column) of a comma-separated file; `InputError` names a bad line."""
+    header, rows = load_csv_text(path)
+    return header, np.array([[_number(cell, path, line) for cell in row] for line, row in rows])
+
+
+def load_csv_text(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
+    """Return the header, and line number and cells of each row, of a comma-separated file; empty lines are skipped."""
+    check_exists(path)
+    try:
+        text = path.read_bytes().decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path}: not UTF-8 text (byte {error.start})") from None
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
+    lines = [(number, line.split(",")) for number, line in enumerate(text.splitlines(), start=1) if line.strip()]
+    if len(lines) < 2:
+        raise InputError(f"{path}: expected a header line and rows of numbers, found {len(lines)} lines")
+    cells = [(number, [cell.strip().strip('"') for cell in row]) for number, row in lines]
+    header = cells[0][1]
+    for number, row in cells[1:]:
+        if len(row) != len(header):
+            raise InputError(f"{path}: line {number} has {len(row)} values, the header {len(header)}")
+    return header, cells[1:]
+
+
+def check_exists(path: Path) -> None:
+    """Raise `InputError` unless ``path`` is a file of a readable kind."""
+    if path.suffix not in READABLE:
+        raise InputError(f"{path}: unknown kind of file {path.suffix!r}; expected {', '.join(READABLE)}")
+    if not path.is_file():
+        raise InputError(f"{path}: {'is a folder' if path.is_dir() else 'no such file'}{_neighbours(path)}")
+
+
+def _neighbours(path: Path) -> str:
+    """Return a hint with the files of that kind that are there instead."""
+    names = sorted(other.name for other in path.parent.glob(f"*{path.suffix}")) if path.parent.is_dir() else []
+    return f"; the folder has {', '.join(names[:5])}{', ...' if len(names) > 5 else ''}" if names else ""
+
+
+def _load_npz(path: Path) -> dict[str, NDArray[np.generic]]:
+    """Return the arrays of an archive, without those that only unpickling, and so running code, could read."""
+    arrays: dict[str, NDArray[np.generic]] = {}
+    with path.open("rb") as file:  # opened here, so that it is closed where NumPy gives up
+        archive = np.load(file, allow_pickle=False)
+        if isinstance(archive, np.ndarray):
+            raise ValueError("a single .npy array; save it with numpy.savez")
+        for name in archive.files:
+            try:
+                arrays[name] = archive[name]
+            except ValueError as error:
+                if "allow_pickle" not in str(error):
+                    raise
+    return arrays
+
+
+def _number(cell: str, path: Path, line: int) -> float:
+    try:
+        return float(cell)
+    except ValueError:
+        raise InputError(f"{path}: line {line}: {cell!r} is not a number") from None
+
+
+def _first_line(error: Exception) -> str:
+    return (str(error).splitlines() or [type(error).__name__])[0]

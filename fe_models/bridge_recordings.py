@@ -1,0 +1,66 @@
+"""The laboratory recordings of the cable-stayed bridge, as its authors publish them, made into a dataset file.
+
+Their folder holds acc_measured1.mat to acc_measured4.mat: ``acc_measured`` (time, 8) at 100 Hz, low-passed at 30 Hz,
+normalised; free decay after a weight on the deck is cut loose.
+"""
+
+from pathlib import Path
+
+from fe_models.errors import raise_faults
+from fe_models.files import write_text
+from fe_models.recordings import Sensor
+from fe_models.structure import Direction
+from fe_models.tables import Table
+from fe_models.toml_text import toml_text
+
+SAMPLING_RATE = 100.0  # Hz
+LOWPASS = 30.0  # Hz
+RECORDINGS = (1, 2, 3, 4)
+ARRAY = "acc_measured"
+PLACES: dict[str, tuple[int, Direction]] = {
+    "A1": (5, "y"),  # A1..A6 sit on the deck
+    "A2": (9, "y"),
+    "A3": (12, "y"),
+    "A4": (15, "y"),
+    "A5": (18, "y"),
+    "A6": (21, "y"),
+    "A7": (40, "x"),  # A7 and A8 on the towers
+    "A8": (53, "x"),
+}
+
+
+def bridge_sensors(held_out: str | None = "A2") -> tuple[Sensor, ...]:
+    """Return the eight accelerometers A1..A8; the one named ``held_out`` is never fitted, only scored."""
+    return tuple(
+        Sensor(name, node, direction, "acceleration", "1", "held_out" if name == held_out else "measured")
+        for name, (node, direction) in PLACES.items()
+    )
+
+
+def write_bridge_dataset(folder: Path, out: Path, test: int, held_out: str | None = "A2") -> Path:
+    """Write ``out``/dataset.toml on the four recordings in ``folder``: number ``test`` to score, the others to train.
+
+    The recordings stay where they are. Raises `InputError` with all that is missing or unknown.
+    """
+    faults = []
+    if test not in RECORDINGS:
+        faults.append(f"test recording {test} does not exist; expected one of {', '.join(map(str, RECORDINGS))}")
+    if held_out is not None and held_out not in PLACES:
+        faults.append(f"held-out sensor {held_out!r} does not exist; expected one of {', '.join(PLACES)}")
+    files = {number: folder.resolve() / f"acc_measured{number}.mat" for number in RECORDINGS}
+    missing = [path for path in files.values() if not path.is_file()]
+    faults.extend(f"{path}: no such file; the bridge's recordings are acc_measured1.mat to 4" for path in missing)
+    raise_faults(faults)
+    document: Table = {
+        "schema": 1,
+        "model": "bridge",
+        "sampling_rate": SAMPLING_RATE,
+        "lowpass": LOWPASS,
+        "sensors": [vars(sensor) for sensor in bridge_sensors(held_out)],
+        "recordings": [
+            {"name": f"r{number}", "file": path.as_posix(), "key": ARRAY, "role": "test" if number == test else "train"}
+            for number, path in files.items()
+        ],
+    }
+    write_text(out / "dataset.toml", toml_text(document))
+    return out / "dataset.toml"

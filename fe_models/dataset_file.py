@@ -1,0 +1,149 @@
+"""Datasets as one TOML file beside its recordings. Units SI, frequencies in Hz.
+
+::
+
+    schema = 1
+    model = "frame.toml"          # "four_dof", "bridge", or a structure (.toml) or matrices (.npz, .toml)
+    sampling_rate = 100.0
+    lowpass = 30.0                # optional: the recordings hold nothing above it
+
+    [[sensors]]                   # one a column of the recordings, in their order
+    name = "A1"
+    node = 5                      # from 1
+    direction = "y"               # "x", "y" or "rz"
+    quantity = "acceleration"     # "displacement", "velocity" or "acceleration"
+    unit = "m/s^2"                # SI, or "1" for a normalised channel
+    role = "measured"             # "measured" (default) or "held_out": never fitted, only scored
+
+    [[recordings]]
+    name = "r1"
+    file = "r1.npz"               # .npz, .mat or .csv: (time, sensor), or (recording, time, sensor) for many alike
+    key = "data"                  # the array's name; not for .csv, whose header has the sensors' names
+    role = "train"                # "train" (default) or "test"
+    loads = [{ node = 19, direction = "y", file = "load.npz", key = "force" }]   # optional, N, one value a sample
+
+    [simulation]                  # what the user's own simulation assumes; every key is optional
+    damping_ratio = 0.01          # one, or one a mode
+    modes = 4
+    modal_model = "modal.npz"     # instead of the structure's own: omega (rad/s), xi, phi (dof, mode)
+    integrator = "exact"          # "exact" (default) or "newmark"
+    step = 0.01                   # s
+    uncertainty = { stiffness = 0.01, mass = 0.01, damping = 0.1 }   # relative standard deviations (the defaults)
+"""
+
+from pathlib import Path
+from typing import Any
+
+from fe_models.dataset_parts import (
+    HEADER_KEYS,
+    DatasetHeader,
+    Surroundings,
+    read_assumptions,
+    read_header,
+    read_recordings,
+    read_sensors,
+)
+from fe_models.dofs import structure_dofs
+from fe_models.errors import InputError, noting, raise_faults
+from fe_models.files import write_npz, write_text
+from fe_models.linear import LinearModel
+from fe_models.matrices_file import save_linear_model
+from fe_models.modal_file import save_modal_model
+from fe_models.models import load_model
+from fe_models.recording_checks import check_rates
+from fe_models.recordings import Assumptions, Dataset, Recording, Uncertainty
+from fe_models.structure import Structure
+from fe_models.structure_file import save_structure
+from fe_models.tables import Table, at, check_keys, read_toml
+from fe_models.toml_text import toml_text
+
+
+def load_dataset(path: Path) -> Dataset:
+    """Read a dataset with its model and all its recordings; `InputError` carries all faults."""
+    document, where, faults = read_toml(path), f"{path.name}:", list[str]()
+    check_keys(document, [*HEADER_KEYS, "simulation", "sensors", "recordings"], where, faults)
+    header = read_header(document, where, faults)
+    spec = document.get("model")
+    model = noting(faults, at(where, "model"), load_model, spec, path.parent) if isinstance(spec, str) else None
+    surroundings = _surroundings(model, header, path.parent)
+    sensors, channels = read_sensors(document, where, surroundings, faults)
+    recordings = read_recordings(document, where, surroundings, channels, faults)
+    assumptions = read_assumptions(document, where, surroundings, faults)
+    if header is None or model is None:
+        raise InputError(faults)
+    raise_faults(faults)
+    return Dataset(model, header.sampling_rate, sensors, recordings, header.lowpass, assumptions)
+
+
+def save_dataset(dataset: Dataset, folder: Path, model_spec: str | None = None) -> Path:
+    """Write ``dataset.toml`` and what it needs into ``folder`` and return its path; `load_dataset` reads it back.
+
+    ``model_spec`` names the model ("bridge", "frame.toml"); without it the model is saved beside the dataset. The TOML
+    file comes last, so that an interrupted writing leaves no dataset that lacks its files.
+    """
+    if model_spec is None:
+        model_spec = _save_model(dataset.model, folder)
+    document: Table = {"schema": 1, "model": model_spec, "sampling_rate": float(dataset.sampling_rate)}
+    if dataset.lowpass is not None:
+        document["lowpass"] = float(dataset.lowpass)
+    document["sensors"] = [vars(sensor) for sensor in dataset.sensors]
+    document["recordings"] = [
+        _save_recording(recording, folder, f"recording_{number}")
+        for number, recording in enumerate(dataset.recordings, start=1)
+    ]
+    simulation = _save_assumptions(dataset.assumptions, folder)
+    if simulation:
+        document["simulation"] = simulation
+    path = folder / "dataset.toml"
+    write_text(path, toml_text(document))
+    return path
+
+
+def _surroundings(model: Structure | LinearModel | None, header: DatasetHeader | None, folder: Path) -> Surroundings:
+    dofs, node_count = None, 0
+    if isinstance(model, Structure):
+        dofs, node_count = structure_dofs(model), len(model.nodes)
+    elif model is not None:
+        dofs, node_count = model.dofs, len(model.coordinates)
+    rate = header.sampling_rate if header and header.sampling_rate > 0 else None
+    sound = header is not None and not check_rates(header.sampling_rate, header.lowpass)
+    return Surroundings(folder, dofs, node_count, rate, header.lowpass if header and sound else None)
+
+
+def _save_model(model: Structure | LinearModel, folder: Path) -> str:
+    if isinstance(model, Structure):
+        save_structure(model, folder / "structure.toml")
+        return "structure.toml"
+    save_linear_model(model, folder / "model.npz")
+    return "model.npz"
+
+
+def _save_recording(recording: Recording, folder: Path, stem: str) -> Table:
+    """Write the arrays of one recording and return its table."""
+    alone = len(recording.data) == 1
+    arrays = {"data": recording.data[0] if alone else recording.data}
+    row: Table = {"name": recording.name, "file": f"{stem}.npz", "key": "data", "role": recording.role}
+    for number, load in enumerate(recording.loads, start=1):
+        key = f"force_{number}"
+        arrays[key] = load.values
+        table = {"node": int(load.node), "direction": load.direction, "file": row["file"], "key": key}
+        row.setdefault("loads", []).append(table)
+    write_npz(folder / row["file"], arrays)
+    return row
+
+
+def _save_assumptions(assumptions: Assumptions, folder: Path) -> Table:
+    """Return the table of what differs from the defaults; a modal model goes into a file of its own."""
+    table: Table = {}
+    for key in ("damping_ratio", "modes", "step"):
+        value: Any = getattr(assumptions, key)
+        if value is not None:
+            table[key] = list(value) if isinstance(value, tuple) else value
+    if assumptions.modal_model is not None:
+        save_modal_model(assumptions.modal_model, folder / "modal.npz")
+        table["modal_model"] = "modal.npz"
+    if assumptions.integrator != "exact":
+        table["integrator"] = assumptions.integrator
+    if assumptions.uncertainty != Uncertainty():
+        table["uncertainty"] = vars(assumptions.uncertainty)
+    return table

@@ -1,0 +1,193 @@
+"""The parts of a dataset file, read one by one, so that a fault in one leaves the others to be checked.
+
+Each function adds to ``faults`` what it finds.
+"""
+
+from collections import Counter
+from dataclasses import dataclass, fields
+from math import isfinite
+from pathlib import Path
+from typing import Literal
+
+from fe_models.dofs import DofMap, FloatArray
+from fe_models.errors import noting
+from fe_models.modal_file import load_modal_model
+from fe_models.recording_checks import check_data, check_place, check_rates, check_sensor, check_sensors
+from fe_models.recording_files import load_force, load_recording
+from fe_models.recordings import Assumptions, Load, Recording, Sensor, Uncertainty
+from fe_models.structure import Direction
+from fe_models.tables import Table, at, read_list, read_table
+
+
+@dataclass(frozen=True)
+class DatasetHeader:
+    """The single values of a dataset file."""
+
+    schema: Literal[1]
+    model: str
+    sampling_rate: float
+    lowpass: float | None = None
+
+
+HEADER_KEYS = tuple(item.name for item in fields(DatasetHeader))
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """What the parts are checked against; None where the model or the rates (Hz) have faults themselves."""
+
+    folder: Path
+    dofs: DofMap | None
+    node_count: int
+    sampling_rate: float | None
+    lowpass: float | None
+
+
+@dataclass(frozen=True)
+class _SimulationTable:
+    damping_ratio: float | tuple[float, ...] | None = None
+    modes: int | None = None
+    modal_model: str | None = None
+    integrator: Literal["exact", "newmark"] = "exact"
+    step: float | None = None
+
+
+@dataclass(frozen=True)
+class _RecordingTable:
+    name: str
+    file: str
+    key: str | None = None
+    role: Literal["train", "test"] = "train"
+
+
+@dataclass(frozen=True)
+class _LoadTable:
+    node: int
+    direction: Direction
+    file: str
+    key: str | None = None
+
+
+def read_header(document: Table, where: str, faults: list[str]) -> DatasetHeader | None:
+    """Return the single values, with the two frequencies checked against each other."""
+    table = {key: document[key] for key in HEADER_KEYS if key in document}
+    header = read_table(DatasetHeader, table, where, faults)
+    if header is not None:
+        faults.extend(f"{where} {fault}" for fault in check_rates(header.sampling_rate, header.lowpass))
+    return header
+
+
+def read_sensors(
+    document: Table, where: str, surroundings: Surroundings, faults: list[str]
+) -> tuple[tuple[Sensor, ...], list[str]]:
+    """Return the sensors that could be read, and the names of all channels, read or not."""
+    sensors: list[Sensor] = []
+    channels: list[str] = []
+    for place, table in read_list(document, "sensors", where, faults):
+        sensor = read_table(Sensor, table, place, faults)
+        name = table.get("name") if isinstance(table, dict) else None
+        channels.append(name if isinstance(name, str) else f"number {len(channels) + 1}")
+        if sensor is not None:
+            found = check_sensor(sensor, surroundings.dofs, surroundings.node_count)
+            faults.extend(f"{place} ({sensor.name}): {fault}" for fault in found)
+            sensors.append(sensor)
+    if not channels:
+        faults.append(f"{at(where, 'sensors')}: there are none; give one [[sensors]] table a channel")
+    elif len(sensors) == len(channels):
+        faults.extend(f"{where} {fault}" for fault in check_sensors(sensors))
+    return tuple(sensors), channels
+
+
+def read_recordings(
+    document: Table, where: str, surroundings: Surroundings, channels: list[str], faults: list[str]
+) -> tuple[Recording, ...]:
+    """Return the recordings that could be read, with data (realisation, time, sensor) and loads."""
+    recordings: list[Recording] = []
+    tables = read_list(document, "recordings", where, faults)
+    for place, table in tables:
+        plain = {key: value for key, value in table.items() if key != "loads"} if isinstance(table, dict) else table
+        row = read_table(_RecordingTable, plain, place, faults)
+        data = _read_data(row, place, surroundings, channels, faults) if row else None
+        samples = None if data is None else data.shape[1]
+        loads = _read_loads(table, place, surroundings, samples, faults) if isinstance(table, dict) else ()
+        if row is not None and data is not None:
+            recordings.append(Recording(row.name, data, row.role, loads))
+    roles = [table.get("role", "train") for _, table in tables if isinstance(table, dict)]
+    if "train" not in roles:
+        faults.append(f'{at(where, "recordings")}: none has the role "train"; at least one is needed to learn from')
+    names = Counter(str(table.get("name")) for _, table in tables if isinstance(table, dict) and "name" in table)
+    for name, times in names.items():
+        if times > 1:
+            faults.append(f"{at(where, 'recordings')}: name {name!r} is used {times} times")
+    return tuple(recordings)
+
+
+def read_assumptions(document: Table, where: str, surroundings: Surroundings, faults: list[str]) -> Assumptions:
+    """Return what the user's own simulation assumes."""
+    place, table = at(where, "simulation"), document.get("simulation", {})
+    plain = {key: value for key, value in table.items() if key != "uncertainty"} if isinstance(table, dict) else table
+    row = read_table(_SimulationTable, plain, place, faults) or _SimulationTable()
+    given = table.get("uncertainty", {}) if isinstance(table, dict) else {}
+    uncertainty = read_table(Uncertainty, given, f"{place}.uncertainty", faults) or Uncertainty()
+    faults.extend(f"{place}.{fault}" for fault in _simulation_faults(row, uncertainty, surroundings))
+    modal_model = None
+    if row.modal_model is not None and surroundings.dofs is not None:
+        path = surroundings.folder / row.modal_model
+        modal_model = noting(faults, f"{place}.modal_model", load_modal_model, path, surroundings.dofs)
+    return Assumptions(row.damping_ratio, row.modes, modal_model, row.integrator, row.step, uncertainty)
+
+
+def _read_data(
+    row: _RecordingTable, place: str, surroundings: Surroundings, channels: list[str], faults: list[str]
+) -> FloatArray | None:
+    where = f"{place} ({row.name})"
+    path, rate = surroundings.folder / row.file, surroundings.sampling_rate
+    data = noting(faults, where, load_recording, path, row.key, channels, rate)
+    if data is not None:
+        found = check_data(data, channels, rate, surroundings.lowpass)
+        faults.extend(f"{where}: {row.file}: {fault}" for fault in found)
+    return data
+
+
+def _read_loads(
+    table: Table, place: str, surroundings: Surroundings, samples: int | None, faults: list[str]
+) -> tuple[Load, ...]:
+    """Return the loads of one recording, which has ``samples`` (None where it could not be read)."""
+    loads = []
+    for where, item in read_list(table, "loads", place, faults):
+        row = read_table(_LoadTable, item, where, faults)
+        if row is None:
+            continue
+        if surroundings.dofs is not None:
+            found = check_place(
+                row.node, row.direction, surroundings.dofs, surroundings.node_count, "the load would do nothing"
+            )
+            faults.extend(f"{where}: {fault}" for fault in found)
+        values = noting(faults, where, load_force, surroundings.folder / row.file, row.key)
+        if values is None:
+            continue
+        if samples is not None and len(values) != samples:
+            faults.append(f"{where}: {row.file}: {len(values)} values for {samples} samples; one a sample is needed")
+        if not all(map(isfinite, values)):
+            faults.append(f"{where}: {row.file}: holds NaN or infinite values")
+        loads.append(Load(row.node, row.direction, values))
+    return tuple(loads)
+
+
+def _simulation_faults(row: _SimulationTable, uncertainty: Uncertainty, surroundings: Surroundings) -> list[str]:
+    faults = []
+    ratios = row.damping_ratio if isinstance(row.damping_ratio, tuple) else (row.damping_ratio or 0.0,)
+    if not ratios or any(not 0 <= ratio < 1 for ratio in ratios):
+        faults.append(f"damping_ratio: {row.damping_ratio} is none; expected 0 <= ratio < 1 (0.01 is 1 %)")
+    if row.modes is not None and row.modes < 1:
+        faults.append(f"modes = {row.modes}; must be 1 or more")
+    if row.modes is not None and surroundings.dofs is not None and row.modes > len(surroundings.dofs.free_rows):
+        faults.append(f"modes = {row.modes}; the model has only {len(surroundings.dofs.free_rows)}")
+    if row.modes is not None and isinstance(row.damping_ratio, tuple) and len(ratios) != row.modes:
+        faults.append(f"damping_ratio: {len(ratios)} ratios for modes = {row.modes}; give one a mode, or one number")
+    if row.step is not None and row.step <= 0:
+        faults.append(f"step = {row.step:g} s; must be positive")
+    for name, value in vars(uncertainty).items():
+        if value < 0:
+            faults.append(f"uncertainty.{name} = {value:g}; must not be negative")
+    return faults

@@ -1,0 +1,199 @@
+"""Runs of Exudyn systems: rest under loads, motion after a release, and many free motions of one set of matrices."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import exudyn as exu
+import numpy as np
+from exudyn.itemInterface import (
+    LoadCoordinate,
+    NodeGenericODE2,
+    ObjectGenericODE2,
+    SensorNode,
+)
+
+from fe_models.dofs import FloatArray
+from fe_models.effects import ConnectorEffect
+from fe_models.errors import InputError
+from fe_models.exudyn_io import whole_system
+from fe_models.exudyn_items import Options, System, add_force_law, coordinate_marker, new_system
+from fe_models.mesh import Mesh
+from fe_models.structure import Structure
+
+LOAD_STEPS = 5
+NEWTON_TOLERANCE = 1e-6  # relative, of static steps; far tighter ones are never met in stiff frames
+
+
+@dataclass(frozen=True)
+class Steps:
+    """``outputs`` equal intervals of ``interval`` s, each of ``per_output`` equal steps of the integrator."""
+
+    interval: float
+    outputs: int
+    per_output: int
+
+    @property
+    def duration(self) -> float:
+        """The time simulated (s)."""
+        return self.interval * self.outputs
+
+
+def static_displacement(
+    structure: Structure, mesh: Mesh, load: FloatArray, slack: bool, start: FloatArray | None = None
+) -> FloatArray:
+    """Return the displacement (dof,) at rest under ``load`` (dof,) in N, with prestress and large displacements.
+
+    ``slack`` lets cables go slack. ``start`` (dof,) is where the iteration begins, by default the drawn geometry.
+    """
+    system = whole_system(structure, mesh, Options(structure.damping, slack=slack))
+    _add_loads(system, structure, mesh, load)
+    system.mbs.Assemble()
+    if start is not None:
+        system.mbs.systemData.SetODE2Coordinates(start.tolist(), exu.ConfigurationType.Initial)
+    settings = _settings()
+    settings.staticSolver.numberOfLoadSteps = 1 if start is not None else LOAD_STEPS
+    settings.staticSolver.newton.relativeTolerance = NEWTON_TOLERANCE
+    settings.staticSolver.newton.absoluteTolerance = NEWTON_TOLERANCE
+    settings.staticSolver.verboseMode = 0
+    try:
+        system.mbs.SolveStatic(settings, updateInitialValues=True, showHints=False)
+        # Newton stops at a share of its first residual: once more from there, and the error falls from 1e-3 to 1e-11.
+        settings.staticSolver.numberOfLoadSteps = 1
+        system.mbs.SolveStatic(settings, updateInitialValues=True, showHints=False)
+    except exu.SolverError:
+        raise InputError(
+            f"structure {structure.name!r}: no state at rest found under its loads and prestress. It may buckle or be "
+            "a mechanism: lower the loads, raise the prestress, or refine the beams"
+        ) from None
+    return np.array(system.mbs.systemData.GetODE2Coordinates(exu.ConfigurationType.Initial))
+
+
+def motion_after_release(
+    structure: Structure,
+    mesh: Mesh,
+    load: FloatArray,
+    start: FloatArray,
+    modal_damping: FloatArray | None,
+    steps: Steps,
+    advance: Callable[[], object],
+) -> FloatArray:
+    """Return displacement, velocity and acceleration, (3, time, dof), from rest at ``start`` under the dead ``load``.
+
+    Trapezoidal rule (Newmark, constant average acceleration), which damps nothing itself. The first acceleration is
+    left zero. ``modal_damping`` (dof, dof) is added as it is. ``advance`` is called once an output, for a progress bar.
+    """
+    system = whole_system(structure, mesh, Options(structure.damping))
+    _add_loads(system, structure, mesh, load)
+    if modal_damping is not None:
+        nodes = list(range(len(mesh.coordinates)))
+        system.mbs.AddObject(
+            ObjectGenericODE2(nodeNumbers=nodes, massMatrix=0 * modal_damping, dampingMatrix=modal_damping)
+        )
+    system.mbs.Assemble()
+    data = system.mbs.systemData
+    data.SetODE2Coordinates(start.tolist(), exu.ConfigurationType.Initial)
+    response = np.zeros((3, steps.outputs + 1, len(start)))
+    response[0, 0] = start
+    taken = 0
+
+    def record(_system: Any, _time: float) -> bool:
+        nonlocal taken
+        taken += 1
+        output, rest = divmod(taken, steps.per_output)
+        if rest == 0 and output <= steps.outputs:
+            response[0, output] = data.GetODE2Coordinates()
+            response[1, output] = data.GetODE2Coordinates_t()
+            response[2, output] = data.GetODE2Coordinates_tt()
+            advance()
+        return True
+
+    system.mbs.SetPostStepUserFunction(record)
+    _integrate(system, _dynamic_settings(steps, "newmark"), "newmark", steps)
+    return response
+
+
+class FreeMotion:
+    """Free motion of M u'' + C u' + K u + effects = 0 from any initial state; built once, run many times."""
+
+    def __init__(
+        self,
+        mass: FloatArray,
+        damping: FloatArray,
+        stiffness: FloatArray,
+        effects: tuple[tuple[ConnectorEffect, tuple[int, ...]], ...],
+        steps: Steps,
+        integrator: Literal["rk67", "newmark"],
+    ) -> None:
+        """Build the system: matrices (free, free); each effect with the rows of the degrees of freedom it joins."""
+        zeros = [0.0] * len(mass)
+        self._system = new_system(("x",))
+        mbs = self._system.mbs
+        node = mbs.AddNode(
+            NodeGenericODE2(
+                referenceCoordinates=zeros,
+                initialCoordinates=zeros,
+                initialCoordinates_t=zeros,
+                numberOfODE2Coordinates=len(mass),
+            )
+        )
+        mbs.AddObject(
+            ObjectGenericODE2(nodeNumbers=[node], massMatrix=mass, dampingMatrix=damping, stiffnessMatrix=stiffness)
+        )
+        for effect, rows in effects:
+            add_force_law(self._system, effect, [coordinate_marker(self._system, node, row) for row in rows])
+        kinds = (exu.OutputVariableType.Coordinates, exu.OutputVariableType.Coordinates_t)
+        self._sensors = [
+            mbs.AddSensor(SensorNode(nodeNumber=node, outputVariableType=kind, storeInternal=True)) for kind in kinds
+        ]
+        mbs.Assemble()
+        self._steps, self._integrator = steps, integrator
+        self._settings = _dynamic_settings(steps, integrator)
+
+    def run(self, displacement: FloatArray, velocity: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return displacement and velocity, each (time, free), from the given initial ones (free,)."""
+        data = self._system.mbs.systemData
+        data.SetODE2Coordinates(displacement.tolist(), exu.ConfigurationType.Initial)
+        data.SetODE2Coordinates_t(velocity.tolist(), exu.ConfigurationType.Initial)
+        _integrate(self._system, self._settings, self._integrator, self._steps)
+        x, v = (np.asarray(self._system.mbs.GetSensorStoredData(sensor))[:, 1:] for sensor in self._sensors)
+        return x, v
+
+
+def _integrate(system: System, settings: Any, integrator: Literal["rk67", "newmark"], steps: Steps) -> None:
+    step = steps.interval / steps.per_output
+    solver = exu.DynamicSolverType.RK67 if integrator == "rk67" else exu.DynamicSolverType.TrapezoidalIndex2
+    remedy = f"choose a step smaller than {step:.3g} s"
+    try:
+        system.mbs.SolveDynamic(settings, solverType=solver, showHints=False)
+    except exu.SolverError:
+        raise InputError(f"the simulation found no solution in one of its time steps: {remedy}") from None
+    if not np.isfinite(system.mbs.systemData.GetODE2Coordinates()).all():
+        raise InputError(f"the simulation grew beyond all bounds: {remedy}, or see whether an effect feeds energy in")
+
+
+def _add_loads(system: System, structure: Structure, mesh: Mesh, load: FloatArray) -> None:
+    per_node = len(structure.directions)
+    for row in np.flatnonzero(np.where(mesh.dofs.free, load, 0.0)):
+        marker = coordinate_marker(system, int(row) // per_node, int(row) % per_node)
+        system.mbs.AddLoad(LoadCoordinate(markerNumber=marker, load=float(load[row])))
+
+
+def _settings() -> Any:
+    """Return settings that write nothing anywhere and use sparse matrices."""
+    settings = exu.SimulationSettings()
+    settings.solution.file.write = False
+    settings.linearSolver.solverType = exu.LinearSolverType.EigenSparse
+    return settings
+
+
+def _dynamic_settings(steps: Steps, integrator: Literal["rk67", "newmark"]) -> Any:
+    settings = _settings()
+    settings.solution.sensors.writePeriod = steps.interval
+    integration = settings.timeIntegration
+    integration.endTime = steps.duration
+    integration.numberOfSteps = steps.outputs * steps.per_output
+    integration.automaticStepSize = False
+    integration.adaptiveStep = False  # the samples must lie on their own equal grid
+    integration.verboseMode = 0
+    return settings

@@ -1,0 +1,63 @@
+"""Files written whole: into a temporary file beside the target, which then takes its place in one step.
+
+Whatever interrupts the writing, the target holds either its old content or all of the new.
+"""
+
+import json
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from secrets import token_hex
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from fe_models.errors import InputError
+
+
+@contextmanager
+def writing(path: Path) -> Iterator[Path]:
+    """Give a temporary path to write to; it replaces ``path`` when the block ends well, and vanishes when it does not.
+
+    The temporary path has the suffix of ``path``, which tells figure and animation writers the format. Folders are
+    made as needed. Raises `InputError` where ``path`` cannot be written.
+    """
+    temporary = path.with_name(f".{path.stem}-{token_hex(4)}{path.suffix}")
+    if path.is_dir():
+        raise InputError(f"{path}: is a folder; give the name of a file to write")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{path}: its folder cannot be made ({error.strerror}); choose another") from error
+    try:
+        yield temporary
+        with temporary.open("r+b") as file:
+            os.fsync(file.fileno())
+        temporary.replace(path)
+    except PermissionError as error:
+        raise InputError(f"{path}: cannot be written ({error.strerror}); choose another folder") from error
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write ``text`` as UTF-8 with line ends as given."""
+    with writing(path) as temporary:
+        temporary.write_bytes(text.encode())
+
+
+def write_json(path: Path, content: Any) -> None:
+    """Write ``content`` as indented JSON; NaN and infinity, which JSON lacks, raise `ValueError`."""
+    write_text(path, json.dumps(content, indent=2, allow_nan=False, ensure_ascii=False) + "\n")
+
+
+def write_npz(path: Path, arrays: Mapping[str, ArrayLike]) -> None:
+    """Write named arrays, compressed; arrays of Python objects, which only pickle could store, raise `TypeError`."""
+    plain = {name: np.asarray(array) for name, array in arrays.items()}
+    objects = [name for name, array in plain.items() if array.dtype.hasobject]
+    if objects:
+        raise TypeError(f"arrays of Python objects cannot be saved: {', '.join(objects)}")
+    with writing(path) as temporary, temporary.open("wb") as file:
+        np.savez_compressed(file, allow_pickle=False, **plain)

@@ -1,0 +1,101 @@
+"""What makes matrices unusable as a linear model, found before anything is solved with them."""
+
+import numpy as np
+from scipy.linalg import eigvalsh
+from scipy.sparse import csr_array
+
+from fe_models.dofs import DofMap
+from fe_models.linear import LinearModel
+
+SYMMETRY = 1e-6
+"""Largest |A - A^T| over the largest |A|; matrices printed with seven digits pass."""
+LARGEST_EIGENVALUE_CHECK = 1000
+"""Free degrees of freedom up to which M is checked by its eigenvalues (0.1 s), beyond it only by its diagonal."""
+
+
+def check_linear_model(model: LinearModel) -> list[str]:
+    """Return one sentence for each fault of M, C and K: shape, numbers, symmetry, sign. Empty for a usable model.
+
+    Whether K resists all motion shows only in solving with it, see `mechanisms`.
+    """
+    faults = _check_dof_map(model)
+    free = int(model.dofs.free.sum())
+    for name, matrix, symmetric in (("M", model.mass, True), ("C", model.damping, False), ("K", model.stiffness, True)):
+        if matrix.shape != (free, free):
+            faults.append(f"{name} is {_size(matrix)}; the dof map has {free} free degrees of freedom")
+        elif not np.isfinite(matrix.data).all():
+            faults.append(
+                f"{name} holds numbers that are not finite (NaN or infinity){_first_broken(matrix, model.dofs)}"
+            )
+        elif symmetric:
+            faults += _check_symmetry(name, matrix, model.dofs)
+            faults += _check_stiffness_signs(matrix, model.dofs) if name == "K" else []
+    return faults or _check_mass(model)
+
+
+def dof_name(dofs: DofMap, free_row: int) -> str:
+    """Return "node 3 in y" for a row of the free matrices."""
+    row = dofs.free_rows[free_row]
+    return f"node {dofs.node[row]} in {dofs.direction[row]}"
+
+
+def _size(matrix: csr_array) -> str:
+    return " x ".join(str(length) for length in matrix.shape)
+
+
+def _check_dof_map(model: LinearModel) -> list[str]:
+    dofs = model.dofs
+    faults = []
+    if not len(dofs.node) == len(dofs.direction) == len(dofs.free):
+        faults.append("the dof map's node, direction and free have different lengths")
+    if model.coordinates.ndim != 2 or model.coordinates.shape[1] != 2:
+        faults.append(f"coordinates have shape {model.coordinates.shape}; expected (node, 2): x and y of each node")
+    elif not np.isfinite(model.coordinates).all():
+        faults.append("coordinates hold numbers that are not finite (NaN or infinity)")
+    elif len(dofs.node) and not 1 <= dofs.node.min() <= dofs.node.max() <= len(model.coordinates):
+        faults.append(
+            f"the dof map names nodes {dofs.node.min()} to {dofs.node.max()}; "
+            f"coordinates are given for nodes 1 to {len(model.coordinates)}"
+        )
+    return faults
+
+
+def _check_symmetry(name: str, matrix: csr_array, dofs: DofMap) -> list[str]:
+    difference = abs(matrix - matrix.T).tocoo()
+    largest = abs(matrix).max() if matrix.nnz else 0.0
+    if not difference.nnz or difference.data.max() <= SYMMETRY * largest:
+        return []
+    worst = int(np.argmax(difference.data))
+    i, j = int(difference.coords[0][worst]), int(difference.coords[1][worst])
+    return [
+        f"{name} is not symmetric: {matrix[i, j]:.6g} between {dof_name(dofs, i)} and {dof_name(dofs, j)}, "
+        f"{matrix[j, i]:.6g} the other way round"
+    ]
+
+
+def _first_broken(matrix: csr_array, dofs: DofMap) -> str:
+    entries = matrix.tocoo()
+    first = int(np.flatnonzero(~np.isfinite(entries.data))[0])
+    return f", the first between {' and '.join(dof_name(dofs, int(index[first])) for index in entries.coords)}"
+
+
+def _check_stiffness_signs(stiffness: csr_array, dofs: DofMap) -> list[str]:
+    diagonal = stiffness.diagonal()
+    return [
+        f"K has a negative stiffness, {diagonal[row]:.6g}, at {dof_name(dofs, row)}"
+        for row in np.flatnonzero(diagonal < 0)[:5]
+    ]
+
+
+def _check_mass(model: LinearModel) -> list[str]:
+    diagonal = model.mass.diagonal()
+    if not diagonal.any():
+        return ["M is zero: nothing has mass, so there is no natural mode"]
+    negative = np.flatnonzero(diagonal < 0)
+    if len(negative):
+        return [f"M has a negative mass, {diagonal[row]:.6g}, at {dof_name(model.dofs, row)}" for row in negative[:5]]
+    if len(diagonal) <= LARGEST_EIGENVALUE_CHECK:
+        lowest, highest = eigvalsh(model.mass.toarray())[[0, -1]]
+        if lowest < -SYMMETRY * highest:
+            return [f"M is not positive: its lowest eigenvalue is {lowest:.6g}, so some motion has negative energy"]
+    return []

@@ -1,0 +1,71 @@
+"""What sensors make of a motion: one channel each, low-pass filtered, sampled, and with noise.
+
+Real recordings have passed an anti-aliasing filter, signal and noise alike: those of the laboratory bridge are sampled
+at 100 Hz behind a low-pass of 30 Hz.
+"""
+
+import numpy as np
+from scipy.signal import butter, sosfiltfilt
+
+from fe_models.dofs import FloatArray
+from fe_models.errors import raise_faults
+from fe_models.recording_checks import check_rates, check_sensor
+from fe_models.recordings import Sensor
+from fe_models.response import Response
+
+FILTER_ORDER = 4  # Butterworth, run forwards and backwards: order 8 in effect, and no phase shift
+
+
+def measure(
+    response: Response,
+    sensors: tuple[Sensor, ...],
+    sampling_rate: float,
+    rng: np.random.Generator,
+    lowpass: float | None = None,
+    noise: float = 0.0,
+) -> FloatArray:
+    """Return what the ``sensors`` record of one motion, (time, sensor).
+
+    ``sampling_rate`` (Hz) must divide that of the response. ``lowpass`` (Hz) acts on the motion before it is sampled,
+    so that nothing is folded down from above half the sampling rate, and on the noise. ``noise`` is the standard
+    deviation of the noise in the recording over that of each channel without it. `InputError` with all faults.
+    """
+    raise_faults(_faults(response, sensors, sampling_rate, lowpass, noise))
+    every = round(response.sampling_rate / sampling_rate)
+    motion = np.stack([response.channel(s.node, s.direction, s.quantity) for s in sensors], axis=-1)  # (time, sensor)
+    signal = _lowpassed(motion, response.sampling_rate, lowpass)[::every]
+    white = rng.standard_normal(signal.shape)
+    disturbance = _lowpassed(white, sampling_rate, lowpass)
+    disturbance *= noise * signal.std(axis=0) / disturbance.std(axis=0)
+    return np.asarray(signal + disturbance)
+
+
+def _lowpassed(channels: FloatArray, sampling_rate: float, lowpass: float | None) -> FloatArray:
+    """Return channels (time, sensor) without what lies above ``lowpass`` (Hz), and without delay."""
+    if lowpass is None:
+        return channels
+    sections = butter(FILTER_ORDER, lowpass, fs=sampling_rate, output="sos")
+    return np.asarray(sosfiltfilt(sections, channels, axis=0))
+
+
+def _faults(
+    response: Response, sensors: tuple[Sensor, ...], sampling_rate: float, lowpass: float | None, noise: float
+) -> list[str]:
+    faults = check_rates(sampling_rate, lowpass)
+    nodes = int(response.dofs.node.max())
+    for sensor in sensors:
+        faults += [f"sensor {sensor.name!r}: {fault}" for fault in check_sensor(sensor, response.dofs, nodes)]
+    if not sensors:
+        faults.append("there is no sensor")
+    if response.displacement.ndim != 2:
+        faults.append(
+            f"the response has shape {response.displacement.shape}; measure one motion, (time, dof), at a time"
+        )
+    if not 0 <= noise < np.inf:
+        faults.append(f"noise = {noise}; must be 0 or more (0.03 is 3 % of each channel's standard deviation)")
+    ratio = response.sampling_rate / sampling_rate if sampling_rate > 0 else 1.0
+    if abs(ratio - round(ratio)) > 1e-6 or round(ratio) < 1:
+        faults.append(
+            f"sampling_rate = {sampling_rate:g} Hz does not divide that of the response, {response.sampling_rate:g} Hz"
+        )
+    return faults

@@ -1,0 +1,159 @@
+"""Draws one panel: the undeformed structure in light grey, its supports, its deformed shapes, its sensors."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from fe_models import symbols
+from fe_models.dofs import FloatArray
+from fe_models.drawing import GREY, INK, LIGHT, PALE, WHITE, Bytes, Color, Patch, Text, disc, ramp, stroke
+from fe_models.figure import Figure, Panel, Shape, View
+from fe_models.geometry import Lines, Outline, deformed_lines, nodal_motion
+from fe_models.structure import Direction
+
+MEASURED: Color = (0, 120, 95)
+HELD_OUT: Color = (205, 75, 0)
+BEAM_WIDTH = 8.0  # px
+BEAM_STYLES = ((BEAM_WIDTH, False), (BEAM_WIDTH, True), (5.0, False), (5.0, True))  # width, dark edges; group by group
+CABLE_WIDTH = 2.2  # px
+MASS_SHARE = 0.3  # side of a mass over the length of a spring
+
+
+def structure_patches(figure: Figure, view: View, panel: Panel) -> list[Patch]:
+    """Return the undeformed structure, then supports, then each shape."""
+    outline = figure.outline
+    still = np.zeros(len(outline.dofs))
+    patches = []
+    for lines, (width, _) in zip(deformed_lines(outline, still, 0.0), line_styles(outline), strict=True):
+        if lines.kind == "point":
+            patches.append(disc(view(lines.points[:, 0]), 5 * view.weight, LIGHT))
+        elif not (lines.kind == "spring" and outline.masses):  # a second row of zigzags would hide the first
+            patches.append(stroke(view(lines.points), width * view.weight, LIGHT))
+    for node in outline.masses:
+        patches.extend(symbols.mass(view(outline.coordinates[node]), _mass_side(outline, view.factor), PALE, LIGHT))
+    first = panel.shapes[0].displacement
+    moved = view(outline.coordinates + figure.scale * nodal_motion(outline, first)[:, :2])
+    carried = tuple(str(direction) for direction in np.unique(outline.dofs.direction))
+    for support in outline.supports:
+        name = symbols.support_name(support.directions, carried)
+        away = symbols.support_side(support.directions, outline.is_right(support.node - 1))
+        patches.extend(symbols.support(name, moved[support.node - 1], view.sign, away))
+    for shape in panel.shapes:
+        patches.extend(_shape_patches(figure, view, shape))
+    return patches
+
+
+def _shape_patches(figure: Figure, view: View, shape: Shape) -> list[Patch]:
+    outline = figure.outline
+    drawn = deformed_lines(outline, shape.displacement, figure.scale)
+    patches: list[Patch] = []
+    for lines, style in zip(drawn, line_styles(outline), strict=True):
+        patches.extend(_member_patches(figure, view, shape, lines, style))
+    motion = nodal_motion(outline, shape.displacement)[:, :2]
+    nodes = view(outline.coordinates + figure.scale * motion)
+    tint = _tint(figure, shape, np.linalg.norm(motion, axis=1))  # (node, 3)
+    for node, direction in outline.grounded:
+        patches.extend(_ground_spring(figure, view, shape, node, direction, nodes[node], tint[node]))
+    for node in outline.masses:
+        red, green, blue = (int(value) for value in tint[node])
+        patches.extend(
+            symbols.mass(nodes[node], _mass_side(outline, view.factor) * shape.width**0.5, (red, green, blue))
+        )
+    return patches
+
+
+def _member_patches(figure: Figure, view: View, shape: Shape, lines: Lines, style: tuple[float, bool]) -> list[Patch]:
+    width, edged = style[0] * view.weight * shape.width, style[1]
+    points, tint = view(lines.points), _tint(figure, shape, lines.magnitude)
+    if lines.kind == "point":
+        origin = view(figure.outline.coordinates)
+        paths = np.stack([origin, points[:, 0]], axis=1)
+        return [stroke(paths, 1.5, GREY, caps=False), disc(points[:, 0], 7 * view.weight * shape.width, tint[:, 0])]
+    if lines.kind == "spring":
+        amplitude = _coil(figure.outline, view)
+        return [
+            stroke(symbols.zigzag(line[0], line[-1], amplitude), 3 * shape.width, tuple(shade.mean(axis=0)))
+            for line, shade in zip(points, tint, strict=True)
+        ]
+    body = stroke(points, width, tint)
+    return [stroke(points, width + 4 * view.weight, INK), body] if edged and shape.color is None else [body]
+
+
+def _ground_spring(
+    figure: Figure, view: View, shape: Shape, node: int, direction: Direction, at: FloatArray, tint: Bytes
+) -> list[Patch]:
+    color = (int(tint[0]), int(tint[1]), int(tint[2]))
+    if direction == "rz":
+        return [stroke(symbols.spiral(at, 0.8 * view.sign), 2.5 * shape.width, color)]
+    point = ground_point(figure.outline, node, direction)
+    away = point - figure.outline.coordinates[node]
+    foot = view(point)
+    line = symbols.zigzag(foot, at, _coil(figure.outline, view))
+    hatch = symbols.ground(foot, 1.2 * view.sign, away / np.linalg.norm(away))
+    return [*hatch, stroke(line, 3 * shape.width, color)]
+
+
+def _tint(figure: Figure, shape: Shape, magnitude: FloatArray) -> Bytes:
+    """Return colours (..., 3): by displacement, or the shape's own."""
+    if shape.color is not None:
+        return np.broadcast_to(np.array(shape.color, dtype=np.uint8), (*magnitude.shape, 3))
+    return ramp(magnitude / figure.largest if figure.largest > 0 else np.zeros_like(magnitude))
+
+
+def family(name: str) -> str:
+    """Return the name of a group without its side, so that "left tower" and "right tower" are drawn and named alike."""
+    return " ".join(word for word in name.split() if word not in ("left", "right")) or name
+
+
+def line_styles(outline: Outline) -> list[tuple[float, bool]]:
+    """Return width (px) and edges of each group: beams thick, in turn plain and edged; cables thin."""
+    beams = list(dict.fromkeys(family(group.name) for group in outline.groups if group.kind == "beam"))
+    return [
+        BEAM_STYLES[beams.index(family(group.name)) % len(BEAM_STYLES)]
+        if group.kind == "beam"
+        else (CABLE_WIDTH, False)
+        for group in outline.groups
+    ]
+
+
+def _mass_side(outline: Outline, factor: float) -> float:
+    return float(np.clip(MASS_SHARE * outline.spacing * factor, 14, 80))
+
+
+def name_height(outline: Outline, factor: float) -> float:
+    """Return how far (px) above its node the name of a sensor stands: clear of its dot, and of a mass."""
+    return 16 + _mass_side(outline, factor) / 2 if outline.masses else 22.0
+
+
+def _coil(outline: Outline, view: View) -> float:
+    return float(np.clip(0.06 * outline.spacing * view.factor, 4, 14))
+
+
+def ground_point(outline: Outline, node: int, direction: Direction) -> FloatArray:
+    """Return where (m) the ground end of a spring is drawn: below its node, or beside it on the nearer outer side."""
+    at = outline.coordinates[node]
+    reach = outline.spacing if outline.masses else min(outline.spacing, 0.12 * outline.size)
+    beside = np.array([reach if outline.is_right(node) else -reach, 0.0])
+    point: FloatArray = at + {"x": beside, "y": reach * symbols.BELOW, "rz": np.zeros(2)}[direction]
+    return point
+
+
+def sensor_marks(figure: Figure, view: View, panel: Panel) -> tuple[list[Patch], list[Text]]:
+    """Return a dot on the last shape and a name for each sensor; names move up until they are free of each other."""
+    outline = figure.outline
+    motion = nodal_motion(outline, panel.shapes[-1].displacement)[:, :2]
+    places = view(outline.coordinates + figure.scale * motion)
+    middle = float(places[:, 0].mean())
+    patches: list[Patch] = []
+    texts: list[Text] = []
+    for sensor in figure.sensors:
+        at, color = places[sensor.node - 1], HELD_OUT if sensor.role == "held_out" else MEASURED
+        patches += [disc(at[None], 10 * view.weight, WHITE), disc(at[None], 7.5 * view.weight, color)]
+        x, y = float(at[0]), float(at[1]) + name_height(outline, view.factor)
+        if sensor.direction == "x" and not outline.masses:  # on a tower, whose line would run through the name
+            x, y = x + (26 if x > middle else -26), y - 6
+        text = Text(sensor.name, x, y, 18, color, "center", bold=True, boxed=True)
+        while any(abs(text.x - t.x) < (text.width + t.width) / 2 and abs(text.y - t.y) < 20 for t in texts):
+            text = replace(text, y=text.y + 21)
+        texts.append(text)
+    return patches, texts

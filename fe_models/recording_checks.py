@@ -1,0 +1,123 @@
+"""Whether recordings can be used: sensors that the model has, and data that are finite, alive and rightly sampled."""
+
+from collections import Counter
+
+import numpy as np
+
+from fe_models.dofs import DofMap, FloatArray
+from fe_models.recordings import Quantity, Sensor
+
+FEWEST_SAMPLES = 32
+"""Six samples in the first fifth, from which initial states are found, is the least that tells two modes apart."""
+
+FLAT_TOLERANCE = 1e-12  # of a channel's largest value: only rounding moves it
+TRANSITION = 1.1
+LARGEST_SHARE = 0.1
+"""A fourth-order Butterworth low-pass leaves 6 % of white noise above `TRANSITION` times its corner frequency."""
+
+UNITS: dict[tuple[Quantity, bool], str] = {
+    ("displacement", False): "m",
+    ("velocity", False): "m/s",
+    ("acceleration", False): "m/s^2",
+    ("displacement", True): "rad",
+    ("velocity", True): "rad/s",
+    ("acceleration", True): "rad/s^2",
+}
+"""SI unit by quantity and whether the direction is a rotation; "1" marks a normalised channel of any quantity."""
+
+
+def check_sensor(sensor: Sensor, dofs: DofMap | None, node_count: int) -> list[str]:
+    """Return faults of a sensor's unit and, where the model could be read (``dofs``), of its place."""
+    faults = []
+    expected = UNITS[sensor.quantity, sensor.direction == "rz"]
+    if sensor.unit not in (expected, "1"):
+        kind = f"{sensor.quantity} in {sensor.direction}"
+        faults.append(f'unit {sensor.unit!r} does not fit {kind}; expected "{expected}" (SI), or "1" if normalised')
+    if dofs is not None:
+        faults.extend(check_place(sensor.node, sensor.direction, dofs, node_count, "the sensor would read zero"))
+    return faults
+
+
+def check_place(node: int, direction: str, dofs: DofMap, node_count: int, if_held: str) -> list[str]:
+    """Return a fault where the model has no such degree of freedom, or a support holds it."""
+    if not 1 <= node <= node_count:
+        return [f"node {node} does not exist; the model's nodes are 1 to {node_count}"]
+    rows = np.flatnonzero((dofs.node == node) & (dofs.direction == direction))
+    if len(rows) == 0:
+        have = ", ".join(dofs.direction[dofs.node == node].tolist()) or "nothing"
+        return [f"node {node} cannot move in direction {direction!r} of this model; it has {have}"]
+    if not dofs.free[rows[0]]:
+        return [f"node {node} is held in {direction} by a support; {if_held}"]
+    return []
+
+
+def check_sensors(sensors: list[Sensor]) -> list[str]:
+    """Return faults of the sensors as a set: repeated names, none measured."""
+    times = Counter(sensor.name for sensor in sensors)
+    faults = [f"sensors: name {name!r} is used {count} times" for name, count in times.items() if count > 1]
+    if all(sensor.role != "measured" for sensor in sensors):
+        faults.append('sensors: none has the role "measured"; at least one must be fitted')
+    return faults
+
+
+def check_rates(sampling_rate: float, lowpass: float | None) -> list[str]:
+    """Return faults of the two frequencies (Hz)."""
+    faults = [] if sampling_rate > 0 else [f"sampling_rate = {sampling_rate:g} Hz; must be positive"]
+    if lowpass is not None and lowpass <= 0:
+        faults.append(f"lowpass = {lowpass:g} Hz; must be positive, or left out")
+    elif lowpass is not None and sampling_rate > 0 and lowpass >= sampling_rate / 2:
+        limit = f"half the sampling_rate, {sampling_rate / 2:g} Hz"
+        faults.append(f"lowpass = {lowpass:g} Hz is not below {limit}: a wrong sampling rate for its low-pass")
+    return faults
+
+
+def check_data(data: FloatArray, sensors: list[str], sampling_rate: float | None, lowpass: float | None) -> list[str]:
+    """Return faults of one recording (realisation, time, sensor); the rates (Hz) are None where they have faults."""
+    realisations, samples, _ = data.shape
+    if realisations == 0:
+        return ["holds no recording at all"]
+    if samples < FEWEST_SAMPLES:
+        return [f"only {samples} samples; at least {FEWEST_SAMPLES} are needed"]
+    faults = []
+    for index, name in enumerate(sensors):
+        channel = data[:, :, index]  # (realisation, time)
+        bad = np.argwhere(~np.isfinite(channel))
+        flat = np.flatnonzero(np.ptp(channel, axis=1) <= FLAT_TOLERANCE * abs(channel).max(axis=1))
+        if len(bad):
+            which = _of_realisation(bad[0, 0], realisations)
+            faults.append(
+                f"channel {name!r}: {len(bad)} samples are NaN or infinite, the first is number {bad[0, 1] + 1}{which}"
+            )
+        elif len(flat):
+            which = _of_realisation(flat[0], realisations)
+            faults.append(f"channel {name!r} is constant ({channel[flat[0], 0]:g}){which}: a dead sensor?")
+        elif lowpass is not None and sampling_rate is not None:
+            faults.extend(_lowpass_faults(channel, name, sampling_rate, lowpass))
+    return faults
+
+
+def energy_above(channel: FloatArray, sampling_rate: float, frequency: float) -> float:
+    """Return the share of a channel's energy above ``frequency`` (Hz), its mean left out; channel (..., time).
+
+    From its spectrum under a Hann window, whose side lobes keep a cut-off free decay from leaking upwards.
+    """
+    samples = channel.shape[-1]
+    window = np.hanning(samples)
+    mean = (channel * window).sum(-1, keepdims=True) / window.sum()
+    power = abs(np.fft.rfft((channel - mean) * window)) ** 2  # (..., frequency)
+    above = np.fft.rfftfreq(samples, 1 / sampling_rate) > frequency
+    return float(power[..., above].sum() / power.sum())
+
+
+def _lowpass_faults(channel: FloatArray, name: str, sampling_rate: float, lowpass: float) -> list[str]:
+    share = energy_above(channel, sampling_rate, TRANSITION * lowpass)
+    if share <= LARGEST_SHARE:
+        return []
+    return [
+        f"channel {name!r}: {share:.0%} of its energy lies well above the lowpass of {lowpass:g} Hz "
+        f"(at most {LARGEST_SHARE:.0%} is expected): a wrong sampling rate for its low-pass, or a wrong low-pass"
+    ]
+
+
+def _of_realisation(index: int, realisations: int) -> str:
+    return f" (of recording {index + 1} in this array)" if realisations > 1 else ""

@@ -1,0 +1,72 @@
+"""The arrays of recordings and loads, read from .npz, .mat or .csv and brought to the shapes of `recordings`."""
+
+from pathlib import Path
+
+import numpy as np
+
+from fe_models.array_files import load_arrays, load_csv, pick_array
+from fe_models.dofs import FloatArray
+from fe_models.errors import InputError, raise_faults
+
+STEP_TOLERANCE = 0.01  # a stored time step is often rounded to two or three digits
+STEP_NAME = "dt"
+TIME_COLUMN = "time"
+
+
+def load_recording(path: Path, key: str | None, sensors: list[str], sampling_rate: float | None) -> FloatArray:
+    """Return (realisation, time, sensor), channels in the order of ``sensors``; `InputError` carries all faults.
+
+    A .csv file has the sensors' names as its header, in any order, and may have a column "time" (s). A time step "dt"
+    (s) beside the array, or that column, must agree with ``sampling_rate`` (Hz).
+    """
+    if path.suffix == ".csv":
+        return _load_recording_csv(path, sensors, sampling_rate)
+    arrays = load_arrays(path)
+    step = arrays.pop(STEP_NAME, None) if key != STEP_NAME else None
+    data = pick_array(arrays, key, str(path))
+    faults = []
+    if step is not None and step.size == 1 and step.dtype.kind in "iuf":
+        faults = _step_faults(float(step.ravel()[0]), sampling_rate, f"{path}: its {STEP_NAME}")
+    if data.ndim == 1 and len(sensors) == 1:
+        data = data[:, None]
+    if data.ndim not in (2, 3):
+        faults.append(f"{path}: shape {data.shape}; expected (time, sensor) or (recording, time, sensor)")
+    elif data.shape[-1] != len(sensors):
+        turned = "; it looks transposed" if data.shape[-2] == len(sensors) else ""
+        faults.append(f"{path}: {data.shape[-1]} columns for {len(sensors)} sensors; one column a sensor{turned}")
+    raise_faults(faults)
+    return data if data.ndim == 3 else data[None]
+
+
+def load_force(path: Path, key: str | None) -> FloatArray:
+    """Return a load's values (time,); in a .csv file ``key`` names the column where there are several."""
+    if path.suffix == ".csv":
+        header, values = load_csv(path)
+        force = pick_array({name: values[:, column] for column, name in enumerate(header)}, key, str(path))
+    else:
+        force = pick_array(load_arrays(path), key, str(path))
+    if force.size != max(force.shape, default=0):
+        raise InputError(f"{path}: shape {force.shape}; expected (time,), one value a sample")
+    return force.ravel()
+
+
+def _load_recording_csv(path: Path, sensors: list[str], sampling_rate: float | None) -> FloatArray:
+    header, values = load_csv(path)
+    expected = ", ".join(sensors)
+    unknown = [name for name in header if name not in sensors and name != TIME_COLUMN]
+    faults = [f"{path}: column {name!r} is no sensor; expected {expected}" for name in unknown]
+    faults += [f"{path}: there is no column for sensor {name!r}" for name in sensors if name not in header]
+    faults += [f"{path}: column {name!r} appears twice" for name in sorted(set(header)) if header.count(name) > 1]
+    if TIME_COLUMN in header and TIME_COLUMN not in sensors and len(values) > 1:
+        step = float(np.median(np.diff(values[:, header.index(TIME_COLUMN)])))
+        faults += _step_faults(step, sampling_rate, f"{path}: the step of its column {TIME_COLUMN!r}")
+    raise_faults(faults)
+    return values[None][:, :, [header.index(name) for name in sensors]]
+
+
+def _step_faults(step: float, sampling_rate: float | None, what: str) -> list[str]:
+    """Return a fault where the time step (s) found in a file contradicts the stated sampling rate (Hz)."""
+    if sampling_rate is None or abs(step * sampling_rate - 1) <= STEP_TOLERANCE:
+        return []
+    rate = f" ({1 / step:g} Hz)" if step > 0 else ""
+    return [f"{what} is {step:g} s{rate}, but sampling_rate says {sampling_rate:g} Hz"]

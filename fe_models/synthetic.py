@@ -1,0 +1,108 @@
+"""Synthetic recordings: a structure simulated with all its nonlinearity, as its sensors would have recorded it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fe_models.dofs import structure_dofs
+from fe_models.errors import InputError, noting, raise_faults
+from fe_models.measurement import measure
+from fe_models.recording_checks import check_rates, check_sensor
+from fe_models.recordings import Dataset, Recording, Sensor
+from fe_models.response import Response
+from fe_models.simulate import FreeConfig, ReleaseConfig, simulate_free, simulate_release
+from fe_models.statics import PointLoad, load_vector
+from fe_models.structure import Structure
+from fe_models.structure_checks import require_structure
+
+
+@dataclass(frozen=True)
+class Acquisition:
+    """How motion is recorded, by default like the laboratory bridge.
+
+    ``sampling_rate`` and ``lowpass`` (Hz, None for none); ``noise``: its standard deviation over that of each channel.
+    """
+
+    sampling_rate: float = 100.0
+    lowpass: float | None = 30.0
+    noise: float = 0.02
+
+
+def release_dataset(
+    structure: Structure,
+    releases: tuple[tuple[PointLoad, ...], ...],
+    sensors: tuple[Sensor, ...],
+    acquisition: Acquisition,
+    rng: np.random.Generator,
+    config: ReleaseConfig | None = None,
+    progress: bool = True,
+) -> Dataset:
+    """Return one recording for each pull-and-release; of several, the last is for testing.
+
+    The dataset's model is the structure itself; the recordings have what its linear model lacks: P-delta, slack cables,
+    effects, noise.
+    """
+    if not releases:
+        raise InputError("there is nothing to release: give at least one pull")
+    raise_faults(check_release(structure, releases, sensors, acquisition))
+    recordings = []
+    for number, pulls in enumerate(releases, start=1):
+        response = simulate_release(structure, pulls, config, progress)
+        data = measure(response, sensors, acquisition.sampling_rate, rng, acquisition.lowpass, acquisition.noise)
+        is_test = number == len(releases) > 1
+        recordings.append(Recording(f"release_{number}", data[None], "test" if is_test else "train"))
+    return Dataset(structure, acquisition.sampling_rate, sensors, tuple(recordings), acquisition.lowpass)
+
+
+def free_dataset(
+    structure: Structure,
+    realisations: int,
+    sensors: tuple[Sensor, ...],
+    acquisition: Acquisition,
+    rng: np.random.Generator,
+    config: FreeConfig | None = None,
+    progress: bool = True,
+) -> Dataset:
+    """Return free motions of a chain from random states, each displacement and velocity ~ N(0, 1) in m and m/s.
+
+    The first 80 % are for training. Where ``config`` is None, 50 s are simulated and sampled
+    at the rate of the acquisition.
+    """
+    raise_faults(check_release(structure, (), sensors, acquisition))
+    config = config or FreeConfig(sampling_rate=acquisition.sampling_rate)
+    start = rng.standard_normal((2, realisations, len(structure_dofs(structure).free_rows)))
+    motion = simulate_free(structure, start[0], start[1], config, progress=progress)
+    data = np.stack(
+        [
+            measure(
+                Response(motion.time, x, v, a, motion.dofs),
+                sensors,
+                acquisition.sampling_rate,
+                rng,
+                acquisition.lowpass,
+                acquisition.noise,
+            )
+            for x, v, a in zip(motion.displacement, motion.velocity, motion.acceleration, strict=True)
+        ]
+    )
+    train = realisations * 4 // 5
+    parts = (Recording("train", data[:train], "train"), Recording("test", data[train:], "test"))
+    kept = tuple(part for part in parts if len(part.data))
+    return Dataset(structure, acquisition.sampling_rate, sensors, kept, acquisition.lowpass)
+
+
+def check_release(
+    structure: Structure,
+    releases: tuple[tuple[PointLoad, ...], ...],
+    sensors: tuple[Sensor, ...],
+    acquisition: Acquisition,
+) -> list[str]:
+    """Return the faults of what is to be simulated, before time is spent on it."""
+    dofs = structure_dofs(require_structure(structure))
+    faults = check_rates(acquisition.sampling_rate, acquisition.lowpass)
+    for sensor in sensors:
+        found = check_sensor(sensor, dofs, len(structure.nodes))
+        faults += [f"sensor {sensor.name!r}: {fault}" for fault in found]
+    for loads in releases:
+        noting(faults, "", load_vector, structure, loads)
+    return faults

@@ -1,0 +1,129 @@
+"""TOML tables read into dataclasses (or the arguments of any function), with every fault of a file collected.
+
+A fault starts with its place, ``dataset.toml: sensors[3].quantity: ...``; list items are numbered from 1. Reading goes
+on after a fault, so that a user sees all of them at once.
+"""
+
+import inspect
+import json
+import tomllib
+from collections.abc import Callable, Collection, Iterable
+from difflib import get_close_matches
+from functools import cache
+from pathlib import Path
+from types import NoneType, UnionType
+from typing import Any, Literal, TypeVar, Union, get_args, get_origin
+
+from pydantic import ConfigDict, TypeAdapter, ValidationError
+
+from fe_models.errors import InputError
+
+T = TypeVar("T")
+Table = dict[str, Any]
+LONGEST_VALUE_SHOWN = 60
+
+
+def read_toml(path: Path) -> Table:
+    """Return the content of a TOML file; `InputError` names the line of a syntax error."""
+    try:
+        return tomllib.loads(path.read_bytes().decode())
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file") from None
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path.name}: not UTF-8 text (byte {error.start}); save it as UTF-8") from None
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"{path.name}: not valid TOML: {error}") from None
+    except RecursionError:
+        raise InputError(f"{path.name}: not valid TOML: nested too deeply") from None
+
+
+def read_table(
+    make: Callable[..., T], table: object, where: str, faults: list[str], required: Collection[str] = ()
+) -> T | None:
+    """Return ``make(**table)`` with each value checked against the annotation of its parameter.
+
+    ``make`` is a dataclass or a function; its parameters without default, and those named in ``required``, must be
+    there. Adds what is wrong to ``faults`` and returns None then.
+    """
+    if not isinstance(table, dict):
+        faults.append(f"{where}: expected a table, found {show(table)}")
+        return None
+    parameters = inspect.signature(make).parameters
+    before = len(faults)
+    check_keys(table, parameters, where, faults)
+    values: Table = {}
+    for key, parameter in parameters.items():
+        if key in table:
+            values[key] = read_value(parameter.annotation, table[key], at(where, key), faults)
+        elif key in required or parameter.default is parameter.empty:
+            faults.append(f"{at(where, key)}: missing; expected {describe(parameter.annotation)}")
+    if len(faults) > before:
+        return None
+    try:
+        return make(**values)
+    except InputError as error:
+        faults.extend(f"{where}: {fault}" for fault in error.faults)
+        return None
+
+
+def read_value(annotation: Any, value: object, where: str, faults: list[str]) -> Any:
+    """Return ``value`` as ``annotation`` asks (lists as tuples); NaN, infinity, and booleans for numbers are faults."""
+    try:
+        return _adapter(annotation).validate_json(json.dumps(value))
+    except (ValidationError, TypeError):  # TypeError: TOML dates, which JSON lacks
+        faults.append(f"{where}: expected {describe(annotation)}, found {show(value)}")
+        return None
+
+
+def read_list(table: Table, key: str, where: str, faults: list[str]) -> list[tuple[str, Any]]:
+    """Return the items of the optional list ``table[key]``, each with its place."""
+    items = table.get(key, [])
+    if not isinstance(items, list):
+        faults.append(f"{at(where, key)}: expected a list, found {show(items)}")
+        return []
+    return [(f"{at(where, key)}[{number}]", item) for number, item in enumerate(items, start=1)]
+
+
+def check_keys(table: Table, known: Iterable[str], where: str, faults: list[str]) -> None:
+    """Add a fault for each key of ``table`` that is not ``known``, with the nearest one that is."""
+    names = list(known)
+    faults.extend(f"{at(where, key)}: unknown key{did_you_mean(key, names)}" for key in table if key not in names)
+
+
+def did_you_mean(word: str, known: Iterable[str]) -> str:
+    """Return "; did you mean ...?" with the nearest known word, or all the known ones where none is near."""
+    names = list(known)
+    near = get_close_matches(word, names, n=1)
+    return f"; did you mean {near[0]!r}?" if near else f"; expected one of {', '.join(names)}"
+
+
+def at(where: str, key: str) -> str:
+    """Return the place of ``key`` inside ``where``, which is a file ("f.toml:") or a table in it."""
+    return f"{where} {key}" if where.endswith(":") else f"{where}.{key}"
+
+
+def show(value: object) -> str:
+    """Return ``value`` for a message, shortened."""
+    text = json.dumps(value, default=str, ensure_ascii=False)
+    return text if len(text) <= LONGEST_VALUE_SHOWN else text[: LONGEST_VALUE_SHOWN - 3] + "..."
+
+
+def describe(annotation: Any) -> str:
+    """Return an annotation in words: ``tuple[float, ...]`` is "[number, ...]"."""
+    arguments = [argument for argument in get_args(annotation) if argument is not NoneType]
+    origin = get_origin(annotation)
+    if origin in (Union, UnionType):
+        return " or ".join(describe(argument) for argument in arguments)
+    if origin is Literal:
+        return " or ".join(json.dumps(argument) for argument in arguments)
+    if origin is tuple:
+        return "[" + ", ".join("..." if item is Ellipsis else describe(item) for item in arguments) + "]"
+    return {float: "a number", int: "an integer", str: "text", bool: "true or false"}.get(annotation, str(annotation))
+
+
+@cache
+def _adapter(annotation: Any) -> TypeAdapter[Any]:
+    # Strict: "4" and true are no numbers. JSON input: its arrays may become tuples all the same.
+    return TypeAdapter(annotation, config=ConfigDict(strict=True, allow_inf_nan=False))

@@ -1,0 +1,128 @@
+"""Linear calibration: the learned linear rest by separable least squares, in seconds.
+
+For given Lambda, Gamma and rest the channels are linear in a window's initial state, so that state is solved for and
+projected out (variable projection, Golub & Pereyra 1973); only the rest is searched, by L-BFGS. The windows grow from a
+tenth of the whole: over a short window a frequency that is far off still has the right phase, so the search
+does not get caught in a wrong minimum.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+from fe_models.dofs import FloatArray
+from fe_models.linear import ModalModel
+from fe_models.recordings import Sensor
+from hybrid.decoder import QUANTITIES, sensor_shapes
+
+GROWTH = (0.1, 0.2, 0.4, 1.0)  # of the whole window, one after the other
+ITERATIONS = 100  # of L-BFGS at each length; the bridge needs 30 to 80
+COUPLING_PENALTY = 1e-2  # on squared off-diagonal entries, relative to omega: keeps the shapes near the model's
+DIAGONAL_PENALTY = 1e-5  # frequencies and damping ratios are free: 1e-5 only fixes those that no sensor sees
+RIDGE = (
+    1e-4  # on the initial state, relative to its mean normal-matrix entry: modes the sensors do not see stay at rest
+)
+SHRINKAGE = 0.02  # of the error covariance towards a multiple of the identity: it is estimated from few windows
+QUIET = 0.05  # of the rms of all windows: added to a window's own rms, so that noise in quiet windows does not count
+
+
+@dataclass(frozen=True)
+class LinearFit:
+    """A learned linear ``rest`` (2, mode, mode), dimensionless as `Observer.rates` takes it.
+
+    ``unexplained``: the share of the windows' energy that it leaves.
+    """
+
+    rest: FloatArray
+    unexplained: float
+
+
+class Observer:
+    """What the sensors see of the linear model: x_k = C exp(A k h) z in the state z = [omega q, q']."""
+
+    def __init__(self, modal: ModalModel, sensors: Sequence[Sensor], step: float) -> None:
+        self.omega = torch.tensor(modal.omega, dtype=torch.float64)  # (mode,)
+        self.ratio = torch.tensor(modal.damping_ratio, dtype=torch.float64)  # (mode,)
+        shapes = torch.tensor(sensor_shapes(modal, sensors), dtype=torch.float64)  # (sensor, mode)
+        picks = [[sensor.quantity == quantity for sensor in sensors] for quantity in QUANTITIES]
+        self.shapes = shapes[None] * torch.tensor(picks)[:, :, None]  # (quantity, sensor, mode)
+        self.step = step
+
+    def rates(self, rest: Tensor) -> tuple[Tensor, Tensor]:
+        """Return d q'/dt as matrices on omega q and on q', each (mode, mode), for a dimensionless rest (2, mode, mode).
+
+        rest[0] scales as omega_i omega_j (stiffness), rest[1] as sqrt(omega_i omega_j) (damping).
+        """
+        root = self.omega.sqrt()
+        stiffness = -torch.diag(self.omega) - self.omega[:, None] * rest[0]
+        damping = -torch.diag(2 * self.ratio * self.omega) - root[:, None] * rest[1] * root[None, :]
+        return stiffness, damping
+
+    def matrix(self, rest: Tensor, samples: int) -> Tensor:
+        """Return the observability matrix (time, sensor, 2 mode)."""
+        stiffness, damping = self.rates(rest)
+        upper = torch.cat([torch.zeros_like(stiffness), torch.diag(self.omega)], dim=1)
+        lower = torch.cat([stiffness, damping], dim=1)  # (mode, 2 mode)
+        displacement, velocity, acceleration = self.shapes
+        seen = torch.cat([displacement / self.omega, velocity], dim=1) + acceleration @ lower  # (sensor, 2 mode)
+        power = torch.matrix_exp(torch.cat([upper, lower]) * self.step)
+        rows = seen[None]
+        while len(rows) < samples:  # doubling: log2(samples) products instead of samples
+            rows = torch.cat([rows, rows @ power])
+            power = power @ power
+        return rows[:samples]
+
+
+def smooth(observability: Tensor, windows: Tensor, ridge: float = RIDGE) -> tuple[Tensor, Tensor]:
+    """Return least-squares states (window, 2 mode) and the fitted windows, for (time, sensor, state) and windows."""
+    X = observability.flatten(0, 1)  # (time * sensor, state)
+    normal = X.T @ X
+    normal = normal + ridge * normal.diagonal().mean() * torch.eye(len(normal), dtype=X.dtype)
+    states = torch.linalg.solve(normal, X.T @ windows.flatten(1).T).T  # (window, state)
+    return states, (states @ X.T).reshape(windows.shape)
+
+
+def fit_linear_rest(observer: Observer, windows: Tensor, progress: Iterable[float] = GROWTH) -> LinearFit:
+    """Return the linear model that explains ``windows`` (window, time, sensor) best; `progress` wraps the lengths."""
+    rms = windows.square().mean(dim=(1, 2), keepdim=True).sqrt()
+    weighted = windows / (rms + QUIET * windows.square().mean().sqrt())
+    modes = len(observer.omega)
+    rest = torch.zeros(2, modes, modes, dtype=torch.float64, requires_grad=True)
+    coupling = 1 - torch.eye(modes, dtype=torch.float64)
+    share = torch.tensor(1.0)
+    for fraction in progress:
+        part = weighted[:, : max(round(fraction * windows.shape[1]), 20)]
+        optimiser = torch.optim.LBFGS(
+            [rest], max_iter=ITERATIONS, history_size=30, line_search_fn="strong_wolfe", tolerance_change=1e-7
+        )
+
+        def loss(part: Tensor = part, optimiser: torch.optim.LBFGS = optimiser) -> Tensor:
+            nonlocal share
+            optimiser.zero_grad()
+            _, fitted = smooth(observer.matrix(rest, part.shape[1]), part)
+            share = (fitted - part).square().mean() / part.square().mean()
+            penalty = COUPLING_PENALTY * (rest * coupling).square().sum() + DIAGONAL_PENALTY * rest.square().sum()
+            total = share + penalty
+            total.backward()
+            return total
+
+        optimiser.step(loss)
+    return LinearFit(rest.detach().numpy(), float(share))
+
+
+def initial_state_estimator(observability: Tensor, windows: Tensor, samples: int) -> Tensor:
+    """Return W (2 mode, time * sensor): the most probable z0 given a window's first ``samples``, W x.
+
+    z0 ~ N(0, P) and x = O z0 + e with e ~ N(0, R) give W = P O^T (O P O^T + R)^-1. P and R are those of the windows,
+    smoothed over six times as many samples: long enough to know z0 well, short enough for a linear model to hold.
+    """
+    span = min(6 * samples, windows.shape[1])
+    states, fitted = smooth(observability[:span], windows[:, :span])
+    error = (windows[:, :samples] - fitted[:, :samples]).flatten(1)  # (window, time * sensor)
+    P = states.T @ states / len(states)
+    R = error.T @ error / len(error)
+    R = R + SHRINKAGE * R.diagonal().mean() * torch.eye(len(R), dtype=R.dtype)
+    X = observability[:samples].flatten(0, 1)  # (time * sensor, 2 mode)
+    return P @ X.T @ torch.linalg.inv(X @ P @ X.T + R)

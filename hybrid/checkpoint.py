@@ -1,0 +1,123 @@
+"""Checkpoints: one file with everything a trained, or half-trained, model needs; loading it runs no code from it."""
+
+import json
+import pickle
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+
+from fe_models.dofs import DofMap
+from fe_models.errors import InputError
+from fe_models.files import writing
+from fe_models.linear import ModalModel
+from fe_models.recordings import Sensor
+from fe_models.structure import Structure
+from fe_models.structure_file import structure_from_text, structure_text
+from hybrid.config import Config, ModelConfig, TrainingConfig
+from hybrid.model import NeuralModalODE
+from hybrid.scaling import StateScale
+from hybrid.training import EpochResult
+
+FORMAT = 1
+
+
+@dataclass(frozen=True)
+class Origin:
+    """What a model was made from, besides its configuration.
+
+    ``structure`` is None for a model of the user's own matrices. ``data_digest`` is that of the training windows.
+    """
+
+    structure: Structure | None
+    modal: ModalModel
+    sensors: tuple[Sensor, ...]
+    sampling_rate: float
+    kept: tuple[str, ...]
+    left_out: tuple[str, ...]
+    unexplained: float | None
+    data_digest: str
+
+
+@dataclass(frozen=True)
+class Checkpoint:
+    """A model, where it came from, and where its training stands (``optimiser`` is that of `torch.optim.Adam`)."""
+
+    config: Config
+    origin: Origin
+    model: NeuralModalODE
+    optimiser: dict[str, Any]
+    history: tuple[EpochResult, ...]
+    seconds: float
+
+
+def save_checkpoint(checkpoint: Checkpoint, path: Path) -> None:
+    """Write the checkpoint whole; an older one stays until the new one is complete."""
+    origin, modal = checkpoint.origin, checkpoint.origin.modal
+    content = {
+        "format": FORMAT,
+        "config": json.dumps(asdict(checkpoint.config)),
+        "structure": structure_text(origin.structure) if origin.structure else "",
+        "sensors": [asdict(sensor) for sensor in origin.sensors],
+        "modal": {
+            "omega": torch.tensor(modal.omega),
+            "damping_ratio": torch.tensor(modal.damping_ratio),
+            "shapes": torch.tensor(modal.shapes),
+            "dof_node": torch.tensor(modal.dofs.node),
+            "dof_direction": [str(direction) for direction in modal.dofs.direction],
+            "dof_free": torch.tensor(modal.dofs.free),
+        },
+        "sampling_rate": origin.sampling_rate,
+        "kept": list(origin.kept),
+        "left_out": list(origin.left_out),
+        "unexplained": origin.unexplained,
+        "data_digest": origin.data_digest,
+        "model": checkpoint.model.state_dict(),
+        "optimiser": checkpoint.optimiser,
+        "history": [asdict(result) for result in checkpoint.history],
+        "seconds": checkpoint.seconds,
+    }
+    with writing(path) as temporary:
+        torch.save(content, temporary)
+
+
+def load_checkpoint(path: Path) -> Checkpoint:
+    """Read a checkpoint, its model on the CPU; `InputError` where the file is none or is another version's."""
+    try:
+        content = torch.load(path, map_location="cpu", weights_only=True)
+        found = content["format"]
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file; give the folder or checkpoint that train_hybrid.py wrote") from None
+    except (pickle.UnpicklingError, RuntimeError, EOFError, KeyError, TypeError) as error:
+        raise InputError(f"{path}: is not a checkpoint of this program ({type(error).__name__})") from error
+    if found != FORMAT:
+        raise InputError(f"{path}: has checkpoint format {found}, this program reads {FORMAT}; train again")
+    raw = json.loads(content["config"])
+    config = Config(ModelConfig(**raw["model"]), TrainingConfig(**raw["training"]))
+    origin = _origin(content)
+    effects = origin.structure.effects if origin.structure else ()
+    weights = content["model"]
+    scale = StateScale(weights["dynamics.a"].double().numpy(), weights["dynamics.b"].double().numpy())
+    model = NeuralModalODE(
+        config.model, origin.modal, effects, origin.sensors, weights["channel_scale"], scale, 1 / origin.sampling_rate
+    )
+    model.load_state_dict(weights)
+    history = tuple(EpochResult(**result) for result in content["history"])
+    return Checkpoint(config, origin, model, content["optimiser"], history, content["seconds"])
+
+
+def _origin(content: dict[str, Any]) -> Origin:
+    modal = content["modal"]
+    dofs = DofMap(modal["dof_node"].numpy(), np.array(modal["dof_direction"]), modal["dof_free"].numpy())
+    return Origin(
+        structure=structure_from_text(content["structure"], "checkpoint") if content["structure"] else None,
+        modal=ModalModel(modal["omega"].numpy(), modal["damping_ratio"].numpy(), modal["shapes"].numpy(), dofs),
+        sensors=tuple(Sensor(**sensor) for sensor in content["sensors"]),
+        sampling_rate=content["sampling_rate"],
+        kept=tuple(content["kept"]),
+        left_out=tuple(content["left_out"]),
+        unexplained=content["unexplained"],
+        data_digest=content["data_digest"],
+    )

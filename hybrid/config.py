@@ -1,0 +1,64 @@
+"""What can be chosen about the hybrid model and its training, with the reason beside each number."""
+
+from dataclasses import dataclass, replace
+from typing import Literal
+
+EncoderKind = Literal["window", "paper"]
+IntegratorKind = Literal["propagator", "rk4", "dopri5"]
+
+
+@dataclass(frozen=True)
+class ModelConfig:
+    """Sizes of the Neural Modal ODE."""
+
+    modes: int = 10  # the bridge's first ten lie below its low-pass of 30 Hz; fewer where the model has fewer
+    encoder: EncoderKind = "window"  # "window": linear in all samples; "paper": MLP on the first for q0, RNN for q0'
+    encoder_samples: int = 10  # n_t of the paper
+    encoder_hidden: int = 128  # width of the MLP (2 layers) of the paper's encoder
+    rnn_hidden: int = 128  # of the paper's encoder: 32 for the chain, 128 for the bridge
+    net_hidden: int = 64  # width of NN(z) (2 layers); paper: 128, no better and slower here
+    zero_at_rest: bool = True  # the net exerts no force on a structure at rest; the paper leaves it free
+    integrator: IntegratorKind = "propagator"
+
+
+@dataclass(frozen=True)
+class TrainingConfig:
+    """How the model is trained."""
+
+    calibrate: bool = True  # start the learned rest at the linear model that least squares finds in seconds
+    window: int = 500  # samples a window, as in the paper
+    stride: int = 20  # samples between the starts of windows, as in the paper
+    epochs: int = 20
+    batch: int = 16  # as in the paper
+    learning_rate: float = 1e-3
+    first_horizon: int = 100  # samples forecast in the first epoch; grows to the whole window by half of the epochs
+    noise_std: float = 0.1  # standard deviation of the Gaussian likelihood, relative to each window's channels
+    kl_weight: float = 1.0
+    seed: int = 0
+    threads: int = 2
+
+
+@dataclass(frozen=True)
+class Config:
+    """The whole configuration, as it is kept in a checkpoint."""
+
+    model: ModelConfig = ModelConfig()
+    training: TrainingConfig = TrainingConfig()
+
+
+def paper_preset(structure_name: str) -> Config:
+    """Return the sizes and the training of Lai et al. 2022: nothing calibrated, rk4 with one step a sample.
+
+    The chain has 4 modes and an RNN of 32 units, everything else the bridge's 10 modes and 128 units.
+    """
+    small = structure_name == "four_dof"
+    model = ModelConfig(
+        modes=4 if small else 10,
+        encoder="paper",
+        net_hidden=128,
+        zero_at_rest=False,
+        rnn_hidden=32 if small else 128,
+        integrator="rk4",
+    )
+    training = TrainingConfig(calibrate=False, epochs=1600, first_horizon=TrainingConfig.window)
+    return Config(model, replace(training, window=501 if small else 500))

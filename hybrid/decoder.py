@@ -1,0 +1,41 @@
+"""The fixed decoder: mode shapes turn modal coordinates into displacements, velocities and accelerations."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import torch
+from torch import Tensor, nn
+
+from fe_models.errors import raise_faults
+from fe_models.linear import ModalModel
+from fe_models.recordings import Sensor
+
+QUANTITIES = ("displacement", "velocity", "acceleration")
+
+
+def sensor_shapes(modal: ModalModel, sensors: Sequence[Sensor]) -> np.ndarray:
+    """Return E Phi: the rows of the mode shapes that the sensors see, shape (sensor, mode)."""
+    faults, rows = [], []
+    for sensor in sensors:
+        try:
+            rows.append(modal.dofs.row(sensor.node, sensor.direction))
+        except KeyError as error:
+            faults.append(f"sensor {sensor.name!r}: {error.args[0]}")
+    raise_faults(faults)
+    return modal.shapes[rows]
+
+
+class Decoder(nn.Module):
+    """x = E [Phi q, Phi q', Phi q'']: each sensor picks its row and its quantity. Nothing is learned here."""
+
+    def __init__(self, modal: ModalModel, sensors: Sequence[Sensor]) -> None:
+        super().__init__()
+        shapes = torch.tensor(sensor_shapes(modal, sensors), dtype=torch.get_default_dtype())  # (sensor, mode)
+        picks = [[sensor.quantity == quantity for sensor in sensors] for quantity in QUANTITIES]
+        self.shapes: Tensor
+        self.register_buffer("shapes", shapes[None] * torch.tensor(picks)[:, :, None])  # (quantity, sensor, mode)
+
+    def forward(self, q: Tensor, q_dot: Tensor, q_ddot: Tensor) -> Tensor:
+        """Return the channels (..., sensor) from modal coordinates and their two rates, each (..., mode)."""
+        displacement, velocity, acceleration = self.shapes
+        return q @ displacement.T + q_dot @ velocity.T + q_ddot @ acceleration.T

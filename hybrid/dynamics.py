@@ -1,0 +1,90 @@
+"""The latent ODE q'' = -Lambda q - Gamma q' + known effects + learned rest (Lai et al. 2022, eq. 5)."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import torch
+from torch import Tensor, nn
+
+from fe_models.dofs import FloatArray
+from fe_models.effects import ConnectorEffect
+from fe_models.linear import ModalModel
+from hybrid.networks import mlp, start_at_zero
+from hybrid.scaling import StateScale
+
+
+def effect_shape(modal: ModalModel, effect: ConnectorEffect) -> FloatArray:
+    """Return b^T Phi (mode,): the effect's elongation for a unit of each modal coordinate."""
+    rows = [modal.dofs.row(node, effect.direction) for node in effect.nodes]
+    return modal.shapes[rows[-1]] - (modal.shapes[rows[0]] if len(rows) == 2 else 0.0)
+
+
+class ModalDynamics(nn.Module):
+    """Rate of the scaled state z = [q / a, q' / b] (scales a, b: one a mode, see `StateScale`).
+
+    The physical part is fixed: Lambda = diag(omega^2), Gamma = diag(2 xi omega), and the effects that the structure
+    carries. The rest is learned: a linear map of z, where calibration starts, and NN(z).
+    """
+
+    def __init__(
+        self, modal: ModalModel, effects: Sequence[ConnectorEffect], scale: StateScale, hidden: int, zero_at_rest: bool
+    ) -> None:
+        super().__init__()
+        modes = len(modal.omega)
+        self.modes = modes
+        self.effects = tuple(effects)
+        dtype = torch.get_default_dtype()
+        shapes = np.array([effect_shape(modal, effect) for effect in effects]).reshape(len(effects), modes)
+        self.a: Tensor
+        self.b: Tensor
+        self.physical: Tensor
+        self.effect_shapes: Tensor
+        self.register_buffer("a", torch.tensor(scale.displacement, dtype=dtype))  # (mode,)
+        self.register_buffer("b", torch.tensor(scale.velocity, dtype=dtype))  # (mode,)
+        self.register_buffer("effect_shapes", torch.tensor(shapes, dtype=dtype))  # (effect, mode)
+        stiffness = np.diag(-(modal.omega**2) * scale.displacement / scale.velocity)
+        damping = np.diag(-2 * modal.damping_ratio * modal.omega)
+        self.register_buffer("physical", torch.tensor(np.hstack([stiffness, damping]), dtype=dtype))  # (mode, 2 mode)
+        self.rest = nn.Linear(2 * modes, modes, bias=False)
+        nn.init.zeros_(self.rest.weight)
+        self.net = mlp(2 * modes, hidden, modes)
+        self.zero_at_rest = zero_at_rest
+        if zero_at_rest:
+            start_at_zero(self.net)
+
+    def linear_part(self) -> Tensor:
+        """Return A (2 mode, 2 mode) of z' = A z + [0, force(z)]: the fixed modal part and the learned linear rest."""
+        upper = torch.cat([torch.zeros_like(self.physical[:, : self.modes]), torch.diag(self.b / self.a)], dim=1)
+        return torch.cat([upper, self.physical + self.rest.weight], dim=0)
+
+    def force(self, z: Tensor) -> Tensor:
+        """Return what is not linear, in units of q'' / b: the net and the structure's own effects; (..., mode).
+
+        A structure at rest stays at rest: with ``zero_at_rest`` the net enters as NN(z) - NN(0).
+        """
+        force = self.net(z)
+        if self.zero_at_rest:
+            force = force - self.net(torch.zeros_like(z[..., :1, :]))
+        if self.effects:
+            q, q_dot = self.unscale(z)
+            force = force - self._effect_force(q, q_dot) / self.b
+        return force
+
+    def _effect_force(self, q: Tensor, q_dot: Tensor) -> Tensor:
+        u, v = q @ self.effect_shapes.T, q_dot @ self.effect_shapes.T  # (..., effect)
+        pulls = [effect.force(u[..., i], v[..., i]) for i, effect in enumerate(self.effects)]
+        return torch.stack(pulls, dim=-1) @ self.effect_shapes  # (..., mode)
+
+    def unscale(self, z: Tensor) -> tuple[Tensor, Tensor]:
+        """Return q and q' (..., mode) of scaled states (..., 2 mode)."""
+        q, q_dot = z.chunk(2, dim=-1)
+        return q * self.a, q_dot * self.b
+
+    def acceleration(self, z: Tensor, force: Tensor) -> Tensor:
+        """Return q'' (..., mode) of scaled states (..., 2 mode), given `force` at them."""
+        return (z @ self.linear_part()[self.modes :].T + force) * self.b
+
+    def forward(self, t: Tensor, z: Tensor) -> Tensor:
+        """Return dz/dt (..., 2 mode), in the form that `torchdiffeq` asks for."""
+        rate = z @ self.linear_part().T
+        return torch.cat([rate[..., : self.modes], rate[..., self.modes :] + self.force(z)], dim=-1)

@@ -1,0 +1,80 @@
+"""The Neural Modal ODE: encoder -> modal ODE with a learned rest -> fixed decoder (Lai et al. 2022, fig. 2)."""
+
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor, nn
+
+from fe_models.effects import ConnectorEffect
+from fe_models.linear import ModalModel
+from fe_models.recordings import Sensor
+from hybrid.config import ModelConfig
+from hybrid.decoder import Decoder
+from hybrid.dynamics import ModalDynamics
+from hybrid.encoder import PaperEncoder, WindowEncoder
+from hybrid.integrators import integrate
+from hybrid.scaling import StateScale
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """A forecast: modal coordinates and their two rates (batch, time, mode), and the channels (batch, time, sensor)."""
+
+    q: Tensor
+    q_dot: Tensor
+    q_ddot: Tensor
+    channels: Tensor
+
+
+class NeuralModalODE(nn.Module):
+    """The hybrid model of one structure and its sensors.
+
+    ``sensors`` are all that are decoded; ``measured`` (their column numbers) are those that the encoder sees.
+    ``channel_scale`` (sensor,) divides what the encoder sees; ``step`` (s) is the sampling interval.
+    """
+
+    def __init__(
+        self,
+        config: ModelConfig,
+        modal: ModalModel,
+        effects: tuple[ConnectorEffect, ...],
+        sensors: tuple[Sensor, ...],
+        channel_scale: Tensor,
+        state_scale: StateScale,
+        step: float,
+    ) -> None:
+        super().__init__()
+        self.config = config
+        self.step = step
+        self.measured = [i for i, sensor in enumerate(sensors) if sensor.role == "measured"]
+        self.channel_scale: Tensor
+        self.register_buffer("channel_scale", channel_scale.to(torch.get_default_dtype()))  # (sensor,)
+        modes, channels = len(modal.omega), len(self.measured)
+        self.encoder: PaperEncoder | WindowEncoder
+        if config.encoder == "paper":
+            self.encoder = PaperEncoder(channels, modes, config.encoder_hidden, config.rnn_hidden)
+        else:
+            self.encoder = WindowEncoder(channels, modes, config.encoder_samples)
+        self.dynamics = ModalDynamics(modal, effects, state_scale, config.net_hidden, config.zero_at_rest)
+        self.decoder = Decoder(modal, sensors)
+
+    def encode(self, windows: Tensor) -> tuple[Tensor, Tensor]:
+        """Return mean and log-variance of the scaled z0, each (batch, 2 mode), from the start of windows.
+
+        ``windows``: (batch, time, sensor) with at least `ModelConfig.encoder_samples` samples; all later ones and the
+        held-out sensors are ignored.
+        """
+        seen = windows[:, : self.config.encoder_samples, self.measured] / self.channel_scale[self.measured]
+        mean, log_variance = self.encoder(seen)
+        return mean, log_variance
+
+    def forecast(self, z0: Tensor, samples: int) -> Trajectory:
+        """Return the trajectory of ``samples`` samples from scaled initial states z0 (batch, 2 mode)."""
+        z = integrate(self.dynamics, z0, samples, self.step, self.config.integrator)  # (batch, time, 2 mode)
+        q, q_dot = self.dynamics.unscale(z)
+        q_ddot = self.dynamics.acceleration(z, self.dynamics.force(z))
+        return Trajectory(q, q_dot, q_ddot, self.decoder(q, q_dot, q_ddot))
+
+    def scale_state(self, q: Tensor, q_dot: Tensor) -> Tensor:
+        """Return the scaled state (..., 2 mode) of modal coordinates and velocities that the user gives."""
+        return torch.cat([q / self.dynamics.a, q_dot / self.dynamics.b], dim=-1)

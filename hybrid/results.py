@@ -1,0 +1,181 @@
+"""What a finished run leaves in its folder: scores, the predicted field, the model for the pictures, the curves."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+
+from fe_models.dofs import FloatArray
+from fe_models.files import write_json, write_npz
+from fe_models.linear import LinearModel, ModalModel
+from fe_models.matrices_file import save_linear_model
+from fe_models.recordings import Dataset
+from fe_models.structure import Structure
+from fe_models.structure_file import save_structure
+from hybrid.calibration import Observer, smooth
+from hybrid.evaluation import score_table
+from hybrid.figures import channel_labels, draw_curves, draw_history, draw_latent, draw_loop
+from hybrid.forecast import Forecast, fe_counterpart, forecast_windows
+from hybrid.model import NeuralModalODE
+from hybrid.run import Run
+from hybrid.windows import columns, cut_all
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Test windows (window, time, sensor) and what the hybrid and the FE model forecast of them."""
+
+    windows: FloatArray
+    hybrid: Forecast
+    fe: Forecast
+
+
+def compare(model: NeuralModalODE, dataset: Dataset, length: int, stride: int) -> Comparison | None:
+    """Forecast all windows of the test recordings; None where the dataset has no test recording."""
+    recordings = dataset.select("test")
+    if not recordings:
+        return None
+    windows = cut_all(recordings, length, stride)
+    fe = forecast_windows(model, windows, dynamics=fe_counterpart(model))
+    return Comparison(windows, forecast_windows(model, windows), fe)
+
+
+def write_results(run: Run, dataset: Dataset, truth: FloatArray | None = None) -> dict[str, Any]:
+    """Score the run's model on the test recordings, write everything into its folder and return the metrics.
+
+    ``truth``: the true displacement (time, dof) of the first test recording, known where the data are simulated.
+    """
+    folder, model, modal = run.folder, run.trainer.model, run.origin.modal
+    training = run.config.training
+    length = run.trainer.windows.shape[1]
+    comparison = compare(model, dataset, length, training.stride)
+    metrics: dict[str, Any] = {
+        "schema": 1,
+        "training": {
+            "recordings": list(run.origin.kept),
+            "left_out": list(run.origin.left_out),
+            "linear_model_unexplained": run.origin.unexplained,
+            "epochs": len(run.history),
+            "seconds": run.seconds,
+        },
+        "test": None,
+        "scores": None,
+    }
+    _write_model(dataset.model, modal, folder)
+    draw_history(folder / "training.png", run.history)
+    if comparison is not None:
+        forecasts = {"fe": comparison.fe.channels, "hybrid": comparison.hybrid.channels}
+        metrics["test"] = {
+            "recordings": [recording.name for recording in dataset.select("test")],
+            "windows": len(comparison.windows),
+            "window_samples": length,
+            "encoder_samples": run.config.model.encoder_samples,
+        }
+        metrics["scores"] = score_table(forecasts, comparison.windows, dataset.sensors)
+        field = None if truth is None else truth[:length]
+        if field is not None:
+            metrics["field"] = field_scores(comparison, modal, field)
+        _write_prediction(dataset, modal, comparison, run.config.model.encoder_samples, field, folder)
+        _draw(dataset, modal, comparison, field, folder)
+    run.finish()
+    write_json(folder / "metrics.json", metrics)
+    return metrics
+
+
+def field_scores(comparison: Comparison, modal: ModalModel, truth: FloatArray) -> dict[str, float]:
+    """Return each model's error of the displacement field over the first test window, relative to the field's size.
+
+    RMS over all translations and times, of the error over that of the truth (time, dof).
+    """
+    translations = np.isin(modal.dofs.direction, ["x", "y"])
+    size = np.sqrt(np.mean(truth[:, translations] ** 2))
+    fields = {"fe": comparison.fe.q[0] @ modal.shapes.T, "hybrid": comparison.hybrid.q[0] @ modal.shapes.T}
+    return {
+        name: float(np.sqrt(np.mean((field - truth)[:, translations] ** 2)) / size) for name, field in fields.items()
+    }
+
+
+def fe_initial_state(dataset: Dataset, modal: ModalModel, window: FloatArray, samples: int) -> FloatArray:
+    """Return q0 (mode,) that the FE model alone infers from a window's first samples, by least squares."""
+    measured = columns(dataset, "measured")
+    observer = Observer(modal, [dataset.sensors[i] for i in measured], 1 / dataset.sampling_rate)
+    modes = len(modal.omega)
+    observability = observer.matrix(torch.zeros(2, modes, modes, dtype=torch.float64), samples)
+    states, _ = smooth(observability, torch.tensor(window[None, :samples, measured]))
+    return (states[0, :modes] / observer.omega).numpy()
+
+
+def _write_model(model: Structure | LinearModel, modal: ModalModel, folder: Path) -> None:
+    modes = {"frequencies": modal.frequencies, "damping_ratio": modal.damping_ratio, "mode_shapes": modal.shapes}
+    if isinstance(model, Structure):
+        save_structure(model, folder / "structure.toml")
+        write_npz(folder / "model.npz", modes)
+    else:
+        save_linear_model(model, folder / "model.npz", modes)
+
+
+def _write_prediction(
+    dataset: Dataset, modal: ModalModel, comparison: Comparison, samples: int, truth: FloatArray | None, folder: Path
+) -> None:
+    initial = fe_initial_state(dataset, modal, comparison.windows[0], samples)
+    arrays = {
+        "time": np.arange(comparison.windows.shape[1]) / dataset.sampling_rate,
+        "hybrid": comparison.hybrid.q[0] @ modal.shapes.T,
+        "fe": comparison.fe.q[0] @ modal.shapes.T,
+        "fe_initial": modal.shapes @ initial,
+        "damping_ratio": modal.damping_ratio,
+        "unit": np.array("1" if any(sensor.unit == "1" for sensor in dataset.sensors) else "m"),
+        "sensor_name": np.array([sensor.name for sensor in dataset.sensors]),
+        "sensor_node": np.array([sensor.node for sensor in dataset.sensors]),
+        "sensor_direction": np.array([sensor.direction for sensor in dataset.sensors]),
+        "sensor_role": np.array([sensor.role for sensor in dataset.sensors]),
+    }
+    write_npz(folder / "prediction.npz", arrays if truth is None else {**arrays, "truth": truth})
+
+
+def _draw(dataset: Dataset, modal: ModalModel, comparison: Comparison, truth: FloatArray | None, folder: Path) -> None:
+    time = np.arange(comparison.windows.shape[1]) / dataset.sampling_rate
+    hybrid, fe = comparison.hybrid, comparison.fe
+    first = "first test window, forecast from its first samples"
+    curves = {"measured": comparison.windows[0], "FE model": fe.channels[0], "hybrid": hybrid.channels[0]}
+    draw_curves(folder / "channels.png", time, curves, channel_labels(dataset.sensors), f"Channels, {first}")
+    q, q_dot = {"FE model": fe.q[0], "hybrid": hybrid.q[0]}, {"FE model": fe.q_dot[0], "hybrid": hybrid.q_dot[0]}
+    draw_latent(folder / "latent.png", time, q, q_dot, f"Modal coordinates and velocities, {first}")
+    fields = {"FE model": fe.q[0] @ modal.shapes.T, "hybrid": hybrid.q[0] @ modal.shapes.T}
+    row = _most_moved_translation(modal, fields["hybrid"])
+    if truth is not None:
+        fields = {"truth": truth, **fields}
+    place = f"node {modal.dofs.node[row]} in {modal.dofs.direction[row]}"
+    unit = "relative" if any(sensor.unit == "1" for sensor in dataset.sensors) else "m"
+    draw_curves(
+        folder / "displacement.png",
+        time,
+        {name: field[:, [row]] for name, field in fields.items()},
+        [f"displacement ({unit})"],
+        f"Displacement of {place}, where it is largest, {first}",
+    )
+    if isinstance(dataset.model, Structure) and dataset.model.directions == ("x",):
+        _draw_loop(dataset, dataset.model, modal, comparison, folder)
+
+
+def _most_moved_translation(modal: ModalModel, field: FloatArray) -> int:
+    """Return the row of the translation (not a rotation) that moves most in a field (time, dof)."""
+    motion = np.abs(field).max(axis=0) * np.isin(modal.dofs.direction, ["x", "y"])
+    return int(np.argmax(motion))
+
+
+def _draw_loop(dataset: Dataset, chain: Structure, modal: ModalModel, comparison: Comparison, folder: Path) -> None:
+    """Draw the inertia force at node 1 over its displacement: the loop that a nonlinear spring there bends."""
+    mass = sum(point.mass for point in chain.point_masses if point.node == 1)
+    row = modal.dofs.row(1, "x")
+    forecasts = {"FE model": comparison.fe, "hybrid": comparison.hybrid}
+    displacement = {name: forecast.q[0] @ modal.shapes[row] for name, forecast in forecasts.items()}
+    force = {name: -mass * (forecast.q_ddot[0] @ modal.shapes[row]) for name, forecast in forecasts.items()}
+    quantities = {sensor.quantity: i for i, sensor in enumerate(dataset.sensors) if sensor.node == 1}
+    if {"displacement", "acceleration"} <= quantities.keys():
+        window = comparison.windows[0]
+        displacement = {"measured": window[:, quantities["displacement"]], **displacement}
+        force = {"measured": -mass * window[:, quantities["acceleration"]], **force}
+    draw_loop(folder / "force_displacement.png", displacement, force, node=1)

@@ -1,0 +1,125 @@
+"""A training run in a folder: start or resume it, checkpoint every epoch, and finish it.
+
+While a training is under way its state is in ``training.pt``; only when it is done does that file become
+``checkpoint.pt``, so that an older result stays whole until a new one is.
+"""
+
+import hashlib
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import torch
+
+from fe_models.dofs import FloatArray
+from fe_models.errors import InputError
+from fe_models.recordings import Dataset
+from fe_models.structure import Structure
+from hybrid.checkpoint import Checkpoint, Origin, load_checkpoint, save_checkpoint
+from hybrid.config import Config
+from hybrid.preparation import prepare
+from hybrid.training import EpochResult, Trainer
+from hybrid.windows import cut_all, window_length
+
+UNDER_WAY = "training.pt"
+DONE = "checkpoint.pt"
+
+
+@dataclass
+class Run:
+    """A trainer with its origin and its past; the one mutable thing here, as training is."""
+
+    folder: Path
+    config: Config
+    origin: Origin
+    trainer: Trainer
+    history: tuple[EpochResult, ...] = ()
+    seconds: float = 0.0
+
+    def epochs(self) -> Iterator[EpochResult]:
+        """Train on, one epoch at each step of the iteration; each is in the checkpoint before it is yielded."""
+        started, before = time.perf_counter(), self.seconds
+        for result in self.trainer.epochs():
+            self.history += (result,)
+            self.seconds = before + time.perf_counter() - started
+            save_checkpoint(self.checkpoint(), self.folder / UNDER_WAY)
+            yield result
+
+    def checkpoint(self) -> Checkpoint:
+        """Return the state as it is now."""
+        optimiser = self.trainer.optimiser.state_dict()
+        return Checkpoint(self.config, self.origin, self.trainer.model, optimiser, self.history, self.seconds)
+
+    def finish(self) -> None:
+        """Turn the training's state into the run's checkpoint."""
+        save_checkpoint(self.checkpoint(), self.folder / DONE)
+        (self.folder / UNDER_WAY).unlink(missing_ok=True)
+
+
+def begin(dataset: Dataset, config: Config, folder: Path, device: str = "cpu") -> Run:
+    """Start a new training; `InputError` where the dataset does not allow one."""
+    torch.set_num_threads(config.training.threads)
+    started = time.perf_counter()
+    prepared = prepare(dataset, config)
+    structure = dataset.model if isinstance(dataset.model, Structure) else None
+    origin = Origin(
+        structure=structure,
+        modal=prepared.modal,
+        sensors=dataset.sensors,
+        sampling_rate=dataset.sampling_rate,
+        kept=prepared.kept,
+        left_out=prepared.left_out,
+        unexplained=prepared.unexplained,
+        data_digest=digest(prepared.windows),
+    )
+    trainer = Trainer(prepared.model, prepared.windows, config.training, device)
+    return Run(folder, config, origin, trainer, seconds=time.perf_counter() - started)
+
+
+def resume(dataset: Dataset, config: Config, folder: Path, device: str = "cpu") -> Run:
+    """Go on with the training that was interrupted in ``folder``, exactly as if it had not been.
+
+    `InputError` where it was started with other settings or other data.
+    """
+    torch.set_num_threads(config.training.threads)
+    found = load_checkpoint(folder / UNDER_WAY)
+    windows = _windows(dataset, config, found.origin.kept)
+    faults = []
+    if found.config != config:
+        faults.append(
+            f"{folder / UNDER_WAY} is an interrupted training with other settings: {_differences(found, config)}"
+        )
+    if windows is None or digest(windows) != found.origin.data_digest:
+        faults.append(f"{folder / UNDER_WAY} is an interrupted training on other recordings than the dataset's")
+    if faults:
+        raise InputError([*faults, "give the same settings and data to go on with it, or --fresh to start anew"])
+    trainer = Trainer(found.model, windows if windows is not None else np.empty(0), config.training, device)
+    trainer.optimiser.load_state_dict(found.optimiser)
+    trainer.done = len(found.history)
+    return Run(folder, config, found.origin, trainer, found.history, found.seconds)
+
+
+def digest(windows: FloatArray) -> str:
+    """Return a fingerprint of training windows."""
+    return hashlib.sha256(np.ascontiguousarray(windows).tobytes()).hexdigest()
+
+
+def _windows(dataset: Dataset, config: Config, kept: tuple[str, ...]) -> FloatArray | None:
+    recordings = [recording for recording in dataset.select("train") if recording.name in kept]
+    if len(recordings) != len(kept):
+        return None
+    length = window_length(dataset, config.training.window, config.model.encoder_samples)
+    return cut_all(recordings, length, config.training.stride)
+
+
+def _differences(found: Checkpoint, config: Config) -> str:
+    pairs = [(found.config.model, config.model), (found.config.training, config.training)]
+    changes = [
+        f"{name} was {value}, now {getattr(now, name)}"
+        for was, now in pairs
+        for name, value in vars(was).items()
+        if getattr(now, name) != value
+    ]
+    return "; ".join(changes)

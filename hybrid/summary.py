@@ -1,0 +1,41 @@
+"""The scores of a run in plain words, for the terminal."""
+
+from typing import Any
+
+MEANING = """\
+NRMSE is the root mean square error over the range of the window (0 is perfect; silence scores about 0.2).
+R2 is the share of the variance that is explained (1 is perfect, 0 no better than the mean, negative worse).
+Every number is a forecast of whole windows of recordings that were never trained on, from their first samples."""
+GROUPS = {
+    "measured channels": ("measured", ""),
+    "  first 16 windows": ("measured", "_first_16_windows"),
+    "channels never fitted": ("held_out", ""),
+    "  their first 16 windows": ("held_out", "_first_16_windows"),
+}
+
+
+def describe(metrics: dict[str, Any]) -> str:
+    """Return the scores as a table and what they mean."""
+    lines = [
+        f"Training recording {name} was left out: it contradicts the others, as if the structure had changed."
+        for name in metrics["training"]["left_out"]
+    ]
+    test, scores = metrics["test"], metrics["scores"]
+    if scores is None:
+        return "\n".join([*lines, "The dataset has no test recording, so that nothing is scored."])
+    lines += [
+        f"Tested on {', '.join(test['recordings'])}: {test['windows']} windows of {test['window_samples']} samples,"
+        f" each forecast from its first {test['encoder_samples']}.",
+        "",
+        f"{'':26}{'FE model':^18}{'hybrid':^18}",
+        f"{'':26}{'NRMSE':>9}{'R2':>9}{'NRMSE':>9}{'R2':>9}",
+    ]
+    for words, (role, part) in GROUPS.items():
+        both = [scores[model][role] for model in ("fe", "hybrid")]
+        if None not in both and (not part or test["windows"] > 16):
+            lines.append(f"{words:26}" + "".join(f"{s['nrmse' + part]:9.4f}{s['r2' + part]:9.3f}" for s in both))
+    if "field" in metrics:
+        field = metrics["field"]
+        lines.append(f"{'displacement field (*)':26}{field['fe']:9.4f}{'':9}{field['hybrid']:9.4f}")
+        lines.append("(*) all nodes, first window: error over the size of the simulated truth.")
+    return "\n".join([*lines, "", MEANING])

@@ -1,0 +1,117 @@
+"""Training: maximise the evidence lower bound over batches of windows, epoch by epoch.
+
+Every random draw of an epoch follows from the seed and the epoch's number, so a training that resumes after any epoch
+goes on exactly as if it had never stopped.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import cos, pi
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from fe_models.dofs import FloatArray
+from hybrid.config import TrainingConfig
+from hybrid.elbo import gaussian_log_likelihood, kl_to_standard_normal, sample_normal
+from hybrid.model import NeuralModalODE
+
+GRADIENT_NORM = 10.0  # longer gradients are shortened to this: rare, after a draw of z0 far out
+QUIET = 0.05  # of a channel's rms over all windows: the least noise, relative as the rest of it
+LAST_LEARNING_RATE = 0.05  # of the first; a cosine leads there
+
+
+class TrainingDivergedError(RuntimeError):
+    """The loss is no longer a number. The message says what to change."""
+
+
+@dataclass(frozen=True)
+class EpochResult:
+    """What one epoch did: its number from 1, the mean ``loss`` a window (nats) and a window's ``horizon`` (samples)."""
+
+    epoch: int
+    loss: float
+    horizon: int
+
+
+def negative_elbo(
+    model: NeuralModalODE, windows: Tensor, std: Tensor, horizon: int, kl_weight: float, generator: torch.Generator
+) -> Tensor:
+    """Return -ELBO (batch,) of the first ``horizon`` samples of windows (batch, time, sensor), measured channels only.
+
+    ``std`` (batch, 1, measured): standard deviation of the Gaussian likelihood. One sample of z0 by reparameterisation.
+    """
+    mean, log_variance = model.encode(windows)
+    z0 = sample_normal(mean, log_variance, generator)
+    decoded = model.forecast(z0, horizon).channels[:, :, model.measured]
+    log_likelihood = gaussian_log_likelihood(windows[:, :horizon, model.measured], decoded, std)
+    return kl_weight * kl_to_standard_normal(mean, log_variance) - log_likelihood
+
+
+def horizon_of(config: TrainingConfig, epoch: int, length: int) -> int:
+    """Return the samples forecast in an epoch (from 1): grows geometrically, whole after half of the epochs.
+
+    A long forecast has useful gradients only once a short one is right.
+    """
+    progress = min((epoch - 1) / max(config.epochs / 2, 1), 1.0)
+    first = min(config.first_horizon, length)
+    return round(first * (length / first) ** progress)
+
+
+def learning_rate_of(config: TrainingConfig, epoch: int) -> float:
+    """Return the learning rate of an epoch (from 1), along a cosine."""
+    progress = (epoch - 1) / max(config.epochs - 1, 1)
+    return config.learning_rate * (LAST_LEARNING_RATE + (1 - LAST_LEARNING_RATE) * (1 + cos(pi * progress)) / 2)
+
+
+class Trainer:
+    """A model, its optimiser and its windows; `epochs` trains on from wherever these stand."""
+
+    def __init__(self, model: NeuralModalODE, windows: FloatArray, config: TrainingConfig, device: str = "cpu") -> None:
+        self.model = model.to(device)
+        self.config = config
+        self.device = device
+        self.windows = torch.tensor(windows, dtype=torch.get_default_dtype(), device=device)  # (window, time, sensor)
+        measured = self.windows[:, :, model.measured]
+        overall = measured.square().mean(dim=(0, 1)).sqrt()  # (measured,)
+        own = measured.square().mean(dim=1, keepdim=True).sqrt()  # (window, 1, measured)
+        self.std = config.noise_std * (own + QUIET * overall)
+        self.optimiser = torch.optim.Adam(model.parameters(), lr=config.learning_rate)
+        self.done = 0
+
+    def epochs(self) -> Iterator[EpochResult]:
+        """Train one epoch at each step of the iteration, until `TrainingConfig.epochs` are done."""
+        while self.done < self.config.epochs:
+            yield self.train_epoch(self.done + 1)
+
+    def batches(self, epoch: int) -> list[np.ndarray]:
+        """Return the window numbers of each batch of an epoch, shuffled."""
+        order = np.random.default_rng([self.config.seed, epoch]).permutation(len(self.windows))
+        return np.array_split(order, max(len(order) // self.config.batch, 1))
+
+    def train_epoch(self, epoch: int) -> EpochResult:
+        """Train one epoch (from 1); `TrainingDivergedError` where the loss is no number, with the model as it was."""
+        generator = torch.Generator().manual_seed(
+            int(np.random.SeedSequence([self.config.seed, epoch]).generate_state(1)[0])
+        )
+        horizon = horizon_of(self.config, epoch, self.windows.shape[1])
+        for group in self.optimiser.param_groups:
+            group["lr"] = learning_rate_of(self.config, epoch)
+        total = 0.0
+        for batch in self.batches(epoch):
+            losses = negative_elbo(
+                self.model, self.windows[batch], self.std[batch], horizon, self.config.kl_weight, generator
+            )
+            self.optimiser.zero_grad()
+            (losses.mean() / horizon).backward()
+            norm = torch.nn.utils.clip_grad_norm_(self.model.parameters(), GRADIENT_NORM)
+            if not torch.isfinite(norm):
+                raise TrainingDivergedError(
+                    f"The training diverged in epoch {epoch} (learning rate {learning_rate_of(self.config, epoch):.1e},"
+                    f" forecasts of {horizon} samples). Start again with a smaller --learning-rate or --first-horizon."
+                )
+            self.optimiser.step()
+            total += float(losses.detach().sum())
+        self.done = epoch
+        return EpochResult(epoch, total / len(self.windows), horizon)

@@ -1,0 +1,41 @@
+"""Windows: the stretches of a recording that are forecast from their first samples."""
+
+from collections.abc import Sequence
+from typing import Literal
+
+import numpy as np
+
+from fe_models.dofs import FloatArray
+from fe_models.errors import InputError
+from fe_models.recordings import Dataset, Recording
+
+
+def cut(recording: Recording, length: int, stride: int) -> FloatArray:
+    """Return all windows (window, time, sensor) of ``length`` samples that start every ``stride`` samples."""
+    views = np.lib.stride_tricks.sliding_window_view(
+        recording.data, length, axis=1
+    )  # (realisation, start, sensor, time)
+    kept = views[:, ::stride].transpose(0, 1, 3, 2)
+    return kept.reshape(-1, length, recording.data.shape[2])
+
+
+def cut_all(recordings: Sequence[Recording], length: int, stride: int) -> FloatArray:
+    """Return the windows of several recordings, one after the other."""
+    return np.concatenate([cut(recording, length, stride) for recording in recordings])
+
+
+def window_length(dataset: Dataset, wanted: int, encoder_samples: int) -> int:
+    """Return ``wanted`` samples, or fewer where a recording is shorter; `InputError` where none is long enough."""
+    shortest = min(dataset.recordings, key=lambda recording: recording.data.shape[1])
+    available = shortest.data.shape[1]
+    if available < 4 * encoder_samples:
+        raise InputError(
+            f"recording {shortest.name!r} has {available} samples: a window needs at least {4 * encoder_samples},"
+            f" four times the {encoder_samples} that the encoder sees"
+        )
+    return min(wanted, available)
+
+
+def columns(dataset: Dataset, role: Literal["measured", "held_out"]) -> list[int]:
+    """Return the column numbers of the sensors with that role."""
+    return [i for i, sensor in enumerate(dataset.sensors) if sensor.role == role]

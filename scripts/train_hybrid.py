@@ -1,0 +1,161 @@
+"""Train the hybrid model on a dataset, score it on recordings that it never saw, draw the curves."""
+
+from dataclasses import replace
+from enum import Enum
+from pathlib import Path
+from typing import Annotated, Any
+
+import torch
+import typer
+from tqdm import tqdm
+
+from fe_models.dataset_file import load_dataset
+from fe_models.errors import InputError, bad_input_exits
+from fe_models.recordings import Dataset
+from fe_models.structure import Structure
+from hybrid.config import Config, paper_preset
+from hybrid.results import write_results
+from hybrid.run import UNDER_WAY, Run, begin, resume
+from hybrid.summary import describe
+from hybrid.training import TrainingDivergedError
+
+INTERRUPTED_STATUS = 130  # as shells report Ctrl-C
+DIVERGED_STATUS = 1
+
+
+class Preset(Enum):
+    """Named configurations."""
+
+    DEFAULT = "default"
+    PAPER = "paper"
+
+
+class Integrator(Enum):
+    """How the latent ODE is solved."""
+
+    PROPAGATOR = "propagator"
+    RK4 = "rk4"
+    DOPRI5 = "dopri5"
+
+
+app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
+
+
+@app.command()
+def main(
+    dataset: Annotated[Path, typer.Argument(help="The dataset's TOML file.")],
+    out: Annotated[Path, typer.Option(help="Folder for the results; made where it is missing.")],
+    preset: Annotated[Preset, typer.Option(help="'paper': sizes and training of Lai et al. 2022.")] = Preset.DEFAULT,
+    epochs: Annotated[int | None, typer.Option(min=1, help="Passes over the training windows.")] = None,
+    learning_rate: Annotated[float | None, typer.Option(min=1e-8, help="Of Adam, at the start.")] = None,
+    batch: Annotated[int | None, typer.Option(min=1, help="Windows a step.")] = None,
+    window: Annotated[int | None, typer.Option(min=40, help="Samples a window; a recording's length at most.")] = None,
+    first_horizon: Annotated[int | None, typer.Option(min=10, help="Samples forecast in the first epoch.")] = None,
+    modes: Annotated[int | None, typer.Option(min=1, help="Modes kept, where the dataset does not say.")] = None,
+    encoder_samples: Annotated[int | None, typer.Option(min=2, help="Samples from which the state is told.")] = None,
+    integrator: Annotated[
+        Integrator | None, typer.Option(help="rk4 and dopri5 (adjoint gradients) are those of torchdiffeq.")
+    ] = None,
+    seed: Annotated[int | None, typer.Option(min=0, help="Of everything random.")] = None,
+    threads: Annotated[int | None, typer.Option(min=1, help="Processor threads of PyTorch.")] = None,
+    device: Annotated[str, typer.Option(help="cpu, cuda or cuda:N.")] = "cpu",
+    fresh: Annotated[bool, typer.Option("--fresh", help="Throw an interrupted training away.")] = False,
+) -> None:
+    """Train the hybrid model on a dataset and score it on the recordings marked "test".
+
+    An encoder reads a window's first samples and gives the initial modal state; a modal ODE carries it on, with the FE
+    model's frequencies and damping fixed and a rest that is learned; the FE model's mode shapes turn it back into
+    sensors, and into the displacement of every node.
+
+    An interrupted training goes on where it stood when the same command is given again.
+
+    \b
+    OUT/metrics.json     NRMSE and R2 of the FE model and the hybrid, from the same start
+    OUT/checkpoint.pt    the model, to load from Python with hybrid.checkpoint.load_checkpoint
+    OUT/prediction.npz   displacement of all nodes over the first test window, for render_shapes.py
+    OUT/*.png            channels, modal coordinates, displacement, force-displacement loop of a chain, training
+
+    \b
+    Examples:
+      python scripts/build_fe_model.py four_dof --out runs/chain --simulate --cubic-stiffness 1
+      python scripts/train_hybrid.py runs/chain/dataset.toml --out runs/chain/hybrid
+      python scripts/train_hybrid.py my_bridge/dataset.toml --out runs/mine --epochs 40 --modes 6
+    """
+    with bad_input_exits():
+        check_device(device)
+        data = load_dataset(dataset)
+        model_options = {
+            "modes": modes,
+            "encoder_samples": encoder_samples,
+            "integrator": integrator.value if integrator else None,
+        }
+        training_options = {
+            "epochs": epochs,
+            "learning_rate": learning_rate,
+            "batch": batch,
+            "window": window,
+            "first_horizon": first_horizon,
+            "seed": seed,
+            "threads": threads,
+        }
+        config = paper_preset(name_of(data)) if preset is Preset.PAPER else Config()
+        config = Config(
+            replace(config.model, **given(model_options)), replace(config.training, **given(training_options))
+        )
+        run = open_run(data, config, out, device, fresh)
+        train(run)
+        print(describe(write_results(run, data)))
+        print(f"Results: {out}")
+
+
+def name_of(data: Dataset) -> str:
+    """Return the name of the dataset's structure; empty for a model of matrices."""
+    return data.model.name if isinstance(data.model, Structure) else ""
+
+
+def given(options: dict[str, Any]) -> dict[str, Any]:
+    """Return the options that the user gave."""
+    return {name: value for name, value in options.items() if value is not None}
+
+
+def check_device(device: str) -> None:
+    """Raise `InputError` where PyTorch has no such device here."""
+    try:
+        torch.zeros(1, device=device)
+    except (RuntimeError, AssertionError) as error:
+        reason = str(error).splitlines()[0]
+        raise InputError(f"--device {device} cannot be used here ({reason}); use --device cpu") from None
+
+
+def open_run(data: Dataset, config: Config, out: Path, device: str, fresh: bool = False) -> Run:
+    """Go on with the training that was interrupted in ``out``, or begin a new one."""
+    if (out / UNDER_WAY).exists() and not fresh:
+        run = resume(data, config, out, device)
+        print(f"Going on with the training interrupted after epoch {len(run.history)} (--fresh starts anew).")
+        return run
+    if config.training.calibrate:
+        print("Calibrating the linear part by least squares ...")
+    run = begin(data, config, out, device)
+    for name in run.origin.left_out:
+        print(f"Recording {name} contradicts the other training recordings: it is left out.")
+    return run
+
+
+def train(run: Run) -> None:
+    """Train to the end under a progress bar; an interruption or a divergence ends the program with what to do."""
+    bar = tqdm(total=run.config.training.epochs, initial=len(run.history), desc="Training", unit="epoch")
+    try:
+        with bar:
+            for result in run.epochs():
+                bar.set_postfix_str(f"loss {result.loss / result.horizon:.3f}, horizon {result.horizon}")
+                bar.update()
+    except KeyboardInterrupt:
+        print(f"Interrupted after epoch {len(run.history)}; the same command goes on from there.")
+        raise SystemExit(INTERRUPTED_STATUS) from None
+    except TrainingDivergedError as error:
+        print(f"error: {error}")
+        raise SystemExit(DIVERGED_STATUS) from None
+
+
+if __name__ == "__main__":
+    app()

@@ -1,0 +1,113 @@
+"""Recordings from .npz, .mat and .csv: read alike, and refused where they are broken, dead or wrongly sampled."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.io import savemat
+from scipy.signal import butter, sosfilt
+
+from fe_models.dataset_file import load_dataset
+from fe_models.dofs import FloatArray
+from fe_models.recording_checks import energy_above
+from tests.sample_dataset import RATE, SAMPLES, TOML, assert_fault, broken, faults_of, free_decay, write_sample
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    return write_sample(tmp_path)
+
+
+def test_mat_and_csv_recordings_read_like_npz(folder: Path) -> None:
+    data = free_decay(1)
+    savemat(folder / "r1.mat", {"acc": data, "dt": 0.01})
+    header = "time,d3,a2,a3"  # in an order of its own, with a time column
+    table = np.column_stack([np.arange(SAMPLES) / RATE, data[:, [2, 0, 1]]])
+    np.savetxt(folder / "r1.csv", table, delimiter=",", header=header, comments="", fmt="%.17g")
+    for old, new in (('"r1.npz"\nkey = "data"', '"r1.mat"\nkey = "acc"'), ('"r1.npz"\nkey = "data"', '"r1.csv"')):
+        (folder / "dataset.toml").write_text(TOML.replace(old, new))
+        np.testing.assert_array_equal(load_dataset(folder / "dataset.toml").recordings[0].data, data[None])
+
+
+@pytest.mark.parametrize(
+    ("data", "fault"),
+    [
+        (broken(16, 1, np.nan), "channel 'a3': 1 samples are NaN or infinite, the first is number 17"),
+        (broken(slice(9, 12), 0, np.inf), "channel 'a2': 3 samples are NaN or infinite, the first is number 10"),
+        (broken(slice(None), 2, 4.0), "channel 'd3' is constant (4): a dead sensor?"),
+        (np.stack([free_decay(1), broken(slice(None), 2, 0.0)]), "is constant (0) (of recording 2 in this array)"),
+        (free_decay(1)[:31], "only 31 samples; at least 32 are needed"),
+        (free_decay(1)[:, :2], "2 columns for 3 sensors; one column a sensor"),
+        (free_decay(1).T, "400 columns for 3 sensors; one column a sensor; it looks transposed"),
+        (free_decay(1)[:, 0], "shape (400,); expected (time, sensor) or (recording, time, sensor)"),
+        (np.zeros((0, SAMPLES, 3)), "holds no recording at all"),
+        (free_decay(1) > 0, "array 'data' holds bool, not real numbers"),
+    ],
+)
+def test_a_fault_of_the_data_is_named(folder: Path, data: FloatArray, fault: str) -> None:
+    np.savez(folder / "r1.npz", data=data)
+    faults = faults_of(folder)
+    assert_fault(faults, fault)
+    assert all(line.startswith("dataset.toml: recordings[1] (r1): ") for line in faults)
+
+
+@pytest.mark.parametrize(
+    ("text", "fault"),
+    [
+        ("a2,a3\n1,2\n3,4\n", "there is no column for sensor 'd3'"),
+        ("a2,a3,d3,zz\n1,2,3,4\n", "column 'zz' is no sensor; expected a2, a3, d3"),
+        ("a2,a3,d3\n1,2,3\n1,2\n", "line 3 has 2 values, the header 3"),
+        ("a2,a3,d3\n1,2,x\n", "line 2: 'x' is not a number"),
+        ("a2,a3,d3\n", "expected a header line and rows of numbers, found 1 lines"),
+        (
+            "time,a2,a3,d3\n0,1,2,3\n0.1,1,2,3\n",
+            "the step of its column 'time' is 0.1 s (10 Hz), but sampling_rate says",
+        ),
+    ],
+)
+def test_a_fault_of_a_csv_is_named(folder: Path, text: str, fault: str) -> None:
+    (folder / "r1.csv").write_text(text)
+    assert_fault(faults_of(folder, ('"r1.npz"\nkey = "data"', '"r1.csv"')), fault)
+
+
+def test_a_time_step_that_contradicts_the_sampling_rate_is_named(folder: Path) -> None:
+    savemat(folder / "r1.mat", {"acc": free_decay(1), "dt": 0.02})
+    faults = faults_of(folder, ('"r1.npz"\nkey = "data"', '"r1.mat"\nkey = "acc"'))
+    assert_fault(faults, "r1.mat: its dt is 0.02 s (50 Hz), but sampling_rate says 100 Hz")
+
+
+@pytest.mark.parametrize("content", [b"", b"PK\x03\x04 truncated", b"\x80\x04pickle", b"MATLAB 5.0 MAT-file, nothing"])
+@pytest.mark.parametrize("suffix", [".npz", ".mat", ".csv"])
+def test_a_corrupt_file_is_bad_input(folder: Path, content: bytes, suffix: str) -> None:
+    (folder / f"r1{suffix}").write_bytes(content)
+    assert_fault(faults_of(folder, ("r1.npz", f"r1{suffix}")), f"r1{suffix}")
+
+
+@pytest.mark.parametrize("suffix", [".npz", ".mat"])
+@pytest.mark.parametrize("kept", [0.3, 0.6, 0.9])
+def test_a_truncated_file_is_bad_input(folder: Path, suffix: str, kept: float) -> None:
+    path = folder / f"r1{suffix}"
+    if suffix == ".mat":
+        savemat(path, {"data": free_decay(1)}, do_compression=True)
+    whole = path.read_bytes()
+    path.write_bytes(whole[: int(kept * len(whole))])
+    assert_fault(faults_of(folder, ("r1.npz", f"r1{suffix}")), f"r1{suffix}")
+
+
+def test_energy_above_a_frequency_is_that_of_the_harmonics_there() -> None:
+    time = np.arange(1000) / RATE
+    signal = 2.0 + 3.0 * np.sin(2 * np.pi * 5 * time) + 1.0 * np.sin(2 * np.pi * 35 * time)
+    # 1 / (9 + 1); both harmonics fall on frequency lines, so only the window's far side lobes differ.
+    assert energy_above(signal, RATE, 20.0) == pytest.approx(0.1, rel=1e-6)
+
+
+def test_the_low_pass_check_takes_any_common_filter_and_finds_none(folder: Path) -> None:
+    noise = np.random.default_rng(0).standard_normal((4000, 3))
+    for order, lowpass in ((4, 5.0), (4, 30.0), (8, 30.0)):
+        filtered = sosfilt(butter(order, lowpass, fs=RATE, output="sos"), noise, axis=0)
+        np.savez(folder / "r1.npz", data=filtered)
+        np.savez(folder / "r2.npz", data=filtered, force=np.ones(4000))
+        (folder / "dataset.toml").write_text(TOML.replace("lowpass = 30.0", f"lowpass = {lowpass}"))
+        load_dataset(folder / "dataset.toml")
+    np.savez(folder / "r1.npz", data=noise)  # 34 % of it lies above 33 Hz
+    assert_fault(faults_of(folder), "34% of its energy lies well above the lowpass of 30 Hz")
