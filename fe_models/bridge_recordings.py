@@ -29,10 +29,10 @@ PLACES: dict[str, tuple[int, Direction]] = {
 }
 
 
-def bridge_sensors(held_out: str | None = "A2") -> tuple[Sensor, ...]:
+def bridge_sensors(held_out: str | None = "A2", unit: str = "1") -> tuple[Sensor, ...]:
     """Return the eight accelerometers A1..A8; the one named ``held_out`` is never fitted, only scored."""
     return tuple(
-        Sensor(name, node, direction, "acceleration", "1", "held_out" if name == held_out else "measured")
+        Sensor(name, node, direction, "acceleration", unit, "held_out" if name == held_out else "measured")
         for name, (node, direction) in PLACES.items()
     )
 

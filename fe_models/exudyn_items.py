@@ -4,7 +4,8 @@ Only the modules ``exudyn_*`` import exudyn. The same functions add an item to t
 to the whole one that is simulated (`exudyn_io`), so that each item is defined once.
 
 Beams are geometrically exact (Simo and Vu-Quoc), linear in shape, integrated at their middle. With the shear stiffness
-12 E I / L^2 their linearised stiffness is exactly Euler-Bernoulli's; they stay valid for large displacements. Their
+12 E I / L^2 their linearised stiffness is exactly Euler-Bernoulli's; they stay valid for large displacements, with an
+error of order 2 in the mesh: for P-delta in a frame drawn with one beam a column, refine by 4 (0.1 % of f1). Their
 consistent mass, and gravity on it, keep the orientation of the drawn geometry: exact for small rotations.
 """
 

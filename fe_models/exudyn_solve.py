@@ -16,13 +16,14 @@ from exudyn.itemInterface import (
 from fe_models.dofs import FloatArray
 from fe_models.effects import ConnectorEffect
 from fe_models.errors import InputError
-from fe_models.exudyn_io import whole_system
+from fe_models.exudyn_io import element_vector, whole_system
 from fe_models.exudyn_items import Options, System, add_force_law, coordinate_marker, new_system
 from fe_models.mesh import Mesh
-from fe_models.structure import Structure
+from fe_models.structure import Spring, Structure
 
 LOAD_STEPS = 5
-NEWTON_TOLERANCE = 1e-6  # relative, of static steps; far tighter ones are never met in stiff frames
+STATIC_TOLERANCE = 1e-6  # of Newton's first residual in each load step
+SMALLEST_TOLERANCE = 1e-10  # N, Exudyn's own, for structures of springs alone
 
 
 @dataclass(frozen=True)
@@ -53,8 +54,8 @@ def static_displacement(
         system.mbs.systemData.SetODE2Coordinates(start.tolist(), exu.ConfigurationType.Initial)
     settings = _settings()
     settings.staticSolver.numberOfLoadSteps = 1 if start is not None else LOAD_STEPS
-    settings.staticSolver.newton.relativeTolerance = NEWTON_TOLERANCE
-    settings.staticSolver.newton.absoluteTolerance = NEWTON_TOLERANCE
+    settings.staticSolver.newton.relativeTolerance = STATIC_TOLERANCE
+    settings.staticSolver.newton.absoluteTolerance = _force_rounding(structure, mesh)
     settings.staticSolver.verboseMode = 0
     try:
         system.mbs.SolveStatic(settings, updateInitialValues=True, showHints=False)
@@ -66,7 +67,8 @@ def static_displacement(
             f"structure {structure.name!r}: no state at rest found under its loads and prestress. It may buckle or be "
             "a mechanism: lower the loads, raise the prestress, or refine the beams"
         ) from None
-    return np.array(system.mbs.systemData.GetODE2Coordinates(exu.ConfigurationType.Initial))
+    displacement = system.mbs.systemData.GetODE2Coordinates(exu.ConfigurationType.Initial)
+    return np.where(mesh.dofs.free, displacement, 0.0)  # supports keep roundings of 1e-26
 
 
 def motion_after_release(
@@ -80,8 +82,8 @@ def motion_after_release(
 ) -> FloatArray:
     """Return displacement, velocity and acceleration, (3, time, dof), from rest at ``start`` under the dead ``load``.
 
-    Trapezoidal rule (Newmark, constant average acceleration), which damps nothing itself. The first acceleration is
-    left zero. ``modal_damping`` (dof, dof) is added as it is. ``advance`` is called once an output, for a progress bar.
+    Trapezoidal rule (Newmark, constant average acceleration), which damps nothing itself. ``modal_damping`` (dof, dof)
+    is added as it is. ``advance`` is called once an output, for a progress bar.
     """
     system = whole_system(structure, mesh, Options(structure.damping))
     _add_loads(system, structure, mesh, load)
@@ -94,22 +96,22 @@ def motion_after_release(
     data = system.mbs.systemData
     data.SetODE2Coordinates(start.tolist(), exu.ConfigurationType.Initial)
     response = np.zeros((3, steps.outputs + 1, len(start)))
-    response[0, 0] = start
-    taken = 0
+    taken = -1  # Exudyn calls back before the first step, too
 
     def record(_system: Any, _time: float) -> bool:
         nonlocal taken
         taken += 1
         output, rest = divmod(taken, steps.per_output)
         if rest == 0 and output <= steps.outputs:
-            response[0, output] = data.GetODE2Coordinates()
-            response[1, output] = data.GetODE2Coordinates_t()
-            response[2, output] = data.GetODE2Coordinates_tt()
+            vectors = data.GetODE2Coordinates(), data.GetODE2Coordinates_t(), data.GetODE2Coordinates_tt()
+            response[:, output] = np.where(mesh.dofs.free, vectors, 0.0)
             advance()
         return True
 
     system.mbs.SetPostStepUserFunction(record)
-    _integrate(system, _dynamic_settings(steps, "newmark"), "newmark", steps)
+    settings = _dynamic_settings(steps, "newmark")
+    settings.timeIntegration.newton.absoluteTolerance = _force_rounding(structure, mesh)
+    _integrate(system, settings, "newmark", steps)
     return response
 
 
@@ -177,6 +179,21 @@ def _add_loads(system: System, structure: Structure, mesh: Mesh, load: FloatArra
     for row in np.flatnonzero(np.where(mesh.dofs.free, load, 0.0)):
         marker = coordinate_marker(system, int(row) // per_node, int(row) % per_node)
         system.mbs.AddLoad(LoadCoordinate(markerNumber=marker, load=float(load[row])))
+
+
+def _force_rounding(structure: Structure, mesh: Mesh) -> float:
+    """Return what rounding leaves of the forces (N), below which no iteration gets.
+
+    Strains are differences of coordinates: eps span / length of them is noise, times the stiffness E A or 12 E I / L^2.
+    """
+    span = float(np.abs(mesh.coordinates).max())
+    noise = [0.0]
+    for number, element in enumerate(structure.elements, start=1):
+        if not isinstance(element, Spring):
+            length = float(np.hypot(*element_vector(structure, number)))
+            shear = 12 * element.section.bending_stiffness / length**2
+            noise.append(max(element.section.axial_stiffness, shear) * span / length)
+    return max(20 * float(np.finfo(float).eps) * max(noise), SMALLEST_TOLERANCE)
 
 
 def _settings() -> Any:

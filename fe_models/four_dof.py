@@ -14,9 +14,10 @@ import numpy as np
 from fe_models.dofs import FloatArray
 from fe_models.effects import CubicSpring
 from fe_models.linear import ModalModel
-from fe_models.recordings import Assumptions, Dataset, Quantity, Recording, Sensor
+from fe_models.recordings import Assumptions, Dataset, Quantity, Sensor
 from fe_models.simulate import FreeConfig, simulate_free
 from fe_models.structure import Dashpot, PointMass, Spring, Structure
+from fe_models.synthetic import train_and_test
 
 MASSES = (1.0, 2.0, 3.0, 4.0)  # kg
 STIFFNESSES = (1.0, 2.0, 3.0, 4.0)  # N/m
@@ -72,12 +73,11 @@ def paper_dataset(
         _noisy(x, v, a, rng) for x, v, a in zip(motion.displacement, motion.velocity, motion.acceleration, strict=True)
     ]
     data = np.stack(channels)  # (realisation, time, sensor)
-    train = realisations * 4 // 5
     return Dataset(
         model=four_dof(),
         sampling_rate=10.0,
         sensors=paper_sensors(),
-        recordings=(Recording("train", data[:train], "train"), Recording("test", data[train:], "test")),
+        recordings=train_and_test(data),
         assumptions=Assumptions(modal_model=modal_model),
     )
 

@@ -66,7 +66,7 @@ def _all_modes(model: LinearModel, count: int) -> tuple[FloatArray, FloatArray]:
 
 
 def _lowest_modes(model: LinearModel, count: int, weighty: int) -> tuple[FloatArray, FloatArray]:
-    """Return omega^2 and the shapes of the lowest modes of a model with ``weighty`` degrees of freedom that have mass."""
+    """Return omega^2 and shapes of the lowest modes; ``weighty`` degrees of freedom of the model have mass."""
     size = model.mass.shape[0]
     try:
         factors = factorise(model.stiffness)

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from fe_models.assembly import linearise
+from fe_models.dofs import FloatArray
 from fe_models.errors import InputError
 from fe_models.linear import LinearModel, ModalModel
 from fe_models.modes import natural_modes
@@ -29,15 +30,19 @@ def nominal_modes(dataset: Dataset, most: int) -> ModalModel:
             f"no natural frequency lies below {highest:g} Hz (the first is {given.frequencies[0]:.4g} Hz):"
             " check sampling_rate and lowpass, or the units of the model"
         )
-    ratios = given.damping_ratio[:count] if dataset.assumptions.damping_ratio is None else damping_ratios(dataset, count)
+    ratios = (
+        given.damping_ratio[:count] if dataset.assumptions.damping_ratio is None else damping_ratios(dataset, count)
+    )
     return replace(given, omega=given.omega[:count], damping_ratio=ratios, shapes=given.shapes[:, :count])
 
 
-def damping_ratios(dataset: Dataset, count: int) -> np.ndarray:
-    """Return the assumed damping ratios (mode,) of the first ``count`` modes, from one number or a list."""
-    ratios = np.atleast_1d(np.asarray(dataset.assumptions.damping_ratio, dtype=float))
+def damping_ratios(assumed: float | tuple[float, ...], count: int) -> FloatArray:
+    """Return the damping ratios (mode,) of the first ``count`` modes, from one number or a list."""
+    ratios = np.atleast_1d(np.asarray(assumed, dtype=float))
     if len(ratios) == 1:
         return np.full(count, ratios[0])
     if len(ratios) < count:
-        raise InputError(f"[simulation] damping_ratio lists {len(ratios)} values for {count} modes: one each, or one for all")
+        raise InputError(
+            f"[simulation] damping_ratio lists {len(ratios)} values for {count} modes: one each, or one for all"
+        )
     return ratios[:count]

@@ -17,11 +17,14 @@ from fe_models.array_files import load_arrays
 from fe_models.damping import ratios_of_modes
 from fe_models.dofs import DofMap, FloatArray, structure_dofs
 from fe_models.errors import InputError, raise_faults
+from fe_models.files import write_npz
 from fe_models.linear import LinearModel, ModalModel
-from fe_models.matrices_file import load_linear_model
+from fe_models.matrices_file import load_linear_model, save_linear_model
 from fe_models.recordings import Sensor
 from fe_models.structure import Structure
-from fe_models.structure_file import load_structure
+from fe_models.structure_file import load_structure, save_structure
+
+PREDICTION = "prediction.npz"
 
 Arrays = dict[str, NDArray[np.generic]]
 
@@ -62,7 +65,7 @@ def load_run(folder: Path) -> Run:
     faults: list[str] = []
     frequencies = _numbers(arrays, "frequencies", (None,), str(file), faults)
     shapes = _numbers(arrays, "mode_shapes", (len(dofs), len(frequencies)), str(file), faults)
-    path = folder / "prediction.npz"
+    path = folder / PREDICTION
     predicted = load_arrays(path) if path.is_file() else {}
     prediction = _prediction(predicted, dofs, str(path), faults) if predicted else None
     given = predicted if "damping_ratio" in predicted else arrays
@@ -74,6 +77,32 @@ def load_run(folder: Path) -> Run:
     if "damping_ratio" not in given:
         ratios = _own_ratios(load_linear_model(file), omega, shapes)
     return Run(model, ModalModel(omega, ratios, shapes, dofs), prediction)
+
+
+def save_prediction(prediction: Prediction, folder: Path) -> None:
+    """Write ``folder``/prediction.npz, as `load_run` reads it."""
+    arrays = {
+        "time": prediction.time,
+        "hybrid": prediction.hybrid,
+        "fe": prediction.fe,
+        "fe_initial": prediction.fe_initial,
+        "unit": np.array(prediction.unit),
+        "sensor_name": np.array([sensor.name for sensor in prediction.sensors]),
+        "sensor_node": np.array([sensor.node for sensor in prediction.sensors]),
+        "sensor_direction": np.array([sensor.direction for sensor in prediction.sensors]),
+        "sensor_role": np.array([sensor.role for sensor in prediction.sensors]),
+    }
+    write_npz(folder / PREDICTION, arrays if prediction.truth is None else {**arrays, "truth": prediction.truth})
+
+
+def save_run_model(model: Structure | LinearModel, modes: ModalModel, folder: Path) -> None:
+    """Write the model and its modes into ``folder``, as `load_run` reads them."""
+    found = {"frequencies": modes.frequencies, "damping_ratio": modes.damping_ratio, "mode_shapes": modes.shapes}
+    if isinstance(model, Structure):
+        save_structure(model, folder / "structure.toml")
+        write_npz(folder / "model.npz", found)
+    else:
+        save_linear_model(model, folder / "model.npz", found)
 
 
 def _prediction(arrays: Arrays, dofs: DofMap, where: str, faults: list[str]) -> Prediction:

@@ -6,8 +6,6 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from scipy.linalg import eigh
-from scipy.sparse import csc_array
-from scipy.sparse.linalg import spsolve
 from tqdm import tqdm
 
 from fe_models.assembly import gravity_load, linearise
@@ -32,8 +30,9 @@ class ReleaseConfig:
     """How a release is simulated.
 
     ``duration`` (s); ``sampling_rate`` (Hz) of the response, well above what is measured later, so that a low-pass can
-    act before decimation; ``step`` (s) at most of the integrator: 1e-3 leaves 3 % in displacements of the bridge and
-    8 % in its accelerations up to 500 Hz, half the step a third of that; ``gravity`` (m/s^2) along -y.
+    act before decimation; ``step`` (s) at most of the integrator: after two seconds of the bridge, 1e-3 is off by
+    0.3 % in displacements and 3 % in unfiltered accelerations, half the step by a quarter of that; ``gravity`` (m/s^2)
+    along -y.
     """
 
     duration: float = 20.0
@@ -62,7 +61,7 @@ def simulate_release(
     rest = rest_state(structure, config.gravity)
     pulled = rest_state(structure, config.gravity, pulls)
     tangent = linearise(structure, rest)
-    with _bar("release", steps.outputs, progress) as bar:
+    with _bar("release", steps.outputs + 1, progress) as bar:
         motion = motion_after_release(
             structure,
             mesh(structure),
@@ -72,8 +71,6 @@ def simulate_release(
             steps,
             advance=bar.update,
         )
-    # At t = 0 all but the pull balance each other: M a = -pull.
-    motion[2, 0] = -_acceleration(tangent, pull)
     return Response(_time(steps), motion[0] - rest, motion[1], motion[2], tangent.dofs)
 
 
@@ -170,14 +167,6 @@ def _modal_damping(tangent: LinearModel) -> FloatArray | None:
     matrix = np.zeros((len(tangent.dofs), len(tangent.dofs)))
     matrix[np.ix_(free, free)] = modal
     return matrix
-
-
-def _acceleration(model: LinearModel, force: FloatArray) -> FloatArray:
-    """Return M^-1 force over all degrees of freedom (dof,); where nothing has mass, zero."""
-    heavy = np.flatnonzero(model.mass.diagonal() > 0)
-    free = np.zeros(model.mass.shape[0])
-    free[heavy] = spsolve(csc_array(model.mass[heavy][:, heavy]), force[model.dofs.free][heavy])
-    return model.dofs.expand(free)
 
 
 def _initial_states(

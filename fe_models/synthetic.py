@@ -1,10 +1,10 @@
 """Synthetic recordings: a structure simulated with all its nonlinearity, as its sensors would have recorded it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fe_models.dofs import structure_dofs
+from fe_models.dofs import FloatArray, structure_dofs
 from fe_models.errors import InputError, noting, raise_faults
 from fe_models.measurement import measure
 from fe_models.recording_checks import check_rates, check_sensor
@@ -17,15 +17,26 @@ from fe_models.structure_checks import require_structure
 
 
 @dataclass(frozen=True)
+class Synthetic:
+    """Simulated recordings and what no real one tells: the true displacement ``fields`` (time, dof) of each, in m."""
+
+    dataset: Dataset
+    fields: tuple[FloatArray, ...]
+
+
+@dataclass(frozen=True)
 class Acquisition:
     """How motion is recorded, by default like the laboratory bridge.
 
     ``sampling_rate`` and ``lowpass`` (Hz, None for none); ``noise``: its standard deviation over that of each channel.
+    ``start`` (s): when, after a release, the recording starts. The jump of the release is smeared by the low-pass, and
+    is no free vibration of the modes below it, until about three of its periods have passed.
     """
 
     sampling_rate: float = 100.0
     lowpass: float | None = 30.0
     noise: float = 0.02
+    start: float = 0.1
 
 
 def release_dataset(
@@ -36,7 +47,7 @@ def release_dataset(
     rng: np.random.Generator,
     config: ReleaseConfig | None = None,
     progress: bool = True,
-) -> Dataset:
+) -> Synthetic:
     """Return one recording for each pull-and-release; of several, the last is for testing.
 
     The dataset's model is the structure itself; the recordings have what its linear model lacks: P-delta, slack cables,
@@ -45,13 +56,18 @@ def release_dataset(
     if not releases:
         raise InputError("there is nothing to release: give at least one pull")
     raise_faults(check_release(structure, releases, sensors, acquisition))
-    recordings = []
+    config = config or ReleaseConfig()
+    config = replace(config, duration=config.duration + acquisition.start)
+    first = round(acquisition.start * acquisition.sampling_rate)
+    recordings, fields = [], []
     for number, pulls in enumerate(releases, start=1):
         response = simulate_release(structure, pulls, config, progress)
         data = measure(response, sensors, acquisition.sampling_rate, rng, acquisition.lowpass, acquisition.noise)
         is_test = number == len(releases) > 1
-        recordings.append(Recording(f"release_{number}", data[None], "test" if is_test else "train"))
-    return Dataset(structure, acquisition.sampling_rate, sensors, tuple(recordings), acquisition.lowpass)
+        recordings.append(Recording(f"release_{number}", data[None, first:], "test" if is_test else "train"))
+        fields.append(response.displacement[:: round(response.sampling_rate / acquisition.sampling_rate)][first:])
+    dataset = Dataset(structure, acquisition.sampling_rate, sensors, tuple(recordings), acquisition.lowpass)
+    return Synthetic(dataset, tuple(fields))
 
 
 def free_dataset(
@@ -65,8 +81,7 @@ def free_dataset(
 ) -> Dataset:
     """Return free motions of a chain from random states, each displacement and velocity ~ N(0, 1) in m and m/s.
 
-    The first 80 % are for training. Where ``config`` is None, 50 s are simulated and sampled
-    at the rate of the acquisition.
+    The first 80 % are for training. Where ``config`` is None, 50 s are simulated and sampled as ``acquisition`` says.
     """
     raise_faults(check_release(structure, (), sensors, acquisition))
     config = config or FreeConfig(sampling_rate=acquisition.sampling_rate)
@@ -85,10 +100,14 @@ def free_dataset(
             for x, v, a in zip(motion.displacement, motion.velocity, motion.acceleration, strict=True)
         ]
     )
-    train = realisations * 4 // 5
+    return Dataset(structure, acquisition.sampling_rate, sensors, train_and_test(data), acquisition.lowpass)
+
+
+def train_and_test(data: FloatArray) -> tuple[Recording, ...]:
+    """Split ``data`` (realisation, time, sensor): the first 80 % for training, the others for tests."""
+    train = max(1, len(data) * 4 // 5)
     parts = (Recording("train", data[:train], "train"), Recording("test", data[train:], "test"))
-    kept = tuple(part for part in parts if len(part.data))
-    return Dataset(structure, acquisition.sampling_rate, sensors, kept, acquisition.lowpass)
+    return tuple(part for part in parts if len(part.data))
 
 
 def check_release(

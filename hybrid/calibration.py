@@ -8,6 +8,7 @@ does not get caught in a wrong minimum.
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from math import inf
 
 import torch
 from torch import Tensor
@@ -91,25 +92,30 @@ def fit_linear_rest(observer: Observer, windows: Tensor, progress: Iterable[floa
     modes = len(observer.omega)
     rest = torch.zeros(2, modes, modes, dtype=torch.float64, requires_grad=True)
     coupling = 1 - torch.eye(modes, dtype=torch.float64)
-    share = torch.tensor(1.0)
+    best, unexplained = rest.detach().clone(), 1.0
     for fraction in progress:
+        least = inf
         part = weighted[:, : max(round(fraction * windows.shape[1]), 20)]
         optimiser = torch.optim.LBFGS(
             [rest], max_iter=ITERATIONS, history_size=30, line_search_fn="strong_wolfe", tolerance_change=1e-7
         )
 
         def loss(part: Tensor = part, optimiser: torch.optim.LBFGS = optimiser) -> Tensor:
-            nonlocal share
+            nonlocal best, least, unexplained
             optimiser.zero_grad()
             _, fitted = smooth(observer.matrix(rest, part.shape[1]), part)
             share = (fitted - part).square().mean() / part.square().mean()
             penalty = COUPLING_PENALTY * (rest * coupling).square().sum() + DIAGONAL_PENALTY * rest.square().sum()
             total = share + penalty
             total.backward()
+            if total.item() < least:
+                best, least, unexplained = rest.detach().clone(), total.item(), share.item()
             return total
 
         optimiser.step(loss)
-    return LinearFit(rest.detach().numpy(), float(share))
+        with torch.no_grad():
+            rest.copy_(best)  # the line search may end at a worse point, or where numbers overflow
+    return LinearFit(best.numpy(), unexplained)
 
 
 def initial_state_estimator(observability: Tensor, windows: Tensor, samples: int) -> Tensor:

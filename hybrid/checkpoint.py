@@ -2,6 +2,7 @@
 
 import json
 import pickle
+import struct
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -22,6 +23,12 @@ from hybrid.scaling import StateScale
 from hybrid.training import EpochResult
 
 FORMAT = 1
+CONTENT = {
+    "format", "config", "structure", "sensors", "modal", "sampling_rate", "kept",
+    "left_out", "unexplained", "data_digest", "model", "optimiser", "history", "seconds",
+}  # fmt: skip
+UNREADABLE = (pickle.UnpicklingError, RuntimeError, EOFError, OSError, LookupError, ValueError, struct.error)
+"""What torch.load raises on other files, and on those that were cut short or damaged."""
 
 
 @dataclass(frozen=True)
@@ -85,15 +92,12 @@ def save_checkpoint(checkpoint: Checkpoint, path: Path) -> None:
 
 def load_checkpoint(path: Path) -> Checkpoint:
     """Read a checkpoint, its model on the CPU; `InputError` where the file is none or is another version's."""
-    try:
-        content = torch.load(path, map_location="cpu", weights_only=True)
-        found = content["format"]
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file; give the folder or checkpoint that train_hybrid.py wrote") from None
-    except (pickle.UnpicklingError, RuntimeError, EOFError, KeyError, TypeError) as error:
-        raise InputError(f"{path}: is not a checkpoint of this program ({type(error).__name__})") from error
-    if found != FORMAT:
-        raise InputError(f"{path}: has checkpoint format {found}, this program reads {FORMAT}; train again")
+    content = _read(path)
+    if content.get("format", FORMAT) != FORMAT:
+        raise InputError(f"{path}: has checkpoint format {content['format']}, this program reads {FORMAT}; train again")
+    missing = CONTENT - content.keys()
+    if missing:
+        raise InputError(f"{path}: is not a checkpoint of this program (without {', '.join(sorted(missing))})")
     raw = json.loads(content["config"])
     config = Config(ModelConfig(**raw["model"]), TrainingConfig(**raw["training"]))
     origin = _origin(content)
@@ -106,6 +110,19 @@ def load_checkpoint(path: Path) -> Checkpoint:
     model.load_state_dict(weights)
     history = tuple(EpochResult(**result) for result in content["history"])
     return Checkpoint(config, origin, model, content["optimiser"], history, content["seconds"])
+
+
+def _read(path: Path) -> dict[str, Any]:
+    """Return what the file holds; of tensors and plain containers only, whatever else is in it."""
+    try:
+        content = torch.load(path, map_location="cpu", weights_only=True)
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file; give the folder or checkpoint that train_hybrid.py wrote") from None
+    except UNREADABLE as error:
+        raise InputError(f"{path}: is not a checkpoint of this program ({type(error).__name__})") from error
+    if not isinstance(content, dict):
+        raise InputError(f"{path}: is not a checkpoint of this program (holds a {type(content).__name__})")
+    return content
 
 
 def _origin(content: dict[str, Any]) -> Origin:

@@ -33,17 +33,20 @@ def fe_counterpart(model: NeuralModalODE) -> NeuralModalODE:
 
 
 @torch.no_grad()
-def forecast_windows(model: NeuralModalODE, windows: FloatArray, dynamics: NeuralModalODE | None = None) -> Forecast:
+def forecast_windows(
+    model: NeuralModalODE, windows: FloatArray, dynamics: NeuralModalODE | None = None, samples: int | None = None
+) -> Forecast:
     """Forecast windows (window, time, sensor) from their first samples, starting at the mean of q(z0 | samples).
 
-    ``dynamics`` (the FE counterpart, say) forecasts in place of ``model``, from the state that ``model`` encodes.
+    ``dynamics`` (the FE counterpart, say) forecasts in place of ``model``, from the state that ``model`` encodes;
+    ``samples`` of them, or as many as the windows have.
     """
     parameter = next(model.parameters())
     parts: list[Trajectory] = []
     for start in range(0, len(windows), BATCH):
         batch = torch.tensor(windows[start : start + BATCH], dtype=parameter.dtype, device=parameter.device)
         mean, _ = model.encode(batch)
-        parts.append((dynamics or model).forecast(mean, windows.shape[1]))
+        parts.append((dynamics or model).forecast(mean, samples or windows.shape[1]))
     return _joined(parts)
 
 

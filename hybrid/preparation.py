@@ -7,7 +7,7 @@ import torch
 from torch import Tensor
 
 from fe_models.dofs import FloatArray
-from fe_models.errors import InputError
+from fe_models.errors import raise_faults
 from fe_models.linear import LinearModel, ModalModel
 from fe_models.nominal import nominal_modes
 from fe_models.recordings import Dataset, Recording
@@ -44,8 +44,14 @@ def prepare(dataset: Dataset, config: Config) -> Prepared:
     """Return the starting model of ``config`` for the dataset's training recordings; `InputError` where it has none."""
     recordings = dataset.select("train")
     measured = columns(dataset, "measured")
+    faults = [
+        f"recording {recording.name!r} names loads: the hybrid model learns from free vibrations only; leave it out"
+        for recording in dataset.recordings
+        if recording.loads
+    ]
     if not recordings or not measured:
-        raise InputError("the dataset has no training recording or no measured sensor: give at least one of each")
+        faults.append("the dataset has no training recording or no measured sensor: give at least one of each")
+    raise_faults(faults)
     length = window_length(dataset, config.training.window, config.model.encoder_samples)
     modal = nominal_modes(dataset, config.model.modes)
     step = 1 / dataset.sampling_rate

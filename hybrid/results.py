@@ -8,19 +8,19 @@ import numpy as np
 import torch
 
 from fe_models.dofs import FloatArray
-from fe_models.files import write_json, write_npz
-from fe_models.linear import LinearModel, ModalModel
-from fe_models.matrices_file import save_linear_model
+from fe_models.files import write_json
+from fe_models.linear import ModalModel
 from fe_models.recordings import Dataset
+from fe_models.run_folder import Prediction, save_prediction, save_run_model
 from fe_models.structure import Structure
-from fe_models.structure_file import save_structure
 from hybrid.calibration import Observer, smooth
+from hybrid.checkpoint import Origin
 from hybrid.evaluation import score_table
 from hybrid.figures import channel_labels, draw_curves, draw_history, draw_latent, draw_loop
 from hybrid.forecast import Forecast, fe_counterpart, forecast_windows
 from hybrid.model import NeuralModalODE
 from hybrid.run import Run
-from hybrid.windows import columns, cut_all
+from hybrid.windows import cut_all
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ def write_results(run: Run, dataset: Dataset, truth: FloatArray | None = None) -
         "test": None,
         "scores": None,
     }
-    _write_model(dataset.model, modal, folder)
+    save_run_model(dataset.model, modal, folder)
     draw_history(folder / "training.png", run.history)
     if comparison is not None:
         forecasts = {"fe": comparison.fe.channels, "hybrid": comparison.hybrid.channels}
@@ -77,8 +77,10 @@ def write_results(run: Run, dataset: Dataset, truth: FloatArray | None = None) -
         field = None if truth is None else truth[:length]
         if field is not None:
             metrics["field"] = field_scores(comparison, modal, field)
-        _write_prediction(dataset, modal, comparison, run.config.model.encoder_samples, field, folder)
-        _draw(dataset, modal, comparison, field, folder)
+        initial = fe_initial_state(run.origin, comparison.windows[0], run.config.model.encoder_samples)
+        prediction = prediction_of(comparison.hybrid, comparison.fe, run.origin, initial, field)
+        save_prediction(prediction, folder)
+        _draw(dataset, modal, comparison, prediction, folder)
     run.finish()
     write_json(folder / "metrics.json", metrics)
     return metrics
@@ -97,64 +99,50 @@ def field_scores(comparison: Comparison, modal: ModalModel, truth: FloatArray) -
     }
 
 
-def fe_initial_state(dataset: Dataset, modal: ModalModel, window: FloatArray, samples: int) -> FloatArray:
-    """Return q0 (mode,) that the FE model alone infers from a window's first samples, by least squares."""
-    measured = columns(dataset, "measured")
-    observer = Observer(modal, [dataset.sensors[i] for i in measured], 1 / dataset.sampling_rate)
+def fe_initial_state(origin: Origin, window: FloatArray, samples: int) -> FloatArray:
+    """Return q0 (mode,) that the FE model alone infers from the first samples of a window (time, sensor)."""
+    measured = [i for i, sensor in enumerate(origin.sensors) if sensor.role == "measured"]
+    modal = origin.modal
+    observer = Observer(modal, [origin.sensors[i] for i in measured], 1 / origin.sampling_rate)
     modes = len(modal.omega)
     observability = observer.matrix(torch.zeros(2, modes, modes, dtype=torch.float64), samples)
     states, _ = smooth(observability, torch.tensor(window[None, :samples, measured]))
     return (states[0, :modes] / observer.omega).numpy()
 
 
-def _write_model(model: Structure | LinearModel, modal: ModalModel, folder: Path) -> None:
-    modes = {"frequencies": modal.frequencies, "damping_ratio": modal.damping_ratio, "mode_shapes": modal.shapes}
-    if isinstance(model, Structure):
-        save_structure(model, folder / "structure.toml")
-        write_npz(folder / "model.npz", modes)
-    else:
-        save_linear_model(model, folder / "model.npz", modes)
+def prediction_of(
+    hybrid: Forecast, fe: Forecast, origin: Origin, fe_initial: FloatArray, truth: FloatArray | None = None
+) -> Prediction:
+    """Return the displacement fields of the first window of two forecasts; ``fe_initial`` (mode,) see above."""
+    shapes = origin.modal.shapes
+    return Prediction(
+        time=np.arange(hybrid.q.shape[1]) / origin.sampling_rate,
+        hybrid=hybrid.q[0] @ shapes.T,
+        fe=fe.q[0] @ shapes.T,
+        fe_initial=shapes @ fe_initial,
+        truth=truth,
+        unit="1" if any(sensor.unit == "1" for sensor in origin.sensors) else "m",
+        sensors=origin.sensors,
+    )
 
 
-def _write_prediction(
-    dataset: Dataset, modal: ModalModel, comparison: Comparison, samples: int, truth: FloatArray | None, folder: Path
-) -> None:
-    initial = fe_initial_state(dataset, modal, comparison.windows[0], samples)
-    arrays = {
-        "time": np.arange(comparison.windows.shape[1]) / dataset.sampling_rate,
-        "hybrid": comparison.hybrid.q[0] @ modal.shapes.T,
-        "fe": comparison.fe.q[0] @ modal.shapes.T,
-        "fe_initial": modal.shapes @ initial,
-        "damping_ratio": modal.damping_ratio,
-        "unit": np.array("1" if any(sensor.unit == "1" for sensor in dataset.sensors) else "m"),
-        "sensor_name": np.array([sensor.name for sensor in dataset.sensors]),
-        "sensor_node": np.array([sensor.node for sensor in dataset.sensors]),
-        "sensor_direction": np.array([sensor.direction for sensor in dataset.sensors]),
-        "sensor_role": np.array([sensor.role for sensor in dataset.sensors]),
-    }
-    write_npz(folder / "prediction.npz", arrays if truth is None else {**arrays, "truth": truth})
-
-
-def _draw(dataset: Dataset, modal: ModalModel, comparison: Comparison, truth: FloatArray | None, folder: Path) -> None:
-    time = np.arange(comparison.windows.shape[1]) / dataset.sampling_rate
-    hybrid, fe = comparison.hybrid, comparison.fe
+def _draw(dataset: Dataset, modal: ModalModel, comparison: Comparison, prediction: Prediction, folder: Path) -> None:
+    time, hybrid, fe = prediction.time, comparison.hybrid, comparison.fe
     first = "first test window, forecast from its first samples"
     curves = {"measured": comparison.windows[0], "FE model": fe.channels[0], "hybrid": hybrid.channels[0]}
     draw_curves(folder / "channels.png", time, curves, channel_labels(dataset.sensors), f"Channels, {first}")
     q, q_dot = {"FE model": fe.q[0], "hybrid": hybrid.q[0]}, {"FE model": fe.q_dot[0], "hybrid": hybrid.q_dot[0]}
     draw_latent(folder / "latent.png", time, q, q_dot, f"Modal coordinates and velocities, {first}")
-    fields = {"FE model": fe.q[0] @ modal.shapes.T, "hybrid": hybrid.q[0] @ modal.shapes.T}
-    row = _most_moved_translation(modal, fields["hybrid"])
-    if truth is not None:
-        fields = {"truth": truth, **fields}
-    place = f"node {modal.dofs.node[row]} in {modal.dofs.direction[row]}"
-    unit = "relative" if any(sensor.unit == "1" for sensor in dataset.sensors) else "m"
+    fields = {"FE model": prediction.fe, "hybrid": prediction.hybrid}
+    if prediction.truth is not None:
+        fields = {"truth": prediction.truth, **fields}
+    row = _most_moved_translation(modal, prediction.hybrid)
     draw_curves(
         folder / "displacement.png",
         time,
         {name: field[:, [row]] for name, field in fields.items()},
-        [f"displacement ({unit})"],
-        f"Displacement of {place}, where it is largest, {first}",
+        [f"displacement ({'m' if prediction.unit == 'm' else 'relative'})"],
+        f"Displacement of node {modal.dofs.node[row]} in {modal.dofs.direction[row]}, the largest\n{first}",
     )
     if isinstance(dataset.model, Structure) and dataset.model.directions == ("x",):
         _draw_loop(dataset, dataset.model, modal, comparison, folder)

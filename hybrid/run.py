@@ -15,6 +15,7 @@ import torch
 
 from fe_models.dofs import FloatArray
 from fe_models.errors import InputError
+from fe_models.nominal import nominal_modes
 from fe_models.recordings import Dataset
 from fe_models.structure import Structure
 from hybrid.checkpoint import Checkpoint, Origin, load_checkpoint, save_checkpoint
@@ -85,7 +86,7 @@ def resume(dataset: Dataset, config: Config, folder: Path, device: str = "cpu") 
     """
     torch.set_num_threads(config.training.threads)
     found = load_checkpoint(folder / UNDER_WAY)
-    windows = _windows(dataset, config, found.origin.kept)
+    windows = _windows(dataset, config, found.origin)
     faults = []
     if found.config != config:
         faults.append(
@@ -93,6 +94,10 @@ def resume(dataset: Dataset, config: Config, folder: Path, device: str = "cpu") 
         )
     if windows is None or digest(windows) != found.origin.data_digest:
         faults.append(f"{folder / UNDER_WAY} is an interrupted training on other recordings than the dataset's")
+    if not _made_from(found.origin, dataset, config):
+        faults.append(
+            f"{folder / UNDER_WAY} is an interrupted training of another model, other sensors or another rate"
+        )
     if faults:
         raise InputError([*faults, "give the same settings and data to go on with it, or --fresh to start anew"])
     trainer = Trainer(found.model, windows if windows is not None else np.empty(0), config.training, device)
@@ -106,12 +111,23 @@ def digest(windows: FloatArray) -> str:
     return hashlib.sha256(np.ascontiguousarray(windows).tobytes()).hexdigest()
 
 
-def _windows(dataset: Dataset, config: Config, kept: tuple[str, ...]) -> FloatArray | None:
-    recordings = [recording for recording in dataset.select("train") if recording.name in kept]
-    if len(recordings) != len(kept):
+def _made_from(origin: Origin, dataset: Dataset, config: Config) -> bool:
+    """Return whether a training's model, modes, sensors and sampling rate are those of the dataset."""
+    structure = dataset.model if isinstance(dataset.model, Structure) else None
+    if (structure, dataset.sensors, dataset.sampling_rate) != (origin.structure, origin.sensors, origin.sampling_rate):
+        return False
+    now, then = nominal_modes(dataset, config.model.modes), origin.modal
+    pairs = [(now.omega, then.omega), (now.damping_ratio, then.damping_ratio), (now.shapes, then.shapes)]
+    return all(one.shape == other.shape and np.allclose(one, other) for one, other in pairs)
+
+
+def _windows(dataset: Dataset, config: Config, origin: Origin) -> FloatArray | None:
+    """Return the training windows; None where the dataset's training recordings are not those of ``origin``."""
+    recordings = {recording.name: recording for recording in dataset.select("train")}
+    if recordings.keys() != {*origin.kept, *origin.left_out}:
         return None
     length = window_length(dataset, config.training.window, config.model.encoder_samples)
-    return cut_all(recordings, length, config.training.stride)
+    return cut_all([recordings[name] for name in origin.kept], length, config.training.stride)
 
 
 def _differences(found: Checkpoint, config: Config) -> str:

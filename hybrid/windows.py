@@ -25,7 +25,12 @@ def cut_all(recordings: Sequence[Recording], length: int, stride: int) -> FloatA
 
 
 def window_length(dataset: Dataset, wanted: int, encoder_samples: int) -> int:
-    """Return ``wanted`` samples, or fewer where a recording is shorter; `InputError` where none is long enough."""
+    """Return ``wanted`` samples, or fewer where a recording is shorter; `InputError` where that is too short."""
+    if wanted < 4 * encoder_samples:
+        raise InputError(
+            f"a window of {wanted} samples is too short: at least {4 * encoder_samples} are needed, four times the"
+            f" {encoder_samples} that the encoder sees"
+        )
     shortest = min(dataset.recordings, key=lambda recording: recording.data.shape[1])
     available = shortest.data.shape[1]
     if available < 4 * encoder_samples:

@@ -182,7 +182,7 @@ def recordings_of(model: str, subject: Structure | LinearModel, wishes: Wishes, 
     faults = wishes.useless("cubic_stiffness", because="is for four_dof; write effects into the structure file")
     sensors = _all_of(wishes.sensor or (), _sensor, faults)
     if model == "bridge" and not wishes.sensor:
-        sensors = tuple(replace(sensor, unit="m/s^2") for sensor in bridge_sensors())
+        sensors = bridge_sensors(unit="m/s^2")
     elif not wishes.sensor:
         faults.append("--simulate needs sensors: give at least one --sensor NODE:DIRECTION, such as --sensor 2:x")
     is_frame = any(isinstance(element, Beam | Cable) for element in subject.elements)
@@ -219,7 +219,7 @@ def _frame(
         gravity=_either(wishes.gravity, STANDARD_GRAVITY),
     )
     raise_faults(faults + check_release(structure, releases, sensors, acquisition))
-    return partial(release_dataset, structure, releases, sensors, acquisition, rng, config)
+    return lambda: release_dataset(structure, releases, sensors, acquisition, rng, config).dataset
 
 
 def _chain(

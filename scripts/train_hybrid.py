@@ -7,7 +7,6 @@ from typing import Annotated, Any
 
 import torch
 import typer
-from tqdm import tqdm
 
 from fe_models.dataset_file import load_dataset
 from fe_models.errors import InputError, bad_input_exits
@@ -15,12 +14,8 @@ from fe_models.recordings import Dataset
 from fe_models.structure import Structure
 from hybrid.config import Config, paper_preset
 from hybrid.results import write_results
-from hybrid.run import UNDER_WAY, Run, begin, resume
+from hybrid.session import open_run, train
 from hybrid.summary import describe
-from hybrid.training import TrainingDivergedError
-
-INTERRUPTED_STATUS = 130  # as shells report Ctrl-C
-DIVERGED_STATUS = 1
 
 
 class Preset(Enum):
@@ -125,36 +120,6 @@ def check_device(device: str) -> None:
     except (RuntimeError, AssertionError) as error:
         reason = str(error).splitlines()[0]
         raise InputError(f"--device {device} cannot be used here ({reason}); use --device cpu") from None
-
-
-def open_run(data: Dataset, config: Config, out: Path, device: str, fresh: bool = False) -> Run:
-    """Go on with the training that was interrupted in ``out``, or begin a new one."""
-    if (out / UNDER_WAY).exists() and not fresh:
-        run = resume(data, config, out, device)
-        print(f"Going on with the training interrupted after epoch {len(run.history)} (--fresh starts anew).")
-        return run
-    if config.training.calibrate:
-        print("Calibrating the linear part by least squares ...")
-    run = begin(data, config, out, device)
-    for name in run.origin.left_out:
-        print(f"Recording {name} contradicts the other training recordings: it is left out.")
-    return run
-
-
-def train(run: Run) -> None:
-    """Train to the end under a progress bar; an interruption or a divergence ends the program with what to do."""
-    bar = tqdm(total=run.config.training.epochs, initial=len(run.history), desc="Training", unit="epoch")
-    try:
-        with bar:
-            for result in run.epochs():
-                bar.set_postfix_str(f"loss {result.loss / result.horizon:.3f}, horizon {result.horizon}")
-                bar.update()
-    except KeyboardInterrupt:
-        print(f"Interrupted after epoch {len(run.history)}; the same command goes on from there.")
-        raise SystemExit(INTERRUPTED_STATUS) from None
-    except TrainingDivergedError as error:
-        print(f"error: {error}")
-        raise SystemExit(DIVERGED_STATUS) from None
 
 
 if __name__ == "__main__":

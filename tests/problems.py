@@ -31,7 +31,7 @@ def cantilever(length: float = 2.0, divisions: int = 1, section: Section = TIMBE
 
 
 def bending_frequencies(roots: tuple[float, ...], length: float, section: Section = TIMBER) -> FloatArray:
-    """f = root^2 / (2 pi L^2) sqrt(E I / (rho A)), in Hz, of a slender uniform beam."""
+    """Natural frequencies root^2 / (2 pi L^2) sqrt(E I / (rho A)), in Hz, of a slender uniform beam."""
     speed = np.sqrt(section.bending_stiffness / section.mass_per_length)
     return np.array(roots) ** 2 / (2 * np.pi * length**2) * speed
 
@@ -44,7 +44,7 @@ def frame_matrices(structure: Structure) -> tuple[FloatArray, FloatArray]:
         rows = [3 * (node - 1) + i for node in element.nodes for i in range(3)]
         if isinstance(element, Spring):
             along = np.zeros(len(rows))
-            along["x y rz".split().index(element.direction) :: 3] = [-1.0, 1.0][-len(element.nodes) :]
+            along[["x", "y", "rz"].index(element.direction) :: 3] = [-1.0, 1.0][-len(element.nodes) :]
             stiffness[np.ix_(rows, rows)] += element.stiffness * np.outer(along, along)
             continue
         vector = np.subtract(structure.nodes[element.nodes[1] - 1], structure.nodes[element.nodes[0] - 1])

@@ -1,6 +1,7 @@
 """Simulated motion against an independent integrator, the linear solution, closed forms and its own convergence."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from fe_models.errors import InputError
 from fe_models.four_dof import four_dof
 from fe_models.linear import LinearModel
 from fe_models.modes import natural_modes
+from fe_models.response import Response
 from fe_models.simulate import FreeConfig, ReleaseConfig, simulate_free, simulate_release
 from fe_models.statics import PointLoad, rest_state
 from fe_models.structure import Cable, Damping, PointMass, Structure, Support
@@ -26,9 +28,9 @@ def dense(model: LinearModel) -> tuple[FloatArray, FloatArray, FloatArray]:
     return model.mass.toarray(), full_damping(model), model.stiffness.toarray()
 
 
-def states(response: object) -> FloatArray:
+def states(response: Response) -> FloatArray:
     """Return displacement and velocity side by side, (realisation, time, 2 dof)."""
-    return np.concatenate([getattr(response, "displacement"), getattr(response, "velocity")], axis=-1)  # noqa: B009
+    return np.concatenate([response.displacement, response.velocity], axis=-1)
 
 
 def start(count: int, size: int) -> FloatArray:
@@ -79,6 +81,15 @@ def test_integrators_have_their_order(integrator: str, order: int) -> None:
     assert observed[-1] > order - 0.3, f"observed orders {observed}"  # RK67 may show its order 7
 
 
+def test_implicit_rule_takes_no_energy() -> None:
+    oscillator = held_mass(100.0)
+    period = 2 * np.pi / np.sqrt(50.0)
+    config = FreeConfig(100 * period, 20 / period, period / 20, "newmark")
+    response = simulate_free(oscillator, np.array([[1.0]]), np.array([[0.0]]), config)
+    energy = 50 * response.displacement**2 + response.velocity**2
+    np.testing.assert_allclose(energy, 50.0, rtol=1e-6)  # the trapezoidal rule keeps it but for Newton's tolerance
+
+
 def test_realisations_do_not_touch_each_other() -> None:
     x0, v0 = start(3, 4)
     together = simulate_free(four_dof(1.0), x0, v0, SHORT)
@@ -112,7 +123,7 @@ def test_small_release_of_the_bridge_is_the_linear_one_about_its_rest(modal: boo
     tangent = linearise(structure, rest_state(structure))
     free = tangent.dofs.free
     expected = newmark(dense(tangent), response.displacement[0, free], 1e-3, 500)[::2]
-    # The same rule on the same grid: what is left is the force's square, 1e-3 N against some 10 N of weight, and Newton.
+    # The same rule on the same grid: what is left is the square of the pull, 1e-3 N against 10 N of weight, and Newton.
     largest = np.abs(expected).max()
     np.testing.assert_allclose(response.displacement[:, free], expected, atol=2e-3 * largest)
     assert not response.displacement[:, ~free].any()
@@ -124,11 +135,12 @@ def test_release_starts_from_the_pulled_shape_without_velocity() -> None:
     expected = rest_state(structure, loads=pull) - rest_state(structure)
     np.testing.assert_allclose(response.displacement[0], expected, atol=1e-15)
     assert not response.velocity[0].any()
-    # M a = -pull: the velocity after one short step, over that step; waves in the deck take longer to arrive.
-    first = response.velocity[1] / 2e-4
-    row = response.dofs.row(19, "y")
-    assert response.acceleration[0, row] == pytest.approx(first[row], rel=0.1)
-    assert response.acceleration[0, row] > 0  # pulled down, it starts upwards
+    # Before the release all forces balance; without the pull, M a = -pull. Exudyn solves that to 1e-6 of the largest.
+    model = linearise(structure)
+    free_pull = np.where((model.dofs.node == 19) & (model.dofs.direction == "y"), -9.81, 0.0)[model.dofs.free]
+    expected = -np.linalg.solve(model.mass.toarray(), free_pull)
+    found = response.acceleration[0, model.dofs.free]
+    np.testing.assert_allclose(found, expected, atol=1e-5 * np.abs(expected).max())
 
 
 def test_release_converges_with_the_step() -> None:
@@ -136,7 +148,7 @@ def test_release_converges_with_the_step() -> None:
     configs = [ReleaseConfig(1.0, 100.0, step) for step in (2e-3, 1e-3, 5e-4, 2.5e-4)]
     pull = (PointLoad(2, "y", 40.0),)  # bends it by a third of its length
     runs = [simulate_release(structure, pull, config).displacement for config in configs]
-    steps = np.array([np.abs(b - a).max() for a, b in zip(runs[:-1], runs[1:], strict=True)])
+    steps = np.array([np.abs(b - a).max() for a, b in pairwise(runs)])
     order = np.log2(steps[:-1] / steps[1:])
     assert order[-1] > 1.7, f"observed orders {order}"  # second order once the modes that move are resolved
     assert np.abs(runs[-1][0]).max() > 0.3
@@ -173,7 +185,7 @@ def test_cable_pulls_and_never_pushes() -> None:
     # Taut: a cosine; slack from the first zero on: straight on at the speed it has then.
     exact = np.where(t < quarter, amplitude * np.cos(omega * t), -amplitude * omega * (t - quarter))
     np.testing.assert_allclose(x, exact, atol=0.01 * amplitude)  # strain 5e-4; the step of 2e-5 s at the kink
-    assert x.min() < -5 * amplitude
+    assert x.min() < -2 * amplitude
 
 
 def test_damping_of_a_release_follows_the_ratio() -> None:
@@ -226,5 +238,5 @@ def test_refuses_configurations_without_sense() -> None:
 
 def test_growth_without_bounds_is_an_error() -> None:
     runaway = CubicSpring((1,), "x", -50.0)
-    with pytest.raises(InputError, match="grew beyond all bounds|no solution in one of its time steps"):
+    with pytest.raises(InputError, match=r"grew beyond all bounds|no solution in one of its time steps"):
         simulate_free(four_dof(), np.full((1, 4), 3.0), np.zeros((1, 4)), SHORT, (runaway,))

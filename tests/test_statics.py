@@ -9,6 +9,7 @@ from scipy.optimize import brentq
 from fe_models.assembly import linearise
 from fe_models.errors import InputError
 from fe_models.modes import natural_modes
+from fe_models.sections import Section
 from fe_models.statics import PointLoad, rest_state
 from fe_models.structure import Cable, PointMass, Spring, Structure, Support
 from tests.problems import TIMBER, WIRE, cantilever
@@ -134,6 +135,15 @@ def test_column_buckles_at_euler_s_load() -> None:
 
     critical = np.pi**2 * EI / (4 * length**2)
     assert brentq(softest, 0.9 * critical, 1.1 * critical) == pytest.approx(critical, rel=3e-3)  # order 2, 16 parts
+
+
+@pytest.mark.parametrize("divisions", [1, 40])
+def test_heavy_sections_come_to_rest_under_light_loads(divisions: int) -> None:
+    heavy = Section("bridge girder", 2.1e11, 7850.0, 1.5, 3.0)
+    length, force = 400.0, 100.0
+    state = rest_state(cantilever(length, divisions, heavy), gravity=0.0, loads=(PointLoad(2, "y", force),))
+    expected = force * length**3 / (3 * heavy.bending_stiffness)
+    assert state[4] == pytest.approx(expected, rel=1e-4)  # rounding of E A times the strain is 1e-2 N of the 100 N
 
 
 def test_refuses_loads_that_do_not_fit() -> None:

@@ -1,0 +1,43 @@
+"""A training as a person at a terminal sees it: what goes on, how far it is, and what to do when it stops."""
+
+from pathlib import Path
+
+from tqdm import tqdm
+
+from fe_models.recordings import Dataset
+from hybrid.config import Config
+from hybrid.run import UNDER_WAY, Run, begin, resume
+from hybrid.training import TrainingDivergedError
+
+INTERRUPTED_STATUS = 130  # as shells report Ctrl-C
+DIVERGED_STATUS = 1
+
+
+def open_run(data: Dataset, config: Config, out: Path, device: str, fresh: bool = False) -> Run:
+    """Go on with the training that was interrupted in ``out``, or begin a new one."""
+    if (out / UNDER_WAY).exists() and not fresh:
+        run = resume(data, config, out, device)
+        print(f"Going on with the training interrupted after epoch {len(run.history)} (--fresh starts anew).")
+        return run
+    if config.training.calibrate:
+        print("Calibrating the linear part by least squares ...")
+    run = begin(data, config, out, device)
+    for name in run.origin.left_out:
+        print(f"Recording {name} contradicts the other training recordings: it is left out.")
+    return run
+
+
+def train(run: Run) -> None:
+    """Train to the end under a progress bar; an interruption or a divergence ends the program with what to do."""
+    bar = tqdm(total=run.config.training.epochs, initial=len(run.history), desc="Training", unit="epoch")
+    try:
+        with bar:
+            for result in run.epochs():
+                bar.set_postfix_str(f"loss {result.loss / result.horizon:.3f}, horizon {result.horizon}")
+                bar.update()
+    except KeyboardInterrupt:
+        print(f"Interrupted after epoch {len(run.history)}; the same command goes on from there.")
+        raise SystemExit(INTERRUPTED_STATUS) from None
+    except TrainingDivergedError as error:
+        print(f"error: {error}")
+        raise SystemExit(DIVERGED_STATUS) from None

@@ -1,0 +1,104 @@
+"""Predict a structure's motion with a trained hybrid model, from a record's first samples or from any initial state."""
+
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+
+from fe_models.dataset_file import load_dataset
+from fe_models.dofs import FloatArray
+from fe_models.errors import InputError, bad_input_exits, raise_faults
+from fe_models.files import writing
+from fe_models.run_folder import load_run, save_prediction, save_run_model
+from hybrid.checkpoint import Checkpoint, load_checkpoint
+from hybrid.forecast import Forecast, fe_counterpart, forecast_windows, generate
+from hybrid.initial_state import modal_state, read_nodal_state
+from hybrid.results import fe_initial_state, prediction_of
+from hybrid.run import DONE
+
+app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
+
+
+@app.command()
+def main(
+    run: Annotated[Path, typer.Argument(help="Folder that train_hybrid.py wrote.")],
+    out: Annotated[Path, typer.Option(help="Folder for the prediction; made where it is missing.")],
+    dataset: Annotated[Path | None, typer.Option(help="Dataset with the record to start from.")] = None,
+    record: Annotated[str | None, typer.Option(help="Name of the record. [default: the first]")] = None,
+    start: Annotated[float, typer.Option(min=0.0, help="Time (s) in the record at which to start.")] = 0.0,
+    initial: Annotated[
+        Path | None, typer.Option(help="CSV file with node,direction,displacement,velocity: the state to start from.")
+    ] = None,
+    duration: Annotated[float, typer.Option(min=0.0, help="Length of the prediction, s.")] = 5.0,
+) -> None:
+    """Predict the motion of the whole structure with a trained hybrid model.
+
+    Start either from a record, of which the first samples are read, or from a state of your own, given at as many nodes
+    as you like. OUT then holds prediction.npz (displacement of all nodes over time, hybrid and FE model from the same
+    start), and channels.csv (what the sensors would read); scripts/render_shapes.py OUT draws it.
+
+    \b
+    Examples:
+      python scripts/predict_motion.py runs/demo/hybrid --out runs/pull --initial pull.csv --duration 10
+      python scripts/predict_motion.py runs/demo/hybrid --out runs/later --dataset runs/demo/dataset.toml --start 8
+    """
+    with bad_input_exits():
+        if (dataset is None) == (initial is None):
+            raise InputError("give either --dataset, to start from a record, or --initial, to start from a state")
+        checkpoint = load_checkpoint(run / DONE)
+        model = load_run(run).model
+        samples = round(duration * checkpoint.origin.sampling_rate) + 1
+        if dataset is not None:
+            hybrid, fe, fe_initial = from_record(checkpoint, dataset, record, start, samples)
+        else:
+            hybrid, fe, fe_initial = from_state(checkpoint, Path(str(initial)), samples)
+        save_run_model(model, checkpoint.origin.modal, out)
+        save_prediction(prediction_of(hybrid, fe, checkpoint.origin, fe_initial), out)
+        write_channels(hybrid, fe, checkpoint, out / "channels.csv")
+        print(f"{samples} samples predicted: {out / 'prediction.npz'}, {out / 'channels.csv'}")
+
+
+def from_record(
+    checkpoint: Checkpoint, dataset: Path, name: str | None, start: float, samples: int
+) -> tuple[Forecast, Forecast, FloatArray]:
+    """Return the hybrid and the FE forecast from a place in a record, and the FE model's own initial q (mode,)."""
+    data = load_dataset(dataset)
+    origin, seen = checkpoint.origin, checkpoint.config.model.encoder_samples
+    faults = []
+    if data.sensors != origin.sensors or data.sampling_rate != origin.sampling_rate:
+        faults.append(f"{dataset}: its sensors or sampling rate are not those that the model was trained with")
+    records = {recording.name: recording for recording in data.recordings}
+    if name is not None and name not in records:
+        raise InputError([*faults, f"--record {name}: {dataset} has {', '.join(records)}"])
+    chosen = records[name or data.recordings[0].name]
+    first, end = round(start * origin.sampling_rate), chosen.data.shape[1]
+    if first + seen > end:
+        faults.append(f"--start {start:g}: record {chosen.name} ends after {end / data.sampling_rate:g} s")
+    raise_faults(faults)
+    window = chosen.data[:1, first : first + seen]
+    model = checkpoint.model
+    forecasts = [forecast_windows(model, window, dynamics, samples) for dynamics in (model, fe_counterpart(model))]
+    return forecasts[0], forecasts[1], fe_initial_state(origin, window[0], seen)
+
+
+def from_state(checkpoint: Checkpoint, path: Path, samples: int) -> tuple[Forecast, Forecast, FloatArray]:
+    """Return the hybrid and the FE motion from the state in a file, and its modal coordinates (mode,)."""
+    modal = checkpoint.origin.modal
+    q, q_dot = modal_state(read_nodal_state(path, modal), modal)
+    model = checkpoint.model
+    return generate(model, q, q_dot, samples), generate(fe_counterpart(model), q, q_dot, samples), q
+
+
+def write_channels(hybrid: Forecast, fe: Forecast, checkpoint: Checkpoint, path: Path) -> None:
+    """Write time (s) and all channels of both forecasts as CSV."""
+    names = [sensor.name for sensor in checkpoint.origin.sensors]
+    header = ["time", *(f"{name} hybrid" for name in names), *(f"{name} FE" for name in names)]
+    time = np.arange(hybrid.channels.shape[1]) / checkpoint.origin.sampling_rate
+    with writing(path) as temporary:
+        table = np.column_stack([time, hybrid.channels[0], fe.channels[0]])
+        np.savetxt(temporary, table, fmt="%.9g", delimiter=",", header=",".join(header), comments="")
+
+
+if __name__ == "__main__":
+    app()

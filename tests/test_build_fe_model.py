@@ -1,0 +1,139 @@
+"""The script builds, prints and writes what it says, and refuses bad input with one line a fault."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.linalg import eigh
+from typer.testing import CliRunner, Result
+
+from fe_models.bridge import bridge
+from fe_models.dataset_file import load_dataset
+from fe_models.four_dof import four_dof, paper_dataset
+from fe_models.matrices_file import load_linear_model
+from fe_models.structure import Damping
+from fe_models.structure_file import load_structure, save_structure
+from scripts.build_fe_model import app
+from tests.problems import cantilever
+
+
+def build(*arguments: str) -> Result:
+    return CliRunner().invoke(app, list(arguments))
+
+
+def arrays(folder: Path) -> dict[str, np.ndarray[tuple[int, ...], np.dtype[np.float64]]]:
+    with np.load(folder / "model.npz", allow_pickle=False) as file:
+        return dict(file)
+
+
+def test_bridge_with_pictures(tmp_path: Path) -> None:
+    result = build("bridge", "--out", str(tmp_path), "--modes", "3")
+    assert result.exit_code == 0, result.output
+    assert "153 free degrees of freedom" in result.output
+    assert "1.6387 Hz         0.300 %   1.6387 Hz" in result.output
+    found = arrays(tmp_path)
+    assert found["M"].shape == found["K"].shape == found["C"].shape == (153, 153)
+    omega = np.sqrt(eigh(found["K"], found["M"], eigvals_only=True)[:3])
+    np.testing.assert_allclose(found["frequencies"], omega / (2 * np.pi), rtol=1e-6)  # eigh on K, not on its inverse
+    assert found["mode_shapes"].shape == (165, 3)
+    assert (found["dof_node"][:3].tolist(), found["dof_direction"][:3].tolist()) == ([1, 1, 2], ["x", "rz", "x"])
+    assert load_structure(tmp_path / "structure.toml") == bridge()
+    assert (tmp_path / "modes.png").stat().st_size > 10_000
+
+
+def test_built_structure_builds_again_refined(tmp_path: Path) -> None:
+    assert build("bridge", "--out", str(tmp_path / "a"), "--no-pictures").exit_code == 0
+    again = build(str(tmp_path / "a/structure.toml"), "--out", str(tmp_path / "b"), "--refine", "2", "--no-pictures")
+    assert again.exit_code == 0, again.output
+    assert arrays(tmp_path / "b")["M"].shape == (309, 309)
+    np.testing.assert_allclose(
+        arrays(tmp_path / "b")["frequencies"], arrays(tmp_path / "a")["frequencies"], rtol=1e-4
+    )  # one element a member is off by 3e-5
+
+
+def test_large_models_are_written_sparse(tmp_path: Path) -> None:
+    result = build("bridge", "--out", str(tmp_path), "--refine", "10", "--no-pictures")
+    assert result.exit_code == 0, result.output
+    assert "M" not in arrays(tmp_path)
+    assert load_linear_model(tmp_path / "model.npz").stiffness.nnz < 20_000
+
+
+def test_own_matrices_give_their_modes(tmp_path: Path) -> None:
+    build("four_dof", "--out", str(tmp_path / "a"), "--no-pictures")
+    result = build(str(tmp_path / "a/model.npz"), "--out", str(tmp_path / "b"), "--no-pictures", "--modes", "4")
+    assert result.exit_code == 0, result.output
+    np.testing.assert_allclose(arrays(tmp_path / "b")["frequencies"], arrays(tmp_path / "a")["frequencies"], rtol=1e-12)
+
+
+def test_c_holds_modal_damping(tmp_path: Path) -> None:
+    structure = four_dof()
+    damped = type(structure)(**{**vars(structure), "dashpots": (), "damping": Damping(modal_ratios=(0.05,))})
+    save_structure(damped, tmp_path / "chain.toml")
+    assert build(str(tmp_path / "chain.toml"), "--out", str(tmp_path), "--no-pictures").exit_code == 0
+    found = arrays(tmp_path)
+    modal = found["mode_shapes"].T @ found["C"] @ found["mode_shapes"]
+    expected = np.diag(2 * 0.05 * 2 * np.pi * found["frequencies"])
+    np.testing.assert_allclose(modal, expected, atol=1e-12)  # roundings
+
+
+def test_four_dof_data_are_the_paper_s(tmp_path: Path) -> None:
+    options = ("--simulate", "--realisations", "5", "--cubic-stiffness", "1", "--no-pictures")
+    result = build("four_dof", "--out", str(tmp_path), *options)
+    assert result.exit_code == 0, result.output
+    dataset = load_dataset(tmp_path / "dataset.toml")
+    expected = paper_dataset(1.0, realisations=5)
+    for found, wanted in zip(dataset.recordings, expected.recordings, strict=True):
+        np.testing.assert_array_equal(found.data, wanted.data)
+
+
+def test_bridge_recordings_load_again(tmp_path: Path) -> None:
+    options = ("--simulate", "--pull", "19:y:-9.81", "--pull", "9:y:-5+21:y:-5", "--duration", "1", "--step", "0.002")
+    result = build("bridge", "--out", str(tmp_path), "--no-pictures", *options)
+    assert result.exit_code == 0, result.output
+    dataset = load_dataset(tmp_path / "dataset.toml")
+    assert [recording.data.shape for recording in dataset.recordings] == [(1, 101, 8)] * 2
+    assert [sensor.name for sensor in dataset.sensors if sensor.role == "held_out"] == ["A2"]
+
+
+def test_own_frame_with_own_sensors(tmp_path: Path) -> None:
+    damped = type(cantilever())(**{**vars(cantilever()), "damping": Damping(stiffness_factor=1e-4)})
+    save_structure(damped, tmp_path / "beam.toml")
+    options = ("--simulate", "--pull", "2:y:10", "--sensor", "2:y", "--sensor", "2:rz:displacement:held_out")
+    timing = ("--duration", "0.5", "--sampling-rate", "200", "--noise", "0")
+    result = build(str(tmp_path / "beam.toml"), "--out", str(tmp_path), "--no-pictures", *options, *timing)
+    assert result.exit_code == 0, result.output
+    tip, turn = load_dataset(tmp_path / "dataset.toml").sensors
+    assert (tip.name, tip.unit, tip.role) == ("a2y", "m/s^2", "measured")
+    assert (turn.quantity, turn.unit, turn.role) == ("displacement", "rad", "held_out")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("nowhere",), ["'nowhere' is unknown"]),
+        (("bridge", "--modes", "400"), ["153 free degrees of freedom"]),
+        (
+            ("bridge", "--simulate", "--pull", "99:y:3", "--pull", "x", "--sensor", "foo", "--lowpass", "60"),
+            ["--sensor foo", "--pull x", "lowpass = 60 Hz", "node 99 has no"],
+        ),
+        (("four_dof", "--simulate", "--pull", "3:x:3", "--noise", "3"), ["--pull: four_dof", "--noise: four_dof"]),
+        (("bridge", "--simulate", "--realisations", "3"), ["--realisations: is for chains"]),
+    ],
+)
+def test_faults_are_one_line_each_and_leave_no_dataset(
+    arguments: tuple[str, ...], words: list[str], tmp_path: Path
+) -> None:
+    result = build(*arguments, "--out", str(tmp_path), "--no-pictures")
+    assert result.exit_code == 2
+    lines = result.stderr.splitlines()
+    assert len(lines) == len(words), result.stderr
+    for line, word in zip(lines, words, strict=True):
+        assert line.startswith("error: ")
+        assert word in line
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_help_teaches_by_examples() -> None:
+    result = build("--help")
+    assert "python scripts/build_fe_model.py bridge --out runs/bridge" in result.output
+    assert "--simulate --pull 3:x:100 --sensor 2:x" in result.output

@@ -1,0 +1,58 @@
+"""Windows: which samples they hold, and how long they may be."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fe_models.errors import InputError
+from fe_models.recordings import Recording
+from hybrid.windows import columns, cut, cut_all, window_length
+from tests.hybrid_problems import HELD_OUT, MEASURED, chain_dataset
+
+
+def numbered(realisations: int, samples: int, name: str = "r") -> Recording:
+    """A recording in which every value tells its realisation, sample and sensor: 1000 r + 10 k + s."""
+    r, k, s = np.ogrid[:realisations, :samples, :2]
+    return Recording(name, 1000.0 * r + 10.0 * k + s)
+
+
+@pytest.mark.parametrize(("samples", "length", "stride", "starts"), [(10, 4, 3, [0, 3, 6]), (9, 9, 5, [0]), (9, 8, 1, [0, 1])])
+def test_windows_start_every_stride_samples_as_long_as_they_fit(
+    samples: int, length: int, stride: int, starts: list[int]
+) -> None:
+    recording = numbered(2, samples)
+    expected = [recording.data[r, start : start + length] for r in range(2) for start in starts]
+    np.testing.assert_array_equal(cut(recording, length, stride), expected)
+
+
+def test_windows_of_several_recordings_follow_each_other() -> None:
+    first, second = numbered(1, 6), numbered(2, 7, "s")
+    together = cut_all([first, second], 5, 1)
+    np.testing.assert_array_equal(together, np.concatenate([cut(first, 5, 1), cut(second, 5, 1)]))
+    assert len(together) == 2 + 2 * 3
+
+
+def test_columns_of_a_role() -> None:
+    dataset = chain_dataset(samples=40)
+    assert columns(dataset, "measured") == MEASURED
+    assert columns(dataset, "held_out") == [HELD_OUT]
+
+
+def test_a_window_is_as_long_as_the_shortest_recording_allows() -> None:
+    dataset = chain_dataset(samples=60)
+    assert window_length(dataset, 50, 10) == 50
+    assert window_length(dataset, 500, 10) == 60
+    shorter = replace(dataset, recordings=(*dataset.recordings, Recording("brief", np.zeros((1, 45, 5)))))
+    assert window_length(shorter, 500, 10) == 45
+
+
+def test_recordings_that_are_too_short_are_named() -> None:
+    dataset = chain_dataset(samples=39)
+    with pytest.raises(InputError, match=r"recording 'one' has 39 samples: a window needs at least 40"):
+        window_length(dataset, 500, 10)
+
+
+def test_windows_hold_more_than_the_encoder_sees() -> None:
+    with pytest.raises(InputError, match="a window of 40 samples is too short: at least 200"):
+        window_length(chain_dataset(samples=400), 40, 50)
