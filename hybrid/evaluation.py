@@ -16,7 +16,7 @@ def score_table(forecasts: dict[str, FloatArray], measured: FloatArray, sensors:
     """Return NRMSE and R2 of each forecast (window, time, sensor) against ``measured``.
 
     For each forecast: averages over measured and held-out channels apart (None where there are none), over all windows
-    and over the first 16; the worst window; and each channel by itself.
+    and over the first 16 (of overlapping windows the ones with the largest motion); the worst window; each channel.
     """
     return {name: _scores(forecast, measured, sensors) for name, forecast in forecasts.items()}
 

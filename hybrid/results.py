@@ -70,6 +70,7 @@ def write_results(run: Run, dataset: Dataset, truth: FloatArray | None = None) -
         metrics["test"] = {
             "recordings": [recording.name for recording in dataset.select("test")],
             "windows": len(comparison.windows),
+            "overlapping": len(comparison.windows) > sum(len(recording.data) for recording in dataset.select("test")),
             "window_samples": length,
             "encoder_samples": run.config.model.encoder_samples,
         }

@@ -3,7 +3,7 @@
 from typing import Any
 
 MEANING = """\
-NRMSE is the root mean square error over the range of the window (0 is perfect; silence scores about 0.2).
+NRMSE is the root mean square error over the range (maximum - minimum) of the window; 0 is perfect.
 R2 is the share of the variance that is explained (1 is perfect, 0 no better than the mean, negative worse).
 Every number is a forecast of whole windows of recordings that were never trained on, from their first samples."""
 GROUPS = {
@@ -32,7 +32,7 @@ def describe(metrics: dict[str, Any]) -> str:
     ]
     for words, (role, part) in GROUPS.items():
         both = [scores[model][role] for model in ("fe", "hybrid")]
-        if None not in both and (not part or test["windows"] > 16):
+        if None not in both and (not part or test["overlapping"]):
             lines.append(f"{words:26}" + "".join(f"{s['nrmse' + part]:9.4f}{s['r2' + part]:9.3f}" for s in both))
     if "field" in metrics:
         field = metrics["field"]

@@ -91,7 +91,7 @@ class Trainer:
         return np.array_split(order, max(len(order) // self.config.batch, 1))
 
     def train_epoch(self, epoch: int) -> EpochResult:
-        """Train one epoch (from 1); `TrainingDivergedError` where the loss is no number, with the model as it was."""
+        """Train one epoch (from 1); `TrainingDivergedError` where a loss or a forecast is no number."""
         generator = torch.Generator().manual_seed(
             int(np.random.SeedSequence([self.config.seed, epoch]).generate_state(1)[0])
         )
@@ -107,11 +107,23 @@ class Trainer:
             (losses.mean() / horizon).backward()
             norm = torch.nn.utils.clip_grad_norm_(self.model.parameters(), GRADIENT_NORM)
             if not torch.isfinite(norm):
-                raise TrainingDivergedError(
-                    f"The training diverged in epoch {epoch} (learning rate {learning_rate_of(self.config, epoch):.1e},"
-                    f" forecasts of {horizon} samples). Start again with a smaller --learning-rate or --first-horizon."
-                )
+                raise self._diverged(epoch, horizon)
             self.optimiser.step()
             total += float(losses.detach().sum())
+        if epoch == self.config.epochs and not self._gives_numbers():
+            raise self._diverged(epoch, horizon)
         self.done = epoch
         return EpochResult(epoch, total / len(self.windows), horizon)
+
+    @torch.no_grad()
+    def _gives_numbers(self) -> bool:
+        """Return whether forecasts are finite: no gradient looks at the model after its very last step."""
+        mean, _ = self.model.encode(self.windows[: self.config.batch])
+        return bool(torch.isfinite(self.model.forecast(mean, self.windows.shape[1]).channels).all())
+
+    def _diverged(self, epoch: int, horizon: int) -> TrainingDivergedError:
+        return TrainingDivergedError(
+            f"The training diverged in epoch {epoch} (learning rate {learning_rate_of(self.config, epoch):.1e},"
+            f" forecasts of {horizon} samples). Start again with --fresh and a smaller --learning-rate or"
+            " --first-horizon."
+        )

@@ -99,7 +99,12 @@ def channels(modal: ModalModel, motion: Motion, sensors: Sequence[Sensor]) -> Fl
 
 
 def recorded(
-    modal: ModalModel, realisations: int, samples: int, seed: int, noise: float = 0.0, sensors: tuple[Sensor, ...] = SENSORS
+    modal: ModalModel,
+    realisations: int,
+    samples: int,
+    seed: int,
+    noise: float = 0.0,
+    sensors: tuple[Sensor, ...] = SENSORS,
 ) -> FloatArray:
     """Free decays from random states, q ~ N(0, 1 / w^2), q' ~ N(0, 1), with noise relative to each channel."""
     rng = np.random.default_rng(seed)
@@ -192,6 +197,13 @@ def solved(dynamics: ModalDynamics, z0: FloatArray, times: FloatArray) -> FloatA
 def observed_order(steps: Sequence[float], errors: Sequence[float]) -> float:
     """Slope of log error over log step."""
     return float(np.polyfit(np.log(steps), np.log(errors), 1)[0])
+
+
+def last_layer(dynamics: ModalDynamics) -> torch.nn.Linear:
+    """The output layer of the network, which starts at zero."""
+    layer = dynamics.net[-1]
+    assert isinstance(layer, torch.nn.Linear)
+    return layer
 
 
 def starting_model(dataset: Dataset, config: Config = TINY) -> NeuralModalODE:

@@ -15,8 +15,8 @@ from tests.hybrid_problems import (
     OFF_RATIO,
     SENSORS,
     STEP,
-    channels,
     chain_modes,
+    channels,
     decay,
     off_chain,
     recorded,
@@ -147,7 +147,7 @@ def test_smoothing_is_ridge_regression() -> None:
 
 
 def test_the_estimator_is_the_posterior_mean() -> None:
-    """In the information form, (O^T R^-1 O + P^-1)^-1 O^T R^-1 x, from the same P and R; 1e-8: P, R are inverted."""
+    """In the information form, (O^T R^-1 O + P^-1)^-1 O^T R^-1 x, from the same P and R; 1e-3: the ridge on z."""
     rng = np.random.default_rng(0)
     observability, windows = rng.standard_normal((12, 2, 3)), rng.standard_normal((40, 12, 2))
     found = initial_state_estimator(torch.tensor(observability), torch.tensor(windows), 2).numpy()
@@ -155,8 +155,8 @@ def test_the_estimator_is_the_posterior_mean() -> None:
     error = (windows - np.einsum("ksz,wz->wks", observability, z))[:, :2].reshape(40, 4)
     R = error.T @ error / 40
     R += SHRINKAGE * np.trace(R) / 4 * np.eye(4)
-    O, precision = observability[:2].reshape(4, 3), np.linalg.inv(z.T @ z / 40)
-    expected = np.linalg.solve(O.T @ np.linalg.inv(R) @ O + precision, O.T @ np.linalg.inv(R))
+    seen, precision = observability[:2].reshape(4, 3), np.linalg.inv(z.T @ z / 40)
+    expected = np.linalg.solve(seen.T @ np.linalg.inv(R) @ seen + precision, seen.T @ np.linalg.inv(R))
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-3 * np.abs(expected).max())
 
 
@@ -167,10 +167,10 @@ def test_the_estimator_is_nearly_as_good_as_one_that_knows_all() -> None:
     noise = 0.05 * recorded(modal, 300, SAMPLES, seed=0, sensors=FITTED).std(axis=(0, 1))  # as `recorded` draws it
     windows = recorded(modal, 300, SAMPLES, seed=0, noise=0.05, sensors=FITTED)
     W = initial_state_estimator(seen, torch.tensor(windows), samples).numpy()
-    O = seen[:samples].reshape(-1, 8).numpy()
-    oracle = O.T @ np.linalg.inv(O @ O.T + np.diag(np.tile(noise**2, samples)))
+    rows = seen[:samples].reshape(-1, 8).numpy()
+    oracle = rows.T @ np.linalg.inv(rows @ rows.T + np.diag(np.tile(noise**2, samples)))
     rng = np.random.default_rng(5)
     z = rng.standard_normal((2000, 8))
-    x = z @ O.T + np.tile(noise, samples) * rng.standard_normal((2000, len(O)))
+    x = z @ rows.T + np.tile(noise, samples) * rng.standard_normal((2000, len(rows)))
     error, least = (np.sqrt(np.mean((x @ weights.T - z) ** 2)) for weights in (W, oracle))
     assert least < error < 1.15 * least

@@ -13,7 +13,7 @@ from fe_models.effects import CubicSpring
 from hybrid.dynamics import ModalDynamics, effect_shape
 from hybrid.integrators import propagate
 from hybrid.scaling import StateScale
-from tests.hybrid_problems import MASS, STIFFNESS, chain_modes, double_precision, dynamics_of
+from tests.hybrid_problems import MASS, STIFFNESS, chain_modes, double_precision, dynamics_of, last_layer
 
 RATIO = 0.04
 BETWEEN = CubicSpring((2, 4), "x", 0.7)
@@ -34,7 +34,7 @@ def chain_damping() -> FloatArray:
 
 
 def chain_rate(x: FloatArray, v: FloatArray) -> FloatArray:
-    """x'' of the chain with both cubic springs, from M, C and K, shape (dof,)."""
+    """Acceleration of the chain with both cubic springs, from M, C and K, shape (dof,)."""
     pulled = np.zeros(4)
     pulled[0] = 0.5 * x[0] ** 3
     stretch = x[3] - x[1]
@@ -88,7 +88,7 @@ def test_four_modes_with_cubic_springs_move_as_the_whole_chain() -> None:
 
 
 def test_scales_change_numbers_but_not_the_motion() -> None:
-    """z = [q / a, q' / b]: physics in any scale is the same, springs included; 1e-12 is rounding."""
+    """The state is [q / a, q' / b]: physics in any scale is the same, springs included; 1e-12 is rounding."""
     modal = chain_modes(RATIO)
     scale = StateScale(np.array([0.1, 2.0, 0.5, 7.0]), np.array([3.0, 0.2, 1.0, 0.6]))
     q, q_dot = torch.randn(2, 1, 4, generator=torch.Generator().manual_seed(0))
@@ -117,7 +117,7 @@ def test_a_structure_at_rest_stays_there_unless_the_net_is_free() -> None:
     for zero_at_rest in (True, False):
         dynamics = ModalDynamics(modal, (), StateScale.unit(4), 6, zero_at_rest)
         with torch.no_grad():
-            dynamics.net[-1].bias.fill_(0.3)
+            last_layer(dynamics).bias.fill_(0.3)
         assert bool((dynamics.force(still) == 0).all()) is zero_at_rest
 
 

@@ -36,7 +36,7 @@ def test_the_paper_reads_q0_from_the_first_sample_only() -> None:
 
 
 def test_the_paper_reads_q0_dot_by_an_elman_network_newest_first() -> None:
-    """h <- tanh(W x_k + U h + c) for k = n_t .. 0, then a linear layer; 1e-14 is rounding."""
+    """By hand: h <- tanh(W x_k + U h + c) for k = n_t .. 0, then a linear layer; 1e-14 is rounding."""
     encoder, x = PaperEncoder(CHANNELS, MODES, 8, 6), samples()
     weights = {name: value.detach().numpy() for name, value in encoder.recurrent.named_parameters()}
     h = np.zeros((5, 6))

@@ -22,6 +22,7 @@ from tests.hybrid_problems import (
     channels,
     decay,
     double_precision,
+    last_layer,
     learned,
     same,
     starting_model,
@@ -52,7 +53,7 @@ def model(dataset: Dataset) -> NeuralModalODE:
     """Calibrated, and with a network that does something."""
     model = starting_model(dataset)
     with torch.no_grad():
-        model.dynamics.net[-1].weight.normal_(std=0.02, generator=torch.Generator().manual_seed(0))
+        last_layer(model.dynamics).weight.normal_(std=0.02, generator=torch.Generator().manual_seed(0))
     return model
 
 

@@ -15,7 +15,7 @@ from hybrid.config import IntegratorKind
 from hybrid.dynamics import ModalDynamics
 from hybrid.integrators import integrate, propagate
 from hybrid.scaling import StateScale
-from tests.hybrid_problems import chain_modes, decay, double_precision, dynamics_of, observed_order, solved
+from tests.hybrid_problems import chain_modes, decay, double_precision, dynamics_of, last_layer, observed_order, solved
 
 DURATION = 8.0  # s, a third of the slowest period and nearly three of the fastest
 RK4_STEPS = (0.2, 0.1, 0.05, 0.025)  # s
@@ -79,7 +79,7 @@ def test_dopri5_keeps_its_tolerance() -> None:
     """1e-6 a step in the rms of eight states near one; some 40 steps, nearly all in one state, may add up to 1e-4."""
     for kind in ("net", "cubic spring"):
         dynamics = nonlinear(kind)
-        times = np.arange(17) * 0.5
+        times = np.linspace(0.0, 8.0, 17)
         states = integrate(dynamics, start(), 17, 0.5, "dopri5")[0].detach().numpy()
         np.testing.assert_allclose(states, solved(dynamics, START, times), rtol=0, atol=1e-4)
 
@@ -188,5 +188,5 @@ def test_the_adjoint_of_dopri5_gives_the_same_gradients() -> None:
 def test_rest_is_kept_by_a_network_that_is_zero_at_rest() -> None:
     dynamics = nonlinear("net")
     with torch.no_grad():
-        dynamics.net[-1].bias.fill_(2.0)
+        last_layer(dynamics).bias.fill_(2.0)
         assert float(propagate(dynamics, torch.zeros(1, 8), 50, 0.5).abs().max()) == 0.0

@@ -17,7 +17,9 @@ def numbered(realisations: int, samples: int, name: str = "r") -> Recording:
     return Recording(name, 1000.0 * r + 10.0 * k + s)
 
 
-@pytest.mark.parametrize(("samples", "length", "stride", "starts"), [(10, 4, 3, [0, 3, 6]), (9, 9, 5, [0]), (9, 8, 1, [0, 1])])
+@pytest.mark.parametrize(
+    ("samples", "length", "stride", "starts"), [(10, 4, 3, [0, 3, 6]), (9, 9, 5, [0]), (9, 8, 1, [0, 1])]
+)
 def test_windows_start_every_stride_samples_as_long_as_they_fit(
     samples: int, length: int, stride: int, starts: list[int]
 ) -> None:
