@@ -30,9 +30,8 @@ def nominal_modes(dataset: Dataset, most: int) -> ModalModel:
             f"no natural frequency lies below {highest:g} Hz (the first is {given.frequencies[0]:.4g} Hz):"
             " check sampling_rate and lowpass, or the units of the model"
         )
-    ratios = (
-        given.damping_ratio[:count] if dataset.assumptions.damping_ratio is None else damping_ratios(dataset, count)
-    )
+    assumed = dataset.assumptions.damping_ratio
+    ratios = given.damping_ratio[:count] if assumed is None else damping_ratios(assumed, count)
     return replace(given, omega=given.omega[:count], damping_ratio=ratios, shapes=given.shapes[:, :count])
 
 

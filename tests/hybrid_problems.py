@@ -67,8 +67,8 @@ def double_precision() -> Iterator[None]:
         torch.set_num_threads(threads)
 
 
-def chain_modes(ratio: float = 0.01) -> ModalModel:
-    """The four modes of the chain, mass-normalised, all with one damping ratio."""
+def chain_modes(ratio: float | FloatArray = 0.01) -> ModalModel:
+    """The four modes of the chain, mass-normalised, with one damping ratio or four."""
     squares, shapes = eigh(STIFFNESS, MASS)
     return ModalModel(np.sqrt(squares), np.full(4, ratio), shapes, structure_dofs(four_dof()))
 

@@ -102,6 +102,16 @@ def test_scales_change_numbers_but_not_the_motion() -> None:
     np.testing.assert_allclose(motions[1], motions[0], rtol=0, atol=1e-12)
 
 
+def test_a_free_mode_moves_on_a_circle_under_the_calibrated_scale() -> None:
+    """(q / a)^2 + (q' / b)^2 stays, mode by mode, where a = b / omega and nothing damps."""
+    modal = chain_modes(0.0)
+    dynamics = dynamics_of(modal, scale=StateScale.of_velocity(np.array([0.3, 2.0, 1.0, 5.0]), modal.omega))
+    with torch.no_grad():
+        z = propagate(dynamics, torch.randn(1, 8, generator=torch.Generator().manual_seed(0)), 60, 0.4)[0].numpy()
+    radius = np.hypot(z[:, :4], z[:, 4:])
+    np.testing.assert_allclose(radius, np.broadcast_to(radius[0], radius.shape), rtol=1e-12)
+
+
 def test_rate_and_acceleration_agree() -> None:
     """The second half of dz/dt is q'' / b, the first q' / a."""
     dynamics = dynamics_of(chain_modes(), (TO_GROUND,), net=0.5, scale=StateScale(np.full(4, 2.0), np.full(4, 0.5)))

@@ -1,6 +1,7 @@
 """Forecasts: what they depend on, the FE counterpart against modal superposition, motion from a state of one's own."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -96,6 +97,16 @@ def test_the_fe_counterpart_is_modal_superposition(model: NeuralModalODE, window
     for name in ("q", "q_dot", "q_ddot"):
         np.testing.assert_allclose(getattr(found, name), getattr(exact, name), rtol=0, atol=1e-12)
     np.testing.assert_allclose(found.channels, channels(chain_modes(), exact, SENSORS), rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("ratio", [0.02, (0.01, 0.02, 0.03, 0.04)])
+def test_the_fe_counterpart_has_the_damping_that_the_dataset_assumes(
+    ratio: float | tuple[float, ...], dataset: Dataset
+) -> None:
+    assumed = replace(dataset, assumptions=replace(dataset.assumptions, damping_ratio=ratio))
+    exact = decay(chain_modes(np.broadcast_to(ratio, 4)), Q[None], Q_DOT[None], STEP, 50)
+    found = generate(fe_counterpart(starting_model(assumed)), Q, Q_DOT, 50)
+    np.testing.assert_allclose(found.q, exact.q, rtol=0, atol=1e-12)
 
 
 def test_the_fe_counterpart_leaves_the_model_alone(model: NeuralModalODE) -> None:

@@ -183,6 +183,7 @@ def test_scores_in_the_metrics_are_those_of_the_checkpoint(folders: list[Path], 
     assert metrics["test"] == {
         "recordings": ["unseen"],
         "windows": 6,
+        "overlapping": True,
         "window_samples": 80,
         "encoder_samples": 10,
     }
