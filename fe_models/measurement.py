@@ -9,7 +9,7 @@ from scipy.signal import butter, sosfiltfilt
 
 from fe_models.dofs import FloatArray
 from fe_models.errors import raise_faults
-from fe_models.recording_checks import check_rates, check_sensor
+from fe_models.files.recording_checks import check_rates, check_sensor
 from fe_models.recordings import Sensor
 from fe_models.response import Response
 

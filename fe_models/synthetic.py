@@ -6,8 +6,8 @@ import numpy as np
 
 from fe_models.dofs import FloatArray, structure_dofs
 from fe_models.errors import InputError, noting, raise_faults
+from fe_models.files.recording_checks import check_rates, check_sensor
 from fe_models.measurement import measure
-from fe_models.recording_checks import check_rates, check_sensor
 from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.response import Response
 from fe_models.simulate import FreeConfig, ReleaseConfig, simulate_free, simulate_release

@@ -12,11 +12,11 @@ import torch
 
 from fe_models.dofs import DofMap
 from fe_models.errors import InputError
-from fe_models.files import writing
+from fe_models.files.atomic import writing
+from fe_models.files.structure_file import structure_from_text, structure_text
 from fe_models.linear import ModalModel
 from fe_models.recordings import Sensor
 from fe_models.structure import Structure
-from fe_models.structure_file import structure_from_text, structure_text
 from hybrid.config import Config, ModelConfig, TrainingConfig
 from hybrid.model import NeuralModalODE
 from hybrid.scaling import StateScale

@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from fe_models.dofs import FloatArray
-from fe_models.files import writing
+from fe_models.files.atomic import writing
 from fe_models.recordings import Sensor
 from hybrid.training import EpochResult
 

@@ -8,10 +8,10 @@ import numpy as np
 import torch
 
 from fe_models.dofs import FloatArray
-from fe_models.files import write_json
+from fe_models.files.atomic import write_json
+from fe_models.files.run_folder import Prediction, save_prediction, save_run_model
 from fe_models.linear import ModalModel
 from fe_models.recordings import Dataset
-from fe_models.run_folder import Prediction, save_prediction, save_run_model
 from fe_models.structure import Structure
 from hybrid.calibration import Observer, smooth
 from hybrid.checkpoint import Origin

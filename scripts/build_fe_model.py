@@ -12,22 +12,22 @@ from scipy.sparse import csr_array
 
 from fe_models.assembly import linearise
 from fe_models.bridge import PAPER_FREQUENCIES
-from fe_models.bridge_recordings import bridge_sensors
 from fe_models.damping import full_damping
-from fe_models.dataset_file import save_dataset
 from fe_models.dofs import FloatArray
 from fe_models.errors import InputError, bad_input_exits, noting, raise_faults
+from fe_models.files.bridge_recordings import bridge_sensors
+from fe_models.files.dataset_file import save_dataset
+from fe_models.files.matrices_file import LARGEST_DENSE, save_linear_model
+from fe_models.files.models import load_model
+from fe_models.files.recording_checks import UNITS
+from fe_models.files.structure_file import save_structure
 from fe_models.four_dof import PAPER_OMEGA, paper_dataset
 from fe_models.linear import LinearModel, ModalModel
-from fe_models.matrices_file import LARGEST_DENSE, save_linear_model
-from fe_models.models import load_model
 from fe_models.modes import natural_modes
-from fe_models.recording_checks import UNITS
 from fe_models.recordings import Dataset, Quantity, Sensor
 from fe_models.simulate import FreeConfig, ReleaseConfig
 from fe_models.statics import STANDARD_GRAVITY, PointLoad
 from fe_models.structure import Beam, Cable, Direction, Structure
-from fe_models.structure_file import save_structure
 from fe_models.synthetic import Acquisition, check_release, free_dataset, release_dataset
 
 DEFAULT_MODES = 10
@@ -131,7 +131,7 @@ def main(
         modal = build(subject, out, modes)
         print(frequency_table(modal, paper_frequencies(model)))
         if pictures:
-            from fe_models.render import draw_modes  # loads the graphics library only where it is needed
+            from fe_models.pictures.render import draw_modes  # loads the graphics library only where it is needed
 
             print(f"Mode shapes: {draw_modes(subject, modal, out)[-1]}")
         if recordings is not None:

@@ -6,11 +6,11 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from fe_models.dataset_file import load_dataset
 from fe_models.dofs import FloatArray
 from fe_models.errors import InputError, bad_input_exits, raise_faults
-from fe_models.files import writing
-from fe_models.run_folder import load_run, save_prediction, save_run_model
+from fe_models.files.atomic import writing
+from fe_models.files.dataset_file import load_dataset
+from fe_models.files.run_folder import load_run, save_prediction, save_run_model
 from hybrid.checkpoint import Checkpoint, load_checkpoint
 from hybrid.forecast import Forecast, fe_counterpart, forecast_windows, generate
 from hybrid.initial_state import modal_state, read_nodal_state

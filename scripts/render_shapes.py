@@ -6,8 +6,8 @@ from typing import Annotated
 import typer
 
 from fe_models.errors import InputError, bad_input_exits
-from fe_models.run_folder import PREDICTION
-from fe_models.run_pictures import FilmFormat, draw_run
+from fe_models.files.run_folder import PREDICTION
+from fe_models.pictures.run_pictures import FilmFormat, draw_run
 
 app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
 

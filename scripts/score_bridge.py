@@ -5,10 +5,10 @@ from typing import Annotated, Any
 
 import typer
 
-from fe_models.bridge_recordings import RECORDINGS, write_bridge_dataset
-from fe_models.dataset_file import load_dataset
 from fe_models.errors import bad_input_exits
-from fe_models.files import write_json
+from fe_models.files.atomic import write_json
+from fe_models.files.bridge_recordings import RECORDINGS, write_bridge_dataset
+from fe_models.files.dataset_file import load_dataset
 from hybrid.config import Config
 from hybrid.results import write_results
 from hybrid.session import open_run, train

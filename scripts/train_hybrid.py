@@ -8,8 +8,8 @@ from typing import Annotated, Any
 import torch
 import typer
 
-from fe_models.dataset_file import load_dataset
 from fe_models.errors import InputError, bad_input_exits
+from fe_models.files.dataset_file import load_dataset
 from fe_models.recordings import Dataset
 from fe_models.structure import Structure
 from hybrid.config import Config, paper_preset

@@ -6,14 +6,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fe_models.dataset_file import load_dataset
 from fe_models.dofs import FloatArray
 from fe_models.errors import InputError
-from fe_models.files import write_npz
+from fe_models.files.atomic import write_npz
+from fe_models.files.dataset_file import load_dataset
+from fe_models.files.structure_file import save_structure
 from fe_models.recordings import Sensor
 from fe_models.sections import Section
 from fe_models.structure import Beam, Structure, Support
-from fe_models.structure_file import save_structure
 
 RATE = 100.0  # Hz
 LOWPASS = 30.0  # Hz

@@ -7,9 +7,9 @@ import pytest
 from scipy.io import loadmat, savemat
 
 from fe_models.bridge import bridge
-from fe_models.bridge_recordings import write_bridge_dataset
-from fe_models.dataset_file import load_dataset
 from fe_models.errors import InputError
+from fe_models.files.bridge_recordings import write_bridge_dataset
+from fe_models.files.dataset_file import load_dataset
 
 REAL = Path(__file__).parents[2] / "shared" / "data" / "bridge"
 

@@ -8,11 +8,11 @@ from scipy.linalg import eigh
 from typer.testing import CliRunner, Result
 
 from fe_models.bridge import bridge
-from fe_models.dataset_file import load_dataset
+from fe_models.files.dataset_file import load_dataset
+from fe_models.files.matrices_file import load_linear_model
+from fe_models.files.structure_file import load_structure, save_structure
 from fe_models.four_dof import four_dof, paper_dataset
-from fe_models.matrices_file import load_linear_model
 from fe_models.structure import Damping
-from fe_models.structure_file import load_structure, save_structure
 from scripts.build_fe_model import app
 from tests.problems import cantilever
 

@@ -6,12 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fe_models.dataset_file import load_dataset, save_dataset
 from fe_models.dofs import FloatArray, structure_dofs
 from fe_models.errors import InputError
-from fe_models.files import write_npz
+from fe_models.files.atomic import write_npz
+from fe_models.files.dataset_file import load_dataset, save_dataset
+from fe_models.files.modal_file import load_modal_model
 from fe_models.linear import ModalModel
-from fe_models.modal_file import load_modal_model
 from fe_models.recordings import Assumptions, Dataset, Load, Recording, Uncertainty
 from fe_models.structure import Structure
 from tests.sample_dataset import (

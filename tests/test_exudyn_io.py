@@ -145,5 +145,7 @@ def test_nothing_is_printed_or_written(
 
 
 def test_structures_and_modes_import_without_exudyn() -> None:
-    script = "import sys, fe_models.modes, fe_models.models, fe_models.simulate; sys.exit('exudyn' in sys.modules)"
+    script = (
+        "import sys, fe_models.modes, fe_models.files.models, fe_models.simulate; sys.exit('exudyn' in sys.modules)"
+    )
     assert subprocess.run([sys.executable, "-c", script], check=False).returncode == 0

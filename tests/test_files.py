@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from fe_models.errors import InputError, bad_input_exits
-from fe_models.files import write_json, write_npz, write_text, writing
+from fe_models.files.atomic import write_json, write_npz, write_text, writing
 
 
 def test_text_json_and_arrays_come_back(tmp_path: Path) -> None:
@@ -55,7 +55,7 @@ def test_a_killed_writing_leaves_the_old_file_alone(tmp_path: Path) -> None:
     target = tmp_path / "result.txt"
     write_text(target, "old")
     program = (
-        "import os, signal, sys; from pathlib import Path; from fe_models.files import writing\n"
+        "import os, signal, sys; from pathlib import Path; from fe_models.files.atomic import writing\n"
         "with writing(Path(sys.argv[1])) as path: path.write_text('half'); os.kill(os.getpid(), signal.SIGKILL)"
     )
     root = Path(__file__).parents[1]

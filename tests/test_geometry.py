@@ -10,9 +10,17 @@ from scipy.sparse import csr_array
 
 from fe_models.dofs import DofMap, FloatArray, structure_dofs
 from fe_models.errors import InputError
-from fe_models.geometry import bent, choose_scale, deformed_lines, extent, largest_displacement, nodal_motion, outline
 from fe_models.linear import LinearModel
 from fe_models.mesh import mesh
+from fe_models.pictures.geometry import (
+    bent,
+    choose_scale,
+    deformed_lines,
+    extent,
+    largest_displacement,
+    nodal_motion,
+    outline,
+)
 from fe_models.sections import Section
 from fe_models.structure import Beam, Cable, PointMass, Spring, Structure, Support
 

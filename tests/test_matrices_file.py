@@ -11,11 +11,11 @@ from scipy.sparse import csr_array
 
 from fe_models.dofs import DofMap
 from fe_models.errors import InputError
-from fe_models.files import write_npz
+from fe_models.files.atomic import write_npz
+from fe_models.files.matrices_file import LARGEST_DENSE, load_linear_model, save_linear_model
+from fe_models.files.models import load_model
 from fe_models.linear import LinearModel
 from fe_models.linear_checks import check_linear_model
-from fe_models.matrices_file import LARGEST_DENSE, load_linear_model, save_linear_model
-from fe_models.models import load_model
 from fe_models.structure import Structure
 
 # Two masses between two walls, free in x; node 1 also has a held y, and node 3 is a wall.

@@ -11,20 +11,20 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from fe_models import symbols
 from fe_models.bridge import bridge
-from fe_models.captions import digits, exaggeration, pace, readable
 from fe_models.dofs import FloatArray, structure_dofs
-from fe_models.drawing import LIGHT, RAMP, Picture, Text, ramp, stroke
 from fe_models.errors import InputError
-from fe_models.figure import Figure, Panel, Shape
 from fe_models.four_dof import four_dof
-from fe_models.geometry import choose_scale, largest_displacement, outline
-from fe_models.layout import compose, reach_of
-from fe_models.legend import nice_step
 from fe_models.linear import ModalModel
+from fe_models.pictures import symbols
+from fe_models.pictures.captions import digits, exaggeration, pace, readable
+from fe_models.pictures.drawing import LIGHT, RAMP, Picture, Text, ramp, stroke
+from fe_models.pictures.figure import Figure, Panel, Shape
+from fe_models.pictures.geometry import choose_scale, largest_displacement, outline
+from fe_models.pictures.layout import compose, reach_of
+from fe_models.pictures.legend import nice_step
+from fe_models.pictures.render import NAMED_STYLES, animate, draw_comparison, draw_modes, draw_snapshots, mp4_works
 from fe_models.recordings import Sensor
-from fe_models.render import NAMED_STYLES, animate, draw_comparison, draw_modes, draw_snapshots, mp4_works
 from fe_models.sections import Section
 from fe_models.structure import Beam, Cable, Spring, Structure, Support
 
@@ -293,5 +293,5 @@ def test_bad_input_is_named_and_leaves_the_older_picture(tmp_path: Path) -> None
 
 def test_import_needs_no_graphics() -> None:
     heavy = "'pyvista', 'vtk', 'torch', 'exudyn'"
-    code = f"import sys, fe_models.render; sys.exit(any(name in sys.modules for name in ({heavy})))"
+    code = f"import sys, fe_models.pictures.render; sys.exit(any(name in sys.modules for name in ({heavy})))"
     subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=True)

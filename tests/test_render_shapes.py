@@ -8,10 +8,10 @@ import imageio.v3
 import numpy as np
 
 from fe_models.dofs import FloatArray, structure_dofs
-from fe_models.files import write_npz
+from fe_models.files.atomic import write_npz
+from fe_models.files.structure_file import save_structure
 from fe_models.sections import Section
 from fe_models.structure import Beam, Cable, Structure, Support
-from fe_models.structure_file import save_structure
 
 ROOT = Path(__file__).parent.parent
 STEEL = Section("steel", 2.1e11, 7850.0, 1e-4, 1e-9)

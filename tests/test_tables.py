@@ -10,8 +10,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from fe_models.errors import InputError
-from fe_models.tables import read_table, read_toml
-from fe_models.toml_text import toml_text
+from fe_models.files.tables import read_table, read_toml
+from fe_models.files.toml_text import toml_text
 
 
 @dataclass(frozen=True)

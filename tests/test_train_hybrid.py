@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner, Result
 
-from fe_models.dataset_file import save_dataset
-from fe_models.run_folder import load_run
+from fe_models.files.dataset_file import save_dataset
+from fe_models.files.run_folder import load_run
 from hybrid.checkpoint import load_checkpoint
 from hybrid.forecast import fe_counterpart, forecast_windows
 from hybrid.run import DONE, UNDER_WAY

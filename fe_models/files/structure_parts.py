@@ -10,10 +10,10 @@ from itertools import pairwise
 from typing import Any, TypeVar
 
 from fe_models.effects import EFFECTS, Effect
+from fe_models.files.tables import Table, at, did_you_mean, read_list, read_table, read_value, show
 from fe_models.sections import SHAPES, Section
 from fe_models.structure import Beam, Cable, Element, Spring
 from fe_models.structure_checks import check_section
-from fe_models.tables import Table, at, did_you_mean, read_list, read_table, read_value, show
 
 UNKNOWN_SECTION = Section("unknown", 1.0, 1.0, 1.0, 1.0)  # lets reading go on; a file with faults makes no structure
 

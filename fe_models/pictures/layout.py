@@ -7,11 +7,11 @@ from math import ceil
 import numpy as np
 
 from fe_models.dofs import FloatArray
-from fe_models.drawing import Picture, Text
-from fe_models.figure import MARGIN, Figure, Panel, View
-from fe_models.geometry import Outline, extent
-from fe_models.legend import footer
-from fe_models.panels import MASS_SHARE, ground_point, name_height, sensor_marks, structure_patches
+from fe_models.pictures.drawing import Picture, Text
+from fe_models.pictures.figure import MARGIN, Figure, Panel, View
+from fe_models.pictures.geometry import Outline, extent
+from fe_models.pictures.legend import footer
+from fe_models.pictures.panels import MASS_SHARE, ground_point, name_height, sensor_marks, structure_patches
 
 HEAD = 84  # px, for title and note
 LABEL_SIZE = 24  # px

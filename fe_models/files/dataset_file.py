@@ -34,7 +34,10 @@
 from pathlib import Path
 from typing import Any
 
-from fe_models.dataset_parts import (
+from fe_models.dofs import structure_dofs
+from fe_models.errors import InputError, noting, raise_faults
+from fe_models.files.atomic import write_npz, write_text
+from fe_models.files.dataset_parts import (
     HEADER_KEYS,
     DatasetHeader,
     Surroundings,
@@ -43,19 +46,16 @@ from fe_models.dataset_parts import (
     read_recordings,
     read_sensors,
 )
-from fe_models.dofs import structure_dofs
-from fe_models.errors import InputError, noting, raise_faults
-from fe_models.files import write_npz, write_text
+from fe_models.files.matrices_file import save_linear_model
+from fe_models.files.modal_file import save_modal_model
+from fe_models.files.models import load_model
+from fe_models.files.recording_checks import check_rates
+from fe_models.files.structure_file import save_structure
+from fe_models.files.tables import Table, at, check_keys, read_toml
+from fe_models.files.toml_text import toml_text
 from fe_models.linear import LinearModel
-from fe_models.matrices_file import save_linear_model
-from fe_models.modal_file import save_modal_model
-from fe_models.models import load_model
-from fe_models.recording_checks import check_rates
 from fe_models.recordings import Assumptions, Dataset, Recording, Uncertainty
 from fe_models.structure import Structure
-from fe_models.structure_file import save_structure
-from fe_models.tables import Table, at, check_keys, read_toml
-from fe_models.toml_text import toml_text
 
 
 def load_dataset(path: Path) -> Dataset:

@@ -7,11 +7,11 @@ normalised; free decay after a weight on the deck is cut loose.
 from pathlib import Path
 
 from fe_models.errors import raise_faults
-from fe_models.files import write_text
+from fe_models.files.atomic import write_text
+from fe_models.files.tables import Table
+from fe_models.files.toml_text import toml_text
 from fe_models.recordings import Sensor
 from fe_models.structure import Direction
-from fe_models.tables import Table
-from fe_models.toml_text import toml_text
 
 SAMPLING_RATE = 100.0  # Hz
 LOWPASS = 30.0  # Hz

@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 from fe_models.dofs import FloatArray
-from fe_models.drawing import Color
-from fe_models.geometry import Outline
+from fe_models.pictures.drawing import Color
+from fe_models.pictures.geometry import Outline
 from fe_models.recordings import Sensor
 
 MARGIN = 40  # px, free on all sides

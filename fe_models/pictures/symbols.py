@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fe_models.dofs import FloatArray
-from fe_models.drawing import INK, WHITE, Color, Patch, disc, polygon, stroke
+from fe_models.pictures.drawing import INK, WHITE, Color, Patch, disc, polygon, stroke
 
 BELOW: FloatArray = np.array([0.0, -1.0])
 

@@ -5,13 +5,13 @@ from math import floor, log10
 
 import numpy as np
 
-from fe_models import symbols
-from fe_models.captions import readable
 from fe_models.dofs import FloatArray
-from fe_models.drawing import GREY, INK, LIGHT, PALE, Color, Patch, Text, disc, ramp, stroke
-from fe_models.figure import MARGIN, Figure
-from fe_models.geometry import Outline
-from fe_models.panels import HELD_OUT, MEASURED, family, line_styles
+from fe_models.pictures import symbols
+from fe_models.pictures.captions import readable
+from fe_models.pictures.drawing import GREY, INK, LIGHT, PALE, Color, Patch, Text, disc, ramp, stroke
+from fe_models.pictures.figure import MARGIN, Figure
+from fe_models.pictures.geometry import Outline
+from fe_models.pictures.panels import HELD_OUT, MEASURED, family, line_styles
 
 Icon = Callable[[FloatArray], list[Patch]]  # draws a sample, 44 px wide, centred at a place
 

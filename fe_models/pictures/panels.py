@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from fe_models import symbols
 from fe_models.dofs import FloatArray
-from fe_models.drawing import GREY, INK, LIGHT, PALE, WHITE, Bytes, Color, Patch, Text, disc, ramp, stroke
-from fe_models.figure import Figure, Panel, Shape, View
-from fe_models.geometry import Lines, Outline, deformed_lines, nodal_motion
+from fe_models.pictures import symbols
+from fe_models.pictures.drawing import GREY, INK, LIGHT, PALE, WHITE, Bytes, Color, Patch, Text, disc, ramp, stroke
+from fe_models.pictures.figure import Figure, Panel, Shape, View
+from fe_models.pictures.geometry import Lines, Outline, deformed_lines, nodal_motion
 from fe_models.structure import Direction
 
 MEASURED: Color = (0, 120, 95)

@@ -5,13 +5,13 @@ from pathlib import Path
 
 from fe_models.bridge import bridge
 from fe_models.errors import InputError
+from fe_models.files.matrices_file import load_linear_model
+from fe_models.files.matrix_market import parse_matrices
+from fe_models.files.structure_file import parse_structure
+from fe_models.files.tables import did_you_mean, read_toml
 from fe_models.four_dof import four_dof
 from fe_models.linear import LinearModel
-from fe_models.matrices_file import load_linear_model
-from fe_models.matrix_market import parse_matrices
 from fe_models.structure import Structure
-from fe_models.structure_file import parse_structure
-from fe_models.tables import did_you_mean, read_toml
 
 BUILT_IN: dict[str, Callable[[], Structure]] = {"four_dof": four_dof, "bridge": bridge}
 

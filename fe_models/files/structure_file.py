@@ -38,7 +38,10 @@ from typing import Any, Literal, TypeVar
 
 from fe_models.effects import ConnectorEffect
 from fe_models.errors import raise_faults
-from fe_models.files import write_text
+from fe_models.files.atomic import write_text
+from fe_models.files.structure_parts import Placed, read_all, read_effects, read_elements, read_nodes
+from fe_models.files.tables import Table, at, check_keys, read_table, read_toml, read_value
+from fe_models.files.toml_text import toml_text
 from fe_models.sections import Section
 from fe_models.structure import (
     PLANE_FRAME,
@@ -59,9 +62,6 @@ from fe_models.structure_checks import (
     check_supports,
     require_structure,
 )
-from fe_models.structure_parts import Placed, read_all, read_effects, read_elements, read_nodes
-from fe_models.tables import Table, at, check_keys, read_table, read_toml, read_value
-from fe_models.toml_text import toml_text
 
 T = TypeVar("T")
 

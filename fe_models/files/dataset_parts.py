@@ -11,12 +11,12 @@ from typing import Literal
 
 from fe_models.dofs import DofMap, FloatArray
 from fe_models.errors import noting
-from fe_models.modal_file import load_modal_model
-from fe_models.recording_checks import check_data, check_place, check_rates, check_sensor, check_sensors
-from fe_models.recording_files import load_force, load_recording
+from fe_models.files.modal_file import load_modal_model
+from fe_models.files.recording_checks import check_data, check_place, check_rates, check_sensor, check_sensors
+from fe_models.files.recording_files import load_force, load_recording
+from fe_models.files.tables import Table, at, read_list, read_table
 from fe_models.recordings import Assumptions, Load, Recording, Sensor, Uncertainty
 from fe_models.structure import Direction
-from fe_models.tables import Table, at, read_list, read_table
 
 
 @dataclass(frozen=True)

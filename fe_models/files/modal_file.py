@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from fe_models.array_files import load_arrays, pick_array
 from fe_models.dofs import DofMap, FloatArray
 from fe_models.errors import InputError, noting, raise_faults
-from fe_models.files import write_npz
+from fe_models.files.array_files import load_arrays, pick_array
+from fe_models.files.atomic import write_npz
 from fe_models.linear import ModalModel
 
 HELD_TOLERANCE = 1e-6  # of a shape's largest value: what counts as zero at a support

@@ -12,16 +12,16 @@ from typing import Any, Literal
 
 import numpy as np
 
-from fe_models.captions import digits, exaggeration, pace, readable
 from fe_models.dofs import FloatArray
-from fe_models.drawing import Bytes, Color, Picture, Text, merge
 from fe_models.errors import InputError, raise_faults
-from fe_models.figure import Figure, Panel, Shape
-from fe_models.files import writing
-from fe_models.geometry import Outline, choose_scale, largest_displacement, outline
-from fe_models.layout import compose, reach_of
+from fe_models.files.atomic import writing
 from fe_models.linear import LinearModel, ModalModel
-from fe_models.panels import BEAM_WIDTH
+from fe_models.pictures.captions import digits, exaggeration, pace, readable
+from fe_models.pictures.drawing import Bytes, Color, Picture, Text, merge
+from fe_models.pictures.figure import Figure, Panel, Shape
+from fe_models.pictures.geometry import Outline, choose_scale, largest_displacement, outline
+from fe_models.pictures.layout import compose, reach_of
+from fe_models.pictures.panels import BEAM_WIDTH
 from fe_models.recordings import Sensor
 from fe_models.structure import Structure
 

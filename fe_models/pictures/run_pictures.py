@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 
-from fe_models import render
 from fe_models.dofs import FloatArray
 from fe_models.errors import InputError
-from fe_models.run_folder import Prediction, Run, load_run
+from fe_models.files.run_folder import Prediction, Run, load_run
+from fe_models.pictures import render
 
 FRAMES_PER_SECOND = 25.0
 

@@ -13,16 +13,16 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from fe_models.array_files import load_arrays
 from fe_models.damping import ratios_of_modes
 from fe_models.dofs import DofMap, FloatArray, structure_dofs
 from fe_models.errors import InputError, raise_faults
-from fe_models.files import write_npz
+from fe_models.files.array_files import load_arrays
+from fe_models.files.atomic import write_npz
+from fe_models.files.matrices_file import load_linear_model, save_linear_model
+from fe_models.files.structure_file import load_structure, save_structure
 from fe_models.linear import LinearModel, ModalModel
-from fe_models.matrices_file import load_linear_model, save_linear_model
 from fe_models.recordings import Sensor
 from fe_models.structure import Structure
-from fe_models.structure_file import load_structure, save_structure
 
 PREDICTION = "prediction.npz"
 

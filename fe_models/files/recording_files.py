@@ -4,9 +4,9 @@ from pathlib import Path
 
 import numpy as np
 
-from fe_models.array_files import load_arrays, load_csv, pick_array
 from fe_models.dofs import FloatArray
 from fe_models.errors import InputError, raise_faults
+from fe_models.files.array_files import load_arrays, load_csv, pick_array
 
 STEP_TOLERANCE = 0.01  # a stored time step is often rounded to two or three digits
 STEP_NAME = "dt"

@@ -1,0 +1,1 @@
+"""Everything read from and written to disk: structures, matrices, datasets, recordings, runs."""

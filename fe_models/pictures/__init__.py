@@ -1,0 +1,1 @@
+"""Pictures of structures: geometry, layout and, in `render` alone, PyVista."""
