@@ -6,7 +6,7 @@ tenth of the whole: over a short window a frequency that is far off still has th
 does not get caught in a wrong minimum.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import inf
 
@@ -27,6 +27,10 @@ RIDGE = (
 )
 SHRINKAGE = 0.02  # of the error covariance towards a multiple of the identity: it is estimated from few windows
 QUIET = 0.05  # of the rms of all windows: added to a window's own rms, so that noise in quiet windows does not count
+
+
+def nothing() -> None:
+    """Do nothing: the progress of who does not want to see any."""
 
 
 @dataclass(frozen=True)
@@ -85,15 +89,18 @@ def smooth(observability: Tensor, windows: Tensor, ridge: float = RIDGE) -> tupl
     return states, (states @ X.T).reshape(windows.shape)
 
 
-def fit_linear_rest(observer: Observer, windows: Tensor, progress: Iterable[float] = GROWTH) -> LinearFit:
-    """Return the linear model that explains ``windows`` (window, time, sensor) best; `progress` wraps the lengths."""
+def fit_linear_rest(observer: Observer, windows: Tensor, advance: Callable[[], object] = nothing) -> LinearFit:
+    """Return the linear model that explains ``windows`` (window, time, sensor) best.
+
+    ``advance`` is called after each of the `GROWTH` lengths, to show progress.
+    """
     rms = windows.square().mean(dim=(1, 2), keepdim=True).sqrt()
     weighted = windows / (rms + QUIET * windows.square().mean().sqrt())
     modes = len(observer.omega)
     rest = torch.zeros(2, modes, modes, dtype=torch.float64, requires_grad=True)
     coupling = 1 - torch.eye(modes, dtype=torch.float64)
     best, unexplained = rest.detach().clone(), 1.0
-    for fraction in progress:
+    for fraction in GROWTH:
         least = inf
         part = weighted[:, : max(round(fraction * windows.shape[1]), 20)]
         optimiser = torch.optim.LBFGS(
@@ -115,6 +122,7 @@ def fit_linear_rest(observer: Observer, windows: Tensor, progress: Iterable[floa
         optimiser.step(loss)
         with torch.no_grad():
             rest.copy_(best)  # the line search may end at a worse point, or where numbers overflow
+        advance()
     return LinearFit(best.numpy(), unexplained)
 
 

@@ -1,6 +1,6 @@
 """What can be chosen about the hybrid model and its training, with the reason beside each number."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Literal
 
 EncoderKind = Literal["window", "paper"]
@@ -60,5 +60,5 @@ def paper_preset(structure_name: str) -> Config:
         rnn_hidden=32 if small else 128,
         integrator="rk4",
     )
-    training = TrainingConfig(calibrate=False, epochs=1600, first_horizon=TrainingConfig.window)
-    return Config(model, replace(training, window=501 if small else 500))
+    window = 501 if small else 500
+    return Config(model, TrainingConfig(calibrate=False, epochs=1600, window=window, first_horizon=window))

@@ -1,6 +1,6 @@
 """Do all training recordings come from the same structure? A model identified from one must explain the others."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import torch
@@ -8,19 +8,21 @@ from scipy.sparse.csgraph import connected_components
 from torch import Tensor
 
 from fe_models.dofs import FloatArray
-from hybrid.calibration import Observer, fit_linear_rest, smooth
+from hybrid.calibration import Observer, fit_linear_rest, nothing, smooth
 
 CONTRADICTION = 0.5  # of a recording's energy unexplained by another's model; the same structure stays below 0.2
 
 
-def unexplained_shares(observer: Observer, recordings: Sequence[Tensor]) -> FloatArray:
+def unexplained_shares(
+    observer: Observer, recordings: Sequence[Tensor], advance: Callable[[], object] = nothing
+) -> FloatArray:
     """Return the median unexplained share of each recording's windows under each one's model, (model, recording).
 
     ``recordings``: windows (window, time, sensor) of each recording.
     """
     shares = np.empty((len(recordings), len(recordings)))
     for i, own in enumerate(recordings):
-        fit = fit_linear_rest(observer, own)
+        fit = fit_linear_rest(observer, own, advance)
         observability = observer.matrix(torch.tensor(fit.rest), own.shape[1])
         for j, windows in enumerate(recordings):
             _, fitted = smooth(observability, windows)

@@ -1,5 +1,6 @@
 """From a dataset to a model ready to train: modes, windows, scales, and the start that linear calibration gives."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +12,7 @@ from fe_models.errors import raise_faults
 from fe_models.linear import LinearModel, ModalModel
 from fe_models.nominal import nominal_modes
 from fe_models.recordings import Dataset, Recording
-from hybrid.calibration import Observer, fit_linear_rest, initial_state_estimator, smooth
+from hybrid.calibration import GROWTH, Observer, fit_linear_rest, initial_state_estimator, nothing, smooth
 from hybrid.config import Config
 from hybrid.consistency import largest_agreeing_group, unexplained_shares
 from hybrid.encoder import WindowEncoder
@@ -21,6 +22,7 @@ from hybrid.windows import columns, cut, cut_all, window_length
 
 CALIBRATION_WINDOWS = 200  # at most; evenly chosen, more add time but little information
 CONSISTENCY_WINDOWS = 30  # at most, of each recording
+FEWEST_TO_COMPARE = 3  # training recordings: of two that disagree nobody knows which to leave out
 FAINT = 1e-3  # of the strongest mode's size: the least size a mode is scaled with
 
 
@@ -40,7 +42,15 @@ class Prepared:
     unexplained: float | None = None
 
 
-def prepare(dataset: Dataset, config: Config) -> Prepared:
+def calibration_steps(dataset: Dataset, config: Config) -> int:
+    """Return how often `prepare` will call ``advance``."""
+    if not config.training.calibrate:
+        return 0
+    recordings = len(dataset.select("train"))
+    return len(GROWTH) * (1 + (recordings if recordings >= FEWEST_TO_COMPARE else 0))
+
+
+def prepare(dataset: Dataset, config: Config, advance: Callable[[], object] = nothing) -> Prepared:
     """Return the starting model of ``config`` for the dataset's training recordings; `InputError` where it has none."""
     recordings = dataset.select("train")
     measured = columns(dataset, "measured")
@@ -61,10 +71,10 @@ def prepare(dataset: Dataset, config: Config) -> Prepared:
         model = _model(config, dataset, modal, torch.ones(len(dataset.sensors)), scale, step)
         return Prepared(model, modal, windows, tuple(recording.name for recording in recordings))
     observer = Observer(modal, [dataset.sensors[i] for i in measured], step)
-    kept = agreeing_recordings(observer, recordings, measured, length)
+    kept = agreeing_recordings(observer, recordings, measured, length, advance)
     windows = cut_all(kept, length, config.training.stride)
     some = torch.tensor(_evenly(windows[:, :, measured], CALIBRATION_WINDOWS))
-    fit = fit_linear_rest(observer, some)
+    fit = fit_linear_rest(observer, some, advance)
     rest = torch.tensor(fit.rest)
     observability = observer.matrix(rest, length)
     states, _ = smooth(observability, some)  # (window, 2 mode)
@@ -80,16 +90,20 @@ def prepare(dataset: Dataset, config: Config) -> Prepared:
 
 
 def agreeing_recordings(
-    observer: Observer, recordings: tuple[Recording, ...], measured: list[int], length: int
+    observer: Observer,
+    recordings: tuple[Recording, ...],
+    measured: list[int],
+    length: int,
+    advance: Callable[[], object] = nothing,
 ) -> tuple[Recording, ...]:
     """Return the recordings that one structure can have made: the largest group that agrees; all, if they are two."""
-    if len(recordings) < 3:  # of two that disagree nobody knows which to leave out
+    if len(recordings) < FEWEST_TO_COMPARE:
         return recordings
     windows = [
         torch.tensor(_evenly(cut(recording, length, max(length // 5, 1))[:, :, measured], CONSISTENCY_WINDOWS))
         for recording in recordings
     ]
-    return tuple(recordings[i] for i in largest_agreeing_group(unexplained_shares(observer, windows)))
+    return tuple(recordings[i] for i in largest_agreeing_group(unexplained_shares(observer, windows, advance)))
 
 
 def start_at_linear_model(model: NeuralModalODE, observer: Observer, rest: Tensor, estimator: Tensor) -> None:

@@ -20,6 +20,7 @@ from hybrid.figures import channel_labels, draw_curves, draw_history, draw_laten
 from hybrid.forecast import Forecast, fe_counterpart, forecast_windows
 from hybrid.model import NeuralModalODE
 from hybrid.run import Run
+from hybrid.training import TrainingDivergedError
 from hybrid.windows import cut_all
 
 
@@ -33,13 +34,19 @@ class Comparison:
 
 
 def compare(model: NeuralModalODE, dataset: Dataset, length: int, stride: int) -> Comparison | None:
-    """Forecast all windows of the test recordings; None where the dataset has no test recording."""
+    """Forecast the test recordings, None where there are none; `TrainingDivergedError` where numbers overflow."""
     recordings = dataset.select("test")
     if not recordings:
         return None
     windows = cut_all(recordings, length, stride)
     fe = forecast_windows(model, windows, dynamics=fe_counterpart(model))
-    return Comparison(windows, forecast_windows(model, windows), fe)
+    hybrid = forecast_windows(model, windows)
+    if not np.isfinite(hybrid.channels).all():
+        raise TrainingDivergedError(
+            "The trained model's forecasts of the test recordings grow beyond all bounds."
+            " Train again with --fresh and a smaller --learning-rate, or more --epochs."
+        )
+    return Comparison(windows, hybrid, fe)
 
 
 def write_results(run: Run, dataset: Dataset, truth: FloatArray | None = None) -> dict[str, Any]:
@@ -82,8 +89,8 @@ def write_results(run: Run, dataset: Dataset, truth: FloatArray | None = None) -
         prediction = prediction_of(comparison.hybrid, comparison.fe, run.origin, initial, field)
         save_prediction(prediction, folder)
         _draw(dataset, modal, comparison, prediction, folder)
-    run.finish()
     write_json(folder / "metrics.json", metrics)
+    run.finish()  # last: a run that is cut short before is resumed, and writes all of the above again
     return metrics
 
 

@@ -6,7 +6,7 @@ While a training is under way its state is in ``training.pt``; only when it is d
 
 import hashlib
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,6 +18,7 @@ from fe_models.errors import InputError
 from fe_models.nominal import nominal_modes
 from fe_models.recordings import Dataset
 from fe_models.structure import Structure
+from hybrid.calibration import nothing
 from hybrid.checkpoint import Checkpoint, Origin, load_checkpoint, save_checkpoint
 from hybrid.config import Config
 from hybrid.preparation import prepare
@@ -59,11 +60,17 @@ class Run:
         (self.folder / UNDER_WAY).unlink(missing_ok=True)
 
 
-def begin(dataset: Dataset, config: Config, folder: Path, device: str = "cpu") -> Run:
-    """Start a new training; `InputError` where the dataset does not allow one."""
+def begin(
+    dataset: Dataset,
+    config: Config,
+    folder: Path,
+    device: str = "cpu",
+    advance: Callable[[], object] = nothing,
+) -> Run:
+    """Start a new training; `InputError` where the dataset does not allow one. ``advance``: see `prepare`."""
     torch.set_num_threads(config.training.threads)
     started = time.perf_counter()
-    prepared = prepare(dataset, config)
+    prepared = prepare(dataset, config, advance)
     structure = dataset.model if isinstance(dataset.model, Structure) else None
     origin = Origin(
         structure=structure,

@@ -1,11 +1,15 @@
 """A training as a person at a terminal sees it: what goes on, how far it is, and what to do when it stops."""
 
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from tqdm import tqdm
 
 from fe_models.recordings import Dataset
 from hybrid.config import Config
+from hybrid.preparation import calibration_steps
 from hybrid.run import UNDER_WAY, Run, begin, resume
 from hybrid.training import TrainingDivergedError
 
@@ -19,9 +23,8 @@ def open_run(data: Dataset, config: Config, out: Path, device: str, fresh: bool 
         run = resume(data, config, out, device)
         print(f"Going on with the training interrupted after epoch {len(run.history)} (--fresh starts anew).")
         return run
-    if config.training.calibrate:
-        print("Calibrating the linear part by least squares ...")
-    run = begin(data, config, out, device)
+    with tqdm(total=calibration_steps(data, config), desc="Calibrating the linear part", leave=False) as bar:
+        run = begin(data, config, out, device, bar.update)
     for name in run.origin.left_out:
         print(f"Recording {name} contradicts the other training recordings: it is left out.")
     return run
@@ -31,13 +34,20 @@ def train(run: Run) -> None:
     """Train to the end under a progress bar; an interruption or a divergence ends the program with what to do."""
     bar = tqdm(total=run.config.training.epochs, initial=len(run.history), desc="Training", unit="epoch")
     try:
-        with bar:
+        with bar, divergence_exits():
             for result in run.epochs():
                 bar.set_postfix_str(f"loss {result.loss / result.horizon:.3f}, horizon {result.horizon}")
                 bar.update()
     except KeyboardInterrupt:
-        print(f"Interrupted after epoch {len(run.history)}; the same command goes on from there.")
+        print(f"Interrupted after epoch {len(run.history)}; the same command goes on from there.", file=sys.stderr)
         raise SystemExit(INTERRUPTED_STATUS) from None
+
+
+@contextmanager
+def divergence_exits() -> Iterator[None]:
+    """Turn a `TrainingDivergedError` inside the block into one line on stderr and an exit status."""
+    try:
+        yield
     except TrainingDivergedError as error:
-        print(f"error: {error}")
+        print(f"error: {error}", file=sys.stderr)
         raise SystemExit(DIVERGED_STATUS) from None

@@ -11,12 +11,20 @@ from fe_models.recordings import Dataset, Recording
 
 
 def cut(recording: Recording, length: int, stride: int) -> FloatArray:
-    """Return all windows (window, time, sensor) of ``length`` samples that start every ``stride`` samples."""
-    views = np.lib.stride_tricks.sliding_window_view(
-        recording.data, length, axis=1
-    )  # (realisation, start, sensor, time)
-    kept = views[:, ::stride].transpose(0, 1, 3, 2)
-    return kept.reshape(-1, length, recording.data.shape[2])
+    """Return the windows (window, time, sensor) of ``length`` samples that start every ``stride`` samples.
+
+    Windows in which a channel is constant (silence before a trigger, say) tell nothing and are passed over;
+    `InputError` where none remains.
+    """
+    views = np.lib.stride_tricks.sliding_window_view(recording.data, length, axis=1)
+    windows = views[:, ::stride].transpose(0, 1, 3, 2).reshape(-1, length, recording.data.shape[2])
+    alive = np.ptp(windows, axis=1).all(axis=1)
+    if not alive.any():
+        raise InputError(
+            f"recording {recording.name!r}: in every window of {length} samples some channel is constant;"
+            " leave the recording or the channel out"
+        )
+    return windows[alive]
 
 
 def cut_all(recordings: Sequence[Recording], length: int, stride: int) -> FloatArray:

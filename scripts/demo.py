@@ -17,7 +17,7 @@ from fe_models.statics import PointLoad
 from fe_models.synthetic import Acquisition, release_dataset
 from hybrid.config import Config
 from hybrid.results import write_results
-from hybrid.session import open_run, train
+from hybrid.session import divergence_exits, open_run, train
 from hybrid.summary import describe
 
 # What is hung on the deck and cut loose, N; the last release is the one to forecast.
@@ -46,7 +46,7 @@ def main(
     large displacements, cables that can go slack, and sensor noise. Seven accelerometers are used; the eighth, and the
     displacement of all nodes, are reconstructed and compared with the simulated truth.
     """
-    with bad_input_exits():
+    with bad_input_exits(), divergence_exits():
         truth = None
         if data is None:
             print("1/4  Simulating a nonlinear bridge in Exudyn: four weights cut loose, 20 s each ...", flush=True)

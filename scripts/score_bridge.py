@@ -11,7 +11,7 @@ from fe_models.files.bridge_recordings import RECORDINGS, write_bridge_dataset
 from fe_models.files.dataset_file import load_dataset
 from hybrid.config import Config
 from hybrid.results import write_results
-from hybrid.session import open_run, train
+from hybrid.session import divergence_exits, open_run, train
 
 HEADER = """\
 | test | trained on | FE measured | hybrid measured | FE A2 | hybrid A2 | hybrid, first 16 | hybrid A2, first 16 |
@@ -30,7 +30,7 @@ def main(
     Prints NRMSE over all 500-sample windows of the test recording (stride 20), each forecast from its first 10 samples,
     and over the first 16 of them; writes OUT/scores.json. Takes about a minute a recording on two cores.
     """
-    with bad_input_exits():
+    with bad_input_exits(), divergence_exits():
         found: dict[str, Any] = {}
         for test in RECORDINGS:
             folder = out / f"test_{test}"

@@ -14,7 +14,7 @@ from fe_models.recordings import Dataset
 from fe_models.structure import Structure
 from hybrid.config import Config, paper_preset
 from hybrid.results import write_results
-from hybrid.session import open_run, train
+from hybrid.session import divergence_exits, open_run, train
 from hybrid.summary import describe
 
 
@@ -76,7 +76,7 @@ def main(
       python scripts/train_hybrid.py runs/chain/dataset.toml --out runs/chain/hybrid
       python scripts/train_hybrid.py my_bridge/dataset.toml --out runs/mine --epochs 40 --modes 6
     """
-    with bad_input_exits():
+    with bad_input_exits(), divergence_exits():
         check_device(device)
         data = load_dataset(dataset)
         model_options = {
@@ -116,6 +116,8 @@ def given(options: dict[str, Any]) -> dict[str, Any]:
 def check_device(device: str) -> None:
     """Raise `InputError` where PyTorch has no such device here."""
     try:
+        if torch.device(device).type not in ("cpu", "cuda"):
+            raise InputError(f"--device {device} is not supported; use cpu or cuda")
         torch.zeros(1, device=device)
     except (RuntimeError, AssertionError) as error:
         reason = str(error).splitlines()[0]
