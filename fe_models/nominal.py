@@ -24,15 +24,15 @@ def nominal_modes(dataset: Dataset, most: int) -> ModalModel:
         model = dataset.model if isinstance(dataset.model, LinearModel) else linearise(dataset.model)
         given = natural_modes(model, min(wanted, model.mass.shape[0]))
     highest = dataset.lowpass or dataset.sampling_rate / 2
-    count = min(wanted, int(np.sum(given.frequencies < highest)))
-    if count == 0:
+    kept = np.flatnonzero(given.frequencies < highest)[:wanted]  # a given modal model may have them in any order
+    if len(kept) == 0:
         raise InputError(
-            f"no natural frequency lies below {highest:g} Hz (the first is {given.frequencies[0]:.4g} Hz):"
+            f"no natural frequency lies below {highest:g} Hz (the first is {given.frequencies.min():.4g} Hz):"
             " check sampling_rate and lowpass, or the units of the model"
         )
     assumed = dataset.assumptions.damping_ratio
-    ratios = given.damping_ratio[:count] if assumed is None else damping_ratios(assumed, count)
-    return replace(given, omega=given.omega[:count], damping_ratio=ratios, shapes=given.shapes[:, :count])
+    ratios = given.damping_ratio if assumed is None else damping_ratios(assumed, int(kept[-1]) + 1)
+    return replace(given, omega=given.omega[kept], damping_ratio=ratios[kept], shapes=given.shapes[:, kept])
 
 
 def damping_ratios(assumed: float | tuple[float, ...], count: int) -> FloatArray:

@@ -9,7 +9,7 @@ import torch
 
 from fe_models.dofs import FloatArray
 from fe_models.files.atomic import write_json
-from fe_models.files.run_folder import Prediction, save_prediction, save_run_model
+from fe_models.files.run_folder import PREDICTION, Prediction, save_prediction, save_run_model
 from fe_models.linear import ModalModel
 from fe_models.recordings import Dataset
 from fe_models.structure import Structure
@@ -22,6 +22,10 @@ from hybrid.model import NeuralModalODE
 from hybrid.run import Run
 from hybrid.training import TrainingDivergedError
 from hybrid.windows import cut_all
+
+LOOP = "force_displacement.png"
+OF_THE_TEST = (PREDICTION, "channels.png", "latent.png", "displacement.png", LOOP)
+"""Files that not every run writes."""
 
 
 @dataclass(frozen=True)
@@ -70,6 +74,8 @@ def write_results(run: Run, dataset: Dataset, truth: FloatArray | None = None) -
         "test": None,
         "scores": None,
     }
+    for name in OF_THE_TEST:  # an older run's, of another model
+        (folder / name).unlink(missing_ok=True)
     save_run_model(dataset.model, modal, folder)
     draw_history(folder / "training.png", run.history)
     if comparison is not None:
@@ -174,4 +180,4 @@ def _draw_loop(dataset: Dataset, chain: Structure, modal: ModalModel, comparison
         window = comparison.windows[0]
         displacement = {"measured": window[:, quantities["displacement"]], **displacement}
         force = {"measured": -mass * window[:, quantities["acceleration"]], **force}
-    draw_loop(folder / "force_displacement.png", displacement, force, node=1)
+    draw_loop(folder / LOOP, displacement, force, node=1)

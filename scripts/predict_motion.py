@@ -26,11 +26,11 @@ def main(
     out: Annotated[Path, typer.Option(help="Folder for the prediction; made where it is missing.")],
     dataset: Annotated[Path | None, typer.Option(help="Dataset with the record to start from.")] = None,
     record: Annotated[str | None, typer.Option(help="Name of the record. [default: the first]")] = None,
-    start: Annotated[float, typer.Option(min=0.0, help="Time (s) in the record at which to start.")] = 0.0,
+    start: Annotated[float, typer.Option(min=0.0, max=1e6, help="Time (s) in the record at which to start.")] = 0.0,
     initial: Annotated[
         Path | None, typer.Option(help="CSV file with node,direction,displacement,velocity: the state to start from.")
     ] = None,
-    duration: Annotated[float, typer.Option(min=0.0, help="Length of the prediction, s.")] = 5.0,
+    duration: Annotated[float, typer.Option(min=0.0, max=1e4, help="Length of the prediction, s.")] = 5.0,
 ) -> None:
     """Predict the motion of the whole structure with a trained hybrid model.
 

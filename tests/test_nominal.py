@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.linalg import eigh
 
 from fe_models.assembly import linearise
 from fe_models.errors import InputError
@@ -39,6 +40,30 @@ def test_a_modal_model_stands_in_for_the_structures() -> None:
     found = nominal_modes(given, 10)
     np.testing.assert_array_equal(found.omega, other.omega)
     np.testing.assert_array_equal(found.damping_ratio, np.full(4, 0.01))
+
+
+def test_a_modal_model_in_any_order_keeps_no_mode_above_the_lowpass() -> None:
+    """Shapes and damping ratios stay with their frequencies (0.039, 0.174, 0.276 and 0.340 Hz)."""
+    own = natural_modes(linearise(four_dof()), 4)
+    order = [3, 1, 0, 2]
+    mixed = replace(own, omega=own.omega[order], damping_ratio=np.arange(4.0) / 100, shapes=own.shapes[:, order])
+    found = nominal_modes(replace(CHAIN, lowpass=0.25, assumptions=Assumptions(modal_model=mixed)), 4)
+    np.testing.assert_array_equal(found.omega, own.omega[[1, 0]])
+    np.testing.assert_array_equal(found.shapes, own.shapes[:, [1, 0]])
+    np.testing.assert_array_equal(found.damping_ratio, [0.01, 0.02])
+    listed = Assumptions(modal_model=mixed, damping_ratio=(0.1, 0.2, 0.3, 0.4))
+    np.testing.assert_array_equal(
+        nominal_modes(replace(CHAIN, lowpass=0.25, assumptions=listed), 4).damping_ratio, [0.2, 0.3]
+    )
+
+
+def test_a_model_of_matrices_gives_its_own_modes() -> None:
+    """By scipy's dense solver; a mode's damping ratio is phi^T C phi / (2 omega), with C = 0.1 I here."""
+    model = linearise(four_dof())
+    squares, shapes = eigh(model.stiffness.toarray(), model.mass.toarray())
+    found = nominal_modes(replace(CHAIN, model=model), 10)
+    np.testing.assert_allclose(found.omega, np.sqrt(squares), rtol=1e-10)
+    np.testing.assert_allclose(found.damping_ratio, 0.1 * (shapes**2).sum(axis=0) / 2 / found.omega, rtol=1e-10)
 
 
 def test_damping_ratios_are_one_for_all_or_one_each() -> None:

@@ -103,6 +103,7 @@ def save_run_model(model: Structure | LinearModel, modes: ModalModel, folder: Pa
         write_npz(folder / "model.npz", found)
     else:
         save_linear_model(model, folder / "model.npz", found)
+        (folder / "structure.toml").unlink(missing_ok=True)  # an older run's: it would be taken for the model
 
 
 def _prediction(arrays: Arrays, dofs: DofMap, where: str, faults: list[str]) -> Prediction:

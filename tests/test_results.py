@@ -1,0 +1,204 @@
+"""What a run leaves in its folder: scores of the whole field, the FE model's own start, the loop, and stale files."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+
+from fe_models.dofs import FloatArray, structure_dofs
+from fe_models.files.run_folder import load_run
+from fe_models.four_dof import four_dof
+from fe_models.linear import ModalModel
+from fe_models.recordings import Dataset, Recording, Sensor
+from hybrid import results
+from hybrid.checkpoint import Origin
+from hybrid.config import Config
+from hybrid.forecast import Forecast
+from hybrid.results import Comparison, compare, fe_initial_state, field_scores, prediction_of, write_results
+from hybrid.run import DONE, Run, begin
+from hybrid.training import TrainingDivergedError
+from tests.hybrid_problems import (
+    SENSORS,
+    STEP,
+    STIFFNESS,
+    TINY,
+    chain_dataset,
+    chain_modes,
+    channels,
+    decay,
+    starting_model,
+)
+from tests.test_render_shapes import portal
+
+ONE_EPOCH = Config(TINY.model, replace(TINY.training, epochs=1))
+CURVES = {"channels.png", "latent.png", "displacement.png", "force_displacement.png"}
+
+
+@pytest.fixture(scope="module")
+def dataset() -> Dataset:
+    return chain_dataset()
+
+
+def finished(dataset: Dataset, folder: Path, truth: FloatArray | None = None) -> Run:
+    run = begin(dataset, ONE_EPOCH, folder)
+    list(run.epochs())
+    write_results(run, dataset, truth)
+    return run
+
+
+def origin_of(modal: ModalModel, sensors: tuple[Sensor, ...] = SENSORS) -> Origin:
+    return Origin(None, modal, sensors, 1 / STEP, (), (), None, "")
+
+
+def forecast_of(q: FloatArray) -> Forecast:
+    """A forecast of one window with the modal coordinates (time, mode) and nothing else."""
+    return Forecast(q[None], 0 * q[None], 0 * q[None], np.zeros((1, len(q), 1)))
+
+
+def test_field_scores_are_relative_errors_of_the_translations() -> None:
+    """Three times the right field is off by 2, half of it by 0.5; rotations, in rad, do not count."""
+    dofs = structure_dofs(portal())
+    rng = np.random.default_rng(0)
+    shapes = rng.standard_normal((len(dofs), 2))
+    q = rng.standard_normal((30, 2))
+    truth = q @ shapes.T
+    truth[:, dofs.direction == "rz"] *= 1e6
+    modal = ModalModel(np.array([1.0, 2.0]), np.zeros(2), shapes, dofs)
+    comparison = Comparison(np.zeros((1, 30, 1)), hybrid=forecast_of(3 * q), fe=forecast_of(0.5 * q))
+    assert field_scores(comparison, modal, truth) == pytest.approx({"hybrid": 2.0, "fe": 0.5}, rel=1e-12)
+
+
+def test_only_the_first_window_counts_for_the_field() -> None:
+    modal = chain_modes()
+    q = np.random.default_rng(0).standard_normal((2, 30, 4))
+    forecast = Forecast(q, 0 * q, 0 * q, np.zeros((2, 30, 1)))
+    scores = field_scores(Comparison(np.zeros((2, 30, 1)), forecast, forecast), modal, q[0] @ modal.shapes.T)
+    assert scores == pytest.approx({"hybrid": 0.0, "fe": 0.0}, abs=1e-12)
+
+
+def test_the_fe_model_alone_finds_the_start_of_its_own_motion() -> None:
+    """From 20 clean samples of four channels; 1e-2 of the largest is what the ridge of 1e-4 leaves of mode 1.
+
+    The held-out channel is spoilt on purpose, and so is all that comes after those samples: neither is looked at.
+    """
+    modal = chain_modes()
+    q, q_dot = np.random.default_rng(3).standard_normal((2, 1, 4))
+    window = channels(modal, decay(modal, q, q_dot, STEP, 40), SENSORS)[0]
+    window[:, 2] = 1e3
+    window[20:] = -1e3
+    found = fe_initial_state(origin_of(modal), window, 20)
+    np.testing.assert_allclose(found, q[0], rtol=0, atol=1e-2 * np.abs(q).max())
+
+
+def test_the_start_of_the_fe_model_is_that_of_least_squares() -> None:
+    """On noise, by a dense solve of the same ridge regression in z = [omega q, q'], from closed-form columns."""
+    modal, samples = chain_modes(), 10
+    window = np.random.default_rng(1).standard_normal((samples, 5))
+    unit = np.eye(8)
+    starts = decay(modal, unit[:, :4] / modal.omega, unit[:, 4:], STEP, samples)
+    X = np.delete(channels(modal, starts, SENSORS), 2, axis=2).reshape(8, -1).T  # (time * sensor, state)
+    normal = X.T @ X
+    normal += 1e-4 * np.trace(normal) / 8 * np.eye(8)
+    z = np.linalg.solve(normal, X.T @ np.delete(window, 2, axis=1).ravel())
+    found = fe_initial_state(origin_of(modal), window, samples)
+    np.testing.assert_allclose(found, z[:4] / modal.omega, rtol=1e-8)
+
+
+def test_a_prediction_is_the_first_window_at_all_nodes() -> None:
+    """Named in metres, unless a normalised channel leaves its size unknown."""
+    modal, q = chain_modes(), np.random.default_rng(0).standard_normal((7, 4))
+    prediction = prediction_of(forecast_of(q), forecast_of(2 * q), origin_of(modal), np.arange(4.0))
+    np.testing.assert_array_equal(prediction.time, STEP * np.arange(7))
+    np.testing.assert_allclose(prediction.hybrid, q @ modal.shapes.T, rtol=1e-12)
+    np.testing.assert_allclose(prediction.fe, 2 * prediction.hybrid, rtol=1e-12)
+    np.testing.assert_allclose(prediction.fe_initial, modal.shapes @ np.arange(4.0), rtol=1e-12)
+    assert prediction.truth is None
+    assert prediction.unit == "m"
+    normalised = (*SENSORS[:4], replace(SENSORS[4], unit="1"))
+    relative = prediction_of(forecast_of(q), forecast_of(q), origin_of(modal, normalised), np.zeros(4))
+    assert relative.unit == "1"
+
+
+def test_a_known_truth_is_scored_and_kept(dataset: Dataset, tmp_path: Path) -> None:
+    """A truth that is the hybrid's own field leaves it without error; later samples than the window's are not used."""
+    finished(dataset, tmp_path / "a")
+    plain = load_run(tmp_path / "a").prediction
+    assert plain is not None
+    assert "field" not in json.loads((tmp_path / "a" / "metrics.json").read_text())
+    finished(dataset, tmp_path / "b", truth=np.concatenate([plain.hybrid, np.full((20, 4), np.nan)]))
+    known = load_run(tmp_path / "b").prediction
+    assert known is not None
+    assert known.truth is not None
+    np.testing.assert_array_equal(known.truth, plain.hybrid)
+    field = json.loads((tmp_path / "b" / "metrics.json").read_text())["field"]
+    assert field["hybrid"] == 0.0
+    error = np.sqrt(np.mean((plain.fe - plain.hybrid) ** 2) / np.mean(plain.hybrid**2))
+    assert field["fe"] == pytest.approx(error, rel=1e-12)
+
+
+def test_without_test_recordings_nothing_is_scored(dataset: Dataset, tmp_path: Path) -> None:
+    finished(replace(dataset, recordings=dataset.select("train")), tmp_path)
+    metrics = json.loads((tmp_path / "metrics.json").read_text())
+    assert metrics["scores"] is None
+    assert metrics["test"] is None
+    assert metrics["training"]["epochs"] == 1
+    names = {path.name for path in tmp_path.iterdir()}
+    assert names == {DONE, "metrics.json", "model.npz", "structure.toml", "training.png"}
+    assert load_run(tmp_path).prediction is None
+
+
+def test_no_older_prediction_is_left_beside_a_model_without_one(dataset: Dataset, tmp_path: Path) -> None:
+    """It would be drawn, and belongs to another model."""
+    finished(dataset, tmp_path)
+    assert {path.name for path in tmp_path.iterdir()} >= {"prediction.npz", *CURVES}
+    finished(replace(dataset, recordings=dataset.select("train")), tmp_path)
+    assert not {path.name for path in tmp_path.iterdir()} & {"prediction.npz", *CURVES}
+
+
+def test_comparison_starts_both_models_at_the_same_state(dataset: Dataset) -> None:
+    comparison = compare(starting_model(dataset), dataset, 80, 20)
+    assert comparison is not None
+    assert comparison.windows.shape == comparison.hybrid.channels.shape == comparison.fe.channels.shape == (6, 80, 5)
+    np.testing.assert_array_equal(comparison.hybrid.q[:, 0], comparison.fe.q[:, 0])
+    np.testing.assert_array_equal(comparison.hybrid.q_dot[:, 0], comparison.fe.q_dot[:, 0])
+
+
+def test_forecasts_that_grow_beyond_bounds_are_not_scored(dataset: Dataset) -> None:
+    model = starting_model(dataset)
+    with torch.no_grad():
+        model.dynamics.rest.weight.fill_(1e3)
+    with pytest.raises(TrainingDivergedError, match="beyond all bounds"):
+        compare(model, dataset, 80, 20)
+
+
+def test_the_loop_of_the_fe_model_is_the_force_of_its_springs_and_dampers(
+    dataset: Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """-m1 a1 = (K u + C v)_1, C = M Phi diag(2 xi omega) Phi^T M, by the chain's own matrices; the measured one beside.
+
+    1e-5 of a force near three: float32.
+    """
+    sensors = (Sensor("x1", 1, "x", "displacement", "m"), *SENSORS[1:])
+    own = replace(dataset, sensors=sensors, recordings=(Recording("r", dataset.recordings[0].data, "test"),))
+    modal = chain_modes()
+    motion = decay(modal, np.ones((1, 4)) / modal.omega, np.ones((1, 4)), STEP, 50)
+    forecast = Forecast(motion.q, motion.q_dot, motion.q_ddot, channels(modal, motion, sensors))
+    window = own.recordings[0].data[:1, :50]
+    drawn: dict[str, dict[str, FloatArray]] = {}
+
+    def kept(path: Path, displacement: dict[str, FloatArray], force: dict[str, FloatArray], node: int) -> None:
+        drawn.update(displacement=displacement, force=force)
+        assert (path.name, node) == ("force_displacement.png", 1)
+
+    monkeypatch.setattr(results, "draw_loop", kept)
+    results._draw_loop(own, four_dof(), modal, Comparison(window, forecast, forecast), tmp_path)
+    mass = np.diag([1.0, 2.0, 3.0, 4.0])
+    damping = mass @ modal.shapes @ np.diag(0.02 * modal.omega) @ modal.shapes.T @ mass
+    u, v = motion.q[0] @ modal.shapes.T, motion.q_dot[0] @ modal.shapes.T
+    np.testing.assert_allclose(drawn["force"]["FE model"], u @ STIFFNESS[0] + v @ damping[0], rtol=0, atol=1e-11)
+    np.testing.assert_allclose(drawn["displacement"]["hybrid"], u[:, 0], rtol=0, atol=1e-12)
+    np.testing.assert_array_equal(drawn["displacement"]["measured"], window[0, :, 0])
+    np.testing.assert_array_equal(drawn["force"]["measured"], -window[0, :, 1])

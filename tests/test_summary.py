@@ -1,0 +1,102 @@
+"""The scores in plain words: every number where it belongs, and nothing said that is not so."""
+
+from copy import deepcopy
+from typing import Any
+
+import pytest
+
+from hybrid.summary import MEANING, describe
+
+
+def scores(nrmse: float, r2: float) -> dict[str, float]:
+    return {"nrmse": nrmse, "r2": r2, "nrmse_first_16_windows": nrmse / 2, "r2_first_16_windows": r2 / 2}
+
+
+METRICS: dict[str, Any] = {
+    "training": {"left_out": []},
+    "test": {
+        "recordings": ["r4", "r5"],
+        "windows": 76,
+        "overlapping": True,
+        "window_samples": 500,
+        "encoder_samples": 10,
+    },
+    "scores": {
+        "fe": {"measured": scores(0.2, -0.5), "held_out": scores(0.3, 0.1)},
+        "hybrid": {"measured": scores(0.04, 0.98), "held_out": scores(0.06, 0.9)},
+    },
+}
+
+
+def changed(part: str, **values: object) -> dict[str, Any]:
+    metrics = deepcopy(METRICS)
+    metrics[part] |= values
+    return metrics
+
+
+def line_of(text: str, words: str) -> list[str]:
+    (line,) = [line for line in text.splitlines() if line.strip().startswith(words)]
+    return line.removeprefix(line[: line.index(words)] + words).split()
+
+
+@pytest.mark.parametrize(
+    ("words", "numbers"),
+    [
+        ("measured channels", ["0.2000", "-0.500", "0.0400", "0.980"]),
+        ("first 16 windows", ["0.1000", "-0.250", "0.0200", "0.490"]),
+        ("channels never fitted", ["0.3000", "0.100", "0.0600", "0.900"]),
+        ("their first 16 windows", ["0.1500", "0.050", "0.0300", "0.450"]),
+    ],
+)
+def test_each_number_stands_in_its_line(words: str, numbers: list[str]) -> None:
+    """In the order of the header: NRMSE and R2 of the FE model, then of the hybrid."""
+    text = describe(METRICS)
+    assert line_of(text, words) == numbers
+    assert text.index("FE model") < text.index("hybrid")
+    assert line_of(text, "NRMSE  ") == ["R2", "NRMSE", "R2"]
+
+
+def test_columns_stand_below_each_other() -> None:
+    lines = [line for line in describe(METRICS).splitlines() if "0." in line and "windows of" not in line]
+    assert len(lines) == 4
+    assert {tuple(i for i, sign in enumerate(line) if sign == ".") for line in lines} == {(30, 40, 48, 58)}
+
+
+def test_it_says_what_was_tested_and_what_scores_mean() -> None:
+    text = describe(METRICS)
+    assert "Tested on r4, r5: 76 windows of 500 samples, each forecast from its first 10." in text
+    assert text.endswith(MEANING)
+    assert "left out" not in text
+    assert "displacement field" not in text
+
+
+def test_windows_that_do_not_overlap_have_no_first_ones() -> None:
+    assert "first 16" not in describe(changed("test", overlapping=False))
+
+
+def test_without_held_out_sensors_nothing_is_said_about_them() -> None:
+    metrics = deepcopy(METRICS)
+    for model in metrics["scores"].values():
+        model["held_out"] = None
+    text = describe(metrics)
+    assert "never fitted" not in text
+    assert "their first 16" not in text
+    assert line_of(text, "measured channels")
+
+
+def test_the_field_is_scored_where_the_truth_is_known() -> None:
+    text = describe({**METRICS, "field": {"fe": 0.1234, "hybrid": 0.0456}})
+    assert line_of(text, "displacement field (*)") == ["0.1234", "0.0456"]
+    assert "simulated truth" in text
+
+
+def test_recordings_left_out_are_named_one_a_line() -> None:
+    first, second = describe(changed("training", left_out=["r1", "r3"])).splitlines()[:2]
+    assert first.startswith("Training recording r1 was left out")
+    assert second.startswith("Training recording r3 was left out")
+
+
+def test_without_test_recordings_that_is_said() -> None:
+    text = describe({**changed("training", left_out=["r1"]), "test": None, "scores": None})
+    assert "r1 was left out" in text
+    assert text.endswith("The dataset has no test recording, so that nothing is scored.")
