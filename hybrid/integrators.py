@@ -43,6 +43,24 @@ def propagate(dynamics: ModalDynamics, z0: Tensor, samples: int, step: float) ->
     return torch.stack(states, dim=1)
 
 
+def sensitivities(dynamics: ModalDynamics, states: Tensor, slopes: Tensor, step: float) -> Tensor:
+    """Return dz_k / dz_0, (batch, time, 2 mode, 2 mode), of a trajectory of `propagate`: its recursion, differentiated.
+
+    ``states`` (batch, time, 2 mode); ``slopes`` (batch, time, mode, 2 mode): df/dz along them.
+    """
+    modes = dynamics.modes
+    free, now, before = propagator_weights(dynamics, step).T.split([2 * modes, modes, modes], dim=1)
+    identity = torch.eye(2 * modes, dtype=states.dtype, device=states.device)
+    S = identity.expand(len(states), -1, -1)  # (batch, 2 mode, 2 mode)
+    S_all, kick_before = [S], None
+    for k in range(states.shape[1] - 1):
+        kick = slopes[:, k] @ S  # (batch, mode, 2 mode)
+        S = free @ S + now @ kick + before @ (kick if kick_before is None else kick_before)
+        kick_before = kick
+        S_all.append(S)
+    return torch.stack(S_all, dim=1)
+
+
 def propagator_weights(dynamics: ModalDynamics, step: float) -> Tensor:
     """Return W (4 mode, 2 mode) with z+ = [z, f, f_before] W, all blocks from one matrix exponential.
 
