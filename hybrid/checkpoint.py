@@ -26,7 +26,8 @@ from hybrid.training import EpochResult
 FORMAT = 2
 CONTENT = {
     "format", "config", "structure", "sensors", "modal", "sampling_rate", "kept",
-    "left_out", "unexplained", "data_digest", "first_horizon", "connectors", "model", "optimiser", "objective", "history", "seconds",
+    "left_out", "unexplained", "data_digest", "first_horizon",
+    "connectors", "model", "optimiser", "objective", "history", "seconds",
 }  # fmt: skip
 UNREADABLE = (pickle.UnpicklingError, RuntimeError, EOFError, OSError, LookupError, ValueError, struct.error)
 """What torch.load raises on other files, and on those that were cut short or damaged."""
@@ -164,4 +165,6 @@ def _connector_table(connectors: Connectors | None) -> dict[str, Any] | None:
 
 
 def _connectors(table: dict[str, Any] | None) -> Connectors | None:
-    return table and Connectors(tuple(table["names"]), table["shapes"].numpy(), table["feeds"].numpy())
+    if table is None:
+        return None
+    return Connectors(tuple(table["names"]), table["shapes"].numpy(), table["feeds"].numpy())

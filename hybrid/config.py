@@ -21,6 +21,7 @@ class ModelConfig:
     net_hidden: int = 64  # width of NN(z) (2 layers); paper: 128, no better and slower here
     zero_at_rest: bool = True  # the net exerts no force on a structure at rest; the paper leaves it free
     integrator: IntegratorKind = "propagator"
+    substeps: int = 1  # of the propagator, a sample
 
 
 @dataclass(frozen=True)
@@ -54,7 +55,7 @@ def chain_preset() -> Config:
     There a residual can be tied to the places where the structure has parts, which leaves few numbers to learn; with
     them the initial state is solved for, through the learned forces, instead of being read off by a network.
     """
-    model = ModelConfig(encoder="map", residual="places", net_hidden=12)
+    model = ModelConfig(encoder="map", residual="places", net_hidden=12, substeps=2)
     return Config(model, TrainingConfig(epochs=40, batch=50, learning_rate=1e-2, window=501, first_horizon=20))
 
 

@@ -46,4 +46,5 @@ def chain_connectors(chain: Structure, linear: LinearModel, modal: ModalModel) -
     B = np.array(pulls)  # (connector, free)
     shapes = modal.shapes[rows]  # (free, mode)
     compliance = np.linalg.solve(linear.mass.toarray(), B.T)  # (free, connector)
-    return Connectors(tuple(names), B @ shapes, np.linalg.lstsq(shapes, compliance, rcond=None)[0].T)
+    feeds = np.asarray(np.linalg.lstsq(shapes, compliance, rcond=None)[0].T, dtype=float)
+    return Connectors(tuple(names), B @ shapes, feeds)

@@ -53,7 +53,7 @@ class ModalDynamics(nn.Module):
         return torch.cat([upper, self.physical + self.residual.linear(self.physical)], dim=0)
 
     def force(self, z: Tensor) -> Tensor:
-        """Return what is not linear, in units of q'' / b, (..., mode): the residual's and the structure's own effects."""
+        """Return what is not linear, (..., mode) in units of q'' / b: of the residual and the structure's effects."""
         force = self.residual(z)
         if self.effects:
             q, q_dot = self.unscale(z)

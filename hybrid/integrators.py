@@ -10,14 +10,16 @@ from hybrid.dynamics import ModalDynamics
 DOPRI5_TOLERANCE = 1e-6  # relative and absolute, of a scaled state near one
 
 
-def integrate(dynamics: ModalDynamics, z0: Tensor, samples: int, step: float, method: IntegratorKind) -> Tensor:
+def integrate(
+    dynamics: ModalDynamics, z0: Tensor, samples: int, step: float, method: IntegratorKind, substeps: int = 1
+) -> Tensor:
     """Return scaled states (batch, time, 2 mode) at ``samples`` instants ``step`` (s) apart, from z0 (batch, 2 mode).
 
-    "propagator": exact for the linear part, second order in the step for the rest. "rk4": one step a sample.
-    "dopri5": adaptive, gradients by the adjoint equation.
+    "propagator": exact for the linear part, second order in the step for the rest, ``substeps`` of them a sample.
+    "rk4": one step a sample. "dopri5": adaptive, gradients by the adjoint equation.
     """
     if method == "propagator":
-        return propagate(dynamics, z0, samples, step)
+        return propagate(dynamics, z0, (samples - 1) * substeps + 1, step / substeps)[:, ::substeps]
     times = torch.arange(samples, dtype=z0.dtype, device=z0.device) * step
     if method == "rk4":
         states = odeint(dynamics, z0, times, method="rk4")

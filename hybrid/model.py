@@ -85,7 +85,10 @@ class NeuralModalODE(nn.Module):
 
     def forecast(self, z0: Tensor, samples: int) -> Trajectory:
         """Return the trajectory of ``samples`` samples from scaled initial states z0 (batch, 2 mode)."""
-        z = integrate(self.dynamics, z0, samples, self.step, self.config.integrator)  # (batch, time, 2 mode)
+        config = self.config
+        z = integrate(
+            self.dynamics, z0, samples, self.step, config.integrator, config.substeps
+        )  # (batch, time, 2 mode)
         force = self.dynamics.force(z)
         q, q_dot = self.dynamics.unscale(z)
         q_ddot = self.dynamics.acceleration(z, force)

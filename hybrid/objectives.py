@@ -10,6 +10,7 @@ from hybrid.state_estimation import ITERATIONS, StatePrior, estimate_state
 
 QUIET = 0.05  # of a channel's rms over all windows: the least noise, relative as the rest of it
 FEW_ITERATIONS = 2  # of Gauss-Newton, from the state that the last epoch found
+LEAST_SPREAD = 1e-4  # of the mean variance: keeps a prior on states that never move
 MEDIAN_TO_STD = 1.4826  # of the absolute values of normal noise
 FOLLOWING = 0.1  # share of each batch in the noise's standard deviation
 TAIL = 5.0  # noise standard deviations beyond which a misfit counts linearly: a poor model has many
@@ -46,6 +47,9 @@ class Elbo(nn.Module):
         """Return -ELBO (batch,) of the windows with the numbers ``batch``."""
         return negative_elbo(model, windows[batch], self.std[batch], horizon, self.kl_weight, generator)
 
+    def end_epoch(self, model: NeuralModalODE) -> None:
+        """Do nothing: the encoder is learned like all else."""
+
 
 class ProjectedMisfit(nn.Module):
     """The misfit of whole windows from the states that fit them best (variable projection, as in the calibration).
@@ -78,8 +82,15 @@ class ProjectedMisfit(nn.Module):
         misfit = (error / prior.noise_std).flatten(1)
         return TAIL**2 * (torch.sqrt(1 + (misfit / TAIL) ** 2) - 1).sum(dim=1)
 
+    def end_epoch(self, model: NeuralModalODE) -> None:
+        """Let the prior be the spread of the states found in this epoch."""
+        if isinstance(model.encoder, StatePrior):
+            spread = self.states.T @ self.states / len(self.states)
+            guard = LEAST_SPREAD * spread.diagonal().mean() * torch.eye(len(spread), device=spread.device)
+            model.encoder.precision.copy_(torch.linalg.inv(spread + guard))
+
     def _follow_noise(self, prior: StatePrior, error: Tensor) -> None:
-        """Let the noise follow what the model leaves: by the median, which the windows it cannot explain yet hardly move."""
+        """Let the noise follow what the model leaves, by the median: windows not explained yet hardly move it."""
         now = MEDIAN_TO_STD * error.abs().flatten(0, 1).median(dim=0).values  # (measured,)
         prior.noise_std.lerp_(now, FOLLOWING)
 

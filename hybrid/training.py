@@ -96,6 +96,7 @@ class Trainer:
                 raise self._diverged(epoch, horizon)
             self.optimiser.step()
             total += float(losses.detach().sum())
+        self.objective.end_epoch(self.model)
         if epoch == self.config.epochs and not self._gives_numbers():
             raise self._diverged(epoch, horizon)
         self.done = epoch

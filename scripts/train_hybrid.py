@@ -13,6 +13,7 @@ from fe_models.files.dataset_file import load_dataset
 from fe_models.recordings import Dataset
 from fe_models.structure import Structure
 from hybrid.config import Config, paper_preset
+from hybrid.preparation import default_config
 from hybrid.results import write_results
 from hybrid.session import divergence_exits, open_run, train
 from hybrid.summary import describe
@@ -93,7 +94,7 @@ def main(
             "seed": seed,
             "threads": threads,
         }
-        config = paper_preset(name_of(data)) if preset is Preset.PAPER else Config()
+        config = paper_preset(name_of(data)) if preset is Preset.PAPER else default_config(data)
         config = Config(
             replace(config.model, **given(model_options)), replace(config.training, **given(training_options))
         )
