@@ -1,5 +1,6 @@
 """The main job from end to end, on the built-in bridge or on the authors' recordings of the real one."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -13,9 +14,10 @@ from fe_models.files.bridge_recordings import bridge_sensors, write_bridge_datas
 from fe_models.files.dataset_file import load_dataset, save_dataset
 from fe_models.pictures.run_pictures import draw_run
 from fe_models.recordings import Dataset
+from fe_models.simulate import ReleaseConfig
 from fe_models.statics import PointLoad
 from fe_models.synthetic import Acquisition, release_dataset
-from hybrid.config import Config
+from hybrid.config import Config, TrainingConfig
 from hybrid.results import write_results
 from hybrid.session import divergence_exits, open_run, train
 from hybrid.summary import describe
@@ -28,6 +30,7 @@ PULLS = (
     (PointLoad(12, "y", -9.81), PointLoad(20, "y", -4.905)),
 )
 SEED = 0
+FRAMES = 125  # of the animation, at most
 
 app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
 
@@ -39,6 +42,8 @@ def main(
         Path | None, typer.Option(help="Folder of real recordings: dataset.toml, or the authors' acc_measured1..4.mat.")
     ] = None,
     test: Annotated[int, typer.Option(min=1, max=4, help="Which of the authors' recordings to forecast.")] = 4,
+    epochs: Annotated[int, typer.Option(min=1, help="Passes over the training windows.")] = TrainingConfig.epochs,
+    duration: Annotated[float, typer.Option(min=1.0, help="Length of each simulated recording, s.")] = 20.0,
 ) -> None:
     """Run the main job: FE model, recordings, hybrid model, forecast of an unseen recording, pictures.
 
@@ -49,28 +54,31 @@ def main(
     with bad_input_exits(), divergence_exits():
         truth = None
         if data is None:
-            print("1/4  Simulating a nonlinear bridge in Exudyn: four weights cut loose, 20 s each ...", flush=True)
-            dataset, truth = simulated_bridge(out)
+            print(f"1/4  Simulating a nonlinear bridge in Exudyn: four releases of {duration:g} s ...", flush=True)
+            dataset, truth = simulated_bridge(out, duration)
         else:
             print(f"1/4  Reading the recordings in {data} ...", flush=True)
             dataset = load_dataset(find_dataset(data, out, test))
         print("2/4  Training the hybrid model on top of the linear FE model ...", flush=True)
-        run = open_run(dataset, Config(), out / "hybrid", "cpu")
+        config = Config(training=replace(Config().training, epochs=epochs))
+        run = open_run(dataset, config, out / "hybrid", "cpu")
         train(run)
         print("3/4  Forecasting the recording that was not trained on ...", flush=True)
         metrics = write_results(run, dataset, truth)
         print("4/4  Drawing ...", flush=True)
-        pictures = draw_run(out / "hybrid", out / "pictures", frames=125)
+        pictures = draw_run(out / "hybrid", out / "pictures", frames=FRAMES)
         print(f"\n{describe(metrics)}\n\nPictures of the structure:")
         for path, meaning in pictures[-4:]:
             print(f"  {path}  {meaning}")
         print(f"Curves: {out / 'hybrid'}/channels.png, latent.png, displacement.png, training.png")
 
 
-def simulated_bridge(out: Path) -> tuple[Dataset, FloatArray]:
+def simulated_bridge(out: Path, duration: float) -> tuple[Dataset, FloatArray]:
     """Write the simulated recordings to ``out``; return them and the true displacement (time, dof), m, of the last."""
     sensors = bridge_sensors(unit="m/s^2")
-    synthetic = release_dataset(bridge(), PULLS, sensors, Acquisition(), np.random.default_rng(SEED))
+    synthetic = release_dataset(
+        bridge(), PULLS, sensors, Acquisition(), np.random.default_rng(SEED), ReleaseConfig(duration)
+    )
     save_dataset(synthetic.dataset, out / "data", "bridge")
     return synthetic.dataset, synthetic.fields[-1]
 

@@ -1,5 +1,6 @@
 """Score FE and hybrid model on the real bridge, each of its four recordings in turn kept for the test."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -9,7 +10,7 @@ from fe_models.errors import bad_input_exits
 from fe_models.files.atomic import write_json
 from fe_models.files.bridge_recordings import RECORDINGS, write_bridge_dataset
 from fe_models.files.dataset_file import load_dataset
-from hybrid.config import Config
+from hybrid.config import Config, TrainingConfig
 from hybrid.results import write_results
 from hybrid.session import divergence_exits, open_run, train
 
@@ -24,6 +25,7 @@ app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions
 def main(
     data: Annotated[Path, typer.Argument(help="Folder with the authors' acc_measured1.mat to acc_measured4.mat.")],
     out: Annotated[Path, typer.Option(help="Folder for the four runs.")] = Path("runs/bridge_scores"),
+    epochs: Annotated[int, typer.Option(min=1, help="Passes over the training windows.")] = TrainingConfig.epochs,
 ) -> None:
     """Train on three recordings of the real bridge, test on the fourth, for each of the four; A2 is never fitted.
 
@@ -31,11 +33,12 @@ def main(
     and over the first 16 of them; writes OUT/scores.json. Takes about a minute a recording on two cores.
     """
     with bad_input_exits(), divergence_exits():
+        config = Config(training=replace(Config().training, epochs=epochs))
         found: dict[str, Any] = {}
         for test in RECORDINGS:
             folder = out / f"test_{test}"
             dataset = load_dataset(write_bridge_dataset(data, folder, test))
-            run = open_run(dataset, Config(), folder, "cpu", fresh=True)
+            run = open_run(dataset, config, folder, "cpu", fresh=True)
             train(run)
             found[f"r{test}"] = write_results(run, dataset)
         write_json(out / "scores.json", found)

@@ -1,0 +1,190 @@
+"""Predicted motions: from a record as the model forecasts it, from a state as the closed form says, and bad input."""
+
+import csv
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner, Result
+
+from fe_models.dofs import FloatArray
+from fe_models.files.dataset_file import save_dataset
+from fe_models.files.run_folder import Prediction, load_run
+from hybrid.checkpoint import load_checkpoint
+from hybrid.config import Config
+from hybrid.forecast import fe_counterpart, forecast_windows
+from hybrid.results import write_results
+from hybrid.run import DONE, begin
+from scripts import render_shapes
+from scripts.predict_motion import app
+from tests.hybrid_problems import SENSORS, STEP, TINY, chain_dataset, chain_modes, channels, decay
+
+NAMES = [sensor.name for sensor in SENSORS]
+HEADER = "node,direction,displacement,velocity\n"
+STATE = HEADER + "1,x,0.3,-1\n2,x,-0.2,0.5\n3,x,0.1,0\n4,x,0.4,0.25\n"
+DISPLACEMENT, VELOCITY = np.array([0.3, -0.2, 0.1, 0.4]), np.array([-1, 0.5, 0, 0.25])
+FLOAT32 = 2e-5  # of a motion near one: the model's numbers, over some 80 steps
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A run of one epoch on the chain, beside its dataset."""
+    folder = tmp_path_factory.mktemp("trained")
+    save_dataset(chain_dataset(), folder, "four_dof")
+    training = begin(chain_dataset(), Config(TINY.model, replace(TINY.training, epochs=1)), folder / "run")
+    list(training.epochs())
+    write_results(training, chain_dataset())
+    return folder / "run"
+
+
+def predict(run: Path, out: Path, *arguments: str | Path) -> Result:
+    return CliRunner().invoke(app, [str(run), "--out", str(out), *map(str, arguments)])
+
+
+def predicted(run: Path, out: Path, *arguments: str | Path) -> Prediction:
+    result = predict(run, out, *arguments)
+    assert result.exit_code == 0, result.output
+    assert str(out / "prediction.npz") in result.output
+    prediction = load_run(out).prediction
+    assert prediction is not None
+    return prediction
+
+
+def state_file(folder: Path, text: str = STATE) -> Path:
+    path = folder / "state.csv"
+    path.write_text(text)
+    return path
+
+
+def table_of(out: Path) -> tuple[list[str], FloatArray]:
+    with (out / "channels.csv").open(newline="") as file:
+        header, *rows = csv.reader(file)
+    return header, np.array(rows, dtype=float)
+
+
+def test_from_a_record_it_is_what_the_model_forecasts_of_that_window(run: Path, tmp_path: Path) -> None:
+    """Of the second recording, from sample 7 on; hybrid and FE start where the encoder says."""
+    options = ("--dataset", run.parent / "dataset.toml", "--record", "other", "--start", "3.5", "--duration", "39.5")
+    prediction = predicted(run, tmp_path, *options)
+    model = load_checkpoint(run / DONE).model
+    window = chain_dataset().recordings[1].data[:1, 7:87]
+    header, table = table_of(tmp_path)
+    assert header == ["time", *(f"{name} hybrid" for name in NAMES), *(f"{name} FE" for name in NAMES)]
+    np.testing.assert_allclose(table[:, 0], STEP * np.arange(80), rtol=1e-12)
+    np.testing.assert_array_equal(prediction.time, STEP * np.arange(80))
+    for field, seen, dynamics in (
+        (prediction.hybrid, table[:, 1:6], model),
+        (prediction.fe, table[:, 6:], fe_counterpart(model)),
+    ):
+        forecast = forecast_windows(model, window, dynamics)
+        np.testing.assert_allclose(field, forecast.q[0] @ chain_modes().shapes.T, rtol=0, atol=FLOAT32)
+        np.testing.assert_allclose(seen, forecast.channels[0], rtol=1e-8, atol=FLOAT32)  # nine digits are written
+    assert np.abs(prediction.hybrid - prediction.fe).max() > 0.1  # the calibrated model is another than the nominal one
+
+
+def test_a_record_is_read_only_as_far_as_the_encoder_sees(run: Path, tmp_path: Path) -> None:
+    """A prediction may go beyond the record's end: 100 samples are recorded, and it starts ten before the last."""
+    dataset = run.parent / "dataset.toml"
+    prediction = predicted(run, tmp_path, "--dataset", dataset, "--start", "45", "--duration", "60")
+    assert prediction.hybrid.shape == (121, 4)
+    assert np.isfinite(prediction.hybrid).all()
+
+
+def test_without_a_name_the_first_record_is_taken(run: Path, tmp_path: Path) -> None:
+    options = ("--dataset", run.parent / "dataset.toml", "--duration", "10")
+    unnamed = predicted(run, tmp_path / "a", *options)
+    named = predicted(run, tmp_path / "b", *options, "--record", "one")
+    np.testing.assert_array_equal(unnamed.hybrid, named.hybrid)
+
+
+def test_from_a_state_the_fe_model_moves_as_the_closed_form_says(run: Path, tmp_path: Path) -> None:
+    """q = Phi^T M u, by hand with M = diag(1, 2, 3, 4) kg; the chain's decay from there."""
+    prediction = predicted(run, tmp_path, "--initial", state_file(tmp_path), "--duration", "39.5")
+    modal = chain_modes()
+    projection = modal.shapes.T @ np.diag([1.0, 2, 3, 4])
+    motion = decay(modal, (projection @ DISPLACEMENT)[None], (projection @ VELOCITY)[None], STEP, 80)
+    np.testing.assert_allclose(prediction.fe, motion.q[0] @ modal.shapes.T, rtol=0, atol=FLOAT32)
+    np.testing.assert_allclose(prediction.fe_initial, DISPLACEMENT, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(prediction.hybrid[0], DISPLACEMENT, rtol=0, atol=1e-6)  # the same start, in float32
+    _, table = table_of(tmp_path)
+    seen = channels(modal, motion, SENSORS)[0]
+    np.testing.assert_allclose(table[:, 6:], seen, rtol=0, atol=FLOAT32 * np.abs(seen).max())
+    np.testing.assert_allclose(table[:, 1], prediction.hybrid[:, 3], rtol=1e-6, atol=1e-7)  # x4
+
+
+def test_the_duration_is_kept(run: Path, tmp_path: Path) -> None:
+    prediction = predicted(run, tmp_path, "--initial", state_file(tmp_path), "--duration", "12.5")
+    np.testing.assert_array_equal(prediction.time, STEP * np.arange(26))
+
+
+def test_render_shapes_takes_the_folder(run: Path, tmp_path: Path) -> None:
+    predicted(run, tmp_path / "motion", "--initial", state_file(tmp_path), "--duration", "5")
+    arguments = [str(tmp_path / "motion"), "--out", str(tmp_path / "pictures"), "--frames", "2", "--format", "gif"]
+    result = CliRunner().invoke(render_shapes.app, [*arguments, "--snapshots", "2"])
+    assert result.exit_code == 0, result.output
+    drawn = {path.name for path in (tmp_path / "pictures").iterdir()}
+    assert {"snapshots.png", "initial_deformation.png", "animation.gif", "modes.png"} <= drawn
+
+
+def faults_of(run: Path, out: Path, *arguments: str | Path) -> list[str]:
+    """The lines of a refusal, after which nothing has been written."""
+    result = predict(run, out, *arguments)
+    assert result.exit_code == 2, result.output
+    assert not out.exists()
+    lines = result.output.splitlines()
+    assert all(line.startswith("error: ") for line in lines), lines
+    return lines
+
+
+@pytest.mark.parametrize("options", [(), ("--dataset", "dataset.toml", "--initial", "state.csv")])
+def test_one_start_must_be_given(options: tuple[str, ...], run: Path, tmp_path: Path) -> None:
+    (line,) = faults_of(run, tmp_path / "out", *options)
+    assert "give either --dataset" in line
+
+
+def test_a_folder_without_a_run_is_named(run: Path, tmp_path: Path) -> None:
+    (line,) = faults_of(tmp_path / "nowhere", tmp_path / "out", "--initial", state_file(tmp_path))
+    assert "nowhere" in line
+    assert "no such file" in line
+
+
+def test_all_that_is_wrong_with_a_record_comes_at_once(run: Path, tmp_path: Path) -> None:
+    fewer = replace(chain_dataset(), sampling_rate=3.0)
+    other = save_dataset(fewer, tmp_path / "data", "four_dof")
+    late = faults_of(run, tmp_path / "out", "--dataset", other, "--start", "46")
+    assert len(late) == 2
+    assert "sensors or sampling rate are not those" in late[0]
+    assert "--start 46: record one ends after" in late[1]
+    unknown = faults_of(run, tmp_path / "out", "--dataset", other, "--record", "third")
+    assert len(unknown) == 2
+    assert "has one, other, unseen" in unknown[1]
+
+
+def test_a_start_too_late_for_the_encoder_is_refused(run: Path, tmp_path: Path) -> None:
+    """100 samples hold ten from sample 90 at the latest, 45 s."""
+    dataset = run.parent / "dataset.toml"
+    (line,) = faults_of(run, tmp_path / "out", "--dataset", dataset, "--start", "45.5")
+    assert "record one ends after 50 s" in line
+
+
+def test_a_missing_dataset_is_named(run: Path, tmp_path: Path) -> None:
+    (line,) = faults_of(run, tmp_path / "out", "--dataset", tmp_path / "none.toml")
+    assert "none.toml" in line
+
+
+def test_a_state_that_cannot_be_read_has_one_line_a_fault(run: Path, tmp_path: Path) -> None:
+    bad = state_file(tmp_path, HEADER + "7,x,0,0\n1,y,0,0\n2,x,zero,0\n3,x,0.1,0\n")
+    lines = faults_of(run, tmp_path / "out", "--initial", bad)
+    assert len(lines) == 3
+    for line, words in zip(lines, ("line 2: node 7", "line 3: node 1", "line 4"), strict=True):
+        assert words in line
+
+
+@pytest.mark.parametrize("option", ["--start", "--duration"])
+@pytest.mark.parametrize("value", ["-1", "nan", "inf"])
+def test_times_must_be_times(option: str, value: str, run: Path, tmp_path: Path) -> None:
+    result = predict(run, tmp_path / "out", "--dataset", run.parent / "dataset.toml", option, value)
+    assert result.exit_code == 2, result.output
+    assert option in result.output
+    assert not (tmp_path / "out").exists()
