@@ -49,7 +49,7 @@ class Config:
     training: TrainingConfig = TrainingConfig()
 
 
-def chain_preset() -> Config:
+def places_preset() -> Config:
     """Return the configuration for chains, whose modes are as many as their degrees of freedom.
 
     There a residual can be tied to the places where the structure has parts, which leaves few numbers to learn; with

@@ -15,7 +15,7 @@ from fe_models.nominal import nominal_modes
 from fe_models.recordings import Dataset, Recording
 from fe_models.structure import Structure
 from hybrid.calibration import GROWTH, Observer, fit_linear_rest, initial_state_estimator, nothing, smooth
-from hybrid.config import Config, chain_preset
+from hybrid.config import Config
 from hybrid.connectors import Connectors, chain_connectors, complete_basis
 from hybrid.consistency import largest_agreeing_group, unexplained_shares
 from hybrid.encoder import WindowEncoder
@@ -98,16 +98,6 @@ def prepare(dataset: Dataset, config: Config, advance: Callable[[], object] = no
     names = tuple(recording.name for recording in kept)
     left_out = tuple(recording.name for recording in recordings if recording.name not in names)
     return Prepared(model, modal, windows, names, connectors, horizon, left_out, fit.unexplained)
-
-
-def default_config(dataset: Dataset) -> Config:
-    """Return the configuration for the dataset's structure: that of chains where all their modes are known."""
-    model = dataset.model
-    if isinstance(model, Structure) and model.directions == ("x",):
-        config = chain_preset()
-        if complete_basis(nominal_modes(dataset, config.model.modes)):
-            return config
-    return Config()
 
 
 def connectors_of(dataset: Dataset, modal: ModalModel) -> Connectors:

@@ -11,9 +11,15 @@ from hybrid.scaling import StateScale
 
 
 def local_slopes(laws: Callable[[Tensor, Tensor], Tensor], u: Tensor, v: Tensor) -> tuple[Tensor, Tensor]:
-    """Return d law / du and d law / dv of laws that act on each entry of u and v by itself; shapes as u."""
-    ones, zeros = torch.ones_like(u), torch.zeros_like(u)
-    return torch.func.jvp(laws, (u, v), (ones, zeros))[1], torch.func.jvp(laws, (u, v), (zeros, ones))[1]
+    """Return d law / du and d law / dv, both shaped as u, of laws that act on each entry of u and v by itself.
+
+    The gradient of the sum of all forces then holds each one's own derivative.
+    """
+    with torch.enable_grad():
+        u, v = u.detach().requires_grad_(), v.detach().requires_grad_()
+        by_u, by_v = torch.autograd.grad(laws(u, v).sum(), (u, v), allow_unused=True)
+    zero = torch.zeros_like(u)  # the slope of a law that does not feel u, or v
+    return zero if by_u is None else by_u, zero if by_v is None else by_v
 
 
 class NoResidual(nn.Module):
@@ -62,7 +68,7 @@ class FreeResidual(nn.Module):
 
     def slopes(self, z: Tensor) -> Tensor:
         """Return d net / dz (n, mode, 2 mode) at scaled states (n, 2 mode)."""
-        return torch.func.vmap(torch.func.jacfwd(self.net))(z)
+        return torch.func.vmap(torch.func.jacrev(self.net))(z)
 
 
 class ConnectorResidual(nn.Module):

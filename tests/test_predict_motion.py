@@ -99,7 +99,7 @@ def test_without_a_name_the_first_record_is_taken(run: Path, tmp_path: Path) -> 
 
 
 def test_from_a_state_the_fe_model_moves_as_the_closed_form_says(run: Path, tmp_path: Path) -> None:
-    """q = Phi^T M u, by hand with M = diag(1, 2, 3, 4) kg; the chain's decay from there."""
+    """Q = Phi^T M u, by hand with M = diag(1, 2, 3, 4) kg; the chain's decay from there."""
     prediction = predicted(run, tmp_path, "--initial", state_file(tmp_path), "--duration", "39.5")
     modal = chain_modes()
     projection = modal.shapes.T @ np.diag([1.0, 2, 3, 4])
