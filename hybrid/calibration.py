@@ -16,12 +16,14 @@ from torch import Tensor
 from fe_models.dofs import FloatArray
 from fe_models.linear import ModalModel
 from fe_models.recordings import Sensor
+from hybrid.connectors import Connectors
 from hybrid.decoder import QUANTITIES, sensor_shapes
+from hybrid.linear_form import ConnectorForm, ModalForm
 
 GROWTH = (0.1, 0.2, 0.4, 1.0)  # of the whole window, one after the other
+SHORTEST = 20  # samples; shorter windows tell little but noise
+NO_LONGER_LINEAR = 1.5  # times the share that the shortest windows leave: longer ones need more than a linear model
 ITERATIONS = 100  # of L-BFGS at each length; the bridge needs 30 to 80
-COUPLING_PENALTY = 1e-2  # on squared off-diagonal entries, relative to omega: keeps the shapes near the model's
-DIAGONAL_PENALTY = 1e-5  # frequencies and damping ratios are free: 1e-5 only fixes those that no sensor sees
 RIDGE = (
     1e-4  # on the initial state, relative to its mean normal-matrix entry: modes the sensors do not see stay at rest
 )
@@ -35,35 +37,32 @@ def nothing() -> None:
 
 @dataclass(frozen=True)
 class LinearFit:
-    """A learned linear ``rest`` (2, mode, mode), dimensionless as `Observer.rates` takes it.
+    """A learned linear ``rest``, as `Observer.rates` takes it.
 
-    ``unexplained``: the share of the windows' energy that it leaves.
+    ``unexplained``: the share of the windows' energy that it leaves; ``samples``: the length of the windows fitted.
     """
 
     rest: FloatArray
     unexplained: float
+    samples: int
 
 
 class Observer:
     """What the sensors see of the linear model: x_k = C exp(A k h) z in the state z = [omega q, q']."""
 
-    def __init__(self, modal: ModalModel, sensors: Sequence[Sensor], step: float) -> None:
+    def __init__(
+        self, modal: ModalModel, sensors: Sequence[Sensor], step: float, connectors: Connectors | None = None
+    ) -> None:
         self.omega = torch.tensor(modal.omega, dtype=torch.float64)  # (mode,)
-        self.ratio = torch.tensor(modal.damping_ratio, dtype=torch.float64)  # (mode,)
         shapes = torch.tensor(sensor_shapes(modal, sensors), dtype=torch.float64)  # (sensor, mode)
         picks = [[sensor.quantity == quantity for sensor in sensors] for quantity in QUANTITIES]
         self.shapes = shapes[None] * torch.tensor(picks)[:, :, None]  # (quantity, sensor, mode)
         self.step = step
+        self.form = ModalForm(modal) if connectors is None else ConnectorForm(modal, connectors)
 
     def rates(self, rest: Tensor) -> tuple[Tensor, Tensor]:
-        """Return d q'/dt as matrices on omega q and on q', each (mode, mode), for a dimensionless rest (2, mode, mode).
-
-        rest[0] scales as omega_i omega_j (stiffness), rest[1] as sqrt(omega_i omega_j) (damping).
-        """
-        root = self.omega.sqrt()
-        stiffness = -torch.diag(self.omega) - self.omega[:, None] * rest[0]
-        damping = -torch.diag(2 * self.ratio * self.omega) - root[:, None] * rest[1] * root[None, :]
-        return stiffness, damping
+        """Return d q'/dt as matrices on omega q and on q', each (mode, mode), for a ``rest`` of the observer's form."""
+        return self.form.rates(rest)
 
     def matrix(self, rest: Tensor, samples: int) -> Tensor:
         """Return the observability matrix (time, sensor, 2 mode)."""
@@ -96,34 +95,38 @@ def fit_linear_rest(observer: Observer, windows: Tensor, advance: Callable[[], o
     """
     rms = windows.square().mean(dim=(1, 2), keepdim=True).sqrt()
     weighted = windows / (rms + QUIET * windows.square().mean().sqrt())
-    modes = len(observer.omega)
-    rest = torch.zeros(2, modes, modes, dtype=torch.float64, requires_grad=True)
-    coupling = 1 - torch.eye(modes, dtype=torch.float64)
-    best, unexplained = rest.detach().clone(), 1.0
+    fits: list[LinearFit] = []
     for fraction in GROWTH:
-        least = inf
-        part = weighted[:, : max(round(fraction * windows.shape[1]), 20)]
-        optimiser = torch.optim.LBFGS(
-            [rest], max_iter=ITERATIONS, history_size=30, line_search_fn="strong_wolfe", tolerance_change=1e-7
-        )
-
-        def loss(part: Tensor = part, optimiser: torch.optim.LBFGS = optimiser) -> Tensor:
-            nonlocal best, least, unexplained
-            optimiser.zero_grad()
-            _, fitted = smooth(observer.matrix(rest, part.shape[1]), part)
-            share = (fitted - part).square().mean() / part.square().mean()
-            penalty = COUPLING_PENALTY * (rest * coupling).square().sum() + DIAGONAL_PENALTY * rest.square().sum()
-            total = share + penalty
-            total.backward()
-            if total.item() < least:
-                best, least, unexplained = rest.detach().clone(), total.item(), share.item()
-            return total
-
-        optimiser.step(loss)
-        with torch.no_grad():
-            rest.copy_(best)  # the line search may end at a worse point, or where numbers overflow
+        part = weighted[:, : max(round(fraction * windows.shape[1]), SHORTEST)]
+        start = torch.tensor(fits[-1].rest) if fits else observer.form.start()
+        fits.append(_fit(observer, part, start))
         advance()
-    return LinearFit(best.numpy(), unexplained)
+        if observer.form.is_exact and fits[-1].unexplained > NO_LONGER_LINEAR * fits[0].unexplained:
+            return fits[-2]
+    return fits[-1]
+
+
+def _fit(observer: Observer, windows: Tensor, start: Tensor) -> LinearFit:
+    """Return the best linear model of windows of one length, searched from ``start``."""
+    rest = start.clone().requires_grad_(True)
+    best, least = LinearFit(start.numpy(), 1.0, windows.shape[1]), inf
+    optimiser = torch.optim.LBFGS(
+        [rest], max_iter=ITERATIONS, history_size=30, line_search_fn="strong_wolfe", tolerance_change=1e-7
+    )
+
+    def loss() -> Tensor:
+        nonlocal best, least
+        optimiser.zero_grad()
+        _, fitted = smooth(observer.matrix(rest, windows.shape[1]), windows)
+        share = (fitted - windows).square().mean() / windows.square().mean()
+        total = share + observer.form.penalty(rest)
+        total.backward()
+        if total.item() < least:  # the line search may end at a worse point, or where numbers overflow
+            best, least = LinearFit(rest.detach().clone().numpy(), share.item(), windows.shape[1]), total.item()
+        return total
+
+    optimiser.step(loss)
+    return best
 
 
 def initial_state_estimator(observability: Tensor, windows: Tensor, samples: int) -> Tensor:

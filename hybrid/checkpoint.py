@@ -18,14 +18,16 @@ from fe_models.linear import ModalModel
 from fe_models.recordings import Sensor
 from fe_models.structure import Structure
 from hybrid.config import Config, ModelConfig, TrainingConfig
+from hybrid.connectors import Connectors
 from hybrid.model import NeuralModalODE
 from hybrid.scaling import StateScale
 from hybrid.training import EpochResult
 
-FORMAT = 1
+FORMAT = 2
 CONTENT = {
     "format", "config", "structure", "sensors", "modal", "sampling_rate", "kept",
-    "left_out", "unexplained", "data_digest", "model", "optimiser", "history", "seconds",
+    "left_out", "unexplained", "data_digest", "first_horizon",
+    "connectors", "model", "optimiser", "objective", "history", "seconds",
 }  # fmt: skip
 UNREADABLE = (pickle.UnpicklingError, RuntimeError, EOFError, OSError, LookupError, ValueError, struct.error)
 """What torch.load raises on other files, and on those that were cut short or damaged."""
@@ -46,6 +48,8 @@ class Origin:
     left_out: tuple[str, ...]
     unexplained: float | None
     data_digest: str
+    connectors: Connectors | None = None
+    first_horizon: int | None = None
 
 
 @dataclass(frozen=True)
@@ -56,6 +60,7 @@ class Checkpoint:
     origin: Origin
     model: NeuralModalODE
     optimiser: dict[str, Any]
+    objective: dict[str, Any]
     history: tuple[EpochResult, ...]
     seconds: float
 
@@ -81,8 +86,11 @@ def save_checkpoint(checkpoint: Checkpoint, path: Path) -> None:
         "left_out": list(origin.left_out),
         "unexplained": origin.unexplained,
         "data_digest": origin.data_digest,
+        "first_horizon": origin.first_horizon,
         "model": checkpoint.model.state_dict(),
         "optimiser": checkpoint.optimiser,
+        "objective": checkpoint.objective,
+        "connectors": _connector_table(origin.connectors),
         "history": [asdict(result) for result in checkpoint.history],
         "seconds": checkpoint.seconds,
     }
@@ -105,11 +113,18 @@ def load_checkpoint(path: Path) -> Checkpoint:
     weights = content["model"]
     scale = StateScale(weights["dynamics.a"].double().numpy(), weights["dynamics.b"].double().numpy())
     model = NeuralModalODE(
-        config.model, origin.modal, effects, origin.sensors, weights["channel_scale"], scale, 1 / origin.sampling_rate
+        config.model,
+        origin.modal,
+        effects,
+        origin.sensors,
+        weights["channel_scale"],
+        scale,
+        1 / origin.sampling_rate,
+        origin.connectors,
     )
     model.load_state_dict(weights)
     history = tuple(EpochResult(**result) for result in content["history"])
-    return Checkpoint(config, origin, model, content["optimiser"], history, content["seconds"])
+    return Checkpoint(config, origin, model, content["optimiser"], content["objective"], history, content["seconds"])
 
 
 def _read(path: Path) -> dict[str, Any]:
@@ -137,4 +152,19 @@ def _origin(content: dict[str, Any]) -> Origin:
         left_out=tuple(content["left_out"]),
         unexplained=content["unexplained"],
         data_digest=content["data_digest"],
+        connectors=_connectors(content["connectors"]),
+        first_horizon=content["first_horizon"],
     )
+
+
+def _connector_table(connectors: Connectors | None) -> dict[str, Any] | None:
+    if connectors is None:
+        return None
+    arrays = {"shapes": torch.tensor(connectors.shapes), "feeds": torch.tensor(connectors.feeds)}
+    return {"names": list(connectors.names), **arrays}
+
+
+def _connectors(table: dict[str, Any] | None) -> Connectors | None:
+    if table is None:
+        return None
+    return Connectors(tuple(table["names"]), table["shapes"].numpy(), table["feeds"].numpy())

@@ -3,7 +3,8 @@
 from dataclasses import dataclass
 from typing import Literal
 
-EncoderKind = Literal["window", "paper"]
+EncoderKind = Literal["window", "paper", "map"]
+ResidualKind = Literal["free", "places"]
 IntegratorKind = Literal["propagator", "rk4", "dopri5"]
 
 
@@ -12,13 +13,15 @@ class ModelConfig:
     """Sizes of the Neural Modal ODE."""
 
     modes: int = 10  # the bridge's first ten lie below its low-pass of 30 Hz; fewer where the model has fewer
-    encoder: EncoderKind = "window"  # "window": linear in all samples; "paper": MLP on the first for q0, RNN for q0'
+    encoder: EncoderKind = "window"  # linear in all samples; "paper": MLP and RNN; "map": solves for the state itself
+    residual: ResidualKind = "free"  # NN(z); "places": springs, dashpots and small nets where the structure has parts
     encoder_samples: int = 10  # n_t of the paper
     encoder_hidden: int = 128  # width of the MLP (2 layers) of the paper's encoder
     rnn_hidden: int = 128  # of the paper's encoder: 32 for the chain, 128 for the bridge
     net_hidden: int = 64  # width of NN(z) (2 layers); paper: 128, no better and slower here
     zero_at_rest: bool = True  # the net exerts no force on a structure at rest; the paper leaves it free
     integrator: IntegratorKind = "propagator"
+    substeps: int = 1  # of the propagator, a sample
 
 
 @dataclass(frozen=True)
@@ -44,6 +47,16 @@ class Config:
 
     model: ModelConfig = ModelConfig()
     training: TrainingConfig = TrainingConfig()
+
+
+def places_preset() -> Config:
+    """Return the configuration for chains, whose modes are as many as their degrees of freedom.
+
+    There a residual can be tied to the places where the structure has parts, which leaves few numbers to learn; with
+    them the initial state is solved for, through the learned forces, instead of being read off by a network.
+    """
+    model = ModelConfig(encoder="map", residual="places", net_hidden=12, substeps=2)
+    return Config(model, TrainingConfig(epochs=40, batch=50, learning_rate=1e-2, window=501, first_horizon=20))
 
 
 def paper_preset(structure_name: str) -> Config:

@@ -9,7 +9,7 @@ from torch import Tensor, nn
 from fe_models.dofs import FloatArray
 from fe_models.effects import ConnectorEffect
 from fe_models.linear import ModalModel
-from hybrid.networks import mlp, start_at_zero
+from hybrid.residual import Residual, local_slopes
 from hybrid.scaling import StateScale
 
 
@@ -23,11 +23,11 @@ class ModalDynamics(nn.Module):
     """Rate of the scaled state z = [q / a, q' / b] (scales a, b: one a mode, see `StateScale`).
 
     The physical part is fixed: Lambda = diag(omega^2), Gamma = diag(2 xi omega), and the effects that the structure
-    carries. The rest is learned: a linear map of z, where calibration starts, and NN(z).
+    carries. The ``residual`` is what is learned.
     """
 
     def __init__(
-        self, modal: ModalModel, effects: Sequence[ConnectorEffect], scale: StateScale, hidden: int, zero_at_rest: bool
+        self, modal: ModalModel, effects: Sequence[ConnectorEffect], scale: StateScale, residual: Residual
     ) -> None:
         super().__init__()
         modes = len(modal.omega)
@@ -45,35 +45,41 @@ class ModalDynamics(nn.Module):
         stiffness = np.diag(-(modal.omega**2) * scale.displacement / scale.velocity)
         damping = np.diag(-2 * modal.damping_ratio * modal.omega)
         self.register_buffer("physical", torch.tensor(np.hstack([stiffness, damping]), dtype=dtype))  # (mode, 2 mode)
-        self.rest = nn.Linear(2 * modes, modes, bias=False)
-        nn.init.zeros_(self.rest.weight)
-        self.net = mlp(2 * modes, hidden, modes)
-        self.zero_at_rest = zero_at_rest
-        if zero_at_rest:
-            start_at_zero(self.net)
+        self.residual = residual
 
     def linear_part(self) -> Tensor:
         """Return A (2 mode, 2 mode) of z' = A z + [0, force(z)]: the fixed modal part and the learned linear rest."""
         upper = torch.cat([torch.zeros_like(self.physical[:, : self.modes]), torch.diag(self.b / self.a)], dim=1)
-        return torch.cat([upper, self.physical + self.rest.weight], dim=0)
+        return torch.cat([upper, self.physical + self.residual.linear(self.physical)], dim=0)
 
     def force(self, z: Tensor) -> Tensor:
-        """Return what is not linear, in units of q'' / b: the net and the structure's own effects; (..., mode).
-
-        A structure at rest stays at rest: with ``zero_at_rest`` the net enters as NN(z) - NN(0).
-        """
-        force = self.net(z)
-        if self.zero_at_rest:
-            force = force - self.net(torch.zeros_like(z[..., :1, :]))
+        """Return what is not linear, (..., mode) in units of q'' / b: of the residual and the structure's effects."""
+        force = self.residual(z)
         if self.effects:
             q, q_dot = self.unscale(z)
             force = force - self._effect_force(q, q_dot) / self.b
         return force
 
+    def force_slopes(self, z: Tensor) -> Tensor:
+        """Return d force / dz, (n, mode, 2 mode), at scaled states (n, 2 mode)."""
+        slopes = self.residual.slopes(z)
+        if self.effects:
+            q, q_dot = self.unscale(z)
+            elongation, rate = q @ self.effect_shapes.T, q_dot @ self.effect_shapes.T  # (n, effect)
+            by_u, by_v = local_slopes(self._effect_laws, elongation, rate)
+            feeds = self.effect_shapes / self.b
+            columns = torch.cat(
+                [by_u[..., None] * (self.effect_shapes * self.a), by_v[..., None] * (self.effect_shapes * self.b)], -1
+            )
+            slopes = slopes - torch.einsum("em,nek->nmk", feeds, columns)
+        return slopes
+
     def _effect_force(self, q: Tensor, q_dot: Tensor) -> Tensor:
-        u, v = q @ self.effect_shapes.T, q_dot @ self.effect_shapes.T  # (..., effect)
-        pulls = [effect.force(u[..., i], v[..., i]) for i, effect in enumerate(self.effects)]
-        return torch.stack(pulls, dim=-1) @ self.effect_shapes  # (..., mode)
+        return self._effect_laws(q @ self.effect_shapes.T, q_dot @ self.effect_shapes.T) @ self.effect_shapes
+
+    def _effect_laws(self, u: Tensor, v: Tensor) -> Tensor:
+        """Return each effect's force at its elongation and rate, (..., effect) all."""
+        return torch.stack([effect.force(u[..., i], v[..., i]) for i, effect in enumerate(self.effects)], dim=-1)
 
     def unscale(self, z: Tensor) -> tuple[Tensor, Tensor]:
         """Return q and q' (..., mode) of scaled states (..., 2 mode)."""

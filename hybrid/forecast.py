@@ -8,7 +8,7 @@ import torch
 
 from fe_models.dofs import FloatArray
 from hybrid.model import NeuralModalODE, Trajectory
-from hybrid.networks import start_at_zero
+from hybrid.residual import NoResidual
 
 BATCH = 64  # windows at a time: bounds memory
 
@@ -27,8 +27,7 @@ def fe_counterpart(model: NeuralModalODE) -> NeuralModalODE:
     """Return the model without anything learned in its dynamics: the FE model, exact in time, from the same start."""
     fe = deepcopy(model)
     fe.config = replace(fe.config, integrator="propagator")
-    torch.nn.init.zeros_(fe.dynamics.rest.weight)
-    start_at_zero(fe.dynamics.net)
+    fe.dynamics.residual = NoResidual(fe.dynamics.modes).to(fe.dynamics.a)
     return fe
 
 

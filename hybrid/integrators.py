@@ -10,14 +10,16 @@ from hybrid.dynamics import ModalDynamics
 DOPRI5_TOLERANCE = 1e-6  # relative and absolute, of a scaled state near one
 
 
-def integrate(dynamics: ModalDynamics, z0: Tensor, samples: int, step: float, method: IntegratorKind) -> Tensor:
+def integrate(
+    dynamics: ModalDynamics, z0: Tensor, samples: int, step: float, method: IntegratorKind, substeps: int = 1
+) -> Tensor:
     """Return scaled states (batch, time, 2 mode) at ``samples`` instants ``step`` (s) apart, from z0 (batch, 2 mode).
 
-    "propagator": exact for the linear part, second order in the step for the rest. "rk4": one step a sample.
-    "dopri5": adaptive, gradients by the adjoint equation.
+    "propagator": exact for the linear part, second order in the step for the rest, ``substeps`` of them a sample.
+    "rk4": one step a sample. "dopri5": adaptive, gradients by the adjoint equation.
     """
     if method == "propagator":
-        return propagate(dynamics, z0, samples, step)
+        return propagate(dynamics, z0, (samples - 1) * substeps + 1, step / substeps)[:, ::substeps]
     times = torch.arange(samples, dtype=z0.dtype, device=z0.device) * step
     if method == "rk4":
         states = odeint(dynamics, z0, times, method="rk4")
@@ -41,6 +43,24 @@ def propagate(dynamics: ModalDynamics, z0: Tensor, samples: int, step: float) ->
         before = force
         states.append(z)
     return torch.stack(states, dim=1)
+
+
+def sensitivities(dynamics: ModalDynamics, states: Tensor, slopes: Tensor, step: float) -> Tensor:
+    """Return dz_k / dz_0, (batch, time, 2 mode, 2 mode), of a trajectory of `propagate`: its recursion, differentiated.
+
+    ``states`` (batch, time, 2 mode); ``slopes`` (batch, time, mode, 2 mode): df/dz along them.
+    """
+    modes = dynamics.modes
+    free, now, before = propagator_weights(dynamics, step).T.split([2 * modes, modes, modes], dim=1)
+    identity = torch.eye(2 * modes, dtype=states.dtype, device=states.device)
+    S = identity.expand(len(states), -1, -1)  # (batch, 2 mode, 2 mode)
+    S_all, kick_before = [S], None
+    for k in range(states.shape[1] - 1):
+        kick = slopes[:, k] @ S  # (batch, mode, 2 mode)
+        S = free @ S + now @ kick + before @ (kick if kick_before is None else kick_before)
+        kick_before = kick
+        S_all.append(S)
+    return torch.stack(S_all, dim=1)
 
 
 def propagator_weights(dynamics: ModalDynamics, step: float) -> Tensor:

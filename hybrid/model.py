@@ -9,11 +9,14 @@ from fe_models.effects import ConnectorEffect
 from fe_models.linear import ModalModel
 from fe_models.recordings import Sensor
 from hybrid.config import ModelConfig
+from hybrid.connectors import Connectors
 from hybrid.decoder import Decoder
 from hybrid.dynamics import ModalDynamics
 from hybrid.encoder import PaperEncoder, WindowEncoder
 from hybrid.integrators import integrate
+from hybrid.residual import ConnectorResidual, FreeResidual, Residual
 from hybrid.scaling import StateScale
+from hybrid.state_estimation import StatePrior, estimate_state
 
 
 @dataclass(frozen=True)
@@ -30,7 +33,8 @@ class NeuralModalODE(nn.Module):
     """The hybrid model of one structure and its sensors.
 
     ``sensors`` are all that are decoded; ``measured`` (their column numbers) are those that the encoder sees.
-    ``channel_scale`` (sensor,) divides what the encoder sees; ``step`` (s) is the sampling interval.
+    ``channel_scale`` (sensor,) divides what the encoder sees; ``step`` (s) is the sampling interval. ``connectors`` are
+    the places of a residual that is tied to the structure.
     """
 
     def __init__(
@@ -42,6 +46,7 @@ class NeuralModalODE(nn.Module):
         channel_scale: Tensor,
         state_scale: StateScale,
         step: float,
+        connectors: Connectors | None = None,
     ) -> None:
         super().__init__()
         self.config = config
@@ -50,12 +55,19 @@ class NeuralModalODE(nn.Module):
         self.channel_scale: Tensor
         self.register_buffer("channel_scale", channel_scale.to(torch.get_default_dtype()))  # (sensor,)
         modes, channels = len(modal.omega), len(self.measured)
-        self.encoder: PaperEncoder | WindowEncoder
+        self.encoder: PaperEncoder | WindowEncoder | StatePrior
         if config.encoder == "paper":
             self.encoder = PaperEncoder(channels, modes, config.encoder_hidden, config.rnn_hidden)
-        else:
+        elif config.encoder == "window":
             self.encoder = WindowEncoder(channels, modes, config.encoder_samples)
-        self.dynamics = ModalDynamics(modal, effects, state_scale, config.net_hidden, config.zero_at_rest)
+        else:
+            self.encoder = StatePrior(torch.eye(2 * modes), torch.ones(channels))
+        residual: Residual
+        if connectors is None:
+            residual = FreeResidual(modes, config.net_hidden, config.zero_at_rest)
+        else:
+            residual = ConnectorResidual(connectors, state_scale, config.net_hidden)
+        self.dynamics = ModalDynamics(modal, effects, state_scale, residual)
         self.decoder = Decoder(modal, sensors)
 
     def encode(self, windows: Tensor) -> tuple[Tensor, Tensor]:
@@ -64,16 +76,27 @@ class NeuralModalODE(nn.Module):
         ``windows``: (batch, time, sensor) with at least `ModelConfig.encoder_samples` samples; all later ones and the
         held-out sensors are ignored.
         """
-        seen = windows[:, : self.config.encoder_samples, self.measured] / self.channel_scale[self.measured]
-        mean, log_variance = self.encoder(seen)
+        first = windows[:, : self.config.encoder_samples]
+        if isinstance(self.encoder, StatePrior):
+            estimate = estimate_state(self, self.encoder, first)
+            return estimate.mean, estimate.covariance.diagonal(dim1=1, dim2=2).log()
+        mean, log_variance = self.encoder(first[:, :, self.measured] / self.channel_scale[self.measured])
         return mean, log_variance
 
     def forecast(self, z0: Tensor, samples: int) -> Trajectory:
         """Return the trajectory of ``samples`` samples from scaled initial states z0 (batch, 2 mode)."""
-        z = integrate(self.dynamics, z0, samples, self.step, self.config.integrator)  # (batch, time, 2 mode)
+        config = self.config
+        z = integrate(
+            self.dynamics, z0, samples, self.step, config.integrator, config.substeps
+        )  # (batch, time, 2 mode)
+        force = self.dynamics.force(z)
         q, q_dot = self.dynamics.unscale(z)
-        q_ddot = self.dynamics.acceleration(z, self.dynamics.force(z))
+        q_ddot = self.dynamics.acceleration(z, force)
         return Trajectory(q, q_dot, q_ddot, self.decoder(q, q_dot, q_ddot))
+
+    def decode(self, z: Tensor, force: Tensor) -> Tensor:
+        """Return the channels (..., sensor) of scaled states (..., 2 mode) and the forces at them (..., mode)."""
+        return self.decoder(*self.dynamics.unscale(z), self.dynamics.acceleration(z, force))
 
     def scale_state(self, q: Tensor, q_dot: Tensor) -> Tensor:
         """Return the scaled state (..., 2 mode) of modal coordinates and velocities that the user gives."""

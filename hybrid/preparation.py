@@ -7,20 +7,26 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from fe_models.assembly import linearise
 from fe_models.dofs import FloatArray
-from fe_models.errors import raise_faults
+from fe_models.errors import InputError, raise_faults
 from fe_models.linear import LinearModel, ModalModel
 from fe_models.nominal import nominal_modes
 from fe_models.recordings import Dataset, Recording
+from fe_models.structure import Structure
 from hybrid.calibration import GROWTH, Observer, fit_linear_rest, initial_state_estimator, nothing, smooth
 from hybrid.config import Config
+from hybrid.connectors import Connectors, chain_connectors, complete_basis
 from hybrid.consistency import largest_agreeing_group, unexplained_shares
 from hybrid.encoder import WindowEncoder
 from hybrid.model import NeuralModalODE
+from hybrid.residual import ConnectorResidual, FreeResidual
 from hybrid.scaling import StateScale, channel_scale
+from hybrid.state_estimation import StatePrior
 from hybrid.windows import columns, cut, cut_all, window_length
 
 CALIBRATION_WINDOWS = 200  # at most; evenly chosen, more add time but little information
+SMOOTHING_SPAN = 2  # times the encoder's samples: how long the linear model is trusted to tell noise and spread
 CONSISTENCY_WINDOWS = 30  # at most, of each recording
 FEWEST_TO_COMPARE = 3  # training recordings: of two that disagree nobody knows which to leave out
 FAINT = 1e-3  # of the strongest mode's size: the least size a mode is scaled with
@@ -38,6 +44,8 @@ class Prepared:
     modal: ModalModel
     windows: FloatArray
     kept: tuple[str, ...]
+    connectors: Connectors | None = None
+    first_horizon: int | None = None
     left_out: tuple[str, ...] = ()
     unexplained: float | None = None
 
@@ -70,23 +78,34 @@ def prepare(dataset: Dataset, config: Config, advance: Callable[[], object] = no
         scale = StateScale.unit(len(modal.omega))
         model = _model(config, dataset, modal, torch.ones(len(dataset.sensors)), scale, step)
         return Prepared(model, modal, windows, tuple(recording.name for recording in recordings))
-    observer = Observer(modal, [dataset.sensors[i] for i in measured], step)
+    connectors = connectors_of(dataset, modal) if config.model.residual == "places" else None
+    observer = Observer(modal, [dataset.sensors[i] for i in measured], step, connectors)
     kept = agreeing_recordings(observer, recordings, measured, length, advance)
     windows = cut_all(kept, length, config.training.stride)
     some = torch.tensor(_evenly(windows[:, :, measured], CALIBRATION_WINDOWS))
     fit = fit_linear_rest(observer, some, advance)
     rest = torch.tensor(fit.rest)
-    observability = observer.matrix(rest, length)
+    observability = observer.matrix(rest, fit.samples)
+    some = some[:, : fit.samples]
     states, _ = smooth(observability, some)  # (window, 2 mode)
     size = states.square().reshape(len(states), 2, -1).mean(dim=(0, 1)).sqrt().numpy()
     scale = StateScale.of_velocity(np.maximum(size, FAINT * size.max()), modal.omega)
     channels = torch.tensor(channel_scale(windows))
-    model = _model(config, dataset, modal, channels, scale, step)
-    estimator = initial_state_estimator(observability, some, config.model.encoder_samples)
-    start_at_linear_model(model, observer, rest, estimator)
+    model = _model(config, dataset, modal, channels, scale, step, connectors)
+    start_at_linear_model(model, observer, rest)
+    set_encoder(model, observer, observability, some)
+    horizon = fit.samples if observer.form.is_exact else None
     names = tuple(recording.name for recording in kept)
     left_out = tuple(recording.name for recording in recordings if recording.name not in names)
-    return Prepared(model, modal, windows, names, left_out, fit.unexplained)
+    return Prepared(model, modal, windows, names, connectors, horizon, left_out, fit.unexplained)
+
+
+def connectors_of(dataset: Dataset, modal: ModalModel) -> Connectors:
+    """Return the places of the dataset's structure, which must be a chain with all its modes."""
+    chain = dataset.model
+    if not isinstance(chain, Structure) or chain.directions != ("x",) or not complete_basis(modal):
+        raise InputError("a residual tied to places needs a chain with as many modes as degrees of freedom")
+    return chain_connectors(chain, linearise(chain), modal)
 
 
 def agreeing_recordings(
@@ -106,30 +125,54 @@ def agreeing_recordings(
     return tuple(recordings[i] for i in largest_agreeing_group(unexplained_shares(observer, windows, advance)))
 
 
-def start_at_linear_model(model: NeuralModalODE, observer: Observer, rest: Tensor, estimator: Tensor) -> None:
-    """Set the learned linear rest and the encoder of ``model`` to the calibrated ones (for z = [omega q, q'])."""
-    dynamics = model.dynamics
-    with torch.no_grad():
+def start_at_linear_model(model: NeuralModalODE, observer: Observer, rest: Tensor) -> None:
+    """Set the learned linear part of ``model`` to the calibrated one."""
+    residual, a, b = model.dynamics.residual, model.dynamics.a.double(), model.dynamics.b.double()
+    if isinstance(residual, ConnectorResidual):
+        residual.set_coefficients(*rest)
+    elif isinstance(residual, FreeResidual):
         stiffness, damping = observer.rates(rest)
         nominal_stiffness, nominal_damping = observer.rates(torch.zeros_like(rest))
-        a, b = dynamics.a.double(), dynamics.b.double()
         extra = torch.cat(
             [(stiffness - nominal_stiffness) * (observer.omega * a), (damping - nominal_damping) * b], dim=1
         )
-        dynamics.rest.weight.copy_(extra / b[:, None])  # (mode, 2 mode)
-        if isinstance(model.encoder, WindowEncoder):
-            size = torch.cat([observer.omega * a, b])  # (2 mode,)
-            channels = model.channel_scale[model.measured].double().repeat(model.config.encoder_samples)
-            model.encoder.linear.weight.copy_(estimator * channels / size[:, None])
+        with torch.no_grad():
+            residual.rest.weight.copy_(extra / b[:, None])  # (mode, 2 mode)
+
+
+def set_encoder(model: NeuralModalODE, observer: Observer, observability: Tensor, windows: Tensor) -> None:
+    """Start the encoder at the best linear estimate, or tell it what the windows (measured channels) say beforehand."""
+    encoder, samples = model.encoder, model.config.encoder_samples
+    size = torch.cat([observer.omega * model.dynamics.a.double(), model.dynamics.b.double()])  # (2 mode,)
+    with torch.no_grad():
+        if isinstance(encoder, WindowEncoder):
+            channels = model.channel_scale[model.measured].double().repeat(samples)
+            estimator = initial_state_estimator(observability, windows, samples)
+            encoder.linear.weight.copy_(estimator * channels / size[:, None])
+        elif isinstance(encoder, StatePrior):
+            span = min(SMOOTHING_SPAN * samples, windows.shape[1])
+            states, fitted = smooth(observability[:span], windows[:, :span])
+            scaled = states / size
+            spread = scaled.T @ scaled / len(scaled)
+            encoder.precision.copy_(torch.linalg.inv(spread + FAINT * torch.eye(len(size)) * spread.diagonal().mean()))
+            freedom = 1 - observability.shape[2] / (span * windows.shape[2])
+            noise = (windows[:, :span] - fitted).square().mean(dim=(0, 1)) / freedom
+            encoder.noise_std.copy_(noise.sqrt())
 
 
 def _model(
-    config: Config, dataset: Dataset, modal: ModalModel, channels: Tensor, scale: StateScale, step: float
+    config: Config,
+    dataset: Dataset,
+    modal: ModalModel,
+    channels: Tensor,
+    scale: StateScale,
+    step: float,
+    connectors: Connectors | None = None,
 ) -> NeuralModalODE:
     effects = () if isinstance(dataset.model, LinearModel) else dataset.model.effects
     with torch.random.fork_rng(devices=[]):  # the caller's random numbers stay as they are
         torch.manual_seed(config.training.seed)
-        return NeuralModalODE(config.model, modal, effects, dataset.sensors, channels, scale, step)
+        return NeuralModalODE(config.model, modal, effects, dataset.sensors, channels, scale, step, connectors)
 
 
 def _evenly(windows: FloatArray, most: int) -> FloatArray:

@@ -52,7 +52,10 @@ class Run:
     def checkpoint(self) -> Checkpoint:
         """Return the state as it is now."""
         optimiser = self.trainer.optimiser.state_dict()
-        return Checkpoint(self.config, self.origin, self.trainer.model, optimiser, self.history, self.seconds)
+        objective = self.trainer.objective.state_dict()
+        return Checkpoint(
+            self.config, self.origin, self.trainer.model, optimiser, objective, self.history, self.seconds
+        )
 
     def finish(self) -> None:
         """Turn the training's state into the run's checkpoint."""
@@ -81,8 +84,10 @@ def begin(
         left_out=prepared.left_out,
         unexplained=prepared.unexplained,
         data_digest=digest(prepared.windows),
+        connectors=prepared.connectors,
+        first_horizon=prepared.first_horizon,
     )
-    trainer = Trainer(prepared.model, prepared.windows, config.training, device)
+    trainer = Trainer(prepared.model, prepared.windows, config.training, device, prepared.first_horizon)
     return Run(folder, config, origin, trainer, seconds=time.perf_counter() - started)
 
 
@@ -107,8 +112,15 @@ def resume(dataset: Dataset, config: Config, folder: Path, device: str = "cpu") 
         )
     if faults:
         raise InputError([*faults, "give the same settings and data to go on with it, or --fresh to start anew"])
-    trainer = Trainer(found.model, windows if windows is not None else np.empty(0), config.training, device)
+    trainer = Trainer(
+        found.model,
+        windows if windows is not None else np.empty(0),
+        config.training,
+        device,
+        found.origin.first_horizon,
+    )
     trainer.optimiser.load_state_dict(found.optimiser)
+    trainer.objective.load_state_dict(found.objective)
     trainer.done = len(found.history)
     return Run(folder, config, found.origin, trainer, found.history, found.seconds)
 

@@ -1,24 +1,22 @@
-"""Training: maximise the evidence lower bound over batches of windows, epoch by epoch.
+"""Training: lower an objective over batches of windows, epoch by epoch.
 
 Every random draw of an epoch follows from the seed and the epoch's number, so a training that resumes after any epoch
 goes on exactly as if it had never stopped.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import cos, pi
 
 import numpy as np
 import torch
-from torch import Tensor
 
 from fe_models.dofs import FloatArray
 from hybrid.config import TrainingConfig
-from hybrid.elbo import gaussian_log_likelihood, kl_to_standard_normal, sample_normal
 from hybrid.model import NeuralModalODE
+from hybrid.objectives import objective_for
 
 GRADIENT_NORM = 10.0  # longer gradients are shortened to this: rare, after a draw of z0 far out
-QUIET = 0.05  # of a channel's rms over all windows: the least noise, relative as the rest of it
 LAST_LEARNING_RATE = 0.05  # of the first; a cosine leads there
 
 
@@ -33,20 +31,6 @@ class EpochResult:
     epoch: int
     loss: float
     horizon: int
-
-
-def negative_elbo(
-    model: NeuralModalODE, windows: Tensor, std: Tensor, horizon: int, kl_weight: float, generator: torch.Generator
-) -> Tensor:
-    """Return -ELBO (batch,) of the first ``horizon`` samples of windows (batch, time, sensor), measured channels only.
-
-    ``std`` (batch, 1, measured): standard deviation of the Gaussian likelihood. One sample of z0 by reparameterisation.
-    """
-    mean, log_variance = model.encode(windows)
-    z0 = sample_normal(mean, log_variance, generator)
-    decoded = model.forecast(z0, horizon).channels[:, :, model.measured]
-    log_likelihood = gaussian_log_likelihood(windows[:, :horizon, model.measured], decoded, std)
-    return kl_weight * kl_to_standard_normal(mean, log_variance) - log_likelihood
 
 
 def horizon_of(config: TrainingConfig, epoch: int, length: int) -> int:
@@ -68,15 +52,19 @@ def learning_rate_of(config: TrainingConfig, epoch: int) -> float:
 class Trainer:
     """A model, its optimiser and its windows; `epochs` trains on from wherever these stand."""
 
-    def __init__(self, model: NeuralModalODE, windows: FloatArray, config: TrainingConfig, device: str = "cpu") -> None:
+    def __init__(
+        self,
+        model: NeuralModalODE,
+        windows: FloatArray,
+        config: TrainingConfig,
+        device: str = "cpu",
+        first_horizon: int | None = None,
+    ) -> None:
         self.model = model.to(device)
-        self.config = config
+        self.config = replace(config, first_horizon=first_horizon or config.first_horizon)
         self.device = device
         self.windows = torch.tensor(windows, dtype=torch.get_default_dtype(), device=device)  # (window, time, sensor)
-        measured = self.windows[:, :, model.measured]
-        overall = measured.square().mean(dim=(0, 1)).sqrt()  # (measured,)
-        own = measured.square().mean(dim=1, keepdim=True).sqrt()  # (window, 1, measured)
-        self.std = config.noise_std * (own + QUIET * overall)
+        self.objective = objective_for(self.model, self.windows, config)
         self.optimiser = torch.optim.Adam(model.parameters(), lr=config.learning_rate)
         self.done = 0
 
@@ -100,9 +88,7 @@ class Trainer:
             group["lr"] = learning_rate_of(self.config, epoch)
         total = 0.0
         for batch in self.batches(epoch):
-            losses = negative_elbo(
-                self.model, self.windows[batch], self.std[batch], horizon, self.config.kl_weight, generator
-            )
+            losses = self.objective(self.model, self.windows, torch.as_tensor(batch), horizon, generator)
             self.optimiser.zero_grad()
             (losses.mean() / horizon).backward()
             norm = torch.nn.utils.clip_grad_norm_(self.model.parameters(), GRADIENT_NORM)
@@ -110,6 +96,7 @@ class Trainer:
                 raise self._diverged(epoch, horizon)
             self.optimiser.step()
             total += float(losses.detach().sum())
+        self.objective.end_epoch(self.model)
         if epoch == self.config.epochs and not self._gives_numbers():
             raise self._diverged(epoch, horizon)
         self.done = epoch

@@ -22,6 +22,7 @@ from hybrid.config import Config, ModelConfig, TrainingConfig
 from hybrid.dynamics import ModalDynamics
 from hybrid.model import NeuralModalODE
 from hybrid.preparation import prepare
+from hybrid.residual import FreeResidual
 from hybrid.scaling import StateScale
 from hybrid.training import Trainer
 
@@ -176,9 +177,10 @@ def dynamics_of(
     """The latent ODE with a random network of size ``net``; unit scales where none are given."""
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(3)
-        dynamics = ModalDynamics(modal, effects, scale or StateScale.unit(len(modal.omega)), hidden, zero_at_rest=True)
+        residual = FreeResidual(len(modal.omega), hidden, zero_at_rest=True)
+        dynamics = ModalDynamics(modal, effects, scale or StateScale.unit(len(modal.omega)), residual)
         with torch.no_grad():
-            for parameter in dynamics.net[-1].parameters():
+            for parameter in last_layer(dynamics).parameters():
                 parameter.normal_(std=net) if net else parameter.zero_()
     return dynamics
 
@@ -201,7 +203,8 @@ def observed_order(steps: Sequence[float], errors: Sequence[float]) -> float:
 
 def last_layer(dynamics: ModalDynamics) -> torch.nn.Linear:
     """The output layer of the network, which starts at zero."""
-    layer = dynamics.net[-1]
+    assert isinstance(dynamics.residual, FreeResidual)
+    layer = dynamics.residual.net[-1]
     assert isinstance(layer, torch.nn.Linear)
     return layer
 

@@ -140,7 +140,7 @@ def test_a_truncated_file_is_refused(share: float, checkpoint: Checkpoint, tmp_p
 
 def test_other_files_are_refused(tmp_path: Path) -> None:
     path = tmp_path / "checkpoint.pt"
-    for content in (torch.zeros(3), [1, 2], {"weights": torch.zeros(2)}, 5, {"format": 1}):
+    for content in (torch.zeros(3), [1, 2], {"weights": torch.zeros(2)}, 5, {"format": 2}):
         torch.save(content, path)
         with pytest.raises(InputError, match="is not a checkpoint of this program"):
             load_checkpoint(path)

@@ -12,6 +12,7 @@ from fe_models.dofs import FloatArray
 from fe_models.effects import CubicSpring
 from hybrid.dynamics import ModalDynamics, effect_shape
 from hybrid.integrators import propagate
+from hybrid.residual import FreeResidual
 from hybrid.scaling import StateScale
 from tests.hybrid_problems import MASS, STIFFNESS, chain_modes, double_precision, dynamics_of, last_layer
 
@@ -125,7 +126,7 @@ def test_rate_and_acceleration_agree() -> None:
 def test_a_structure_at_rest_stays_there_unless_the_net_is_free() -> None:
     modal, still = chain_modes(), torch.zeros(1, 8)
     for zero_at_rest in (True, False):
-        dynamics = ModalDynamics(modal, (), StateScale.unit(4), 6, zero_at_rest)
+        dynamics = ModalDynamics(modal, (), StateScale.unit(4), FreeResidual(4, 6, zero_at_rest))
         with torch.no_grad():
             last_layer(dynamics).bias.fill_(0.3)
         assert bool((dynamics.force(still) == 0).all()) is zero_at_rest
@@ -133,10 +134,11 @@ def test_a_structure_at_rest_stays_there_unless_the_net_is_free() -> None:
 
 def test_nothing_is_learned_at_the_start_and_physics_never() -> None:
     """Only the rest and the net have parameters; untrained, they exert no force."""
-    dynamics = ModalDynamics(chain_modes(), (), StateScale.unit(4), 6, zero_at_rest=True)
-    assert {name.split(".")[0] for name, _ in dynamics.named_parameters()} == {"rest", "net"}
+    residual = FreeResidual(4, 6, zero_at_rest=True)
+    dynamics = ModalDynamics(chain_modes(), (), StateScale.unit(4), residual)
+    assert {name.split(".")[0] for name, _ in dynamics.named_parameters()} == {"residual"}
     assert bool((dynamics.force(torch.randn(7, 8)) == 0).all())
-    assert bool((dynamics.rest.weight == 0).all())
+    assert bool((residual.rest.weight == 0).all())
 
 
 def test_effects_sit_where_the_model_has_degrees_of_freedom() -> None:

@@ -14,6 +14,7 @@ from fe_models.effects import CubicSpring
 from hybrid.config import IntegratorKind
 from hybrid.dynamics import ModalDynamics
 from hybrid.integrators import integrate, propagate
+from hybrid.residual import FreeResidual, NoResidual
 from hybrid.scaling import StateScale
 from tests.hybrid_problems import chain_modes, decay, double_precision, dynamics_of, last_layer, observed_order, solved
 
@@ -55,7 +56,8 @@ def test_without_a_force_the_propagator_is_the_matrix_exponential(step: float) -
     scale = StateScale(np.array([0.5, 1.0, 2.0, 3.0]), np.array([1.0, 0.3, 4.0, 0.7]))
     dynamics = dynamics_of(chain_modes(0.05), scale=scale)
     with torch.no_grad():
-        dynamics.rest.weight.copy_(0.01 * torch.randn(4, 8, generator=torch.Generator().manual_seed(0)))
+        assert isinstance(dynamics.residual, FreeResidual)
+        dynamics.residual.rest.weight.copy_(0.01 * torch.randn(4, 8, generator=torch.Generator().manual_seed(0)))
         states = propagate(dynamics, start(), 26, step)[0].numpy()
     A = dynamics.linear_part().detach().numpy()
     exact = np.array([expm(A * step * k) @ START for k in range(26)])
@@ -99,19 +101,12 @@ def test_without_damping_the_energy_stays_for_1e5_steps() -> None:
     """E = (q'^2 + w^2 q^2) / 2 a mode. Each step rounds by 1e-16 and a bit, all to one side at worst: 1e-9."""
     modal = chain_modes(0.0)
     dynamics = dynamics_of(modal)
-    dynamics.net = torch.nn.Sequential(Silence(), torch.nn.Identity())  # or 1e5 evaluations of a net that gives zero
+    dynamics.residual = NoResidual(4)  # or 1e5 evaluations of a net that gives zero
     with torch.no_grad():
         states = propagate(dynamics, start(), 100_001, 1.0)[0].numpy()
     q, q_dot = states[:, :4], states[:, 4:]
     energy = 0.5 * (q_dot**2 + (modal.omega * q) ** 2)  # (time, mode)
     np.testing.assert_allclose(energy, np.broadcast_to(energy[0], energy.shape), rtol=1e-9)
-
-
-class Silence(torch.nn.Module):
-    """A network of eight inputs and four outputs that are zero."""
-
-    def forward(self, z: Tensor) -> Tensor:
-        return z.new_zeros(*z.shape[:-1], 4)
 
 
 def test_damping_shrinks_the_amplitude_as_exp_minus_xi_omega_t() -> None:

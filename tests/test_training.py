@@ -10,6 +10,7 @@ from fe_models.recordings import Dataset, Recording
 from hybrid.config import Config, TrainingConfig, paper_preset
 from hybrid.elbo import kl_to_standard_normal
 from hybrid.forecast import fe_counterpart, forecast_windows
+from hybrid.objectives import Elbo, negative_elbo
 from hybrid.scoring import nrmse
 from hybrid.training import (
     LAST_LEARNING_RATE,
@@ -17,7 +18,6 @@ from hybrid.training import (
     TrainingDivergedError,
     horizon_of,
     learning_rate_of,
-    negative_elbo,
 )
 from hybrid.windows import cut_all
 from tests.hybrid_problems import (
@@ -50,6 +50,12 @@ def unseen(dataset: Dataset) -> np.ndarray:
 
 def mean_error(trainer: Trainer, windows: np.ndarray) -> float:
     return float(nrmse(forecast_windows(trainer.model, windows).channels, windows).mean())
+
+
+def std_of(trainer: Trainer) -> torch.Tensor:
+    """The likelihood's standard deviation (window, 1, measured)."""
+    assert isinstance(trainer.objective, Elbo)
+    return trainer.objective.std
 
 
 def test_the_same_seed_gives_the_same_bits(dataset: Dataset, usual: Trainer) -> None:
@@ -100,7 +106,7 @@ def test_training_learns_what_a_linear_model_cannot() -> None:
     config = Config(replace(TINY.model, net_hidden=16), training)
     start, end = trainer_of(dataset, config), trained(dataset, config)
     losses = [
-        negative_elbo(t.model, t.windows, t.std, 80, 1.0, torch.Generator().manual_seed(0)).mean().item()
+        negative_elbo(t.model, t.windows, std_of(t), 80, 1.0, torch.Generator().manual_seed(0)).mean().item()
         for t in (start, end)
     ]
     assert losses[1] < losses[0]
@@ -124,7 +130,7 @@ def test_units_do_not_matter(dataset: Dataset, usual: Trainer, factor: float) ->
 def test_the_bound_is_of_measured_channels_up_to_the_horizon(dataset: Dataset) -> None:
     """By hand, from the model's own parts, with the draw of z0 repeated; 1e-5 is float32 summed 80 x 4 times."""
     trainer = trainer_of(dataset)
-    model, windows, std = trainer.model, trainer.windows[:3], trainer.std[:3]
+    model, windows, std = trainer.model, trainer.windows[:3], std_of(trainer)[:3]
     with torch.no_grad():
         found = negative_elbo(model, windows, std, 30, 0.5, torch.Generator().manual_seed(2))
         mean, log_variance = model.encode(windows)
@@ -142,7 +148,7 @@ def test_noise_is_relative_to_each_window_and_channel(dataset: Dataset) -> None:
     data = trainer.windows[:, :, MEASURED]
     own = data.square().mean(dim=1).sqrt()
     overall = data.square().mean(dim=(0, 1)).sqrt()
-    assert torch.allclose(trainer.std[:, 0], TINY.training.noise_std * (own + 0.05 * overall))
+    assert torch.allclose(std_of(trainer)[:, 0], TINY.training.noise_std * (own + 0.05 * overall))
 
 
 def test_the_horizon_grows_to_the_whole_window_by_half_of_the_epochs() -> None:
