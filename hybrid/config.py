@@ -38,7 +38,7 @@ class TrainingConfig:
     noise_std: float = 0.1  # standard deviation of the Gaussian likelihood, relative to each window's channels
     kl_weight: float = 1.0
     seed: int = 0
-    threads: int = 2
+    threads: int = 1  # matrices this small gain little from two, and lose much where the cores are busy
 
 
 @dataclass(frozen=True)

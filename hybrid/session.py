@@ -34,7 +34,7 @@ def train(run: Run) -> None:
     """Train to the end under a progress bar; an interruption or a divergence ends the program with what to do."""
     bar = tqdm(total=run.config.training.epochs, initial=len(run.history), desc="Training", unit="epoch")
     try:
-        with bar, divergence_exits():
+        with divergence_exits(), bar:
             for result in run.epochs():
                 bar.set_postfix_str(f"loss {result.loss / result.horizon:.3f}, horizon {result.horizon}")
                 bar.update()

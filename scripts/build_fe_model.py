@@ -71,7 +71,7 @@ def main(
         str, typer.Argument(help="four_dof, bridge, a structure (.toml), or your own M, K, C (.npz, or .toml on them).")
     ],
     out: Annotated[Path, typer.Option(help="Folder for the results; made where it is missing.")],
-    refine: Annotated[int, typer.Option(min=1, help="Finite elements per beam.")] = 1,
+    refine: Annotated[int, typer.Option(min=1, max=10_000, help="Finite elements per beam.")] = 1,
     modes: Annotated[
         int | None, typer.Option(min=1, help="Natural modes, from the lowest. [default: 10, or all of a small model]")
     ] = None,
@@ -81,7 +81,9 @@ def main(
     ] = False,
     pull: Annotated[
         list[str] | None,
-        typer.Option(help="NODE:DIRECTION:FORCE (N) let go at t = 0, several joined by +. Repeat for more recordings."),
+        typer.Option(
+            help="NODE:DIRECTION:FORCE (N; N m for rz) let go, several joined by +. Repeat for more recordings."
+        ),
     ] = None,
     sensor: Annotated[
         list[str] | None, typer.Option(help="NODE:DIRECTION[:QUANTITY[:held_out]], acceleration unless told. Repeat.")
@@ -90,15 +92,17 @@ def main(
         int | None, typer.Option(min=1, help="Chains: motions from random initial states. [default: 1000]")
     ] = None,
     cubic_stiffness: Annotated[float | None, typer.Option(help="four_dof: cubic spring k_n at node 1, N/m^3.")] = None,
-    duration: Annotated[float | None, typer.Option(help="Length of a recording, s. [default: 20; chains 50]")] = None,
+    duration: Annotated[
+        float | None, typer.Option(max=1e5, help="Length of a recording, s. [default: 20; chains 50]")
+    ] = None,
     step: Annotated[float | None, typer.Option(help="Integrator step, s. [default: 0.001; chains 0.05]")] = None,
-    sampling_rate: Annotated[float | None, typer.Option(help="Hz. [default: 100; chains 10]")] = None,
+    sampling_rate: Annotated[float | None, typer.Option(max=1e5, help="Hz. [default: 100; chains 10]")] = None,
     lowpass: Annotated[float | None, typer.Option(help="Hz, 0 for none. [default: 30; chains none]")] = None,
     noise: Annotated[
         float | None, typer.Option(help="Standard deviation over that of the channel. [default: 0.02]")
     ] = None,
     gravity: Annotated[float | None, typer.Option(help="m/s^2, along -y. [default: 9.81]")] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Of noise and random initial states.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, max=2**32 - 1, help="Of noise and random initial states.")] = 0,
 ) -> None:
     """Build a finite element model: matrices, natural modes and their pictures; with --simulate also recordings.
 
@@ -107,7 +111,8 @@ def main(
     OUT/structure.toml is the structure, to edit and build again.
 
     Simulated recordings have what the linear model lacks. Frames come to rest under gravity, prestress and the pulls,
-    which then let go: large displacements, P-delta, slack cables, noise. Of several recordings the last is for testing.
+    which then let go: large displacements, P-delta, slack cables, noise. A recording starts 0.1 s after the release,
+    when its jump, smeared by the low-pass, has died down. Of several recordings the last is for testing.
     Chains start from random states; four_dof gives the data of the paper (its own numbers with seed 0, 1000 motions).
 
     \b
@@ -127,7 +132,10 @@ def main(
             subject = subject.refined(subject.divisions * refine)
         elif refine > 1:
             raise InputError(f"{model} holds matrices only: --refine needs a structure (.toml)")
-        recordings = recordings_of(model, subject, wishes, seed) if simulate else None
+        if not simulate:
+            raise_faults(wishes.useless(*vars(wishes), because="is for simulated recordings; add --simulate"))
+        simulation = recordings_of(model, subject, wishes, seed) if simulate else None
+        recordings = simulation() if simulation else None  # before anything is written: it may fail
         modal = build(subject, out, modes)
         print(frequency_table(modal, paper_frequencies(model)))
         if pictures:
@@ -135,7 +143,7 @@ def main(
 
             print(f"Mode shapes: {draw_modes(subject, modal, out)[-1]}")
         if recordings is not None:
-            print(f"Recordings: {save_dataset(recordings(), out)}")
+            print(f"Recordings: {save_dataset(recordings, out)}")
 
 
 def build(subject: Structure | LinearModel, out: Path, modes: int | None) -> ModalModel:
@@ -165,7 +173,8 @@ def paper_frequencies(model: str) -> FloatArray:
 
 def frequency_table(modal: ModalModel, paper: FloatArray) -> str:
     """Return the modes as a table, beside the paper's frequencies where there are any."""
-    lines = ["mode   frequency   damping ratio" + ("   paper" if len(paper) else "")]
+    lines = ["Natural modes of the drawn geometry, without loads and prestress:"]
+    lines.append("mode   frequency   damping ratio" + ("   paper" if len(paper) else ""))
     for number, (frequency, ratio) in enumerate(zip(modal.frequencies, modal.damping_ratio, strict=True), start=1):
         line = f"{number:4d}   {frequency:6.4f} Hz   {100 * ratio:11.3f} %"
         known = paper[number - 1 : number]

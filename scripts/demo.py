@@ -9,7 +9,7 @@ import typer
 
 from fe_models.bridge import bridge
 from fe_models.dofs import FloatArray
-from fe_models.errors import bad_input_exits
+from fe_models.errors import InputError, bad_input_exits
 from fe_models.files.bridge_recordings import bridge_sensors, write_bridge_dataset
 from fe_models.files.dataset_file import load_dataset, save_dataset
 from fe_models.pictures.run_pictures import draw_run
@@ -85,6 +85,8 @@ def simulated_bridge(out: Path, duration: float) -> tuple[Dataset, FloatArray]:
 
 def find_dataset(folder: Path, out: Path, test: int) -> Path:
     """Return the folder's own dataset.toml, or one made for the authors' files in it."""
+    if not folder.is_dir():
+        raise InputError(f"{folder}: no such folder; give one with a dataset.toml or the authors' acc_measured1..4.mat")
     own = folder / "dataset.toml"
     return own if own.is_file() else write_bridge_dataset(folder, out / "data", test)
 

@@ -41,7 +41,7 @@ def main(
     \b
     Examples:
       python scripts/predict_motion.py runs/demo/hybrid --out runs/pull --initial pull.csv --duration 10
-      python scripts/predict_motion.py runs/demo/hybrid --out runs/later --dataset runs/demo/dataset.toml --start 8
+      python scripts/predict_motion.py runs/demo/hybrid --out runs/later --dataset runs/demo/data/dataset.toml --start 8
     """
     with bad_input_exits():
         if (dataset is None) == (initial is None):

@@ -42,18 +42,32 @@ def main(
     dataset: Annotated[Path, typer.Argument(help="The dataset's TOML file.")],
     out: Annotated[Path, typer.Option(help="Folder for the results; made where it is missing.")],
     preset: Annotated[Preset, typer.Option(help="'paper': Lai et al. 2022. 'places': for chains.")] = Preset.DEFAULT,
-    epochs: Annotated[int | None, typer.Option(min=1, help="Passes over the training windows.")] = None,
-    learning_rate: Annotated[float | None, typer.Option(min=1e-8, help="Of Adam, at the start.")] = None,
-    batch: Annotated[int | None, typer.Option(min=1, help="Windows a step.")] = None,
-    window: Annotated[int | None, typer.Option(min=40, help="Samples a window; a recording's length at most.")] = None,
-    first_horizon: Annotated[int | None, typer.Option(min=10, help="Samples forecast in the first epoch.")] = None,
-    modes: Annotated[int | None, typer.Option(min=1, help="Modes kept, where the dataset does not say.")] = None,
-    encoder_samples: Annotated[int | None, typer.Option(min=2, help="Samples from which the state is told.")] = None,
+    epochs: Annotated[
+        int | None, typer.Option(min=1, help="Passes over the training windows. [default: 20; places 40; paper 1600]")
+    ] = None,
+    learning_rate: Annotated[
+        float | None, typer.Option(min=1e-8, help="Of Adam, at the start. [default: 0.001; places 0.01]")
+    ] = None,
+    batch: Annotated[int | None, typer.Option(min=1, help="Windows a step. [default: 16; places 50]")] = None,
+    window: Annotated[
+        int | None, typer.Option(min=40, help="Samples a window, at most a recording's. [default: 500]")
+    ] = None,
+    first_horizon: Annotated[
+        int | None, typer.Option(min=10, help="Samples forecast in the first epoch. [default: 100; places 20]")
+    ] = None,
+    modes: Annotated[
+        int | None, typer.Option(min=1, help="Most modes kept, where the dataset does not say. [default: 10]")
+    ] = None,
+    encoder_samples: Annotated[
+        int | None, typer.Option(min=2, help="First samples, from which the state is told. [default: 10]")
+    ] = None,
     integrator: Annotated[
         Integrator | None, typer.Option(help="rk4 and dopri5 (adjoint gradients) are those of torchdiffeq.")
     ] = None,
-    seed: Annotated[int | None, typer.Option(min=0, help="Of everything random.")] = None,
-    threads: Annotated[int | None, typer.Option(min=1, help="Processor threads of PyTorch.")] = None,
+    seed: Annotated[int | None, typer.Option(min=0, max=2**32 - 1, help="Of everything random. [default: 0]")] = None,
+    threads: Annotated[
+        int | None, typer.Option(min=1, max=256, help="Processor threads of PyTorch. [default: 1]")
+    ] = None,
     device: Annotated[str, typer.Option(help="cpu, cuda or cuda:N.")] = "cpu",
     fresh: Annotated[bool, typer.Option("--fresh", help="Throw an interrupted training away.")] = False,
 ) -> None:
@@ -83,6 +97,8 @@ def main(
     with bad_input_exits(), divergence_exits():
         check_device(device)
         data = load_dataset(dataset)
+        if data.assumptions.integrator != "exact":
+            print("Note: the FE model is integrated exactly here; [simulation] integrator and step are not used.")
         model_options = {
             "modes": modes,
             "encoder_samples": encoder_samples,

@@ -189,3 +189,11 @@ def test_a_modal_model_over_all_dofs_is_taken_as_it_is(tmp_path: Path) -> None:
     shapes = np.vstack([np.zeros((3, 2)), MODAL["phi"]])
     write_npz(tmp_path / "m.npz", MODAL | {"phi": shapes})
     np.testing.assert_array_equal(load_modal_model(tmp_path / "m.npz", structure_dofs(MAST)).shapes, shapes)
+
+
+def test_nothing_is_tested_on_what_was_trained_on(tmp_path: Path) -> None:
+    """The same samples under another name would score a fit as if it were a forecast."""
+    twice = (Recording("monday", free_decay(1)[None]), Recording("tuesday", free_decay(1)[None], "test"))
+    path = save_dataset(replace(sample_dataset(), recordings=twice), tmp_path)
+    with pytest.raises(InputError, match="'tuesday' is for testing, but holds the same samples as 'monday'"):
+        load_dataset(path)

@@ -16,7 +16,7 @@ from hybrid.figures import STYLES, channel_labels, draw_curves, draw_history, dr
 from hybrid.training import EpochResult
 from tests.hybrid_problems import SENSORS
 
-TIME = 0.1 * np.arange(50)
+TIME: FloatArray = np.asarray(0.1 * np.arange(50), dtype=float)
 
 
 @pytest.fixture

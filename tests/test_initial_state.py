@@ -117,7 +117,7 @@ def test_columns_may_come_in_any_order_and_from_a_spreadsheet(tmp_path: Path) ->
     path = tmp_path / "state.csv"
     path.write_bytes("\ufeffvelocity, node,direction ,displacement\r\n\r\n1.5, 2, x ,-0.2\r\n\r\n".encode())
     state = read_nodal_state(path, MODAL)
-    assert (state.rows, state.displacement, state.velocity) == ((1,), -0.2, 1.5)
+    assert (state.rows, state.displacement.tolist(), state.velocity.tolist()) == ((1,), [-0.2], [1.5])
 
 
 def test_a_missing_file_is_named(tmp_path: Path) -> None:

@@ -169,7 +169,8 @@ def test_comparison_starts_both_models_at_the_same_state(dataset: Dataset) -> No
 def test_forecasts_that_grow_beyond_bounds_are_not_scored(dataset: Dataset) -> None:
     model = starting_model(dataset)
     with torch.no_grad():
-        model.dynamics.rest.weight.fill_(1e3)
+        for parameter in model.dynamics.residual.parameters():
+            parameter.fill_(1e3)
     with pytest.raises(TrainingDivergedError, match="beyond all bounds"):
         compare(model, dataset, 80, 20)
 

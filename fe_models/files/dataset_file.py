@@ -34,6 +34,8 @@
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from fe_models.dofs import structure_dofs
 from fe_models.errors import InputError, noting, raise_faults
 from fe_models.files.atomic import write_npz, write_text
@@ -71,8 +73,19 @@ def load_dataset(path: Path) -> Dataset:
     assumptions = read_assumptions(document, where, surroundings, faults)
     if header is None or model is None:
         raise InputError(faults)
+    faults += [f"{where} {fault}" for fault in _tested_on_training_data(recordings)]
     raise_faults(faults)
     return Dataset(model, header.sampling_rate, sensors, recordings, header.lowpass, assumptions)
+
+
+def _tested_on_training_data(recordings: tuple[Recording, ...]) -> list[str]:
+    """Return a fault for each test recording whose samples are also those of a training recording."""
+    return [
+        f"recording {test.name!r} is for testing, but holds the same samples as {train.name!r}, which is trained on"
+        for test in recordings
+        for train in recordings
+        if test.role == "test" and train.role == "train" and np.array_equal(test.data, train.data)
+    ]
 
 
 def save_dataset(dataset: Dataset, folder: Path, model_spec: str | None = None) -> Path:

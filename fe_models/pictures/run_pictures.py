@@ -62,15 +62,15 @@ def draw_prediction(run: Run, prediction: Prediction, out: Path, snapshots: int,
     time, unit, sensors = prediction.time, prediction.unit, prediction.sensors
     wanted = time[0] + step * np.arange(snapshots)
     rows = np.unique(np.abs(time[:, None] - wanted[wanted <= time[-1] + 1e-9]).argmin(axis=0))
-    title = "Displacement of the whole structure by the hybrid model, first test window"
+    title = "Displacement of the whole structure by the hybrid model"
     path = render.draw_snapshots(
         run.model, prediction.hybrid[rows], time[rows], out / "snapshots.png", unit, title, sensors
     )
-    drawn = [(path, "hybrid model: the whole structure at consecutive times of the first test window")]
+    drawn = [(path, "hybrid model: the whole structure at consecutive times")]
     shapes: dict[str, FloatArray] = {"hybrid": prediction.hybrid[0], "FE": prediction.fe_initial}
     title, words = (
-        "Initial deformation: hybrid model against FE model",
-        "where the hybrid model departs from the FE model",
+        "Initial deformation, as each model reads it from the same first samples",
+        "as the hybrid model and as the FE model alone read it from the same first samples",
     )
     if prediction.truth is not None:
         shapes["truth"] = prediction.truth[0]
@@ -92,7 +92,7 @@ def draw_film(run: Run, prediction: Prediction, out: Path, frames: int, film: Fi
         out / f"animation.{'mp4' if mp4 else 'gif'}",
         FRAMES_PER_SECOND,
         prediction.unit,
-        "Motion by the hybrid model, first test window",
+        "Motion of the whole structure by the hybrid model",
         prediction.sensors,
     )
-    return path, "hybrid model: the motion over the first test window, exaggerated"
+    return path, "hybrid model: the motion, exaggerated"
