@@ -1,5 +1,6 @@
 """What a finished run leaves in its folder: scores, the predicted field, the model for the pictures, the curves."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,7 @@ from fe_models.files.run_folder import PREDICTION, Prediction, save_prediction, 
 from fe_models.linear import ModalModel
 from fe_models.recordings import Dataset
 from fe_models.structure import Structure
-from hybrid.calibration import Observer, smooth
+from hybrid.calibration import Observer, nothing, smooth
 from hybrid.checkpoint import Origin
 from hybrid.evaluation import score_table
 from hybrid.figures import channel_labels, draw_curves, draw_history, draw_latent, draw_loop
@@ -26,6 +27,9 @@ from hybrid.windows import cut_all
 LOOP = "force_displacement.png"
 OF_THE_TEST = (PREDICTION, "channels.png", "latent.png", "displacement.png", LOOP)
 """Files that not every run writes."""
+
+
+RESULT_STEPS = 4  # of `write_results`: forecasts, and three figures that take a while
 
 
 @dataclass(frozen=True)
@@ -53,15 +57,19 @@ def compare(model: NeuralModalODE, dataset: Dataset, length: int, stride: int) -
     return Comparison(windows, hybrid, fe)
 
 
-def write_results(run: Run, dataset: Dataset, truth: FloatArray | None = None) -> dict[str, Any]:
+def write_results(
+    run: Run, dataset: Dataset, truth: FloatArray | None = None, advance: Callable[[], object] = nothing
+) -> dict[str, Any]:
     """Score the run's model on the test recordings, write everything into its folder and return the metrics.
 
     ``truth``: the true displacement (time, dof) of the first test recording, known where the data are simulated.
+    ``advance`` is called `RESULT_STEPS` times at most, to show progress.
     """
     folder, model, modal = run.folder, run.trainer.model, run.origin.modal
     training = run.config.training
     length = run.trainer.windows.shape[1]
     comparison = compare(model, dataset, length, training.stride)
+    advance()
     metrics: dict[str, Any] = {
         "schema": 1,
         "training": {
@@ -78,6 +86,7 @@ def write_results(run: Run, dataset: Dataset, truth: FloatArray | None = None) -
         (folder / name).unlink(missing_ok=True)
     save_run_model(dataset.model, modal, folder)
     draw_history(folder / "training.png", run.history)
+    advance()
     if comparison is not None:
         forecasts = {"fe": comparison.fe.channels, "hybrid": comparison.hybrid.channels}
         metrics["test"] = {
@@ -94,7 +103,7 @@ def write_results(run: Run, dataset: Dataset, truth: FloatArray | None = None) -
         initial = fe_initial_state(run.origin, comparison.windows[0], run.config.model.encoder_samples)
         prediction = prediction_of(comparison.hybrid, comparison.fe, run.origin, initial, field)
         save_prediction(prediction, folder)
-        _draw(dataset, modal, comparison, prediction, folder)
+        _draw(dataset, modal, comparison, prediction, folder, advance)
     write_json(folder / "metrics.json", metrics)
     run.finish()  # last: a run that is cut short before is resumed, and writes all of the above again
     return metrics
@@ -140,13 +149,22 @@ def prediction_of(
     )
 
 
-def _draw(dataset: Dataset, modal: ModalModel, comparison: Comparison, prediction: Prediction, folder: Path) -> None:
+def _draw(
+    dataset: Dataset,
+    modal: ModalModel,
+    comparison: Comparison,
+    prediction: Prediction,
+    folder: Path,
+    advance: Callable[[], object],
+) -> None:
     time, hybrid, fe = prediction.time, comparison.hybrid, comparison.fe
     first = "first test window, forecast from its first samples"
     curves = {"measured": comparison.windows[0], "FE model": fe.channels[0], "hybrid": hybrid.channels[0]}
     draw_curves(folder / "channels.png", time, curves, channel_labels(dataset.sensors), f"Channels, {first}")
+    advance()
     q, q_dot = {"FE model": fe.q[0], "hybrid": hybrid.q[0]}, {"FE model": fe.q_dot[0], "hybrid": hybrid.q_dot[0]}
     draw_latent(folder / "latent.png", time, q, q_dot, f"Modal coordinates and velocities, {first}")
+    advance()
     fields = {"FE model": prediction.fe, "hybrid": prediction.hybrid}
     if prediction.truth is not None:
         fields = {"truth": prediction.truth, **fields}

@@ -4,12 +4,17 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
+import torch
 from tqdm import tqdm
 
+from fe_models.dofs import FloatArray
+from fe_models.errors import InputError
 from fe_models.recordings import Dataset
 from hybrid.config import Config
 from hybrid.preparation import calibration_steps
+from hybrid.results import RESULT_STEPS, write_results
 from hybrid.run import UNDER_WAY, Run, begin, resume
 from hybrid.training import TrainingDivergedError
 
@@ -41,6 +46,23 @@ def train(run: Run) -> None:
     except KeyboardInterrupt:
         print(f"Interrupted after epoch {len(run.history)}; the same command goes on from there.", file=sys.stderr)
         raise SystemExit(INTERRUPTED_STATUS) from None
+
+
+def score(run: Run, data: Dataset, truth: FloatArray | None = None) -> dict[str, Any]:
+    """Score the trained model, write all results (`results.write_results`) under a progress bar; return the metrics."""
+    with tqdm(total=RESULT_STEPS, desc="Scoring and drawing curves", leave=False) as bar, divergence_exits():
+        return write_results(run, data, truth, bar.update)
+
+
+def check_device(device: str) -> None:
+    """Raise `InputError` where PyTorch has no such device here."""
+    try:
+        if torch.device(device).type not in ("cpu", "cuda"):
+            raise InputError(f"--device {device} is not supported; use cpu or cuda")
+        torch.zeros(1, device=device)
+    except (RuntimeError, AssertionError) as error:
+        reason = str(error).splitlines()[0]
+        raise InputError(f"--device {device} cannot be used here ({reason}); use --device cpu") from None
 
 
 @contextmanager

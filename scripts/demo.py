@@ -18,8 +18,7 @@ from fe_models.simulate import ReleaseConfig
 from fe_models.statics import PointLoad
 from fe_models.synthetic import Acquisition, release_dataset
 from hybrid.config import Config, TrainingConfig
-from hybrid.results import write_results
-from hybrid.session import divergence_exits, open_run, train
+from hybrid.session import check_device, open_run, score, train
 from hybrid.summary import describe
 
 # What is hung on the deck and cut loose, N; the last release is the one to forecast.
@@ -43,6 +42,7 @@ def main(
     ] = None,
     test: Annotated[int, typer.Option(min=1, max=4, help="Which of the authors' recordings to forecast.")] = 4,
     epochs: Annotated[int, typer.Option(min=1, help="Passes over the training windows.")] = TrainingConfig.epochs,
+    device: Annotated[str, typer.Option(help="cpu, cuda or cuda:N, for the training.")] = "cpu",
     duration: Annotated[float, typer.Option(min=1.0, help="Length of each simulated recording, s.")] = 20.0,
 ) -> None:
     """Run the main job: FE model, recordings, hybrid model, forecast of an unseen recording, pictures.
@@ -51,7 +51,8 @@ def main(
     large displacements, cables that can go slack, and sensor noise. Seven accelerometers are used; the eighth, and the
     displacement of all nodes, are reconstructed and compared with the simulated truth.
     """
-    with bad_input_exits(), divergence_exits():
+    with bad_input_exits():
+        check_device(device)
         truth = None
         if data is None:
             print(f"1/4  Simulating a nonlinear bridge in Exudyn: four releases of {duration:g} s ...", flush=True)
@@ -61,10 +62,10 @@ def main(
             dataset = load_dataset(find_dataset(data, out, test))
         print("2/4  Training the hybrid model on top of the linear FE model ...", flush=True)
         config = Config(training=replace(Config().training, epochs=epochs))
-        run = open_run(dataset, config, out / "hybrid", "cpu")
+        run = open_run(dataset, config, out / "hybrid", device)
         train(run)
         print("3/4  Forecasting the recording that was not trained on ...", flush=True)
-        metrics = write_results(run, dataset, truth)
+        metrics = score(run, dataset, truth)
         print("4/4  Drawing ...", flush=True)
         pictures = draw_run(out / "hybrid", out / "pictures", frames=FRAMES)
         print(f"\n{describe(metrics)}\n\nPictures of the structure:")

@@ -16,6 +16,7 @@ from hybrid.forecast import Forecast, fe_counterpart, forecast_windows, generate
 from hybrid.initial_state import modal_state, read_nodal_state
 from hybrid.results import fe_initial_state, prediction_of
 from hybrid.run import DONE
+from hybrid.session import check_device
 
 app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
 
@@ -30,6 +31,7 @@ def main(
     initial: Annotated[
         Path | None, typer.Option(help="CSV file with node,direction,displacement,velocity: the state to start from.")
     ] = None,
+    device: Annotated[str, typer.Option(help="cpu, cuda or cuda:N.")] = "cpu",
     duration: Annotated[float, typer.Option(min=0.0, max=1e4, help="Length of the prediction, s.")] = 5.0,
 ) -> None:
     """Predict the motion of the whole structure with a trained hybrid model.
@@ -46,7 +48,9 @@ def main(
     with bad_input_exits():
         if (dataset is None) == (initial is None):
             raise InputError("give either --dataset, to start from a record, or --initial, to start from a state")
+        check_device(device)
         checkpoint = load_checkpoint(run / DONE)
+        checkpoint.model.to(device)
         model = load_run(run).model
         samples = round(duration * checkpoint.origin.sampling_rate) + 1
         if dataset is not None:

@@ -11,8 +11,7 @@ from fe_models.files.atomic import write_json
 from fe_models.files.bridge_recordings import RECORDINGS, write_bridge_dataset
 from fe_models.files.dataset_file import load_dataset
 from hybrid.config import Config, TrainingConfig
-from hybrid.results import write_results
-from hybrid.session import divergence_exits, open_run, train
+from hybrid.session import open_run, score, train
 
 HEADER = """\
 | test | trained on | FE measured | hybrid measured | FE A2 | hybrid A2 | hybrid, first 16 | hybrid A2, first 16 |
@@ -32,7 +31,7 @@ def main(
     Prints NRMSE over all 500-sample windows of the test recording (stride 20), each forecast from its first 10 samples,
     and over the first 16 of them; writes OUT/scores.json. Takes about a minute a recording on two cores.
     """
-    with bad_input_exits(), divergence_exits():
+    with bad_input_exits():
         config = Config(training=replace(Config().training, epochs=epochs))
         found: dict[str, Any] = {}
         for test in RECORDINGS:
@@ -40,7 +39,7 @@ def main(
             dataset = load_dataset(write_bridge_dataset(data, folder, test))
             run = open_run(dataset, config, folder, "cpu", fresh=True)
             train(run)
-            found[f"r{test}"] = write_results(run, dataset)
+            found[f"r{test}"] = score(run, dataset)
         write_json(out / "scores.json", found)
         print(HEADER)
         for name, metrics in found.items():

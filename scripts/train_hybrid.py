@@ -5,16 +5,14 @@ from enum import Enum
 from pathlib import Path
 from typing import Annotated, Any
 
-import torch
 import typer
 
-from fe_models.errors import InputError, bad_input_exits
+from fe_models.errors import bad_input_exits
 from fe_models.files.dataset_file import load_dataset
 from fe_models.recordings import Dataset
 from fe_models.structure import Structure
 from hybrid.config import Config, paper_preset, places_preset
-from hybrid.results import write_results
-from hybrid.session import divergence_exits, open_run, train
+from hybrid.session import check_device, open_run, score, train
 from hybrid.summary import describe
 
 
@@ -94,7 +92,7 @@ def main(
       python scripts/train_hybrid.py runs/chain/dataset.toml --out runs/chain/hybrid
       python scripts/train_hybrid.py my_bridge/dataset.toml --out runs/mine --epochs 40 --modes 6
     """
-    with bad_input_exits(), divergence_exits():
+    with bad_input_exits():
         check_device(device)
         data = load_dataset(dataset)
         if data.assumptions.integrator != "exact":
@@ -120,7 +118,7 @@ def main(
         )
         run = open_run(data, config, out, device, fresh)
         train(run)
-        print(describe(write_results(run, data)))
+        print(describe(score(run, data)))
         print(f"Results: {out}")
 
 
@@ -132,17 +130,6 @@ def name_of(data: Dataset) -> str:
 def given(options: dict[str, Any]) -> dict[str, Any]:
     """Return the options that the user gave."""
     return {name: value for name, value in options.items() if value is not None}
-
-
-def check_device(device: str) -> None:
-    """Raise `InputError` where PyTorch has no such device here."""
-    try:
-        if torch.device(device).type not in ("cpu", "cuda"):
-            raise InputError(f"--device {device} is not supported; use cpu or cuda")
-        torch.zeros(1, device=device)
-    except (RuntimeError, AssertionError) as error:
-        reason = str(error).splitlines()[0]
-        raise InputError(f"--device {device} cannot be used here ({reason}); use --device cpu") from None
 
 
 if __name__ == "__main__":

@@ -3,6 +3,7 @@
 import json
 from pathlib import Path
 
+import imageio.v3
 import numpy as np
 import pytest
 from scipy.io import savemat
@@ -11,12 +12,23 @@ from typer.testing import CliRunner, Result
 from fe_models.assembly import linearise
 from fe_models.bridge import bridge
 from fe_models.files.bridge_recordings import bridge_sensors
-from fe_models.files.dataset_file import save_dataset
+from fe_models.files.dataset_file import load_dataset, save_dataset
 from fe_models.modes import natural_modes
+from hybrid.config import Config, TrainingConfig
 from hybrid.decoder import sensor_shapes
 from scripts.demo import app
 from scripts.score_bridge import app as scores
 from tests.hybrid_problems import chain_dataset
+
+SAMPLES = 140  # of each stand-in for the authors' recordings: five windows fit into half a second of training
+
+
+@pytest.fixture(autouse=True)
+def small(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Windows of 200 samples, eleven in a release of four seconds, and a short film: a frame takes a tenth of a second."""
+    monkeypatch.setattr("scripts.demo.FRAMES", 5)
+    window = TrainingConfig(window=200)
+    monkeypatch.setattr("scripts.demo.Config", lambda training=window: Config(training=training))
 
 
 def demo(*arguments: str | Path) -> Result:
@@ -28,7 +40,7 @@ def authors_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Four recordings like the authors', of free vibration in the FE model's own modes."""
     folder, rng = tmp_path_factory.mktemp("authors"), np.random.default_rng(0)
     modal = natural_modes(linearise(bridge()), 6)
-    shapes, time = sensor_shapes(modal, bridge_sensors()), np.arange(560) * 0.01
+    shapes, time = sensor_shapes(modal, bridge_sensors()), np.arange(SAMPLES) * 0.01
     for number in range(1, 5):
         size, phase = rng.uniform(0.5, 1, 6), rng.uniform(0, 6, 6)
         q_ddot = size * np.exp(-0.01 * modal.omega * time[:, None]) * np.cos(modal.omega * time[:, None] + phase)
@@ -38,30 +50,58 @@ def authors_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+def assert_pictures(folder: Path, *names: str) -> None:
+    """All are there, and show something: not one colour, nor a speck on it."""
+    for name in names:
+        image = imageio.v3.imread(folder / name)[..., :3]
+        assert np.mean(image.min(axis=2) < 250) > 0.005, name
+
+
 def test_the_demo_from_end_to_end(tmp_path: Path) -> None:
-    """Six seconds a release and one epoch: the calibrated model alone beats the FE model on the unseen release."""
-    result = demo("--out", tmp_path, "--epochs", "1", "--duration", "6")
+    """Four seconds a release and one epoch: the calibrated model alone beats the FE model on the unseen release."""
+    result = demo("--out", tmp_path, "--epochs", "1", "--duration", "4")
     assert result.exit_code == 0, result.output
-    metrics = json.loads((tmp_path / "hybrid" / "metrics.json").read_text())
+    run = tmp_path / "hybrid"
+    metrics = json.loads((run / "metrics.json").read_text())
+    assert metrics["test"]["recordings"] == ["release_4"]
+    assert metrics["training"]["epochs"] == 1
     for role in ("measured", "held_out"):
         assert metrics["scores"]["hybrid"][role]["nrmse"] < 0.5 * metrics["scores"]["fe"][role]["nrmse"]
-    assert metrics["field"]["hybrid"] < metrics["field"]["fe"]
-    pictures = {path.name for path in (tmp_path / "pictures").iterdir()}
-    assert {"modes.png", "snapshots.png", "initial_deformation.png"} < pictures
+    assert [recording.data.shape for recording in load_dataset(tmp_path / "data" / "dataset.toml").recordings] == [
+        (1, 401, 8)
+    ] * 4
+    assert_pictures(tmp_path / "pictures", "modes.png", "mode_10.png", "snapshots.png", "initial_deformation.png")
+    assert_pictures(run, "channels.png", "latent.png", "displacement.png", "training.png")
+    assert list((tmp_path / "pictures").glob("animation.*"))
     assert "NRMSE is the root mean square error" in result.output
+    assert str(tmp_path / "pictures" / "snapshots.png") in result.output
 
 
 def test_the_demo_on_recordings_of_ones_own(tmp_path: Path) -> None:
     save_dataset(chain_dataset(), tmp_path / "mine", "four_dof")
     result = demo("--out", tmp_path / "out", "--epochs", "1", "--data", tmp_path / "mine")
     assert result.exit_code == 0, result.output
-    assert (tmp_path / "out" / "pictures" / "snapshots.png").exists()
+    assert_pictures(tmp_path / "out" / "pictures", "modes.png", "snapshots.png", "initial_deformation.png")
+    metrics = json.loads((tmp_path / "out" / "hybrid" / "metrics.json").read_text())
+    assert metrics["test"]["recordings"] == ["unseen"]
+    assert "field" not in metrics  # nobody knows the truth
+    assert not (tmp_path / "out" / "data").exists()
 
 
 def test_the_demo_names_what_a_folder_lacks(tmp_path: Path) -> None:
     result = demo("--out", tmp_path / "out", "--data", tmp_path / "nowhere")
     assert result.exit_code == 2
-    assert [f"acc_measured{n}.mat" in line for n, line in zip(range(1, 5), result.stderr.splitlines(), strict=True)]
+    (line,) = result.stderr.splitlines()
+    assert line.startswith("error: ")
+    assert "nowhere: no such folder" in line
+    (tmp_path / "nowhere").mkdir()
+    (tmp_path / "nowhere" / "acc_measured3.mat").touch()
+    result = demo("--out", tmp_path / "out", "--data", tmp_path / "nowhere")
+    assert result.exit_code == 2
+    for number, line in zip((1, 2, 4), result.stderr.splitlines(), strict=True):
+        assert line.startswith("error: ")
+        assert f"acc_measured{number}.mat: no such file" in line
+    assert not (tmp_path / "out").exists()
 
 
 def test_the_score_table_has_a_row_for_each_test_recording(authors_folder: Path, tmp_path: Path) -> None:
@@ -71,4 +111,17 @@ def test_the_score_table_has_a_row_for_each_test_recording(authors_folder: Path,
     assert [row.split("|")[1].strip() for row in rows] == ["r1", "r2", "r3", "r4"]
     found = json.loads((tmp_path / "scores.json").read_text())
     assert f"{found['r3']['scores']['fe']['held_out']['nrmse']:.3f}" in rows[2]
-    assert found["r2"]["training"]["recordings"] == ["r1", "r3", "r4"]
+    for number in range(1, 5):
+        metrics = json.loads((tmp_path / f"test_{number}" / "metrics.json").read_text())
+        assert metrics == found[f"r{number}"]
+        assert metrics["test"]["recordings"] == [f"r{number}"]
+        assert metrics["training"]["recordings"] == [f"r{other}" for other in range(1, 5) if other != number]
+        assert metrics["scores"]["fe"]["channels"]["A2"]["role"] == "held_out"
+
+
+def test_the_score_table_names_what_a_folder_lacks(tmp_path: Path) -> None:
+    result = CliRunner().invoke(scores, [str(tmp_path / "nowhere"), "--out", str(tmp_path / "out")])
+    assert result.exit_code == 2
+    assert len(result.stderr.splitlines()) == 4
+    assert all(line.startswith("error: ") and "no such file" in line for line in result.stderr.splitlines())
+    assert not (tmp_path / "out").exists()

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tqdm import tqdm
 
 from fe_models.recordings import Dataset, Recording
 from hybrid import session
@@ -52,7 +53,7 @@ def test_the_bar_of_the_calibration_ends_full(
     """With two recordings, which are not compared, and with three, which are."""
     bars = []
 
-    class Bar(session.tqdm):  # type: ignore[misc]  # tqdm has no types
+    class Bar(tqdm):  # type: ignore[misc]  # tqdm has no types
         def __init__(self, *arguments: object, **options: object) -> None:
             super().__init__(*arguments, **options)
             bars.append(self)

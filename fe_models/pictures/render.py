@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
+from tqdm import tqdm
 
 from fe_models.dofs import FloatArray
 from fe_models.errors import InputError, raise_faults
@@ -51,7 +52,8 @@ def draw_modes(model: Model, modes: ModalModel, folder: Path, sensors: Sequence[
     if not panels:
         raise InputError("There is no mode to draw: give a modal model with at least one mode.")
     written = []
-    for number, panel in enumerate(panels, start=1):
+    bar = tqdm(panels, desc="drawing modes", unit="mode", delay=1.0, leave=False)
+    for number, panel in enumerate(bar, start=1):
         figure = _mode_figure(shape, [panel], panel.label, sensors)
         written.append(_write(compose(figure, (Panel("", panel.shapes),)), folder / f"mode_{number:02d}.png"))
     title = f"The first {len(panels)} natural modes" if len(panels) > 1 else "The first natural mode"
@@ -114,8 +116,6 @@ def animate(
     sensors: Sequence[Sensor] = (),
 ) -> Path:
     """Write a film (.mp4, or .gif) of ``displacements`` (frame, dof), one picture a frame, ``fps`` of them a second."""
-    from tqdm import tqdm
-
     panels = _timed_panels(displacements, times)
     figure = _figure(model, panels, title, unit, sensors)
     note = f"{figure.note}; {pace(len(times), fps, float(times[-1] - times[0]))}"
