@@ -142,7 +142,7 @@ def _steps(duration: float, sampling_rate: float, step: float) -> "Steps":
     from fe_models.exudyn_solve import Steps
 
     values = {"duration": duration, "sampling_rate": sampling_rate, "step": step}
-    raise_faults(f"{name} = {value}; must be positive" for name, value in values.items() if not value > 0)
+    raise_faults(f"{name} = {value}; must be positive" for name, value in values.items() if not 0 < value < np.inf)
     interval = 1 / sampling_rate
     outputs = round(duration * sampling_rate)
     if outputs < 1:

@@ -43,7 +43,7 @@ def main(
     test: Annotated[int, typer.Option(min=1, max=4, help="Which of the authors' recordings to forecast.")] = 4,
     epochs: Annotated[int, typer.Option(min=1, help="Passes over the training windows.")] = TrainingConfig.epochs,
     device: Annotated[str, typer.Option(help="cpu, cuda or cuda:N, for the training.")] = "cpu",
-    duration: Annotated[float, typer.Option(min=1.0, help="Length of each simulated recording, s.")] = 20.0,
+    duration: Annotated[float, typer.Option(min=1.0, max=600.0, help="Length of each simulated recording, s.")] = 20.0,
 ) -> None:
     """Run the main job: FE model, recordings, hybrid model, forecast of an unseen recording, pictures.
 

@@ -25,7 +25,7 @@ SAMPLES = 140  # of each stand-in for the authors' recordings: five windows fit 
 
 @pytest.fixture(autouse=True)
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Windows of 200 samples, eleven in a release of four seconds, and a short film: a frame takes a tenth of a second."""
+    """Windows of 200 samples, eleven in a release of four seconds, and a film of five frames, half a second."""
     monkeypatch.setattr("scripts.demo.FRAMES", 5)
     window = TrainingConfig(window=200)
     monkeypatch.setattr("scripts.demo.Config", lambda training=window: Config(training=training))
@@ -101,6 +101,14 @@ def test_the_demo_names_what_a_folder_lacks(tmp_path: Path) -> None:
     for number, line in zip((1, 2, 4), result.stderr.splitlines(), strict=True):
         assert line.startswith("error: ")
         assert f"acc_measured{number}.mat: no such file" in line
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("options", [("--duration", "inf"), ("--duration", "0"), ("--epochs", "0"), ("--test", "5")])
+def test_the_demo_refuses_what_cannot_be_done(options: tuple[str, str], tmp_path: Path) -> None:
+    result = demo("--out", tmp_path / "out", *options)
+    assert result.exit_code == 2
+    assert options[0] in result.output
     assert not (tmp_path / "out").exists()
 
 

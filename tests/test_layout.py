@@ -57,7 +57,7 @@ def test_importing_any_module_loads_neither_exudyn_nor_pyvista() -> None:
         "import importlib, sys\n"
         f"for name in {modules}:\n"
         "    importlib.import_module(name)\n"
-        "    heavy = {'exudyn', 'pyvista', 'vtk', 'vtkmodules'} | ({'torch'} if name.startswith('fe_models') else set())\n"
+        "    heavy = {'exudyn', 'pyvista', 'vtk', 'vtkmodules'} | set(['torch'] * name.startswith('fe_models'))\n"
         "    if heavy & set(sys.modules):\n"
         "        sys.exit(f'{name} loads {heavy & set(sys.modules)}')\n"
     )

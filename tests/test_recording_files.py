@@ -106,7 +106,7 @@ def test_the_low_pass_check_takes_any_common_filter_and_finds_none(folder: Path)
     for order, lowpass in ((4, 5.0), (4, 30.0), (8, 30.0)):
         filtered = sosfilt(butter(order, lowpass, fs=RATE, output="sos"), noise, axis=0)
         np.savez(folder / "r1.npz", data=filtered)
-        np.savez(folder / "r2.npz", data=filtered, force=np.ones(4000))
+        np.savez(folder / "r2.npz", data=-filtered, force=np.ones(4000))
         (folder / "dataset.toml").write_text(TOML.replace("lowpass = 30.0", f"lowpass = {lowpass}"))
         load_dataset(folder / "dataset.toml")
     np.savez(folder / "r1.npz", data=noise)  # 34 % of it lies above 33 Hz

@@ -1,5 +1,6 @@
 """The script that draws the pictures of a run: what it draws, and what it says about a folder it cannot use."""
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -55,7 +56,8 @@ def write_prediction(folder: Path, **changes: object) -> None:
 def test_script_draws_the_modes_of_a_model(tmp_path: Path) -> None:
     write_run(tmp_path)
     done = render_shapes(tmp_path, "--out", tmp_path / "pictures")
-    assert (done.returncode, done.stderr) == (0, "")  # nor does VTK complain about a missing screen
+    said = [line for line in re.split(r"[\r\n]+", done.stderr) if line.strip() and not line.startswith("drawing modes")]
+    assert (done.returncode, said) == (0, [])  # nor does VTK complain about a missing screen
     assert "mode 2, 5 Hz" in done.stdout
     assert "train_hybrid.py" in done.stdout
     assert len(list((tmp_path / "pictures").glob("*.png"))) == 3

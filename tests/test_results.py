@@ -159,11 +159,16 @@ def test_no_older_prediction_is_left_beside_a_model_without_one(dataset: Dataset
 
 
 def test_comparison_starts_both_models_at_the_same_state(dataset: Dataset) -> None:
+    """From where the FE model decays as the nominal chain, though the hybrid is calibrated; 1e-4: float32, of three."""
     comparison = compare(starting_model(dataset), dataset, 80, 20)
     assert comparison is not None
     assert comparison.windows.shape == comparison.hybrid.channels.shape == comparison.fe.channels.shape == (6, 80, 5)
     np.testing.assert_array_equal(comparison.hybrid.q[:, 0], comparison.fe.q[:, 0])
     np.testing.assert_array_equal(comparison.hybrid.q_dot[:, 0], comparison.fe.q_dot[:, 0])
+    motion = decay(chain_modes(), comparison.fe.q[:, 0], comparison.fe.q_dot[:, 0], STEP, 80)
+    np.testing.assert_allclose(comparison.fe.q, motion.q, rtol=0, atol=1e-4)
+    np.testing.assert_allclose(comparison.fe.channels, channels(chain_modes(), motion, SENSORS), rtol=0, atol=1e-4)
+    assert np.abs(comparison.hybrid.q - comparison.fe.q).max() > 0.5
 
 
 def test_forecasts_that_grow_beyond_bounds_are_not_scored(dataset: Dataset) -> None:

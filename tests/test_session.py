@@ -11,7 +11,7 @@ from tqdm import tqdm
 from fe_models.recordings import Dataset, Recording
 from hybrid import session
 from hybrid.run import UNDER_WAY, Run
-from hybrid.session import DIVERGED_STATUS, INTERRUPTED_STATUS, divergence_exits, open_run, train
+from hybrid.session import divergence_exits, open_run, train
 from hybrid.training import EpochResult, TrainingDivergedError
 from tests.hybrid_problems import TINY, chain_dataset, chain_modes, recorded
 
@@ -76,8 +76,8 @@ def test_training_goes_to_the_end(dataset: Dataset, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("error", "status", "words"),
     [
-        (KeyboardInterrupt(), INTERRUPTED_STATUS, "Interrupted after epoch 1; the same command goes on from there."),
-        (TrainingDivergedError("too fast"), DIVERGED_STATUS, "error: too fast"),
+        (KeyboardInterrupt(), 130, "Interrupted after epoch 1; the same command goes on from there."),
+        (TrainingDivergedError("too fast"), 1, "error: too fast"),
     ],
 )
 def test_what_stops_a_training_ends_the_program_with_one_line(
