@@ -4,12 +4,13 @@ Hiding an effect in data (Exudyn), feeling it in a reduced model (NumPy, PyTorch
 definition here: `force` is plain arithmetic, so it takes floats, arrays, tensors and Exudyn's symbolic numbers alike.
 """
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Literal
 
 
 @dataclass(frozen=True)
-class ConnectorEffect:
+class ConnectorEffect(ABC):
     """A force between a node and the ground, or between two nodes, in one direction.
 
     The elongation u = u_last - u_first (or u of the only node) and its rate v give the `force` that pulls the last node
@@ -20,9 +21,9 @@ class ConnectorEffect:
     nodes: tuple[int] | tuple[int, int]
     direction: Literal["x", "y", "rz"]
 
+    @abstractmethod
     def force(self, u: Any, v: Any) -> Any:
         """Return the restoring force (N) at elongation ``u`` (m) and rate ``v`` (m/s), any shape."""
-        raise NotImplementedError
 
 
 @dataclass(frozen=True)

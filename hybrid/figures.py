@@ -9,6 +9,7 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from fe_models.dofs import FloatArray
 from fe_models.files.atomic import writing
@@ -88,7 +89,9 @@ def draw_history(path: Path, history: Sequence[EpochResult]) -> Path:
     epochs = [result.epoch for result in history]
     with figure(path, 2, 1, "Training") as (_, (loss, horizon)):
         loss.plot(epochs, [result.loss / result.horizon for result in history], **STYLES["hybrid"])
-        loss.set_ylabel("-ELBO a sample (nats)")
+        loss.set_ylabel("loss a sample")
         horizon.plot(epochs, [result.horizon for result in history], **STYLES["measured"])
-        horizon.set(xlabel="epoch", ylabel="horizon (samples)", ylim=(0, None))
+        horizon.set(xlabel="epoch", ylabel="forecast (samples)", ylim=(0, None))
+        for axis in (loss, horizon):
+            axis.xaxis.set_major_locator(MaxNLocator(integer=True))
     return path
