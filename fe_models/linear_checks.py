@@ -9,6 +9,8 @@ from fe_models.linear import LinearModel
 
 SYMMETRY = 1e-6
 """Largest |A - A^T| over the largest |A|; matrices printed with seven digits pass."""
+SIGNED = {"C": "damping", "K": "stiffness"}
+"""Matrices whose diagonal must not be negative, and what it is; that of M is checked with its eigenvalues."""
 LARGEST_EIGENVALUE_CHECK = 1000
 """Free degrees of freedom up to which M is checked by its eigenvalues (0.1 s), beyond it only by its diagonal."""
 
@@ -27,9 +29,9 @@ def check_linear_model(model: LinearModel) -> list[str]:
             faults.append(
                 f"{name} holds numbers that are not finite (NaN or infinity){_first_broken(matrix, model.dofs)}"
             )
-        elif symmetric:
-            faults += _check_symmetry(name, matrix, model.dofs)
-            faults += _check_stiffness_signs(matrix, model.dofs) if name == "K" else []
+        else:
+            faults += _check_symmetry(name, matrix, model.dofs) if symmetric else []
+            faults += _check_signs(name, matrix, model.dofs) if name in SIGNED else []
     return faults or _check_mass(model)
 
 
@@ -79,10 +81,10 @@ def _first_broken(matrix: csr_array, dofs: DofMap) -> str:
     return f", the first between {' and '.join(dof_name(dofs, int(index[first])) for index in entries.coords)}"
 
 
-def _check_stiffness_signs(stiffness: csr_array, dofs: DofMap) -> list[str]:
-    diagonal = stiffness.diagonal()
+def _check_signs(name: str, matrix: csr_array, dofs: DofMap) -> list[str]:
+    diagonal = matrix.diagonal()
     return [
-        f"K has a negative stiffness, {diagonal[row]:.6g}, at {dof_name(dofs, row)}"
+        f"{name} has a negative {SIGNED[name]}, {diagonal[row]:.6g}, at {dof_name(dofs, row)}"
         for row in np.flatnonzero(diagonal < 0)[:5]
     ]
 

@@ -197,3 +197,12 @@ def test_nothing_is_tested_on_what_was_trained_on(tmp_path: Path) -> None:
     path = save_dataset(replace(sample_dataset(), recordings=twice), tmp_path)
     with pytest.raises(InputError, match="'tuesday' is for testing, but holds the same samples as 'monday'"):
         load_dataset(path)
+
+
+def test_an_unknown_key_hides_no_other_fault_of_the_simulation(folder: Path) -> None:
+    path = folder / "dataset.toml"
+    path.write_text(path.read_text().replace("[simulation]", "[simulation]\nfoo = 1\nstep = -0.5", 1))
+    with pytest.raises(InputError) as caught:
+        load_dataset(path)
+    assert any("foo" in fault and "uncertainty" in fault for fault in caught.value.faults), caught.value.faults
+    assert any("step" in fault for fault in caught.value.faults), caught.value.faults

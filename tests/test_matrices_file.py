@@ -9,11 +9,13 @@ import pytest
 from scipy.io import mmwrite
 from scipy.sparse import csr_array
 
+from fe_models.assembly import linearise
 from fe_models.dofs import DofMap
 from fe_models.errors import InputError
 from fe_models.files.atomic import write_npz
 from fe_models.files.matrices_file import LARGEST_DENSE, load_linear_model, save_linear_model
 from fe_models.files.models import load_model
+from fe_models.four_dof import four_dof
 from fe_models.linear import LinearModel
 from fe_models.linear_checks import check_linear_model
 from fe_models.structure import Structure
@@ -212,3 +214,9 @@ def test_a_pickled_object_is_refused_and_not_run(tmp_path: Path) -> None:
     with np.load(tmp_path / "m.npz", allow_pickle=True) as archive:
         assert archive["K"] is not None  # the trap was armed
     assert target.exists()
+
+
+def test_damping_that_feeds_energy_is_a_fault() -> None:
+    model = linearise(four_dof())
+    negative = replace(model, damping=csr_array(-model.damping))
+    assert "C has a negative damping, -0.1, at node 1 in x" in check_linear_model(negative)

@@ -14,7 +14,7 @@ from fe_models.errors import noting
 from fe_models.files.modal_file import load_modal_model
 from fe_models.files.recording_checks import check_data, check_place, check_rates, check_sensor, check_sensors
 from fe_models.files.recording_files import load_force, load_recording
-from fe_models.files.tables import Table, at, read_list, read_table
+from fe_models.files.tables import Table, at, check_keys, read_list, read_table
 from fe_models.recordings import Assumptions, Load, Recording, Sensor, Uncertainty
 from fe_models.structure import Direction
 
@@ -125,7 +125,11 @@ def read_recordings(
 def read_assumptions(document: Table, where: str, surroundings: Surroundings, faults: list[str]) -> Assumptions:
     """Return what the user's own simulation assumes."""
     place, table = at(where, "simulation"), document.get("simulation", {})
-    plain = {key: value for key, value in table.items() if key != "uncertainty"} if isinstance(table, dict) else table
+    plain = table
+    if isinstance(table, dict):
+        own = [item.name for item in fields(_SimulationTable)]
+        check_keys(table, [*own, "uncertainty"], place, faults)
+        plain = {key: value for key, value in table.items() if key in own}
     row = read_table(_SimulationTable, plain, place, faults) or _SimulationTable()
     given = table.get("uncertainty", {}) if isinstance(table, dict) else {}
     uncertainty = read_table(Uncertainty, given, f"{place}.uncertainty", faults) or Uncertainty()
