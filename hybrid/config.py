@@ -18,7 +18,7 @@ class ModelConfig:
     encoder_samples: int = 10  # n_t of the paper
     encoder_hidden: int = 128  # width of the MLP (2 layers) of the paper's encoder
     rnn_hidden: int = 128  # of the paper's encoder: 32 for the chain, 128 for the bridge
-    net_hidden: int = 64  # width of NN(z) (2 layers); paper: 128, no better and slower here
+    net_hidden: int = 64  # width of NN(z) (2 layers), or of each place's net (1 layer); the paper has 128
     zero_at_rest: bool = True  # the net exerts no force on a structure at rest; the paper leaves it free
     integrator: IntegratorKind = "propagator"
     substeps: int = 1  # of the propagator, a sample

@@ -9,7 +9,7 @@ from torch import Tensor, nn
 from fe_models.dofs import FloatArray
 from fe_models.effects import ConnectorEffect
 from fe_models.linear import ModalModel
-from hybrid.residual import Residual, local_slopes
+from hybrid.residual import Residual, place_slopes
 from hybrid.scaling import StateScale
 
 
@@ -64,14 +64,10 @@ class ModalDynamics(nn.Module):
         """Return d force / dz, (n, mode, 2 mode), at scaled states (n, 2 mode)."""
         slopes = self.residual.slopes(z)
         if self.effects:
-            q, q_dot = self.unscale(z)
-            elongation, rate = q @ self.effect_shapes.T, q_dot @ self.effect_shapes.T  # (n, effect)
-            by_u, by_v = local_slopes(self._effect_laws, elongation, rate)
-            feeds = self.effect_shapes / self.b
-            columns = torch.cat(
-                [by_u[..., None] * (self.effect_shapes * self.a), by_v[..., None] * (self.effect_shapes * self.b)], -1
+            shapes = self.effect_shapes
+            slopes = slopes - place_slopes(
+                lambda u, v: self._effect_laws(u.T, v.T).T, shapes * self.a, shapes * self.b, shapes / self.b, z
             )
-            slopes = slopes - torch.einsum("em,nek->nmk", feeds, columns)
         return slopes
 
     def _effect_force(self, q: Tensor, q_dot: Tensor) -> Tensor:

@@ -36,8 +36,10 @@ FAINT = 1e-3  # of the strongest mode's size: the least size a mode is scaled wi
 class Prepared:
     """A model at its start and the windows (window, time, sensor) it trains on, from the recordings that are ``kept``.
 
-    ``left_out`` names training recordings that contradict the others; ``unexplained`` is the share of the windows'
-    energy that the calibrated linear model leaves (None where nothing was calibrated).
+    ``connectors``: the places of a residual that is tied to them, None for a free one. ``first_horizon``: the samples
+    over which the calibrated linear model holds, None where that is not known. ``left_out`` names training recordings
+    that contradict the others; ``unexplained`` is the share of the windows' energy that the calibrated linear model
+    leaves (None where nothing was calibrated).
     """
 
     model: NeuralModalODE

@@ -22,6 +22,19 @@ def local_slopes(laws: Callable[[Tensor, Tensor], Tensor], u: Tensor, v: Tensor)
     return zero if by_u is None else by_u, zero if by_v is None else by_v
 
 
+def place_slopes(
+    laws: Callable[[Tensor, Tensor], Tensor], elongations: Tensor, rates: Tensor, feeds: Tensor, z: Tensor
+) -> Tensor:
+    """Return d (feeds^T laws(u, v)) / dz, (n, mode, 2 mode), with u = elongations z1, v = rates z2 at z (n, 2 mode).
+
+    ``elongations``, ``rates`` and ``feeds``: (place, mode); ``laws`` take and give (place, n).
+    """
+    z1, z2 = z.chunk(2, dim=-1)  # (n, mode) each
+    by_u, by_v = local_slopes(laws, elongations @ z1.T, rates @ z2.T)  # (place, n) each
+    columns = torch.cat([by_u[..., None] * elongations[:, None], by_v[..., None] * rates[:, None]], dim=-1)
+    return torch.einsum("cm,cnk->nmk", feeds, columns)  # columns: (place, n, 2 mode)
+
+
 class NoResidual(nn.Module):
     """Nothing learned: the FE model."""
 
@@ -132,10 +145,7 @@ class ConnectorResidual(nn.Module):
 
     def slopes(self, z: Tensor) -> Tensor:
         """Return d forward / dz (n, mode, 2 mode) at scaled states (n, 2 mode)."""
-        z1, z2 = z.chunk(2, dim=-1)  # (n, mode) each
-        by_u, by_v = local_slopes(self.laws, self.elongations @ z1.T, self.rates @ z2.T)  # (connector, n)
-        columns = torch.cat([by_u[..., None] * self.elongations[:, None], by_v[..., None] * self.rates[:, None]], -1)
-        return -torch.einsum("cm,cnk->nmk", self.feeds, columns)  # columns: (connector, n, 2 mode)
+        return -place_slopes(self.laws, self.elongations, self.rates, self.feeds, z)
 
 
 Residual = NoResidual | FreeResidual | ConnectorResidual

@@ -44,11 +44,6 @@ def load_arrays(path: Path) -> dict[str, NDArray[np.generic]]:
     return {name: value for name, value in arrays.items() if not value.dtype.hasobject}
 
 
-def load_array(path: Path, key: str | None) -> FloatArray:
-    """Return one array of real numbers from .npz or .mat; ``key`` may be None where the file holds only one."""
-    return pick_array(load_arrays(path), key, str(path))
-
-
 def pick_array(arrays: dict[str, NDArray[np.generic]], key: str | None, where: str) -> FloatArray:
     """Return one of ``arrays`` as floats; `InputError` names those present."""
     names = list(arrays)
