@@ -23,11 +23,11 @@ from hybrid.model import NeuralModalODE
 from hybrid.scaling import StateScale
 from hybrid.training import EpochResult
 
-FORMAT = 2
+FORMAT = 3
 CONTENT = {
     "format", "config", "structure", "sensors", "modal", "sampling_rate", "kept",
-    "left_out", "unexplained", "data_digest", "first_horizon",
-    "connectors", "model", "optimiser", "objective", "history", "seconds",
+    "left_out", "unexplained", "data_digest",
+    "connectors", "model", "trainer", "history", "seconds",
 }  # fmt: skip
 UNREADABLE = (pickle.UnpicklingError, RuntimeError, EOFError, OSError, LookupError, ValueError, struct.error)
 """What torch.load raises on other files, and on those that were cut short or damaged."""
@@ -49,18 +49,16 @@ class Origin:
     unexplained: float | None
     data_digest: str
     connectors: Connectors | None = None
-    first_horizon: int | None = None
 
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """A model, where it came from, and where its training stands (``optimiser`` is that of `torch.optim.Adam`)."""
+    """A model, where it came from, and where its training stands (``trainer``)."""
 
     config: Config
     origin: Origin
     model: NeuralModalODE
-    optimiser: dict[str, Any]
-    objective: dict[str, Any]
+    trainer: dict[str, Any]
     history: tuple[EpochResult, ...]
     seconds: float
 
@@ -86,10 +84,8 @@ def save_checkpoint(checkpoint: Checkpoint, path: Path) -> None:
         "left_out": list(origin.left_out),
         "unexplained": origin.unexplained,
         "data_digest": origin.data_digest,
-        "first_horizon": origin.first_horizon,
         "model": checkpoint.model.state_dict(),
-        "optimiser": checkpoint.optimiser,
-        "objective": checkpoint.objective,
+        "trainer": checkpoint.trainer,
         "connectors": _connector_table(origin.connectors),
         "history": [asdict(result) for result in checkpoint.history],
         "seconds": checkpoint.seconds,
@@ -124,7 +120,7 @@ def load_checkpoint(path: Path) -> Checkpoint:
     )
     model.load_state_dict(weights)
     history = tuple(EpochResult(**result) for result in content["history"])
-    return Checkpoint(config, origin, model, content["optimiser"], content["objective"], history, content["seconds"])
+    return Checkpoint(config, origin, model, content["trainer"], history, content["seconds"])
 
 
 def _read(path: Path) -> dict[str, Any]:
@@ -153,7 +149,6 @@ def _origin(content: dict[str, Any]) -> Origin:
         unexplained=content["unexplained"],
         data_digest=content["data_digest"],
         connectors=_connectors(content["connectors"]),
-        first_horizon=content["first_horizon"],
     )
 
 

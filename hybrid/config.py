@@ -55,8 +55,8 @@ def places_preset() -> Config:
     There a residual can be tied to the places where the structure has parts, which leaves few numbers to learn; with
     them the initial state is solved for, through the learned forces, instead of being read off by a network.
     """
-    model = ModelConfig(encoder="map", residual="places", net_hidden=12, substeps=2)
-    return Config(model, TrainingConfig(epochs=40, batch=50, learning_rate=1e-2, window=501, first_horizon=20))
+    model = ModelConfig(encoder="map", residual="places", net_hidden=8, substeps=2)
+    return Config(model, TrainingConfig(epochs=30, batch=100, window=501, first_horizon=20))
 
 
 def paper_preset(structure_name: str) -> Config:

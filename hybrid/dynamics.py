@@ -9,7 +9,8 @@ from torch import Tensor, nn
 from fe_models.dofs import FloatArray
 from fe_models.effects import ConnectorEffect
 from fe_models.linear import ModalModel
-from hybrid.residual import Residual, place_slopes
+from hybrid.local_slopes import place_slopes
+from hybrid.residual import Residual
 from hybrid.scaling import StateScale
 
 

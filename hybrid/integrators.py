@@ -5,7 +5,9 @@ from torch import Tensor
 from torchdiffeq import odeint, odeint_adjoint
 
 from hybrid.config import IntegratorKind
+from hybrid.connector_residual import ConnectorResidual
 from hybrid.dynamics import ModalDynamics
+from hybrid.tanh_recursion import TanhRecursion
 
 DOPRI5_TOLERANCE = 1e-6  # relative and absolute, of a scaled state near one
 
@@ -35,6 +37,8 @@ def propagate(dynamics: ModalDynamics, z0: Tensor, samples: int, step: float) ->
     step has no f before it and takes its own: first order once leaves the order of the whole at two.
     """
     weights = propagator_weights(dynamics, step)  # (4 mode, 2 mode)
+    if isinstance(dynamics.residual, ConnectorResidual) and not dynamics.effects:
+        return _propagate_nets(dynamics.residual, weights, z0, samples)
     z, before = z0, None
     states = [z0]
     for _ in range(samples - 1):
@@ -45,22 +49,26 @@ def propagate(dynamics: ModalDynamics, z0: Tensor, samples: int, step: float) ->
     return torch.stack(states, dim=1)
 
 
-def sensitivities(dynamics: ModalDynamics, states: Tensor, slopes: Tensor, step: float) -> Tensor:
-    """Return dz_k / dz_0, (batch, time, 2 mode, 2 mode), of a trajectory of `propagate`: its recursion, differentiated.
-
-    ``states`` (batch, time, 2 mode); ``slopes`` (batch, time, mode, 2 mode): df/dz along them.
-    """
-    modes = dynamics.modes
-    free, now, before = propagator_weights(dynamics, step).T.split([2 * modes, modes, modes], dim=1)
-    identity = torch.eye(2 * modes, dtype=states.dtype, device=states.device)
-    S = identity.expand(len(states), -1, -1)  # (batch, 2 mode, 2 mode)
-    S_all, kick_before = [S], None
-    for k in range(states.shape[1] - 1):
-        kick = slopes[:, k] @ S  # (batch, mode, 2 mode)
-        S = free @ S + now @ kick + before @ (kick if kick_before is None else kick_before)
-        kick_before = kick
-        S_all.append(S)
-    return torch.stack(S_all, dim=1)
+def _propagate_nets(residual: ConnectorResidual, weights: Tensor, z0: Tensor, samples: int) -> Tensor:
+    """Return what the loop of `propagate` gives, the nets of all places as one: f = tanh(z into + bias) out - c."""
+    modes = residual.feeds.shape[1]
+    weight, bias, out = residual.nets()
+    of_u, of_v = (weight / residual.sizes[:2].T[..., None]).unbind(dim=1)  # (place, hidden) each: 1/m, s/m
+    into = torch.cat(
+        [
+            (residual.elongations.T[..., None] * of_u).flatten(1),
+            (residual.rates.T[..., None] * of_v).flatten(1),
+        ]
+    )  # (2 mode, place * hidden)
+    gain = -(residual.feeds * residual.sizes[2, :, None])[:, None] * out  # (place, hidden, mode)
+    at_rest = (torch.tanh(bias).transpose(1, 2) * gain).sum(dim=(0, 1))  # (mode,)
+    free, held, ramp = weights.split([2 * modes, modes, modes])
+    now, before = gain.flatten(0, 1) @ held, gain.flatten(0, 1) @ ramp  # (place * hidden, 2 mode) each
+    drift = -at_rest @ (held + ramp)  # (2 mode,)
+    states: Tensor = TanhRecursion.apply(  # type: ignore[no-untyped-call]
+        z0, free, now, before, drift, into, bias.flatten(), samples
+    )
+    return states.transpose(0, 1)
 
 
 def propagator_weights(dynamics: ModalDynamics, step: float) -> Tensor:

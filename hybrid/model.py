@@ -9,12 +9,13 @@ from fe_models.effects import ConnectorEffect
 from fe_models.linear import ModalModel
 from fe_models.recordings import Sensor
 from hybrid.config import ModelConfig
+from hybrid.connector_residual import ConnectorResidual
 from hybrid.connectors import Connectors
 from hybrid.decoder import Decoder
 from hybrid.dynamics import ModalDynamics
 from hybrid.encoder import PaperEncoder, WindowEncoder
 from hybrid.integrators import integrate
-from hybrid.residual import ConnectorResidual, FreeResidual, Residual
+from hybrid.residual import FreeResidual, Residual
 from hybrid.scaling import StateScale
 from hybrid.state_estimation import StatePrior, estimate_state
 

@@ -16,11 +16,12 @@ from fe_models.recordings import Dataset, Recording
 from fe_models.structure import Structure
 from hybrid.calibration import GROWTH, Observer, fit_linear_rest, initial_state_estimator, nothing, smooth
 from hybrid.config import Config
+from hybrid.connector_residual import ConnectorResidual
 from hybrid.connectors import Connectors, chain_connectors, complete_basis
 from hybrid.consistency import largest_agreeing_group, unexplained_shares
 from hybrid.encoder import WindowEncoder
 from hybrid.model import NeuralModalODE
-from hybrid.residual import ConnectorResidual, FreeResidual
+from hybrid.residual import FreeResidual
 from hybrid.scaling import StateScale, channel_scale
 from hybrid.state_estimation import StatePrior
 from hybrid.windows import columns, cut, cut_all, window_length
@@ -36,10 +37,9 @@ FAINT = 1e-3  # of the strongest mode's size: the least size a mode is scaled wi
 class Prepared:
     """A model at its start and the windows (window, time, sensor) it trains on, from the recordings that are ``kept``.
 
-    ``connectors``: the places of a residual that is tied to them, None for a free one. ``first_horizon``: the samples
-    over which the calibrated linear model holds, None where that is not known. ``left_out`` names training recordings
-    that contradict the others; ``unexplained`` is the share of the windows' energy that the calibrated linear model
-    leaves (None where nothing was calibrated).
+    ``connectors``: the places of a residual that is tied to them, None for a free one. ``left_out`` names training
+    recordings that contradict the others; ``unexplained`` is the share of the windows' energy that the calibrated
+    linear model leaves (None where nothing was calibrated).
     """
 
     model: NeuralModalODE
@@ -47,7 +47,6 @@ class Prepared:
     windows: FloatArray
     kept: tuple[str, ...]
     connectors: Connectors | None = None
-    first_horizon: int | None = None
     left_out: tuple[str, ...] = ()
     unexplained: float | None = None
 
@@ -96,10 +95,9 @@ def prepare(dataset: Dataset, config: Config, advance: Callable[[], object] = no
     model = _model(config, dataset, modal, channels, scale, step, connectors)
     start_at_linear_model(model, observer, rest)
     set_encoder(model, observer, observability, some)
-    horizon = fit.samples if observer.form.is_exact else None
     names = tuple(recording.name for recording in kept)
     left_out = tuple(recording.name for recording in recordings if recording.name not in names)
-    return Prepared(model, modal, windows, names, connectors, horizon, left_out, fit.unexplained)
+    return Prepared(model, modal, windows, names, connectors, left_out, fit.unexplained)
 
 
 def connectors_of(dataset: Dataset, modal: ModalModel) -> Connectors:

@@ -21,7 +21,9 @@ from fe_models.structure import Structure
 from hybrid.calibration import nothing
 from hybrid.checkpoint import Checkpoint, Origin, load_checkpoint, save_checkpoint
 from hybrid.config import Config
+from hybrid.gauss_newton import GaussNewtonTrainer
 from hybrid.preparation import prepare
+from hybrid.trainers import trainer_for
 from hybrid.training import EpochResult, Trainer
 from hybrid.windows import cut_all, window_length
 
@@ -36,7 +38,7 @@ class Run:
     folder: Path
     config: Config
     origin: Origin
-    trainer: Trainer
+    trainer: Trainer | GaussNewtonTrainer
     history: tuple[EpochResult, ...] = ()
     seconds: float = 0.0
 
@@ -51,11 +53,8 @@ class Run:
 
     def checkpoint(self) -> Checkpoint:
         """Return the state as it is now."""
-        optimiser = self.trainer.optimiser.state_dict()
-        objective = self.trainer.objective.state_dict()
-        return Checkpoint(
-            self.config, self.origin, self.trainer.model, optimiser, objective, self.history, self.seconds
-        )
+        trainer = self.trainer
+        return Checkpoint(self.config, self.origin, trainer.model, trainer.state(), self.history, self.seconds)
 
     def finish(self) -> None:
         """Turn the training's state into the run's checkpoint."""
@@ -85,9 +84,8 @@ def begin(
         unexplained=prepared.unexplained,
         data_digest=digest(prepared.windows),
         connectors=prepared.connectors,
-        first_horizon=prepared.first_horizon,
     )
-    trainer = Trainer(prepared.model, prepared.windows, config.training, device, prepared.first_horizon)
+    trainer = trainer_for(prepared.model, prepared.windows, config.training, device)
     return Run(folder, config, origin, trainer, seconds=time.perf_counter() - started)
 
 
@@ -112,15 +110,8 @@ def resume(dataset: Dataset, config: Config, folder: Path, device: str = "cpu") 
         )
     if faults:
         raise InputError([*faults, "give the same settings and data to go on with it, or --fresh to start anew"])
-    trainer = Trainer(
-        found.model,
-        windows if windows is not None else np.empty(0),
-        config.training,
-        device,
-        found.origin.first_horizon,
-    )
-    trainer.optimiser.load_state_dict(found.optimiser)
-    trainer.objective.load_state_dict(found.objective)
+    trainer = trainer_for(found.model, windows if windows is not None else np.empty(0), config.training, device)
+    trainer.load_state(found.trainer)
     trainer.done = len(found.history)
     return Run(folder, config, found.origin, trainer, found.history, found.seconds)
 

@@ -1,20 +1,21 @@
-"""Training: lower an objective over batches of windows, epoch by epoch.
+"""Training by gradients: raise the evidence lower bound over batches of windows, epoch by epoch.
 
 Every random draw of an epoch follows from the seed and the epoch's number, so a training that resumes after any epoch
 goes on exactly as if it had never stopped.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import cos, pi
+from typing import Any
 
 import numpy as np
 import torch
 
 from fe_models.dofs import FloatArray
 from hybrid.config import TrainingConfig
+from hybrid.elbo import Elbo
 from hybrid.model import NeuralModalODE
-from hybrid.objectives import objective_for
 
 GRADIENT_NORM = 10.0  # longer gradients are shortened to this: rare, after a draw of z0 far out
 LAST_LEARNING_RATE = 0.05  # of the first; a cosine leads there
@@ -58,19 +59,31 @@ class Trainer:
         windows: FloatArray,
         config: TrainingConfig,
         device: str = "cpu",
-        first_horizon: int | None = None,
     ) -> None:
         self.model = model.to(device)
-        self.config = replace(config, first_horizon=first_horizon or config.first_horizon)
+        self.config = config
         self.device = device
         self.windows = torch.tensor(windows, dtype=torch.get_default_dtype(), device=device)  # (window, time, sensor)
-        self.objective = objective_for(self.model, self.windows, config)
+        self.objective = Elbo(self.model, self.windows, config)
         self.optimiser = torch.optim.Adam(model.parameters(), lr=config.learning_rate)
         self.done = 0
 
+    def state(self) -> dict[str, Any]:
+        """Return where the training stands, besides the model: the state of the optimiser."""
+        return self.optimiser.state_dict()
+
+    def load_state(self, state: dict[str, Any]) -> None:
+        """Go on from there."""
+        self.optimiser.load_state_dict(state)
+
+    @property
+    def finished(self) -> bool:
+        """Whether all epochs are done."""
+        return self.done >= self.config.epochs
+
     def epochs(self) -> Iterator[EpochResult]:
         """Train one epoch at each step of the iteration, until `TrainingConfig.epochs` are done."""
-        while self.done < self.config.epochs:
+        while not self.finished:
             yield self.train_epoch(self.done + 1)
 
     def batches(self, epoch: int) -> list[np.ndarray]:
@@ -96,7 +109,6 @@ class Trainer:
                 raise self._diverged(epoch, horizon)
             self.optimiser.step()
             total += float(losses.detach().sum())
-        self.objective.end_epoch(self.model)
         if epoch == self.config.epochs and not self._gives_numbers():
             raise self._diverged(epoch, horizon)
         self.done = epoch

@@ -41,12 +41,12 @@ def main(
     out: Annotated[Path, typer.Option(help="Folder for the results; made where it is missing.")],
     preset: Annotated[Preset, typer.Option(help="'paper': Lai et al. 2022. 'places': for chains.")] = Preset.DEFAULT,
     epochs: Annotated[
-        int | None, typer.Option(min=1, help="Passes over the training windows. [default: 20; places 40; paper 1600]")
+        int | None, typer.Option(min=1, help="Passes over the training windows. [default: 20; places 30; paper 1600]")
     ] = None,
     learning_rate: Annotated[
-        float | None, typer.Option(min=1e-8, help="Of Adam, at the start. [default: 0.001; places 0.01]")
+        float | None, typer.Option(min=1e-8, help="Of Adam, at the start. [default: 0.001]")
     ] = None,
-    batch: Annotated[int | None, typer.Option(min=1, help="Windows a step. [default: 16; places 50]")] = None,
+    batch: Annotated[int | None, typer.Option(min=1, help="Windows a step. [default: 16; places 100]")] = None,
     window: Annotated[
         int | None, typer.Option(min=40, help="Samples a window, at most a recording's. [default: 500]")
     ] = None,

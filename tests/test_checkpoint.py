@@ -15,7 +15,7 @@ from fe_models.errors import InputError
 from fe_models.four_dof import four_dof
 from fe_models.linear import LinearModel, ModalModel
 from fe_models.recordings import Dataset
-from hybrid.checkpoint import Checkpoint, load_checkpoint, save_checkpoint
+from hybrid.checkpoint import FORMAT, Checkpoint, load_checkpoint, save_checkpoint
 from hybrid.config import Config, ModelConfig, paper_preset
 from hybrid.forecast import forecast_windows
 from hybrid.run import begin
@@ -140,7 +140,7 @@ def test_a_truncated_file_is_refused(share: float, checkpoint: Checkpoint, tmp_p
 
 def test_other_files_are_refused(tmp_path: Path) -> None:
     path = tmp_path / "checkpoint.pt"
-    for content in (torch.zeros(3), [1, 2], {"weights": torch.zeros(2)}, 5, {"format": 2}):
+    for content in (torch.zeros(3), [1, 2], {"weights": torch.zeros(2)}, 5, {"format": FORMAT}):
         torch.save(content, path)
         with pytest.raises(InputError, match="is not a checkpoint of this program"):
             load_checkpoint(path)

@@ -17,15 +17,18 @@ from fe_models.linear import ModalModel
 from fe_models.recordings import Dataset
 from hybrid.calibration import Observer, fit_linear_rest
 from hybrid.config import places_preset
+from hybrid.connector_residual import ConnectorResidual
 from hybrid.connectors import chain_connectors
 from hybrid.dynamics import ModalDynamics
-from hybrid.integrators import propagate, sensitivities
+from hybrid.integrators import propagate
+from hybrid.linearised import linearise as linearise_trajectory
+from hybrid.linearised import sensitivities
 from hybrid.preparation import prepare
-from hybrid.residual import ConnectorResidual, FreeResidual
+from hybrid.residual import FreeResidual
 from hybrid.run import begin, resume
 from hybrid.scaling import StateScale
 from hybrid.state_estimation import StatePrior, estimate_state
-from hybrid.training import Trainer
+from hybrid.trainers import trainer_for
 from tests.hybrid_problems import (
     MASS,
     MEASURED,
@@ -68,7 +71,7 @@ def places(modal: ModalModel, scale: StateScale | None = None) -> ConnectorResid
 def with_laws(residual: ConnectorResidual) -> ConnectorResidual:
     """Give the nets something to do."""
     with torch.no_grad():
-        residual.out.normal_(generator=torch.Generator().manual_seed(1))
+        residual.table[:, -residual.hidden :].normal_(generator=torch.Generator().manual_seed(1))
     return residual
 
 
@@ -126,12 +129,11 @@ def test_sensitivities_are_the_derivative_of_the_trajectory() -> None:
     z0 = torch.randn(2, 8, generator=torch.Generator().manual_seed(0))
     with torch.no_grad():
         z = propagate(dynamics, z0, 41, 0.1)
-        slopes = dynamics.force_slopes(z.flatten(0, 1)).unflatten(0, z.shape[:2])
-        S = sensitivities(dynamics, z, slopes, 0.1)
+        S = sensitivities(linearise_trajectory(dynamics, z.transpose(0, 1), 0.1)).transpose(0, 1)
         for j in range(8):
             step = 1e-6 * torch.eye(8)[j]
             differences = (propagate(dynamics, z0 + step, 41, 0.1) - propagate(dynamics, z0 - step, 41, 0.1)) / 2e-6
-            torch.testing.assert_close(S[..., j], differences, rtol=0, atol=1e-7)
+            torch.testing.assert_close(S[:, :, j], differences, rtol=0, atol=1e-7)
 
 
 def test_the_state_of_a_linear_chain_is_the_gaussian_posterior() -> None:
@@ -172,9 +174,9 @@ def cubic() -> Dataset:
 
 def test_the_missing_law_is_found_where_it_acts() -> None:
     """After a short training the law at node 1 bends like k u^3, and nothing of that size acts elsewhere."""
-    config = replace(PLACES, training=replace(PLACES.training, epochs=30, batch=20))
+    config = replace(PLACES, training=replace(PLACES.training, epochs=30))
     prepared = prepare(cubic(), config)
-    trainer = Trainer(prepared.model, prepared.windows, config.training, first_horizon=prepared.first_horizon)
+    trainer = trainer_for(prepared.model, prepared.windows, config.training)
     results = list(trainer.epochs())
     residual = trainer.model.dynamics.residual
     assert isinstance(residual, ConnectorResidual)
@@ -199,7 +201,7 @@ def test_the_same_seed_gives_the_same_bits() -> None:
     trainers = []
     for _ in range(2):
         prepared = prepare(chain_dataset(), PLACES)
-        trainers.append(Trainer(prepared.model, prepared.windows, PLACES.training))
+        trainers.append(trainer_for(prepared.model, prepared.windows, PLACES.training))
         list(trainers[-1].epochs())
     assert same(learned(trainers[0].model), learned(trainers[1].model))
 

@@ -50,8 +50,8 @@ def assert_equal(one: Checkpoint, other: Checkpoint) -> None:
     """Weights, buffers, optimiser and history, bit for bit."""
     assert same(one.model.state_dict(), other.model.state_dict())
     assert one.history == other.history
-    assert one.optimiser["param_groups"] == other.optimiser["param_groups"]
-    first, second = one.optimiser["state"], other.optimiser["state"]
+    assert one.trainer["param_groups"] == other.trainer["param_groups"]
+    first, second = one.trainer["state"], other.trainer["state"]
     assert first.keys() == second.keys()
     for number in first:
         assert same(first[number], second[number])
