@@ -157,7 +157,7 @@ def test_a_folder_in_its_place_is_refused(tmp_path: Path) -> None:
 
 def test_another_version_is_refused(tmp_path: Path) -> None:
     torch.save({"format": 99}, tmp_path / "new.pt")
-    with pytest.raises(InputError, match="has checkpoint format 99, this program reads 2; train again"):
+    with pytest.raises(InputError, match=f"has checkpoint format 99, this program reads {FORMAT}; train again"):
         load_checkpoint(tmp_path / "new.pt")
 
 
