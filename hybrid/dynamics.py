@@ -7,29 +7,35 @@ import torch
 from torch import Tensor, nn
 
 from fe_models.dofs import FloatArray
-from fe_models.effects import ConnectorEffect
+from fe_models.effects import ForceLaw
+from fe_models.errors import raise_faults
 from fe_models.linear import ModalModel
 from hybrid.residual import Residual, place_slopes
 from hybrid.scaling import StateScale
 
 
-def effect_shape(modal: ModalModel, effect: ConnectorEffect) -> FloatArray:
-    """Return b^T Phi (mode,): the effect's elongation for a unit of each modal coordinate."""
-    rows = [modal.dofs.row(node, effect.direction) for node in effect.nodes]
-    return modal.shapes[rows[-1]] - (modal.shapes[rows[0]] if len(rows) == 2 else 0.0)
+def effect_shape(modal: ModalModel, law: ForceLaw) -> FloatArray:
+    """Return b^T Phi (mode,): the elongation of an effect's force for a unit of each modal coordinate."""
+    shape = np.zeros(modal.shapes.shape[1])
+    for node, direction, coefficient in law.pulls:
+        shape += coefficient * modal.shapes[modal.dofs.row(node, direction)]
+    return shape
 
 
 class ModalDynamics(nn.Module):
     """Rate of the scaled state z = [q / a, q' / b] (scales a, b: one a mode, see `StateScale`).
 
-    The physical part is fixed: Lambda = diag(omega^2), Gamma = diag(2 xi omega), and the effects that the structure
-    carries. The ``residual`` is what is learned.
+    The physical part is fixed: Lambda = diag(omega^2), Gamma = diag(2 xi omega), and the force laws of
+    the effects that the structure carries. The ``residual`` is what is learned. `InputError` for forces that depend on
+    time: a window does not tell when in its recording it begins.
     """
 
-    def __init__(
-        self, modal: ModalModel, effects: Sequence[ConnectorEffect], scale: StateScale, residual: Residual
-    ) -> None:
+    def __init__(self, modal: ModalModel, effects: Sequence[ForceLaw], scale: StateScale, residual: Residual) -> None:
         super().__init__()
+        timed = dict.fromkeys(effect.kind for effect in effects if effect.timed)
+        raise_faults(
+            f"the hybrid model takes no force that depends on time, and the structure has {kind}" for kind in timed
+        )
         modes = len(modal.omega)
         self.modes = modes
         self.effects = tuple(effects)

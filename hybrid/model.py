@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor, nn
 
-from fe_models.effects import ConnectorEffect
+from fe_models.effects import ForceLaw
 from fe_models.linear import ModalModel
 from fe_models.recordings import Sensor
 from hybrid.config import ModelConfig
@@ -41,7 +41,7 @@ class NeuralModalODE(nn.Module):
         self,
         config: ModelConfig,
         modal: ModalModel,
-        effects: tuple[ConnectorEffect, ...],
+        effects: tuple[ForceLaw, ...],
         sensors: tuple[Sensor, ...],
         channel_scale: Tensor,
         state_scale: StateScale,

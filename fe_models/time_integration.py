@@ -1,0 +1,42 @@
+"""The error of the simulation's own time steps."""
+
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+
+from fe_models.dofs import FloatArray
+from fe_models.effects.base import Cause, parameter
+from fe_models.linear import ModalModel
+
+
+@dataclass(frozen=True)
+class TimeIntegration(Cause):
+    """A simulation in steps of ``step`` by Newmark's method with constant average acceleration (trapezoidal rule).
+
+    One step maps the state z' = A z to (I - h A / 2)^-1 (I + h A / 2) z, which is the exact motion of another system.
+    A mode with lambda = omega (-xi + i sqrt(1 - xi^2)) appears with
+
+        lambda_h = log((1 + h lambda / 2) / (1 - h lambda / 2)) / h,
+
+    without damping omega_h = 2 / h atan(h omega / 2): the period is longer by (h omega)^2 / 12, and no motion decays
+    or grows that should not. The shapes stay.
+    """
+
+    kind: ClassVar[str] = "time_integration"
+    step: float = parameter("s")
+
+    def simulated(self, modal: ModalModel) -> ModalModel:
+        """Return the modes that such a simulation of ``modal`` shows (for damping ratios below 1)."""
+        omega, ratio = self.frequency_and_ratio(modal.omega, modal.damping_ratio)
+        return replace(modal, omega=omega, damping_ratio=ratio)
+
+    def frequency_and_ratio(self, omega: FloatArray, ratio: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return omega_h (rad/s) and xi_h of modes with ``omega`` (rad/s) and damping ratios below 1, any shape."""
+        half = self.step / 2 * omega * (-ratio + 1j * np.sqrt(1 - np.square(ratio)))
+        shown = (np.log1p(half) - np.log1p(-half)) / self.step
+        return np.abs(shown), -shown.real / np.abs(shown)
+
+    def faults(self) -> list[str]:
+        """Return a fault of a step that is none."""
+        return [] if 0 < self.step < np.inf else [f"step = {self.step} s; must be positive"]
