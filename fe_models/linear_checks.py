@@ -61,10 +61,10 @@ def negative_stiffness_faults(model: LinearModel) -> list[str]:
     if len(diagonal) > LARGEST_EIGENVALUE_CHECK:
         return []
     scale = 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
-    values, shapes = eigh(model.stiffness.toarray() * np.outer(scale, scale))
+    values, shapes = eigh(model.stiffness.toarray() * np.outer(scale, scale), subset_by_index=[0, 0])
     if values[0] >= -NEGATIVE:
         return []
-    most = dof_name(model.dofs, int(np.argmax(np.abs(shapes[:, 0]))))
+    most = dof_name(model.dofs, int(np.argmax(np.abs(shapes[:, 0] * scale))))
     return [
         f"the state at rest is unstable, most of all {most}: some motion releases energy (it buckles). "
         "Take less stiffness away, or less compression"

@@ -102,7 +102,7 @@ def simulate_free(
     displacement: FloatArray,
     velocity: FloatArray,
     config: FreeConfig | None = None,
-    effects: tuple[Effect, ...] = (),
+    effects: tuple[Effect | ForceLaw, ...] = (),
     progress: bool = True,
 ) -> Response:
     """Return free motions M u'' + C u' + K u + f(u, u', t) = 0 from many initial states, (realisation, time, dof).
@@ -116,8 +116,9 @@ def simulate_free(
 
     config = config or FreeConfig()
     if isinstance(model, Structure):
-        structure = model.with_effects(*effects)
-        model, laws = linearise(structure), force_laws(structure)
+        structure = model.with_effects(*(effect for effect in effects if isinstance(effect, Effect)))
+        others = tuple(effect for effect in effects if not isinstance(effect, Effect))
+        model, laws = linearise(structure), force_laws(structure) + others
     else:
         laws = _laws_alone(effects)
     displacement, velocity = _initial_states(model, displacement, velocity)
@@ -222,7 +223,7 @@ Joined = tuple[tuple[ForceLaw, FloatArray], ...]
 """Force laws with their coefficients (free,)."""
 
 
-def _laws_alone(effects: tuple[Effect, ...]) -> tuple[ForceLaw, ...]:
+def _laws_alone(effects: tuple[Effect | ForceLaw, ...]) -> tuple[ForceLaw, ...]:
     """Return effects that need no structure; `InputError` with the others."""
     linear = dict.fromkeys(effect.kind for effect in effects if not isinstance(effect, ForceLaw))
     raise_faults(f"{kind} changes a structure, and matrices alone have none: give a structure" for kind in linear)

@@ -23,7 +23,7 @@ def sine(x: Any) -> Any:
 def smooth_ramp(x: Any, width: Any) -> Any:
     """Return max(x, 0), within ``width`` of zero the parabola (x + width)^2 / (4 width) that joins it smoothly.
 
-    Continuous with its first derivative; exactly 0 below -width and exactly x above it; a plain ramp for width 0.
+    Continuous with its first derivative; 0 below -width and x above it but for rounding; a plain ramp for width 0.
     """
     left, right = absolute(x + width), absolute(x - width)
     inside = 0.5 * (left - right) + width  # 0 to 2 width, as x runs from -width to width
