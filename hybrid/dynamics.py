@@ -1,5 +1,6 @@
 """The latent ODE q'' = -Lambda q - Gamma q' + known effects + learned rest (Lai et al. 2022, eq. 5)."""
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -12,6 +13,9 @@ from fe_models.errors import raise_faults
 from fe_models.linear import ModalModel
 from hybrid.residual import Residual, place_slopes
 from hybrid.scaling import StateScale
+
+EXPLICIT_REACH = 0.25
+"""Largest step times rate of an effect's force; at 1 the explicit propagator is at its limit of stability."""
 
 
 def effect_shape(modal: ModalModel, law: ForceLaw) -> FloatArray:
@@ -75,6 +79,18 @@ class ModalDynamics(nn.Module):
                 lambda u, v: self._effect_laws(u.T, v.T).T, shapes * self.a, shapes * self.b, shapes / self.b, z
             )
         return slopes
+
+    def substeps(self, step: float) -> int:
+        """Return into how many parts a ``step`` (s) must be split for the steepest of the structure's effects.
+
+        The propagator takes forces explicitly: a stop in contact turns with sqrt(k |s|^2) rad/s, friction at rest
+        decays with c |s|^2 1/s, s the effect's shape.
+        """
+        rates = [0.0]
+        for effect, shape in zip(self.effects, self.effect_shapes.square().sum(dim=1).tolist(), strict=True):
+            stiffness, damping = effect.largest_slopes
+            rates += [math.sqrt(stiffness * shape), damping * shape]
+        return max(1, math.ceil(step * max(rates) / EXPLICIT_REACH))
 
     def _effect_force(self, q: Tensor, q_dot: Tensor) -> Tensor:
         return self._effect_laws(q @ self.effect_shapes.T, q_dot @ self.effect_shapes.T) @ self.effect_shapes

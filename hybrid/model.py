@@ -68,6 +68,7 @@ class NeuralModalODE(nn.Module):
         else:
             residual = ConnectorResidual(connectors, state_scale, config.net_hidden)
         self.dynamics = ModalDynamics(modal, effects, state_scale, residual)
+        self.substeps = max(config.substeps, self.dynamics.substeps(step))
         self.decoder = Decoder(modal, sensors)
 
     def encode(self, windows: Tensor) -> tuple[Tensor, Tensor]:
@@ -86,9 +87,7 @@ class NeuralModalODE(nn.Module):
     def forecast(self, z0: Tensor, samples: int) -> Trajectory:
         """Return the trajectory of ``samples`` samples from scaled initial states z0 (batch, 2 mode)."""
         config = self.config
-        z = integrate(
-            self.dynamics, z0, samples, self.step, config.integrator, config.substeps
-        )  # (batch, time, 2 mode)
+        z = integrate(self.dynamics, z0, samples, self.step, config.integrator, self.substeps)  # (batch, time, 2 mode)
         force = self.dynamics.force(z)
         q, q_dot = self.dynamics.unscale(z)
         q_ddot = self.dynamics.acceleration(z, force)

@@ -71,7 +71,7 @@ def estimate_state(
 def _linearise(model: "NeuralModalODE", z0: Tensor, samples: int) -> tuple[Tensor, Tensor]:
     """Return the measured channels from z0 (batch, time, measured), and d channels / dz0, with 2 mode behind."""
     dynamics, measured = model.dynamics, model.measured
-    every = model.config.substeps
+    every = model.substeps
     z = propagate(dynamics, z0, (samples - 1) * every + 1, model.step / every)  # (batch, substep, 2 mode)
     slopes = dynamics.force_slopes(z.flatten(0, 1)).unflatten(0, z.shape[:2])  # (batch, substep, mode, 2 mode)
     S = sensitivities(dynamics, z, slopes, model.step / every)  # (batch, substep, 2 mode, 2 mode)

@@ -104,7 +104,7 @@ class ForceLaw(ABC):
 
     @property
     def largest_slopes(self) -> tuple[float, float]:
-        """The largest d force/du (N/m) and d force/dv (N s/m), zero where they know no bound: steps depend on them."""
+        """The largest |d force/du| (N/m) and |d force/dv| (N s/m), 0 where they know no bound: steps depend on them."""
         return 0.0, 0.0
 
 

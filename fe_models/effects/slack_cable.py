@@ -84,3 +84,8 @@ class SlackLaw(ForceLaw):
         """Return stiffness * ramp(-u - N0 / stiffness) (N), which takes back the compression of the bar."""
         play = self.pretension / self.stiffness
         return self.stiffness * smooth_ramp(-u - play, SMOOTHING * play)
+
+    @property
+    def largest_slopes(self) -> tuple[float, float]:
+        """The stiffness that it takes away."""
+        return self.stiffness, 0.0

@@ -88,7 +88,11 @@ def assemble_model(
     )
     damping = csr_array(mass.shape) if damping is None else damping
     modal_ratios = () if ratios is None else tuple(ratios.ravel().tolist())
-    pairs = () if replaced is None else tuple((int(mode), float(ratio)) for mode, ratio in replaced.reshape(-1, 2))
+    pairs: tuple[tuple[int, float], ...] = ()
+    if replaced is not None and (replaced.ndim != 2 or replaced.shape[1] != 2 or not np.isfinite(replaced).all()):
+        faults.append(f"replaced_ratios is no table of mode and ratio; it has shape {replaced.shape}")
+    elif replaced is not None:
+        pairs = tuple((int(mode), float(ratio)) for mode, ratio in replaced)
     model = LinearModel(mass, damping, stiffness, dof_map, nodes, modal_ratios, pairs)
     raise_faults(f"{where}: {fault}" for fault in [*faults, *check_linear_model(model)])
     return model
