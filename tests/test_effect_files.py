@@ -1,5 +1,6 @@
 """Effects in structure files: every kind there and back, words and units of the contract, every fault at once."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -29,9 +30,10 @@ from fe_models.errors import InputError
 from fe_models.files.structure_file import load_structure, save_structure, structure_from_text, structure_text
 from fe_models.four_dof import four_dof
 from fe_models.sensor_effects import SensorDelay, SensorDrift, SensorGain
-from fe_models.structure import Structure
+from fe_models.structure import Structure, Support
 from fe_models.structure_checks import check_structure
 from fe_models.time_integration import TimeIntegration
+from tests.problems import cantilever
 
 # Each kind of the contract: an example, its location and its parameters with units.
 WORDS: list[tuple[Cause, dict[str, object], dict[str, tuple[object, str]]]] = [
@@ -228,9 +230,9 @@ def test_faults_of_effects_made_in_python(structure: Structure, effect: Effect, 
     assert any(line.startswith(f"effects[1]: {fault}") for line in check_structure(structure.with_effects(effect)))
 
 
-def test_a_lost_support_that_held_a_piece_is_a_fault() -> None:
-    """What takes a support's place still holds, with whatever stiffness; a spring of none does not."""
-    held = bridge()
-    for direction, stiffness in (("x", 0.0), ("y", 0.0), ("rz", 0.0)):
-        held = held.with_effects(SupportSpring(30, direction, stiffness))  # type: ignore[arg-type]
-    assert check_structure(held) == []  # the deck and its rollers hold it through the cables
+def test_a_restraint_that_is_an_effect_holds_what_would_turn() -> None:
+    pinned = replace(cantilever(), supports=(Support(1, ("x", "y")),))
+    assert check_structure(pinned) == [
+        "nodes 1, 2: held too little, free to turn about a point as a rigid body; add a support"
+    ]
+    assert check_structure(pinned.with_effects(SupportSpring(1, "rz", 100.0))) == []

@@ -144,6 +144,23 @@ def test_axial_force_is_the_tangent_of_a_loaded_nonlinear_beam(force: float) -> 
     np.testing.assert_allclose(found, expected, rtol=2e-3)  # linear shapes in P-delta: order 2, (b / 16)^2 / 12
 
 
+def test_axial_forces_of_several_effects_add_up() -> None:
+    once = linearise(simply_supported(2).with_effects(AxialForce((1,), 70.0))).stiffness.toarray()
+    twice = linearise(simply_supported(2).with_effects(AxialForce((1,), 100.0), AxialForce((1,), -30.0)))
+    np.testing.assert_allclose(twice.stiffness.toarray(), once, rtol=1e-12)  # another order of sums
+
+
+def test_a_weaker_cable_carries_less_of_its_prestress() -> None:
+    """All its forces are multiplied: E A / L0 along it and N / L across, until it is lost."""
+    elements = Cable((1, 2), WIRE, 50.0, tension_only=False), Spring((2,), "x", 1.0), Spring((2,), "y", 1.0)
+    cable = Structure("c", ((0, 0), (2, 0)), elements, supports=(Support(1, ("x", "y")),), directions=("x", "y"))
+    full = linearise(cable, np.zeros(4)).stiffness.toarray() - np.eye(2)
+    assert full[1, 1] == pytest.approx(50.0 / 2.0, rel=1e-9)
+    for factor in (0.4, 0.0):
+        found = linearise(cable.with_effects(StiffnessChange((1,), factor)), np.zeros(4)).stiffness.toarray()
+        np.testing.assert_allclose(found - np.eye(2), factor * full, rtol=1e-9, atol=1e-9)
+
+
 @pytest.mark.parametrize("vector", [(2.0, 0.0), (0.3, -0.4)])
 def test_axial_force_is_the_prestress_of_a_cable(vector: tuple[float, float]) -> None:
     supports = (Support(1, ("x", "y")), Support(2, ()))
