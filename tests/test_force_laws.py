@@ -1,6 +1,7 @@
 """Force laws against closed forms and an independent integrator, in Exudyn and in the reduced model."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -20,6 +21,7 @@ from fe_models.effects import (
     SlackCable,
 )
 from fe_models.effects.laws import force_laws
+from fe_models.effects.slack_cable import SlackLaw
 from fe_models.errors import InputError
 from fe_models.four_dof import four_dof
 from fe_models.simulate import FreeConfig, ReleaseConfig, simulate_free, simulate_release
@@ -243,6 +245,24 @@ def test_every_sort_of_number_gives_the_same_force(name: str) -> None:
         found = np.zeros_like(values) if slope is None else slope.numpy()
         difference = (np.asarray(law.force(u + by[0], v + by[1])) - law.force(u - by[0], v - by[1])) / 2e-6
         np.testing.assert_allclose(found, difference, atol=1e-6)  # central differences of smooth laws
+
+
+@pytest.mark.parametrize("name", CHAIN_EFFECTS)
+def test_forces_have_slopes_by_their_parameters(name: str) -> None:
+    """A search may put tensors in the place of numbers: what it gets are the slopes that differences show."""
+    (law,) = force_laws(four_dof().with_effects(CHAIN_EFFECTS[name]))
+    assert isinstance(law, CubicSpring | QuadraticDamper | CoulombFriction | GapStop | HarmonicForce | SlackLaw)
+    u, v = np.random.default_rng(6).standard_normal((2, 40))
+    numbers = [item.name for item in fields(law) if isinstance(getattr(law, item.name), float)]
+    assert numbers
+    for parameter in numbers:
+        value = getattr(law, parameter)
+        tensor = torch.tensor(value, dtype=torch.float64, requires_grad=True)
+        changed: dict[str, Any] = {parameter: tensor}
+        total = replace(law, **changed).force(torch.tensor(u), torch.tensor(v), 0.4).sum()
+        (slope,) = torch.autograd.grad(total, tensor)
+        up, down = (np.sum(replace(law, **{parameter: value + step}).force(u, v, 0.4)) for step in (1e-6, -1e-6))
+        assert slope.item() == pytest.approx(float(up - down) / 2e-6, rel=1e-6, abs=1e-7)
 
 
 @pytest.mark.parametrize("name", CHAIN_EFFECTS)
