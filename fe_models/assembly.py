@@ -7,7 +7,7 @@ freedom costs Exudyn no more than the drawn one, and no full matrix is ever form
 """
 
 from collections import defaultdict
-from collections.abc import Hashable
+from collections.abc import Hashable, Iterable
 from dataclasses import fields
 from typing import TYPE_CHECKING
 
@@ -16,7 +16,11 @@ from scipy.sparse import coo_array, csr_array
 
 from fe_models.cables import is_slack
 from fe_models.dofs import DofMap, FloatArray, IntArray
+from fe_models.effects import AddedMass, ForceLaw
+from fe_models.effects.laws import replaced_ratios
+from fe_models.errors import raise_faults
 from fe_models.linear import LinearModel
+from fe_models.linear_checks import negative_mass_faults, negative_stiffness_faults
 from fe_models.mesh import Mesh, mesh
 from fe_models.structure import Cable, PointMass, Structure
 from fe_models.structure_checks import require_structure
@@ -25,24 +29,32 @@ if TYPE_CHECKING:
     from fe_models.exudyn_io import ElementMatrices
     from fe_models.exudyn_items import Item
 
+    PlacedItem = tuple[Item, tuple[int, ...], FloatArray]
+
 
 def linearise(structure: Structure, state: FloatArray | None = None) -> LinearModel:
     """Return M, C and K over the free degrees of freedom, for small motion about a state at rest.
 
     Without ``state``: the drawn geometry, without load or prestress, cables taken as taut bars. With ``state``, the
     displacement (dof,) of a loaded state at rest (`statics.rest_state`): the tangent there, with prestress, P-delta and
-    slack cables. `InputError` with all faults where the structure is not usable.
+    slack cables. Linear effects are in the matrices; the `force_laws` of the others, which exert nothing at rest, are
+    not. `InputError` with all faults where the structure is not usable, or its effects take more mass or stiffness away
+    than there is.
     """
     parts = mesh(require_structure(structure))
     groups = _equal_items(structure, parts, state)
-    return LinearModel(
-        mass=_scatter([(matrices.mass, rows) for matrices, rows in groups], parts.dofs),
-        damping=_scatter([(matrices.damping, rows) for matrices, rows in groups], parts.dofs),
-        stiffness=_scatter([(matrices.stiffness, rows) for matrices, rows in groups], parts.dofs),
+    model = LinearModel(
+        mass=scatter([(matrices.mass, rows) for matrices, rows in groups], parts.dofs),
+        damping=scatter([(matrices.damping, rows) for matrices, rows in groups], parts.dofs),
+        stiffness=scatter([(matrices.stiffness, rows) for matrices, rows in groups], parts.dofs),
         dofs=parts.dofs,
         coordinates=parts.coordinates,
         modal_ratios=structure.damping.modal_ratios,
+        replaced_ratios=replaced_ratios(structure),
     )
+    if any(not isinstance(effect, ForceLaw) for effect in structure.effects):
+        raise_faults(f"structure {structure.name!r}: {fault}" for fault in _overdrawn(structure, model))
+    return model
 
 
 def gravity_load(structure: Structure, acceleration: float = 9.81) -> FloatArray:
@@ -55,12 +67,33 @@ def gravity_load(structure: Structure, acceleration: float = 9.81) -> FloatArray
     return weight
 
 
+def _overdrawn(structure: Structure, model: LinearModel) -> list[str]:
+    """Return faults where effects leave no positive mass or stiffness, or name modes that the model does not have."""
+    faults, diagonal = [], model.mass.diagonal()
+    removed = {effect.node for effect in structure.effects if isinstance(effect, AddedMass) and effect.mass < 0}
+    for row, (node, direction) in enumerate(zip(model.dofs.node, model.dofs.direction, strict=True)):
+        if node in removed and model.dofs.free[row] and direction != "rz":
+            left = diagonal[np.count_nonzero(model.dofs.free[:row])]
+            if left <= 0:
+                faults.append(f"effects leave node {node} a mass of {left:.6g} kg in {direction}; remove less there")
+    modes = [mode for mode, _ in model.replaced_ratios if mode > len(diagonal)]
+    faults += [f"modal_damping: there is no mode {mode}; the structure has {len(diagonal)}" for mode in modes]
+    return faults or negative_mass_faults(model) + negative_stiffness_faults(model)
+
+
 Group = tuple["ElementMatrices", IntArray]
 """Matrices (n, n) of equal items, and the rows (item, n) of their degrees of freedom."""
 
 
 def _equal_items(structure: Structure, parts: Mesh, state: FloatArray | None) -> list[Group]:
-    """Return the matrices of each different item, and where its copies sit."""
+    """Return the matrices of each different item of the structure, and where its copies sit."""
+    from fe_models.exudyn_io import items_of  # loads Exudyn only where it is needed
+
+    return matrices_of(structure, items_of(structure, parts), state)
+
+
+def matrices_of(structure: Structure, items: "Iterable[PlacedItem]", state: FloatArray | None) -> list[Group]:
+    """Return the matrices of each different one of ``items`` (item, mesh nodes, vector), and where its copies sit."""
     from fe_models import exudyn_io  # loads Exudyn only where it is needed
     from fe_models.exudyn_items import Options
 
@@ -68,7 +101,7 @@ def _equal_items(structure: Structure, parts: Mesh, state: FloatArray | None) ->
     per_node = len(structure.directions)
     matrices: dict[Hashable, ElementMatrices] = {}
     rows_of: dict[Hashable, list[list[int]]] = defaultdict(list)
-    for item, nodes, vector in exudyn_io.items_of(structure, parts):
+    for item, nodes, vector in items:
         rows = [per_node * (node - 1) + i for node in nodes for i in range(per_node)]
         moved = None if state is None else state[rows]
         key = (_without_place(item), *vector, None if moved is None else moved.tobytes())
@@ -86,7 +119,7 @@ def _without_place(item: "Item") -> Hashable:
     return (type(item), isinstance(item, PointMass) or len(item.nodes), *made_of)
 
 
-def _scatter(blocks: list[tuple[FloatArray, IntArray]], dofs: DofMap) -> csr_array:
+def scatter(blocks: list[tuple[FloatArray, IntArray]], dofs: DofMap) -> csr_array:
     """Return the sum of blocks (n, n), each added at all its rows (item, n), over the free degrees of freedom."""
     place = np.cumsum(dofs.free) - 1  # (dof,): position among the free ones
     rows, columns, values = [], [], []

@@ -11,9 +11,10 @@ from fe_models.structure import Cable
 def cable_free_length(cable: Cable, vector: FloatArray) -> float:
     """Return the length L0 (m) without force of a cable that carries its prestress N along ``vector`` (2,), in m.
 
-    N = E A (L - L0) / L0, so that L0 = L / (1 + N / (E A)).
+    N = E A (L - L0) / L0, so that L0 = L / (1 + N / (E A)); a cable that has lost its stiffness carries nothing.
     """
-    return hypot(*vector) / (1 + cable.prestress / cable.section.axial_stiffness)
+    strain = cable.prestress / cable.section.axial_stiffness if cable.section.axial_stiffness else 0.0
+    return hypot(*vector) / (1 + strain)
 
 
 def cable_force(cable: Cable, vector: FloatArray, displacement: FloatArray) -> float:

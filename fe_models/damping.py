@@ -30,11 +30,21 @@ def ratios_of_modes(ratios: tuple[float, ...], count: int) -> FloatArray:
     return np.array([ratios[min(mode, len(ratios) - 1)] for mode in range(count)])
 
 
+def replace_ratios(ratios: FloatArray, replaced: tuple[tuple[int, float], ...]) -> FloatArray:
+    """Return damping ratios (mode,) with those of ``replaced`` modes (numbered from 1) in their places."""
+    result = ratios.copy()
+    for mode, ratio in replaced:
+        if mode <= len(result):
+            result[mode - 1] = ratio
+    return result
+
+
 def full_damping(model: LinearModel) -> FloatArray:
     """Return C (free, free), the modal part included, as a full matrix.
 
-    C = C_model + M Phi diag(2 xi omega) Phi^T M, Phi all the mass-normalised modes. The second term couples every
-    degree of freedom with every other, which is why `LinearModel` keeps the ratios and not their matrix.
+    C = C_model + M Phi diag(2 xi omega) Phi^T M, Phi all the mass-normalised modes, xi the modal ratios; of a mode
+    whose ratio is replaced, xi is what brings it there. The second term couples every degree of freedom with every
+    other, which is why `LinearModel` keeps the ratios and not their matrix.
     """
     size = model.mass.shape[0]
     if size > LARGEST_DENSE:
@@ -43,12 +53,15 @@ def full_damping(model: LinearModel) -> FloatArray:
             f"use Rayleigh damping, or at most {LARGEST_DENSE} degrees of freedom"
         )
     damping: FloatArray = model.damping.toarray()
-    if any(model.modal_ratios):
+    if model.has_modal_damping:
         mass = model.mass.toarray()
         # M Phi = mu K Phi, mu = 1 / omega^2, also works where M is singular: mu = 0 there, and that mode is left out.
         compliance, shapes = eigh(mass, model.stiffness.toarray())
         real = compliance > 1e-14 * compliance[-1]
         omega = 1 / np.sqrt(compliance[real][::-1])
-        mass_shapes = mass @ shapes[:, real][:, ::-1] * omega  # eigh scales to Phi^T K Phi = I
-        damping += (mass_shapes * (2 * ratios_of_modes(model.modal_ratios, len(omega)) * omega)) @ mass_shapes.T
+        shapes = shapes[:, real][:, ::-1] * omega  # eigh scales to Phi^T K Phi = I
+        own = np.einsum("di,di->i", shapes, damping @ shapes) / (2 * omega)
+        added = replace_ratios(own + ratios_of_modes(model.modal_ratios, len(omega)), model.replaced_ratios) - own
+        mass_shapes = mass @ shapes
+        damping += (mass_shapes * (2 * added * omega)) @ mass_shapes.T
     return damping

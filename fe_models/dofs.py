@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fe_models.effects.laws import with_parts
 from fe_models.structure import Beam, Structure
 
 BoolArray = NDArray[np.bool_]
@@ -46,13 +47,14 @@ def structure_dofs(structure: Structure) -> DofMap:
     """Return the degrees of freedom of a structure and of the nodes that its refinement adds, supports marked as held.
 
     Node by node, each with all ``structure.directions`` in their order; first the nodes of the structure, then the
-    ``divisions - 1`` inner nodes of each beam, element by element (the numbering of `mesh.mesh`).
+    ``divisions - 1`` inner nodes of each beam, element by element (the numbering of `mesh.mesh`). What a support holds
+    is free where an effect puts a spring in the support's place.
     """
     beams = sum(isinstance(element, Beam) for element in structure.elements)
     nodes = len(structure.nodes) + beams * (structure.divisions - 1)
     per_node = len(structure.directions)
     free = np.ones((nodes, per_node), dtype=bool)
-    for support in structure.supports:
+    for support in with_parts(structure).supports:
         for direction in support.directions:
             free[support.node - 1, structure.directions.index(direction)] = False
     return DofMap(

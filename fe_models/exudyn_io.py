@@ -8,11 +8,16 @@ import numpy as np
 from exudyn.itemInterface import ObjectConnectorCoordinate
 
 from fe_models.dofs import FloatArray
-from fe_models.effects import ConnectorEffect
+from fe_models.effects.axial_force import GeometricStiffness
+from fe_models.effects.base import ForceLaw
+from fe_models.effects.laws import axial_forces, with_parts
+from fe_models.effects.slack_cable import SlackLaw
 from fe_models.exudyn_items import (
     Item,
     Options,
     System,
+    add_chord_law,
+    add_force_law,
     add_item,
     add_node,
     coordinate_marker,
@@ -20,7 +25,7 @@ from fe_models.exudyn_items import (
     new_system,
 )
 from fe_models.mesh import Mesh
-from fe_models.structure import Beam, Dashpot, Direction, PointMass, Structure
+from fe_models.structure import Beam, Cable, Direction, PointMass, Structure
 
 
 @dataclass(frozen=True)
@@ -67,26 +72,57 @@ def element_vector(structure: Structure, number: int) -> FloatArray:
 
 
 def items_of(structure: Structure, mesh: Mesh) -> Iterator[tuple[Item, tuple[int, ...], FloatArray]]:
-    """Yield all that has mass, stiffness or damping: the item, its mesh nodes (from 1), and the vector along it (m)."""
+    """Yield all that has mass, stiffness or damping: the item, its mesh nodes (from 1), and the vector along it (m).
+
+    Linear effects are in it, as the parts they stand for; the force laws of the others are not.
+    """
+    whole, axial = with_parts(structure), axial_forces(structure)
     vectors = [element_vector(structure, number) for number in range(1, len(structure.elements) + 1)]
     for part in mesh.elements:
-        yield structure.elements[part.parent - 1], part.nodes, vectors[part.parent - 1]
-    for mass in structure.point_masses:
+        element, vector = whole.elements[part.parent - 1], vectors[part.parent - 1]
+        yield element, part.nodes, vector
+        if part.parent in axial:
+            yield GeometricStiffness(part.nodes, axial[part.parent], isinstance(element, Beam)), part.nodes, vector
+    for spring in whole.elements[len(structure.elements) :]:
+        yield spring, spring.nodes, np.zeros(2)
+    for mass in whole.point_masses:
         yield mass, (mass.node,), np.zeros(2)
-    connectors: tuple[Dashpot | ConnectorEffect, ...] = (*structure.dashpots, *structure.effects)
-    for connector in connectors:
-        yield connector, connector.nodes, np.zeros(2)
+    for dashpot in whole.dashpots:
+        yield dashpot, dashpot.nodes, np.zeros(2)
 
 
-def whole_system(structure: Structure, mesh: Mesh, options: Options) -> System:
-    """Return all of a structure, supports included, as one system; its coordinates have the order of ``mesh.dofs``."""
+def whole_system(
+    structure: Structure,
+    mesh: Mesh,
+    options: Options,
+    laws: tuple[ForceLaw, ...] = (),
+    reference: FloatArray | None = None,
+) -> System:
+    """Return all of a structure, supports included, as one system; its coordinates have the order of ``mesh.dofs``.
+
+    The force ``laws`` act on elongations from the displacement ``reference`` (dof,), by default the drawn geometry.
+    """
     system = new_system(structure.directions)
     nodes = [add_node(system, position) for position in mesh.coordinates]
     for item, item_nodes, vector in items_of(structure, mesh):
         add_item(system, item, [nodes[node - 1] for node in item_nodes], vector, options)
+    for law in laws:
+        _add_law(system, mesh, law, nodes, np.zeros(len(mesh.dofs)) if reference is None else reference)
     ground = ground_marker(system)
     for row in np.flatnonzero(~mesh.dofs.free):
         node, direction = nodes[mesh.dofs.node[row] - 1], mesh.dofs.direction[row]
         marker = coordinate_marker(system, node, structure.directions.index(direction))
         system.mbs.AddObject(ObjectConnectorCoordinate(markerNumbers=[ground, marker]))
     return system
+
+
+def _add_law(system: System, mesh: Mesh, law: ForceLaw, nodes: list[int], reference: FloatArray) -> None:
+    if isinstance(law, SlackLaw) and isinstance(law.element, Cable):
+        first, last = law.element.nodes
+        moved = [reference[[mesh.dofs.row(node, axis) for axis in "xy"]] for node in (first, last)]
+        length = float(np.hypot(*(np.array(law.vector) + moved[1] - moved[0])))
+        add_chord_law(system, law, [nodes[first - 1], nodes[last - 1]], length)
+        return
+    markers = [coordinate_marker(system, nodes[n - 1], system.directions.index(d)) for n, d, _ in law.pulls]
+    elongation = sum(c * reference[mesh.dofs.row(node, direction)] for node, direction, c in law.pulls)
+    add_force_law(system, law, markers, float(elongation))

@@ -32,7 +32,9 @@ from exudyn.itemInterface import (
 
 from fe_models.cables import cable_free_length
 from fe_models.dofs import FloatArray
-from fe_models.effects import ConnectorEffect
+from fe_models.effects.axial_force import GeometricStiffness, geometric_stiffness
+from fe_models.effects.base import ForceLaw
+from fe_models.effects.connectors import ConnectorEffect
 from fe_models.structure import (
     PLANE_FRAME,
     Beam,
@@ -47,7 +49,7 @@ from fe_models.structure import (
 
 Index = Any
 """Exudyn's number of a node or marker."""
-Item = Element | PointMass | Dashpot | ConnectorEffect
+Item = Element | PointMass | Dashpot | GeometricStiffness | ConnectorEffect
 
 
 @dataclass(frozen=True)
@@ -110,6 +112,8 @@ def add_item(system: System, item: Item, nodes: list[Index], vector: FloatArray,
         case PointMass():
             mass = np.diag([0.0 if direction == "rz" else item.mass for direction in system.directions])
             _add_mass(system, nodes, mass, options.damping)
+        case GeometricStiffness():
+            _add_stiffness(system, nodes, geometric_stiffness(item, system.directions, vector))
         case ConnectorEffect():
             add_force_law(system, item, _markers(system, nodes, item.direction))
 
@@ -189,16 +193,50 @@ def _tension_only(system: System) -> object:
     return _symbolic(system, tension, "ObjectConnectorSpringDamper")
 
 
-def add_force_law(system: System, effect: ConnectorEffect, markers: list[Index]) -> None:
-    """Add the effect's own `force` between coordinate markers, as a function that Exudyn evaluates without Python."""
+def add_force_law(system: System, law: ForceLaw, markers: list[Index], reference: float = 0.0) -> None:
+    """Add the law's own `force` between coordinate markers, as a function that Exudyn evaluates without Python.
+
+    Its elongation is u_last - u_first, or u of the only marker, less ``reference`` (m).
+    """
 
     def force(
         mbs: Any, t: Any, itemNumber: Any, displacement: Any, velocity: Any, stiffness: Any, damping: Any, offset: Any
     ) -> Any:
-        return effect.force(displacement, velocity)
+        return law.force(displacement - reference, velocity, t)
 
-    law = _symbolic(system, force, "ObjectConnectorCoordinateSpringDamper")
-    _add_between(system, markers, springForceUserFunction=law)
+    function = _symbolic(system, force, "ObjectConnectorCoordinateSpringDamper")
+    _add_between(system, markers, springForceUserFunction=function)
+
+
+def add_chord_law(system: System, law: ForceLaw, nodes: list[Index], length: float) -> None:
+    """Add the law's own `force` along the line between two nodes, on what exceeds the ``length`` (m) of that line."""
+
+    def force(
+        mbs: Any, t: Any, itemNumber: Any, deltaL: Any, deltaL_t: Any, stiffness: Any, damping: Any, force: Any
+    ) -> Any:
+        return law.force(deltaL, deltaL_t, t)
+
+    system.mbs.AddObject(
+        ObjectConnectorSpringDamper(
+            markerNumbers=[system.mbs.AddMarker(MarkerNodePosition(nodeNumber=node)) for node in nodes],
+            referenceLength=length,
+            springForceUserFunction=_symbolic(system, force, "ObjectConnectorSpringDamper"),
+        )
+    )
+
+
+def add_spread_law(system: System, law: ForceLaw, node: Index, pull: FloatArray) -> None:
+    """Add the law's own `force` on the elongation ``pull`` (n,) times the n coordinates of a node.
+
+    Exudyn calls Python for it, which costs about as much as all the rest of a small system.
+    """
+
+    def force(mbs: Any, t: float, itemNumber: Any, q: Any, q_t: Any) -> FloatArray:
+        return -pull * float(law.force(pull @ np.asarray(q), pull @ np.asarray(q_t), t))
+
+    nothing = np.zeros((len(pull), len(pull)))
+    system.functions.append(force)
+    system.mbs.AddObject(ObjectGenericODE2(nodeNumbers=[node], massMatrix=nothing, forceUserFunction=force))
 
 
 def _symbolic(system: System, function: Callable[..., object], item_type: str) -> object:
@@ -210,6 +248,12 @@ def _symbolic(system: System, function: Callable[..., object], item_type: str) -
 def _add_mass(system: System, nodes: list[Index], mass: FloatArray, damping: Damping) -> None:
     system.mbs.AddObject(
         ObjectGenericODE2(nodeNumbers=nodes, massMatrix=mass, dampingMatrix=damping.mass_factor * mass)
+    )
+
+
+def _add_stiffness(system: System, nodes: list[Index], stiffness: FloatArray) -> None:
+    system.mbs.AddObject(
+        ObjectGenericODE2(nodeNumbers=nodes, massMatrix=np.zeros_like(stiffness), stiffnessMatrix=stiffness)
     )
 
 

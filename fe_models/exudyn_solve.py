@@ -14,10 +14,19 @@ from exudyn.itemInterface import (
 )
 
 from fe_models.dofs import FloatArray
-from fe_models.effects import ConnectorEffect
+from fe_models.effects.base import ForceLaw
+from fe_models.effects.laws import with_parts
 from fe_models.errors import InputError
 from fe_models.exudyn_io import element_vector, whole_system
-from fe_models.exudyn_items import Options, System, add_force_law, coordinate_marker, new_system
+from fe_models.exudyn_items import (
+    Options,
+    System,
+    add_force_law,
+    add_spread_law,
+    coordinate_marker,
+    ground_marker,
+    new_system,
+)
 from fe_models.mesh import Mesh
 from fe_models.structure import Spring, Structure
 
@@ -41,13 +50,20 @@ class Steps:
 
 
 def static_displacement(
-    structure: Structure, mesh: Mesh, load: FloatArray, slack: bool, start: FloatArray | None = None
+    structure: Structure,
+    mesh: Mesh,
+    load: FloatArray,
+    slack: bool,
+    start: FloatArray | None = None,
+    laws: tuple[ForceLaw, ...] = (),
+    reference: FloatArray | None = None,
 ) -> FloatArray:
     """Return the displacement (dof,) at rest under ``load`` (dof,) in N, with prestress and large displacements.
 
-    ``slack`` lets cables go slack. ``start`` (dof,) is where the iteration begins, by default the drawn geometry.
+    ``slack`` lets cables go slack. ``start`` (dof,) is where the iteration begins, by default the drawn geometry. The
+    force ``laws`` act on elongations from the displacement ``reference`` (dof,).
     """
-    system = whole_system(structure, mesh, Options(structure.damping, slack=slack))
+    system = whole_system(structure, mesh, Options(structure.damping, slack=slack), laws, reference)
     _add_loads(system, structure, mesh, load)
     system.mbs.Assemble()
     if start is not None:
@@ -79,13 +95,16 @@ def motion_after_release(
     modal_damping: FloatArray | None,
     steps: Steps,
     advance: Callable[[], object],
+    laws: tuple[ForceLaw, ...] = (),
+    reference: FloatArray | None = None,
 ) -> FloatArray:
     """Return displacement, velocity and acceleration, (3, time, dof), from rest at ``start`` under the dead ``load``.
 
     Trapezoidal rule (Newmark, constant average acceleration), which damps nothing itself. ``modal_damping`` (dof, dof)
-    is added as it is. ``advance`` is called once an output, for a progress bar.
+    is added as it is. ``advance`` is called once an output, for a progress bar. The force ``laws`` act on elongations
+    from the displacement ``reference`` (dof,).
     """
-    system = whole_system(structure, mesh, Options(structure.damping))
+    system = whole_system(structure, mesh, Options(structure.damping), laws, reference)
     _add_loads(system, structure, mesh, load)
     if modal_damping is not None:
         nodes = list(range(len(mesh.coordinates)))
@@ -116,18 +135,18 @@ def motion_after_release(
 
 
 class FreeMotion:
-    """Free motion of M u'' + C u' + K u + effects = 0 from any initial state; built once, run many times."""
+    """Free motion of M u'' + C u' + K u + force laws = 0 from any initial state; built once, run many times."""
 
     def __init__(
         self,
         mass: FloatArray,
         damping: FloatArray,
         stiffness: FloatArray,
-        effects: tuple[tuple[ConnectorEffect, tuple[int, ...]], ...],
+        laws: tuple[tuple[ForceLaw, FloatArray], ...],
         steps: Steps,
         integrator: Literal["rk67", "newmark"],
     ) -> None:
-        """Build the system: matrices (free, free); each effect with the rows of the degrees of freedom it joins."""
+        """Build the system: matrices (free, free); each force law with its coefficients (free,)."""
         zeros = [0.0] * len(mass)
         self._system = new_system(("x",))
         mbs = self._system.mbs
@@ -142,8 +161,8 @@ class FreeMotion:
         mbs.AddObject(
             ObjectGenericODE2(nodeNumbers=[node], massMatrix=mass, dampingMatrix=damping, stiffnessMatrix=stiffness)
         )
-        for effect, rows in effects:
-            add_force_law(self._system, effect, [coordinate_marker(self._system, node, row) for row in rows])
+        for law, pull in laws:
+            self._add_law(law, node, pull)
         kinds = (exu.OutputVariableType.Coordinates, exu.OutputVariableType.Coordinates_t)
         self._sensors = [
             mbs.AddSensor(SensorNode(nodeNumber=node, outputVariableType=kind, storeInternal=True)) for kind in kinds
@@ -151,6 +170,15 @@ class FreeMotion:
         mbs.Assemble()
         self._steps, self._integrator = steps, integrator
         self._settings = _dynamic_settings(steps, integrator)
+
+    def _add_law(self, law: ForceLaw, node: Any, pull: FloatArray) -> None:
+        """Add a law on one coordinate, or on the difference of two, evaluated by Exudyn; on any others by Python."""
+        marker = {float(pull[row]): coordinate_marker(self._system, node, int(row)) for row in np.flatnonzero(pull)}
+        if len(marker) == np.count_nonzero(pull) and marker.keys() <= {1.0, -1.0}:
+            ground = ground_marker(self._system)
+            add_force_law(self._system, law, [marker.get(-1.0, ground), marker.get(1.0, ground)])
+        else:
+            add_spread_law(self._system, law, node, pull)
 
     def run(self, displacement: FloatArray, velocity: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return displacement and velocity, each (time, free), from the given initial ones (free,)."""
@@ -188,7 +216,8 @@ def _force_rounding(structure: Structure, mesh: Mesh) -> float:
     """
     span = float(np.abs(mesh.coordinates).max())
     noise = [0.0]
-    for number, element in enumerate(structure.elements, start=1):
+    drawn = with_parts(structure).elements[: len(structure.elements)]
+    for number, element in enumerate(drawn, start=1):
         if not isinstance(element, Spring):
             length = float(np.hypot(*element_vector(structure, number)))
             shear = 12 * element.section.bending_stiffness / length**2

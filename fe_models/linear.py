@@ -14,7 +14,9 @@ class LinearModel:
 
     ``mass`` (kg), ``damping`` (N s/m), ``stiffness`` (N/m): (free, free). ``coordinates``: (node, 2) in m of all nodes,
     those of the structure first, then those that refinement added. ``modal_ratios``: damping ratios of the first modes
-    that come on top of ``damping``, the last number going on for all higher modes; as a matrix they would be full.
+    that come on top of ``damping``, the last number going on for all higher modes; ``replaced_ratios``: (mode, ratio)
+    of those whose damping ratio is ``ratio`` whatever ``damping`` and ``modal_ratios`` give them. As matrices they
+    would be full.
     """
 
     mass: csr_array
@@ -23,6 +25,12 @@ class LinearModel:
     dofs: DofMap
     coordinates: FloatArray
     modal_ratios: tuple[float, ...] = ()
+    replaced_ratios: tuple[tuple[int, float], ...] = ()
+
+    @property
+    def has_modal_damping(self) -> bool:
+        """Whether ``damping`` is not all of it."""
+        return any(self.modal_ratios) or bool(self.replaced_ratios)
 
 
 @dataclass(frozen=True)

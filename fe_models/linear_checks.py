@@ -1,7 +1,7 @@
 """What makes matrices unusable as a linear model, found before anything is solved with them."""
 
 import numpy as np
-from scipy.linalg import eigvalsh
+from scipy.linalg import eigh, eigvalsh
 from scipy.sparse import csr_array
 
 from fe_models.dofs import DofMap
@@ -11,6 +11,8 @@ SYMMETRY = 1e-6
 """Largest |A - A^T| over the largest |A|; matrices printed with seven digits pass."""
 SIGNED = {"C": "damping", "K": "stiffness"}
 """Matrices whose diagonal must not be negative, and what it is; that of M is checked with its eigenvalues."""
+NEGATIVE = 1e-9
+"""Smallest negative eigenvalue of K scaled to a unit diagonal that is no rounding; a mechanism has one of 1e-16."""
 LARGEST_EIGENVALUE_CHECK = 1000
 """Free degrees of freedom up to which M is checked by its eigenvalues (0.1 s), beyond it only by its diagonal."""
 
@@ -39,6 +41,34 @@ def dof_name(dofs: DofMap, free_row: int) -> str:
     """Return "node 3 in y" for a row of the free matrices."""
     row = dofs.free_rows[free_row]
     return f"node {dofs.node[row]} in {dofs.direction[row]}"
+
+
+def negative_mass_faults(model: LinearModel) -> list[str]:
+    """Return a fault where some motion of a small model has negative kinetic energy."""
+    return _check_mass(model) if model.mass.nnz else []
+
+
+def negative_stiffness_faults(model: LinearModel) -> list[str]:
+    """Return a fault where some motion of a small model releases energy: K, scaled to a unit diagonal, is negative."""
+    diagonal = model.stiffness.diagonal()
+    negative = np.flatnonzero(diagonal < 0)
+    if len(negative):
+        return [
+            f"the stiffness at {dof_name(model.dofs, row)} is negative, {diagonal[row]:.6g}: the state at rest is "
+            "unstable; take less stiffness away, or less compression"
+            for row in negative[:5]
+        ]
+    if len(diagonal) > LARGEST_EIGENVALUE_CHECK:
+        return []
+    scale = 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
+    values, shapes = eigh(model.stiffness.toarray() * np.outer(scale, scale), subset_by_index=[0, 0])
+    if values[0] >= -NEGATIVE:
+        return []
+    most = dof_name(model.dofs, int(np.argmax(np.abs(shapes[:, 0] * scale))))
+    return [
+        f"the state at rest is unstable, most of all {most}: some motion releases energy (it buckles). "
+        "Take less stiffness away, or less compression"
+    ]
 
 
 def _size(matrix: csr_array) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.linalg import LinAlgError, eigh
 from scipy.sparse.linalg import LinearOperator, eigsh
 
-from fe_models.damping import ratios_of_modes
+from fe_models.damping import ratios_of_modes, replace_ratios
 from fe_models.dofs import DofMap, FloatArray
 from fe_models.errors import InputError, raise_faults
 from fe_models.linear import LinearModel, ModalModel
@@ -40,7 +40,7 @@ def natural_modes(model: LinearModel, count: int) -> ModalModel:
     omega = np.sqrt(omega_squared)
     shapes = _signed(shapes, model.dofs)
     ratio = energy(model.damping, shapes) / (2 * omega) + ratios_of_modes(model.modal_ratios, count)
-    return ModalModel(omega, ratio, model.dofs.expand(shapes), model.dofs)
+    return ModalModel(omega, replace_ratios(ratio, model.replaced_ratios), model.dofs.expand(shapes), model.dofs)
 
 
 def mac(a: FloatArray, b: FloatArray) -> FloatArray:

@@ -1,6 +1,6 @@
 """Simulation in Exudyn: pull-and-release of a nonlinear structure, and free motion of a linear model with effects."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import ceil
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -11,7 +11,8 @@ from tqdm import tqdm
 from fe_models.assembly import gravity_load, linearise
 from fe_models.damping import full_damping
 from fe_models.dofs import DofMap, FloatArray
-from fe_models.effects import ConnectorEffect
+from fe_models.effects import Effect, ForceLaw
+from fe_models.effects.laws import force_laws
 from fe_models.errors import InputError, raise_faults
 from fe_models.linear import LinearModel
 from fe_models.mesh import mesh
@@ -47,9 +48,10 @@ def simulate_release(
     """Return the motion about the state at rest after the ``pulls`` are let go.
 
     Weight and prestress act throughout; with the pulls the structure first comes to rest, M u'' = 0, and at t = 0 they
-    vanish. Displacements are large, cables go slack, effects act. Rayleigh damping is the material's and follows large
-    rotations; modal ratios hold for the modes at the state at rest. Without damping of high frequencies (a stiffness
-    factor, or modal ratios) the response depends on the step however small.
+    vanish. Displacements are large, cables go slack, effects act: force laws on elongations from the state at rest
+    without pulls, what depends on time from t = 0 on. Rayleigh damping is the material's and follows large rotations;
+    modal ratios hold for the modes at the state at rest. Without damping of high frequencies (a stiffness factor, or
+    modal ratios) the response depends on the step however small.
     """
     from fe_models.exudyn_solve import motion_after_release  # loads Exudyn only where it is needed
 
@@ -69,7 +71,9 @@ def simulate_release(
             pulled,
             _modal_damping(tangent),
             steps,
-            advance=bar.update,
+            bar.update,
+            force_laws(structure),
+            rest,
         )
     return Response(_time(steps), motion[0] - rest, motion[1], motion[2], tangent.dofs)
 
@@ -98,27 +102,31 @@ def simulate_free(
     displacement: FloatArray,
     velocity: FloatArray,
     config: FreeConfig | None = None,
-    effects: tuple[ConnectorEffect, ...] = (),
+    effects: tuple[Effect | ForceLaw, ...] = (),
     progress: bool = True,
 ) -> Response:
-    """Return free motions M u'' + C u' + K u + f(u, u') = 0 from many initial states, (realisation, time, dof).
+    """Return free motions M u'' + C u' + K u + f(u, u', t) = 0 from many initial states, (realisation, time, dof).
 
-    ``displacement`` and ``velocity``: (realisation, free). f are the ``effects`` and, for a structure, its own; all
-    else of a structure is taken as linear (see `assembly.linearise`). `InputError` for states that do not fit the model
-    and for steps that the integrator cannot take.
+    ``displacement`` and ``velocity``: (realisation, free). f are the force laws of the ``effects`` and, for a
+    structure, of its own; all else of a structure is taken as linear (see `assembly.linearise`), linear effects
+    included, which matrices alone cannot have. `InputError` for states that do not fit the model and for steps that the
+    integrator cannot take.
     """
     from fe_models.exudyn_solve import FreeMotion  # loads Exudyn only where it is needed
 
     config = config or FreeConfig()
     if isinstance(model, Structure):
-        effects = model.effects + effects
-        model = linearise(replace(model, effects=()))
+        structure = model.with_effects(*(effect for effect in effects if isinstance(effect, Effect)))
+        others = tuple(effect for effect in effects if not isinstance(effect, Effect))
+        model, laws = linearise(structure), force_laws(structure) + others
+    else:
+        laws = _laws_alone(effects)
     displacement, velocity = _initial_states(model, displacement, velocity)
     steps = _steps(config.duration, config.sampling_rate, config.step)
     mass, damping, stiffness = model.mass.toarray(), full_damping(model), model.stiffness.toarray()
+    joined = _coefficients(model.dofs, laws)
     if config.integrator == "rk67":
-        _check_explicit(mass, stiffness, steps)
-    joined = _effect_rows(model.dofs, effects)
+        _check_explicit(mass, stiffness, joined, steps)
     run = FreeMotion(mass, damping, stiffness, joined, steps, config.integrator)
     motions = []
     with _bar("free motion", len(displacement), progress) as bar:
@@ -127,11 +135,8 @@ def simulate_free(
             bar.update()
     x, v = (np.stack(part) for part in zip(*motions, strict=True))  # each (realisation, time, free)
     force = v @ damping.T + x @ stiffness.T
-    for effect, rows in joined:
-        pull_back = effect.force(_elongation(x, rows), _elongation(v, rows))
-        force[..., rows[-1]] += pull_back
-        if len(rows) == 2:
-            force[..., rows[0]] -= pull_back
+    for law, pull in joined:
+        force += np.asarray(law.force(x @ pull, v @ pull, _time(steps)))[..., None] * pull
     a = -np.linalg.solve(mass, force.reshape(-1, len(mass)).T).T.reshape(force.shape)
     displacements, velocities, accelerations = (_expand(model.dofs, part) for part in (x, v, a))
     return Response(_time(steps), displacements, velocities, accelerations, model.dofs)
@@ -160,7 +165,7 @@ def _bar(what: str, total: int, progress: bool) -> Any:
 
 def _modal_damping(tangent: LinearModel) -> FloatArray | None:
     """Return the damping matrix (dof, dof) of the modal ratios alone, None where there are none."""
-    if not any(tangent.modal_ratios):
+    if not tangent.has_modal_damping:
         return None
     modal = full_damping(tangent) - tangent.damping.toarray()
     free = tangent.dofs.free_rows
@@ -188,10 +193,17 @@ def _initial_states(
     return states["displacement"], states["velocity"]
 
 
-def _check_explicit(mass: FloatArray, stiffness: FloatArray, steps: "Steps") -> None:
-    """Refuse what the explicit integrator cannot do: massless degrees of freedom, and steps too long for the modes."""
+def _check_explicit(mass: FloatArray, stiffness: FloatArray, laws: "Joined", steps: "Steps") -> None:
+    """Refuse what the explicit integrator cannot do: massless degrees of freedom, and steps too long for the modes.
+
+    With the largest slopes that the force laws know of: a stop in contact, friction at rest.
+    """
+    stiffest = stiffness + sum(law.largest_slopes[0] * np.outer(pull, pull) for law, pull in laws)
+    dampest = sum((law.largest_slopes[1] * np.outer(pull, pull) for law, pull in laws), np.zeros_like(mass))
+    last = [len(mass) - 1] * 2
     try:
-        highest = np.sqrt(eigh(stiffness, mass, eigvals_only=True, subset_by_index=[len(mass) - 1] * 2)[0])
+        highest = np.sqrt(eigh(stiffest, mass, eigvals_only=True, subset_by_index=last)[0])
+        fastest = eigh(dampest, mass, eigvals_only=True, subset_by_index=last)[0]
     except np.linalg.LinAlgError:
         raise InputError("some degrees of freedom have no mass: choose the integrator newmark") from None
     step = steps.interval / steps.per_output
@@ -200,34 +212,40 @@ def _check_explicit(mass: FloatArray, stiffness: FloatArray, steps: "Steps") -> 
             f"a step of {step:.3g} s is too long for the highest mode ({highest / (2 * np.pi):.4g} Hz): "
             f"choose at most {RK67_REACH / highest:.2g} s, or the integrator newmark"
         )
+    if fastest * step > RK67_REACH:
+        raise InputError(
+            f"a step of {step:.3g} s is too long for an effect that at rest damps within {1 / fastest:.2g} s: choose "
+            f"at most {RK67_REACH / fastest:.2g} s, a larger regularisation, or the integrator newmark"
+        )
 
 
-def _effect_rows(
-    dofs: DofMap, effects: tuple[ConnectorEffect, ...]
-) -> tuple[tuple[ConnectorEffect, tuple[int, ...]], ...]:
-    """Return each effect with the rows of its nodes among the free degrees of freedom."""
-    place = np.cumsum(dofs.free) - 1
+Joined = tuple[tuple[ForceLaw, FloatArray], ...]
+"""Force laws with their coefficients (free,)."""
+
+
+def _laws_alone(effects: tuple[Effect | ForceLaw, ...]) -> tuple[ForceLaw, ...]:
+    """Return effects that need no structure; `InputError` with the others."""
+    linear = dict.fromkeys(effect.kind for effect in effects if not isinstance(effect, ForceLaw))
+    raise_faults(f"{kind} changes a structure, and matrices alone have none: give a structure" for kind in linear)
+    return tuple(effect for effect in effects if isinstance(effect, ForceLaw))
+
+
+def _coefficients(dofs: DofMap, laws: tuple[ForceLaw, ...]) -> Joined:
+    """Return each law with its coefficients; one end of two may be held, and counts as the ground."""
     joined, faults = [], []
-    for effect in effects:
-        rows = []
-        for node in effect.nodes:
+    for law in laws:
+        full = np.zeros(len(dofs))
+        for node, direction, coefficient in law.pulls:
             try:
-                row = dofs.row(node, effect.direction)
+                full[dofs.row(node, direction)] += coefficient
             except KeyError as missing:
-                faults.append(f"{effect.kind}: {missing.args[0]}")
-                continue
-            if not dofs.free[row]:
-                faults.append(f"{effect.kind}: node {node} is held in {effect.direction}; join a node that moves")
-            rows.append(int(place[row]))
-        joined.append((effect, tuple(rows)))
+                faults.append(f"{law.kind}: {missing.args[0]}")
+        if full.any() and not full[dofs.free].any():
+            place = " and ".join(f"node {node} is held in {direction}" for node, direction, _ in law.pulls)
+            faults.append(f"{law.kind}: {place}; join a node that moves")
+        joined.append((law, full[dofs.free]))
     raise_faults(faults)
     return tuple(joined)
-
-
-def _elongation(values: FloatArray, rows: tuple[int, ...]) -> FloatArray:
-    """Return u_last - u_first, or u of the only row, along the last axis of ``values``."""
-    last = values[..., rows[-1]]
-    return last - values[..., rows[0]] if len(rows) == 2 else last
 
 
 def _expand(dofs: DofMap, free_values: FloatArray) -> FloatArray:

@@ -6,6 +6,7 @@ import numpy as np
 
 from fe_models.assembly import gravity_load
 from fe_models.dofs import FloatArray, structure_dofs
+from fe_models.effects.laws import force_laws
 from fe_models.errors import raise_faults
 from fe_models.mesh import mesh
 from fe_models.structure import Cable, Direction, Structure
@@ -29,7 +30,9 @@ def rest_state(
     """Return the displacement (dof,), in m and rad, from the drawn geometry to the state at rest.
 
     Equilibrium of the deformed structure under its weight (``gravity`` in m/s^2 along -y), the prestress of its cables
-    and the ``loads``. `assembly.linearise` takes it for the tangent there. `InputError` where there is no such state.
+    and the ``loads``. `assembly.linearise` takes it for the tangent there. The force laws of effects exert nothing
+    without loads: their elongations count from there; what depends on time takes no part. `InputError` where there is
+    no such state.
     """
     from fe_models.exudyn_solve import static_displacement  # loads Exudyn only where it is needed
 
@@ -37,11 +40,13 @@ def rest_state(
     load = load_vector(structure, loads)
     if gravity:
         load = load + gravity_load(structure, gravity)
-    taut = static_displacement(structure, parts, load, slack=False)
+    laws = tuple(law for law in force_laws(structure) if not law.timed) if loads else ()
+    reference = rest_state(structure, gravity) if laws else None
+    taut = static_displacement(structure, parts, load, slack=False, laws=laws, reference=reference)
     if not any(isinstance(element, Cable) and element.tension_only for element in structure.elements):
         return taut
     # From the state with all cables as bars: at the drawn geometry an unstressed cable is neither taut nor slack.
-    return static_displacement(structure, parts, load, slack=True, start=taut)
+    return static_displacement(structure, parts, load, True, taut, laws, reference)
 
 
 def load_vector(structure: Structure, loads: tuple[PointLoad, ...]) -> FloatArray:

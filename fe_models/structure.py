@@ -5,10 +5,12 @@ Nodes and elements are numbered from 1 in the order given. A variant is made by 
 
 from dataclasses import dataclass, field, replace
 from math import hypot
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
-from fe_models.effects import Effect
 from fe_models.sections import Section
+
+if TYPE_CHECKING:
+    from fe_models.effects import Effect  # effects are defined on structures, which only carry them
 
 Direction = Literal["x", "y", "rz"]
 PLANE_FRAME: tuple[Direction, ...] = ("x", "y", "rz")
@@ -104,10 +106,10 @@ class Structure:
     supports: tuple[Support, ...] = ()
     directions: tuple[Direction, ...] = PLANE_FRAME
     damping: Damping = field(default_factory=Damping)
-    effects: tuple[Effect, ...] = ()
+    effects: "tuple[Effect, ...]" = ()
     divisions: int = 1
 
-    def with_effects(self, *effects: Effect) -> "Structure":
+    def with_effects(self, *effects: "Effect") -> "Structure":
         """Return the structure with ``effects`` added to those it has."""
         return replace(self, effects=self.effects + effects)
 

@@ -5,10 +5,10 @@ Items are named as in a structure file, numbered from 1: ``elements[3]``, ``supp
 
 from collections import Counter
 from collections.abc import Iterable, Iterator
-from dataclasses import fields
 from math import isfinite
 
-from fe_models.effects import ConnectorEffect
+from fe_models.effects import Effect
+from fe_models.effects.laws import with_parts
 from fe_models.errors import raise_faults
 from fe_models.sections import Section
 from fe_models.stability import connection_faults
@@ -23,7 +23,7 @@ from fe_models.structure import (
     Support,
 )
 
-Item = Beam | Cable | Spring | PointMass | Dashpot | Support | ConnectorEffect
+Item = Beam | Cable | Spring | PointMass | Dashpot | Support | Effect
 
 
 def check_structure(structure: Structure) -> list[str]:
@@ -35,7 +35,7 @@ def check_structure(structure: Structure) -> list[str]:
     for where, item in numbered_items(structure):
         faults.extend(check_item(structure, where, item))
     faults.extend(check_supports(structure) + check_held(structure))
-    return faults or connection_faults(structure)
+    return faults or connection_faults(with_parts(structure))
 
 
 def require_structure(structure: Structure) -> Structure:
@@ -86,7 +86,9 @@ def check_section(where: str, section: Section) -> list[str]:
 
 
 def check_item(structure: Structure, where: str, item: Item) -> list[str]:
-    """Return faults of one part against the nodes and directions of ``structure``."""
+    """Return faults of one part against the nodes, directions and elements of ``structure``."""
+    if isinstance(item, Effect):
+        return [f"{where}: {fault}" for fault in item.faults(structure)]
     nodes: tuple[int, ...] = (item.node,) if isinstance(item, PointMass | Support) else item.nodes
     count = len(structure.nodes)
     faults = [f"{where}: node {n} does not exist; the nodes are 1 to {count}" for n in nodes if not 1 <= n <= count]
@@ -107,11 +109,6 @@ def check_item(structure: Structure, where: str, item: Item) -> list[str]:
             faults.extend(_not_negative(f"{where}: mass", item.mass))
         case Dashpot():
             faults.extend(_not_negative(f"{where}: coefficient", item.coefficient))
-        case ConnectorEffect():
-            for parameter in fields(item):
-                value = getattr(item, parameter.name)
-                if isinstance(value, float) and not isfinite(value):
-                    faults.append(f"{where}: {parameter.name} = {value}; must be finite")
     return faults
 
 
@@ -133,7 +130,9 @@ def check_held(structure: Structure) -> list[str]:
     return ["supports: there are none, and no spring to ground: the structure floats freely; add some"]
 
 
-def _direction_faults(structure: Structure, where: str, item: Item) -> list[str]:
+def _direction_faults(
+    structure: Structure, where: str, item: Beam | Cable | Spring | PointMass | Dashpot | Support
+) -> list[str]:
     """Return a fault for each direction that the item needs and the nodes do not have."""
     have = ", ".join(structure.directions)
     match item:

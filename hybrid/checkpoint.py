@@ -11,6 +11,7 @@ import numpy as np
 import torch
 
 from fe_models.dofs import DofMap
+from fe_models.effects.laws import force_laws
 from fe_models.errors import InputError
 from fe_models.files.atomic import writing
 from fe_models.files.structure_file import structure_from_text, structure_text
@@ -105,7 +106,7 @@ def load_checkpoint(path: Path) -> Checkpoint:
     raw = json.loads(content["config"])
     config = Config(ModelConfig(**raw["model"]), TrainingConfig(**raw["training"]))
     origin = _origin(content)
-    effects = origin.structure.effects if origin.structure else ()
+    effects = force_laws(origin.structure) if origin.structure else ()
     weights = content["model"]
     scale = StateScale(weights["dynamics.a"].double().numpy(), weights["dynamics.b"].double().numpy())
     model = NeuralModalODE(

@@ -21,7 +21,7 @@ class ModelConfig:
     net_hidden: int = 64  # width of NN(z) (2 layers), or of each place's net (1 layer); the paper has 128
     zero_at_rest: bool = True  # the net exerts no force on a structure at rest; the paper leaves it free
     integrator: IntegratorKind = "propagator"
-    substeps: int = 1  # of the propagator, a sample
+    substeps: int = 1  # of the propagator, a sample; more where an effect of the structure needs them
 
 
 @dataclass(frozen=True)

@@ -1,5 +1,6 @@
 """The latent ODE q'' = -Lambda q - Gamma q' + known effects + learned rest (Lai et al. 2022, eq. 5)."""
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -7,30 +8,39 @@ import torch
 from torch import Tensor, nn
 
 from fe_models.dofs import FloatArray
-from fe_models.effects import ConnectorEffect
+from fe_models.effects import ForceLaw
+from fe_models.errors import raise_faults
 from fe_models.linear import ModalModel
 from hybrid.local_slopes import place_slopes
 from hybrid.residual import Residual
 from hybrid.scaling import StateScale
 
+EXPLICIT_REACH = 0.25
+"""Largest step times rate of an effect's force; at 1 the explicit propagator is at its limit of stability."""
 
-def effect_shape(modal: ModalModel, effect: ConnectorEffect) -> FloatArray:
-    """Return b^T Phi (mode,): the effect's elongation for a unit of each modal coordinate."""
-    rows = [modal.dofs.row(node, effect.direction) for node in effect.nodes]
-    return modal.shapes[rows[-1]] - (modal.shapes[rows[0]] if len(rows) == 2 else 0.0)
+
+def effect_shape(modal: ModalModel, law: ForceLaw) -> FloatArray:
+    """Return b^T Phi (mode,): the elongation of an effect's force for a unit of each modal coordinate."""
+    shape = np.zeros(modal.shapes.shape[1])
+    for node, direction, coefficient in law.pulls:
+        shape += coefficient * modal.shapes[modal.dofs.row(node, direction)]
+    return shape
 
 
 class ModalDynamics(nn.Module):
     """Rate of the scaled state z = [q / a, q' / b] (scales a, b: one a mode, see `StateScale`).
 
-    The physical part is fixed: Lambda = diag(omega^2), Gamma = diag(2 xi omega), and the effects that the structure
-    carries. The ``residual`` is what is learned.
+    The physical part is fixed: Lambda = diag(omega^2), Gamma = diag(2 xi omega), and the force laws of
+    the effects that the structure carries. The ``residual`` is what is learned. `InputError` for forces that depend on
+    time: a window does not tell when in its recording it begins.
     """
 
-    def __init__(
-        self, modal: ModalModel, effects: Sequence[ConnectorEffect], scale: StateScale, residual: Residual
-    ) -> None:
+    def __init__(self, modal: ModalModel, effects: Sequence[ForceLaw], scale: StateScale, residual: Residual) -> None:
         super().__init__()
+        timed = dict.fromkeys(effect.kind for effect in effects if effect.timed)
+        raise_faults(
+            f"the hybrid model takes no force that depends on time, and the structure has {kind}" for kind in timed
+        )
         modes = len(modal.omega)
         self.modes = modes
         self.effects = tuple(effects)
@@ -70,6 +80,18 @@ class ModalDynamics(nn.Module):
                 lambda u, v: self._effect_laws(u.T, v.T).T, shapes * self.a, shapes * self.b, shapes / self.b, z
             )
         return slopes
+
+    def substeps(self, step: float) -> int:
+        """Return into how many parts a ``step`` (s) must be split for the steepest of the structure's effects.
+
+        The propagator takes forces explicitly: a stop in contact turns with sqrt(k |s|^2) rad/s, friction at rest
+        decays with c |s|^2 1/s, s the effect's shape.
+        """
+        rates = [0.0]
+        for effect, shape in zip(self.effects, self.effect_shapes.square().sum(dim=1).tolist(), strict=True):
+            stiffness, damping = effect.largest_slopes
+            rates += [math.sqrt(stiffness * shape), damping * shape]
+        return max(1, math.ceil(step * max(rates) / EXPLICIT_REACH))
 
     def _effect_force(self, q: Tensor, q_dot: Tensor) -> Tensor:
         return self._effect_laws(q @ self.effect_shapes.T, q_dot @ self.effect_shapes.T) @ self.effect_shapes

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor, nn
 
-from fe_models.effects import ConnectorEffect
+from fe_models.effects import ForceLaw
 from fe_models.linear import ModalModel
 from fe_models.recordings import Sensor
 from hybrid.config import ModelConfig
@@ -42,7 +42,7 @@ class NeuralModalODE(nn.Module):
         self,
         config: ModelConfig,
         modal: ModalModel,
-        effects: tuple[ConnectorEffect, ...],
+        effects: tuple[ForceLaw, ...],
         sensors: tuple[Sensor, ...],
         channel_scale: Tensor,
         state_scale: StateScale,
@@ -69,6 +69,7 @@ class NeuralModalODE(nn.Module):
         else:
             residual = ConnectorResidual(connectors, state_scale, config.net_hidden)
         self.dynamics = ModalDynamics(modal, effects, state_scale, residual)
+        self.substeps = max(config.substeps, self.dynamics.substeps(step))
         self.decoder = Decoder(modal, sensors)
 
     def encode(self, windows: Tensor) -> tuple[Tensor, Tensor]:
@@ -87,9 +88,7 @@ class NeuralModalODE(nn.Module):
     def forecast(self, z0: Tensor, samples: int) -> Trajectory:
         """Return the trajectory of ``samples`` samples from scaled initial states z0 (batch, 2 mode)."""
         config = self.config
-        z = integrate(
-            self.dynamics, z0, samples, self.step, config.integrator, config.substeps
-        )  # (batch, time, 2 mode)
+        z = integrate(self.dynamics, z0, samples, self.step, config.integrator, self.substeps)  # (batch, time, 2 mode)
         force = self.dynamics.force(z)
         q, q_dot = self.dynamics.unscale(z)
         q_ddot = self.dynamics.acceleration(z, force)

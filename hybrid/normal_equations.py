@@ -66,7 +66,7 @@ def normal_equations(
 
 def _channel_slopes(model: "NeuralModalODE", residual: ConnectorResidual, prior: StatePrior, states: Tensor) -> Tensor:
     """Return d channels / d [z0, parameters] in noise deviations (batch, 2 mode + parameter, time * measured)."""
-    every, modes = model.config.substeps, model.dynamics.modes
+    every, modes = model.substeps, model.dynamics.modes
     step = model.step / every
     linearised = linearise(model.dynamics, states, step)
     _, now, _ = propagator_weights(model.dynamics, step).split([2 * modes, modes, modes])

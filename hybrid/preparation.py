@@ -9,6 +9,7 @@ from torch import Tensor
 
 from fe_models.assembly import linearise
 from fe_models.dofs import FloatArray
+from fe_models.effects.laws import force_laws
 from fe_models.errors import InputError, raise_faults
 from fe_models.linear import LinearModel, ModalModel
 from fe_models.nominal import nominal_modes
@@ -169,7 +170,7 @@ def _model(
     step: float,
     connectors: Connectors | None = None,
 ) -> NeuralModalODE:
-    effects = () if isinstance(dataset.model, LinearModel) else dataset.model.effects
+    effects = () if isinstance(dataset.model, LinearModel) else force_laws(dataset.model)
     with torch.random.fork_rng(devices=[]):  # the caller's random numbers stay as they are
         torch.manual_seed(config.training.seed)
         return NeuralModalODE(config.model, modal, effects, dataset.sensors, channels, scale, step, connectors)

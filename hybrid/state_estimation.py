@@ -104,7 +104,7 @@ def estimate_state(
 
 def trajectory(model: "NeuralModalODE", z0: Tensor, samples: int) -> Tensor:
     """Return the states at every substep (substep, batch, 2 mode)."""
-    every = model.config.substeps
+    every = model.substeps
     states = propagate(model.dynamics, z0, (samples - 1) * every + 1, model.step / every)
     return states.transpose(0, 1).contiguous()
 
@@ -114,7 +114,7 @@ def misfits(model: "NeuralModalODE", prior: StatePrior, states: Tensor, seen: Te
 
     ``states`` (substep, batch, 2 mode), ``seen`` (time, batch, measured).
     """
-    at_samples = states[:: model.config.substeps]
+    at_samples = states[:: model.substeps]
     channels = model.decode(at_samples, model.dynamics.force(at_samples))[..., model.measured]
     residual = ((seen - channels) / prior.noise_std).transpose(0, 1).flatten(1)
     z0 = states[0]
@@ -123,7 +123,7 @@ def misfits(model: "NeuralModalODE", prior: StatePrior, states: Tensor, seen: Te
 
 def channel_slopes(model: "NeuralModalODE", prior: StatePrior, states: Tensor) -> Tensor:
     """Return d channels / dz_0 in noise standard deviations (batch, 2 mode, time * measured), along ``states``."""
-    every = model.config.substeps
+    every = model.substeps
     linearised = linearise(model.dynamics, states, model.step / every)
     S = sensitivities(linearised)[::every]  # (time, batch, 2 mode, 2 mode)
     by_state, by_force = observation(model, prior)

@@ -151,8 +151,8 @@ def build(subject: Structure | LinearModel, out: Path, modes: int | None) -> Mod
     linear = subject if isinstance(subject, LinearModel) else linearise(subject)
     size = linear.mass.shape[0]
     modal = natural_modes(linear, modes or min(DEFAULT_MODES, size))
-    if any(linear.modal_ratios) and size <= LARGEST_DENSE:
-        linear = replace(linear, damping=csr_array(full_damping(linear)), modal_ratios=())  # C complete where it can be
+    if linear.has_modal_damping and size <= LARGEST_DENSE:  # C complete where it can be
+        linear = replace(linear, damping=csr_array(full_damping(linear)), modal_ratios=(), replaced_ratios=())
     results = {
         "frequencies": modal.frequencies,
         "damping_ratio": modal.damping_ratio,

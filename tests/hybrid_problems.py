@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import eigh
 
 from fe_models.dofs import FloatArray, structure_dofs
-from fe_models.effects import ConnectorEffect
+from fe_models.effects import ForceLaw
 from fe_models.four_dof import four_dof
 from fe_models.linear import ModalModel
 from fe_models.recordings import Assumptions, Dataset, Recording, Sensor
@@ -169,7 +169,7 @@ def with_column(dataset: Dataset, role: str, column: int, value: float) -> Datas
 
 def dynamics_of(
     modal: ModalModel,
-    effects: tuple[ConnectorEffect, ...] = (),
+    effects: tuple[ForceLaw, ...] = (),
     net: float = 0.0,
     scale: StateScale | None = None,
     hidden: int = 6,

@@ -83,17 +83,17 @@ def _member(element: Beam | Cable, L: float) -> tuple[FloatArray, FloatArray]:
 
 def chain_motion(
     matrices: tuple[FloatArray, FloatArray, FloatArray],
-    force: Callable[[FloatArray, FloatArray], FloatArray],
+    force: Callable[[FloatArray, FloatArray, float], FloatArray],
     start: FloatArray,
     time: FloatArray,
 ) -> FloatArray:
-    """States (time, 2 dof) of M u'' + C u' + K u + force(u, u') = 0 from ``start`` (2 dof,), to about 1e-11."""
+    """States (time, 2 dof) of M u'' + C u' + K u + force(u, u', t) = 0 from ``start`` (2 dof,), to about 1e-11."""
     mass, damping, stiffness = matrices
     inverse = np.linalg.inv(mass)
 
-    def rates(_: float, state: FloatArray) -> FloatArray:
+    def rates(t: float, state: FloatArray) -> FloatArray:
         u, v = np.split(state, 2)
-        return np.concatenate([v, -inverse @ (damping @ v + stiffness @ u + force(u, v))])
+        return np.concatenate([v, -inverse @ (damping @ v + stiffness @ u + force(u, v, t))])
 
     solution = solve_ivp(rates, (time[0], time[-1]), start, "DOP853", time, rtol=1e-12, atol=1e-12)
     return np.asarray(solution.y.T)

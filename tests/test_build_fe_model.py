@@ -8,6 +8,21 @@ from scipy.linalg import eigh
 from typer.testing import CliRunner, Result
 
 from fe_models.bridge import bridge
+from fe_models.effects import (
+    EFFECTS,
+    AddedMass,
+    AxialForce,
+    CoulombFriction,
+    CubicSpring,
+    GapStop,
+    HarmonicForce,
+    ModalDamping,
+    PointDamper,
+    QuadraticDamper,
+    SlackCable,
+    StiffnessChange,
+    SupportSpring,
+)
 from fe_models.files.dataset_file import load_dataset
 from fe_models.files.matrices_file import load_linear_model
 from fe_models.files.structure_file import load_structure, save_structure
@@ -39,6 +54,44 @@ def test_bridge_with_pictures(tmp_path: Path) -> None:
     assert (found["dof_node"][:3].tolist(), found["dof_direction"][:3].tolist()) == ([1, 1, 2], ["x", "rz", "x"])
     assert load_structure(tmp_path / "structure.toml") == bridge()
     assert (tmp_path / "modes.png").stat().st_size > 10_000
+
+
+def test_a_structure_with_effects_is_built_drawn_and_simulated_from_its_file(tmp_path: Path) -> None:
+    effects = (
+        StiffnessChange((5, 54), (0.7, 0.5)),
+        AddedMass(9, 0.4),
+        SupportSpring(4, "y", 2e4),
+        AxialForce((3, 35), 20.0),
+        PointDamper((9, 21), "y", 3.0),
+        ModalDamping((2,), 0.01),
+        QuadraticDamper((12,), "y", 5.0),
+        CoulombFriction((15,), "y", 0.05),
+        CubicSpring((12,), "y", 1e9),
+        GapStop((18,), "y", 1e-4, 1e4, 1),
+        SlackCable(55, 10.0),
+        HarmonicForce(12, "y", 0.5, 4.0),
+    )
+    assert len(effects) == len(EFFECTS)
+    save_structure(bridge().with_effects(*effects), tmp_path / "extended.toml")
+    options = ["--modes", "2", "--simulate", "--pull", "19:y:-9.81", "--duration", "0.5", "--sensor", "9:y"]
+    result = build(str(tmp_path / "extended.toml"), "--out", str(tmp_path / "run"), *options)
+    assert result.exit_code == 0, result.output
+    assert "154 free degrees of freedom" in result.output  # one that a support holds no more
+    assert "1.000 %" in result.output
+    assert (tmp_path / "run/modes.png").stat().st_size > 10_000
+    dataset = load_dataset(tmp_path / "run/dataset.toml")
+    assert dataset.model == bridge().with_effects(*effects)
+    found = arrays(tmp_path / "run")
+    shapes = found["mode_shapes"][[i for i in range(165) if i not in _held(found)]]
+    ratios = np.diag(shapes.T @ found["C"] @ shapes) / (4 * np.pi * found["frequencies"])
+    np.testing.assert_allclose(ratios, found["damping_ratio"], rtol=1e-6)  # C is complete; dense eigenvectors
+
+
+def _held(found: dict[str, np.ndarray[tuple[int, ...], np.dtype[np.float64]]]) -> list[int]:
+    """Rows of the degrees of freedom that supports hold."""
+    everywhere = list(zip(found["all_dof_node"].tolist(), found["all_dof_direction"].tolist(), strict=True))
+    free = set(zip(found["dof_node"].tolist(), found["dof_direction"].tolist(), strict=True))
+    return [row for row, dof in enumerate(everywhere) if dof not in free]
 
 
 def test_built_structure_builds_again_refined(tmp_path: Path) -> None:

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from scipy.sparse import csr_array
 
 from fe_models.dofs import DofMap, FloatArray, structure_dofs
+from fe_models.effects import SupportSpring
 from fe_models.errors import InputError
 from fe_models.linear import LinearModel
 from fe_models.mesh import mesh
@@ -144,6 +145,14 @@ def matrices(stiffness: FloatArray, coordinates: FloatArray) -> LinearModel:
     dofs = DofMap(np.arange(1, count + 1), np.full(count, "x"), np.ones(count, dtype=bool))
     sparse = csr_array(stiffness)
     return LinearModel(sparse, sparse, sparse, dofs, coordinates)
+
+
+def test_a_spring_in_a_support_s_place_is_drawn_as_a_spring() -> None:
+    structure = cantilever(1.0).with_effects(SupportSpring(1, "rz", 5.0), SupportSpring(2, "y", 3.0))
+    shape = outline(structure)
+    assert shape.supports == (Support(1, ("x", "y")),)
+    assert shape.grounded == ((0, "rz"), (1, "y"))
+    assert [group.kind for group in shape.groups] == ["beam"]
 
 
 def test_imported_matrices_show_nodes_and_what_the_stiffness_couples() -> None:

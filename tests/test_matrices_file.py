@@ -46,7 +46,7 @@ def assert_same(a: LinearModel, b: LinearModel) -> None:
     np.testing.assert_array_equal(a.coordinates, b.coordinates)
     for name in ("node", "direction", "free"):
         np.testing.assert_array_equal(getattr(a.dofs, name), getattr(b.dofs, name))
-    assert a.modal_ratios == b.modal_ratios
+    assert (a.modal_ratios, a.replaced_ratios) == (b.modal_ratios, b.replaced_ratios)
 
 
 def test_a_saved_model_comes_back_with_its_supports(tmp_path: Path) -> None:
@@ -55,6 +55,12 @@ def test_a_saved_model_comes_back_with_its_supports(tmp_path: Path) -> None:
     with np.load(tmp_path / "m.npz") as archive:
         assert archive["frequencies"].tolist() == [1.0, 2.0]
         assert archive["dof_node"].tolist() == [1, 2]  # of the rows of M
+
+
+def test_damping_ratios_of_single_modes_come_back(tmp_path: Path) -> None:
+    own = replace(model(), replaced_ratios=((1, 0.05), (2, 0.0)))
+    save_linear_model(own, tmp_path / "m.npz")
+    assert_same(load_linear_model(tmp_path / "m.npz"), own)
 
 
 def test_a_large_model_is_saved_as_sparse_parts(tmp_path: Path) -> None:
@@ -137,6 +143,7 @@ def with_entry(matrix: np.ndarray, row: int, column: int, value: float) -> np.nd
         ({"M": M.astype(complex)}, "array 'M' holds complex128, not real numbers"),
         ({"nodes": np.zeros((3, 3))}, "coordinates have shape (3, 3); expected (node, 2)"),
         ({"nodes": with_entry(NODES, 1, 1, np.nan)}, "coordinates hold numbers that are not finite"),
+        ({"replaced_ratios": np.array([1.0, 0.02, 3.0])}, "replaced_ratios is no table of mode and ratio"),
         ({"dof_node": np.array([1, 7])}, "the dof map names nodes 1 to 7; coordinates are given for nodes 1 to 3"),
         ({"dof_node": np.array([1, 1])}, "node 1 x appears 2 times"),
         ({"dof_node": np.array([1, 2, 3])}, "dof_node (3,) and dof_direction (2,) differ in shape"),

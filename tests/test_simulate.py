@@ -42,7 +42,7 @@ def test_chain_follows_an_independent_integrator(cubic: float) -> None:
     structure, (x0, v0) = four_dof(cubic), start(3, 4)
     response = simulate_free(structure, x0, v0, FreeConfig(duration=50.0))
 
-    def force(u: FloatArray, v: FloatArray) -> FloatArray:
+    def force(u: FloatArray, v: FloatArray, t: float = 0.0) -> FloatArray:
         return np.array([cubic * u[0] ** 3, 0, 0, 0])
 
     matrices = dense(linearise(replace(structure, effects=())))
@@ -61,7 +61,7 @@ def test_effect_between_two_nodes_pulls_both() -> None:
     effect, (x0, v0) = CubicSpring((2, 4), "x", 0.7), start(1, 4)
     response = simulate_free(four_dof(), x0, v0, SHORT, (effect,))
 
-    def force(u: FloatArray, v: FloatArray) -> FloatArray:
+    def force(u: FloatArray, v: FloatArray, t: float = 0.0) -> FloatArray:
         return 0.7 * (u[3] - u[1]) ** 3 * np.array([0, -1, 0, 1])
 
     expected = chain_motion(dense(linearise(four_dof())), force, np.concatenate([x0[0], v0[0]]), response.time)

@@ -3,7 +3,8 @@
 An .npz file holds ``M``, ``K`` and, optionally, ``C`` (free, free), dense or as the parts of a compressed sparse row
 matrix (``M_data``, ``M_indices``, ``M_indptr``, ``M_shape``); ``nodes`` (node, 2), x and y in m; ``dof_node`` (free,),
 from 1, and ``dof_direction`` (free,), "x", "y" or "rz", of each row. Optional: ``all_dof_node`` and
-``all_dof_direction``, the same for all degrees of freedom, those at supports included; ``modal_ratios``.
+``all_dof_direction``, the same for all degrees of freedom, those at supports included; ``modal_ratios``;
+``replaced_ratios`` (mode, 2): number and damping ratio of modes that have their own.
 """
 
 from collections import Counter
@@ -39,10 +40,11 @@ def load_linear_model(path: Path) -> LinearModel:
     dofs = _npz_dofs(arrays, "dof", where, faults)
     everywhere = _npz_dofs(arrays, "all_dof", where, faults) if "all_dof_node" in arrays else dofs
     ratios = _numbers(arrays, "modal_ratios", where, faults) if "modal_ratios" in arrays else None
+    replaced = _numbers(arrays, "replaced_ratios", where, faults) if "replaced_ratios" in arrays else None
     if mass is None or stiffness is None or nodes is None or dofs is None or everywhere is None:
         raise InputError(faults)
     raise_faults(faults)
-    return assemble_model(where, mass, damping, stiffness, nodes, dofs, everywhere, ratios)
+    return assemble_model(where, mass, damping, stiffness, nodes, dofs, everywhere, ratios, replaced)
 
 
 def save_linear_model(model: LinearModel, path: Path, extra: Mapping[str, ArrayLike] | None = None) -> None:
@@ -57,6 +59,8 @@ def save_linear_model(model: LinearModel, path: Path, extra: Mapping[str, ArrayL
     arrays |= {"dof_node": model.dofs.node[free], "dof_direction": model.dofs.direction[free]}
     arrays |= {"all_dof_node": model.dofs.node, "all_dof_direction": model.dofs.direction}
     arrays |= {"nodes": model.coordinates, "modal_ratios": np.array(model.modal_ratios, dtype=float)}
+    if model.replaced_ratios:
+        arrays["replaced_ratios"] = np.array(model.replaced_ratios)
     write_npz(path, arrays | dict(extra or {}))
 
 
@@ -69,6 +73,7 @@ def assemble_model(
     dofs: list[Dof],
     everywhere: list[Dof],
     ratios: FloatArray | None = None,
+    replaced: FloatArray | None = None,
 ) -> LinearModel:
     """Return the model, checked as every linear model is; ``dofs`` are the free ones among ``everywhere``."""
     faults = _dof_faults(everywhere)
@@ -83,7 +88,12 @@ def assemble_model(
     )
     damping = csr_array(mass.shape) if damping is None else damping
     modal_ratios = () if ratios is None else tuple(ratios.ravel().tolist())
-    model = LinearModel(mass, damping, stiffness, dof_map, nodes, modal_ratios)
+    pairs: tuple[tuple[int, float], ...] = ()
+    if replaced is not None and (replaced.ndim != 2 or replaced.shape[1] != 2 or not np.isfinite(replaced).all()):
+        faults.append(f"replaced_ratios is no table of mode and ratio; it has shape {replaced.shape}")
+    elif replaced is not None:
+        pairs = tuple((int(mode), float(ratio)) for mode, ratio in replaced)
+    model = LinearModel(mass, damping, stiffness, dof_map, nodes, modal_ratios, pairs)
     raise_faults(f"{where}: {fault}" for fault in [*faults, *check_linear_model(model)])
     return model
 

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from fe_models.damping import ratios_of_modes
+from fe_models.damping import ratios_of_modes, replace_ratios
 from fe_models.dofs import DofMap, FloatArray, structure_dofs
 from fe_models.errors import InputError, raise_faults
 from fe_models.files.array_files import load_arrays
@@ -161,4 +161,4 @@ def _own_ratios(model: LinearModel, omega: FloatArray, shapes: FloatArray) -> Fl
     """Return the model's own damping ratios (mode,): xi = phi^T C phi / (2 omega), plus its modal ones."""
     free = shapes[model.dofs.free]
     ratios: FloatArray = np.einsum("di,di->i", free, model.damping @ free) / (2 * omega)
-    return ratios + ratios_of_modes(model.modal_ratios, len(omega))
+    return replace_ratios(ratios + ratios_of_modes(model.modal_ratios, len(omega)), model.replaced_ratios)

@@ -27,8 +27,16 @@
     directions = ["x", "y", "rz"]
 
 A list may also be written in one piece, ``supports = [{ node = 1, directions = ["y"] }, ...]``. Further lists:
-``point_masses`` (node, mass), ``dashpots`` (node or nodes, direction, coefficient), ``effects`` (kind, node or nodes,
-direction, parameters); table ``damping`` (mass_factor, stiffness_factor, modal_ratios).
+``point_masses`` (node, mass), ``dashpots`` (node or nodes, direction, coefficient), ``effects`` (see below); table
+``damping`` (mass_factor, stiffness_factor, modal_ratios).
+
+``effects`` are what the drawn structure lacks (`fe_models.effects`), each with its ``kind``, place and parameters:
+stiffness_change (element or elements, factor), added_mass (node, mass), support_spring (node, direction, stiffness),
+axial_force (elements, force), modal_damping (modes, ratio); and, with node or nodes and direction, point_damper
+(coefficient), quadratic_damper (coefficient), coulomb_friction (force; regularisation), cubic_spring (stiffness),
+gap_stop (gap, stiffness, side); slack_cable (element, pretension); harmonic_force (node, direction, amplitude,
+frequency; phase). What follows a semicolon may be left out. Of factor, force and ratio one stands for all places, or a
+list holds one for each.
 """
 
 import tomllib
@@ -36,7 +44,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, Literal, TypeVar
 
-from fe_models.effects import ConnectorEffect
+from fe_models.effects.base import Effect, words
 from fe_models.errors import raise_faults
 from fe_models.files.atomic import write_text
 from fe_models.files.structure_parts import Placed, read_all, read_effects, read_elements, read_nodes
@@ -148,7 +156,7 @@ def structure_table(structure: Structure) -> Table:
         "dashpots": [_row(dashpot) for dashpot in structure.dashpots],
         "supports": [_row(support) for support in structure.supports],
         "damping": _row(structure.damping),
-        "effects": [{"kind": effect.kind} | _row(effect) for effect in structure.effects],
+        "effects": [_effect_row(effect) for effect in structure.effects],
     }
     return {key: value for key, value in table.items() if value not in ([], {})}
 
@@ -158,13 +166,22 @@ def _row(item: Any) -> Table:
     row: Table = {}
     for part in fields(item):
         value = getattr(item, part.name)
-        if isinstance(item, ConnectorEffect) or value != part.default:
+        if value != part.default:
             row[part.name] = value.name if isinstance(value, Section) else _plain(value)
     if len(row.get("nodes", ())) == 1:
         row = {"node": row.pop("nodes")[0]} | row
     if row.get("modal_ratios") == []:
         del row["modal_ratios"]
     return row
+
+
+def _effect_row(effect: Effect) -> Table:
+    """Return an effect as a table, with all its numbers, in the words of its kind."""
+    row = {word: _plain(getattr(effect, name)) for name, word in words(effect).items()}
+    for one, many in (("node", "nodes"), ("element", "elements")):
+        if len(row.get(many, ())) == 1:
+            row = {one: row.pop(many)[0]} | row
+    return {"kind": effect.kind} | row
 
 
 def _plain(value: Any) -> Any:

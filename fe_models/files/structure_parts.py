@@ -4,12 +4,13 @@ Each function adds to ``faults`` what it finds and returns the items with their 
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields
-from inspect import signature
+from dataclasses import dataclass
+from inspect import Signature, signature
 from itertools import pairwise
 from typing import Any, TypeVar
 
 from fe_models.effects import EFFECTS, Effect
+from fe_models.effects.base import words
 from fe_models.files.tables import Table, at, did_you_mean, read_list, read_table, read_value, show
 from fe_models.sections import SHAPES, Section
 from fe_models.structure import Beam, Cable, Element, Spring
@@ -104,13 +105,30 @@ def _one_by_one(table: Table, place: str, faults: list[str]) -> list[Table]:
 
 
 def read_effects(document: Table, where: str, faults: list[str]) -> Placed[Effect]:
-    """Return the effects, each with all its parameters given."""
+    """Return the effects."""
     placed: Placed[Effect] = []
     for place, table in read_list(document, "effects", where, faults):
         make, rest = _choose("kind", EFFECTS, table, place, faults)
-        required = [item.name for item in fields(make)] if make else []
-        placed.append((place, read_table(make, _node_as_nodes(rest), place, faults, required) if make else None))
+        if make is None:
+            placed.append((place, None))
+            continue
+        for one, many in (("node", "nodes"), ("element", "elements")):
+            if many in words(make):
+                rest = _as_list(rest, one, many)
+        placed.append((place, read_table(_in_words(make), rest, place, faults)))
     return placed
+
+
+def _in_words(make: type[Effect]) -> Callable[..., Effect]:
+    """Return a function that makes the effect from its parameters as files name them."""
+    names = {word: name for name, word in words(make).items()}
+
+    def made(**values: Any) -> Effect:
+        return make(**{names[word]: value for word, value in values.items()})
+
+    parameters = signature(make).parameters
+    made.__signature__ = Signature([parameters[name].replace(name=word) for word, name in names.items()])  # type: ignore[attr-defined]
+    return made
 
 
 def read_all(make: Callable[..., T], document: Table, key: str, where: str, faults: list[str]) -> Placed[T]:
@@ -137,6 +155,11 @@ def _choose(key: str, choices: dict[str, Any], table: Any, place: str, faults: l
 
 def _node_as_nodes(table: Any) -> Any:
     """Return the table with ``node = 1`` written as ``nodes = [1]``, which the dataclasses have."""
-    if not isinstance(table, dict) or "node" not in table or "nodes" in table:
+    return _as_list(table, "node", "nodes")
+
+
+def _as_list(table: Any, one: str, many: str) -> Any:
+    """Return the table with ``one = 1`` written as ``many = [1]``."""
+    if not isinstance(table, dict) or one not in table or many in table:
         return table
-    return {"nodes": [table["node"]]} | {key: value for key, value in table.items() if key != "node"}
+    return {many: [table[one]]} | {key: value for key, value in table.items() if key != one}

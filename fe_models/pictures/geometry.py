@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fe_models.dofs import DofMap, FloatArray
+from fe_models.effects.laws import with_parts
 from fe_models.errors import InputError
 from fe_models.linear import LinearModel
 from fe_models.mesh import mesh
@@ -80,11 +81,12 @@ def outline(model: Structure | LinearModel) -> Outline:
     """Return what is drawn of ``model``: members of a structure, nodes and their connections of imported matrices."""
     if isinstance(model, LinearModel):
         return _matrix_outline(model)
-    parts = mesh(model)
+    drawn = with_parts(model)  # a spring that takes a support's place is drawn as one
+    parts = mesh(drawn)
     ends: dict[tuple[str, Kind], list[tuple[int, int]]] = {}
     grounded: list[tuple[int, Direction]] = []
     for part in parts.elements:
-        element = model.elements[part.parent - 1]
+        element = drawn.elements[part.parent - 1]
         if len(part.nodes) == 2:
             kind: Kind = "beam" if isinstance(element, Beam) else "cable" if isinstance(element, Cable) else "spring"
             ends.setdefault((element.group, kind), []).append((part.nodes[0] - 1, part.nodes[1] - 1))
@@ -94,7 +96,7 @@ def outline(model: Structure | LinearModel) -> Outline:
         _spread(parts.coordinates),
         parts.dofs,
         tuple(Group(name, kind, np.array(pairs)) for (name, kind), pairs in ends.items()),
-        model.supports,
+        drawn.supports,
         tuple(grounded),
         tuple(mass.node - 1 for mass in model.point_masses) if "rz" not in model.directions else (),
         max(3, 1 + (POINTS_PER_BEAM - 1) // model.divisions),

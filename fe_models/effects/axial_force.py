@@ -1,0 +1,98 @@
+"""An axial force in elements that the model does not know of: geometric stiffness, P-delta."""
+
+from dataclasses import dataclass
+from math import hypot
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fe_models.effects.base import Effect, count_faults, element_faults, parameter, value_of
+from fe_models.structure import Beam, Direction, Element, Spring, Structure
+
+
+@dataclass(frozen=True)
+class AxialForce(Effect):
+    """A constant axial force N (tension > 0) in elements, on top of what loads and prestress bring: K += K_G(N).
+
+    Beams have the consistent geometric stiffness of Euler-Bernoulli's theory, N int(w'^2) dx / 2 with the cubic shape
+    functions; cables and springs N / L across their line. K_G acts on displacements from the drawn geometry and gets no
+    damping. ``force`` is one for all elements, or one for each.
+    """
+
+    kind: ClassVar[str] = "axial_force"
+    elements: tuple[int, ...]
+    force: float | tuple[float, ...] = parameter("N")
+
+    @property
+    def forces(self) -> dict[int, float]:
+        """The force (N) by number of the element."""
+        return {number: value_of(self.force, position) for position, number in enumerate(self.elements)}
+
+    def faults(self, structure: Structure) -> list[str]:
+        """Return faults of the elements and forces, and elements on which an axial force has no effect."""
+        faults = element_faults(structure, self.elements) + count_faults("force", self.force, self.elements)
+        faults += self.number_faults()
+        return faults or [fault for number in self.elements for fault in _inert_faults(structure, number)]
+
+
+@dataclass(frozen=True)
+class GeometricStiffness:
+    """What an axial ``force`` (N) adds to one finite element with two nodes, a beam (``bending``) or a bar."""
+
+    nodes: tuple[int] | tuple[int, int]
+    force: float
+    bending: bool
+
+
+def geometric_stiffness(
+    item: GeometricStiffness, directions: tuple[Direction, ...], vector: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return K_G (n, n) over the degrees of freedom of both nodes, for an element along ``vector`` (2,), in m.
+
+    A bar: N / L (I - t t^T) on the difference of the translations, t the unit vector along it. A beam, across its line,
+    with the dofs w1, r1, w2, r2: N / (30 L) [[36, 3L, -36, 3L], [3L, 4L^2, -3L, -L^2], ...].
+    """
+    L = hypot(*vector)
+    c, s = vector / L
+    across = np.array([-s, c])
+    if item.bending:
+        local = np.array(
+            [
+                [36.0, 3 * L, -36.0, 3 * L],
+                [3 * L, 4 * L**2, -3 * L, -(L**2)],
+                [-36.0, -3 * L, 36.0, -3 * L],
+                [3 * L, -(L**2), -3 * L, 4 * L**2],
+            ]
+        ) * (item.force / (30 * L))
+    else:
+        local = np.zeros((4, 4))
+        local[::2, ::2] = item.force / L * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    pick = np.zeros((2, len(directions)))  # of one node: (w, r) from its dofs
+    for column, direction in enumerate(directions):
+        pick[:, column] = {"x": (across[0], 0.0), "y": (across[1], 0.0), "rz": (0.0, 1.0)}[direction]
+    both = np.kron(np.eye(2), pick)  # (4, n)
+    return np.asarray(both.T @ local @ both)
+
+
+def _inert_faults(structure: Structure, number: int) -> list[str]:
+    """Return a fault where an axial force in element ``number`` would change nothing."""
+    element = structure.elements[number - 1]
+    if len(element.nodes) == 1:
+        return [f"element {number} is a spring to the ground, without length: no axial force acts across it"]
+    if isinstance(element, Spring) and element.direction == "rz":
+        return [f"element {number} is a spring in rz: it carries no axial force"]
+    vector = _vector(structure, element)
+    if not vector.any():
+        return [f"element {number} has no length: no axial force acts across it"]
+    item = GeometricStiffness(element.nodes, 1.0, isinstance(element, Beam))
+    stiffness = geometric_stiffness(item, structure.directions, vector)
+    if abs(stiffness).max() * hypot(*vector) > 1e-9:  # of 1: only rounding is left
+        return []
+    can = ", ".join(structure.directions)
+    return [f"element {number}: its nodes move in {can} only, along its line, where an axial force changes nothing"]
+
+
+def _vector(structure: Structure, element: Element) -> NDArray[np.float64]:
+    start, end = (np.array(structure.nodes[node - 1], dtype=float) for node in (element.nodes[0], element.nodes[-1]))
+    return np.asarray(end - start)

@@ -1,0 +1,148 @@
+"""What all causes of a wrong simulation have in common, and the two ways in which a structure's effects act."""
+
+from abc import ABC, abstractmethod
+from dataclasses import field, fields
+from math import isfinite
+from typing import TYPE_CHECKING, Any, ClassVar
+
+if TYPE_CHECKING:
+    from fe_models.structure import Direction, Structure
+
+
+def parameter(unit: str, turning: str = "", word: str = "", **options: Any) -> Any:
+    """Return the dataclass field of a parameter in ``unit``, or ``turning`` where the direction is a rotation.
+
+    ``word`` is its name in files and reports, where that differs from the attribute's.
+    """
+    return field(metadata={"unit": unit, "turning": turning or unit, "word": word}, **options)
+
+
+def setting(unit: str, default: float) -> Any:
+    """Return the dataclass field of a number that belongs to the numerics and is no finding."""
+    return field(default=default, metadata={"setting": unit})
+
+
+def words(cause: "type[Cause] | Cause") -> dict[str, str]:
+    """Return the word of each field in files and reports, by the attribute's name."""
+    return {item.name: item.metadata.get("word") or item.name for item in fields(cause)}  # type: ignore[arg-type]
+
+
+class Cause(ABC):
+    """Something a simulation may lack or get wrong: a frozen dataclass of a location and of parameters with units."""
+
+    kind: ClassVar[str]
+
+    @property
+    def location(self) -> dict[str, Any]:
+        """Where it acts, in the words of a report: ``{"node": 1, "direction": "x"}``, ``{"elements": [3, 4]}``."""
+        place = {item.name: getattr(self, item.name) for item in fields(self) if not item.metadata}  # type: ignore[arg-type]
+        if len(place.get("nodes", ())) == 1:
+            place = {"node": place.pop("nodes")[0]} | place
+        return {name: list(value) if isinstance(value, tuple) else value for name, value in place.items()}
+
+    @property
+    def parameters(self) -> dict[str, float | list[float]]:
+        """How much: each parameter's value, in SI units; lists where the location lists several and values differ."""
+        values = {word: getattr(self, name) for name, word in words(self).items() if word in self.units}
+        return {word: list(value) if isinstance(value, tuple) else value for word, value in values.items()}
+
+    @property
+    def units(self) -> dict[str, str]:
+        """The SI unit of each parameter."""
+        which = "turning" if getattr(self, "direction", "") == "rz" else "unit"
+        names = words(self)
+        return {names[item.name]: item.metadata[which] for item in fields(self) if "unit" in item.metadata}  # type: ignore[arg-type]
+
+    def number_faults(self) -> list[str]:
+        """Return a fault for each number that is not finite."""
+        faults = []
+        for name, word in words(self).items():
+            value = getattr(self, name)
+            numbers = value if isinstance(value, tuple) else (value,)
+            if any(isinstance(number, float) and not isfinite(number) for number in numbers):
+                faults.append(f"{word} = {value}; must be finite")
+        return faults
+
+
+class Effect(Cause):
+    """A cause that is part of a structure."""
+
+    def extend(self, structure: "Structure") -> "Structure":
+        """Return ``structure`` with what of this effect can be said in plain parts; by default nothing."""
+        return structure
+
+    def law(self, structure: "Structure") -> "ForceLaw | None":
+        """Return the force that this effect adds to the linear model of ``structure``, None for linear effects."""
+        return None
+
+    @abstractmethod
+    def faults(self, structure: "Structure") -> list[str]:
+        """Return what does not fit ``structure``, a line each; places are checked against its nodes and elements."""
+
+
+class ForceLaw(ABC):
+    """A force along one elongation u = sum of c u(node, direction), with v its rate.
+
+    M u'' + C u' + K u + b force(b^T u, b^T u', t) = 0, b holding the coefficients c of the `pulls`. u is measured from
+    the state at rest (in a linear model zero) and t (s) from the start of the motion.
+    """
+
+    kind: ClassVar[str]
+    timed: ClassVar[bool] = False  # whether the force depends on t
+
+    @property
+    @abstractmethod
+    def pulls(self) -> tuple[tuple[int, "Direction", float], ...]:
+        """Where it acts: (node, direction, coefficient) of each degree of freedom in the elongation."""
+
+    @abstractmethod
+    def force(self, u: Any, v: Any, t: Any = 0.0) -> Any:
+        """Return the restoring force (N) at elongation ``u`` (m), rate ``v`` (m/s) and time ``t`` (s), any shape.
+
+        Plain arithmetic: takes floats, arrays, tensors and Exudyn's symbolic numbers alike.
+        """
+
+    @property
+    def largest_slopes(self) -> tuple[float, float]:
+        """The largest |d force/du| (N/m) and |d force/dv| (N s/m), 0 where they know no bound: steps depend on them."""
+        return 0.0, 0.0
+
+
+def node_faults(structure: "Structure", nodes: tuple[int, ...], direction: str | None = None) -> list[str]:
+    """Return faults of nodes, and of a direction they need, against those that the structure has."""
+    count = len(structure.nodes)
+    faults = [f"node {node} does not exist; the nodes are 1 to {count}" for node in nodes if not 1 <= node <= count]
+    if len(set(nodes)) < len(nodes):
+        faults.append(f"joins node {nodes[0]} to itself; give two different nodes")
+    if direction is not None and direction not in structure.directions:
+        have = ", ".join(structure.directions)
+        faults.append(f"direction {direction!r} is not among those of the nodes, {have}")
+    return faults
+
+
+def element_faults(structure: "Structure", elements: tuple[int, ...]) -> list[str]:
+    """Return faults of element numbers: none, unknown, twice the same."""
+    count = len(structure.elements)
+    faults = [] if elements else ["elements: there are none; give their numbers"]
+    faults += [f"element {i} does not exist; the elements are 1 to {count}" for i in elements if not 1 <= i <= count]
+    faults += [
+        f"element {i} is given {elements.count(i)} times" for i in sorted(set(elements)) if elements.count(i) > 1
+    ]
+    return faults
+
+
+def value_of(values: float | tuple[float, ...], position: int) -> float:
+    """Return the value for one of several places: ``values`` is one number for all, or one for each."""
+    return values[position] if isinstance(values, tuple) else values
+
+
+def count_faults(name: str, values: float | tuple[float, ...], places: tuple[int, ...]) -> list[str]:
+    """Return a fault where a list of values is not as long as that of the places."""
+    if not isinstance(values, tuple) or len(values) == len(places):
+        return []
+    return [f"{name} lists {len(values)} values for {len(places)} places; give one each, or one number for all"]
+
+
+def negative_faults(**values: float) -> list[str]:
+    """Return a fault for each value below zero."""
+    return [f"{name} = {value}; must not be negative" for name, value in values.items() if value < 0]

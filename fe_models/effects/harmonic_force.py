@@ -1,0 +1,45 @@
+"""A harmonic force: a motor, a walking person, a shaker that nobody switched off."""
+
+from dataclasses import dataclass
+from math import pi
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
+
+from fe_models.effects.arithmetic import sine
+from fe_models.effects.base import Effect, ForceLaw, node_faults, parameter
+
+if TYPE_CHECKING:
+    from fe_models.structure import Direction, Structure
+
+
+@dataclass(frozen=True)
+class HarmonicForce(Effect, ForceLaw):
+    """A force on a node in one direction: F(t) = amplitude sin(2 pi frequency t + phase), t from the motion's start.
+
+    ``phase`` (rad) is therefore one recording's own; a source that runs through several has another in each.
+    """
+
+    kind: ClassVar[str] = "harmonic_force"
+    timed: ClassVar[bool] = True
+    node: int
+    direction: Literal["x", "y", "rz"]
+    amplitude: float = parameter("N", "N m")
+    frequency: float = parameter("Hz")
+    phase: float = parameter("rad", default=0.0)
+
+    @property
+    def pulls(self) -> tuple[tuple[int, "Direction", float], ...]:
+        """The node's degree of freedom."""
+        return ((self.node, self.direction, 1.0),)
+
+    def force(self, u: Any, v: Any, t: Any = 0.0) -> Any:
+        """Return -F(t) (N), as a restoring force; it depends on neither ``u`` nor ``v``."""
+        return -self.amplitude * sine(2 * pi * self.frequency * t + self.phase)
+
+    def law(self, structure: "Structure") -> ForceLaw:
+        """Return the force itself."""
+        return self
+
+    def faults(self, structure: "Structure") -> list[str]:
+        """Return faults of the place and of the parameters."""
+        faults = node_faults(structure, (self.node,), self.direction) + self.number_faults()
+        return faults if self.frequency > 0 else [*faults, f"frequency = {self.frequency} Hz; must be positive"]

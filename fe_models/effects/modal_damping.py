@@ -1,0 +1,36 @@
+"""Damping ratios of single modes that differ from the model's."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from fe_models.effects.base import Effect, count_faults, parameter, value_of
+from fe_models.structure import Structure
+
+
+@dataclass(frozen=True)
+class ModalDamping(Effect):
+    """Modes (numbered from 1, of the structure with all its linear effects) whose damping ratio is ``ratio``.
+
+    C -> C + sum of 2 omega_i (ratio_i - xi_i) M phi_i phi_i^T M over these modes, xi_i = phi_i^T C phi_i / (2 omega_i)
+    what they have without the effect: all other modes keep their damping. ``ratio`` is one for all, or one for each.
+    """
+
+    kind: ClassVar[str] = "modal_damping"
+    modes: tuple[int, ...]
+    ratio: float | tuple[float, ...] = parameter("1")
+
+    @property
+    def ratios(self) -> tuple[tuple[int, float], ...]:
+        """Each mode's number and ratio."""
+        return tuple((mode, value_of(self.ratio, position)) for position, mode in enumerate(self.modes))
+
+    def faults(self, structure: Structure) -> list[str]:
+        """Return faults of the modes and the ratios."""
+        faults = [] if self.modes else ["modes: there are none; give their numbers, from 1"]
+        faults += [f"mode {mode} does not exist; modes are numbered from 1" for mode in self.modes if mode < 1]
+        if len(set(self.modes)) < len(self.modes):
+            faults.append(f"modes = {list(self.modes)}: give each mode once")
+        faults += count_faults("ratio", self.ratio, self.modes)
+        ratios = self.ratio if isinstance(self.ratio, tuple) else (self.ratio,)
+        faults += [f"ratio = {ratio}; expected 0 <= ratio < 1 (0.01 is 1 %)" for ratio in ratios if not 0 <= ratio < 1]
+        return faults

@@ -1,0 +1,55 @@
+"""The error of the simulation's own time steps."""
+
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fe_models.dofs import FloatArray
+from fe_models.effects.base import Cause, parameter
+from fe_models.linear import ModalModel
+
+ComplexArray = NDArray[np.complex128]
+
+
+def root(omega: FloatArray, ratio: FloatArray) -> ComplexArray:
+    """Return lambda = omega (-xi + i sqrt(1 - xi^2)) (1/s), of damping ratios below 1."""
+    return np.asarray(omega * (-ratio + 1j * np.sqrt(1 - np.square(ratio))))
+
+
+@dataclass(frozen=True)
+class TimeIntegration(Cause):
+    """A simulation in steps of ``step`` by Newmark's method with constant average acceleration (trapezoidal rule).
+
+    One step maps the state z' = A z to (I - h A / 2)^-1 (I + h A / 2) z, which is the exact motion of another system.
+    A mode with lambda = omega (-xi + i sqrt(1 - xi^2)) appears with
+
+        lambda_h = log((1 + h lambda / 2) / (1 - h lambda / 2)) / h,
+
+    without damping omega_h = 2 / h atan(h omega / 2): the period is longer by (h omega)^2 / 12, and no motion decays
+    or grows that should not. The shapes stay, and so do the ratios between displacement, velocity and acceleration of a
+    mode: 1, lambda, lambda^2, not lambda_h, although it runs by exp(lambda_h t).
+    """
+
+    kind: ClassVar[str] = "time_integration"
+    step: float = parameter("s")
+
+    def simulated(self, modal: ModalModel) -> ModalModel:
+        """Return the modes that such a simulation of ``modal`` shows (for damping ratios below 1)."""
+        omega, ratio = self.frequency_and_ratio(modal.omega, modal.damping_ratio)
+        return replace(modal, omega=omega, damping_ratio=ratio)
+
+    def frequency_and_ratio(self, omega: FloatArray, ratio: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return omega_h (rad/s) and xi_h of modes with ``omega`` (rad/s) and damping ratios below 1, any shape."""
+        shown = self.shown_root(root(omega, ratio))
+        return np.abs(shown), -shown.real / np.abs(shown)
+
+    def shown_root(self, exact: ComplexArray) -> ComplexArray:
+        """Return lambda_h (1/s) of modes whose exact motion is exp(lambda t), any shape."""
+        half = self.step / 2 * exact
+        return np.asarray((np.log1p(half) - np.log1p(-half)) / self.step)
+
+    def faults(self) -> list[str]:
+        """Return a fault of a step that is none."""
+        return [] if 0 < self.step < np.inf else [f"step = {self.step} s; must be positive"]
