@@ -55,6 +55,8 @@ class NeuralModalODE(nn.Module):
         self.measured = [i for i, sensor in enumerate(sensors) if sensor.role == "measured"]
         self.channel_scale: Tensor
         self.register_buffer("channel_scale", channel_scale.to(torch.get_default_dtype()))  # (sensor,)
+        self.relative_error: Tensor
+        self.register_buffer("relative_error", torch.zeros(()))  # of predictions, set when training is done
         modes, channels = len(modal.omega), len(self.measured)
         self.encoder: PaperEncoder | WindowEncoder | StatePrior
         if config.encoder == "paper":

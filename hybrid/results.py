@@ -1,7 +1,6 @@
 """What a finished run leaves in its folder: scores, the predicted field, the model for the pictures, the curves."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -16,45 +15,20 @@ from fe_models.recordings import Dataset
 from fe_models.structure import Structure
 from hybrid.calibration import Observer, nothing, smooth
 from hybrid.checkpoint import Origin
+from hybrid.comparison import Comparison, band_scores, compare, field_scores
 from hybrid.evaluation import score_table
 from hybrid.figures import channel_labels, draw_curves, draw_history, draw_latent, draw_loop
-from hybrid.forecast import Forecast, fe_counterpart, forecast_windows
-from hybrid.model import NeuralModalODE
+from hybrid.forecast import Forecast
 from hybrid.run import Run
-from hybrid.training import TrainingDivergedError
-from hybrid.windows import cut_all
+from hybrid.uncertainty import relative_error
 
 LOOP = "force_displacement.png"
 OF_THE_TEST = (PREDICTION, "channels.png", "latent.png", "displacement.png", LOOP)
 """Files that not every run writes."""
 
 
+BAND_WINDOWS = 100  # training windows at most that tell the model's own error
 RESULT_STEPS = 4  # of `write_results`: forecasts, and three figures that take a while
-
-
-@dataclass(frozen=True)
-class Comparison:
-    """Test windows (window, time, sensor) and what the hybrid and the FE model forecast of them."""
-
-    windows: FloatArray
-    hybrid: Forecast
-    fe: Forecast
-
-
-def compare(model: NeuralModalODE, dataset: Dataset, length: int, stride: int) -> Comparison | None:
-    """Forecast the test recordings, None where there are none; `TrainingDivergedError` where numbers overflow."""
-    recordings = dataset.select("test")
-    if not recordings:
-        return None
-    windows = cut_all(recordings, length, stride)
-    fe = forecast_windows(model, windows, dynamics=fe_counterpart(model))
-    hybrid = forecast_windows(model, windows)
-    if not np.isfinite(hybrid.channels).all():
-        raise TrainingDivergedError(
-            "The trained model's forecasts of the test recordings grow beyond all bounds."
-            " Train again with --fresh and a smaller --learning-rate, or more --epochs."
-        )
-    return Comparison(windows, hybrid, fe)
 
 
 def write_results(
@@ -68,6 +42,7 @@ def write_results(
     folder, model, modal = run.folder, run.trainer.model, run.origin.modal
     training = run.config.training
     length = run.trainer.windows.shape[1]
+    model.relative_error.fill_(relative_error(model, _evenly(run.trainer.windows.cpu().double().numpy())))
     comparison = compare(model, dataset, length, training.stride)
     advance()
     metrics: dict[str, Any] = {
@@ -88,7 +63,7 @@ def write_results(
     draw_history(folder / "training.png", run.history)
     advance()
     if comparison is not None:
-        forecasts = {"fe": comparison.fe.channels, "hybrid": comparison.hybrid.channels}
+        forecasts = {name: forecast.channels for name, forecast in comparison.by_name.items()}
         metrics["test"] = {
             "recordings": [recording.name for recording in dataset.select("test")],
             "windows": len(comparison.windows),
@@ -97,11 +72,12 @@ def write_results(
             "encoder_samples": run.config.model.encoder_samples,
         }
         metrics["scores"] = score_table(forecasts, comparison.windows, dataset.sensors)
+        metrics["bands"] = band_scores(model, comparison, dataset.sensors)
         field = None if truth is None else truth[:length]
         if field is not None:
             metrics["field"] = field_scores(comparison, modal, field)
         initial = fe_initial_state(run.origin, comparison.windows[0], run.config.model.encoder_samples)
-        prediction = prediction_of(comparison.hybrid, comparison.fe, run.origin, initial, field)
+        prediction = prediction_of(comparison.hybrid.forecast, comparison.fe, run.origin, initial, field)
         save_prediction(prediction, folder)
         _draw(dataset, modal, comparison, prediction, folder, advance)
     write_json(folder / "metrics.json", metrics)
@@ -109,17 +85,8 @@ def write_results(
     return metrics
 
 
-def field_scores(comparison: Comparison, modal: ModalModel, truth: FloatArray) -> dict[str, float]:
-    """Return each model's error of the displacement field over the first test window, relative to the field's size.
-
-    RMS over all translations and times, of the error over that of the truth (time, dof).
-    """
-    translations = np.isin(modal.dofs.direction, ["x", "y"])
-    size = np.sqrt(np.mean(truth[:, translations] ** 2))
-    fields = {"fe": comparison.fe.q[0] @ modal.shapes.T, "hybrid": comparison.hybrid.q[0] @ modal.shapes.T}
-    return {
-        name: float(np.sqrt(np.mean((field - truth)[:, translations] ** 2)) / size) for name, field in fields.items()
-    }
+def _evenly(windows: FloatArray) -> FloatArray:
+    return windows[np.linspace(0, len(windows) - 1, min(BAND_WINDOWS, len(windows))).round().astype(int)]
 
 
 def fe_initial_state(origin: Origin, window: FloatArray, samples: int) -> FloatArray:
@@ -157,7 +124,7 @@ def _draw(
     folder: Path,
     advance: Callable[[], object],
 ) -> None:
-    time, hybrid, fe = prediction.time, comparison.hybrid, comparison.fe
+    time, hybrid, fe = prediction.time, comparison.hybrid.forecast, comparison.fe
     first = "first test window, forecast from its first samples"
     curves = {"measured": comparison.windows[0], "FE model": fe.channels[0], "hybrid": hybrid.channels[0]}
     draw_curves(folder / "channels.png", time, curves, channel_labels(dataset.sensors), f"Channels, {first}")
@@ -190,7 +157,7 @@ def _draw_loop(dataset: Dataset, chain: Structure, modal: ModalModel, comparison
     """Draw the inertia force at node 1 over its displacement: the loop that a nonlinear spring there bends."""
     mass = sum(point.mass for point in chain.point_masses if point.node == 1)
     row = modal.dofs.row(1, "x")
-    forecasts = {"FE model": comparison.fe, "hybrid": comparison.hybrid}
+    forecasts = {"FE model": comparison.fe, "hybrid": comparison.hybrid.forecast}
     displacement = {name: forecast.q[0] @ modal.shapes[row] for name, forecast in forecasts.items()}
     force = {name: -mass * (forecast.q_ddot[0] @ modal.shapes[row]) for name, forecast in forecasts.items()}
     quantities = {sensor.quantity: i for i, sensor in enumerate(dataset.sensors) if sensor.node == 1}

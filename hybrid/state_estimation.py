@@ -19,7 +19,8 @@ if TYPE_CHECKING:
     from hybrid.model import NeuralModalODE
 
 LARGEST_STEP = 2.0  # in scaled states, which are near one: keeps the search where the forces are known
-ITERATIONS = 10  # from nothing; 2 are enough from a state that is nearly right
+ITERATIONS = 10  # from nothing
+FEW_ITERATIONS = 4  # from a state that is nearly right
 FIRST_DAMPING = 1e-3  # of the diagonal of the normal matrix
 LOOSER, TIGHTER = 0.2, 8.0  # what a success and a failure make of the damping
 GROWTH = 3.0  # of the span of samples, one search after the other: a state from few samples starts that from more
@@ -56,12 +57,11 @@ def smooth_state(model: "NeuralModalODE", prior: StatePrior, windows: Tensor) ->
     """Return the posterior given whole windows (batch, time, sensor), however long: the span of samples grows."""
     parts = []
     for batch in windows.split(WINDOWS):
-        span, start = model.config.encoder_samples, None
-        while True:
-            estimate = estimate_state(model, prior, batch[:, :span], start)
-            if span >= windows.shape[1]:
-                break
-            span, start = round(GROWTH * span), estimate.mean
+        span = model.config.encoder_samples
+        estimate = estimate_state(model, prior, batch[:, :span])
+        while span < windows.shape[1]:
+            span = round(GROWTH * span)
+            estimate = estimate_state(model, prior, batch[:, :span], estimate.mean, FEW_ITERATIONS)
         parts.append(estimate)
     return StateEstimate(*(torch.cat([getattr(part, name) for part in parts]) for name in vars(parts[0])))
 

@@ -15,11 +15,13 @@ from fe_models.linear import ModalModel
 from fe_models.recordings import Dataset, Recording, Sensor
 from hybrid import results
 from hybrid.checkpoint import Origin
+from hybrid.comparison import Comparison, compare, field_scores
 from hybrid.config import Config
 from hybrid.forecast import Forecast
-from hybrid.results import Comparison, compare, fe_initial_state, field_scores, prediction_of, write_results
+from hybrid.results import fe_initial_state, prediction_of, write_results
 from hybrid.run import DONE, Run, begin
 from hybrid.training import TrainingDivergedError
+from hybrid.uncertainty import BandedForecast
 from tests.hybrid_problems import (
     SENSORS,
     STEP,
@@ -58,6 +60,10 @@ def forecast_of(q: FloatArray) -> Forecast:
     return Forecast(q[None], 0 * q[None], 0 * q[None], np.zeros((1, len(q), 1)))
 
 
+def banded(forecast: Forecast) -> BandedForecast:
+    return BandedForecast(forecast, np.zeros_like(forecast.channels))
+
+
 def test_field_scores_are_relative_errors_of_the_translations() -> None:
     """Three times the right field is off by 2, half of it by 0.5; rotations, in rad, do not count."""
     dofs = structure_dofs(portal())
@@ -67,7 +73,7 @@ def test_field_scores_are_relative_errors_of_the_translations() -> None:
     truth = q @ shapes.T
     truth[:, dofs.direction == "rz"] *= 1e6
     modal = ModalModel(np.array([1.0, 2.0]), np.zeros(2), shapes, dofs)
-    comparison = Comparison(np.zeros((1, 30, 1)), hybrid=forecast_of(3 * q), fe=forecast_of(0.5 * q))
+    comparison = Comparison(np.zeros((1, 30, 1)), forecast_of(0.5 * q), banded(forecast_of(3 * q)))
     assert field_scores(comparison, modal, truth) == pytest.approx({"hybrid": 2.0, "fe": 0.5}, rel=1e-12)
 
 
@@ -75,7 +81,7 @@ def test_only_the_first_window_counts_for_the_field() -> None:
     modal = chain_modes()
     q = np.random.default_rng(0).standard_normal((2, 30, 4))
     forecast = Forecast(q, 0 * q, 0 * q, np.zeros((2, 30, 1)))
-    scores = field_scores(Comparison(np.zeros((2, 30, 1)), forecast, forecast), modal, q[0] @ modal.shapes.T)
+    scores = field_scores(Comparison(np.zeros((2, 30, 1)), forecast, banded(forecast)), modal, q[0] @ modal.shapes.T)
     assert scores == pytest.approx({"hybrid": 0.0, "fe": 0.0}, abs=1e-12)
 
 
@@ -162,13 +168,14 @@ def test_comparison_starts_both_models_at_the_same_state(dataset: Dataset) -> No
     """From where the FE model decays as the nominal chain, though the hybrid is calibrated; 1e-4: float32, of three."""
     comparison = compare(starting_model(dataset), dataset, 80, 20)
     assert comparison is not None
-    assert comparison.windows.shape == comparison.hybrid.channels.shape == comparison.fe.channels.shape == (6, 80, 5)
-    np.testing.assert_array_equal(comparison.hybrid.q[:, 0], comparison.fe.q[:, 0])
-    np.testing.assert_array_equal(comparison.hybrid.q_dot[:, 0], comparison.fe.q_dot[:, 0])
+    hybrid = comparison.hybrid.forecast
+    assert comparison.windows.shape == hybrid.channels.shape == comparison.fe.channels.shape == (6, 80, 5)
+    np.testing.assert_array_equal(hybrid.q[:, 0], comparison.fe.q[:, 0])
+    np.testing.assert_array_equal(hybrid.q_dot[:, 0], comparison.fe.q_dot[:, 0])
     motion = decay(chain_modes(), comparison.fe.q[:, 0], comparison.fe.q_dot[:, 0], STEP, 80)
     np.testing.assert_allclose(comparison.fe.q, motion.q, rtol=0, atol=1e-4)
     np.testing.assert_allclose(comparison.fe.channels, channels(chain_modes(), motion, SENSORS), rtol=0, atol=1e-4)
-    assert np.abs(comparison.hybrid.q - comparison.fe.q).max() > 0.5
+    assert np.abs(hybrid.q - comparison.fe.q).max() > 0.5
 
 
 def test_forecasts_that_grow_beyond_bounds_are_not_scored(dataset: Dataset) -> None:
@@ -200,7 +207,7 @@ def test_the_loop_of_the_fe_model_is_the_force_of_its_springs_and_dampers(
         assert (path.name, node) == ("force_displacement.png", 1)
 
     monkeypatch.setattr(results, "draw_loop", kept)
-    results._draw_loop(own, four_dof(), modal, Comparison(window, forecast, forecast), tmp_path)
+    results._draw_loop(own, four_dof(), modal, Comparison(window, forecast, banded(forecast)), tmp_path)
     mass = np.diag([1.0, 2.0, 3.0, 4.0])
     damping = mass @ modal.shapes @ np.diag(0.02 * modal.omega) @ modal.shapes.T @ mass
     u, v = motion.q[0] @ modal.shapes.T, motion.q_dot[0] @ modal.shapes.T

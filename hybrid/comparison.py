@@ -1,0 +1,79 @@
+"""Forecasts of the test recordings by the hybrid and the FE model, side by side, and their scores."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from fe_models.dofs import FloatArray
+from fe_models.linear import ModalModel
+from fe_models.recordings import Dataset, Sensor
+from hybrid.forecast import Forecast, fe_counterpart, forecast_windows
+from hybrid.model import NeuralModalODE
+from hybrid.state_estimation import StatePrior
+from hybrid.training import TrainingDivergedError
+from hybrid.uncertainty import BandedForecast, banded_forecast, coverage, noise_std
+from hybrid.windows import cut_all
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Test windows (window, time, sensor) and what the FE and the hybrid model forecast of them.
+
+    ``whole_record``: the hybrid's motion given all samples of the windows; None where the model encodes its states.
+    """
+
+    windows: FloatArray
+    fe: Forecast
+    hybrid: BandedForecast
+    whole_record: BandedForecast | None = None
+
+    @property
+    def by_name(self) -> dict[str, Forecast]:
+        """The forecasts as they are named in ``metrics.json``."""
+        found = {"fe": self.fe, "hybrid": self.hybrid.forecast}
+        return found if self.whole_record is None else {**found, "whole_record": self.whole_record.forecast}
+
+
+def compare(model: NeuralModalODE, dataset: Dataset, length: int, stride: int) -> Comparison | None:
+    """Forecast the test recordings, None where there are none; `TrainingDivergedError` where numbers overflow."""
+    recordings = dataset.select("test")
+    if not recordings:
+        return None
+    windows = cut_all(recordings, length, stride)
+    fe = forecast_windows(model, windows, dynamics=fe_counterpart(model))
+    hybrid = banded_forecast(model, windows)
+    if not np.isfinite(hybrid.forecast.channels).all():
+        raise TrainingDivergedError(
+            "The trained model's forecasts of the test recordings grow beyond all bounds."
+            " Train again with --fresh and a smaller --learning-rate, or more --epochs."
+        )
+    solves = isinstance(model.encoder, StatePrior)
+    return Comparison(windows, fe, hybrid, banded_forecast(model, windows, whole=True) if solves else None)
+
+
+def band_scores(model: NeuralModalODE, comparison: Comparison, sensors: tuple[Sensor, ...]) -> dict[str, Any]:
+    """Return how often the channels lie inside the bands that should hold 90 % of them, sensors' noise included."""
+    noise = noise_std(model, sensors)
+    scores: dict[str, Any] = {"level": 0.9, "relative_error": float(model.relative_error)}
+    for name, banded in (("hybrid", comparison.hybrid), ("whole_record", comparison.whole_record)):
+        if banded is not None:
+            inside = coverage(comparison.windows - banded.forecast.channels, np.hypot(banded.std, noise))
+            scores[name] = {
+                role: float(np.mean([inside[i] for i, sensor in enumerate(sensors) if sensor.role == role]))
+                for role in sorted({sensor.role for sensor in sensors})
+            }
+    return scores
+
+
+def field_scores(comparison: Comparison, modal: ModalModel, truth: FloatArray) -> dict[str, float]:
+    """Return each model's error of the displacement field over the first test window, relative to the field's size.
+
+    RMS over all translations and times, of the error over that of the truth (time, dof).
+    """
+    translations = np.isin(modal.dofs.direction, ["x", "y"])
+    size = np.sqrt(np.mean(truth[:, translations] ** 2))
+    fields = {"fe": comparison.fe.q[0] @ modal.shapes.T, "hybrid": comparison.hybrid.forecast.q[0] @ modal.shapes.T}
+    return {
+        name: float(np.sqrt(np.mean((field - truth)[:, translations] ** 2)) / size) for name, field in fields.items()
+    }

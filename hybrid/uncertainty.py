@@ -1,0 +1,99 @@
+"""How sure a prediction is: draws of the initial state, carried along, and the error of the model itself.
+
+    variance = variance over the draws + (relative error * rms of the predicted channel)^2
+
+The draws follow the posterior of the initial state (Laplace), whose size adapts to how well each window is explained.
+The model's own error is estimated on training windows and holds for channels that were never fitted, too.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from scipy.stats import median_abs_deviation
+
+from fe_models.dofs import FloatArray
+from fe_models.recordings import Sensor
+from hybrid.forecast import Forecast, joined, posterior
+from hybrid.model import NeuralModalODE
+from hybrid.state_estimation import StatePrior
+
+DRAWS = 50  # of each initial state: the standard deviation is then good to a tenth
+WINDOWS = 10  # at a time: bounds memory
+NINETY_PERCENT = 1.645  # standard deviations either side of a normal mean
+MEDIAN_ERROR = 1.25  # standard error of the median of n normal values, times sqrt(n) / standard deviation
+BEYOND_CHANCE = 1.5  # of these standard errors
+SEED = 0  # the same draws for the same prediction
+
+
+@dataclass(frozen=True)
+class BandedForecast:
+    """A forecast and the standard deviation (window, time, sensor) of its channels, sensor noise left out."""
+
+    forecast: Forecast
+    std: FloatArray
+
+
+@torch.no_grad()
+def banded_forecast(
+    model: NeuralModalODE, windows: FloatArray, samples: int | None = None, whole: bool = False
+) -> BandedForecast:
+    """Forecast windows (window, time, sensor) as `forecast_windows` does, and say how sure it is."""
+    generator = torch.Generator().manual_seed(SEED)
+    length = samples or windows.shape[1]
+    centres, stds = [], []
+    for batch in torch.tensor(windows).to(model.channel_scale).split(WINDOWS):
+        mean, root = posterior(model, batch, whole)
+        draws = torch.randn(DRAWS, *mean.shape, 1, generator=generator, dtype=torch.float64).to(mean)
+        states = mean + (root @ draws)[..., 0]  # (draw, window, 2 mode)
+        centre = model.forecast(mean, length)
+        drawn = model.forecast(states.flatten(0, 1), length).channels.unflatten(0, states.shape[:2])
+        own = model.relative_error * centre.channels.square().mean(dim=1, keepdim=True).sqrt()
+        centres.append(centre)
+        stds.append(((drawn - centre.channels).square().mean(dim=0) + own**2).sqrt())
+    return BandedForecast(joined(centres), torch.cat(stds).cpu().double().numpy())
+
+
+def relative_error(model: NeuralModalODE, windows: FloatArray) -> float:
+    """Return the model's own error, relative to the size of the channels, on windows (window, time, sensor).
+
+    Where whole windows are explained down to the sensors' noise, the noise is told apart by being white: the products
+    of neighbouring misfits hold the model's error only, less what the fitted state takes from both. Else all of the
+    forecast's misfit that the draws do not explain counts as the model's. The median over windows, less one and a half
+    of its standard errors: an error that cannot be told from chance is none.
+    """
+    whole = isinstance(model.encoder, StatePrior)
+    before = model.relative_error.clone()
+    model.relative_error.zero_()
+    banded = banded_forecast(model, windows, whole=whole)
+    model.relative_error.copy_(before)
+    fitted, std = (values[:, :, model.measured] for values in (banded.forecast.channels, banded.std))
+    misfit = windows[:, :, model.measured] - fitted
+    excess = misfit[:, 1:] * misfit[:, :-1] + std[:, 1:] ** 2 if whole else misfit**2 - std**2
+    shares = (excess.mean(axis=1) / np.mean(fitted**2, axis=1)).mean(axis=1)  # (window,)
+    spread = median_abs_deviation(shares, scale="normal")
+    return float(np.sqrt(max(np.median(shares) - BEYOND_CHANCE * MEDIAN_ERROR * spread / np.sqrt(len(shares)), 0.0)))
+
+
+def noise_std(model: NeuralModalODE, sensors: tuple[Sensor, ...]) -> FloatArray:
+    """Return the noise of each sensor (sensor,), as far as the model knows it: zero where it does not.
+
+    A sensor that is not fitted is taken to be like the fitted ones of its quantity and unit.
+    """
+    found = np.zeros(len(sensors))
+    if isinstance(model.encoder, StatePrior):
+        known = dict(zip(model.measured, model.encoder.noise_std.cpu().double().tolist(), strict=True))
+        for i, sensor in enumerate(sensors):
+            like = [
+                std
+                for j, std in known.items()
+                if (sensors[j].quantity, sensors[j].unit) == (sensor.quantity, sensor.unit)
+            ]
+            found[i] = known.get(i, float(np.mean(like)) if like else 0.0)
+    return found
+
+
+def coverage(error: FloatArray, std: FloatArray) -> FloatArray:
+    """Return the share (sensor,) of errors (window, time, sensor) inside the band that should hold 90 % of them."""
+    inside: FloatArray = (np.abs(error) <= NINETY_PERCENT * std).mean(axis=(0, 1))
+    return inside
