@@ -48,10 +48,11 @@ def forecast_windows(
     ``dynamics`` (the FE counterpart, say) forecasts in place of ``model``, from the state that ``model`` encodes;
     ``samples`` of them, or as many as the windows have. ``whole``: see `posterior`.
     """
-    parameter = next(model.parameters())
     parts: list[Trajectory] = []
     for start in range(0, len(windows), BATCH):
-        batch = torch.tensor(windows[start : start + BATCH], dtype=parameter.dtype, device=parameter.device)
+        batch = torch.tensor(
+            windows[start : start + BATCH], dtype=model.channel_scale.dtype, device=model.channel_scale.device
+        )
         mean, _ = posterior(model, batch, whole)
         parts.append((dynamics or model).forecast(mean, samples or windows.shape[1]))
     return joined(parts)
@@ -81,8 +82,10 @@ def posterior(model: NeuralModalODE, windows: Tensor, whole: bool = False) -> tu
 @torch.no_grad()
 def generate(model: NeuralModalODE, q: FloatArray, q_dot: FloatArray, samples: int) -> Forecast:
     """Return the motion (1, time, ...) from modal coordinates and velocities (mode,) that the user sets."""
-    parameter = next(model.parameters())
-    state = [torch.tensor(values[None], dtype=parameter.dtype, device=parameter.device) for values in (q, q_dot)]
+    state = [
+        torch.tensor(values[None], dtype=model.channel_scale.dtype, device=model.channel_scale.device)
+        for values in (q, q_dot)
+    ]
     return joined([model.forecast(model.scale_state(*state), samples)])
 
 

@@ -13,15 +13,16 @@ from scipy.sparse import csr_array
 from fe_models.assembly import linearise
 from fe_models.bridge import PAPER_FREQUENCIES
 from fe_models.damping import full_damping
-from fe_models.dofs import FloatArray
+from fe_models.dofs import FloatArray, structure_dofs
 from fe_models.errors import InputError, bad_input_exits, noting, raise_faults
 from fe_models.files.bridge_recordings import bridge_sensors
 from fe_models.files.dataset_file import save_dataset
 from fe_models.files.matrices_file import LARGEST_DENSE, save_linear_model
+from fe_models.files.modal_file import load_modal_model
 from fe_models.files.models import load_model
 from fe_models.files.recording_checks import UNITS
 from fe_models.files.structure_file import save_structure
-from fe_models.four_dof import PAPER_OMEGA, paper_dataset
+from fe_models.four_dof import PAPER_OMEGA, four_dof, paper_dataset
 from fe_models.linear import LinearModel, ModalModel
 from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset, Quantity, Sensor
@@ -54,6 +55,7 @@ class Wishes:
     lowpass: float | None
     noise: float | None
     gravity: float | None
+    modal_model: Path | None = None
 
     def useless(self, *names: str, because: str) -> list[str]:
         """Return one fault for each of the options ``names`` that was given although it has no effect."""
@@ -102,6 +104,9 @@ def main(
         float | None, typer.Option(help="Standard deviation over that of the channel. [default: 0.02]")
     ] = None,
     gravity: Annotated[float | None, typer.Option(help="m/s^2, along -y. [default: 9.81]")] = None,
+    modal_model: Annotated[
+        Path | None, typer.Option(help="four_dof: modal model (.npz: omega, xi, phi) that the dataset is given.")
+    ] = None,
     seed: Annotated[int, typer.Option(min=0, max=2**32 - 1, help="Of noise and random initial states.")] = 0,
 ) -> None:
     """Build a finite element model: matrices, natural modes and their pictures; with --simulate also recordings.
@@ -125,7 +130,9 @@ def main(
       python scripts/build_fe_model.py frame.toml --out runs/frame --refine 4 \\
           --simulate --pull 3:x:100 --sensor 2:x
     """
-    wishes = Wishes(pull, sensor, realisations, cubic_stiffness, duration, step, sampling_rate, lowpass, noise, gravity)
+    wishes = Wishes(
+        pull, sensor, realisations, cubic_stiffness, duration, step, sampling_rate, lowpass, noise, gravity, modal_model
+    )
     with bad_input_exits():
         subject = load_model(model, Path())
         if isinstance(subject, Structure):
@@ -189,6 +196,7 @@ def recordings_of(model: str, subject: Structure | LinearModel, wishes: Wishes, 
     if model == "four_dof":
         return _paper_chain(wishes, seed)
     faults = wishes.useless("cubic_stiffness", because="is for four_dof; write effects into the structure file")
+    faults += wishes.useless("modal_model", because="is for four_dof; name it in your dataset's [simulation] instead")
     sensors = _all_of(wishes.sensor or (), _sensor, faults)
     if model == "bridge" and not wishes.sensor:
         sensors = bridge_sensors(unit="m/s^2")
@@ -204,7 +212,8 @@ def _paper_chain(wishes: Wishes, seed: int) -> Callable[[], Dataset]:
     because = "four_dof gives the paper's data; for others build its structure.toml instead"
     raise_faults(wishes.useless(*options, because=because))
     rng = np.random.RandomState(seed)  # the legacy generator of the paper's data
-    return partial(paper_dataset, wishes.cubic_stiffness or 0.0, None, rng, wishes.realisations or 1000)
+    modal = load_modal_model(wishes.modal_model, structure_dofs(four_dof())) if wishes.modal_model else None
+    return partial(paper_dataset, wishes.cubic_stiffness or 0.0, modal, rng, wishes.realisations or 1000)
 
 
 def _frame(
