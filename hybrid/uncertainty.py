@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import torch
-from scipy.stats import median_abs_deviation
 
 from fe_models.dofs import FloatArray
 from fe_models.recordings import Sensor
@@ -21,8 +20,6 @@ from hybrid.state_estimation import StatePrior
 DRAWS = 50  # of each initial state: the standard deviation is then good to a tenth
 WINDOWS = 10  # at a time: bounds memory
 NINETY_PERCENT = 1.645  # standard deviations either side of a normal mean
-MEDIAN_ERROR = 1.25  # standard error of the median of n normal values, times sqrt(n) / standard deviation
-BEYOND_CHANCE = 1.5  # of these standard errors
 SEED = 0  # the same draws for the same prediction
 
 
@@ -58,9 +55,9 @@ def relative_error(model: NeuralModalODE, windows: FloatArray) -> float:
     """Return the model's own error, relative to the size of the channels, on windows (window, time, sensor).
 
     Where whole windows are explained down to the sensors' noise, the noise is told apart by being white: the products
-    of neighbouring misfits hold the model's error only, less what the fitted state takes from both. Else all of the
-    forecast's misfit that the draws do not explain counts as the model's. The median over windows, less one and a half
-    of its standard errors: an error that cannot be told from chance is none.
+    of misfits one and two samples apart, extrapolated to none, hold the model's error only, less what the fitted state
+    takes from both. Else all of the forecast's misfit that the draws do not explain counts as the model's. Channels
+    weigh by how well their noise lets them tell; the median over windows.
     """
     whole = isinstance(model.encoder, StatePrior)
     before = model.relative_error.clone()
@@ -69,10 +66,15 @@ def relative_error(model: NeuralModalODE, windows: FloatArray) -> float:
     model.relative_error.copy_(before)
     fitted, std = (values[:, :, model.measured] for values in (banded.forecast.channels, banded.std))
     misfit = windows[:, :, model.measured] - fitted
-    excess = misfit[:, 1:] * misfit[:, :-1] + std[:, 1:] ** 2 if whole else misfit**2 - std**2
-    shares = (excess.mean(axis=1) / np.mean(fitted**2, axis=1)).mean(axis=1)  # (window,)
-    spread = median_abs_deviation(shares, scale="normal")
-    return float(np.sqrt(max(np.median(shares) - BEYOND_CHANCE * MEDIAN_ERROR * spread / np.sqrt(len(shares)), 0.0)))
+    if whole:
+        near, far = misfit[:, 2:] * misfit[:, 1:-1], misfit[:, 2:] * misfit[:, :-2]
+        excess = (4 * near - far) / 3 + std[:, 2:] ** 2  # a smooth error's correlation falls with the lag's square
+    else:
+        excess = misfit**2 - std**2
+    size = np.mean(fitted**2, axis=1)  # (window, measured)
+    clarity = np.median(np.mean(misfit**2, axis=1) / size, axis=0) ** -2.0  # of each channel: one over its variance
+    shares = (excess.mean(axis=1) / size) @ (clarity / clarity.sum())  # (window,)
+    return float(np.sqrt(max(np.median(shares), 0.0)))
 
 
 def noise_std(model: NeuralModalODE, sensors: tuple[Sensor, ...]) -> FloatArray:
