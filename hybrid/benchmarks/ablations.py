@@ -1,8 +1,8 @@
 """What the parts of the hybrid model are for: each left out in turn, everything else the same.
 
-The paper's two: a network beside the mode shapes in the decoder, and the physics term left out (appendix A). And a third:
-the residual between modes, NN(z), against forces at places. All on a fifth of the paper's data, judged on the channels of
-node 2, which no sensor ties down, and on those that were measured.
+The paper's two: a network beside the mode shapes in the decoder, and the physics term left out (appendix A). And a
+third: the residual between modes, NN(z), against forces at places. All on a fifth of the paper's data, judged on the
+channels of node 2, which no sensor ties down, and on those that were measured.
 """
 
 from collections.abc import Callable

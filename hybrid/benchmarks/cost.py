@@ -16,6 +16,7 @@ from fe_models.assembly import linearise
 from fe_models.modes import natural_modes
 from fe_models.recordings import Sensor
 from fe_models.structure import PointMass, Spring, Structure
+from hybrid.benchmarks.row import Row
 from hybrid.calibration import nothing
 from hybrid.config import places_preset
 from hybrid.connectors import chain_connectors
@@ -68,6 +69,19 @@ def measure(series: dict[str, tuple[int, ...]], advance: Callable[[], object] = 
         for size in sizes:
             found[name].append(_cost(replace(base, **{name: size})))
             advance()
+    return found
+
+
+def rows(costs: dict[str, list[Cost]]) -> list[Row]:
+    """Return what the largest of each series costs, beside what it would if cost grew linearly from the one before."""
+    found = []
+    for name, points in costs.items():
+        small, large = points[-2], points[-1]
+        ratio = getattr(large.point, name) / getattr(small.point, name)
+        what = f"{getattr(large.point, name):,} {LABELS[name]}"
+        peer = f"linear from {getattr(small.point, name):,}"
+        found.append(Row("cost", f"seconds, {what}", large.seconds, peer, small.seconds * ratio))
+        found.append(Row("cost", f"MiB, {what}", large.memory, peer, small.memory * ratio))
     return found
 
 

@@ -25,7 +25,7 @@ TIGHT = 1e-10  # relative and absolute tolerance of the reference
 
 
 def rows(modal: ModalModel) -> list[Row]:
-    """Return the times of forward and backward passes at batch 16, 501 steps, and the propagator's error by its step."""
+    """Return the times of forward and backward passes at batch 16, 501 steps, and the error by the step."""
     dataset = paper_dataset(1.0, modal, realisations=40, progress=False)
     places = places_preset()
     free = Config(replace(Config().model, modes=4, net_hidden=PAPER_HIDDEN))

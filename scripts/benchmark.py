@@ -1,0 +1,114 @@
+"""Measure the product against its peers, in one run: accuracy, time, cost, and what each part is for."""
+
+from collections.abc import Callable
+from dataclasses import asdict
+from enum import Enum
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import torch
+import typer
+from tqdm import tqdm
+
+from fe_models.dofs import structure_dofs
+from fe_models.errors import bad_input_exits
+from fe_models.files.atomic import write_json
+from fe_models.files.modal_file import load_modal_model
+from fe_models.four_dof import four_dof
+from fe_models.linear import ModalModel
+from hybrid.benchmarks import ablations, chain, cost, speed
+from hybrid.benchmarks.row import Row, table
+from hybrid.config import places_preset
+
+STIFFNESSES = (0.0, 0.5, 1.0)  # k_n of the paper, N/m^3
+QUICK_STIFFNESSES = (1.0,)
+QUICK_EPOCHS = 3  # of the ablations that are trained by gradients
+VARIANTS = 5  # of the ablations
+COST_PICTURE = "cost.png"
+
+
+class Section(Enum):
+    """A part of the benchmark."""
+
+    CHAIN = "chain"
+    SPEED = "speed"
+    COST = "cost"
+    ABLATIONS = "ablations"
+
+
+app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
+
+
+@app.command()
+def main(
+    out: Annotated[Path, typer.Option(help="Folder for benchmark.json and the picture of the cost.")] = Path(
+        "runs/benchmark"
+    ),
+    modal_model: Annotated[
+        Path | None, typer.Option(help="The chain's wrong modal model (.npz: omega, xi, phi). [default: drawn anew]")
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Of the modal model, where it is drawn.")] = 0,
+    only: Annotated[list[Section] | None, typer.Option(help="This section only. Repeat for more.")] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="Less of everything, in under three minutes.")] = False,
+) -> None:
+    """Measure accuracy and time on the paper's chain, the cost of a trajectory, and what each part of the model is for.
+
+    Every number stands beside its peer's, measured in the same run unless marked as published. The authors' own modal
+    model of the chain comes with their program; without --modal-model one that is wrong in the same way is drawn.
+
+    \b
+    OUT/benchmark.json   the table
+    OUT/cost.png         seconds and memory against length, batch, modes and sensors
+    """
+    with bad_input_exits():
+        modal = modal_model_of(modal_model, seed)
+        torch.set_num_threads(1)
+        wanted = only or list(Section)
+        found: list[Row] = []
+        sections: dict[Section, Callable[[], list[Row]]] = {
+            Section.CHAIN: lambda: chain_rows(modal, quick),
+            Section.SPEED: lambda: speed.rows(modal),
+            Section.COST: lambda: cost_rows(out, quick),
+            Section.ABLATIONS: lambda: ablation_rows(modal, quick),
+        }
+        for section in wanted:
+            found += sections[section]()
+        write_json(out / "benchmark.json", {"schema": 1, "quick": quick, "rows": [asdict(row) for row in found]})
+        print(table(found))
+        print(f"Results: {out}")
+
+
+def modal_model_of(path: Path | None, seed: int) -> ModalModel:
+    """Return the modal model in a file, or one that is wrong as the paper's is."""
+    if path is None:
+        return chain.own_modal_model(np.random.default_rng(seed))
+    return load_modal_model(path, structure_dofs(four_dof()))
+
+
+def chain_rows(modal: ModalModel, quick: bool) -> list[Row]:
+    """Return accuracy and time on the paper's data for each of its k_n."""
+    found = []
+    for stiffness in QUICK_STIFFNESSES if quick else STIFFNESSES:
+        with tqdm(desc=f"Chain, k_n = {stiffness:g}", unit="epoch", leave=False) as bar:
+            found += chain.rows(chain.score_chain(stiffness, modal, places_preset(), bar.update))
+    return found
+
+
+def cost_rows(out: Path, quick: bool) -> list[Row]:
+    """Return how the cost grows along each series; draw it."""
+    series = cost.QUICK_SERIES if quick else cost.SERIES
+    with tqdm(total=sum(map(len, series.values())), desc="Cost", leave=False) as bar:
+        costs = cost.measure(series, bar.update)
+    cost.draw(costs, out / COST_PICTURE)
+    return cost.rows(costs)
+
+
+def ablation_rows(modal: ModalModel, quick: bool) -> list[Row]:
+    """Return what each part of the model is for."""
+    with tqdm(total=VARIANTS, desc="Ablations", leave=False) as bar:
+        return ablations.rows(modal, QUICK_EPOCHS if quick else ablations.EPOCHS, bar.update)
+
+
+if __name__ == "__main__":
+    app()
