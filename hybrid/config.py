@@ -22,6 +22,7 @@ class ModelConfig:
     zero_at_rest: bool = True  # the net exerts no force on a structure at rest; the paper leaves it free
     integrator: IntegratorKind = "propagator"
     substeps: int = 1  # of the propagator, a sample
+    experts: bool = False  # one model a training recording, weighed by a window's first samples, instead of one of all
 
 
 @dataclass(frozen=True)

@@ -1,14 +1,13 @@
-"""Forecasts of windows from their first samples: by the hybrid model, and by the FE model from the same start."""
+"""Forecasts of windows from their first samples: by the hybrid model, or by its FE counterpart from the same start."""
 
-from copy import deepcopy
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import torch
 
 from fe_models.dofs import FloatArray
-from hybrid.model import NeuralModalODE, Trajectory
-from hybrid.residual import NoResidual
+from hybrid.experts import Hybrid
+from hybrid.model import Trajectory
 
 BATCH = 64  # windows at a time: bounds memory
 
@@ -23,17 +22,9 @@ class Forecast:
     channels: FloatArray
 
 
-def fe_counterpart(model: NeuralModalODE) -> NeuralModalODE:
-    """Return the model without anything learned in its dynamics: the FE model, exact in time, from the same start."""
-    fe = deepcopy(model)
-    fe.config = replace(fe.config, integrator="propagator")
-    fe.dynamics.residual = NoResidual(fe.dynamics.modes).to(fe.dynamics.a)
-    return fe
-
-
 @torch.no_grad()
 def forecast_windows(
-    model: NeuralModalODE, windows: FloatArray, dynamics: NeuralModalODE | None = None, samples: int | None = None
+    model: Hybrid, windows: FloatArray, dynamics: Hybrid | None = None, samples: int | None = None
 ) -> Forecast:
     """Forecast windows (window, time, sensor) from their first samples, starting at the mean of q(z0 | samples).
 
@@ -44,13 +35,13 @@ def forecast_windows(
     parts: list[Trajectory] = []
     for start in range(0, len(windows), BATCH):
         batch = torch.tensor(windows[start : start + BATCH], dtype=parameter.dtype, device=parameter.device)
-        mean, _ = model.encode(batch)
-        parts.append((dynamics or model).forecast(mean, samples or windows.shape[1]))
+        state = model.initial_state(batch)
+        parts.append((dynamics or model).forecast(state, samples or windows.shape[1]))
     return _joined(parts)
 
 
 @torch.no_grad()
-def generate(model: NeuralModalODE, q: FloatArray, q_dot: FloatArray, samples: int) -> Forecast:
+def generate(model: Hybrid, q: FloatArray, q_dot: FloatArray, samples: int) -> Forecast:
     """Return the motion (1, time, ...) from modal coordinates and velocities (mode,) that the user sets."""
     parameter = next(model.parameters())
     state = [torch.tensor(values[None], dtype=parameter.dtype, device=parameter.device) for values in (q, q_dot)]

@@ -84,6 +84,10 @@ class NeuralModalODE(nn.Module):
         mean, log_variance = self.encoder(first[:, :, self.measured] / self.channel_scale[self.measured])
         return mean, log_variance
 
+    def initial_state(self, windows: Tensor) -> Tensor:
+        """Return the mean of the scaled z0, (batch, 2 mode): what `forecast` starts from."""
+        return self.encode(windows)[0]
+
     def forecast(self, z0: Tensor, samples: int) -> Trajectory:
         """Return the trajectory of ``samples`` samples from scaled initial states z0 (batch, 2 mode)."""
         config = self.config

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Generic
 
 import numpy as np
 import torch
@@ -20,6 +21,7 @@ from hybrid.connector_residual import ConnectorResidual
 from hybrid.connectors import Connectors, chain_connectors, complete_basis
 from hybrid.consistency import largest_agreeing_group, unexplained_shares
 from hybrid.encoder import WindowEncoder
+from hybrid.experts import Kind
 from hybrid.model import NeuralModalODE
 from hybrid.residual import FreeResidual
 from hybrid.scaling import StateScale, channel_scale
@@ -34,7 +36,7 @@ FAINT = 1e-3  # of the strongest mode's size: the least size a mode is scaled wi
 
 
 @dataclass(frozen=True)
-class Prepared:
+class Prepared(Generic[Kind]):
     """A model at its start and the windows (window, time, sensor) it trains on, from the recordings that are ``kept``.
 
     ``connectors``: the places of a residual that is tied to them, None for a free one. ``left_out`` names training
@@ -42,7 +44,7 @@ class Prepared:
     linear model leaves (None where nothing was calibrated).
     """
 
-    model: NeuralModalODE
+    model: Kind
     modal: ModalModel
     windows: FloatArray
     kept: tuple[str, ...]
@@ -52,25 +54,18 @@ class Prepared:
 
 
 def calibration_steps(dataset: Dataset, config: Config) -> int:
-    """Return how often `prepare` will call ``advance``."""
+    """Return how often, at most, the preparation of ``config`` will call ``advance``."""
     if not config.training.calibrate:
         return 0
     recordings = len(dataset.select("train"))
-    return len(GROWTH) * (1 + (recordings if recordings >= FEWEST_TO_COMPARE else 0))
+    models = recordings if config.model.experts else 1
+    return len(GROWTH) * (models + (recordings if recordings >= FEWEST_TO_COMPARE else 0))
 
 
-def prepare(dataset: Dataset, config: Config, advance: Callable[[], object] = nothing) -> Prepared:
+def prepare(dataset: Dataset, config: Config, advance: Callable[[], object] = nothing) -> Prepared[NeuralModalODE]:
     """Return the starting model of ``config`` for the dataset's training recordings; `InputError` where it has none."""
-    recordings = dataset.select("train")
+    recordings = training_recordings(dataset)
     measured = columns(dataset, "measured")
-    faults = [
-        f"recording {recording.name!r} names loads: the hybrid model learns from free vibrations only; leave it out"
-        for recording in dataset.recordings
-        if recording.loads
-    ]
-    if not recordings or not measured:
-        faults.append("the dataset has no training recording or no measured sensor: give at least one of each")
-    raise_faults(faults)
     length = window_length(dataset, config.training.window, config.model.encoder_samples)
     modal = nominal_modes(dataset, config.model.modes)
     step = 1 / dataset.sampling_rate
@@ -83,7 +78,7 @@ def prepare(dataset: Dataset, config: Config, advance: Callable[[], object] = no
     observer = Observer(modal, [dataset.sensors[i] for i in measured], step, connectors)
     kept = agreeing_recordings(observer, recordings, measured, length, advance)
     windows = cut_all(kept, length, config.training.stride)
-    some = torch.tensor(_evenly(windows[:, :, measured], CALIBRATION_WINDOWS))
+    some = torch.tensor(evenly(windows[:, :, measured], CALIBRATION_WINDOWS))
     fit = fit_linear_rest(observer, some, advance)
     rest = torch.tensor(fit.rest)
     observability = observer.matrix(rest, fit.samples)
@@ -98,6 +93,19 @@ def prepare(dataset: Dataset, config: Config, advance: Callable[[], object] = no
     names = tuple(recording.name for recording in kept)
     left_out = tuple(recording.name for recording in recordings if recording.name not in names)
     return Prepared(model, modal, windows, names, connectors, left_out, fit.unexplained)
+
+
+def training_recordings(dataset: Dataset) -> tuple[Recording, ...]:
+    """Return the recordings to train on; `InputError` where there are none, or where they cannot be trained on."""
+    faults = [
+        f"recording {recording.name!r} names loads: the hybrid model learns from free vibrations only; leave it out"
+        for recording in dataset.recordings
+        if recording.loads
+    ]
+    if not dataset.select("train") or not columns(dataset, "measured"):
+        faults.append("the dataset has no training recording or no measured sensor: give at least one of each")
+    raise_faults(faults)
+    return dataset.select("train")
 
 
 def connectors_of(dataset: Dataset, modal: ModalModel) -> Connectors:
@@ -119,7 +127,7 @@ def agreeing_recordings(
     if len(recordings) < FEWEST_TO_COMPARE:
         return recordings
     windows = [
-        torch.tensor(_evenly(cut(recording, length, max(length // 5, 1))[:, :, measured], CONSISTENCY_WINDOWS))
+        torch.tensor(evenly(cut(recording, length, max(length // 5, 1))[:, :, measured], CONSISTENCY_WINDOWS))
         for recording in recordings
     ]
     return tuple(recordings[i] for i in largest_agreeing_group(unexplained_shares(observer, windows, advance)))
@@ -175,6 +183,7 @@ def _model(
         return NeuralModalODE(config.model, modal, effects, dataset.sensors, channels, scale, step, connectors)
 
 
-def _evenly(windows: FloatArray, most: int) -> FloatArray:
+def evenly(windows: FloatArray, most: int) -> FloatArray:
+    """Return ``most`` of the windows, evenly chosen; all, where they are fewer."""
     picks = np.linspace(0, len(windows) - 1, min(most, len(windows))).round().astype(int)
     return np.ascontiguousarray(windows[picks])

@@ -17,9 +17,9 @@ from fe_models.structure import Structure
 from hybrid.calibration import Observer, nothing, smooth
 from hybrid.checkpoint import Origin
 from hybrid.evaluation import score_table
+from hybrid.experts import Hybrid, fe_counterpart
 from hybrid.figures import channel_labels, draw_curves, draw_history, draw_latent, draw_loop
-from hybrid.forecast import Forecast, fe_counterpart, forecast_windows
-from hybrid.model import NeuralModalODE
+from hybrid.forecast import Forecast, forecast_windows
 from hybrid.run import Run
 from hybrid.training import TrainingDivergedError
 from hybrid.windows import cut_all
@@ -41,7 +41,7 @@ class Comparison:
     fe: Forecast
 
 
-def compare(model: NeuralModalODE, dataset: Dataset, length: int, stride: int) -> Comparison | None:
+def compare(model: Hybrid, dataset: Dataset, length: int, stride: int) -> Comparison | None:
     """Forecast the test recordings, None where there are none; `TrainingDivergedError` where numbers overflow."""
     recordings = dataset.select("test")
     if not recordings:

@@ -67,6 +67,9 @@ def main(
         int | None, typer.Option(min=1, max=256, help="Processor threads of PyTorch. [default: 1]")
     ] = None,
     device: Annotated[str, typer.Option(help="cpu, cuda or cuda:N.")] = "cpu",
+    experts: Annotated[
+        bool, typer.Option("--experts", help="One model a training recording, weighed by the window's start.")
+    ] = False,
     fresh: Annotated[bool, typer.Option("--fresh", help="Throw an interrupted training away.")] = False,
 ) -> None:
     """Train the hybrid model on a dataset and score it on the recordings marked "test".
@@ -77,6 +80,10 @@ def main(
 
     --preset places ties what is learned to the places of a chain, a spring, a dashpot and a small net at each mass and
     along each spring, and solves for the initial state instead of encoding it: slower, and far more accurate.
+
+    --experts trains one model a training recording and weighs their forecasts by how well each recording explains a
+    window's first samples. Give it where the recordings are not quite of one structure, as of a real one on different
+    days; where they are, one model of all of them, which sees more data, is at least as good.
 
     An interrupted training goes on where it stood when the same command is given again.
 
@@ -101,6 +108,7 @@ def main(
             "modes": modes,
             "encoder_samples": encoder_samples,
             "integrator": integrator.value if integrator else None,
+            "experts": experts,
         }
         training_options = {
             "epochs": epochs,
