@@ -4,11 +4,10 @@ Recordings of one structure on different days are not quite of one structure: fr
 seconds turn into a large phase. One model of all recordings takes frequencies in between and is right about none; one
 model for each stays sharp, and the first samples of a window tell which recordings it resembles:
 
-    x(t) = sum_e w_e(x_0..x_n) x_e(t),    w = softmax(c log p_e(x_0..x_n)),    c = 2 mode / (time * channel)
+    x(t) = sum_e w_e(x_1..x_n) x_e(t),    w = softmax(log p_e(x_1..x_n) / n)
 
-with the evidence log p_e of `StartEvidence`. c < 1 because so many samples of so few modes repeat each other: they hold
-as many independent numbers as the state has. Modal coordinates are averaged like the channels, so that the mean is a
-motion in the same fixed mode shapes.
+with the evidence log p_e of `StartEvidence`, n the number of samples: successive samples repeat each other, and count
+as one. Modal coordinates are averaged like the channels, so that the mean is a motion in the same fixed mode shapes.
 """
 
 from collections.abc import Sequence
@@ -50,8 +49,7 @@ class Experts(nn.Module):
         """Return each member's weight (batch, member) for windows (batch, time, sensor), of which the start is read."""
         start = windows[:, : self.config.encoder_samples, self.measured].flatten(1)  # (batch, time * channel)
         evidence = torch.stack([each(start) for each in self._evidence], dim=1)  # (batch, member)
-        independent = 2 * self.members[0].dynamics.modes / start.shape[1]
-        return torch.softmax(min(independent, 1.0) * evidence, dim=1)
+        return torch.softmax(evidence / self.config.encoder_samples, dim=1)
 
     def initial_state(self, windows: Tensor) -> Tensor:
         """Return the weights, then every member's scaled z0, in one row (batch, member + member * 2 mode)."""

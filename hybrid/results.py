@@ -17,7 +17,7 @@ from fe_models.structure import Structure
 from hybrid.calibration import Observer, nothing, smooth
 from hybrid.checkpoint import Origin
 from hybrid.evaluation import score_table
-from hybrid.experts import Hybrid, fe_counterpart
+from hybrid.experts import Experts, Hybrid, fe_counterpart
 from hybrid.figures import channel_labels, draw_curves, draw_history, draw_latent, draw_loop
 from hybrid.forecast import Forecast, forecast_windows
 from hybrid.run import Run
@@ -95,6 +95,7 @@ def write_results(
             "overlapping": len(comparison.windows) > sum(len(recording.data) for recording in dataset.select("test")),
             "window_samples": length,
             "encoder_samples": run.config.model.encoder_samples,
+            "expert_weights": expert_weights(model, run.origin, comparison.windows),
         }
         metrics["scores"] = score_table(forecasts, comparison.windows, dataset.sensors)
         field = None if truth is None else truth[:length]
@@ -107,6 +108,16 @@ def write_results(
     write_json(folder / "metrics.json", metrics)
     run.finish()  # last: a run that is cut short before is resumed, and writes all of the above again
     return metrics
+
+
+def expert_weights(model: Hybrid, origin: Origin, windows: FloatArray) -> dict[str, float] | None:
+    """Return the mean weight of each training recording's expert over windows; None where there are no experts."""
+    if not isinstance(model, Experts):
+        return None
+    parameter = next(model.parameters())
+    with torch.no_grad():
+        weights = model.weights(torch.tensor(windows, dtype=parameter.dtype, device=parameter.device))
+    return dict(zip(origin.kept, weights.mean(dim=0).tolist(), strict=True))
 
 
 def field_scores(comparison: Comparison, modal: ModalModel, truth: FloatArray) -> dict[str, float]:
