@@ -10,7 +10,7 @@ from fe_models.dofs import FloatArray
 from fe_models.effects import ConnectorEffect
 from fe_models.linear import ModalModel
 from hybrid.local_slopes import place_slopes
-from hybrid.residual import Residual
+from hybrid.residuals import Residual
 from hybrid.scaling import StateScale
 
 

@@ -21,8 +21,8 @@ STARTS = 5000  # at most, of each recording, evenly chosen: 70 times the numbers
 
 def prepare_experts(dataset: Dataset, config: Config, advance: Callable[[], object] = nothing) -> Prepared[Experts]:
     """Return an expert for each training recording that one structure can have made; `InputError` where none can be."""
-    if config.model.encoder != "window" or not config.training.calibrate:
-        raise InputError("experts go with the default preset only: leave either --experts or --preset out")
+    if config.model.encoder != "window" or config.model.residual == "places" or not config.training.calibrate:
+        raise InputError("experts need an encoder that reads windows, and a calibrated start: see --preset experts")
     recordings, measured = training_recordings(dataset), columns(dataset, "measured")
     length = window_length(dataset, config.training.window, config.model.encoder_samples)
     modal = nominal_modes(dataset, config.model.modes)

@@ -15,6 +15,7 @@ from fe_models.linear import LinearModel, ModalModel
 from fe_models.nominal import nominal_modes
 from fe_models.recordings import Dataset, Recording
 from fe_models.structure import Structure
+from hybrid.backbone_residual import BackboneResidual
 from hybrid.calibration import GROWTH, Observer, fit_linear_rest, initial_state_estimator, nothing, smooth
 from hybrid.config import Config
 from hybrid.connector_residual import ConnectorResidual
@@ -90,6 +91,10 @@ def prepare(dataset: Dataset, config: Config, advance: Callable[[], object] = no
     model = _model(config, dataset, modal, channels, scale, step, connectors)
     start_at_linear_model(model, observer, rest)
     set_encoder(model, observer, observability, some)
+    if isinstance(model.dynamics.residual, BackboneResidual):
+        with torch.no_grad():
+            starts = model.initial_state(torch.tensor(windows, dtype=model.channel_scale.dtype))
+        model.dynamics.residual.set_levels(starts)
     names = tuple(recording.name for recording in kept)
     left_out = tuple(recording.name for recording in recordings if recording.name not in names)
     return Prepared(model, modal, windows, names, connectors, left_out, fit.unexplained)
@@ -138,14 +143,15 @@ def start_at_linear_model(model: NeuralModalODE, observer: Observer, rest: Tenso
     residual, a, b = model.dynamics.residual, model.dynamics.a.double(), model.dynamics.b.double()
     if isinstance(residual, ConnectorResidual):
         residual.set_coefficients(*rest)
-    elif isinstance(residual, FreeResidual):
+    elif isinstance(residual, FreeResidual | BackboneResidual):
+        free = residual.free if isinstance(residual, BackboneResidual) else residual
         stiffness, damping = observer.rates(rest)
         nominal_stiffness, nominal_damping = observer.rates(torch.zeros_like(rest))
         extra = torch.cat(
             [(stiffness - nominal_stiffness) * (observer.omega * a), (damping - nominal_damping) * b], dim=1
         )
         with torch.no_grad():
-            residual.rest.weight.copy_(extra / b[:, None])  # (mode, 2 mode)
+            free.rest.weight.copy_(extra / b[:, None])  # (mode, 2 mode)
 
 
 def set_encoder(model: NeuralModalODE, observer: Observer, observability: Tensor, windows: Tensor) -> None:

@@ -14,6 +14,7 @@ from fe_models.files.dataset_file import save_dataset
 from fe_models.files.run_folder import load_run
 from fe_models.recordings import Dataset
 from hybrid.checkpoint import load_checkpoint
+from hybrid.config import Config
 from hybrid.experts import Experts
 from hybrid.forecast import forecast_windows
 from hybrid.results import write_results
@@ -23,7 +24,7 @@ from tests.hybrid_problems import TINY, learned, same, trained
 from tests.test_experts import EXPERTS, two_days
 
 EPOCHS = 2
-CONFIG = replace(EXPERTS, training=replace(EXPERTS.training, epochs=EPOCHS))
+CONFIG = Config(replace(EXPERTS.model, residual="backbone"), replace(EXPERTS.training, epochs=EPOCHS))
 
 
 @pytest.fixture(scope="module")
@@ -55,7 +56,7 @@ def test_each_member_trains_as_if_its_recording_were_the_only_one(folders: list[
         only = tuple(recording for recording in dataset.recordings if recording.name == name)
         alone = trained(
             replace(dataset, recordings=only),
-            replace(TINY, training=replace(TINY.training, window=80, epochs=EPOCHS)),
+            replace(CONFIG, training=replace(CONFIG.training, window=80)),
         )
         assert same(learned(member), learned(alone.model))
 
@@ -117,17 +118,14 @@ def test_predict_motion_takes_a_run_of_experts(folders: list[Path], dataset: Dat
 
 def test_the_command_line_has_experts(dataset: Dataset, tmp_path: Path) -> None:
     path = save_dataset(dataset, tmp_path / "data", "four_dof")
-    arguments = [str(path), "--out", str(tmp_path / "run"), "--experts", "--epochs", "1", "--window", "80"]
+    arguments = [str(path), "--out", str(tmp_path / "run"), "--preset", "experts", "--epochs", "1", "--window", "80"]
     result = CliRunner().invoke(train_hybrid.app, arguments)
     assert result.exit_code == 0, result.output
     assert "one model each of one (weight " in result.output
     assert len(experts_in(tmp_path / "run").members) == 2
-    refused = CliRunner().invoke(train_hybrid.app, [*arguments, "--fresh", "--preset", "places"])
-    assert refused.exit_code == 2
-    assert "experts go with the default preset only" in refused.output
 
 
-def test_without_the_option_there_is_one_model(dataset: Dataset, tmp_path: Path) -> None:
+def test_without_the_preset_there_is_one_model(dataset: Dataset, tmp_path: Path) -> None:
     run = begin(dataset, TINY, tmp_path)
     assert not isinstance(run.trainer.model, Experts)
     assert torch.is_tensor(run.trainer.model.channel_scale)

@@ -175,6 +175,6 @@ def test_a_recording_that_contradicts_the_others_gets_no_expert(dataset: Dataset
 
 
 @pytest.mark.parametrize("preset", [places_preset(), paper_preset("four_dof")])
-def test_other_presets_have_no_experts(preset: Config, dataset: Dataset) -> None:
-    with pytest.raises(InputError, match="experts go with the default preset only"):
+def test_what_experts_cannot_be_made_of_is_refused(preset: Config, dataset: Dataset) -> None:
+    with pytest.raises(InputError, match="experts need an encoder that reads windows"):
         prepare_experts(dataset, replace(preset, model=replace(preset.model, experts=True)))
