@@ -95,8 +95,9 @@ def write_results(
             "overlapping": len(comparison.windows) > sum(len(recording.data) for recording in dataset.select("test")),
             "window_samples": length,
             "encoder_samples": run.config.model.encoder_samples,
-            "expert_weights": expert_weights(model, run.origin, comparison.windows),
         }
+        if isinstance(model, Experts):
+            metrics["test"]["expert_weights"] = expert_weights(model, run.origin, comparison.windows)
         metrics["scores"] = score_table(forecasts, comparison.windows, dataset.sensors)
         field = None if truth is None else truth[:length]
         if field is not None:
@@ -110,10 +111,8 @@ def write_results(
     return metrics
 
 
-def expert_weights(model: Hybrid, origin: Origin, windows: FloatArray) -> dict[str, float] | None:
-    """Return the mean weight of each training recording's expert over windows; None where there are no experts."""
-    if not isinstance(model, Experts):
-        return None
+def expert_weights(model: Experts, origin: Origin, windows: FloatArray) -> dict[str, float]:
+    """Return the mean weight of each training recording's expert over windows (window, time, sensor)."""
     parameter = next(model.parameters())
     with torch.no_grad():
         weights = model.weights(torch.tensor(windows, dtype=parameter.dtype, device=parameter.device))

@@ -20,7 +20,6 @@ METRICS: dict[str, Any] = {
         "overlapping": True,
         "window_samples": 500,
         "encoder_samples": 10,
-        "expert_weights": None,
     },
     "scores": {
         "fe": {"measured": scores(0.2, -0.5), "held_out": scores(0.3, 0.1)},
