@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import torch
+from torch import Tensor
 
 from fe_models.dofs import DofMap
 from fe_models.effects.laws import force_laws
@@ -20,11 +21,13 @@ from fe_models.recordings import Sensor
 from fe_models.structure import Structure
 from hybrid.config import Config, ModelConfig, TrainingConfig
 from hybrid.connectors import Connectors
+from hybrid.experts import Experts, Hybrid
 from hybrid.model import NeuralModalODE
 from hybrid.scaling import StateScale
+from hybrid.start_evidence import StartEvidence
 from hybrid.training import EpochResult
 
-FORMAT = 3
+FORMAT = 4
 CONTENT = {
     "format", "config", "structure", "sensors", "modal", "sampling_rate", "kept",
     "left_out", "unexplained", "data_digest",
@@ -58,7 +61,7 @@ class Checkpoint:
 
     config: Config
     origin: Origin
-    model: NeuralModalODE
+    model: Hybrid
     trainer: dict[str, Any]
     history: tuple[EpochResult, ...]
     seconds: float
@@ -106,11 +109,35 @@ def load_checkpoint(path: Path) -> Checkpoint:
     raw = json.loads(content["config"])
     config = Config(ModelConfig(**raw["model"]), TrainingConfig(**raw["training"]))
     origin = _origin(content)
+    model = rebuilt(config.model, origin, content["model"])
+    history = tuple(EpochResult(**result) for result in content["history"])
+    return Checkpoint(config, origin, model, content["trainer"], history, content["seconds"])
+
+
+def rebuilt(config: ModelConfig, origin: Origin, weights: dict[str, Tensor]) -> Hybrid:
+    """Return the model that has these ``weights``, its `state_dict`."""
+    model: Hybrid
+    if config.experts:
+        counts = weights["counts"].tolist()
+        members = [_blank(config, origin, _under(f"_members.{i}.", weights)) for i in range(len(counts))]
+        evidence = [StartEvidence(weights[f"_evidence.{i}.root"]) for i in range(len(counts))]
+        model = Experts(members, evidence, counts)
+    else:
+        model = _blank(config, origin, weights)
+    model.load_state_dict(weights)
+    return model
+
+
+def _under(prefix: str, weights: dict[str, Tensor]) -> dict[str, Tensor]:
+    return {name.removeprefix(prefix): value for name, value in weights.items() if name.startswith(prefix)}
+
+
+def _blank(config: ModelConfig, origin: Origin, weights: dict[str, Tensor]) -> NeuralModalODE:
+    """Return a model with the scales of ``weights``, the rest of which are yet to be loaded."""
     effects = force_laws(origin.structure) if origin.structure else ()
-    weights = content["model"]
     scale = StateScale(weights["dynamics.a"].double().numpy(), weights["dynamics.b"].double().numpy())
-    model = NeuralModalODE(
-        config.model,
+    return NeuralModalODE(
+        config,
         origin.modal,
         effects,
         origin.sensors,
@@ -119,9 +146,6 @@ def load_checkpoint(path: Path) -> Checkpoint:
         1 / origin.sampling_rate,
         origin.connectors,
     )
-    model.load_state_dict(weights)
-    history = tuple(EpochResult(**result) for result in content["history"])
-    return Checkpoint(config, origin, model, content["trainer"], history, content["seconds"])
 
 
 def _read(path: Path) -> dict[str, Any]:

@@ -8,9 +8,8 @@ import numpy as np
 from fe_models.dofs import FloatArray
 from fe_models.linear import ModalModel
 from fe_models.recordings import Dataset, Sensor
-from hybrid.forecast import Forecast, fe_counterpart, forecast_windows
-from hybrid.model import NeuralModalODE
-from hybrid.state_estimation import StatePrior
+from hybrid.experts import Hybrid, fe_counterpart
+from hybrid.forecast import Forecast, forecast_windows, solves_for_states
 from hybrid.training import TrainingDivergedError
 from hybrid.uncertainty import BandedForecast, banded_forecast, coverage, noise_std
 from hybrid.windows import cut_all
@@ -35,7 +34,7 @@ class Comparison:
         return found if self.whole_record is None else {**found, "whole_record": self.whole_record.forecast}
 
 
-def compare(model: NeuralModalODE, dataset: Dataset, length: int, stride: int) -> Comparison | None:
+def compare(model: Hybrid, dataset: Dataset, length: int, stride: int) -> Comparison | None:
     """Forecast the test recordings, None where there are none; `TrainingDivergedError` where numbers overflow."""
     recordings = dataset.select("test")
     if not recordings:
@@ -48,11 +47,11 @@ def compare(model: NeuralModalODE, dataset: Dataset, length: int, stride: int) -
             "The trained model's forecasts of the test recordings grow beyond all bounds."
             " Train again with --fresh and a smaller --learning-rate, or more --epochs."
         )
-    solves = isinstance(model.encoder, StatePrior)
+    solves = solves_for_states(model)
     return Comparison(windows, fe, hybrid, banded_forecast(model, windows, whole=True) if solves else None)
 
 
-def band_scores(model: NeuralModalODE, comparison: Comparison, sensors: tuple[Sensor, ...]) -> dict[str, Any]:
+def band_scores(model: Hybrid, comparison: Comparison, sensors: tuple[Sensor, ...]) -> dict[str, Any]:
     """Return how often the channels lie inside the bands that should hold 90 % of them, sensors' noise included."""
     noise = noise_std(model, sensors)
     scores: dict[str, Any] = {"level": 0.9, "relative_error": float(model.relative_error)}

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 EncoderKind = Literal["window", "paper", "map"]
-ResidualKind = Literal["free", "places"]
+ResidualKind = Literal["free", "backbone", "places"]
 IntegratorKind = Literal["propagator", "rk4", "dopri5"]
 
 
@@ -14,7 +14,7 @@ class ModelConfig:
 
     modes: int = 10  # the bridge's first ten lie below its low-pass of 30 Hz; fewer where the model has fewer
     encoder: EncoderKind = "window"  # linear in all samples; "paper": MLP and RNN; "map": solves for the state itself
-    residual: ResidualKind = "free"  # NN(z); "places": springs, dashpots and small nets where the structure has parts
+    residual: ResidualKind = "free"  # NN(z); "backbone": and curves over size; "places": at a chain's parts
     encoder_samples: int = 10  # n_t of the paper
     encoder_hidden: int = 128  # width of the MLP (2 layers) of the paper's encoder
     rnn_hidden: int = 128  # of the paper's encoder: 32 for the chain, 128 for the bridge
@@ -22,6 +22,7 @@ class ModelConfig:
     zero_at_rest: bool = True  # the net exerts no force on a structure at rest; the paper leaves it free
     integrator: IntegratorKind = "propagator"
     substeps: int = 1  # of the propagator, a sample; more where an effect of the structure needs them
+    experts: bool = False  # one model a training recording, weighed by a window's first samples, instead of one of all
 
 
 @dataclass(frozen=True)
@@ -57,6 +58,15 @@ def places_preset() -> Config:
     """
     model = ModelConfig(encoder="map", residual="places", net_hidden=8, substeps=2)
     return Config(model, TrainingConfig(epochs=30, batch=100, window=501, first_horizon=20))
+
+
+def experts_preset() -> Config:
+    """Return the configuration for recordings that are not quite of one structure, as of a real one on different days.
+
+    A model each, weighed by how well its recording explains a window's first samples, with frequencies and damping
+    that may change with the size of the motion: sharp models are worth more where these are right.
+    """
+    return Config(ModelConfig(residual="backbone", experts=True))
 
 
 def paper_preset(structure_name: str) -> Config:

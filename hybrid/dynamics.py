@@ -12,7 +12,7 @@ from fe_models.effects import ForceLaw
 from fe_models.errors import raise_faults
 from fe_models.linear import ModalModel
 from hybrid.local_slopes import place_slopes
-from hybrid.residual import Residual
+from hybrid.residuals import Residual
 from hybrid.scaling import StateScale
 
 EXPLICIT_REACH = 0.25

@@ -1,7 +1,6 @@
-"""Forecasts of windows from their first samples: by the hybrid model, and by the FE model from the same start."""
+"""Forecasts of windows from their first samples: by the hybrid model, or by its FE counterpart from the same start."""
 
-from copy import deepcopy
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import torch
@@ -9,8 +8,8 @@ from torch import Tensor
 
 from fe_models.dofs import FloatArray
 from fe_models.errors import InputError
-from hybrid.model import NeuralModalODE, Trajectory
-from hybrid.residual import NoResidual
+from hybrid.experts import Experts, Hybrid
+from hybrid.model import Trajectory
 from hybrid.state_estimation import StatePrior, estimate_state, smooth_state
 
 BATCH = 64  # windows at a time: bounds memory
@@ -27,19 +26,11 @@ class Forecast:
     channels: FloatArray
 
 
-def fe_counterpart(model: NeuralModalODE) -> NeuralModalODE:
-    """Return the model without anything learned in its dynamics: the FE model, exact in time, from the same start."""
-    fe = deepcopy(model)
-    fe.config = replace(fe.config, integrator="propagator")
-    fe.dynamics.residual = NoResidual(fe.dynamics.modes).to(fe.dynamics.a)
-    return fe
-
-
 @torch.no_grad()
 def forecast_windows(
-    model: NeuralModalODE,
+    model: Hybrid,
     windows: FloatArray,
-    dynamics: NeuralModalODE | None = None,
+    dynamics: Hybrid | None = None,
     samples: int | None = None,
     whole: bool = False,
 ) -> Forecast:
@@ -58,18 +49,26 @@ def forecast_windows(
     return joined(parts)
 
 
+def solves_for_states(model: Hybrid) -> bool:
+    """Return whether the model solves for its states through its dynamics, instead of encoding them."""
+    return not isinstance(model, Experts) and isinstance(model.encoder, StatePrior)
+
+
 @torch.no_grad()
-def posterior(model: NeuralModalODE, windows: Tensor, whole: bool = False) -> tuple[Tensor, Tensor]:
+def posterior(model: Hybrid, windows: Tensor, whole: bool = False) -> tuple[Tensor, Tensor]:
     """Return the mean (window, 2 mode) of z0 given windows (window, time, sensor), and a root of its covariance.
 
     From the windows' first samples, or, ``whole``, from all of them: that needs a model which solves for its states
     (`InputError` otherwise). There the covariance is scaled by how well the window is explained: as under a
     chi-squared prior of the noise's variance.
     """
+    if whole and not solves_for_states(model):
+        raise InputError("only models that solve for their states (--preset places) can use a whole record")
+    if isinstance(model, Experts):  # their own errors are much larger than what a start leaves open
+        state = model.initial_state(windows)
+        return state, state.new_zeros(*state.shape, state.shape[1])
     prior = model.encoder
     if not isinstance(prior, StatePrior):
-        if whole:
-            raise InputError("only models that solve for their states (--preset places) can use a whole record")
         mean, log_variance = model.encode(windows)
         return mean, torch.diag_embed((0.5 * log_variance).exp())
     seen = windows if whole else windows[:, : model.config.encoder_samples]
@@ -80,7 +79,7 @@ def posterior(model: NeuralModalODE, windows: Tensor, whole: bool = False) -> tu
 
 
 @torch.no_grad()
-def generate(model: NeuralModalODE, q: FloatArray, q_dot: FloatArray, samples: int) -> Forecast:
+def generate(model: Hybrid, q: FloatArray, q_dot: FloatArray, samples: int) -> Forecast:
     """Return the motion (1, time, ...) from modal coordinates and velocities (mode,) that the user sets."""
     state = [
         torch.tensor(values[None], dtype=model.channel_scale.dtype, device=model.channel_scale.device)

@@ -8,6 +8,7 @@ from torch import Tensor, nn
 from fe_models.effects import ForceLaw
 from fe_models.linear import ModalModel
 from fe_models.recordings import Sensor
+from hybrid.backbone_residual import BackboneResidual
 from hybrid.config import ModelConfig
 from hybrid.connector_residual import ConnectorResidual
 from hybrid.connectors import Connectors
@@ -15,7 +16,8 @@ from hybrid.decoder import Decoder
 from hybrid.dynamics import ModalDynamics
 from hybrid.encoder import PaperEncoder, WindowEncoder
 from hybrid.integrators import integrate
-from hybrid.residual import FreeResidual, Residual
+from hybrid.residual import FreeResidual
+from hybrid.residuals import Residual
 from hybrid.scaling import StateScale
 from hybrid.state_estimation import StatePrior, estimate_state
 
@@ -66,10 +68,12 @@ class NeuralModalODE(nn.Module):
         else:
             self.encoder = StatePrior(torch.eye(2 * modes), torch.ones(channels))
         residual: Residual
-        if connectors is None:
-            residual = FreeResidual(modes, config.net_hidden, config.zero_at_rest)
-        else:
+        if connectors is not None:
             residual = ConnectorResidual(connectors, state_scale, config.net_hidden)
+        elif config.residual == "backbone":
+            residual = BackboneResidual(modes, config.net_hidden, config.zero_at_rest)
+        else:
+            residual = FreeResidual(modes, config.net_hidden, config.zero_at_rest)
         self.dynamics = ModalDynamics(modal, effects, state_scale, residual)
         self.substeps = max(config.substeps, self.dynamics.substeps(step))
         self.decoder = Decoder(modal, sensors)
@@ -86,6 +90,10 @@ class NeuralModalODE(nn.Module):
             return estimate.mean, estimate.covariance.diagonal(dim1=1, dim2=2).log()
         mean, log_variance = self.encoder(first[:, :, self.measured] / self.channel_scale[self.measured])
         return mean, log_variance
+
+    def initial_state(self, windows: Tensor) -> Tensor:
+        """Return the mean of the scaled z0, (batch, 2 mode): what `forecast` starts from."""
+        return self.encode(windows)[0]
 
     def forecast(self, z0: Tensor, samples: int) -> Trajectory:
         """Return the trajectory of ``samples`` samples from scaled initial states z0 (batch, 2 mode)."""

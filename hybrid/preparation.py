@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Generic
 
 import numpy as np
 import torch
@@ -15,12 +16,14 @@ from fe_models.linear import LinearModel, ModalModel
 from fe_models.nominal import nominal_modes
 from fe_models.recordings import Dataset, Recording
 from fe_models.structure import Structure
+from hybrid.backbone_residual import BackboneResidual
 from hybrid.calibration import GROWTH, Observer, fit_linear_rest, initial_state_estimator, nothing, smooth
 from hybrid.config import Config
 from hybrid.connector_residual import ConnectorResidual
 from hybrid.connectors import Connectors, chain_connectors, complete_basis
 from hybrid.consistency import largest_agreeing_group, unexplained_shares
 from hybrid.encoder import WindowEncoder
+from hybrid.experts import Kind
 from hybrid.model import NeuralModalODE
 from hybrid.residual import FreeResidual
 from hybrid.scaling import StateScale, channel_scale
@@ -35,7 +38,7 @@ FAINT = 1e-3  # of the strongest mode's size: the least size a mode is scaled wi
 
 
 @dataclass(frozen=True)
-class Prepared:
+class Prepared(Generic[Kind]):
     """A model at its start and the windows (window, time, sensor) it trains on, from the recordings that are ``kept``.
 
     ``connectors``: the places of a residual that is tied to them, None for a free one. ``left_out`` names training
@@ -43,7 +46,7 @@ class Prepared:
     linear model leaves (None where nothing was calibrated).
     """
 
-    model: NeuralModalODE
+    model: Kind
     modal: ModalModel
     windows: FloatArray
     kept: tuple[str, ...]
@@ -53,25 +56,18 @@ class Prepared:
 
 
 def calibration_steps(dataset: Dataset, config: Config) -> int:
-    """Return how often `prepare` will call ``advance``."""
+    """Return how often, at most, the preparation of ``config`` will call ``advance``."""
     if not config.training.calibrate:
         return 0
     recordings = len(dataset.select("train"))
-    return len(GROWTH) * (1 + (recordings if recordings >= FEWEST_TO_COMPARE else 0))
+    models = recordings if config.model.experts else 1
+    return len(GROWTH) * (models + (recordings if recordings >= FEWEST_TO_COMPARE else 0))
 
 
-def prepare(dataset: Dataset, config: Config, advance: Callable[[], object] = nothing) -> Prepared:
+def prepare(dataset: Dataset, config: Config, advance: Callable[[], object] = nothing) -> Prepared[NeuralModalODE]:
     """Return the starting model of ``config`` for the dataset's training recordings; `InputError` where it has none."""
-    recordings = dataset.select("train")
+    recordings = training_recordings(dataset)
     measured = columns(dataset, "measured")
-    faults = [
-        f"recording {recording.name!r} names loads: the hybrid model learns from free vibrations only; leave it out"
-        for recording in dataset.recordings
-        if recording.loads
-    ]
-    if not recordings or not measured:
-        faults.append("the dataset has no training recording or no measured sensor: give at least one of each")
-    raise_faults(faults)
     length = window_length(dataset, config.training.window, config.model.encoder_samples)
     modal = nominal_modes(dataset, config.model.modes)
     step = 1 / dataset.sampling_rate
@@ -84,7 +80,7 @@ def prepare(dataset: Dataset, config: Config, advance: Callable[[], object] = no
     observer = Observer(modal, [dataset.sensors[i] for i in measured], step, connectors)
     kept = agreeing_recordings(observer, recordings, measured, length, advance)
     windows = cut_all(kept, length, config.training.stride)
-    some = torch.tensor(_evenly(windows[:, :, measured], CALIBRATION_WINDOWS))
+    some = torch.tensor(evenly(windows[:, :, measured], CALIBRATION_WINDOWS))
     fit = fit_linear_rest(observer, some, advance)
     rest = torch.tensor(fit.rest)
     observability = observer.matrix(rest, fit.samples)
@@ -96,9 +92,26 @@ def prepare(dataset: Dataset, config: Config, advance: Callable[[], object] = no
     model = _model(config, dataset, modal, channels, scale, step, connectors)
     start_at_linear_model(model, observer, rest)
     set_encoder(model, observer, observability, some)
+    if isinstance(model.dynamics.residual, BackboneResidual):
+        with torch.no_grad():
+            starts = model.initial_state(torch.tensor(windows, dtype=model.channel_scale.dtype))
+        model.dynamics.residual.set_levels(starts)
     names = tuple(recording.name for recording in kept)
     left_out = tuple(recording.name for recording in recordings if recording.name not in names)
     return Prepared(model, modal, windows, names, connectors, left_out, fit.unexplained)
+
+
+def training_recordings(dataset: Dataset) -> tuple[Recording, ...]:
+    """Return the recordings to train on; `InputError` where there are none, or where they cannot be trained on."""
+    faults = [
+        f"recording {recording.name!r} names loads: the hybrid model learns from free vibrations only; leave it out"
+        for recording in dataset.recordings
+        if recording.loads
+    ]
+    if not dataset.select("train") or not columns(dataset, "measured"):
+        faults.append("the dataset has no training recording or no measured sensor: give at least one of each")
+    raise_faults(faults)
+    return dataset.select("train")
 
 
 def connectors_of(dataset: Dataset, modal: ModalModel) -> Connectors:
@@ -120,7 +133,7 @@ def agreeing_recordings(
     if len(recordings) < FEWEST_TO_COMPARE:
         return recordings
     windows = [
-        torch.tensor(_evenly(cut(recording, length, max(length // 5, 1))[:, :, measured], CONSISTENCY_WINDOWS))
+        torch.tensor(evenly(cut(recording, length, max(length // 5, 1))[:, :, measured], CONSISTENCY_WINDOWS))
         for recording in recordings
     ]
     return tuple(recordings[i] for i in largest_agreeing_group(unexplained_shares(observer, windows, advance)))
@@ -131,14 +144,15 @@ def start_at_linear_model(model: NeuralModalODE, observer: Observer, rest: Tenso
     residual, a, b = model.dynamics.residual, model.dynamics.a.double(), model.dynamics.b.double()
     if isinstance(residual, ConnectorResidual):
         residual.set_coefficients(*rest)
-    elif isinstance(residual, FreeResidual):
+    elif isinstance(residual, FreeResidual | BackboneResidual):
+        free = residual.free if isinstance(residual, BackboneResidual) else residual
         stiffness, damping = observer.rates(rest)
         nominal_stiffness, nominal_damping = observer.rates(torch.zeros_like(rest))
         extra = torch.cat(
             [(stiffness - nominal_stiffness) * (observer.omega * a), (damping - nominal_damping) * b], dim=1
         )
         with torch.no_grad():
-            residual.rest.weight.copy_(extra / b[:, None])  # (mode, 2 mode)
+            free.rest.weight.copy_(extra / b[:, None])  # (mode, 2 mode)
 
 
 def set_encoder(model: NeuralModalODE, observer: Observer, observability: Tensor, windows: Tensor) -> None:
@@ -176,6 +190,7 @@ def _model(
         return NeuralModalODE(config.model, modal, effects, dataset.sensors, channels, scale, step, connectors)
 
 
-def _evenly(windows: FloatArray, most: int) -> FloatArray:
+def evenly(windows: FloatArray, most: int) -> FloatArray:
+    """Return ``most`` of the windows, evenly chosen; all, where they are fewer."""
     picks = np.linspace(0, len(windows) - 1, min(most, len(windows))).round().astype(int)
     return np.ascontiguousarray(windows[picks])

@@ -1,9 +1,8 @@
-"""What is learned of the dynamics: a free map of the modal state, forces at places of the structure, or nothing."""
+"""What is learned of the dynamics where no place is known for it: a free map of the modal state, or nothing."""
 
 import torch
 from torch import Tensor, nn
 
-from hybrid.connector_residual import ConnectorResidual
 from hybrid.networks import mlp, start_at_zero
 
 
@@ -54,6 +53,3 @@ class FreeResidual(nn.Module):
     def slopes(self, z: Tensor) -> Tensor:
         """Return d net / dz (n, mode, 2 mode) at scaled states (n, 2 mode)."""
         return torch.func.vmap(torch.func.jacrev(self.net))(z)
-
-
-Residual = NoResidual | FreeResidual | ConnectorResidual

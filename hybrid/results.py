@@ -17,6 +17,7 @@ from hybrid.calibration import Observer, nothing, smooth
 from hybrid.checkpoint import Origin
 from hybrid.comparison import Comparison, band_scores, compare, field_scores
 from hybrid.evaluation import score_table
+from hybrid.experts import Experts
 from hybrid.figures import channel_labels, draw_curves, draw_history, draw_latent, draw_loop
 from hybrid.forecast import Forecast
 from hybrid.run import Run
@@ -71,6 +72,8 @@ def write_results(
             "window_samples": length,
             "encoder_samples": run.config.model.encoder_samples,
         }
+        if isinstance(model, Experts):
+            metrics["test"]["expert_weights"] = expert_weights(model, run.origin, comparison.windows)
         metrics["scores"] = score_table(forecasts, comparison.windows, dataset.sensors)
         metrics["bands"] = band_scores(model, comparison, dataset.sensors)
         field = None if truth is None else truth[:length]
@@ -83,6 +86,13 @@ def write_results(
     write_json(folder / "metrics.json", metrics)
     run.finish()  # last: a run that is cut short before is resumed, and writes all of the above again
     return metrics
+
+
+def expert_weights(model: Experts, origin: Origin, windows: FloatArray) -> dict[str, float]:
+    """Return the mean weight of each training recording's expert over windows (window, time, sensor)."""
+    with torch.no_grad():
+        weights = model.weights(torch.tensor(windows).to(model.channel_scale))
+    return dict(zip(origin.kept, weights.mean(dim=0).tolist(), strict=True))
 
 
 def _evenly(windows: FloatArray) -> FloatArray:

@@ -21,10 +21,12 @@ from fe_models.structure import Structure
 from hybrid.calibration import nothing
 from hybrid.checkpoint import Checkpoint, Origin, load_checkpoint, save_checkpoint
 from hybrid.config import Config
-from hybrid.gauss_newton import GaussNewtonTrainer
-from hybrid.preparation import prepare
-from hybrid.trainers import trainer_for
-from hybrid.training import EpochResult, Trainer
+from hybrid.expert_preparation import prepare_experts
+from hybrid.experts import Experts
+from hybrid.model import NeuralModalODE
+from hybrid.preparation import Prepared, prepare
+from hybrid.trainers import AnyTrainer, trainer_for
+from hybrid.training import EpochResult
 from hybrid.windows import cut_all, window_length
 
 UNDER_WAY = "training.pt"
@@ -38,7 +40,7 @@ class Run:
     folder: Path
     config: Config
     origin: Origin
-    trainer: Trainer | GaussNewtonTrainer
+    trainer: AnyTrainer
     history: tuple[EpochResult, ...] = ()
     seconds: float = 0.0
 
@@ -72,7 +74,8 @@ def begin(
     """Start a new training; `InputError` where the dataset does not allow one. ``advance``: see `prepare`."""
     torch.set_num_threads(config.training.threads)
     started = time.perf_counter()
-    prepared = prepare(dataset, config, advance)
+    prepared: Prepared[NeuralModalODE] | Prepared[Experts]
+    prepared = (prepare_experts if config.model.experts else prepare)(dataset, config, advance)
     structure = dataset.model if isinstance(dataset.model, Structure) else None
     origin = Origin(
         structure=structure,

@@ -26,6 +26,7 @@ def describe(metrics: dict[str, Any]) -> str:
     lines += [
         f"Tested on {', '.join(test['recordings'])}: {test['windows']} windows of {test['window_samples']} samples,"
         f" each forecast from its first {test['encoder_samples']}.",
+        *_experts(test.get("expert_weights", {})),
         "",
         f"{'':26}{'FE model':^18}{'hybrid':^18}",
         f"{'':26}{'NRMSE':>9}{'R2':>9}{'NRMSE':>9}{'R2':>9}",
@@ -39,3 +40,10 @@ def describe(metrics: dict[str, Any]) -> str:
         lines.append(f"{'displacement field (*)':26}{field['fe']:9.4f}{'':9}{field['hybrid']:9.4f}")
         lines.append("(*) all nodes, first window: error over the size of the simulated truth.")
     return "\n".join([*lines, "", MEANING])
+
+
+def _experts(weights: dict[str, float]) -> list[str]:
+    if not weights:
+        return []
+    parts = [f"{name} (weight {weight:.2f})" for name, weight in weights.items()]
+    return [f"Experts, one model each of {', '.join(parts)}."]

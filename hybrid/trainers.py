@@ -2,15 +2,18 @@
 
 from fe_models.dofs import FloatArray
 from hybrid.config import TrainingConfig
+from hybrid.expert_training import ExpertsTrainer
+from hybrid.experts import Experts, Hybrid
 from hybrid.gauss_newton import GaussNewtonTrainer
-from hybrid.model import NeuralModalODE
 from hybrid.state_estimation import StatePrior
 from hybrid.training import Trainer
 
+AnyTrainer = Trainer | GaussNewtonTrainer | ExpertsTrainer
 
-def trainer_for(
-    model: NeuralModalODE, windows: FloatArray, config: TrainingConfig, device: str = "cpu"
-) -> Trainer | GaussNewtonTrainer:
+
+def trainer_for(model: Hybrid, windows: FloatArray, config: TrainingConfig, device: str = "cpu") -> AnyTrainer:
     """Return what trains ``model``: Gauss-Newton where states are solved for, gradients where they are encoded."""
+    if isinstance(model, Experts):
+        return ExpertsTrainer(model, windows, config, device)
     kind = GaussNewtonTrainer if isinstance(model.encoder, StatePrior) else Trainer
     return kind(model, windows, config, device)

@@ -13,8 +13,8 @@ import torch
 
 from fe_models.dofs import FloatArray
 from fe_models.recordings import Sensor
-from hybrid.forecast import Forecast, joined, posterior
-from hybrid.model import NeuralModalODE
+from hybrid.experts import Experts, Hybrid
+from hybrid.forecast import Forecast, joined, posterior, solves_for_states
 from hybrid.state_estimation import StatePrior
 
 DRAWS = 50  # of each initial state: the standard deviation is then good to a tenth
@@ -33,7 +33,7 @@ class BandedForecast:
 
 @torch.no_grad()
 def banded_forecast(
-    model: NeuralModalODE, windows: FloatArray, samples: int | None = None, whole: bool = False
+    model: Hybrid, windows: FloatArray, samples: int | None = None, whole: bool = False
 ) -> BandedForecast:
     """Forecast windows (window, time, sensor) as `forecast_windows` does, and say how sure it is."""
     generator = torch.Generator().manual_seed(SEED)
@@ -51,7 +51,7 @@ def banded_forecast(
     return BandedForecast(joined(centres), torch.cat(stds).cpu().double().numpy())
 
 
-def relative_error(model: NeuralModalODE, windows: FloatArray) -> float:
+def relative_error(model: Hybrid, windows: FloatArray) -> float:
     """Return the model's own error, relative to the size of the channels, on windows (window, time, sensor).
 
     Where whole windows are explained down to the sensors' noise, the noise is told apart by being white: the products
@@ -59,7 +59,7 @@ def relative_error(model: NeuralModalODE, windows: FloatArray) -> float:
     takes from both. Else all of the forecast's misfit that the draws do not explain counts as the model's. Channels
     weigh by how well their noise lets them tell; the median over windows.
     """
-    whole = isinstance(model.encoder, StatePrior)
+    whole = solves_for_states(model)
     before = model.relative_error.clone()
     model.relative_error.zero_()
     banded = banded_forecast(model, windows, whole=whole)
@@ -77,13 +77,13 @@ def relative_error(model: NeuralModalODE, windows: FloatArray) -> float:
     return float(np.sqrt(max(np.median(shares), 0.0)))
 
 
-def noise_std(model: NeuralModalODE, sensors: tuple[Sensor, ...]) -> FloatArray:
+def noise_std(model: Hybrid, sensors: tuple[Sensor, ...]) -> FloatArray:
     """Return the noise of each sensor (sensor,), as far as the model knows it: zero where it does not.
 
     A sensor that is not fitted is taken to be like the fitted ones of its quantity and unit.
     """
     found = np.zeros(len(sensors))
-    if isinstance(model.encoder, StatePrior):
+    if not isinstance(model, Experts) and isinstance(model.encoder, StatePrior):
         known = dict(zip(model.measured, model.encoder.noise_std.cpu().double().tolist(), strict=True))
         for i, sensor in enumerate(sensors):
             like = [

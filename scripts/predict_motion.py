@@ -12,7 +12,8 @@ from fe_models.files.atomic import writing
 from fe_models.files.dataset_file import load_dataset
 from fe_models.files.run_folder import load_run, save_prediction, save_run_model
 from hybrid.checkpoint import Checkpoint, load_checkpoint
-from hybrid.forecast import Forecast, fe_counterpart, forecast_windows, generate
+from hybrid.experts import fe_counterpart
+from hybrid.forecast import Forecast, forecast_windows, generate
 from hybrid.initial_state import modal_state, read_nodal_state
 from hybrid.results import fe_initial_state, prediction_of
 from hybrid.run import DONE

@@ -11,7 +11,7 @@ from fe_models.errors import bad_input_exits
 from fe_models.files.dataset_file import load_dataset
 from fe_models.recordings import Dataset
 from fe_models.structure import Structure
-from hybrid.config import Config, paper_preset, places_preset
+from hybrid.config import Config, experts_preset, paper_preset, places_preset
 from hybrid.session import check_device, open_run, score, train
 from hybrid.summary import describe
 
@@ -22,6 +22,7 @@ class Preset(Enum):
     DEFAULT = "default"
     PAPER = "paper"
     PLACES = "places"
+    EXPERTS = "experts"
 
 
 class Integrator(Enum):
@@ -39,7 +40,9 @@ app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions
 def main(
     dataset: Annotated[Path, typer.Argument(help="The dataset's TOML file.")],
     out: Annotated[Path, typer.Option(help="Folder for the results; made where it is missing.")],
-    preset: Annotated[Preset, typer.Option(help="'paper': Lai et al. 2022. 'places': for chains.")] = Preset.DEFAULT,
+    preset: Annotated[
+        Preset, typer.Option(help="'paper': Lai et al. 2022. 'places': for chains. 'experts': a model a recording.")
+    ] = Preset.DEFAULT,
     epochs: Annotated[
         int | None, typer.Option(min=1, help="Passes over the training windows. [default: 20; places 30; paper 1600]")
     ] = None,
@@ -78,6 +81,10 @@ def main(
     --preset places ties what is learned to the places of a chain, a spring, a dashpot and a small net at each mass and
     along each spring, and solves for the initial state instead of encoding it: slower, and far more accurate.
 
+    --preset experts trains one model a training recording and weighs their forecasts by how well each recording
+    explains a window's first samples: for recordings that are not quite of one structure, as of a real one on
+    different days.
+
     An interrupted training goes on where it stood when the same command is given again.
 
     \b
@@ -111,7 +118,12 @@ def main(
             "seed": seed,
             "threads": threads,
         }
-        presets = {Preset.DEFAULT: Config(), Preset.PAPER: paper_preset(name_of(data)), Preset.PLACES: places_preset()}
+        presets = {
+            Preset.DEFAULT: Config(),
+            Preset.PAPER: paper_preset(name_of(data)),
+            Preset.PLACES: places_preset(),
+            Preset.EXPERTS: experts_preset(),
+        }
         config = presets[preset]
         config = Config(
             replace(config.model, **given(model_options)), replace(config.training, **given(training_options))

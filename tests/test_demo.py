@@ -112,16 +112,28 @@ def test_the_demo_refuses_what_cannot_be_done(options: tuple[str, str], tmp_path
     assert not (tmp_path / "out").exists()
 
 
-def test_the_score_table_has_a_row_for_each_test_recording(authors_folder: Path, tmp_path: Path) -> None:
+def test_the_score_table_has_a_row_for_each_test_recording_and_model(authors_folder: Path, tmp_path: Path) -> None:
     result = CliRunner().invoke(scores, [str(authors_folder), "--out", str(tmp_path), "--epochs", "1"])
     assert result.exit_code == 0, result.output
-    rows = [line for line in result.output.splitlines() if line.startswith("| r")]
-    assert [row.split("|")[1].strip() for row in rows] == ["r1", "r2", "r3", "r4"]
+    table = [line.split(" | ") for line in result.output.splitlines() if line.startswith("| r")]
+    assert [row[0] for row in table] == [f"| r{number}" for number in range(1, 5) for _ in range(5)]
     found = json.loads((tmp_path / "scores.json").read_text())
-    assert f"{found['r3']['scores']['fe']['held_out']['nrmse']:.3f}" in rows[2]
+    assert f"{found['r3']['scores']['fe']['held_out']['nrmse']:.3f} |" == table[10][-1]
+    assert f"{found['r3']['peers']['realisation']['measured']['nrmse']:.3f}" == table[11][4]
+    assert [row[2] for row in table[:5]] == [
+        "FE model",
+        "eigensystem realisation",
+        "modal expansion, 4 modes",
+        "modal expansion, 10 modes",
+        "hybrid",
+    ]
     for number in range(1, 5):
         metrics = json.loads((tmp_path / f"test_{number}" / "metrics.json").read_text())
+        peers = found[f"r{number}"].pop("peers")
         assert metrics == found[f"r{number}"]
+        assert peers["realisation"]["held_out"]["r2"] <= 1.0
+        assert peers["expansion_4"]["measured"] is None
+        assert set(metrics["test"]["expert_weights"]) == set(metrics["training"]["recordings"])
         assert metrics["test"]["recordings"] == [f"r{number}"]
         assert metrics["training"]["recordings"] == [f"r{other}" for other in range(1, 5) if other != number]
         assert metrics["scores"]["fe"]["channels"]["A2"]["role"] == "held_out"

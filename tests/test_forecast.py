@@ -9,7 +9,8 @@ import torch
 
 from fe_models.dofs import FloatArray
 from fe_models.recordings import Dataset
-from hybrid.forecast import BATCH, fe_counterpart, forecast_windows, generate
+from hybrid.experts import fe_counterpart
+from hybrid.forecast import BATCH, forecast_windows, generate
 from hybrid.model import NeuralModalODE
 from hybrid.residual import FreeResidual, NoResidual
 from hybrid.scoring import nrmse

@@ -178,7 +178,7 @@ def test_the_missing_law_is_found_where_it_acts() -> None:
     prepared = prepare(cubic(), config)
     trainer = trainer_for(prepared.model, prepared.windows, config.training)
     results = list(trainer.epochs())
-    residual = trainer.model.dynamics.residual
+    residual = prepared.model.dynamics.residual
     assert isinstance(residual, ConnectorResidual)
     states = torch.as_tensor(residual.sizes[0]).detach()
     u = torch.stack([-states, states], dim=1)  # typical elongations, both signs

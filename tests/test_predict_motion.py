@@ -13,7 +13,8 @@ from fe_models.files.dataset_file import save_dataset
 from fe_models.files.run_folder import Prediction, load_run
 from hybrid.checkpoint import load_checkpoint
 from hybrid.config import Config
-from hybrid.forecast import fe_counterpart, forecast_windows
+from hybrid.experts import fe_counterpart
+from hybrid.forecast import forecast_windows
 from hybrid.results import write_results
 from hybrid.run import DONE, begin
 from scripts import render_shapes

@@ -14,7 +14,8 @@ from fe_models.errors import InputError
 from fe_models.recordings import Assumptions, Dataset, Load, Recording
 from hybrid.checkpoint import Checkpoint, load_checkpoint
 from hybrid.config import Config
-from hybrid.forecast import fe_counterpart, forecast_windows
+from hybrid.experts import fe_counterpart
+from hybrid.forecast import forecast_windows
 from hybrid.results import write_results
 from hybrid.run import DONE, UNDER_WAY, begin, resume
 from hybrid.training import TrainingDivergedError

@@ -100,3 +100,9 @@ def test_without_test_recordings_that_is_said() -> None:
     text = describe({**changed("training", left_out=["r1"]), "test": None, "scores": None})
     assert "r1 was left out" in text
     assert text.endswith("The dataset has no test recording, so that nothing is scored.")
+
+
+def test_experts_are_named_with_their_weights() -> None:
+    text = describe(changed("test", expert_weights={"r1": 0.254, "r3": 0.746}))
+    assert "Experts, one model each of r1 (weight 0.25), r3 (weight 0.75)." in text
+    assert "Experts" not in describe(METRICS)

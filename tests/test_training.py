@@ -9,7 +9,8 @@ import torch
 from fe_models.recordings import Dataset, Recording
 from hybrid.config import Config, TrainingConfig, paper_preset
 from hybrid.elbo import Elbo, kl_to_standard_normal, negative_elbo
-from hybrid.forecast import fe_counterpart, forecast_windows
+from hybrid.experts import fe_counterpart
+from hybrid.forecast import forecast_windows
 from hybrid.scoring import nrmse
 from hybrid.training import (
     LAST_LEARNING_RATE,
