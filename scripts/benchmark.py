@@ -1,7 +1,7 @@
 """Measure the product against its peers, in one run: accuracy, time, cost, and what each part is for."""
 
 from collections.abc import Callable
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from enum import Enum
 from pathlib import Path
 from typing import Annotated
@@ -17,9 +17,9 @@ from fe_models.files.atomic import write_json
 from fe_models.files.modal_file import load_modal_model
 from fe_models.four_dof import four_dof
 from fe_models.linear import ModalModel
-from hybrid.benchmarks import ablations, chain, cost, speed
+from hybrid.benchmarks import ablations, bridge, chain, cost, speed
 from hybrid.benchmarks.row import Row, table
-from hybrid.config import places_preset
+from hybrid.config import experts_preset, places_preset
 
 STIFFNESSES = (0.0, 0.5, 1.0)  # k_n of the paper, N/m^3
 QUICK_STIFFNESSES = (1.0,)
@@ -35,6 +35,7 @@ class Section(Enum):
     SPEED = "speed"
     COST = "cost"
     ABLATIONS = "ablations"
+    BRIDGE = "bridge"
 
 
 app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
@@ -48,6 +49,9 @@ def main(
     modal_model: Annotated[
         Path | None, typer.Option(help="The chain's wrong modal model (.npz: omega, xi, phi). [default: drawn anew]")
     ] = None,
+    recordings: Annotated[
+        Path | None, typer.Option(help="Folder with the authors' acc_measured1..4.mat; without it no bridge.")
+    ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Of the modal model, where it is drawn.")] = 0,
     only: Annotated[list[Section] | None, typer.Option(help="This section only. Repeat for more.")] = None,
     quick: Annotated[bool, typer.Option("--quick", help="Less of everything, in under three minutes.")] = False,
@@ -56,6 +60,7 @@ def main(
 
     Every number stands beside its peer's, measured in the same run unless marked as published. The authors' own modal
     model of the chain comes with their program; without --modal-model one that is wrong in the same way is drawn.
+    Their recordings of the bridge come with it, too: --recordings adds it, at about five minutes for each of three.
 
     \b
     OUT/benchmark.json   the table
@@ -71,6 +76,7 @@ def main(
             Section.SPEED: lambda: speed.rows(modal),
             Section.COST: lambda: cost_rows(out, quick),
             Section.ABLATIONS: lambda: ablation_rows(modal, quick),
+            Section.BRIDGE: lambda: bridge_rows(recordings, out, quick),
         }
         for section in wanted:
             found += sections[section]()
@@ -108,6 +114,21 @@ def ablation_rows(modal: ModalModel, quick: bool) -> list[Row]:
     """Return what each part of the model is for."""
     with tqdm(total=VARIANTS, desc="Ablations", leave=False) as bar:
         return ablations.rows(modal, QUICK_EPOCHS if quick else ablations.EPOCHS, bar.update)
+
+
+def bridge_rows(recordings: Path | None, out: Path, quick: bool) -> list[Row]:
+    """Return the scores of the real bridge, each consistent recording in turn kept for the test."""
+    if recordings is None:
+        return []
+    config = experts_preset()
+    if quick:
+        config = replace(config, training=replace(config.training, epochs=QUICK_EPOCHS))
+    tests = bridge.CONSISTENT[:1] if quick else bridge.CONSISTENT
+    return [
+        row
+        for test in tests
+        for row in bridge.rows(bridge.score_split(recordings, out / f"bridge_{test}", test, config), test)
+    ]
 
 
 if __name__ == "__main__":

@@ -8,18 +8,10 @@ import typer
 
 from fe_models.errors import bad_input_exits
 from fe_models.files.atomic import write_json
-from fe_models.files.bridge_recordings import RECORDINGS, write_bridge_dataset
-from fe_models.files.dataset_file import load_dataset
-from fe_models.nominal import nominal_modes
-from fe_models.recordings import Dataset
+from fe_models.files.bridge_recordings import RECORDINGS
+from hybrid.benchmarks.bridge import EXPANSIONS, score_split
 from hybrid.config import Config, TrainingConfig, experts_preset
-from hybrid.evaluation import score_table
-from hybrid.expansion import expand
-from hybrid.realisation import forecast_from_start, realise
-from hybrid.session import open_run, score, train
-from hybrid.windows import cut_all, window_length
 
-EXPANSIONS = (4, 10)  # modes: as few as are well known, and all that lie below the low-pass
 NAMES = {
     "fe": "FE model",
     "realisation": "eigensystem realisation",
@@ -55,40 +47,12 @@ def main(
         config = replace(config, training=replace(config.training, epochs=epochs))
         found: dict[str, Any] = {}
         for test in RECORDINGS:
-            folder = out / f"test_{test}"
-            dataset = load_dataset(write_bridge_dataset(data, folder, test))
-            run = open_run(dataset, config, folder, "cpu", fresh=True)
-            train(run)
-            metrics = score(run, dataset)
-            peers = peer_scores(dataset, metrics["training"]["recordings"], config)
-            found[f"r{test}"] = {**metrics, "peers": peers}
+            found[f"r{test}"] = score_split(data, out / f"test_{test}", test, config)
         write_json(out / "scores.json", found)
         print(HEADER)
         for name, metrics in found.items():
             print("\n".join(rows(name, metrics)))
         print(NOTES.format(path=out / "scores.json"))
-
-
-def peer_scores(dataset: Dataset, kept: list[str], config: Config) -> dict[str, Any]:
-    """Return the scores of eigensystem realisation and modal expansion on the hybrid's test windows.
-
-    The realisation is identified from the recordings that the hybrid ``kept``; of modal expansion only the held-out
-    sensor is scored.
-    """
-    samples = config.model.encoder_samples
-    length = window_length(dataset, config.training.window, samples)
-    windows = cut_all(dataset.select("test"), length, config.training.stride)
-    model = realise([recording.data for recording in dataset.recordings if recording.name in kept])
-    modal = nominal_modes(dataset, config.model.modes)
-    forecasts = {
-        "realisation": forecast_from_start(model, windows, samples),
-        **{f"expansion_{modes}": expand(modal, dataset.sensors, windows, modes) for modes in EXPANSIONS},
-    }
-    tables = score_table(forecasts, windows, dataset.sensors)
-    return {
-        name: table if name == "realisation" else {"measured": None, "held_out": table["held_out"]}
-        for name, table in tables.items()
-    }
 
 
 def rows(test: str, metrics: dict[str, Any]) -> list[str]:
