@@ -35,6 +35,15 @@ def describe(metrics: dict[str, Any]) -> str:
         both = [scores[model][role] for model in ("fe", "hybrid")]
         if None not in both and (not part or test["overlapping"]):
             lines.append(f"{words:26}" + "".join(f"{s['nrmse' + part]:9.4f}{s['r2' + part]:9.3f}" for s in both))
+    if scores.get("whole_record"):
+        whole = {role: scores["whole_record"][role] for role in ("measured", "held_out")}
+        for role, words in (("measured", "given whole records"), ("held_out", "  never fitted")):
+            if whole[role] is not None:
+                lines.append(f"{words:26}{'':18}{whole[role]['nrmse']:9.4f}{whole[role]['r2']:9.3f}")
+    for name, words in (("hybrid", "inside the 90 % band"), ("whole_record", "  given whole records")):
+        inside = metrics.get("bands", {}).get(name)
+        if inside:
+            lines.append(f"{words:26}{'':18}{100 * inside['measured']:7.1f} % of the measured channels")
     if "field" in metrics:
         field = metrics["field"]
         lines.append(f"{'displacement field (*)':26}{field['fe']:9.4f}{'':9}{field['hybrid']:9.4f}")

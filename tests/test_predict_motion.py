@@ -17,6 +17,7 @@ from hybrid.experts import fe_counterpart
 from hybrid.forecast import forecast_windows
 from hybrid.results import write_results
 from hybrid.run import DONE, begin
+from hybrid.uncertainty import banded_forecast
 from scripts import render_shapes
 from scripts.predict_motion import app
 from tests.hybrid_problems import SENSORS, STEP, TINY, chain_dataset, chain_modes, channels, decay
@@ -71,17 +72,26 @@ def test_from_a_record_it_is_what_the_model_forecasts_of_that_window(run: Path, 
     model = load_checkpoint(run / DONE).model
     window = chain_dataset().recordings[1].data[:1, 7:87]
     header, table = table_of(tmp_path)
-    assert header == ["time", *(f"{name} hybrid" for name in NAMES), *(f"{name} FE" for name in NAMES)]
+    assert header == ["time", *(f"{name} {what}" for what in ("hybrid", "FE", "std") for name in NAMES)]
     np.testing.assert_allclose(table[:, 0], STEP * np.arange(80), rtol=1e-12)
     np.testing.assert_array_equal(prediction.time, STEP * np.arange(80))
     for field, seen, dynamics in (
         (prediction.hybrid, table[:, 1:6], model),
-        (prediction.fe, table[:, 6:], fe_counterpart(model)),
+        (prediction.fe, table[:, 6:11], fe_counterpart(model)),
     ):
         forecast = forecast_windows(model, window, dynamics)
         np.testing.assert_allclose(field, forecast.q[0] @ chain_modes().shapes.T, rtol=0, atol=FLOAT32)
         np.testing.assert_allclose(seen, forecast.channels[0], rtol=1e-8, atol=FLOAT32)  # nine digits are written
+    np.testing.assert_allclose(table[:, 11:], banded_forecast(model, window).std[0], rtol=1e-8, atol=FLOAT32)
     assert np.abs(prediction.hybrid - prediction.fe).max() > 0.1  # the calibrated model is another than the nominal one
+
+
+def test_whole_records_need_a_model_that_solves_for_its_states(run: Path, tmp_path: Path) -> None:
+    result = CliRunner().invoke(
+        app, [str(run), "--out", str(tmp_path), "--dataset", str(run.parent / "dataset.toml"), "--whole"]
+    )
+    assert result.exit_code == 2
+    assert "--preset places" in result.output
 
 
 def test_a_record_is_read_only_as_far_as_the_encoder_sees(run: Path, tmp_path: Path) -> None:

@@ -1,0 +1,98 @@
+"""The benchmark: its rows, its oracle, its ablations and the script, in tiny configurations."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from typer.testing import CliRunner
+
+from fe_models.assembly import linearise
+from fe_models.four_dof import four_dof, paper_dataset
+from fe_models.modes import natural_modes
+from hybrid.benchmarks import ablations, bridge, chain, cost
+from hybrid.benchmarks.row import Row, table
+from hybrid.forecast import forecast_windows
+from hybrid.scoring import nrmse
+from scripts.benchmark import app
+from tests.hybrid_problems import chain_dataset, starting_model
+
+
+def test_a_published_number_is_marked_as_one() -> None:
+    lines = table([Row("a", "b", 0.5, "c", 2.0), Row("a", "b", 0.5, "c", 2.0, measured_peer=False)]).splitlines()
+    assert lines[2] == "| a | b | 0.5 | c | 2 |  |"
+    assert lines[3] == "| a | b | 0.5 | c (published) | 2 |  |"
+
+
+def test_the_drawn_modal_model_is_wrong_as_the_papers_is() -> None:
+    """3 % noise on frequencies and shapes: 4 % on average over many draws' 20 numbers would be one in a thousand."""
+    true = natural_modes(linearise(four_dof()), 4)
+    drawn = [chain.own_modal_model(np.random.default_rng(seed)) for seed in range(20)]
+    errors = np.concatenate([np.append(one.omega / true.omega, one.shapes / true.shapes) - 1 for one in drawn])
+    assert errors.std() == pytest.approx(0.03, abs=0.003)  # four standard errors of 400 numbers
+    assert all((one.damping_ratio == 0.01).all() for one in drawn)
+
+
+def test_the_oracle_follows_clean_motions_to_the_accuracy_of_its_integrator() -> None:
+    """With noise a thousand times smaller than it expects less of, 50 s of a hardening chain: 1e-3 of the range."""
+    dataset = paper_dataset(1.0, None, realisations=10, progress=False)
+    truth = chain.clean_test_motions(1.0, realisations=10)
+    model = chain.oracle(dataset, 1.0)
+    model.encoder.noise_std.fill_(1e-3)  # type: ignore[operator]
+    assert nrmse(forecast_windows(model, truth).channels, truth).max() < 2e-3
+
+
+def test_costs_grow_with_what_is_asked_for() -> None:
+    """What is kept for the gradient of twice as many steps is twice as much, to a fifth: constants are small."""
+    calls: list[int] = []
+    costs = cost.measure({"length": (200, 400)}, lambda: calls.append(1))["length"]
+    assert len(calls) == 2
+    assert costs[1].memory == pytest.approx(2 * costs[0].memory, rel=0.2)
+    rows = cost.rows({"length": costs})
+    assert [row.peer for row in rows] == ["linear from 200"] * 2
+    assert rows[1].peer_value == pytest.approx(2 * costs[0].memory)
+
+
+def test_costs_are_drawn(tmp_path: Path) -> None:
+    point = cost.Cost(cost.Point(), 1.0, 2.0)
+    cost.draw({"length": [point, replace(point, point=cost.Point(length=1000), seconds=2.0)]}, tmp_path / "cost.png")
+    assert (tmp_path / "cost.png").stat().st_size > 10_000
+
+
+def test_ablations_change_what_they_say() -> None:
+    model = starting_model(chain_dataset())
+    z = torch.randn(2, 8, generator=torch.Generator().manual_seed(0))
+    before = model.decode(z, torch.zeros(2, 4))
+    ablations.unchanged(model)
+    assert torch.equal(model.decode(z, torch.zeros(2, 4)), before)
+    ablations.add_net_to_decoder(model)
+    assert not torch.allclose(model.decode(z, torch.zeros(2, 4)), before)
+    ablations.leave_physics_out(model)
+    assert bool((model.dynamics.physical == 0).all())
+
+
+def test_rows_of_the_bridge_hold_the_hybrid_against_its_peers() -> None:
+    def scores(value: float) -> dict[str, dict[str, float]]:
+        return {
+            role: {"nrmse_first_16_windows": value, "nrmse": 2 * value, "r2": 0.9} for role in ("measured", "held_out")
+        }
+
+    peers = {"realisation": scores(3.0), "expansion_4": scores(4.0), "expansion_10": scores(5.0)}
+    rows = bridge.rows({"scores": {"hybrid": scores(1.0)}, "peers": peers, "training": {"seconds": 60.0}}, test=3)
+    assert {row.section for row in rows} == {"bridge, test r3"}
+    assert [(row.value, row.peer_value) for row in rows[:4]] == [(1.0, 3.0), (1.0, 3.0), (1.0, 4.0), (1.0, 5.0)]
+    assert [(row.value, row.peer_value) for row in rows[4:8]] == [(2.0, 6.0), (2.0, 6.0), (2.0, 8.0), (2.0, 10.0)]
+
+
+def test_without_recordings_there_is_no_bridge(tmp_path: Path) -> None:
+    result = CliRunner().invoke(app, ["--only", "bridge", "--out", str(tmp_path)])
+    assert result.exit_code == 0, result.output
+    assert json.loads((tmp_path / "benchmark.json").read_text())["rows"] == []
+
+
+def test_a_modal_model_that_is_not_there_is_named(tmp_path: Path) -> None:
+    result = CliRunner().invoke(app, ["--modal-model", str(tmp_path / "none.npz"), "--only", "bridge"])
+    assert result.exit_code == 2
+    assert "none.npz" in result.output
