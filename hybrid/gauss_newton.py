@@ -32,7 +32,6 @@ GROWTH = 2  # of the horizon, once a step gains less than `SETTLED`
 SETTLED = 0.01  # of the cost; at the whole length the end of the training
 OWN_NOISE = 0.25  # of the whole length: from horizons beyond on, each channel has its own noise
 LEAST_SPREAD = 1e-4  # of the mean variance: keeps a prior on states that never move
-"""Reasons stand beside each number; all are dimensionless."""
 
 
 @dataclass(frozen=True)
