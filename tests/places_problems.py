@@ -47,10 +47,10 @@ def sensor_matrix(sensors: tuple[Sensor, ...] = SENSORS) -> FloatArray:
     return np.array([rows[sensor.quantity][sensor.node - 1] for sensor in sensors])
 
 
-def free_motions(realisations: int, samples: int, seed: int, size: float = 1.0) -> FloatArray:
+def free_motions(realisations: int, samples: int, seed: int, step: float = STEP) -> FloatArray:
     """Exact channels (realisation, time, sensor) of the damped chain from random states, without noise."""
     rng = np.random.default_rng(seed)
-    x, power = size * rng.standard_normal((realisations, 8)), expm(state_matrix() * STEP)
+    x, power = rng.standard_normal((realisations, 8)), expm(state_matrix() * step)
     seen = []
     for _ in range(samples):
         seen.append(x @ sensor_matrix().T)

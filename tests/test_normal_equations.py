@@ -1,8 +1,8 @@
 """The normal equations of the forces' parameters, against brute force: Jacobians by central differences.
 
-The whole Jacobian of all channels by [z0, parameters] gives the joint least-squares problem; the product's equations must
-be its Schur complement. The nets' parameters are exact; springs and dashpots count as forces that the propagator takes
-explicitly, which is of second order in the step.
+The whole Jacobian of all channels by [z0, parameters] gives the joint least-squares problem; the product's equations
+must be its Schur complement. The nets' parameters are exact; springs and dashpots count as forces that the
+propagator takes explicitly, which is of second order in the step.
 """
 
 from collections.abc import Iterator
@@ -199,9 +199,9 @@ def test_downhill_is_the_slope_of_what_is_left_once_the_states_are_solved_for() 
         values = []
         for size in (1e-4, -1e-4):
             with torch.no_grad():
-                residual.table += size * direction.view_as(residual.table)
+                residual.table.add_(size * direction.view_as(residual.table))
                 values.append(float(least(solved)[1]))
-                residual.table -= size * direction.view_as(residual.table)
+                residual.table.sub_(size * direction.view_as(residual.table))
         slope = (values[0] - values[1]) / 2e-4
         assert -float(g @ direction) == pytest.approx(slope, rel=1e-4, abs=1e-5 * float(g.norm() * direction.norm()))
 

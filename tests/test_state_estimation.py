@@ -11,8 +11,16 @@ from torch import Tensor
 from hybrid.model import NeuralModalODE
 from hybrid.state_estimation import WINDOWS, StatePrior, estimate_state, smooth_state
 from tests.hybrid_problems import HELD_OUT, MEASURED, SENSORS, STEP, double_precision
-from tests.places_problems import NOISE, crooked_precision, differences, measured_channels, place_model, prior_of
-from tests.test_places import crooked_modes
+from tests.places_problems import (
+    NOISE,
+    crooked_precision,
+    differences,
+    measured_channels,
+    place_model,
+    prior_of,
+    residual_of,
+)
+from tests.test_places import DASHPOTS, SPRINGS, crooked_modes
 
 SAMPLES = 60
 
@@ -55,15 +63,16 @@ def test_the_posterior_holds_the_truth_as_often_as_it_says(whole: bool) -> None:
 
 
 def test_whole_windows_tell_more_than_ten_samples() -> None:
-    """The rms error of states at least halves: six times the samples, less what damping takes; and says so."""
-    model = place_model(crooked_modes())
+    """In a chain that is hardly damped: six times the samples leave less than 0.6 of the error, 6^-1/2 being 0.4."""
+    model = place_model(crooked_modes(), net=0.01)
+    residual_of(model).set_coefficients(torch.tensor(SPRINGS), torch.tensor(0.1 * DASHPOTS))
     z0 = from_prior(40)
     windows, prior = observed(model, z0), prior_of(model)
     few, all_of_them = estimate_state(model, prior, windows[:, :10]), smooth_state(model, prior, windows)
     errors = [float((found.mean - z0).square().mean().sqrt()) for found in (few, all_of_them)]
     stds = [float(found.covariance.diagonal(dim1=1, dim2=2).mean().sqrt()) for found in (few, all_of_them)]
-    assert errors[1] < 0.5 * errors[0], errors
-    assert stds[1] < 0.5 * stds[0], stds
+    assert errors[1] < 0.6 * errors[0], errors
+    assert stds[1] < 0.6 * stds[0], stds
 
 
 def test_of_a_linear_chain_whole_windows_give_the_gaussian_posterior() -> None:
