@@ -75,7 +75,8 @@ def posterior(model: Hybrid, windows: Tensor, whole: bool = False) -> tuple[Tens
     estimate = smooth_state(model, prior, seen) if whole else estimate_state(model, prior, seen)
     samples = seen.shape[1] * len(model.measured)
     scale = (2 * estimate.misfit + NOISE_FREEDOM) / (samples + NOISE_FREEDOM)  # (window,)
-    return estimate.mean, torch.linalg.cholesky(estimate.covariance) * scale.sqrt()[:, None, None]
+    root = torch.linalg.cholesky_ex(estimate.covariance)[0]  # no number where the forecasts are none
+    return estimate.mean, root * scale.sqrt()[:, None, None]
 
 
 @torch.no_grad()

@@ -31,6 +31,7 @@ OUTLYING = 2.0  # times the median misfit: windows beyond count less and less
 GROWTH = 2  # of the horizon, once a step gains less than `SETTLED`
 SETTLED = 0.01  # of the cost; at the whole length the end of the training
 OWN_NOISE = 0.25  # of the whole length: from horizons beyond on, each channel has its own noise
+HOPELESS = 1e8  # misfit a sample (half a square of noise deviations; about 0.5 is right): numbers near overflow
 LEAST_SPREAD = 1e-4  # of the mean variance: keeps a prior on states that never move
 
 
@@ -100,7 +101,8 @@ class GaussNewtonTrainer:
         horizon, length = self.horizon, self.windows.shape[1]
         windows = self.chosen[:, :horizon]
         fit = self._solve(windows, self.states)
-        if not bool(torch.isfinite(fit.misfit).all()):
+        at_rest = not bool(fit.states.any())  # every motion that was tried overflowed
+        if at_rest or not float(fit.misfit.median()) < HOPELESS * horizon * len(self.model.measured):
             raise TrainingDivergedError(
                 f"The training diverged in epoch {epoch} (forecasts of {horizon} samples)."
                 " Start again with --fresh and a smaller --first-horizon."
