@@ -106,6 +106,28 @@ def _score(ground: _Ground, candidate: Candidate, start: tuple[float, ...]) -> S
     return Screened(candidate, start, float(gain))
 
 
+def amounts_by_recording(fit: Fit, candidate: Candidate, frame: Frame) -> tuple[FloatArray, FloatArray]:
+    """Return how much of a candidate each recording asks for, (recording,), and the fall in its sum of squares.
+
+    The uncertain factors are kept as they are: what they do is common to all recordings.
+    """
+    extended = fit.hypothesis.adding(candidate)
+    start = candidate.first_starts[0]
+    theta = np.append(fit.theta, start)
+    move = start[0] - candidate.neutral[0]
+    amounts, gains = [], []
+    for batch, states in zip(fit.batches, fit.states, strict=True):
+        part = linearise_batch(fit.hypothesis, fit.theta, batch, frame, states)
+        assert part is not None  # it was fitted
+        shown = _response(fit.hypothesis, fit.theta, batch, frame, states)
+        column = _project((_response(extended, theta, batch, frame, states) - shown) / move, part.basis)
+        along = np.sum((column * part.residual).reshape(len(batch.names), -1), axis=1)
+        size = np.sum((column**2).reshape(len(batch.names), -1), axis=1) + 1e-300
+        amounts.append(along / size)
+        gains.append(along**2 / size)
+    return np.concatenate(amounts), np.concatenate(gains)
+
+
 def _project(column: FloatArray, basis: FloatArray) -> FloatArray:
     """Return a column (recording, value) without what initial states can do; basis (value, s) or (recording, value, s)."""
     if basis.ndim == 2:
