@@ -39,7 +39,7 @@ from fe_models.recordings import Assumptions, Dataset, Recording, Sensor, Uncert
 from fe_models.response import Response
 from fe_models.sensor_effects import SensorDelay, SensorDrift, SensorEffect, SensorGain
 from fe_models.simulate import FreeConfig, simulate_free
-from fe_models.structure import Structure
+from fe_models.structure import Spring, Structure
 from fe_models.time_integration import TimeIntegration
 
 KINDS = (
@@ -169,7 +169,7 @@ def blind_case(seed: int, config: BlindConfig | None = None) -> BlindCase:
     if config.changed:
         before = _motion(built, (), state, config, (), rng, ratios)
         parts = [np.where(affected[:, None, None], a, b) for a, b in zip(_parts(motion), _parts(before), strict=True)]
-        motion = Response(motion.time, *parts, motion.dofs)
+        motion = replace(motion, displacement=parts[0], velocity=parts[1], acceleration=parts[2])
     clean = np.stack([motion.channel(s.node, s.direction, s.quantity) for s in SENSORS], axis=-1)
     names = tuple(f"r{number:02d}" for number in range(1, count + 1))
     shown = clean
@@ -245,7 +245,11 @@ def draw_cause(kind: str, calm: Response, rng: np.random.Generator, size: float 
 
 def _off(design: Structure, rng: np.random.Generator) -> Structure:
     """Return the design with every spring and mass off by 1 %."""
-    elements = tuple(replace(e, stiffness=e.stiffness * (1 + 0.01 * rng.standard_normal())) for e in design.elements)  # type: ignore[union-attr, call-arg]
+    elements = tuple(
+        replace(e, stiffness=e.stiffness * (1 + 0.01 * rng.standard_normal()))
+        for e in design.elements
+        if isinstance(e, Spring)
+    )
     masses = tuple(replace(m, mass=m.mass * (1 + 0.01 * rng.standard_normal())) for m in design.point_masses)
     return replace(design, elements=elements, point_masses=masses)
 
@@ -312,5 +316,3 @@ def _hysteretic(model: LinearModel, state: FloatArray, config: BlindConfig, rng:
 
 def _parts(motion: Response) -> tuple[FloatArray, FloatArray, FloatArray]:
     return motion.displacement, motion.velocity, motion.acceleration
-
-

@@ -27,7 +27,6 @@ from fe_models.matrix_changes import matrix_changes
 from fe_models.recordings import Dataset
 from fe_models.sensor_effects import SensorDelay, SensorDrift, SensorGain
 from fe_models.structure import Spring
-from fe_models.time_integration import TimeIntegration
 from hybrid.diagnosis.plant import Plant
 
 CREEP = 0.02  # of the rms rate at its place: the rate below which friction is taken as a dashpot
@@ -39,12 +38,12 @@ REACHES = (0.1, 0.25, 0.45, 0.65, 0.85)  # of the largest elongation: where a se
 class Candidate:
     """One kind of cause at one place.
 
-    ``build`` makes the cause from its parameters (of arrays, one of arrays). ``names``: their words; ``neutral``: values
-    at which it does nothing; ``width``: prior standard deviations about it; ``lower``: bounds; ``starts``: values at
-    which a search may begin; with ``scalable`` the first of them is small, and its size is found by the score test. The cause is felt by what of the following is set: ``changes`` dM, dC, dK
-    (3, dof, dof) for each unit of its parameter, ``mode`` (from 0), ``pull`` (dof,) of a force law (with ``element``
-    where the law needs an element's stiffness) or of an ``oscillator``, ``sensor`` (column among the measured ones), or
-    nothing (the time steps).
+    ``build`` makes the cause from its parameters (of arrays, one of arrays). ``names``: their words; ``neutral``:
+    values at which it does nothing; ``width``: prior standard deviations about them; ``lower``: bounds; ``starts``:
+    values at which a search may begin; with ``scalable`` the first of them is small, and the score test finds its size.
+    The cause is felt by what of the following is set: ``changes`` dM, dC, dK (3, dof, dof) for each unit of its
+    parameter, ``mode`` (from 0), ``pull`` (dof,) of a force law (with ``element`` where the law needs an element's
+    stiffness) or of an ``oscillator``, ``sensor`` (position among the measured ones), or nothing (the time steps).
     """
 
     kind: str
@@ -150,7 +149,9 @@ def _linear(plant: Plant) -> list[Candidate]:
         unit = changes(SupportSpring(node, direction, 1.0))
         where = {"node": node, "direction": direction}
         found.append(
-            Candidate("support_spring", where, ("stiffness",), build, (0.0,), (0.5 * stiffness,), infinite, changes=unit)
+            Candidate(
+                "support_spring", where, ("stiffness",), build, (0.0,), (0.5 * stiffness,), infinite, changes=unit
+            )
         )
     for where, nodes, _ in places(plant):
         build = _builder(lambda n, coefficient: PointDamper(n, direction, coefficient), nodes)
@@ -189,19 +190,19 @@ def _laws(plant: Plant, motion: Motion) -> list[Candidate]:
         positive = (0.0,)
         build = _builder(lambda n, k: CubicSpring(n, direction, k), nodes)
         width = (stiffness / (3 * size**2),)
-        found.append(
-            Candidate("cubic_spring", where, ("stiffness",), build, (0.0,), width, (-np.inf,), pull=pull)
-        )
+        found.append(Candidate("cubic_spring", where, ("stiffness",), build, (0.0,), width, (-np.inf,), pull=pull))
         build = _builder(lambda n, c: QuadraticDamper(n, direction, c), nodes)
         found.append(
-            Candidate("quadratic_damper", where, ("coefficient",), build, (0.0,), (damping / rate,), positive, pull=pull)
+            Candidate(
+                "quadratic_damper", where, ("coefficient",), build, (0.0,), (damping / rate,), positive, pull=pull
+            )
         )
         build = _builder(lambda n, f, creep=CREEP * rate: CoulombFriction(n, direction, f, creep), nodes)
         width = (0.3 * damping * rate,)
         found.append(Candidate("coulomb_friction", where, ("force",), build, (0.0,), width, positive, pull=pull))
         for side in (1, -1):
             most = max(float(np.quantile(side * u, 0.999)), 1e-3 * size)
-            build = _builder(lambda n, k, gap, s=side: GapStop(n, direction, gap, k, s), nodes)  # type: ignore[misc]
+            build = _builder(lambda n, k, gap, s=side: GapStop(n, direction, gap, k, s), nodes)
             found.append(
                 Candidate(
                     "gap_stop",
@@ -274,9 +275,7 @@ def _sensors(dataset: Dataset, motion: Motion, measured: tuple[int, ...]) -> lis
             ("sensor_drift", "slope", SensorDrift, 0.0, size / time),
         ):
             build = _builder(lambda n, value, made=cause: made(n, value), name)
-            found.append(
-                Candidate(kind, where, (word,), build, (neutral,), (width,), infinite, sensor=position)
-            )
+            found.append(Candidate(kind, where, (word,), build, (neutral,), (width,), infinite, sensor=position))
     return found
 
 

@@ -9,7 +9,6 @@ import numpy as np
 from fe_models.dofs import FloatArray
 from fe_models.recordings import Dataset, Recording
 from fe_models.structure import Structure
-from hybrid.calibration import nothing
 from hybrid.diagnosis.candidates import Candidate, Motion, all_candidates
 from hybrid.diagnosis.extend import extended_structure
 from hybrid.diagnosis.findings import Finding, Verdict, cause_of, reported_location, sentence_of
@@ -30,7 +29,9 @@ PARTLY = 0.5  # of it: beyond, nothing is
 DOUBT = 0.85  # most probability of a finding beside which something significant is left unexplained
 DEVIATION = 2.5  # of its stated standard deviations: how far a nominal value may be calibrated
 SECOND = 10.0  # in tempered log evidence: what a second effect must gain
-FACTORS_OFF = 3.0  # mean square of the calibrated factors over their stated variances: more than their owner thinks normal
+FACTORS_OFF = (
+    3.0  # mean square of the calibrated factors over their stated variances: more than their owner thinks normal
+)
 RIVALS = 0.005  # least probability of an alternative that is told
 LAST_TEST = 4  # without test recordings every so manieth of those for training is tested on
 
@@ -139,7 +140,9 @@ def _factors_off(item: Fit) -> float:
 
 
 def _asks_for_more(item: Fit, frame: Frame, band: float) -> bool:
-    return bool(item.hypothesis.candidates) and (_left(item, frame, band).significant or _factors_off(item) > FACTORS_OFF)
+    return bool(item.hypothesis.candidates) and (
+        _left(item, frame, band).significant or _factors_off(item) > FACTORS_OFF
+    )
 
 
 def _pairs(
@@ -162,8 +165,9 @@ def _pairs(
         plain = fit(Hypothesis(hypothesis.plant), start.theta[: hypothesis.nuisances], lengths.cut[0], frame)
         if hypothesis.candidates[0].oscillator or plain is None:
             return found
-        second = contest(hypothesis, start.theta[kept], candidates, lengths, frame, plain,
-                         lambda: tell("two causes"), kept=6)
+        second = contest(
+            hypothesis, start.theta[kept], candidates, lengths, frame, plain, lambda: tell("two causes"), kept=6
+        )
         if second is None or not second.fits:
             return found
         best = second.fits[0]

@@ -7,14 +7,13 @@ from typing import Any
 import numpy as np
 
 from fe_models.effects import Cause, HarmonicForce
-from fe_models.effects.base import words
 from hybrid.diagnosis.candidates import Candidate
 from hybrid.diagnosis.fitting import Fit
 
 VERBS = {
     "stiffness_change": "{place} has {factor} times its nominal stiffness",
     "added_mass": "{place} carries {mass} kg more than the model has (negative: less)",
-    "support_spring": "{place} is held by a spring of {stiffness} N/m that the model lacks (negative: the model has too much)",
+    "support_spring": "{place} is held by {stiffness} N/m that the model lacks (negative: it has too much)",
     "modal_damping": "{place} is damped with a ratio of {ratio}",
     "point_damper": "a damper of {coefficient} N s/m acts at {place} (negative: the model has too much damping there)",
     "quadratic_damper": "drag of {coefficient} N s^2/m^2 acts at {place}",
@@ -80,7 +79,7 @@ def cause_of(fit: Fit, number: int) -> tuple[Cause, dict[str, Parameter]]:
 
 
 def _with_amplitude(cause: HarmonicForce, fit: Fit, number: int) -> tuple[HarmonicForce, float]:
-    """Return the force with its mean amplitude over the recordings, the phase of the first, and the amplitude's error."""
+    """Return the force with its mean amplitude, the phase in the first recording, and the amplitude's error."""
     earlier = sum(c.oscillator for c in fit.hypothesis.candidates[:number])
     first = 2 * fit.hypothesis.plant.size + 2 * earlier
     waves = np.concatenate([states[:, first : first + 2] for states in fit.states])  # F(0) = a sin(phase), a cos(phase)

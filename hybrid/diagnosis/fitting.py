@@ -10,7 +10,7 @@ from math import inf
 
 import numpy as np
 
-from fe_models.dofs import FloatArray
+from fe_models.dofs import FloatArray, IntArray
 from fe_models.recordings import Sensor
 from hybrid.diagnosis.hypothesis import Hypothesis
 from hybrid.diagnosis.records import Batch
@@ -25,7 +25,7 @@ DAMPING = (1e-3, 10.0, 1e8)  # of Levenberg and Marquardt: first, factor, give u
 
 @dataclass(frozen=True)
 class Frame:
-    """What all fits of one dataset share: the fitted ``sensors``, ``rate`` (Hz), and ``sigma`` (sensor,) of the noise."""
+    """What all fits of a dataset share: the fitted ``sensors``, ``rate`` (Hz), and ``sigma`` (sensor,) of the noise."""
 
     sensors: tuple[Sensor, ...]
     rate: float
@@ -42,8 +42,8 @@ class Linearisation:
     """One batch at one theta, in units of sigma and projected orthogonally to what initial states can do.
 
     ``residual`` (recording, value), ``slopes`` (parameter, recording, value); ``states`` z0 (recording, state) and how
-    they move with theta, ``state_slopes`` (parameter, recording, state); ``state_step`` (recording, state) the move that
-    the residual asks for; ``raw`` (recording, time, sensor) the residual itself; ``basis`` what was projected out.
+    they move with theta, ``state_slopes`` (parameter, recording, state); ``state_step`` (recording, state) the move
+    that the residual asks for; ``raw`` (recording, time, sensor) the residual itself; ``basis`` what was projected out.
     """
 
     residual: FloatArray
@@ -59,8 +59,8 @@ class Linearisation:
 class Fit:
     """The best theta (parameter,) of a hypothesis, its ``covariance``, and what is left.
 
-    ``chi2``: sum of squares of the data alone, ``cost`` with the prior. ``states`` and ``residuals`` (in units of sigma):
-    one array (recording, ...) for each batch. ``batches``: what was fitted.
+    ``chi2``: sum of squares of the data alone, ``cost`` with the prior. ``states`` and ``residuals`` (in units of
+    sigma): one array (recording, ...) for each batch. ``batches``: what was fitted.
     """
 
     hypothesis: Hypothesis
@@ -86,14 +86,21 @@ class Fit:
         """
         first = self.hypothesis.nuisances
         own = self.covariance[first:, first:]
-        occam = 0.5 * np.linalg.slogdet(own)[1] - float(np.log(self.hypothesis.width[first:]).sum()) if len(own) else 0.0
+        occam = (
+            0.5 * np.linalg.slogdet(own)[1] - float(np.log(self.hypothesis.width[first:]).sum()) if len(own) else 0.0
+        )
         forces = sum(candidate.oscillator for candidate in self.hypothesis.candidates)
         occam -= forces * sum(len(b.data) * float(np.log(b.samples)) for b in self.batches)
         return -0.5 * self.cost + float(occam)
 
 
 def linearise_batch(
-    hypothesis: Hypothesis, theta: FloatArray, batch: Batch, frame: Frame, states: FloatArray | None, slopes: bool = True
+    hypothesis: Hypothesis,
+    theta: FloatArray,
+    batch: Batch,
+    frame: Frame,
+    states: FloatArray | None,
+    slopes: bool = True,
 ) -> Linearisation | None:
     """Return the linearisation of one batch, None where the motion grows beyond all bounds.
 
@@ -103,7 +110,7 @@ def linearise_batch(
     own = theta[kept]
     moved = STEP * hypothesis.width
     thetas = np.vstack([own, own + np.diag(moved)]) if slopes else own[None]
-    recordings, samples, sensors = batch.data.shape
+    recordings, samples, _ = batch.data.shape
     weight = np.tile(1 / frame.sigma, samples)  # (value,)
     data = batch.data.reshape(recordings, -1) * weight
     if hypothesis.is_linear:
@@ -148,14 +155,16 @@ def linearise_batch(
         step = np.linalg.solve(upper, along[..., None])[..., 0]
         state_slopes = -np.linalg.solve(upper, inside[..., None])[..., 0]
         residual = residual - np.einsum("rs,rvs->rv", along, basis)
-        return Linearisation(residual, _spread(projected, kept, len(theta)), z, _spread(state_slopes, kept, len(theta)),
-                             step, raw, basis)
+        return Linearisation(
+            residual, _spread(projected, kept, len(theta)), z, _spread(state_slopes, kept, len(theta)), step, raw, basis
+        )
     raw = residual.reshape(batch.data.shape)
-    return Linearisation(residual, _spread(projected, kept, len(theta)), z, _spread(state_slopes, kept, len(theta)),
-                         step, raw, basis)
+    return Linearisation(
+        residual, _spread(projected, kept, len(theta)), z, _spread(state_slopes, kept, len(theta)), step, raw, basis
+    )
 
 
-def _acting(hypothesis: Hypothesis, batch: Batch) -> tuple[Hypothesis, FloatArray]:
+def _acting(hypothesis: Hypothesis, batch: Batch) -> tuple[Hypothesis, IntArray]:
     """Return the hypothesis with those candidates that act in the batch, and the indices of its parameters."""
     if not batch.off:
         return hypothesis, np.arange(len(hypothesis.centre))
@@ -164,7 +173,7 @@ def _acting(hypothesis: Hypothesis, batch: Batch) -> tuple[Hypothesis, FloatArra
     return Hypothesis(hypothesis.plant, tuple(hypothesis.candidates[i] for i in on)), np.array(kept)
 
 
-def _spread(part: FloatArray, kept: FloatArray, parameters: int) -> FloatArray:
+def _spread(part: FloatArray, kept: IntArray, parameters: int) -> FloatArray:
     """Return slopes (parameter, ...) by all parameters from those by the ``kept`` ones."""
     if len(part) == parameters or len(part) == 0:
         return part

@@ -45,7 +45,7 @@ class Forecast:
 def forecast(
     model: Model, batches: tuple[Batch, ...], sensors: tuple[Sensor, ...], measured: tuple[int, ...], frame: Frame
 ) -> Forecast:
-    """Return the scores over the last 80 % of the recordings (with all ``sensors``, of which ``measured`` are fitted)."""
+    """Return the scores over the last 80 % of the recordings, with all ``sensors``; ``measured`` are the fitted ones."""
     parts = [_one(model, batch, sensors, measured, frame) for batch in batches]
     nrmse, floor = (np.concatenate([part[i] for part in parts]) for i in (0, 1))
     return Forecast(nrmse, floor, float(sum(part[2] for part in parts)), float(sum(part[3] for part in parts)))
@@ -88,7 +88,7 @@ def initial_states(
 
     Prior: each entry normal with standard deviation ``size``.
     """
-    recordings, samples, sensors = data.shape
+    recordings, samples, _ = data.shape
     system = hypothesis.system(theta[None], frame.sensors, frame.rate, frame.positions)
     if system.is_linear:
         weight = np.tile(1 / frame.sigma, samples)
@@ -104,7 +104,9 @@ def initial_states(
     wanted = data[:, :count].reshape(recordings, -1) * weight
     states = np.linalg.solve(X.T @ X + np.diag(size**-2.0), X.T @ wanted.T).T
     cost = np.full(recordings, np.inf)
-    copies = hypothesis.system(np.repeat(theta[None], len(size) + 1, axis=0), frame.sensors, frame.rate, frame.positions)
+    copies = hypothesis.system(
+        np.repeat(theta[None], len(size) + 1, axis=0), frame.sensors, frame.rate, frame.positions
+    )
     for share in GROWTH:
         count = max(round(share * samples), 2)
         weight = np.tile(1 / frame.sigma, count)

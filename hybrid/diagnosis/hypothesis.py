@@ -1,7 +1,8 @@
-"""A hypothesis: the plant, its uncertain factors and a few candidates; what system each parameter vector makes of it."""
+"""A hypothesis: the plant, its uncertain factors and a few candidates; what system each parameter vector gives."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from hybrid.diagnosis.system import Force, System
 
 @dataclass(frozen=True)
 class Hypothesis:
-    """Parameter vectors theta (..., parameter): log factors of springs, masses, damping ratios; then the candidates'."""
+    """Parameter vectors theta (..., parameter): log factors of springs, masses, damping; then the candidates'."""
 
     plant: Plant
     candidates: tuple[Candidate, ...] = ()
@@ -35,7 +36,7 @@ class Hypothesis:
     def slices(self) -> tuple[slice, ...]:
         """Where each candidate's parameters stand in theta."""
         ends = np.cumsum([self.nuisances, *(len(c.names) for c in self.candidates)])
-        return tuple(slice(int(a), int(b)) for a, b in zip(ends[:-1], ends[1:], strict=True))
+        return tuple(slice(int(a), int(b)) for a, b in pairwise(ends))
 
     @property
     def centre(self) -> FloatArray:
@@ -92,7 +93,7 @@ class Hypothesis:
             elif candidate.oscillator and candidate.pull is not None:
                 oscillators.append((candidate.pull, values[:, 0]))
             elif candidate.pull is not None:
-                laws.append((candidate.pull, _force(candidate, plant, values, springs)))
+                laws.append((candidate.pull, force_of(candidate, plant, values, springs)))
             elif candidate.sensor is not None:
                 target = {"sensor_gain": gain, "sensor_delay": delay, "sensor_drift": slope}[candidate.kind]
                 target[:, [i for i, s in enumerate(faulty) if s == candidate.sensor]] = values
@@ -151,7 +152,8 @@ class Hypothesis:
         return np.asarray(self.plant.damping + (weighted * added[:, None]) @ weighted.transpose(0, 2, 1))
 
 
-def _force(candidate: Candidate, plant: Plant, values: FloatArray, springs: FloatArray) -> Force:
+def force_of(candidate: Candidate, plant: Plant, values: FloatArray, springs: FloatArray) -> Force:
+    """Return the force of a law with parameters ``values`` (variant, parameter), ``springs`` (variant, element) times."""
     cause: Any = candidate.build(*(values[:, i, None] for i in range(values.shape[1])))
     if isinstance(cause, SlackCable):
         law: Any = SlackCable(cause.element, 1.0).law(plant.structure)

@@ -1,4 +1,4 @@
-"""How much of a residual is noise: white at all frequencies, where what a model lacks lies at those of the structure."""
+"""How much of a residual is noise: white at all frequencies, what a model lacks is at the structure's."""
 
 from dataclasses import dataclass
 
@@ -40,7 +40,7 @@ def noise_of_recordings(batches: tuple[Batch, ...], rate: float, band: float) ->
 class Excess:
     """The energy of residuals in the structure's band beyond white noise, in units of the noise's variance.
 
-    ``total`` and its standard deviation ``std`` if there were none; ``by_recording`` (recording,) in the batches' order;
+    ``total`` and its standard deviation ``std`` if there were none; ``by_recording`` (recording,), batch by batch;
     ``sigma`` (sensor,) the noise above the band, in units of the residuals.
     """
 

@@ -1,4 +1,4 @@
-"""The nominal chain with what its user considers uncertain: M, C and K for any log factors of springs, masses, modes."""
+"""The nominal chain with what its user considers uncertain: M, C, K for any factors of springs, masses, modes."""
 
 from dataclasses import dataclass
 
@@ -22,8 +22,8 @@ CERTAIN = 1e-6  # the least standard deviation of a factor, so that a prior of z
 class Plant:
     """A chain in physical coordinates.
 
-    ``mass``, ``damping``, ``stiffness``: nominal (dof, dof), over the free degrees of freedom. ``springs``: the share of
-    each element in the stiffness (element, dof, dof). ``ratios``: assumed modal damping ratios (mode,) on top of
+    ``mass``, ``damping``, ``stiffness``: nominal (dof, dof), over the free degrees of freedom. ``springs``: each
+    element's share in the stiffness (element, dof, dof). ``ratios``: assumed modal damping ratios (mode,) on top of
     ``damping``. ``spread``: prior standard deviations of the log factors of springs, masses and damping ratios, in this
     order (nuisance,). ``laws``: forces that the nominal structure itself has. ``integration``: the error of the user's
     own time steps, None where it integrates exactly.

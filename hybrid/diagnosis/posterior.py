@@ -25,8 +25,8 @@ class Posterior:
 def posterior_of(fits: tuple[Fit, ...], candidates: tuple[Candidate, ...]) -> Posterior:
     """Return the posterior over ``fits``; every kind is equally probable beforehand, and so is every place of a kind.
 
-    Where even the best fit leaves more than noise, its errors are no independent draws: the log evidences are divided by
-    the energy left over that of noise, times the number of values that tell as much as one. A model that fits leaves
+    Where even the best fit leaves more than noise, its errors are no independent draws: the log evidences are divided
+    by the energy left over that of noise, times the number of values that tell as much as one. A model that fits leaves
     them as they are.
     """
     places = Counter(candidate.kind for candidate in candidates)

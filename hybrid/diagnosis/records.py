@@ -1,4 +1,4 @@
-"""Recordings as arrays for fitting: batches of equal length, cut into segments, each with an initial state of its own."""
+"""Recordings as arrays for fitting: batches of equal length, cut into segments with initial states of their own."""
 
 from dataclasses import dataclass, replace
 from typing import Literal

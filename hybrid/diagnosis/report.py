@@ -8,7 +8,7 @@ from hybrid.diagnosis.diagnosis import Diagnosis
 from hybrid.diagnosis.findings import Finding, Verdict, place_words
 
 WORDS = {
-    Verdict.NOTHING_WRONG: "Nothing is wrong: the simulation, calibrated within its uncertainty, forecasts to the noise.",
+    Verdict.NOTHING_WRONG: "Nothing is wrong: the simulation, calibrated within its uncertainty, reaches the noise.",
     Verdict.EXPLAINED: "The simulation is wrong, and the cause is named below.",
     Verdict.PARTLY_EXPLAINED: "The simulation is wrong; what is named below explains only part of it.",
     Verdict.UNEXPLAINED: "The simulation is wrong, and nothing on the list of causes explains it.",
@@ -36,7 +36,12 @@ def report_table(diagnosis: Diagnosis) -> dict[str, Any]:
 
 
 def _where(what: str, place: int) -> dict[str, Any]:
-    return {"stiffness": {"element": place}, "mass": {"node": place}, "damping": {"modes": [place]}}[what]
+    words: dict[str, dict[str, Any]] = {
+        "stiffness": {"element": place},
+        "mass": {"node": place},
+        "damping": {"modes": [place]},
+    }
+    return words[what]
 
 
 def _finding(finding: Finding) -> dict[str, Any]:

@@ -8,7 +8,7 @@ import numpy as np
 from fe_models.dofs import FloatArray
 from hybrid.calibration import nothing
 from hybrid.diagnosis.candidates import Candidate
-from hybrid.diagnosis.fitting import Fit, Frame, fit
+from hybrid.diagnosis.fitting import ENOUGH, Fit, Frame, fit
 from hybrid.diagnosis.hypothesis import Hypothesis
 from hybrid.diagnosis.records import Batch
 from hybrid.diagnosis.screening import Screened, screen, screen_forces
@@ -68,7 +68,7 @@ def fit_growing(
         if present is not None:
             theta, states = present.theta, continued(present, batches)
         last = batches is lengths.whole
-        present = fit(hypothesis, theta, batches, frame, states, **({} if last else {"enough": CLOSE_ENOUGH}))
+        present = fit(hypothesis, theta, batches, frame, states, enough=ENOUGH if last else CLOSE_ENOUGH)
         if present is None:
             return None
     return present
@@ -117,11 +117,18 @@ def contest(
     first.sort(key=lambda pair: pair[0].cost)
     if first:
         temper = max(1.0, first[0][0].chi2 / first[0][0].values)
-        for rank, (begun, trial) in enumerate(first):
+        for rank, (begun, _) in enumerate(first):
             if rank >= ALWAYS and (begun.cost - first[0][0].cost) / 2 / temper > BEHIND:
                 continue
-            fits.append(fit_growing(begun.hypothesis, begun.theta, Lengths(lengths.cut[1:]), frame,
-                                    replace(begun, states=continued(begun, lengths.cut[1])) if len(lengths.cut) > 1 else begun))
+            fits.append(
+                fit_growing(
+                    begun.hypothesis,
+                    begun.theta,
+                    Lengths(lengths.cut[1:]),
+                    frame,
+                    replace(begun, states=continued(begun, lengths.cut[1])) if len(lengths.cut) > 1 else begun,
+                )
+            )
             advance()
     done = [item for item in fits if item is not None]
     return Contest(base, tuple(sorted(done, key=lambda item: -item.log_evidence)))

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fe_models.dofs import FloatArray
+from fe_models.dofs import BoolArray, FloatArray
 from hybrid.diagnosis.candidates import Candidate
 from hybrid.diagnosis.fitting import Fit, Frame, linearise_batch
 from hybrid.diagnosis.records import Batch
@@ -44,7 +44,7 @@ def acting_recordings(fit: Fit, number: int) -> tuple[str, ...]:
     return tuple(name for batch in fit.batches if number not in batch.off for name in batch.names)
 
 
-def _two_groups(amounts: FloatArray, weights: FloatArray) -> FloatArray:
+def _two_groups(amounts: FloatArray, weights: FloatArray) -> BoolArray:
     """Return which of the ``amounts`` (recording,) belong to the upper of two groups: the split with least variance."""
     order = np.argsort(amounts)
     ranked = amounts[order]
@@ -55,7 +55,7 @@ def _two_groups(amounts: FloatArray, weights: FloatArray) -> FloatArray:
 
 
 def _fit_sorted(
-    short: Fit, candidate: Candidate, acting: FloatArray, batches: tuple[Batch, ...], frame: Frame
+    short: Fit, candidate: Candidate, acting: BoolArray, batches: tuple[Batch, ...], frame: Frame
 ) -> Fit | None:
     hypothesis = short.hypothesis.adding(candidate)
     number = len(hypothesis.candidates) - 1
@@ -80,7 +80,7 @@ def _fit_sorted(
     return present
 
 
-def _split(batches: tuple[Batch, ...], acting: FloatArray, number: int) -> tuple[Batch, ...]:
+def _split(batches: tuple[Batch, ...], acting: BoolArray, number: int) -> tuple[Batch, ...]:
     parts, first = [], 0
     for batch in batches:
         own = acting[first : first + len(batch.names)]
@@ -92,8 +92,8 @@ def _split(batches: tuple[Batch, ...], acting: FloatArray, number: int) -> tuple
     return tuple(parts)
 
 
-def _preference(fit: Fit, batches: tuple[Batch, ...], number: int, frame: Frame) -> FloatArray | None:
-    """Return in which recordings the candidate does better acting than not, at the fit's parameters; linear fits only."""
+def _preference(fit: Fit, batches: tuple[Batch, ...], number: int, frame: Frame) -> BoolArray | None:
+    """Return in which recordings the candidate does better acting than not, as it was fitted; linear fits only."""
     if not fit.hypothesis.is_linear:
         return None
     left = []

@@ -13,6 +13,8 @@ Force = Callable[[FloatArray, FloatArray], FloatArray]
 """Restoring force (variant, recording) of elongation and rate, each (variant, recording)."""
 
 SUBSTEP = 0.25  # largest omega times substep where a force law acts: the scheme of order 4 is then off by 1e-4
+MOST_SUBSTEPS = 40
+CHECKED = 25  # samples between looks whether the motion still is finite
 FEWEST_SUBSTEPS = 2  # contacts and friction set in between samples
 
 
@@ -62,16 +64,32 @@ def drift(system: System, samples: int) -> FloatArray:
 def respond(system: System, start: FloatArray, samples: int) -> FloatArray:
     """Return the channels (variant, recording, time, sensor) from initial states (variant, recording, state).
 
+    NaN where the motion grows beyond all bounds.
+    """
+    if system.is_linear:
+        y = np.einsum("ptsn,prn->prts", observability(system, samples), start, optimize=True)
+        return np.asarray(y + drift(system, samples)[:, None])
+    marched = march(system, start, samples)
+    if marched is None:
+        return np.full((*start.shape[:2], samples, system.C.shape[1]), np.nan)
+    with np.errstate(over="ignore", invalid="ignore"):
+        y = np.einsum("tprn,psn->prts", marched[0], system.C, optimize=True)
+        y += np.einsum("tprm,psm->prts", marched[1], system.D, optimize=True)
+    return _as_shown(system, y)
+
+
+def march(system: System, start: FloatArray, samples: int) -> tuple[FloatArray, FloatArray] | None:
+    """Return states (time, variant, recording, state) and -f (time, variant, recording, law), None where they explode.
+
     Lawson's Runge-Kutta scheme of order 4: the linear part by matrix exponentials, the forces in substeps. Only the
     elongations are needed within a substep, so that each costs one product with the state.
     """
     variants, recordings, states = start.shape
-    if system.is_linear:
-        y = np.einsum("ptsn,prn->prts", observability(system, samples), start, optimize=True)
-        return np.asarray(y + drift(system, samples)[:, None])
     laws = len(system.forces)
     fastest = float(np.abs(np.linalg.eigvals(system.A[0])).max())
     substeps = max(FEWEST_SUBSTEPS, int(np.ceil(fastest * system.step / SUBSTEP)))
+    if substeps > MOST_SUBSTEPS:  # no structure, but a search gone astray
+        return None
     h = system.step / substeps
     half = expm(system.A * (h / 2))
     whole = half @ half
@@ -94,6 +112,8 @@ def respond(system: System, start: FloatArray, samples: int) -> FloatArray:
     applied = np.empty((samples, variants, recordings, laws))
     with np.errstate(over="ignore", invalid="ignore"):
         for k in range(samples):
+            if k % CHECKED == 0 and not np.isfinite(z).all():
+                return None
             for part in range(substeps):
                 moved = z @ stack
                 f1 = forces(moved[..., : 2 * laws])
@@ -106,9 +126,7 @@ def respond(system: System, start: FloatArray, samples: int) -> FloatArray:
                 f3 = forces(in_half + 0.5 * (f2 @ direct))
                 f4 = forces(moved[..., 4 * laws : 6 * laws] + f3 @ delayed)
                 z = moved[..., 6 * laws :] + f1 @ first + (f2 + f3) @ middle + f4 @ last
-        y = np.einsum("tprn,psn->prts", history, system.C, optimize=True)
-        y += np.einsum("tprm,psm->prts", applied, system.D, optimize=True)
-    return _as_shown(system, y)
+    return history, applied
 
 
 def _as_shown(system: System, y: FloatArray) -> FloatArray:
