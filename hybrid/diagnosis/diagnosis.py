@@ -28,7 +28,7 @@ WHOLLY = 0.03  # of the excess energy: what may be left where all is called expl
 PARTLY = 0.5  # of it: beyond, nothing is
 DOUBT = 0.85  # most probability of a finding beside which something significant is left unexplained
 DEVIATION = 2.5  # of its stated standard deviations: how far a nominal value may be calibrated
-SECOND = 10.0  # in tempered log evidence: what a second effect must gain
+SECOND = 10.0  # in tempered log evidence: what a second effect must gain for the first to be looked for again
 FACTORS_OFF = (
     3.0  # mean square of the calibrated factors over their stated variances: more than their owner thinks normal
 )
@@ -172,6 +172,9 @@ def _pairs(
             return found
         best = second.fits[0]
         found += second.fits
+        tempered = (best.log_evidence - start.log_evidence) / posterior.temper
+        if tempered < SECOND:
+            return found
         if best.hypothesis.candidates[-1].oscillator:
             return found
         start = best

@@ -20,7 +20,8 @@ STEP = 1e-3  # of a prior width (of the rms of a state): the finite differences 
 RIDGE = 1e-6  # of the largest column of the initial state's Jacobian: what no sensor feels stays at rest
 ITERATIONS = 12
 ENOUGH = 0.05  # the fall in the sum of squares (a chi-square) below which a fit has converged
-DAMPING = (1e-3, 10.0, 1e8)  # of Levenberg and Marquardt: first, factor, give up
+FREE = 1e-10  # of Marquardt's damping: none; a cause and the uncertain factor it resembles need whole steps
+DAMPING = (1e-3, 10.0, 1e8)  # where a whole step fails: first, factor, give up
 
 
 @dataclass(frozen=True)
@@ -210,7 +211,8 @@ def fit(
     if current is None:
         return None
     cost = _cost(current, theta, centre, width)
-    damping, factor, most = DAMPING
+    first, factor, most = DAMPING
+    damping = FREE
     for _ in range(iterations):
         J = np.concatenate([part.slopes.reshape(len(theta), -1) for part in current], axis=1)
         r = np.concatenate([part.residual.ravel() for part in current])
@@ -228,9 +230,9 @@ def fit(
             new = inf if then is None else _cost(then, trial, centre, width)
             if then is not None and new <= cost:
                 gain, theta, current, cost = cost - new, trial, then, new
-                damping = max(damping / factor, 1e-9)
+                damping = damping / factor if damping > first else FREE
                 break
-            damping *= factor
+            damping = max(damping * factor, first)
             if damping > 1e3 and then is not None and new - cost < enough:
                 damping = most
         if gain < enough or damping >= most:

@@ -45,7 +45,7 @@ class Forecast:
 def forecast(
     model: Model, batches: tuple[Batch, ...], sensors: tuple[Sensor, ...], measured: tuple[int, ...], frame: Frame
 ) -> Forecast:
-    """Return the scores over the last 80 % of the recordings, with all ``sensors``; ``measured`` are the fitted ones."""
+    """Return the scores over the last 80 % of the recordings, of all ``sensors``; ``measured``: those fitted."""
     parts = [_one(model, batch, sensors, measured, frame) for batch in batches]
     nrmse, floor = (np.concatenate([part[i] for part in parts]) for i in (0, 1))
     return Forecast(nrmse, floor, float(sum(part[2] for part in parts)), float(sum(part[3] for part in parts)))

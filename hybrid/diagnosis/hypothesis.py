@@ -153,7 +153,7 @@ class Hypothesis:
 
 
 def force_of(candidate: Candidate, plant: Plant, values: FloatArray, springs: FloatArray) -> Force:
-    """Return the force of a law with parameters ``values`` (variant, parameter), ``springs`` (variant, element) times."""
+    """Return the force of a law of ``values`` (variant, parameter); ``springs`` (variant, element): factors."""
     cause: Any = candidate.build(*(values[:, i, None] for i in range(values.shape[1])))
     if isinstance(cause, SlackCable):
         law: Any = SlackCable(cause.element, 1.0).law(plant.structure)

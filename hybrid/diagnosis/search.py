@@ -17,7 +17,9 @@ PIECES = (10, 3, 1)  # segments that recordings are cut into, one after the othe
 FEWEST = 8  # values a segment at least, for each of its initial state's entries
 KEPT = 10  # candidates kept from the screening of each length
 KEPT_LAWS = 5  # of them force laws, which take far longer to fit
-BEHIND = 60.0  # in half the tempered sum of squares over short segments: too far behind to be fitted over whole ones
+FORCED = 6.0  # the same for each recording of a harmonic force, whose two entries of the initial state cost as much
+HOPEFUL = 6.0  # fall in the sum of squares that the score test must promise; less cannot outweigh the prior odds
+BEHIND = 30.0  # in half the tempered sum of squares over short segments: too far behind to be fitted over whole ones
 ALWAYS = 3  # candidates that are fitted over whole recordings, however far behind
 CLOSE_ENOUGH = 1.0  # fall in the sum of squares at which fits of segments stop; they are only starts
 
@@ -103,7 +105,7 @@ def contest(
     present = {candidate.key for candidate in hypothesis.candidates}
     others = tuple(candidate for candidate in candidates if candidate.key not in present)
     ranked = [screen(short, others, frame), screen(base, others, frame)]
-    forces = screen_forces(base, others, frame)
+    forces = [trial for trial in screen_forces(base, others, frame) if trial.gain > FORCED * _recordings(base)]
     advance()
     fits = [_refined(hypothesis, base, trial, frame) for trial in forces[:ALWAYS]]
     starts = _promising(ranked, kept)
@@ -134,6 +136,10 @@ def contest(
     return Contest(base, tuple(sorted(done, key=lambda item: -item.log_evidence)))
 
 
+def _recordings(item: Fit) -> int:
+    return sum(len(batch.data) for batch in item.batches)
+
+
 def _refined(hypothesis: Hypothesis, base: Fit, trial: Screened, frame: Frame) -> Fit | None:
     """Return the fit of a harmonic force over whole recordings, at rest in the initial states to begin with."""
     extended = hypothesis.adding(trial.candidate)
@@ -147,11 +153,11 @@ def _promising(ranked: list[list[Screened]], kept: int) -> list[Screened]:
     for ranking in ranked:
         laws, taken = 0, 0
         for trial in ranking:
-            if trial.gain <= 0 or taken >= kept:
+            if trial.gain <= 0 or taken >= kept or (taken >= ALWAYS and trial.gain < HOPEFUL):
                 break
             if trial.candidate.is_law:
                 laws += 1
-                if laws > KEPT_LAWS:
+                if laws > min(KEPT_LAWS, kept // 2):
                     continue
             taken += 1
             chosen.setdefault(trial.candidate.key, trial)
