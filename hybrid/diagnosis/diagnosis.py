@@ -7,6 +7,7 @@ from time import perf_counter
 import numpy as np
 
 from fe_models.dofs import FloatArray
+from fe_models.errors import InputError
 from fe_models.recordings import Dataset, Recording
 from fe_models.structure import Structure
 from hybrid.diagnosis.candidates import Candidate, Motion, all_candidates
@@ -19,7 +20,7 @@ from hybrid.diagnosis.noise import Excess, excess, noise_of_recordings, structur
 from hybrid.diagnosis.plant import Plant, plant_of
 from hybrid.diagnosis.posterior import Posterior, of_candidate, posterior_of, rivals_of
 from hybrid.diagnosis.records import Batch, batches_of, columns_of, measured_columns
-from hybrid.diagnosis.search import Contest, contest, lengths_of
+from hybrid.diagnosis.search import Contest, Lengths, contest, lengths_of
 from hybrid.diagnosis.show import Shown, show
 from hybrid.diagnosis.switching import acting_recordings, fit_switched
 
@@ -68,21 +69,19 @@ def diagnose(dataset: Dataset, advance: Callable[[str], object] | None = None) -
     frame = Frame(tuple(dataset.sensors[i] for i in measured), rate, noise_of_recordings(batches, rate, band))
     nominal = Hypothesis(plant)
     lengths = lengths_of(batches, nominal.states)
-    short = fit(nominal, nominal.centre, lengths.cut[0], frame)
-    assert short is not None or plant.laws  # a linear system always answers
-    motion = _motion(short, plant) if short is not None else Motion(np.ones((1, plant.size)), np.ones((1, plant.size)))
+    short = _short(plant, lengths, frame)
+    motion = _motion(short, plant)
     candidates = all_candidates(plant, dataset, motion, measured)
     tell("screening")
-    singles = contest(nominal, nominal.centre, candidates, lengths, frame, advance=lambda: tell("single causes"))
-    assert singles is not None
+    singles = contest(nominal, nominal.centre, candidates, lengths, frame, short, lambda: tell("single causes"))
+    if singles is None:
+        raise InputError("model: with its own force laws these recordings' motion grows beyond all bounds; check them")
     frame, singles = _with_better_noise(singles, frame, rate, band)
     fits = [singles.base, *singles.fits]
     posterior = posterior_of(tuple(fits), candidates)
-    if _left(posterior.fits[0], frame, band).significant and short is not None:
+    if _left(posterior.fits[0], frame, band).significant and not plant.laws:
         tell("recordings apart")
-        own = fit(nominal, nominal.centre, lengths.cut[0], frame)
-        assert own is not None
-        fits += fit_switched(own, candidates, batches, frame)
+        fits += fit_switched(_short(plant, lengths, frame), candidates, batches, frame)
         posterior = posterior_of(tuple(fits), candidates)
     if _asks_for_more(posterior.fits[0], frame, band):
         tell("two causes")
@@ -106,6 +105,17 @@ def _with_test(dataset: Dataset) -> tuple[Dataset, list[str]]:
     parts = tuple(replace(r, role="test" if (i + 1) % every == 0 else "train") for i, r in enumerate(single))
     apart = ", ".join(dict.fromkeys(r.name for r in parts if r.role == "test"))
     return replace(dataset, recordings=parts), [f"no recording is for testing: {apart} set apart for it, not fitted"]
+
+
+def _short(plant: Plant, lengths: Lengths, frame: Frame) -> Fit:
+    """Return the nominal fit of the shortest segments; force laws of the nominal model are left out where they fail."""
+    linear = Hypothesis(replace(plant, laws=()))
+    begun = fit(linear, linear.centre, lengths.cut[0], frame)
+    assert begun is not None  # a linear system always answers
+    if not plant.laws:
+        return begun
+    nominal = Hypothesis(plant)
+    return fit(nominal, begun.theta, lengths.cut[0], frame, begun.states) or begun
 
 
 def _motion(short: Fit, plant: Plant) -> Motion:
@@ -133,16 +143,16 @@ def _left(item: Fit, frame: Frame, band: float) -> Excess:
     return excess(item.residuals, frame.rate, band)
 
 
-def _factors_off(item: Fit) -> float:
-    """Return the mean square of the calibrated factors, over their stated variances."""
+def _factors_off(item: Fit) -> bool:
+    """Return whether the calibrated factors are further off than their owner thinks normal: one, or all together."""
     count = item.hypothesis.nuisances
-    return float(np.mean((item.theta[:count] / item.hypothesis.width[:count]) ** 2))
+    deviation = item.theta[:count] / item.hypothesis.width[:count]
+    limit = 1 + TOGETHER * np.sqrt(2 / count)
+    return bool(np.abs(deviation).max() > ONE_FACTOR or np.mean(deviation**2) > limit)
 
 
 def _asks_for_more(item: Fit, frame: Frame, band: float) -> bool:
-    return bool(item.hypothesis.candidates) and (
-        _left(item, frame, band).significant or _factors_off(item) > FACTORS_OFF
-    )
+    return bool(item.hypothesis.candidates) and (_left(item, frame, band).significant or _factors_off(item))
 
 
 def _pairs(
@@ -162,9 +172,9 @@ def _pairs(
         hypothesis = replace(start.hypothesis, candidates=start.hypothesis.candidates[-1:])
         kept = np.r_[: hypothesis.nuisances, np.arange(len(start.theta))[start.hypothesis.slices[-1]]]
         lengths = lengths_of(batches, hypothesis.states)
-        plain = fit(Hypothesis(hypothesis.plant), start.theta[: hypothesis.nuisances], lengths.cut[0], frame)
-        if hypothesis.candidates[0].oscillator or plain is None:
+        if hypothesis.candidates[0].oscillator:
             return found
+        plain = _short(hypothesis.plant, lengths, frame)
         second = contest(
             hypothesis, start.theta[kept], candidates, lengths, frame, plain, lambda: tell("two causes"), kept=6
         )

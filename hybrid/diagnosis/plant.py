@@ -66,6 +66,11 @@ def plant_of(dataset: Dataset) -> Plant:
         for recording in dataset.recordings
         if recording.loads
     )
+    raise_faults(
+        f"model: its own {law.kind} depends on time, which no recording tells; the diagnosis looks for it: take it out"
+        for law in force_laws(structure)
+        if law.timed
+    )
     linear = linearise(structure)
     mass, stiffness = linear.mass.toarray(), linear.stiffness.toarray()
     assumed = dataset.assumptions
