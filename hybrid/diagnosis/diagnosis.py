@@ -30,9 +30,8 @@ PARTLY = 0.5  # of it: beyond, nothing is
 DOUBT = 0.85  # most probability of a finding beside which something significant is left unexplained
 DEVIATION = 2.5  # of its stated standard deviations: how far a nominal value may be calibrated
 SECOND = 10.0  # in tempered log evidence: what a second effect must gain for the first to be looked for again
-FACTORS_OFF = (
-    3.0  # mean square of the calibrated factors over their stated variances: more than their owner thinks normal
-)
+ONE_FACTOR = 3.5  # stated standard deviations of one calibrated factor: chance in 1 of 200 structures with 12 factors
+TOGETHER = 3.0  # standard deviations of the mean square of all of them over its mean
 RIVALS = 0.005  # least probability of an alternative that is told
 LAST_TEST = 4  # without test recordings every so manieth of those for training is tested on
 
