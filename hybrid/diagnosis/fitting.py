@@ -19,9 +19,10 @@ from hybrid.diagnosis.system import drift, observability, respond
 STEP = 1e-3  # of a prior width (of the rms of a state): the finite differences of the Jacobian
 RIDGE = 1e-6  # of the largest column of the initial state's Jacobian: what no sensor feels stays at rest
 ITERATIONS = 12
+LAW_ITERATIONS = 8  # with force laws, each of which takes a simulation of all variants
 ENOUGH = 0.05  # the fall in the sum of squares (a chi-square) below which a fit has converged
 FREE = 1e-10  # of Marquardt's damping: none; a cause and the uncertain factor it resembles need whole steps
-DAMPING = (1e-3, 10.0, 1e8)  # where a whole step fails: first, factor, give up
+DAMPING = (1e-3, 30.0, 1e3)  # where a whole step fails: first, factor, give up
 
 
 @dataclass(frozen=True)
@@ -213,7 +214,7 @@ def fit(
     cost = _cost(current, theta, centre, width)
     first, factor, most = DAMPING
     damping = FREE
-    for _ in range(iterations):
+    for _ in range(iterations if hypothesis.is_linear else min(iterations, LAW_ITERATIONS)):
         J = np.concatenate([part.slopes.reshape(len(theta), -1) for part in current], axis=1)
         r = np.concatenate([part.residual.ravel() for part in current])
         H = J @ J.T + np.diag(1 / width**2)
@@ -226,15 +227,18 @@ def fit(
             moved = [
                 part.states + part.state_step + np.einsum("p,prs->rs", step, part.state_slopes) for part in current
             ]
-            then = _linearise_all(hypothesis, trial, batches, frame, tuple(moved))
+            then = _linearise_all(hypothesis, trial, batches, frame, tuple(moved), slopes=hypothesis.is_linear)
             new = inf if then is None else _cost(then, trial, centre, width)
             if then is not None and new <= cost:
+                if not hypothesis.is_linear:  # the slopes take far longer, and are not needed of a step that fails
+                    then = _linearise_all(hypothesis, trial, batches, frame, tuple(moved))
+                if then is None:
+                    damping = most
+                    break
                 gain, theta, current, cost = cost - new, trial, then, new
                 damping = damping / factor if damping > first else FREE
                 break
             damping = max(damping * factor, first)
-            if damping > 1e3 and then is not None and new - cost < enough:
-                damping = most
         if gain < enough or damping >= most:
             break
     J = np.concatenate([part.slopes.reshape(len(theta), -1) for part in current], axis=1)
@@ -258,10 +262,11 @@ def _linearise_all(
     batches: tuple[Batch, ...],
     frame: Frame,
     states: tuple[FloatArray, ...] | None,
+    slopes: bool = True,
 ) -> tuple[Linearisation, ...] | None:
     parts = []
     for number, batch in enumerate(batches):
-        part = linearise_batch(hypothesis, theta, batch, frame, None if states is None else states[number])
+        part = linearise_batch(hypothesis, theta, batch, frame, None if states is None else states[number], slopes)
         if part is None:
             return None
         parts.append(part)
