@@ -30,6 +30,7 @@ PARTLY = 0.5  # of it: beyond, nothing is
 DOUBT = 0.85  # most probability of a finding beside which something significant is left unexplained
 DEVIATION = 2.5  # of its stated standard deviations: how far a nominal value may be calibrated
 SECOND = 10.0  # in tempered log evidence: what a second effect must gain for the first to be looked for again
+HELPLESS = 0.8  # of the excess energy: where the best cause leaves more, a second one would only add to the guess
 ONE_FACTOR = 3.5  # stated standard deviations of one calibrated factor: chance in 1 of 200 structures with 12 factors
 TOGETHER = 3.0  # standard deviations of the mean square of all of them over its mean
 RIVALS = 0.005  # least probability of an alternative that is told
@@ -82,7 +83,7 @@ def diagnose(dataset: Dataset, advance: Callable[[str], object] | None = None) -
         tell("recordings apart")
         fits += fit_switched(_short(plant, lengths, frame), candidates, batches, frame)
         posterior = posterior_of(tuple(fits), candidates)
-    if _asks_for_more(posterior.fits[0], frame, band):
+    if _asks_for_more(posterior.fits[0], singles.base, frame, band):
         tell("two causes")
         fits += _pairs(posterior, candidates, batches, frame, tell)
         posterior = posterior_of(tuple(fits), candidates)
@@ -150,7 +151,11 @@ def _factors_off(item: Fit) -> bool:
     return bool(np.abs(deviation).max() > ONE_FACTOR or np.mean(deviation**2) > limit)
 
 
-def _asks_for_more(item: Fit, frame: Frame, band: float) -> bool:
+def _asks_for_more(item: Fit, base: Fit, frame: Frame, band: float) -> bool:
+    """Return whether a second cause should be looked for: something is left, and the first took away enough."""
+    left, had = _left(item, frame, band), _left(base, frame, band)
+    if left.significant and left.total > HELPLESS * had.total:
+        return False
     return bool(item.hypothesis.candidates) and (_left(item, frame, band).significant or _factors_off(item))
 
 

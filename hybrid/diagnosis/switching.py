@@ -1,4 +1,7 @@
-"""Recordings that are not of one structure: a cause that acts in some of them only."""
+"""Recordings that are not of one structure: a cause that acts in some of them only.
+
+So far causes in whose presence the motion stays linear in its initial state; force laws that come and go take too long.
+"""
 
 from dataclasses import replace
 
@@ -9,7 +12,7 @@ from hybrid.diagnosis.candidates import Candidate
 from hybrid.diagnosis.fitting import Fit, Frame, linearise_batch
 from hybrid.diagnosis.records import Batch
 from hybrid.diagnosis.screening import amounts_by_recording
-from hybrid.diagnosis.search import Lengths, fit_growing, lengths_of
+from hybrid.diagnosis.search import fit_growing, lengths_of
 
 TRIED = 5  # candidates, the most promising if each recording had its own amount
 ROUNDS = 2  # of sorting the recordings by the fit and fitting again
@@ -22,7 +25,7 @@ def fit_switched(
 
     ``short``: the fit without it, over short segments of the recordings ``batches``.
     """
-    usable = [c for c in candidates if c.names and c.scalable and not c.oscillator]
+    usable = [c for c in candidates if c.names and not c.is_law and not c.oscillator]
     ranked = []
     for candidate in usable:
         amounts, gains = amounts_by_recording(short, candidate, frame)
@@ -63,18 +66,11 @@ def _fit_sorted(
     for _ in range(ROUNDS):
         split = _split(batches, acting, number)
         start = np.append(short.theta, candidate.first_starts[0]) if present is None else present.theta
-        if not hypothesis.is_linear:
-            lengths = lengths_of(split, hypothesis.states)
-            plain = fit_growing(short.hypothesis, short.theta, Lengths(lengths.cut[:1]), frame)
-            if plain is None:
-                return present
-            present = fit_growing(hypothesis, start, lengths, frame, plain)
-        else:
-            present = fit_growing(hypothesis, start, lengths_of(split, hypothesis.states), frame)
+        present = fit_growing(hypothesis, start, lengths_of(split, hypothesis.states), frame)
         if present is None:
             return None
         better = _preference(present, batches, number, frame)
-        if better is None or (better == acting).all() or better.all() or not better.any():
+        if (better == acting).all() or better.all() or not better.any():
             break
         acting = better
     return present
@@ -92,10 +88,8 @@ def _split(batches: tuple[Batch, ...], acting: BoolArray, number: int) -> tuple[
     return tuple(parts)
 
 
-def _preference(fit: Fit, batches: tuple[Batch, ...], number: int, frame: Frame) -> BoolArray | None:
-    """Return in which recordings the candidate does better acting than not, as it was fitted; linear fits only."""
-    if not fit.hypothesis.is_linear:
-        return None
+def _preference(fit: Fit, batches: tuple[Batch, ...], number: int, frame: Frame) -> BoolArray:
+    """Return in which recordings the candidate does better acting than not, as it was fitted."""
     left = []
     for off in ((), (number,)):
         rows = []
