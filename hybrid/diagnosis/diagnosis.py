@@ -236,6 +236,9 @@ def _concluded(
         verdict = Verdict.EXPLAINED
     else:
         verdict = Verdict.PARTLY_EXPLAINED if share < PARTLY else Verdict.UNEXPLAINED
+    if verdict is Verdict.NOTHING_WRONG and best.hypothesis.candidates:
+        weak = sentence_of(*cause_of(best, len(best.hypothesis.candidates) - 1)).rstrip(".")
+        notes = [*notes, f"significant, but too weak to matter for forecasts: {weak}"]
     doubt = 1.0 if verdict is Verdict.EXPLAINED and not (left.significant and share > WHOLLY / 3) else DOUBT
     named = verdict in (Verdict.EXPLAINED, Verdict.PARTLY_EXPLAINED)
     final = best if named else base
