@@ -11,6 +11,7 @@ import torch
 import typer
 from tqdm import tqdm
 
+from fe_models.blind import KINDS, BlindConfig
 from fe_models.dofs import structure_dofs
 from fe_models.errors import bad_input_exits
 from fe_models.files.atomic import write_json
@@ -18,8 +19,10 @@ from fe_models.files.modal_file import load_modal_model
 from fe_models.four_dof import four_dof
 from fe_models.linear import ModalModel
 from hybrid.benchmarks import ablations, bridge, chain, cost, speed
+from hybrid.benchmarks.blind import judged_cases
 from hybrid.benchmarks.row import Row, table
 from hybrid.config import experts_preset, places_preset
+from hybrid.diagnosis.judging import describe_rates
 
 STIFFNESSES = (0.0, 0.5, 1.0)  # k_n of the paper, N/m^3
 QUICK_STIFFNESSES = (1.0,)
@@ -52,7 +55,18 @@ def main(
     recordings: Annotated[
         Path | None, typer.Option(help="Folder with the authors' acc_measured1..4.mat; without it no bridge.")
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Of the modal model, where it is drawn.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Of the modal model that is drawn, or of the first blind case.")] = 0,
+    blind: Annotated[
+        int | None, typer.Option(min=1, help="Instead: this many cases with a hidden effect, diagnosed blind.")
+    ] = None,
+    kinds: Annotated[
+        str, typer.Option(help="With --blind: what to hide in turn, by commas; 'a+b' for two, 'nothing'.")
+    ] = ",".join(KINDS),
+    off: Annotated[
+        bool, typer.Option("--off", help="With --blind: models off by their uncertainty everywhere.")
+    ] = False,
+    noise: Annotated[float, typer.Option(min=0.0, help="With --blind: standard deviation over each channel's.")] = 0.03,
+    changed: Annotated[int, typer.Option(min=0, help="With --blind: recordings made before the effect came.")] = 0,
     only: Annotated[list[Section] | None, typer.Option(help="This section only. Repeat for more.")] = None,
     quick: Annotated[bool, typer.Option("--quick", help="Less of everything, in under three minutes.")] = False,
 ) -> None:
@@ -62,11 +76,19 @@ def main(
     model of the chain comes with their program; without --modal-model one that is wrong in the same way is drawn.
     Their recordings of the bridge come with it, too: --recordings adds it, at about five minutes for each of three.
 
+    With --blind, effects are hidden in simulated recordings of the chain and diagnosed before the truth is opened.
+
     \b
     OUT/benchmark.json   the table
     OUT/cost.png         seconds and memory against length, batch, modes and sensors
     """
     with bad_input_exits():
+        if blind is not None:
+            with tqdm(total=blind, desc="Blind cases") as bar:
+                settings = BlindConfig(off=off, noise=noise, changed=changed)
+                cases = judged_cases(blind, seed, kinds.split(","), settings, bar.update, tqdm.write)
+            print(describe_rates(cases))
+            return
         modal = modal_model_of(modal_model, seed)
         torch.set_num_threads(1)
         wanted = only or list(Section)

@@ -1,0 +1,336 @@
+"""The whole chain: show what a simulation gets wrong, name the cause, extend the model, measure the gain."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from time import perf_counter
+
+import numpy as np
+
+from fe_models.dofs import FloatArray
+from fe_models.errors import InputError
+from fe_models.recordings import Dataset, Recording
+from fe_models.structure import Structure
+from hybrid.diagnosis.candidates import Candidate, Motion, all_candidates
+from hybrid.diagnosis.extend import extended_structure
+from hybrid.diagnosis.findings import Finding, Verdict, cause_of, reported_location, sentence_of
+from hybrid.diagnosis.fitting import Fit, Frame, fit
+from hybrid.diagnosis.forecasting import Forecast, Model, forecast
+from hybrid.diagnosis.hypothesis import Hypothesis
+from hybrid.diagnosis.noise import Excess, excess, noise_of_recordings, structure_band
+from hybrid.diagnosis.plant import Plant, plant_of
+from hybrid.diagnosis.posterior import Posterior, of_candidate, posterior_of, rivals_of
+from hybrid.diagnosis.records import Batch, batches_of, columns_of, measured_columns
+from hybrid.diagnosis.search import Contest, Lengths, contest, lengths_of
+from hybrid.diagnosis.show import Shown, show
+from hybrid.diagnosis.switching import acting_recordings, fit_switched
+
+MATERIAL = 0.05  # of the noise floor: by how much a cause must improve the forecast, and what counts as reaching it
+WHOLLY = 0.03  # of the excess energy: what may be left where all is called explained
+PARTLY = 0.5  # of it: beyond, nothing is
+DOUBT = 0.85  # most probability of a finding beside which something significant is left unexplained
+DEVIATION = 2.5  # of its stated standard deviations: how far a nominal value may be calibrated
+SECOND = 10.0  # in tempered log evidence: what a second effect must gain for the first to be looked for again
+HELPLESS = 0.8  # of the excess energy: where the best cause leaves more, a second one would only add to the guess
+ONE_FACTOR = 3.5  # stated standard deviations of one calibrated factor: chance in 1 of 200 structures with 12 factors
+TOGETHER = 3.0  # standard deviations of the mean square of all of them over its mean
+RIVALS = 0.005  # least probability of an alternative that is told
+LAST_TEST = 4  # without test recordings every so manieth of those for training is tested on
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """All that a report says; ``notes`` what the user should know about the data."""
+
+    verdict: Verdict
+    findings: tuple[Finding, ...]
+    calibration: tuple[tuple[str, int, float, float], ...]
+    unexplained: float
+    scores: dict[str, dict[str, float | None]]
+    noise_floor: float
+    extended: Structure
+    shown: Shown
+    posterior: Posterior
+    notes: tuple[str, ...]
+    seconds: float
+
+
+def diagnose(dataset: Dataset, advance: Callable[[str], object] | None = None) -> Diagnosis:
+    """Return the diagnosis of a chain's dataset; ``advance`` is told what is done, step by step."""
+    begun = perf_counter()
+    tell: Callable[[str], object] = advance or (lambda _: None)
+    plant = plant_of(dataset)
+    dataset, notes = _with_test(dataset)
+    measured = measured_columns(dataset)
+    dead = [s.name for i, s in enumerate(dataset.sensors) if s.role == "measured" and i not in measured]
+    notes += [f"sensor {name} never changes in some recording: left out" for name in dead]
+    batches = columns_of(batches_of(dataset, "train"), measured)
+    rate = dataset.sampling_rate
+    band = structure_band(plant, rate)
+    frame = Frame(tuple(dataset.sensors[i] for i in measured), rate, noise_of_recordings(batches, rate, band))
+    nominal = Hypothesis(plant)
+    lengths = lengths_of(batches, nominal.states)
+    short = _short(plant, lengths, frame)
+    motion = _motion(short, plant)
+    candidates = all_candidates(plant, dataset, motion, measured)
+    tell("screening")
+    singles = contest(nominal, nominal.centre, candidates, lengths, frame, short, lambda: tell("single causes"))
+    if singles is None:
+        raise InputError("model: with its own force laws these recordings' motion grows beyond all bounds; check them")
+    frame, singles = _with_better_noise(singles, frame, rate, band)
+    fits = [singles.base, *singles.fits]
+    posterior = posterior_of(tuple(fits), candidates)
+    if _left(posterior.fits[0], frame, band).significant and not plant.laws:
+        tell("recordings apart")
+        fits += fit_switched(_short(plant, lengths, frame), candidates, batches, frame)
+        posterior = posterior_of(tuple(fits), candidates)
+    if _asks_for_more(posterior.fits[0], singles.base, frame, band):
+        tell("two causes")
+        fits += _pairs(posterior, candidates, batches, frame, tell)
+        posterior = posterior_of(tuple(fits), candidates)
+    tell("forecasts")
+    return _concluded(dataset, plant, singles.base, posterior, frame, band, measured, candidates, notes, begun)
+
+
+def _with_test(dataset: Dataset) -> tuple[Dataset, list[str]]:
+    """Return the dataset with test recordings: where there are none, some of those for training are set apart."""
+    if dataset.select("test"):
+        return dataset, []
+    single: list[Recording] = []
+    for recording in dataset.recordings:
+        single += [replace(recording, data=part[None]) for part in recording.data]
+    if len(single) < 2:
+        note = "one recording and none for testing: the forecasts are scored on the recording that was fitted"
+        return replace(dataset, recordings=(*single, replace(single[0], role="test"))), [note]
+    every = min(LAST_TEST, len(single))
+    parts = tuple(replace(r, role="test" if (i + 1) % every == 0 else "train") for i, r in enumerate(single))
+    apart = ", ".join(dict.fromkeys(r.name for r in parts if r.role == "test"))
+    return replace(dataset, recordings=parts), [f"no recording is for testing: {apart} set apart for it, not fitted"]
+
+
+def _short(plant: Plant, lengths: Lengths, frame: Frame) -> Fit:
+    """Return the nominal fit of the shortest segments; force laws of the nominal model are left out where they fail."""
+    linear = Hypothesis(replace(plant, laws=()))
+    begun = fit(linear, linear.centre, lengths.cut[0], frame)
+    assert begun is not None  # a linear system always answers
+    if not plant.laws:
+        return begun
+    nominal = Hypothesis(plant)
+    return fit(nominal, begun.theta, lengths.cut[0], frame, begun.states) or begun
+
+
+def _motion(short: Fit, plant: Plant) -> Motion:
+    n = plant.size
+    states = np.concatenate(short.states)
+    return Motion(states[:, :n], states[:, n : 2 * n])
+
+
+def _with_better_noise(found: Contest, frame: Frame, rate: float, band: float) -> tuple[Frame, Contest]:
+    """Return the frame with the noise that the best fit leaves above the structure's band, and fits rescaled to it."""
+    best = min((found.base, *found.fits), key=lambda item: item.cost)
+    scale = excess(best.residuals, rate, band).sigma
+    scale = np.clip(scale, 0.5, 1.5)
+
+    def rescaled(item: Fit) -> Fit:
+        residuals = tuple(part / scale for part in item.residuals)
+        chi2 = sum(float(np.square(part).sum()) for part in residuals)
+        return replace(item, residuals=residuals, chi2=chi2, cost=item.cost - item.chi2 + chi2)
+
+    fits = tuple(sorted((rescaled(item) for item in found.fits), key=lambda item: -item.log_evidence))
+    return replace(frame, sigma=frame.sigma * scale), Contest(rescaled(found.base), fits)
+
+
+def _left(item: Fit, frame: Frame, band: float) -> Excess:
+    return excess(item.residuals, frame.rate, band)
+
+
+def _factors_off(item: Fit) -> bool:
+    """Return whether the calibrated factors are further off than their owner thinks normal: one, or all together."""
+    count = item.hypothesis.nuisances
+    deviation = item.theta[:count] / item.hypothesis.width[:count]
+    limit = 1 + TOGETHER * np.sqrt(2 / count)
+    return bool(np.abs(deviation).max() > ONE_FACTOR or np.mean(deviation**2) > limit)
+
+
+def _asks_for_more(item: Fit, base: Fit, frame: Frame, band: float) -> bool:
+    """Return whether a second cause should be looked for: something is left, and the first took away enough."""
+    left, had = _left(item, frame, band), _left(base, frame, band)
+    if left.significant and left.total > HELPLESS * had.total:
+        return False
+    return bool(item.hypothesis.candidates) and (_left(item, frame, band).significant or _factors_off(item))
+
+
+def _pairs(
+    posterior: Posterior,
+    candidates: tuple[Candidate, ...],
+    batches: tuple[Batch, ...],
+    frame: Frame,
+    tell: Callable[[str], object],
+) -> list[Fit]:
+    """Return fits of two causes: the best one with each other, and then the other way round."""
+    first = posterior.fits[0]
+    if any(batch.off for batch in first.batches):
+        return []
+    found: list[Fit] = []
+    start = first
+    for _ in range(2):
+        hypothesis = replace(start.hypothesis, candidates=start.hypothesis.candidates[-1:])
+        kept = np.r_[: hypothesis.nuisances, np.arange(len(start.theta))[start.hypothesis.slices[-1]]]
+        lengths = lengths_of(batches, hypothesis.states)
+        if hypothesis.candidates[0].oscillator:
+            return found
+        plain = _short(hypothesis.plant, lengths, frame)
+        second = contest(
+            hypothesis, start.theta[kept], candidates, lengths, frame, plain, lambda: tell("two causes"), kept=6
+        )
+        if second is None or not second.fits:
+            return found
+        best = second.fits[0]
+        found += second.fits
+        tempered = (best.log_evidence - start.log_evidence) / posterior.temper
+        if tempered < SECOND:
+            return found
+        if best.hypothesis.candidates[-1].oscillator:
+            return found
+        start = best
+    return found
+
+
+def _concluded(
+    dataset: Dataset,
+    plant: Plant,
+    base: Fit,
+    posterior: Posterior,
+    frame: Frame,
+    band: float,
+    measured: tuple[int, ...],
+    candidates: tuple[Candidate, ...],
+    notes: list[str],
+    begun: float,
+) -> Diagnosis:
+    best = posterior.fits[0]
+    test = batches_of(dataset, "test")
+
+    def scored(item: Fit, theta: FloatArray | None = None) -> Forecast:
+        model = _model(item, theta)
+        return forecast(model, test, dataset.sensors, measured, frame)
+
+    clipped = base.theta.copy()
+    width = base.hypothesis.width
+    clipped = np.clip(clipped, -DEVIATION * width, DEVIATION * width)
+    nominal = scored(base, np.zeros_like(base.theta))
+    calibrated = scored(base, clipped)
+    extended = scored(best)
+    own = list(measured)
+    floor = float(calibrated.floor[:, own].mean())
+    before, after = float(calibrated.nrmse[:, own].mean()), float(extended.nrmse[:, own].mean())
+    left, had = _left(best, frame, band), _left(base, frame, band)
+    share = left.total / max(had.total, left.total, 1e-300) if left.significant else 0.0
+    reached = before <= (1 + MATERIAL) * floor and before - after <= MATERIAL * floor
+    gain = nominal.energy - nominal.floor_energy
+    unexplained = float(np.clip((extended.energy - extended.floor_energy) / max(gain, 1e-300), 0.0, 1.0))
+    if reached and not (_left(base, frame, band).significant and share > WHOLLY and not best.hypothesis.candidates):
+        verdict = Verdict.NOTHING_WRONG
+    elif not best.hypothesis.candidates:
+        verdict = Verdict.UNEXPLAINED if left.significant else Verdict.NOTHING_WRONG
+    elif not left.significant or share < WHOLLY:
+        verdict = Verdict.EXPLAINED
+    else:
+        verdict = Verdict.PARTLY_EXPLAINED if share < PARTLY else Verdict.UNEXPLAINED
+    if verdict is Verdict.NOTHING_WRONG and best.hypothesis.candidates:
+        weak = sentence_of(*cause_of(best, len(best.hypothesis.candidates) - 1)).rstrip(".")
+        notes = [*notes, f"significant, but too weak to matter for forecasts: {weak}"]
+    doubt = 1.0 if verdict is Verdict.EXPLAINED and not (left.significant and share > WHOLLY / 3) else DOUBT
+    named = verdict in (Verdict.EXPLAINED, Verdict.PARTLY_EXPLAINED)
+    final = best if named else base
+    if not named:
+        extended = calibrated
+    findings = _findings(best, posterior, scored, nominal, doubt, candidates) if named else ()
+    theta = final.theta if named else clipped
+    count = base.hypothesis.nuisances
+    factors = tuple(float(value) for value in np.exp(theta[:count]))
+    deviation = np.sqrt(np.diag(final.covariance)[:count])
+    held_out = [i for i, sensor in enumerate(dataset.sensors) if sensor.role == "held_out"]
+    return Diagnosis(
+        verdict=verdict,
+        findings=findings,
+        calibration=tuple(_calibration(plant, factors, deviation)),
+        unexplained=unexplained if verdict is not Verdict.NOTHING_WRONG else 0.0,
+        scores={
+            "baseline": _scores(nominal, own, held_out),
+            "extended": _scores(extended, own, held_out),
+        },
+        noise_floor=floor,
+        extended=extended_structure(plant, factors, findings),
+        shown=show(dataset, plant, base, nominal, calibrated, had, left),
+        posterior=posterior,
+        notes=tuple(notes),
+        seconds=perf_counter() - begun,
+    )
+
+
+def _model(item: Fit, theta: FloatArray | None = None) -> Model:
+    """Return a fit's model for forecasts; the size of initial states is that of the training recordings."""
+    most = max(range(len(item.states)), key=lambda i: item.states[i].shape[1])
+    full = [states for states in item.states if states.shape[1] == item.states[most].shape[1]]
+    size = np.sqrt(np.mean(np.concatenate(full) ** 2, axis=0))
+    switched = tuple(sorted({number for batch in item.batches for number in batch.off}))
+    return Model(item.hypothesis, item.theta if theta is None else theta, np.maximum(size, 1e-6 * size.max()), switched)
+
+
+def _findings(
+    best: Fit,
+    posterior: Posterior,
+    scored: Callable[[Fit], Forecast],
+    nominal: Forecast,
+    doubt: float,
+    candidates: tuple[Candidate, ...],
+) -> tuple[Finding, ...]:
+    findings = []
+    whole = scored(best)
+    had = max(nominal.energy - nominal.floor_energy, 1e-300)
+    for number, candidate in enumerate(best.hypothesis.candidates):
+        cause, parameters = cause_of(best, number)
+        without = _strongest_without(posterior, candidate)
+        lost = nominal.energy if without is None else scored(without).energy
+        explains = float(np.clip((lost - whole.energy) / had, 0.0, 1.0))
+        rivals = rivals_of(posterior, candidate, RIVALS)
+        findings.append(
+            Finding(
+                cause,
+                parameters,
+                min(of_candidate(posterior, candidate), doubt, 0.999),
+                explains,
+                acting_recordings(best, number),
+                tuple((rival.kind, reported_location(rival), p) for rival, p in rivals),
+                sentence_of(cause, parameters),
+            )
+        )
+    return tuple(sorted(findings, key=lambda finding: -finding.explains))
+
+
+def _strongest_without(posterior: Posterior, candidate: Candidate) -> Fit | None:
+    """Return the fit of the best hypothesis less one candidate, None where that was not fitted."""
+    rest = {other.key for other in posterior.fits[0].hypothesis.candidates} - {candidate.key}
+    for item in posterior.fits:
+        if rest and {other.key for other in item.hypothesis.candidates} == rest:
+            return item
+    return None
+
+
+def _calibration(
+    plant: Plant, factors: tuple[float, ...], deviation: FloatArray
+) -> list[tuple[str, int, float, float]]:
+    """Return what, number (of element, node or mode), factor and its standard deviation."""
+    nodes = [int(plant.dofs.node[row]) for row in plant.dofs.free_rows]
+    springs = list(range(1, len(plant.springs) + 1))
+    names = [("stiffness", i) for i in springs] + [("mass", i) for i in nodes]
+    names += [("damping", i + 1) for i in range(plant.size)]
+    return [
+        (what, place, factor, float(factor * std))
+        for (what, place), factor, std in zip(names, factors, deviation, strict=True)
+    ]
+
+
+def _scores(found: Forecast, measured: list[int], held_out: list[int]) -> dict[str, float | None]:
+    apart = float(found.nrmse[:, held_out].mean()) if held_out else None
+    return {"measured": float(found.nrmse[:, measured].mean()), "held_out": apart}

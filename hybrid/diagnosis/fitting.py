@@ -1,0 +1,278 @@
+"""Fits of a hypothesis: Gauss-Newton with the initial states projected out and the user's uncertainties as priors.
+
+Minimises sum of squares of (y - y(theta, z0)) / sigma plus those of (theta - centre) / width. Where the channels are
+linear in the initial states z0 they are solved for at each theta (variable projection); where force laws act, z0 and
+theta move together, z0 eliminated from the normal equations by a QR factorisation of its part of the Jacobian.
+"""
+
+from dataclasses import dataclass
+from math import inf
+
+import numpy as np
+
+from fe_models.dofs import FloatArray, IntArray
+from fe_models.recordings import Sensor
+from hybrid.diagnosis.hypothesis import Hypothesis
+from hybrid.diagnosis.records import Batch
+from hybrid.diagnosis.system import drift, observability, respond
+
+STEP = 1e-3  # of a prior width (of the rms of a state): the finite differences of the Jacobian
+RIDGE = 1e-6  # of the largest column of the initial state's Jacobian: what no sensor feels stays at rest
+ITERATIONS = 12
+LAW_ITERATIONS = 8  # with force laws, each of which takes a simulation of all variants
+ENOUGH = 0.05  # the fall in the sum of squares (a chi-square) below which a fit has converged
+FREE = 1e-10  # of Marquardt's damping: none; a cause and the uncertain factor it resembles need whole steps
+DAMPING = (1e-3, 30.0, 1e3)  # where a whole step fails: first, factor, give up
+
+
+@dataclass(frozen=True)
+class Frame:
+    """What all fits of a dataset share: the fitted ``sensors``, ``rate`` (Hz), and ``sigma`` (sensor,) of the noise."""
+
+    sensors: tuple[Sensor, ...]
+    rate: float
+    sigma: FloatArray
+
+    @property
+    def positions(self) -> tuple[int, ...]:
+        """Each sensor's position among the measured ones: its own."""
+        return tuple(range(len(self.sensors)))
+
+
+@dataclass(frozen=True)
+class Linearisation:
+    """One batch at one theta, in units of sigma and projected orthogonally to what initial states can do.
+
+    ``residual`` (recording, value), ``slopes`` (parameter, recording, value); ``states`` z0 (recording, state) and how
+    they move with theta, ``state_slopes`` (parameter, recording, state); ``state_step`` (recording, state) the move
+    that the residual asks for; ``raw`` (recording, time, sensor) the residual itself; ``basis`` what was projected out.
+    """
+
+    residual: FloatArray
+    slopes: FloatArray
+    states: FloatArray
+    state_slopes: FloatArray
+    state_step: FloatArray
+    raw: FloatArray
+    basis: FloatArray
+
+
+@dataclass(frozen=True)
+class Fit:
+    """The best theta (parameter,) of a hypothesis, its ``covariance``, and what is left.
+
+    ``chi2``: sum of squares of the data alone, ``cost`` with the prior. ``states`` and ``residuals`` (in units of
+    sigma): one array (recording, ...) for each batch. ``batches``: what was fitted.
+    """
+
+    hypothesis: Hypothesis
+    theta: FloatArray
+    covariance: FloatArray
+    chi2: float
+    cost: float
+    states: tuple[FloatArray, ...]
+    residuals: tuple[FloatArray, ...]
+    batches: tuple[Batch, ...]
+
+    @property
+    def values(self) -> int:
+        """Number of data."""
+        return sum(residual.size for residual in self.residuals)
+
+    @property
+    def log_evidence(self) -> float:
+        """Laplace's approximation: the fit, and how much of the prior of the candidates' parameters is left.
+
+        The initial states are the same for all hypotheses but for the two of a harmonic force, which cost half the
+        logarithm of the number of samples each.
+        """
+        first = self.hypothesis.nuisances
+        own = self.covariance[first:, first:]
+        occam = (
+            0.5 * np.linalg.slogdet(own)[1] - float(np.log(self.hypothesis.width[first:]).sum()) if len(own) else 0.0
+        )
+        forces = sum(candidate.oscillator for candidate in self.hypothesis.candidates)
+        occam -= forces * sum(len(b.data) * float(np.log(b.samples)) for b in self.batches)
+        return -0.5 * self.cost + float(occam)
+
+
+def linearise_batch(
+    hypothesis: Hypothesis,
+    theta: FloatArray,
+    batch: Batch,
+    frame: Frame,
+    states: FloatArray | None,
+    slopes: bool = True,
+) -> Linearisation | None:
+    """Return the linearisation of one batch, None where the motion grows beyond all bounds.
+
+    ``states`` (recording, state) is needed where force laws act; elsewhere it is solved for.
+    """
+    hypothesis, kept = _acting(hypothesis, batch)
+    own = theta[kept]
+    moved = STEP * hypothesis.width
+    thetas = np.vstack([own, own + np.diag(moved)]) if slopes else own[None]
+    recordings, samples, _ = batch.data.shape
+    weight = np.tile(1 / frame.sigma, samples)  # (value,)
+    data = batch.data.reshape(recordings, -1) * weight
+    if hypothesis.is_linear:
+        system = hypothesis.system(thetas, frame.sensors, frame.rate, frame.positions)
+        rows = observability(system, samples).reshape(len(thetas), -1, hypothesis.states) * weight[:, None]
+        lines = drift(system, samples).reshape(len(thetas), -1) * weight  # (variant, value)
+        basis, upper = _orthonormal(rows[0])
+        wanted = data - lines[0]
+        z = np.linalg.solve(upper, basis.T @ wanted.T).T  # (recording, state)
+        residual = wanted - z @ rows[0].T
+        change = (rows[1:] - rows[0]) @ z.T + (lines[1:] - lines[0])[..., None]  # (parameter, value, recording)
+        change = change.transpose(0, 2, 1) / moved[: len(change), None, None]
+        inside = change @ basis  # (parameter, recording, state)
+        projected = change - inside @ basis.T
+        state_slopes = -np.linalg.solve(upper, inside[..., None])[..., 0]
+        step = np.zeros_like(z)
+    else:
+        assert states is not None
+        z = states
+        variants = len(thetas)
+        size = STEP * np.maximum(np.sqrt(np.mean(z**2, axis=0)), 1e-12)
+        if slopes:
+            thetas = np.vstack([thetas, np.repeat(own[None], hypothesis.states, axis=0)])
+        start = np.repeat(z[None], len(thetas), axis=0)
+        if slopes:
+            start[variants:] += np.diag(size)[:, None]
+        system = hypothesis.system(thetas, frame.sensors, frame.rate, frame.positions)
+        y = respond(system, start, samples).reshape(len(thetas), recordings, -1) * weight
+        if not np.isfinite(y).all() or np.abs(y[0]).max() > 1e6 * np.abs(data).max():
+            return None
+        residual = data - y[0]
+        raw = residual.reshape(batch.data.shape)
+        if not slopes:
+            nothing = np.zeros((0, recordings, 0))
+            return Linearisation(residual, nothing, z, nothing, np.zeros_like(z), raw, np.zeros((0, 0)))
+        change = (y[1:variants] - y[0]) / moved[:, None, None]
+        by_state = ((y[variants:] - y[0]) / size[:, None, None]).transpose(1, 2, 0)  # (recording, value, state)
+        basis, upper = _orthonormal(by_state)
+        inside = np.einsum("prv,rvs->prs", change, basis, optimize=True)
+        projected = change - np.einsum("prs,rvs->prv", inside, basis, optimize=True)
+        along = np.einsum("rv,rvs->rs", residual, basis)
+        step = np.linalg.solve(upper, along[..., None])[..., 0]
+        state_slopes = -np.linalg.solve(upper, inside[..., None])[..., 0]
+        residual = residual - np.einsum("rs,rvs->rv", along, basis)
+        return Linearisation(
+            residual, _spread(projected, kept, len(theta)), z, _spread(state_slopes, kept, len(theta)), step, raw, basis
+        )
+    raw = residual.reshape(batch.data.shape)
+    return Linearisation(
+        residual, _spread(projected, kept, len(theta)), z, _spread(state_slopes, kept, len(theta)), step, raw, basis
+    )
+
+
+def _acting(hypothesis: Hypothesis, batch: Batch) -> tuple[Hypothesis, IntArray]:
+    """Return the hypothesis with those candidates that act in the batch, and the indices of its parameters."""
+    if not batch.off:
+        return hypothesis, np.arange(len(hypothesis.centre))
+    on = [i for i in range(len(hypothesis.candidates)) if i not in batch.off]
+    kept = [*range(hypothesis.nuisances)] + [k for i in on for k in range(len(hypothesis.centre))[hypothesis.slices[i]]]
+    return Hypothesis(hypothesis.plant, tuple(hypothesis.candidates[i] for i in on)), np.array(kept)
+
+
+def _spread(part: FloatArray, kept: IntArray, parameters: int) -> FloatArray:
+    """Return slopes (parameter, ...) by all parameters from those by the ``kept`` ones."""
+    if len(part) == parameters or len(part) == 0:
+        return part
+    full = np.zeros((parameters, *part.shape[1:]))
+    full[kept] = part
+    return full
+
+
+def _orthonormal(columns: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return Q and R of columns (..., value, state), with a ridge below them that keeps R from being singular."""
+    ridge = RIDGE * np.linalg.norm(columns, axis=-2).max()
+    states = columns.shape[-1]
+    below = np.broadcast_to(ridge * np.eye(states), (*columns.shape[:-2], states, states))
+    Q, R = np.linalg.qr(np.concatenate([columns, below], axis=-2))
+    return Q[..., :-states, :], R
+
+
+def fit(
+    hypothesis: Hypothesis,
+    theta: FloatArray,
+    batches: tuple[Batch, ...],
+    frame: Frame,
+    states: tuple[FloatArray, ...] | None = None,
+    iterations: int = ITERATIONS,
+    enough: float = ENOUGH,
+) -> Fit | None:
+    """Return the best fit from ``theta`` (parameter,) by Levenberg and Marquardt; None where the start already fails.
+
+    ``states``: where initial states begin, one array (recording, state) for each batch, needed with force laws.
+    """
+    centre, width, lower = hypothesis.centre, hypothesis.width, hypothesis.lower
+    theta = np.maximum(theta, lower)
+    current = _linearise_all(hypothesis, theta, batches, frame, states)
+    if current is None:
+        return None
+    cost = _cost(current, theta, centre, width)
+    first, factor, most = DAMPING
+    damping = FREE
+    for _ in range(iterations if hypothesis.is_linear else min(iterations, LAW_ITERATIONS)):
+        J = np.concatenate([part.slopes.reshape(len(theta), -1) for part in current], axis=1)
+        r = np.concatenate([part.residual.ravel() for part in current])
+        H = J @ J.T + np.diag(1 / width**2)
+        gradient = J @ r - (theta - centre) / width**2
+        gain = inf
+        while damping < most:
+            step = np.linalg.solve(H + damping * np.diag(np.diag(H)), gradient)
+            trial = np.maximum(theta + step, lower)
+            step = trial - theta
+            moved = [
+                part.states + part.state_step + np.einsum("p,prs->rs", step, part.state_slopes) for part in current
+            ]
+            then = _linearise_all(hypothesis, trial, batches, frame, tuple(moved), slopes=hypothesis.is_linear)
+            new = inf if then is None else _cost(then, trial, centre, width)
+            if then is not None and new <= cost:
+                if not hypothesis.is_linear:  # the slopes take far longer, and are not needed of a step that fails
+                    then = _linearise_all(hypothesis, trial, batches, frame, tuple(moved))
+                if then is None:
+                    damping = most
+                    break
+                gain, theta, current, cost = cost - new, trial, then, new
+                damping = damping / factor if damping > first else FREE
+                break
+            damping = max(damping * factor, first)
+        if gain < enough or damping >= most:
+            break
+    J = np.concatenate([part.slopes.reshape(len(theta), -1) for part in current], axis=1)
+    H = J @ J.T + np.diag(1 / width**2)
+    chi2 = sum(float(np.square(part.raw).sum()) for part in current)
+    return Fit(
+        hypothesis,
+        theta,
+        np.linalg.inv(H),
+        chi2,
+        cost,
+        tuple(part.states for part in current),
+        tuple(part.raw for part in current),
+        batches,
+    )
+
+
+def _linearise_all(
+    hypothesis: Hypothesis,
+    theta: FloatArray,
+    batches: tuple[Batch, ...],
+    frame: Frame,
+    states: tuple[FloatArray, ...] | None,
+    slopes: bool = True,
+) -> tuple[Linearisation, ...] | None:
+    parts = []
+    for number, batch in enumerate(batches):
+        part = linearise_batch(hypothesis, theta, batch, frame, None if states is None else states[number], slopes)
+        if part is None:
+            return None
+        parts.append(part)
+    return tuple(parts)
+
+
+def _cost(parts: tuple[Linearisation, ...], theta: FloatArray, centre: FloatArray, width: FloatArray) -> float:
+    data = sum(float(np.square(part.raw).sum()) for part in parts)
+    return data + float(np.sum(((theta - centre) / width) ** 2))

@@ -1,0 +1,114 @@
+"""How right a diagnosis is about a blind case, once the truth is opened; and the rates over many."""
+
+from collections import Counter
+from dataclasses import dataclass
+
+from fe_models.blind import BlindCase
+from fe_models.effects import Cause
+from hybrid.diagnosis.diagnosis import Diagnosis
+from hybrid.diagnosis.findings import Finding, Verdict
+
+CONFIDENT = 0.9
+CLOSE = 0.1  # relative error of a parameter that counts as right
+NUMERICS = ("regularisation", "phase", "side")  # what is no measure of the effect, or each recording's own
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """One case: what was hidden (``truth``) and what was ``named`` first, each "kind place", and the marks it got.
+
+    ``within`` and ``covered``: for each parameter of the right names whether it is close (10 % or two standard
+    deviations), and within 1.96 standard deviations.
+    """
+
+    truth: tuple[str, ...]
+    named: tuple[str, ...]
+    verdict: Verdict
+    first: bool
+    listed: bool
+    confidently_wrong: bool
+    probabilities: tuple[tuple[float, bool], ...]
+    within: tuple[bool, ...]
+    covered: tuple[bool, ...]
+    over_floor: float
+    seconds: float
+
+
+def key_of(cause: Cause) -> str:
+    """Return kind and place of a cause as one word."""
+    return f"{cause.kind} {cause.location}"
+
+
+def judge(case: BlindCase, found: Diagnosis) -> Judgement:
+    """Return the judgement of a diagnosis."""
+    truth = tuple(key_of(cause) for cause in case.truth)
+    named = tuple(key_of(finding.cause) for finding in found.findings)
+    listed = set(named)
+    for finding in found.findings:
+        listed |= {f"{kind} {location}" for kind, location, _ in finding.alternatives}
+    right = [finding for finding in found.findings if key_of(finding.cause) in truth]
+    wrong = [finding for finding in found.findings if key_of(finding.cause) not in truth]
+    marks = [mark for finding in right for mark in _marks(finding, case)]
+    if case.outside:
+        first = found.verdict in (Verdict.PARTLY_EXPLAINED, Verdict.UNEXPLAINED)
+    elif not truth:
+        first = found.verdict is Verdict.NOTHING_WRONG
+    elif len(truth) == 1:
+        first = named[:1] == truth
+    else:
+        first = set(named) == set(truth)
+    return Judgement(
+        truth + case.outside,
+        named,
+        found.verdict,
+        first,
+        first or (bool(truth) and set(truth) <= listed),
+        any(finding.probability >= CONFIDENT for finding in wrong),
+        tuple((finding.probability, key_of(finding.cause) in truth) for finding in found.findings),
+        tuple(within for within, _ in marks),
+        tuple(covered for _, covered in marks),
+        float(found.scores["extended"]["measured"] or 0.0) / found.noise_floor,
+        found.seconds,
+    )
+
+
+def _marks(finding: Finding, case: BlindCase) -> list[tuple[bool, bool]]:
+    truth = next(cause for cause in case.truth if key_of(cause) == key_of(finding.cause))
+    marks = []
+    for word, value in truth.parameters.items():
+        if word not in NUMERICS and isinstance(value, float) and finding.parameters[word].std > 0:
+            item = finding.parameters[word]
+            error = abs(item.value - value)
+            marks.append((error <= max(CLOSE * abs(value), 2 * item.std), error <= 1.96 * item.std))
+    return marks
+
+
+def describe_rates(judgements: list[Judgement]) -> str:
+    """Return the rates by kind, the calibration of the probabilities, and every case that went wrong."""
+    lines = [f"{'hidden':34s} {'cases':>5s} {'first':>6s} {'listed':>6s} {'wrong>.9':>8s} {'floor':>6s} {'s':>5s}"]
+    kinds = Counter(" + ".join(key.split(" ")[0] for key in item.truth) or "nothing" for item in judgements)
+    for kind in [*sorted(kinds), "all"]:
+        own = [
+            item
+            for item in judgements
+            if kind == "all" or (" + ".join(k.split(" ")[0] for k in item.truth) or "nothing") == kind
+        ]
+        count = len(own)
+        rates = [sum(getattr(item, name) for item in own) / count for name in ("first", "listed", "confidently_wrong")]
+        floor, seconds = sum(item.over_floor for item in own) / count, sum(item.seconds for item in own) / count
+        lines.append(
+            f"{kind:34s} {count:5d} {rates[0]:6.0%} {rates[1]:6.0%} {rates[2]:8.0%} {floor:6.3f} {seconds:5.1f}"
+        )
+    for low, high in ((0.0, 0.5), (0.5, 0.9), (0.9, 1.01)):
+        hits = [right for item in judgements for p, right in item.probabilities if low <= p < high]
+        if hits:
+            lines.append(f"named at {low:.1f}-{min(high, 1):.1f}: {len(hits)}, right {sum(hits) / len(hits):.0%}")
+    within = [mark for item in judgements for mark in item.within]
+    covered = [mark for item in judgements for mark in item.covered]
+    if within:
+        lines.append(f"parameters close: {sum(within) / len(within):.0%} of {len(within)}")
+        lines.append(f"95 % intervals that cover: {sum(covered) / len(covered):.0%}")
+    for item in judgements:
+        if not item.first:
+            lines.append(f"missed: {item.truth or ('nothing',)} named {item.named or '-'}, {item.verdict.value}")
+    return "\n".join(lines)

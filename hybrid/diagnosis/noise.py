@@ -1,0 +1,88 @@
+"""How much of a residual is noise: white at all frequencies, what a model lacks is at the structure's."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import eigh
+
+from fe_models.dofs import FloatArray
+from hybrid.diagnosis.plant import Plant
+from hybrid.diagnosis.records import Batch
+
+ABOVE = 1.6  # times the highest natural frequency: where noise alone is expected
+MOST = 0.7  # of half the sampling rate: at least this share of the band is taken as the structure's, where it must be
+UPPER = 0.5  # of half the sampling rate: where noise is told in the recordings themselves, which have harmonics, too
+
+
+def structure_band(plant: Plant, rate: float) -> float:
+    """Return the frequency (Hz) up to which the structure moves."""
+    highest = float(np.sqrt(eigh(plant.stiffness, plant.mass, eigvals_only=True)[-1])) / (2 * np.pi)
+    return min(ABOVE * highest, MOST * rate / 2)
+
+
+def noise_of_recordings(batches: tuple[Batch, ...], rate: float, band: float) -> FloatArray:
+    """Return the standard deviation of the noise (sensor,) from what the recordings hold at high frequencies.
+
+    With a Hann window, so that a decay which the recording cuts off does not leak there.
+    """
+    lower = max(UPPER * rate / 2, min(2 * band, 0.8 * rate / 2))
+    power, count = 0.0, 0
+    for batch in batches:
+        window = np.hanning(batch.samples)[:, None]
+        density = np.abs(np.fft.rfft(batch.data * window, axis=1)) ** 2 / np.sum(window**2)
+        kept = density[:, np.fft.rfftfreq(batch.samples, 1 / rate) > lower]
+        power = power + kept.sum(axis=(0, 1))
+        count += kept.shape[0] * kept.shape[1]
+    return np.asarray(np.sqrt(power / count))
+
+
+@dataclass(frozen=True)
+class Excess:
+    """The energy of residuals in the structure's band beyond white noise, in units of the noise's variance.
+
+    ``total`` and its standard deviation ``std`` if there were none; ``by_recording`` (recording,), batch by batch;
+    ``sigma`` (sensor,) the noise above the band, in units of the residuals.
+    """
+
+    total: float
+    std: float
+    by_recording: FloatArray
+    sigma: FloatArray
+
+    @property
+    def significant(self) -> bool:
+        """Whether chance alone hardly makes as much."""
+        return self.total > 4 * self.std
+
+
+def excess(residuals: tuple[FloatArray, ...], rate: float, band: float) -> Excess:
+    """Return the structured part of residuals, one array (recording, time, sensor) for each batch."""
+    low, high, counts = [], 0.0, np.zeros(2)
+    for part in residuals:
+        samples = part.shape[1]
+        density = np.abs(np.fft.rfft(part, axis=1)) ** 2 / samples  # of white noise: its variance
+        weight = np.full(density.shape[1], 2.0)  # each frequency but the first stands for two
+        weight[0] = 1.0
+        within = np.fft.rfftfreq(samples, 1 / rate) <= band
+        low.append((np.einsum("rfs,f->rs", density[:, within], weight[within]), float(weight[within].sum())))
+        high = high + density[:, ~within].sum(axis=(0, 1))
+        counts += len(part) * np.array([weight[within].sum(), (~within).sum()])
+    variance = high / counts[1]  # (sensor,)
+    by_recording = np.concatenate([np.sum(energy / variance - bins, axis=1) for energy, bins in low])
+    sensors = len(variance)
+    std = float(np.sqrt(2 * counts[0] * sensors + (counts[0] ** 2) * sensors / counts[1]))
+    return Excess(float(by_recording.sum()), std, by_recording, np.sqrt(variance))
+
+
+def correlation_factor(residuals: tuple[FloatArray, ...]) -> float:
+    """Return 1 + 2 sum rho_k over the significant autocorrelations: how many values tell as much as one alone."""
+    most = min(100, min(part.shape[1] for part in residuals) // 3)
+    covariance, values = np.zeros(most), 0
+    for part in residuals:
+        scaled = part / np.sqrt(np.mean(part**2, axis=(0, 1)))
+        values += scaled.size
+        covariance += [float(np.sum(scaled[:, : scaled.shape[1] - k] * scaled[:, k:])) for k in range(most)]
+    rho = covariance / covariance[0]
+    small = np.flatnonzero(rho < 3 / np.sqrt(values))
+    first = int(small[0]) if len(small) else most
+    return float(1 + 2 * rho[1:first].sum())

@@ -1,0 +1,74 @@
+"""How probable each hypothesis is among all that were considered, tempered by how well the best of them fits."""
+
+from collections import Counter
+from dataclasses import dataclass
+
+import numpy as np
+
+from fe_models.dofs import FloatArray
+from hybrid.diagnosis.candidates import Candidate
+from hybrid.diagnosis.fitting import Fit
+from hybrid.diagnosis.noise import correlation_factor
+
+NOTHING = 0.5  # prior probability that nothing is wrong; each further effect halves what is left
+
+
+@dataclass(frozen=True)
+class Posterior:
+    """``fits`` with their ``probability`` (fit,), best first; ``temper``: what the log evidences were divided by."""
+
+    fits: tuple[Fit, ...]
+    probability: FloatArray
+    temper: float
+
+
+def posterior_of(fits: tuple[Fit, ...], candidates: tuple[Candidate, ...]) -> Posterior:
+    """Return the posterior over ``fits``; every kind is equally probable beforehand, and so is every place of a kind.
+
+    Where even the best fit leaves more than noise, its errors are no independent draws: the log evidences are divided
+    by the energy left over that of noise, times the number of values that tell as much as one. A model that fits leaves
+    them as they are.
+    """
+    places = Counter(candidate.kind for candidate in candidates)
+    prior = np.array([_log_prior(fit, places) for fit in fits])
+    evidence = np.array([fit.log_evidence for fit in fits])
+    best = fits[int(np.argmax(evidence + prior))]
+    temper = max(1.0, best.chi2 / best.values) * correlation_factor(best.residuals)
+    score = evidence / temper + prior
+    probability = np.exp(score - score.max())
+    probability /= probability.sum()
+    order = np.argsort(-probability, kind="stable")
+    return Posterior(tuple(fits[int(i)] for i in order), probability[order], float(temper))
+
+
+def _log_prior(fit: Fit, places: Counter[str]) -> float:
+    total = float(np.log(NOTHING))
+    for candidate in fit.hypothesis.candidates:
+        total += float(np.log(NOTHING / len(places) / places[candidate.kind]))
+    if any(batch.off for batch in fit.batches):
+        total -= sum(len(batch.names) for batch in fit.batches) * float(np.log(2))
+    return total
+
+
+def of_candidate(posterior: Posterior, candidate: Candidate) -> float:
+    """Return the probability that this kind acts at this place, alone or with others."""
+    return float(
+        sum(
+            p
+            for fit, p in zip(posterior.fits, posterior.probability, strict=True)
+            if any(other.key == candidate.key for other in fit.hypothesis.candidates)
+        )
+    )
+
+
+def rivals_of(posterior: Posterior, candidate: Candidate, least: float) -> list[tuple[Candidate, float]]:
+    """Return what may stand in a candidate's place in the best fit, with its probability, if that is ``least``."""
+    rest = {other.key for other in posterior.fits[0].hypothesis.candidates} - {candidate.key}
+    found: dict[str, tuple[Candidate, float]] = {}
+    for fit, p in zip(posterior.fits, posterior.probability, strict=True):
+        own = {other.key: other for other in fit.hypothesis.candidates}
+        extra = [other for key, other in own.items() if key not in rest]
+        if rest <= own.keys() and len(extra) == 1 and extra[0].key != candidate.key:
+            known = found.get(extra[0].key, (extra[0], 0.0))
+            found[extra[0].key] = (extra[0], known[1] + float(p))
+    return sorted((item for item in found.values() if item[1] >= least), key=lambda item: -item[1])

@@ -1,0 +1,73 @@
+"""Recordings as arrays for fitting: batches of equal length, cut into segments with initial states of their own."""
+
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from fe_models.dofs import FloatArray
+from fe_models.errors import InputError
+from fe_models.recordings import Dataset
+
+
+@dataclass(frozen=True)
+class Batch:
+    """``data`` (recording, time, sensor) of recordings with the same length and ``names`` (recording,).
+
+    ``off``: numbers of the hypothesis' candidates that do not act in these recordings. ``pieces``: segments that each
+    recording was cut into, which follow one another along the first axis.
+    """
+
+    data: FloatArray
+    names: tuple[str, ...]
+    off: tuple[int, ...] = ()
+    pieces: int = 1
+
+    @property
+    def samples(self) -> int:
+        """Samples of each recording or segment."""
+        return self.data.shape[1]
+
+    def take(self, recordings: list[int]) -> "Batch":
+        """Return the batch with some of its recordings (uncut)."""
+        return replace(self, data=self.data[recordings], names=tuple(self.names[i] for i in recordings))
+
+    def cut(self, length: int) -> "Batch":
+        """Return its recordings cut into segments of ``length`` samples; what is left at the end is dropped."""
+        recordings, samples, sensors = self.data.shape
+        pieces = max(samples // length, 1)
+        length = min(length, samples)
+        data = self.data[:, : pieces * length].reshape(recordings * pieces, length, sensors)
+        return replace(self, data=data, pieces=pieces)
+
+
+def batches_of(dataset: Dataset, role: Literal["train", "test"]) -> tuple[Batch, ...]:
+    """Return the recordings of one role, those of equal length together; several in one file share its name."""
+    by_length: dict[int, list[tuple[str, FloatArray]]] = {}
+    for recording in dataset.select(role):
+        for data in recording.data:
+            by_length.setdefault(len(data), []).append((recording.name, data))
+    return tuple(
+        Batch(np.stack([data for _, data in items]), tuple(name for name, _ in items)) for items in by_length.values()
+    )
+
+
+def measured_columns(dataset: Dataset) -> tuple[int, ...]:
+    """Return the columns of the sensors that are fitted; `InputError` where none is alive.
+
+    A channel that never changes is dead, and counts as not measured.
+    """
+    alive = [
+        column
+        for column, sensor in enumerate(dataset.sensors)
+        if sensor.role == "measured"
+        and all((np.ptp(recording.data[..., column], axis=1) > 0).all() for recording in dataset.recordings)
+    ]
+    if not alive:
+        raise InputError("no measured sensor is alive in all recordings: give at least one channel that changes")
+    return tuple(alive)
+
+
+def columns_of(batches: tuple[Batch, ...], columns: tuple[int, ...]) -> tuple[Batch, ...]:
+    """Return the batches with some of their channels."""
+    return tuple(replace(batch, data=batch.data[..., list(columns)]) for batch in batches)

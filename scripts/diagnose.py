@@ -1,0 +1,53 @@
+"""Name what a simulation gets wrong: show it, name the cause, extend the model, measure the gain."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from tqdm import tqdm
+
+from fe_models.errors import bad_input_exits
+from fe_models.files.atomic import write_json
+from fe_models.files.dataset_file import load_dataset
+from fe_models.files.structure_file import save_structure
+from hybrid.diagnosis.diagnosis import diagnose
+from hybrid.diagnosis.report import describe_diagnosis, report_table
+
+app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
+
+
+@app.command()
+def main(
+    dataset: Annotated[Path, typer.Argument(help="The dataset's TOML file.")],
+    out: Annotated[Path, typer.Option(help="Folder for the results; made where it is missing.")],
+) -> None:
+    """Diagnose a chain from its recordings.
+
+    All causes of the list compete at all their places. What is found is built into the structure, and forecasts of the
+    test recordings are scored before and after.
+
+    \b
+    OUT/report.json          verdict, findings with probabilities and alternatives, scores
+    OUT/extended_model.toml  the structure with the findings, which every script accepts as a model
+
+    \b
+    Example:
+      python scripts/diagnose.py runs/chain/dataset.toml --out runs/chain/diagnosis
+    """
+    with bad_input_exits():
+        data = load_dataset(dataset)
+        with tqdm(desc="diagnosis", unit=" steps") as bar:
+
+            def advance(what: str) -> None:
+                bar.set_description(what)
+                bar.update()
+
+            found = diagnose(data, advance)
+        save_structure(found.extended, out / "extended_model.toml")
+        write_json(out / "report.json", report_table(found))
+        print(describe_diagnosis(found))
+        print(f"Results: {out}")
+
+
+if __name__ == "__main__":
+    app()

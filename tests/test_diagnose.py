@@ -1,0 +1,69 @@
+"""The whole diagnosis on blind cases with fixed seeds: kind, place, size and gain; clean cases; bad input."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from fe_models.blind import SENSORS, BlindConfig, blind_case
+from fe_models.bridge import bridge
+from fe_models.errors import InputError
+from fe_models.files.dataset_file import save_dataset
+from fe_models.files.models import load_model
+from fe_models.recordings import Dataset, Recording
+from fe_models.structure import Structure
+from hybrid.diagnosis.diagnosis import diagnose
+from hybrid.diagnosis.findings import Verdict
+from hybrid.diagnosis.judging import judge
+from scripts.diagnose import app
+
+
+@pytest.mark.parametrize(
+    ("kind", "off", "seed"), [("stiffness_change", True, 14), ("cubic_spring", False, 12), ("sensor_gain", True, 13)]
+)
+def test_hidden_effect_is_named_measured_and_built_in(kind: str, off: bool, seed: int) -> None:
+    case = blind_case(seed, BlindConfig((kind,), off=off, size=0.8, train=5, test=2, duration=30.0))
+    found = diagnose(case.dataset)
+    marks = judge(case, found)
+    assert marks.named == marks.truth
+    assert found.verdict is Verdict.EXPLAINED
+    assert found.findings[0].probability > 0.9
+    assert all(marks.within)
+    baseline, extended = found.scores["baseline"]["measured"], found.scores["extended"]["measured"]
+    assert baseline is not None
+    assert extended is not None
+    assert extended < 0.5 * baseline
+    assert extended < 1.15 * found.noise_floor
+
+
+def test_clean_case_is_called_clean() -> None:
+    case = blind_case(21, BlindConfig(off=True, train=5, test=2, duration=30.0))
+    found = diagnose(case.dataset)
+    assert found.verdict is Verdict.NOTHING_WRONG
+    assert found.findings == ()
+
+
+def test_script_writes_report_and_a_model_that_loads(tmp_path: Path) -> None:
+    case = blind_case(31, BlindConfig(("added_mass",), size=0.8, train=3, test=1, duration=20.0))
+    dataset = save_dataset(case.dataset, tmp_path, "four_dof")
+    done = CliRunner().invoke(app, [str(dataset), "--out", str(tmp_path / "out")])
+    assert done.exit_code == 0, done.output
+    report = json.loads((tmp_path / "out" / "report.json").read_text())
+    assert report["verdict"] == "explained"
+    assert report["findings"][0]["kind"] == "added_mass"
+    assert report["findings"][0]["location"] == case.truth[0].location
+    assert set(report) >= {"schema", "calibration", "unexplained_fraction", "scores", "noise_floor", "seconds"}
+    extended = load_model("extended_model.toml", tmp_path / "out")
+    assert isinstance(extended, Structure)
+    assert [effect.kind for effect in extended.effects] == ["added_mass"]
+    assert "carries" in done.output
+
+
+def test_frames_are_refused_in_one_line() -> None:
+    data = np.random.default_rng(0).standard_normal((1, 50, 1))
+    sensor = SENSORS[0]
+    dataset = Dataset(bridge(), 100.0, (sensor,), (Recording("r", data),))
+    with pytest.raises(InputError, match="only chains so far"):
+        diagnose(dataset)
