@@ -62,9 +62,7 @@ def main(
     kinds: Annotated[
         str, typer.Option(help="With --blind: what to hide in turn, by commas; 'a+b' for two, 'nothing'.")
     ] = ",".join(KINDS),
-    off: Annotated[
-        bool, typer.Option("--off", help="With --blind: models off by their uncertainty everywhere.")
-    ] = False,
+    off: Annotated[bool, typer.Option("--off", help="With --blind: models off by their uncertainty.")] = False,
     noise: Annotated[float, typer.Option(min=0.0, help="With --blind: standard deviation over each channel's.")] = 0.03,
     changed: Annotated[int, typer.Option(min=0, help="With --blind: recordings made before the effect came.")] = 0,
     only: Annotated[list[Section] | None, typer.Option(help="This section only. Repeat for more.")] = None,
