@@ -87,7 +87,8 @@ def rows(costs: dict[str, list[Cost]]) -> list[Row]:
 
 def draw(costs: dict[str, list[Cost]], path: Path) -> None:
     """Draw seconds (above) and memory (below), with a line of slope one beside each."""
-    with figure(path, 2 * len(costs), len(costs), "A trajectory and its gradient") as (_, axes):
+    with figure(path, 2 * len(costs), len(costs), "A trajectory and its gradient") as (sheet, axes):
+        sheet.set_size_inches(13, 5.5)
         for column, (name, points) in enumerate(costs.items()):
             sizes = np.array([getattr(cost.point, name) for cost in points], dtype=float)
             for row, (values, label) in enumerate(
