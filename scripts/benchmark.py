@@ -26,6 +26,7 @@ from hybrid.diagnosis.judging import describe_rates
 
 STIFFNESSES = (0.0, 0.5, 1.0)  # k_n of the paper, N/m^3
 QUICK_STIFFNESSES = (1.0,)
+QUICK_MOTIONS = 150  # of which 30 are for testing, where the paper has 1000 and 200
 QUICK_EPOCHS = 3  # of the ablations that are trained by gradients
 VARIANTS = 5  # of the ablations
 COST_PICTURE = "cost.png"
@@ -117,7 +118,8 @@ def chain_rows(modal: ModalModel, quick: bool) -> list[Row]:
     found = []
     for stiffness in QUICK_STIFFNESSES if quick else STIFFNESSES:
         with tqdm(desc=f"Chain, k_n = {stiffness:g}", unit="epoch", leave=False) as bar:
-            found += chain.rows(chain.score_chain(stiffness, modal, places_preset(), bar.update))
+            motions = QUICK_MOTIONS if quick else chain.MOTIONS
+            found += chain.rows(chain.score_chain(stiffness, modal, places_preset(), bar.update, motions))
     return found
 
 

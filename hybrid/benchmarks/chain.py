@@ -32,6 +32,7 @@ from hybrid.uncertainty import BandedForecast, coverage, relative_error
 PUBLISHED = {0.0: 0.0264, 0.5: 0.0454, 1.0: 0.1334}  # NRMSE of the paper's own weights on all 200 test motions
 AIMS = {0.0: 0.0143, 0.5: 0.0160, 1.0: 0.0240}
 ORACLE_SUBSTEPS = 8  # the true equations, integrated until nothing changes
+MOTIONS = 1000  # of the paper
 NOISE = 0.03  # of the paper's data, relative
 BAND_WINDOWS = 100  # training windows that tell the model's own error
 
@@ -45,7 +46,7 @@ def own_modal_model(rng: np.random.Generator) -> ModalModel:
     return ModalModel(true.omega * factors[4], np.full(4, 0.01), shapes, true.dofs)
 
 
-def clean_test_motions(cubic_stiffness: float, realisations: int = 1000) -> FloatArray:
+def clean_test_motions(cubic_stiffness: float, realisations: int = MOTIONS) -> FloatArray:
     """Return the test motions (realisation, time, 12) of `paper_dataset` without noise."""
     start = np.random.RandomState(0).randn(8, realisations)[:, round(0.8 * realisations) :]
     config = FreeConfig(duration=50.0, sampling_rate=10.0)
@@ -92,12 +93,19 @@ class ChainScore:
 
 
 def score_chain(
-    cubic_stiffness: float, modal: ModalModel, config: Config, advance: Callable[[], object] = nothing
+    cubic_stiffness: float,
+    modal: ModalModel,
+    config: Config,
+    advance: Callable[[], object] = nothing,
+    realisations: int = MOTIONS,
 ) -> ChainScore:
-    """Train on the paper's 800 motions, test on its 200; ``advance`` is called after each epoch."""
-    dataset = paper_dataset(cubic_stiffness, modal, progress=False)
+    """Train on four fifths of the motions, test on the others; ``advance`` is called after each epoch.
+
+    1000 ``realisations`` are the paper's own data, of which 800 are for training.
+    """
+    dataset = paper_dataset(cubic_stiffness, modal, realisations=realisations, progress=False)
     windows = dataset.select("test")[0].data
-    truth = clean_test_motions(cubic_stiffness)
+    truth = clean_test_motions(cubic_stiffness, realisations)
     started = time.perf_counter()
     prepared = prepare(dataset, config)
     trainer = trainer_for(prepared.model, prepared.windows, config.training)
@@ -106,7 +114,7 @@ def score_chain(
         trained[seconds] = error
         advance()
     model = prepared.model
-    chosen = np.linspace(0, len(prepared.windows) - 1, BAND_WINDOWS).round().astype(int)
+    chosen = np.linspace(0, len(prepared.windows) - 1, min(BAND_WINDOWS, len(prepared.windows))).round().astype(int)
     model.relative_error.fill_(relative_error(model, prepared.windows[chosen]))
     found = compare(model, dataset, windows.shape[1], 1)
     if found is None or found.whole_record is None:
