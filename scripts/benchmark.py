@@ -26,8 +26,9 @@ from hybrid.diagnosis.judging import describe_rates
 
 STIFFNESSES = (0.0, 0.5, 1.0)  # k_n of the paper, N/m^3
 QUICK_STIFFNESSES = (1.0,)
-QUICK_MOTIONS = 150  # of which 30 are for testing, where the paper has 1000 and 200
-QUICK_EPOCHS = 3  # of the ablations that are trained by gradients
+QUICK_MOTIONS = 120  # of which 24 are for testing, where the paper has 1000 and 200
+QUICK_EPOCHS = 2  # of what is trained by gradients
+QUICK_ABLATIONS = 60  # motions, a fifth of them for testing
 VARIANTS = 5  # of the ablations
 COST_PICTURE = "cost.png"
 
@@ -135,7 +136,9 @@ def cost_rows(out: Path, quick: bool) -> list[Row]:
 def ablation_rows(modal: ModalModel, quick: bool) -> list[Row]:
     """Return what each part of the model is for."""
     with tqdm(total=VARIANTS, desc="Ablations", leave=False) as bar:
-        return ablations.rows(modal, QUICK_EPOCHS if quick else ablations.EPOCHS, bar.update)
+        if quick:
+            return ablations.rows(modal, QUICK_EPOCHS, QUICK_ABLATIONS, bar.update)
+        return ablations.rows(modal, advance=bar.update)
 
 
 def bridge_rows(recordings: Path | None, out: Path, quick: bool) -> list[Row]:

@@ -47,9 +47,11 @@ class NetDecoder(nn.Module):
         return self.decoder(q, q_dot, q_ddot) + self.net(torch.cat([q, q_dot, q_ddot], dim=-1))
 
 
-def rows(modal: ModalModel, epochs: int = EPOCHS, advance: Callable[[], object] = nothing) -> list[Row]:
+def rows(
+    modal: ModalModel, epochs: int = EPOCHS, realisations: int = REALISATIONS, advance: Callable[[], object] = nothing
+) -> list[Row]:
     """Return the error at node 2 and of the measured channels of each variant; ``advance`` after each of five."""
-    dataset = paper_dataset(CUBIC_STIFFNESS, modal, realisations=REALISATIONS, progress=False)
+    dataset = paper_dataset(CUBIC_STIFFNESS, modal, realisations=realisations, progress=False)
     plain = replace(Config().training, epochs=epochs)
     usual = Config(replace(Config().model, modes=4), plain)
     from_nothing = replace(usual, training=replace(plain, calibrate=False))
