@@ -12,9 +12,9 @@ from fe_models.recordings import Dataset, Recording
 from hybrid.calibration import Observer, nothing
 from hybrid.config import Config
 from hybrid.experts import Experts
-from hybrid.preparation import Prepared, agreeing_recordings, evenly, prepare, training_recordings
+from hybrid.preparation import Prepared, agreeing_recordings, prepare, training_recordings
 from hybrid.start_evidence import StartEvidence, evidence_of
-from hybrid.windows import columns, cut, window_length
+from hybrid.windows import columns, cut, evenly, window_length
 
 STARTS = 5000  # at most, of each recording, evenly chosen: 70 times the numbers in a start of the bridge's
 

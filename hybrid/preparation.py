@@ -28,7 +28,7 @@ from hybrid.model import NeuralModalODE
 from hybrid.residual import FreeResidual
 from hybrid.scaling import StateScale, channel_scale
 from hybrid.state_estimation import StatePrior
-from hybrid.windows import columns, cut, cut_all, window_length
+from hybrid.windows import columns, cut, cut_all, evenly, window_length
 
 CALIBRATION_WINDOWS = 200  # at most; evenly chosen, more add time but little information
 SMOOTHING_SPAN = 2  # times the encoder's samples: how long the linear model is trusted to tell noise and spread
@@ -188,9 +188,3 @@ def _model(
     with torch.random.fork_rng(devices=[]):  # the caller's random numbers stay as they are
         torch.manual_seed(config.training.seed)
         return NeuralModalODE(config.model, modal, effects, dataset.sensors, channels, scale, step, connectors)
-
-
-def evenly(windows: FloatArray, most: int) -> FloatArray:
-    """Return ``most`` of the windows, evenly chosen; all, where they are fewer."""
-    picks = np.linspace(0, len(windows) - 1, min(most, len(windows))).round().astype(int)
-    return np.ascontiguousarray(windows[picks])

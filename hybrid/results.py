@@ -21,14 +21,13 @@ from hybrid.experts import Experts
 from hybrid.figures import channel_labels, draw_curves, draw_history, draw_latent, draw_loop
 from hybrid.forecast import Forecast
 from hybrid.run import Run
-from hybrid.uncertainty import relative_error
+from hybrid.uncertainty import set_relative_error
 
 LOOP = "force_displacement.png"
 OF_THE_TEST = (PREDICTION, "channels.png", "latent.png", "displacement.png", LOOP)
 """Files that not every run writes."""
 
 
-BAND_WINDOWS = 100  # training windows at most that tell the model's own error
 RESULT_STEPS = 4  # of `write_results`: forecasts, and three figures that take a while
 
 
@@ -43,7 +42,7 @@ def write_results(
     folder, model, modal = run.folder, run.trainer.model, run.origin.modal
     training = run.config.training
     length = run.trainer.windows.shape[1]
-    model.relative_error.fill_(relative_error(model, _evenly(run.trainer.windows.cpu().double().numpy())))
+    set_relative_error(model, run.trainer.windows.cpu().double().numpy())
     comparison = compare(model, dataset, length, training.stride)
     advance()
     metrics: dict[str, Any] = {
@@ -93,10 +92,6 @@ def expert_weights(model: Experts, origin: Origin, windows: FloatArray) -> dict[
     with torch.no_grad():
         weights = model.weights(torch.tensor(windows).to(model.channel_scale))
     return dict(zip(origin.kept, weights.mean(dim=0).tolist(), strict=True))
-
-
-def _evenly(windows: FloatArray) -> FloatArray:
-    return windows[np.linspace(0, len(windows) - 1, min(BAND_WINDOWS, len(windows))).round().astype(int)]
 
 
 def fe_initial_state(origin: Origin, window: FloatArray, samples: int) -> FloatArray:

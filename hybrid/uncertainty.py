@@ -16,9 +16,11 @@ from fe_models.recordings import Sensor
 from hybrid.experts import Experts, Hybrid
 from hybrid.forecast import Forecast, joined, posterior, solves_for_states
 from hybrid.state_estimation import StatePrior
+from hybrid.windows import evenly
 
 DRAWS = 50  # of each initial state: the standard deviation is then good to a tenth
 WINDOWS = 10  # at a time: bounds memory
+BAND_WINDOWS = 100  # training windows at most that tell the model's own error
 NINETY_PERCENT = 1.645  # standard deviations either side of a normal mean
 SEED = 0  # the same draws for the same prediction
 
@@ -75,6 +77,11 @@ def relative_error(model: Hybrid, windows: FloatArray) -> float:
     clarity = np.median(np.mean(misfit**2, axis=1) / size, axis=0) ** -2.0  # of each channel: one over its variance
     shares = (excess.mean(axis=1) / size) @ (clarity / clarity.sum())  # (window,)
     return float(np.sqrt(max(np.median(shares), 0.0)))
+
+
+def set_relative_error(model: Hybrid, windows: FloatArray) -> None:
+    """Let the model know its own error, from some of its training windows (window, time, sensor)."""
+    model.relative_error.fill_(relative_error(model, evenly(windows, BAND_WINDOWS)))
 
 
 def noise_std(model: Hybrid, sensors: tuple[Sensor, ...]) -> FloatArray:

@@ -32,6 +32,12 @@ def cut_all(recordings: Sequence[Recording], length: int, stride: int) -> FloatA
     return np.concatenate([cut(recording, length, stride) for recording in recordings])
 
 
+def evenly(windows: FloatArray, most: int) -> FloatArray:
+    """Return ``most`` of the windows, evenly chosen; all, where they are fewer."""
+    picks = np.linspace(0, len(windows) - 1, min(most, len(windows))).round().astype(int)
+    return np.ascontiguousarray(windows[picks])
+
+
 def window_length(dataset: Dataset, wanted: int, encoder_samples: int) -> int:
     """Return ``wanted`` samples, or fewer where a recording is shorter; `InputError` where that is too short."""
     if wanted < 4 * encoder_samples:

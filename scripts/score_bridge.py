@@ -40,7 +40,7 @@ def main(
 
     Prints NRMSE over all 500-sample windows of the test recording (stride 20), each forecast from its first 10 samples,
     and over the first 16 of them, beside the FE model, an identified linear model and modal expansion; writes
-    OUT/scores.json. Takes three to five minutes a recording, two with --pooled.
+    OUT/scores.json. Takes up to seven minutes for each recording trained on, on a busy core.
     """
     with bad_input_exits():
         config = Config() if pooled else experts_preset()

@@ -27,14 +27,13 @@ from hybrid.scaling import StateScale
 from hybrid.scoring import nrmse, r2
 from hybrid.state_estimation import StatePrior
 from hybrid.trainers import trainer_for
-from hybrid.uncertainty import BandedForecast, coverage, relative_error
+from hybrid.uncertainty import BandedForecast, coverage, set_relative_error
 
 PUBLISHED = {0.0: 0.0264, 0.5: 0.0454, 1.0: 0.1334}  # NRMSE of the paper's own weights on all 200 test motions
 AIMS = {0.0: 0.0143, 0.5: 0.0160, 1.0: 0.0240}
 ORACLE_SUBSTEPS = 8  # the true equations, integrated until nothing changes
 MOTIONS = 1000  # of the paper
 NOISE = 0.03  # of the paper's data, relative
-BAND_WINDOWS = 100  # training windows that tell the model's own error
 
 
 def own_modal_model(rng: np.random.Generator) -> ModalModel:
@@ -114,8 +113,7 @@ def score_chain(
         trained[seconds] = error
         advance()
     model = prepared.model
-    chosen = np.linspace(0, len(prepared.windows) - 1, min(BAND_WINDOWS, len(prepared.windows))).round().astype(int)
-    model.relative_error.fill_(relative_error(model, prepared.windows[chosen]))
+    set_relative_error(model, prepared.windows)
     found = compare(model, dataset, windows.shape[1], 1)
     if found is None or found.whole_record is None:
         raise TypeError("the paper's data have test motions, and places solve for states")
