@@ -56,7 +56,7 @@ def left_by_nominal(case: BlindCase) -> FloatArray:
 
 def test_nothing_hidden_is_the_nominal_model_and_noise() -> None:
     clean = blind_case(1, replace(SHORT, noise=0.0))
-    # The filter leaves modes 9 and 10 with their decay, but for its ends, of which the margin keeps 1e-4 away.
+    # The low-pass leaves each mode's decay as it is, but for the ends of its filter, which the margin keeps away.
     assert left_by_nominal(clean).max() < 1e-3
     noisy = left_by_nominal(blind_case(1, SHORT))
     np.testing.assert_allclose(noisy, 0.03, rtol=0.15)  # 301 samples, of which the low-pass leaves 180 independent

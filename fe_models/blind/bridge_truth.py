@@ -23,7 +23,7 @@ from fe_models.structure import Beam, Cable, Element, Spring, Structure
 OUTPUT_RATE = 500.0  # Hz; far enough above the recordings' rate for their low-pass to act first
 SMOOTH_STEPS, STEPS = 1, 2  # in each 1 / OUTPUT_RATE: without force laws and with them
 DIVISIONS = 2
-SCATTER = 2e-4  # of sections, and of nodes relative to the shortest deck element: leaves a fifth of 3 % noise
+SCATTER = 2e-4  # of sections, and of nodes relative to the shortest deck element: too small to ask about
 SCATTER_OFF = 1e-3  # likewise of a bridge that is off: a tenth of that, so that it is no longer off in wholes alone
 SHORTEST = 0.2  # m
 
@@ -41,7 +41,10 @@ class Start:
 
 @dataclass(frozen=True)
 class Truth:
-    """A bridge to simulate: the ``structure`` without force laws, damping ``ratios`` (mode,) relative to its own."""
+    """A bridge to simulate: the ``structure`` with its effects, damping ``ratios`` (mode,) relative to its own.
+
+    ``rich``: with the geometric nonlinearity of its beams and cables.
+    """
 
     structure: Structure
     ratios: FloatArray

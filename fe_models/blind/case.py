@@ -5,7 +5,7 @@ from typing import Literal
 
 import numpy as np
 
-from fe_models.dofs import FloatArray
+from fe_models.dofs import BoolArray, FloatArray
 from fe_models.effects import Cause
 from fe_models.errors import raise_faults
 from fe_models.measurement import lowpassed
@@ -102,7 +102,7 @@ class BlindConfig:
         return tuple(kind for kind in self.kinds if kind in OUTSIDE)
 
     @property
-    def affected(self) -> "np.ndarray[tuple[int], np.dtype[np.bool_]]":
+    def affected(self) -> BoolArray:
         """Which recordings, (recording,), what is hidden acts in."""
         return np.arange(self.campaign.count) >= self.changed
 
