@@ -151,8 +151,8 @@ def bridge_rows(recordings: Path | None, out: Path, quick: bool) -> list[Row]:
     tests = bridge.CONSISTENT[:1] if quick else bridge.CONSISTENT
     return [
         row
-        for test in tests
-        for row in bridge.rows(bridge.score_split(recordings, out / f"bridge_{test}", test, config), test)
+        for test, metrics in bridge.score_splits(recordings, out / "bridge", tests, config)
+        for row in bridge.rows(metrics, test)
     ]
 
 
