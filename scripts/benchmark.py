@@ -74,7 +74,7 @@ def main(
 
     Every number stands beside its peer's, measured in the same run unless marked as published. The authors' own modal
     model of the chain comes with their program; without --modal-model one that is wrong in the same way is drawn.
-    Their recordings of the bridge come with it, too: --recordings adds it, at about five minutes for each of three.
+    Their recordings of the bridge come with it, too: --recordings adds it, about a quarter of an hour in all.
 
     With --blind, effects are hidden in simulated recordings of the chain and diagnosed before the truth is opened.
 
