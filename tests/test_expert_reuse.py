@@ -9,6 +9,7 @@ import torch
 from fe_models.recordings import Dataset, Recording
 from hybrid.config import Config
 from hybrid.expert_reuse import TrainedExpert, take_over, train_expert
+from hybrid.expert_training import ExpertsTrainer
 from hybrid.run import Run, begin
 from tests.hybrid_problems import SENSORS, TINY, off_chain, recorded, same
 from tests.test_expert_runs import CONFIG
@@ -70,7 +71,9 @@ def test_an_expert_can_be_taken_over_again(dataset: Dataset, experts: list[Train
         for parameter in first.trainer.model.parameters():
             parameter.zero_()
     take_over(second, experts)
-    assert any(bool(parameter.any()) for parameter in second.trainer.model.parameters())
+    assert isinstance(second.trainer, ExpertsTrainer)
+    for member, expert in zip(second.trainer.model.members, experts, strict=True):
+        assert same(member.state_dict(), expert.weights)
 
 
 def test_an_expert_of_other_windows_is_refused(dataset: Dataset, experts: list[TrainedExpert], tmp_path: Path) -> None:
