@@ -22,6 +22,7 @@ ITERATIONS = 12
 LAW_ITERATIONS = 8  # with force laws, each of which takes a simulation of all variants
 ENOUGH = 0.05  # the fall in the sum of squares (a chi-square) below which a fit has converged
 FREE = 1e-10  # of Marquardt's damping: none; a cause and the uncertain factor it resembles need whole steps
+FARTHEST = 3.0  # of a log factor: twenty times as much or as little is no calibration
 EXPLODED = 1e30  # of a channel, in units of its noise: no structure, but a search gone astray
 DAMPING = (1e-3, 30.0, 1e3)  # where a whole step fails: first, factor, give up
 
@@ -227,6 +228,7 @@ def fit(
         while damping < most:
             step = np.linalg.solve(H + damping * np.diag(np.diag(H)), gradient)
             trial = np.maximum(theta + step, lower)
+            trial[: hypothesis.nuisances] = np.clip(trial[: hypothesis.nuisances], -FARTHEST, FARTHEST)
             step = trial - theta
             moved = [
                 part.states + part.state_step + np.einsum("p,prs->rs", step, part.state_slopes) for part in current

@@ -27,8 +27,7 @@ def fit_switched(
     """
     usable = [c for c in candidates if c.names and not c.is_law and not c.oscillator]
     ranked = []
-    for candidate in usable:
-        amounts, gains = amounts_by_recording(short, candidate, frame)
+    for candidate, (amounts, gains) in zip(usable, amounts_by_recording(short, usable, frame), strict=True):
         ranked.append((float(gains.sum()), candidate, amounts, gains))
     ranked.sort(key=lambda item: -item[0])
     found = []
