@@ -33,12 +33,16 @@ from tests.blind_results import (
 
 
 def some_results() -> list[BlindResult]:
-    """Two right, one wrong place, one wrong kind; a clean case called wrong, one right; one from outside, right."""
+    """Two right, a wrong place with the right one as a rival, a wrong kind; two clean, one called wrong; one outside."""
     outside = case_of(outside=("hysteretic_spring",))
     return [
         result(case_of(WEAK_2), diagnosis(EXPLAINED, finding(WEAK_2, 0.99)), answer(WEAK_2, probability=0.99)),
         result(case_of(HEAVY), diagnosis(EXPLAINED, finding(HEAVY, 0.6)), answer(CUBIC, probability=0.99)),
-        result(case_of(WEAK_2), diagnosis(EXPLAINED, finding(WEAK_3, 0.95)), answer(WEAK_2, probability=0.99)),
+        result(
+            case_of(WEAK_2),
+            diagnosis(EXPLAINED, finding(WEAK_3, 0.95, 0.0, 0.01, WEAK_2)),
+            answer(WEAK_2, probability=0.99),
+        ),
         result(case_of(CUBIC), diagnosis(EXPLAINED, finding(HEAVY, 0.55)), answer(probability=0.99)),
         result(case_of(), diagnosis(UNEXPLAINED), answer(CUBIC, probability=0.99)),
         result(case_of(), diagnosis(FINE, seconds=31.0), answer(probability=0.99)),
@@ -64,6 +68,7 @@ def test_rates_count_what_they_say() -> None:
     first = found["kind and place right, first"]
     assert (first.measured, first.peers) == (Share(2, 4), (Share(2, 4),))
     assert first.aim == ">= 95 %"
+    assert found["first or among the alternatives"].measured == Share(3, 4)
     wrong = found["wrong name at >= 0.9"]
     assert (wrong.measured, wrong.peers) == (Share(1, 7), (Share(3, 7),))
     clean = found["clean case called wrong"]
@@ -93,7 +98,7 @@ def test_the_confusion_matrix_counts_kinds_and_tells_places_apart() -> None:
     assert matrix.hidden == ("stiffness_change", "added_mass", "cubic_spring", "nothing", "hysteretic_spring")
     assert matrix.named == ("stiffness_change", "added_mass", "nothing", "unexplained")
     assert matrix.counts.tolist() == [[2, 0, 0, 0], [0, 1, 0, 0], [0, 1, 0, 0], [0, 0, 1, 1], [0, 0, 0, 1]]
-    assert matrix.places.tolist() == [1, 1, 0, 1, 1]
+    assert matrix.right.tolist() == [1, 1, 0, 1, 1]
     assert "stiffness_change        2   .   .   .  1/2" in confusion_text(matrix)
 
 

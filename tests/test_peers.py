@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fe_models.blind import BlindCase, BlindConfig, blind_case
-from hybrid.benchmarks.peers.certain import Ground, ground_of
+from hybrid.benchmarks.peers.certain import ground_of
 from hybrid.benchmarks.peers.exhaustive import aic_of, name_by_aic
 from hybrid.benchmarks.peers.latent_forces import latent_forces
 from hybrid.benchmarks.peers.sparse import library, name_by_regression, thresholded
@@ -48,16 +48,11 @@ def test_aic_pays_two_for_each_parameter_and_each_start_of_a_harmonic_force() ->
     assert aic_of(forced) - aic_of(base) == pytest.approx(2 + 4 * segments, abs=1e-6)
 
 
-def learned_of(case: BlindCase, ground: Ground):  # type: ignore[no-untyped-def]
-    size = float(np.sqrt(np.mean(np.concatenate(ground.short.states)[:, : ground.nominal.plant.size] ** 2)))
-    return latent_forces(ground.nominal.plant, ground.lengths.whole[0], ground.frame, size)
-
-
 def test_learned_forces_are_what_the_model_lacks_as_far_as_sensors_see() -> None:
     """Correlation 0.9 at 1 % noise: what they see of other forces is not as much alike, as is checked too."""
     case = stiffness_case()
     ground = ground_of(case.dataset)
-    learned = learned_of(case, ground)
+    learned = latent_forces(ground)
     terms = {term.name: term.force for term in library(ground, learned)}
 
     def likeness(name: str) -> float:
@@ -75,7 +70,7 @@ def test_learned_forces_are_what_the_model_lacks_as_far_as_sensors_see() -> None
 def test_a_clean_motion_needs_no_forces() -> None:
     """Those of the noise are far smaller than those of a spring that lost some of its stiffness."""
     clean, weak = blind_case(14, SHORT), stiffness_case()
-    of_clean, of_weak = (learned_of(case, ground_of(case.dataset)).force for case in (clean, weak))
+    of_clean, of_weak = (latent_forces(ground_of(case.dataset)).force for case in (clean, weak))
     assert np.sqrt(np.mean(of_clean**2)) < 0.2 * np.sqrt(np.mean(of_weak**2))
 
 

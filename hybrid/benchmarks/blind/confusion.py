@@ -14,12 +14,12 @@ UNEXPLAINED = "unexplained"  # the word where something is wrong and nothing is 
 
 @dataclass(frozen=True)
 class Confusion:
-    """``counts`` (hidden, named) of cases; ``places`` (hidden,): how many of them had the right place, too."""
+    """``counts`` (hidden, named) of cases; ``right`` (hidden,): how many were answered right, the place, too."""
 
     hidden: tuple[str, ...]
     named: tuple[str, ...]
     counts: IntArray
-    places: IntArray
+    right: IntArray
 
 
 def confusion(results: Sequence[BlindResult]) -> Confusion:
@@ -30,12 +30,12 @@ def confusion(results: Sequence[BlindResult]) -> Confusion:
     others = sorted(set(first) - set(kinds) - {NOTHING, UNEXPLAINED})
     columns = (*kinds, *others, NOTHING, UNEXPLAINED)
     counts = np.zeros((len(hidden), len(columns)), dtype=np.int64)
-    places = np.zeros(len(hidden), dtype=np.int64)
+    right = np.zeros(len(hidden), dtype=np.int64)
     for result, name in zip(results, first, strict=True):
         row = hidden.index(result.task.hidden)
         counts[row, columns.index(name)] += 1
-        places[row] += result.judgement.first
-    return Confusion(hidden, columns, counts, places)
+        right[row] += result.judgement.first
+    return Confusion(hidden, columns, counts, right)
 
 
 def named_first(result: BlindResult) -> str:
@@ -49,8 +49,8 @@ def text(matrix: Confusion) -> str:
     """Return the matrix as text, its columns numbered; "right": the whole answer, with the place."""
     width = max(len(word) for word in (*matrix.hidden, *matrix.named)) + 4
     lines = ["hidden".ljust(width) + "".join(f"{i + 1:4d}" for i in range(len(matrix.named))) + "  right"]
-    for word, row, right in zip(matrix.hidden, matrix.counts, matrix.places, strict=True):
+    for word, row, hits in zip(matrix.hidden, matrix.counts, matrix.right, strict=True):
         cells = "".join(f"{count:4d}" if count else "   ." for count in row)
-        lines.append(word.ljust(width) + cells + f"  {right}/{row.sum()}")
+        lines.append(word.ljust(width) + cells + f"  {hits}/{row.sum()}")
     legend = ", ".join(f"{i + 1} {word}" for i, word in enumerate(matrix.named))
     return "\n".join([*lines, f"named first: {legend}"])

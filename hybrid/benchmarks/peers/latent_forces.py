@@ -10,12 +10,22 @@ import numpy as np
 from scipy.linalg import expm
 
 from fe_models.dofs import FloatArray
+from hybrid.benchmarks.peers.certain import Ground
 from hybrid.diagnosis.fitting import Frame
 from hybrid.diagnosis.plant import Plant
-from hybrid.diagnosis.records import Batch
 
 QUICKNESS = (1e-4, 1e-3, 1e-2, 1e-1, 1.0)  # of the elastic forces' mean square a second: the forces' random walk
 LOOSE = 10.0  # standard deviation of the first state over the rms that the recordings suggest: it is hardly known
+
+
+@dataclass(frozen=True)
+class Process:
+    """s[k + 1] = ``step`` s[k] + noise of covariance ``noise``; y = ``seen`` s + noise; ``start``: first covariance."""
+
+    step: FloatArray
+    noise: FloatArray
+    seen: FloatArray
+    start: FloatArray
 
 
 @dataclass(frozen=True)
@@ -25,7 +35,7 @@ class LatentForces:
     displacement: FloatArray
     velocity: FloatArray
     force: FloatArray
-    process: "Process"
+    process: Process
     sigma: FloatArray
 
     def seen(self, force: FloatArray) -> FloatArray:
@@ -44,19 +54,12 @@ class LatentForces:
         return _smoothed(self.process, channels, self.sigma)[..., rest:]
 
 
-@dataclass(frozen=True)
-class Process:
-    """s[k + 1] = ``step`` s[k] + noise of covariance ``noise``; y = ``seen`` s + noise; ``start``: first covariance."""
-
-    step: FloatArray
-    noise: FloatArray
-    seen: FloatArray
-    start: FloatArray
-
-
-def latent_forces(plant: Plant, batch: Batch, frame: Frame, size: float) -> LatentForces:
-    """Return the forces that the nominal plant lacks in recordings; ``size``: rms of its displacements (m)."""
+def latent_forces(ground: Ground) -> LatentForces:
+    """Return the forces that the nominal model lacks in the recordings; of several lengths, in those with most data."""
+    plant, frame = ground.nominal.plant, ground.frame
+    batch = max(ground.lengths.whole, key=lambda item: item.data.size)
     n = plant.size
+    size = float(np.sqrt(np.mean(np.concatenate(ground.short.states)[:, :n] ** 2)))  # m, rms
     trials = [_process(plant, frame, size, share) for share in QUICKNESS]
     best = max(trials, key=lambda process: _filtered(process, batch.data, frame.sigma)[0])
     states = _smoothed(best, batch.data, frame.sigma)

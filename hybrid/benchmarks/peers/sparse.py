@@ -44,11 +44,8 @@ class Term:
 def name_by_regression(dataset: Dataset) -> Answer:
     """Return the causes whose forces stay in the regression, the largest first; `InputError` without PySINDy."""
     ground = ground_of(dataset)
-    size = float(np.sqrt(np.mean(np.concatenate(ground.short.states)[:, : ground.nominal.plant.size] ** 2)))
-    batch = max(ground.lengths.whole, key=lambda item: item.data.size)  # recordings of one length
-    learned = latent_forces(ground.nominal.plant, batch, ground.frame, size)
-    terms = library(ground, learned)
-    terms = as_seen(terms, learned)
+    learned = latent_forces(ground)
+    terms = as_seen(library(ground, learned), learned)
     return Answer(_named(terms, _chosen(terms, learned), learned))
 
 
