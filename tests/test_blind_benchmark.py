@@ -33,7 +33,7 @@ from tests.blind_results import (
 
 
 def some_results() -> list[BlindResult]:
-    """Two right, a wrong place with the right one as a rival, a wrong kind; two clean, one called wrong; one outside."""
+    """Two right, a wrong place with the right one a rival, a wrong kind; two clean, one called wrong; one outside."""
     outside = case_of(outside=("hysteretic_spring",))
     return [
         result(case_of(WEAK_2), diagnosis(EXPLAINED, finding(WEAK_2, 0.99)), answer(WEAK_2, probability=0.99)),

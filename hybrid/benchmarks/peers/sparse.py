@@ -25,11 +25,10 @@ from hybrid.diagnosis.plant import Plant
 
 THRESHOLDS = (0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)  # of the residual's norm
 RIDGE = 0.05  # PySINDy's own, for columns of norm one: forces at two places may look much alike
-TOLERATED = 0.05  # relative loss on the recordings left out that a sparser choice may bring
+TOLERATED = 0.05  # of the energy of the forces left out: what a sparser choice, or none, may leave more
 LEFT_OUT = 3  # every so manieth recording chooses the threshold
 ENDS = 0.1  # of a recording at its start and end, where the smoother knows least
 ALIKE = 1 - 1e-9  # correlation of columns that are one and the same; the first of them stands for all
-WORTH = 0.1  # of the left out force's energy that the terms must explain; less is nothing
 
 
 @dataclass(frozen=True)
@@ -138,8 +137,6 @@ def _chosen(terms: list[Term], learned: LatentForces) -> FloatArray:
         guess = sum((c * flat(t.force, tested) for c, t in zip(scaled, terms, strict=True) if c), np.zeros(len(y)))
         trials.append(coefficients)
         losses.append(float(np.sum((y - guess) ** 2) / np.sum(y**2)))
-    if min(losses) > 1 - WORTH:
-        return trials[0]
     good = [i for i, loss in enumerate(losses) if loss <= min(losses) + TOLERATED]
     return trials[min(good, key=lambda i: np.count_nonzero(trials[i]))]
 
