@@ -90,7 +90,7 @@ def test_an_exact_nominal_model_has_stricter_aims() -> None:
 def test_the_table_has_a_column_for_each_peer() -> None:
     lines = table(rates(some_results(), off=True), ("peer",)).splitlines()
     assert {line.count("|") for line in lines} == {6}
-    assert lines[2] == "| kind and place right, first | 50% (2/4) | 15-85 % | >= 95 % | 50% (2/4) |"
+    assert lines[2] == "| kind and place right, first | 50 % (2/4) | 15-85 % | >= 95 % | 50 % (2/4) |"
 
 
 def test_the_confusion_matrix_counts_kinds_and_tells_places_apart() -> None:
@@ -108,7 +108,7 @@ def test_the_calibration_curve_bins_by_probability() -> None:
     assert bins[0].promised == pytest.approx(0.575)
     certain = result(case_of(CUBIC), diagnosis(EXPLAINED, finding(CUBIC, 1.0)))
     assert calibration([certain])[0].right == Share(1, 1)  # the last bin holds its upper end
-    assert calibration_text(bins).splitlines()[1].split()[:3] == ["0.50-0.70", "57.5%", "50%"]
+    assert calibration_text(bins).splitlines()[1].split()[:4] == ["0.50-0.70", "57.5", "%", "50"]
 
 
 def test_every_miss_is_told_with_its_seed() -> None:
@@ -161,7 +161,7 @@ def test_the_script_writes_and_prints_what_it_finds(tmp_path: Path, monkeypatch:
     options = ["--blind", "2", "--seed", "7", "--kinds", "cubic_spring", "--off", "--out", str(tmp_path)]
     ran = CliRunner().invoke(app, options)
     assert ran.exit_code == 0, ran.output
-    assert "| kind and place right, first | 100% (2/2) |" in ran.output
+    assert "| kind and place right, first | 100 % (2/2) |" in ran.output
     content = json.loads((tmp_path / "blind.json").read_text())
     assert [case["seed"] for case in content["cases"]] == [7, 8]
     assert content["off"]
@@ -176,7 +176,7 @@ def test_the_script_draws_how_the_rates_fall(tmp_path: Path, monkeypatch: pytest
     monkeypatch.setattr(cases, "done", quick)
     ran = CliRunner().invoke(app, ["--rates", "1", "--kinds", "cubic_spring", "--out", str(tmp_path)])
     assert ran.exit_code == 0, ran.output
-    assert "| 10% | 1.00 | 100% (1/1) |" in ran.output
+    assert "| 10 % | 1.00 | 100 % (1/1) |" in ran.output
     assert (tmp_path / "blind_rates.png").is_file()
     assert len(json.loads((tmp_path / "blind_rates.json").read_text())["cells"]) == 12
 

@@ -38,5 +38,5 @@ def text(bins: Sequence[Bin]) -> str:
     for item in bins:
         low, high = item.right.interval
         span = f"{item.low:.2f}-{item.high:.2f}"
-        lines.append(f"{span:12s} {item.promised:8.1%}  {item.right!s}  {100 * low:.0f}-{100 * high:.0f} %")
+        lines.append(f"{span:12s} {100 * item.promised:6.1f} %  {item.right}  {100 * low:.0f}-{100 * high:.0f} %")
     return "\n".join(lines)

@@ -56,7 +56,7 @@ def draw_grid(cells: Sequence[Cell], path: Path) -> None:
             own = [cell for cell in cells if cell.noise == noise]
             sizes = [cell.size + (number - 1) * STAGGER for cell in own]
             for axis, shares in ((first, [c.first for c in own]), (wrong, [c.wrong for c in own])):
-                _with_bars(axis, sizes, shares, number % len(COLOURS), f"noise {noise:.0%}")
+                _with_bars(axis, sizes, shares, number % len(COLOURS), f"noise {100 * noise:.0f} %")
         for axis, label in ((first, "right cause first"), (wrong, "wrong cause at 0.9 or more")):
             axis.set(xlabel="size, from barely detectable to large", ylabel=label, ylim=(-0.03, 1.03))
         first.legend(frameon=False, loc="lower right")

@@ -46,5 +46,5 @@ def cells(results: Sequence[BlindResult]) -> list[Cell]:
 def table(found: Sequence[Cell]) -> str:
     """Return the cells as a table in Markdown."""
     lines = ["| noise | size | first | first or listed | wrong at >= 0.9 |", "|---|---|---|---|---|"]
-    lines += [f"| {c.noise:.0%} | {c.size:.2f} | {c.first} | {c.listed} | {c.wrong} |" for c in found]
+    lines += [f"| {100 * c.noise:.0f} % | {c.size:.2f} | {c.first} | {c.listed} | {c.wrong} |" for c in found]
     return "\n".join(lines)

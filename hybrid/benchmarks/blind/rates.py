@@ -36,7 +36,7 @@ class Share:
         return max(0.0, middle - half), min(1.0, middle + half)
 
     def __str__(self) -> str:
-        return "-" if not self.count else f"{self.hits / self.count:.0%} ({self.hits}/{self.count})"
+        return "-" if not self.count else f"{100 * self.hits / self.count:.0f} % ({self.hits}/{self.count})"
 
 
 @dataclass(frozen=True)
