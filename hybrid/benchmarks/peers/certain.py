@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fe_models.dofs import FloatArray
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.candidates import Candidate, Motion, all_candidates
 from hybrid.diagnosis.fitting import Fit, Frame, fit
@@ -24,6 +25,12 @@ class Ground:
     short: Fit
     candidates: tuple[Candidate, ...]
 
+    @property
+    def matrices(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """M, C, K (coordinate, coordinate) of the nominal model, and the shapes (dof, coordinate) it moves in."""
+        reduced = self.nominal.reduced(self.nominal.centre[None])
+        return reduced.mass[0], reduced.damping[0], reduced.stiffness[0], reduced.shapes[0]
+
 
 def ground_of(dataset: Dataset) -> Ground:
     """Return what a peer starts from; every factor of the nominal model is certain."""
@@ -39,5 +46,6 @@ def ground_of(dataset: Dataset) -> Ground:
     short = fit(nominal, nominal.centre, lengths.cut[0], frame)
     assert short is not None  # a linear system always answers
     states = np.concatenate(short.states)
-    motion = Motion(states[:, : plant.size], states[:, plant.size : 2 * plant.size])
+    n, shapes = plant.size, plant.basis[:, : plant.size]
+    motion = Motion(states[:, :n] @ shapes.T, states[:, n : 2 * n] @ shapes.T)
     return Ground(nominal, frame, lengths, short, all_candidates(plant, dataset, motion, measured))

@@ -1,7 +1,8 @@
-"""The forces that a linear model lacks, and its motion with them: a Kalman smoother with random forces at all masses.
+"""The forces that a linear model lacks, and its motion with them: a Kalman smoother with random forces everywhere.
 
-State s = [x, v, f] with M x'' + C x' + K x = f and f' white noise (an augmented Kalman filter; E. Lourens et al.,
-Mechanical Systems and Signal Processing 27, 2012). How fast the forces may change is found by the likelihood.
+State s = [x, v, f] in the coordinates of the nominal model, with M x'' + C x' + K x = f and f' white noise (an
+augmented Kalman filter; E. Lourens et al., Mechanical Systems and Signal Processing 27, 2012). How fast the forces may
+change is found by the likelihood.
 """
 
 from dataclasses import dataclass
@@ -11,8 +12,6 @@ from scipy.linalg import expm
 
 from fe_models.dofs import FloatArray
 from hybrid.benchmarks.peers.certain import Ground
-from hybrid.diagnosis.fitting import Frame
-from hybrid.diagnosis.plant import Plant
 
 QUICKNESS = (1e-4, 1e-3, 1e-2, 1e-1, 1.0)  # of the elastic forces' mean square a second: the forces' random walk
 LOOSE = 10.0  # standard deviation of the first state over the rms that the recordings suggest: it is hardly known
@@ -30,7 +29,7 @@ class Process:
 
 @dataclass(frozen=True)
 class LatentForces:
-    """``displacement``, ``velocity`` and ``force`` (recording, time, dof), in m, m/s, N; what they were found by."""
+    """``displacement``, ``velocity`` and ``force`` (recording, time, coordinate), and what they were found by."""
 
     displacement: FloatArray
     velocity: FloatArray
@@ -39,9 +38,9 @@ class LatentForces:
     sigma: FloatArray
 
     def seen(self, force: FloatArray) -> FloatArray:
-        """Return what the same sensors and smoother would have made of other forces (recording, time, dof).
+        """Return what the same sensors and smoother would have made of other forces (recording, time, coordinate).
 
-        Few sensors do not tell well which mass a force acts on; what they blur they blur for all forces alike.
+        Few sensors do not tell well where a force acts; what they blur they blur for all forces alike.
         """
         A, rest = self.process.step, 2 * force.shape[2]
         s = np.zeros((len(force), len(A)))
@@ -56,31 +55,31 @@ class LatentForces:
 
 def latent_forces(ground: Ground) -> LatentForces:
     """Return the forces that the nominal model lacks in the recordings; of several lengths, in those with most data."""
-    plant, frame = ground.nominal.plant, ground.frame
+    frame = ground.frame
     batch = max(ground.lengths.whole, key=lambda item: item.data.size)
-    n = plant.size
-    size = float(np.sqrt(np.mean(np.concatenate(ground.short.states)[:, :n] ** 2)))  # m, rms
-    trials = [_process(plant, frame, size, share) for share in QUICKNESS]
+    n = ground.nominal.size
+    size = float(np.sqrt(np.mean(np.concatenate(ground.short.states)[:, :n] ** 2)))  # rms
+    trials = [_process(ground, size, share) for share in QUICKNESS]
     best = max(trials, key=lambda process: _filtered(process, batch.data, frame.sigma)[0])
     states = _smoothed(best, batch.data, frame.sigma)
     return LatentForces(states[..., :n], states[..., n : 2 * n], states[..., 2 * n :], best, frame.sigma)
 
 
-def _process(plant: Plant, frame: Frame, size: float, share: float) -> Process:
-    n, dt = plant.size, 1 / frame.rate
-    inverse = np.linalg.inv(plant.mass)
-    accelerations = inverse @ np.hstack([-plant.stiffness, -plant.damping, np.eye(n)])  # (dof, state)
+def _process(ground: Ground, size: float, share: float) -> Process:
+    n, dt, sensors = ground.nominal.size, 1 / ground.frame.rate, ground.frame.sensors
+    M, C, K, shapes = ground.matrices
+    accelerations = np.linalg.inv(M) @ np.hstack([-K, -C, np.eye(n)])  # (coordinate, state)
     A = np.zeros((3 * n, 3 * n))
     A[:n, n : 2 * n], A[n : 2 * n] = np.eye(n), accelerations
-    elastic = float(np.diag(plant.stiffness).mean()) * size  # N
+    elastic = float(np.diag(K).mean()) * size
     Q = np.diag(np.repeat([0.0, share * elastic**2], [2 * n, n]))  # each second
     block = expm(np.block([[-A, Q], [np.zeros_like(A), A.T]]) * dt)  # Van Loan
     step = block[3 * n :, 3 * n :].T
-    rate = float(np.sqrt(np.diag(plant.stiffness).mean() / np.diag(plant.mass).mean()))  # rad/s
+    rate = float(np.sqrt(np.diag(K).mean() / np.diag(M).mean()))  # rad/s
     spread = np.repeat([size, size * rate, np.sqrt(share) * elastic], n)
     rows = {"displacement": np.eye(3 * n)[:n], "velocity": np.eye(3 * n)[n : 2 * n], "acceleration": accelerations}
-    free = [int(row) for row in plant.dofs.free_rows]
-    seen = np.array([rows[s.quantity][free.index(plant.dofs.row(s.node, s.direction))] for s in frame.sensors])
+    picked = ground.nominal.plant.rows(sensors) @ shapes  # (sensor, coordinate)
+    seen = np.array([row @ rows[sensor.quantity] for row, sensor in zip(picked, sensors, strict=True)])
     return Process(step, step @ block[: 3 * n, 3 * n :], seen, np.diag((LOOSE * spread) ** 2))
 
 

@@ -33,7 +33,7 @@ ALIKE = 1 - 1e-9  # correlation of columns that are one and the same; the first 
 
 @dataclass(frozen=True)
 class Term:
-    """The ``force`` (recording, time, dof) of a unit of ``name``; ``reverse``: its name where negative."""
+    """The ``force`` (recording, time, coordinate) of a unit of ``name``; ``reverse``: its name where negative."""
 
     name: str
     force: FloatArray
@@ -51,23 +51,30 @@ def name_by_regression(dataset: Dataset) -> Answer:
 def library(ground: Ground, learned: LatentForces) -> list[Term]:
     """Return the terms: the force at all masses of every candidate that is a force; linear, laws, waves."""
     plant = ground.nominal.plant
+    M, C, K, shapes = ground.matrices
     x, v = learned.displacement, learned.velocity
-    a = -(x @ plant.stiffness + v @ plant.damping) @ np.linalg.inv(plant.mass)  # as the nominal model has it
+    a = -(x @ K + v @ C) @ np.linalg.inv(M)  # as the nominal model has it
     terms = []
     for candidate in ground.candidates:
         name = f"{candidate.kind} {reported_location(candidate)}"
         if candidate.changes is not None:
-            dM, dC, dK = candidate.changes
+            dM, dC, dK = (shapes.T @ (change @ shapes) for change in candidate.changes)
             terms.append(Term(name, -(a @ dM + v @ dC + x @ dK)))
         elif candidate.mode is not None:
-            terms.append(Term(name, -v @ _modal_damping(plant, candidate.mode)))
-        elif candidate.is_law and candidate.kind != "slack_cable":
-            terms += [
-                Term(name, _law_force(plant, candidate, start, x, v), _slackness(plant, candidate))
-                for start in candidate.first_starts
-            ]
-        elif candidate.oscillator and candidate.pull is not None:
-            terms += [Term(name, wave * candidate.pull) for wave in _waves(learned.force @ candidate.pull)]
+            terms.append(Term(name, -v @ _modal_damping(M, K, candidate.mode)))
+        elif candidate.pull is not None and candidate.kind != "slack_cable":
+            pull = candidate.pull @ shapes
+            if candidate.oscillator:
+                terms += [Term(name, wave * pull) for wave in _waves(learned.force @ pull)]
+            else:
+                terms += [
+                    Term(
+                        name,
+                        _law_force(plant, candidate, start, x @ pull, v @ pull) * pull,
+                        _slackness(plant, candidate),
+                    )
+                    for start in candidate.first_starts
+                ]
     return terms
 
 
@@ -79,20 +86,18 @@ def as_seen(terms: list[Term], learned: LatentForces) -> list[Term]:
     return [replace(term, force=force) for term, force in zip(terms, seen, strict=True)]
 
 
-def _modal_damping(plant: Plant, mode: int) -> FloatArray:
-    """Return what adds a unit of the modal damping coefficient of one mode to C (dof, dof)."""
-    shape = plant.mass @ eigh(plant.stiffness, plant.mass)[1][:, mode]
+def _modal_damping(M: FloatArray, K: FloatArray, mode: int) -> FloatArray:
+    """Return what adds a unit of the modal damping coefficient of one mode to C (coordinate, coordinate)."""
+    shape = M @ eigh(K, M)[1][:, mode]
     return np.outer(shape, shape)
 
 
 def _law_force(
-    plant: Plant, candidate: Candidate, start: tuple[float, ...], x: FloatArray, v: FloatArray
+    plant: Plant, candidate: Candidate, start: tuple[float, ...], u: FloatArray, rate: FloatArray
 ) -> FloatArray:
-    """Return a law's force (recording, time, dof) along the motion."""
-    assert candidate.pull is not None
-    law = force_of(candidate, plant, np.array([start]), np.ones((1, len(plant.springs))))
-    u, rate = x @ candidate.pull, v @ candidate.pull
-    return np.asarray(-law(u.reshape(1, -1), rate.reshape(1, -1)).reshape(u.shape)[..., None] * candidate.pull)
+    """Return a law's force (recording, time, 1) along elongation and rate (recording, time)."""
+    law = force_of(candidate, plant, np.array([start]), np.ones((1, len(plant.parts))))
+    return np.asarray(-law(u.reshape(1, -1), rate.reshape(1, -1)).reshape(*u.shape, 1))
 
 
 def _slackness(plant: Plant, candidate: Candidate) -> str | None:
