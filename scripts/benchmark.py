@@ -4,14 +4,14 @@ from collections.abc import Callable
 from dataclasses import asdict, replace
 from enum import Enum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import numpy as np
 import torch
 import typer
 from tqdm import tqdm
 
-from fe_models.blind import KINDS, BlindConfig
+from fe_models.blind import OUTSIDE, BlindConfig
 from fe_models.dofs import structure_dofs
 from fe_models.errors import bad_input_exits
 from fe_models.files.atomic import write_json
@@ -21,7 +21,7 @@ from fe_models.linear import ModalModel
 from hybrid.benchmarks import ablations, bridge, chain, cost, speed
 from hybrid.benchmarks.blind import figures, grid, summary
 from hybrid.benchmarks.blind.calibration import calibration
-from hybrid.benchmarks.blind.cases import PEERS, WORDS, BlindResult, Task, all_done, tasks
+from hybrid.benchmarks.blind.cases import NOTHING, PEERS, BlindResult, Task, all_done, tasks, words_of
 from hybrid.benchmarks.blind.confusion import confusion
 from hybrid.benchmarks.row import Row, table
 from hybrid.config import experts_preset, places_preset
@@ -72,6 +72,9 @@ def main(
             help="With --blind or --rates: what to hide in turn, by commas; 'a+b' for two, 'nothing'. [default: all]"
         ),
     ] = None,
+    structure: Annotated[
+        Literal["four_dof", "bridge"], typer.Option(help="With --blind or --rates: where effects are hidden.")
+    ] = "four_dof",
     off: Annotated[bool, typer.Option("--off", help="With --blind: models off by their uncertainty.")] = False,
     noise: Annotated[float, typer.Option(min=0.0, help="With --blind: standard deviation over each channel's.")] = 0.03,
     changed: Annotated[int, typer.Option(min=0, help="With --blind: recordings made before the effect came.")] = 0,
@@ -86,7 +89,7 @@ def main(
     model of the chain comes with their program; without --modal-model one that is wrong in the same way is drawn.
     Their recordings of the bridge come with it, too: --recordings adds it, about a quarter of an hour in all.
 
-    With --blind, effects are hidden in simulated recordings of the chain and diagnosed before the truth is opened;
+    With --blind, effects are hidden in simulated recordings and diagnosed before the truth is opened;
     beside the diagnosis stand exhaustive selection by AIC and sparse regression (PySINDy).
 
     \b
@@ -99,12 +102,14 @@ def main(
     """
     with bad_input_exits():
         if blind is not None:
-            config = BlindConfig(off=off, noise=noise, changed=changed)
-            cases = tasks(blind, seed, kinds.split(",") if kinds else WORDS, config)
+            config = BlindConfig(off=off, noise=noise, changed=changed, structure=structure)
+            cases = tasks(blind, seed, kinds.split(",") if kinds else words_of(structure), config)
             run_blind(cases, tuple(PEERS) if peers else (), jobs, off, out)
             return
         if rates is not None:
-            cases = grid.grid_tasks(rates, seed, kinds.split(",") if kinds else KINDS, BlindConfig(off=off))
+            config = BlindConfig(off=off, structure=structure)
+            inside = [word for word in words_of(structure) if word not in (NOTHING, *OUTSIDE)]
+            cases = grid.grid_tasks(rates, seed, kinds.split(",") if kinds else inside, config)
             run_rates(cases, jobs, out)
             return
         modal = modal_model_of(modal_model, seed)

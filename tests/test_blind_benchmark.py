@@ -7,11 +7,11 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from fe_models.blind import BlindConfig
+from fe_models.blind import BRIDGE_KINDS, KINDS, OUTSIDE, BlindConfig
 from hybrid.benchmarks.blind import cases, figures, grid, summary
 from hybrid.benchmarks.blind.calibration import calibration
 from hybrid.benchmarks.blind.calibration import text as calibration_text
-from hybrid.benchmarks.blind.cases import BlindResult, Task, all_done, tasks
+from hybrid.benchmarks.blind.cases import BlindResult, Task, all_done, tasks, words_of
 from hybrid.benchmarks.blind.confusion import confusion
 from hybrid.benchmarks.blind.confusion import text as confusion_text
 from hybrid.benchmarks.blind.rates import Rate, Share, rates, table
@@ -125,6 +125,11 @@ def test_tasks_take_the_words_in_turn_with_fresh_seeds() -> None:
         (71, "nothing"),
         (72, "cubic_spring"),
     ]
+
+
+def test_every_kind_of_a_structure_is_hidden_by_default() -> None:
+    assert set(words_of("four_dof")) == {*KINDS, *OUTSIDE, "nothing"}
+    assert set(words_of("bridge")) == {*BRIDGE_KINDS, *OUTSIDE, "nothing"}
 
 
 def test_the_grid_changes_noise_and_size_alone() -> None:

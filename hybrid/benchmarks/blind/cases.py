@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from multiprocessing import get_context
 
-from fe_models.blind import KINDS, OUTSIDE, BlindConfig, blind_case
+from fe_models.blind import BRIDGE_KINDS, KINDS, OUTSIDE, BlindConfig, blind_case
 from hybrid.benchmarks.peers.answer import Peer, PeerMark, mark
 from hybrid.benchmarks.peers.exhaustive import name_by_aic
 from hybrid.benchmarks.peers.sparse import name_by_regression
@@ -16,7 +16,7 @@ from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.judging import Judgement, judge
 
 NOTHING = "nothing"  # the word for a clean case
-WORDS = (*KINDS, NOTHING, NOTHING, NOTHING, *OUTSIDE)  # in turn: every cause, a clean case in seven, one in ten outside
+CLEAN = 3  # clean cases beside one of every kind
 PEERS: dict[str, Peer] = {"exhaustive AIC": name_by_aic, "sparse regression": name_by_regression}
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
@@ -68,6 +68,11 @@ class BlindResult:
         )
         truth = ", ".join(found.truth) or NOTHING
         return f"seed {self.task.seed}: {truth}: {found.verdict.value}, named {names or 'nothing'}"
+
+
+def words_of(structure: str) -> tuple[str, ...]:
+    """Return what is hidden in turn: every kind that a structure can have, clean cases, what is outside the list."""
+    return (*(BRIDGE_KINDS if structure == "bridge" else KINDS), *[NOTHING] * CLEAN, *OUTSIDE)
 
 
 def tasks(count: int, seed: int, words: Sequence[str], config: BlindConfig) -> list[Task]:
