@@ -81,6 +81,12 @@ def test_rates_count_what_they_say() -> None:
     assert "two at once: both found" not in found
 
 
+def test_a_peer_without_probabilities_is_not_called_unsure() -> None:
+    found = by_name(rates([result(case_of(CUBIC), diagnosis(FINE), answer(HEAVY))], off=True))
+    assert found["wrong name at >= 0.9"].peers == (None,)
+    assert found["kind and place right, first"].peers == (Share(0, 1),)
+
+
 def test_an_exact_nominal_model_has_stricter_aims() -> None:
     found = by_name(rates(some_results(), off=False))
     assert found["kind and place right, first"].aim == ">= 99 %"

@@ -109,10 +109,14 @@ def all_done(
             found.append(done(task, peers))
             finished(found)
         return found
-    with _one_thread(), ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
-        for ready in as_completed([pool.submit(done, task, peers) for task in wanted]):
-            found.append(ready.result())
-            finished(found)
+    pool = ProcessPoolExecutor(jobs, mp_context=get_context("spawn"))
+    try:
+        with _one_thread():
+            for ready in as_completed([pool.submit(done, task, peers) for task in wanted]):
+                found.append(ready.result())
+                finished(found)
+    finally:
+        pool.shutdown(cancel_futures=True)  # where one fails, the others need not be waited for
     return sorted(found, key=lambda result: wanted.index(result.task))
 
 

@@ -93,12 +93,11 @@ def rates(results: Sequence[BlindResult], off: bool) -> list[Rate]:
         line("the same, of causes that are forces", forces, lambda r: r.judgement.first, "", _first),
         line("first or among the alternatives", single, lambda r: r.judgement.listed, aim("100 %", ">= 99 %")),
         line("two at once: both found", pairs, lambda r: r.judgement.first, aim(">= 90 %", ">= 80 %"), _first),
-        line(
+        Rate(
             "wrong name at >= 0.9",
-            results,
-            lambda r: r.judgement.confidently_wrong,
+            share(r.judgement.confidently_wrong for r in results),
             aim("0", "<= 1 %"),
-            lambda m: m.confidently_wrong,
+            tuple(_confidently_wrong([r.peers[name] for r in results]) for name in names),
         ),
         line("clean case called wrong", clean, lambda r: not r.judgement.first, aim("<= 1 %", "<= 2 %"), _not_first),
         line(
@@ -150,6 +149,13 @@ def table(found: Sequence[Rate], names: Sequence[str]) -> str:
 
 def _first(mark: PeerMark) -> bool:
     return mark.first
+
+
+def _confidently_wrong(marks: Sequence[PeerMark]) -> Share | None:
+    """Return how often a peer is, None where it gives no probabilities."""
+    if all(mark.answer.probability is None for mark in marks):
+        return None
+    return share(mark.confidently_wrong for mark in marks)
 
 
 def _not_first(mark: PeerMark) -> bool:
