@@ -35,7 +35,7 @@ def main(
       python scripts/diagnose.py runs/chain/dataset.toml --out runs/chain/diagnosis
     """
     with bad_input_exits():
-        data = load_dataset(dataset)
+        data = load_dataset(dataset, dead_channels=True)
         with tqdm(desc="diagnosis", unit=" steps") as bar:
 
             def advance(what: str) -> None:

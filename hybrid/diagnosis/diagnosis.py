@@ -11,6 +11,7 @@ from fe_models.errors import InputError
 from fe_models.recordings import Dataset, Recording
 from fe_models.structure import Structure
 from hybrid.diagnosis.candidates import Candidate, Motion, all_candidates
+from hybrid.diagnosis.channels import usable
 from hybrid.diagnosis.extend import extended_structure
 from hybrid.diagnosis.findings import Finding, Verdict, cause_of, reported_location, sentence_of
 from hybrid.diagnosis.fitting import Fit, Frame, fit
@@ -59,10 +60,10 @@ def diagnose(dataset: Dataset, advance: Callable[[str], object] | None = None) -
     begun = perf_counter()
     tell: Callable[[str], object] = advance or (lambda _: None)
     plant = plant_of(dataset)
-    dataset, notes = _with_test(dataset)
+    dataset, notes = usable(dataset)
+    dataset, apart = _with_test(dataset)
+    notes += apart
     measured = measured_columns(dataset)
-    dead = [s.name for i, s in enumerate(dataset.sensors) if s.role == "measured" and i not in measured]
-    notes += [f"sensor {name} never changes in some recording: left out" for name in dead]
     batches = columns_of(batches_of(dataset, "train"), measured)
     rate = dataset.sampling_rate
     band = structure_band(plant, rate)
