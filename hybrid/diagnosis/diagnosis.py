@@ -8,10 +8,11 @@ import numpy as np
 
 from fe_models.dofs import FloatArray
 from fe_models.errors import InputError
-from fe_models.recordings import Dataset, Recording
+from fe_models.recordings import Dataset
 from fe_models.structure import Structure
 from hybrid.diagnosis.candidates import Candidate, Motion, all_candidates
 from hybrid.diagnosis.channels import usable
+from hybrid.diagnosis.crossvalidation import as_recordings, folds_of
 from hybrid.diagnosis.extend import extended_structure
 from hybrid.diagnosis.findings import Finding, Verdict, cause_of, reported_location, sentence_of
 from hybrid.diagnosis.fitting import Fit, Frame, fit
@@ -35,7 +36,6 @@ HELPLESS = 0.8  # of the excess energy: where the best cause leaves more, a seco
 ONE_FACTOR = 3.5  # stated standard deviations of one calibrated factor: chance in 1 of 200 structures with 12 factors
 TOGETHER = 3.0  # standard deviations of the mean square of all of them over its mean
 RIVALS = 0.005  # least probability of an alternative that is told
-LAST_TEST = 4  # without test recordings every so manieth of those for training is tested on
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ def diagnose(dataset: Dataset, advance: Callable[[str], object] | None = None) -
     tell: Callable[[str], object] = advance or (lambda _: None)
     plant = plant_of(dataset)
     dataset, notes = usable(dataset)
-    dataset, apart = _with_test(dataset)
+    dataset, apart = as_recordings(dataset)
     notes += apart
     measured = measured_columns(dataset)
     batches = columns_of(batches_of(dataset, "train"), measured)
@@ -90,22 +90,6 @@ def diagnose(dataset: Dataset, advance: Callable[[str], object] | None = None) -
         posterior = posterior_of(tuple(fits), candidates)
     tell("forecasts")
     return _concluded(dataset, plant, singles.base, posterior, frame, band, measured, candidates, notes, begun)
-
-
-def _with_test(dataset: Dataset) -> tuple[Dataset, list[str]]:
-    """Return the dataset with test recordings: where there are none, some of those for training are set apart."""
-    if dataset.select("test"):
-        return dataset, []
-    single: list[Recording] = []
-    for recording in dataset.recordings:
-        single += [replace(recording, data=part[None]) for part in recording.data]
-    if len(single) < 2:
-        note = "one recording and none for testing: the forecasts are scored on the recording that was fitted"
-        return replace(dataset, recordings=(*single, replace(single[0], role="test"))), [note]
-    every = min(LAST_TEST, len(single))
-    parts = tuple(replace(r, role="test" if (i + 1) % every == 0 else "train") for i, r in enumerate(single))
-    apart = ", ".join(dict.fromkeys(r.name for r in parts if r.role == "test"))
-    return replace(dataset, recordings=parts), [f"no recording is for testing: {apart} set apart for it, not fitted"]
 
 
 def _short(plant: Plant, lengths: Lengths, frame: Frame) -> Fit:
@@ -209,17 +193,22 @@ def _concluded(
     begun: float,
 ) -> Diagnosis:
     best = posterior.fits[0]
-    test = batches_of(dataset, "test")
-
-    def scored(item: Fit, theta: FloatArray | None = None) -> Forecast:
-        model = _model(item, theta)
-        return forecast(model, test, dataset.sensors, measured, frame)
-
-    clipped = base.theta.copy()
+    test, folds = batches_of(dataset, "test"), folds_of(dataset, measured)
     width = base.hypothesis.width
-    clipped = np.clip(clipped, -DEVIATION * width, DEVIATION * width)
-    nominal = scored(base, np.zeros_like(base.theta))
-    calibrated = scored(base, clipped)
+
+    def scored(item: Fit, most: float = np.inf) -> Forecast:
+        """Score a fit; its nominal values moved by ``most`` of their standard deviations."""
+
+        def model_of(one: Fit) -> Model:
+            return _model(one, np.clip(one.theta, -most * width, most * width) if most < np.inf else None)
+
+        if folds is not None:
+            return folds.forecast(item, model_of, frame)
+        return forecast(model_of(item), test, dataset.sensors, measured, frame)
+
+    clipped = np.clip(base.theta, -DEVIATION * width, DEVIATION * width)
+    nominal = scored(base, 0.0)
+    calibrated = scored(base, DEVIATION)
     extended = scored(best)
     own = list(measured)
     floor = float(calibrated.floor[:, own].mean())

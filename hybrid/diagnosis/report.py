@@ -51,7 +51,7 @@ def _finding(finding: Finding) -> dict[str, Any]:
         "parameters": {word: vars(item) for word, item in finding.parameters.items()},
         "probability": finding.probability,
         "explains": finding.explains,
-        "recordings": list(finding.recordings),
+        "recordings": list(dict.fromkeys(finding.recordings)),  # several motions in one file share its name
         "alternatives": [
             {"kind": kind, "location": location, "probability": p} for kind, location, p in finding.alternatives
         ],
