@@ -10,6 +10,7 @@ from fe_models.dofs import FloatArray
 from fe_models.errors import InputError
 from fe_models.recordings import Dataset
 from fe_models.structure import Structure
+from hybrid.diagnosis.advice import Advice, advise
 from hybrid.diagnosis.candidates import Candidate, Motion, all_candidates
 from hybrid.diagnosis.channels import usable
 from hybrid.diagnosis.crossvalidation import as_recordings, folds_of
@@ -50,6 +51,7 @@ class Diagnosis:
     noise_floor: float
     extended: Structure
     shown: Shown
+    advice: tuple[Advice, ...]
     posterior: Posterior
     notes: tuple[str, ...]
     seconds: float
@@ -235,6 +237,8 @@ def _concluded(
     if not named:
         extended = calibrated
     findings = _findings(best, posterior, scored, nominal, doubt, candidates) if named else ()
+    advice = advise(posterior, frame) if named else ()
+    notes = [*notes, *(item.sentence for item in advice)]
     theta = final.theta if named else clipped
     count = base.hypothesis.nuisances
     factors = tuple(float(value) for value in np.exp(theta[:count]))
@@ -252,6 +256,7 @@ def _concluded(
         noise_floor=floor,
         extended=extended_structure(plant, factors, findings),
         shown=show(dataset, plant, base, nominal, calibrated, had, left),
+        advice=advice,
         posterior=posterior,
         notes=tuple(notes),
         seconds=perf_counter() - begun,

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from hybrid.diagnosis.advice import Advice
 from hybrid.diagnosis.diagnosis import Diagnosis
 from hybrid.diagnosis.findings import Finding, Verdict, place_words
 
@@ -31,7 +32,19 @@ def report_table(diagnosis: Diagnosis) -> dict[str, Any]:
         "scores": diagnosis.scores,
         "noise_floor": diagnosis.noise_floor,
         "seconds": round(diagnosis.seconds, 2),
+        "advice": [_advice(advice) for advice in diagnosis.advice],
         "notes": list(diagnosis.notes),
+    }
+
+
+def _advice(advice: Advice) -> dict[str, Any]:
+    sensor = advice.sensor
+    return {
+        "kind": advice.kind,
+        "location": advice.location,
+        "rival": {"kind": advice.rival, "location": advice.rival_location, "probability": advice.probability},
+        "sensor": sensor and {"node": sensor.node, "direction": sensor.direction, "quantity": sensor.quantity},
+        "probability_with_it": advice.then,
     }
 
 
