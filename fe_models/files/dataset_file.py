@@ -23,7 +23,7 @@
     loads = [{ node = 19, direction = "y", file = "load.npz", key = "force" }]   # optional, N, one value a sample
 
     [simulation]                  # what the user's own simulation assumes; every key is optional
-    damping_ratio = 0.01          # one, or one a mode
+    damping_ratio = 0.01          # one, or one a mode: in place of the structure's own damping, but for its effects'
     modes = 4
     modal_model = "modal.npz"     # instead of the structure's own: omega (rad/s), xi, phi (dof, mode)
     integrator = "exact"          # "exact" (default) or "newmark"
