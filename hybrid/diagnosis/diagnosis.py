@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 
@@ -45,7 +46,7 @@ class Diagnosis:
 
     verdict: Verdict
     findings: tuple[Finding, ...]
-    calibration: tuple[tuple[str, int, float, float], ...]
+    calibration: tuple[tuple[str, dict[str, Any], float, float], ...]
     unexplained: float
     scores: dict[str, dict[str, float | None]]
     noise_floor: float
@@ -108,7 +109,8 @@ def _short(plant: Plant, lengths: Lengths, frame: Frame) -> Fit:
 def _motion(short: Fit, plant: Plant) -> Motion:
     n = plant.size
     states = np.concatenate(short.states)
-    return Motion(states[:, :n], states[:, n : 2 * n])
+    shapes = plant.basis[:, :n]
+    return Motion(states[:, :n] @ shapes.T, states[:, n : 2 * n] @ shapes.T)
 
 
 def _with_better_noise(found: Contest, frame: Frame, rate: float, band: float) -> tuple[Frame, Contest]:
@@ -314,15 +316,13 @@ def _strongest_without(posterior: Posterior, candidate: Candidate) -> Fit | None
 
 def _calibration(
     plant: Plant, factors: tuple[float, ...], deviation: FloatArray
-) -> list[tuple[str, int, float, float]]:
-    """Return what, number (of element, node or mode), factor and its standard deviation."""
-    nodes = [int(plant.dofs.node[row]) for row in plant.dofs.free_rows]
-    springs = list(range(1, len(plant.springs) + 1))
-    names = [("stiffness", i) for i in springs] + [("mass", i) for i in nodes]
-    names += [("damping", i + 1) for i in range(plant.size)]
+) -> list[tuple[str, dict[str, Any], float, float]]:
+    """Return quantity, location, factor and its standard deviation."""
+    names: list[tuple[str, dict[str, Any]]] = [(part.quantity, part.location) for part in plant.parts]
+    names += [("damping", {"modes": [mode + 1]}) for mode in range(len(plant.ratios))]
     return [
-        (what, place, factor, float(factor * std))
-        for (what, place), factor, std in zip(names, factors, deviation, strict=True)
+        (what, where, factor, float(factor * std))
+        for (what, where), factor, std in zip(names, factors, deviation, strict=True)
     ]
 
 

@@ -117,14 +117,15 @@ def linearise_batch(
     data = batch.data.reshape(recordings, -1) * weight
     if hypothesis.is_linear:
         system = hypothesis.system(thetas, frame.sensors, frame.rate, frame.positions)
-        rows = observability(system, samples).reshape(len(thetas), -1, hypothesis.states) * weight[:, None]
+        first = observability(system.only(0), samples).reshape(-1, hypothesis.states) * weight[:, None]
         lines = drift(system, samples).reshape(len(thetas), -1) * weight  # (variant, value)
-        basis, upper = _orthonormal(rows[0])
+        basis, upper = _orthonormal(first)
         wanted = data - lines[0]
         z = np.linalg.solve(upper, basis.T @ wanted.T).T  # (recording, state)
-        residual = wanted - z @ rows[0].T
-        change = (rows[1:] - rows[0]) @ z.T + (lines[1:] - lines[0])[..., None]  # (parameter, value, recording)
-        change = change.transpose(0, 2, 1) / moved[: len(change), None, None]
+        residual = wanted - z @ first.T
+        shown = respond(system, np.broadcast_to(z, (len(thetas), *z.shape)), samples)
+        shown = shown.reshape(len(thetas), recordings, -1) * weight
+        change = (shown[1:] - shown[0]) / moved[: len(shown) - 1, None, None]  # (parameter, recording, value)
         inside = change @ basis  # (parameter, recording, state)
         projected = change - inside @ basis.T
         state_slopes = -np.linalg.solve(upper, inside[..., None])[..., 0]

@@ -48,8 +48,8 @@ def _table(diagnosis: Diagnosis) -> dict[str, Any]:
         "verdict": diagnosis.verdict.value,
         "findings": [_finding(finding) for finding in diagnosis.findings],
         "calibration": [
-            {"what": what, "location": _where(what, place), "factor": {"value": factor, "std": std}}
-            for what, place, factor, std in diagnosis.calibration
+            {"what": what, "location": where, "factor": {"value": factor, "std": std}}
+            for what, where, factor, std in diagnosis.calibration
             if abs(factor - 1) > CALIBRATED
         ],
         "unexplained_fraction": diagnosis.unexplained,
@@ -70,15 +70,6 @@ def _advice(advice: Advice) -> dict[str, Any]:
         "sensor": sensor and {"node": sensor.node, "direction": sensor.direction, "quantity": sensor.quantity},
         "probability_with_it": advice.then,
     }
-
-
-def _where(what: str, place: int) -> dict[str, Any]:
-    words: dict[str, dict[str, Any]] = {
-        "stiffness": {"element": place},
-        "mass": {"node": place},
-        "damping": {"modes": [place]},
-    }
-    return words[what]
 
 
 def _finding(finding: Finding) -> dict[str, Any]:
