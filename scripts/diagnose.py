@@ -12,6 +12,7 @@ from fe_models.files.dataset_file import load_dataset
 from fe_models.files.structure_file import save_structure
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.diagnosis import Diagnosis, diagnose
+from hybrid.diagnosis.example import draw_example
 from hybrid.diagnosis.gain import Gain, hybrid_gain
 from hybrid.diagnosis.report import describe_diagnosis, report_table
 
@@ -37,6 +38,7 @@ def main(
     \b
     OUT/report.json          verdict, findings with probabilities and alternatives, scores
     OUT/extended_model.toml  the structure with the findings, which every script accepts as a model
+    OUT/what_is_wrong.png    a test recording beside both models' forecasts, and the spectra of their errors
 
     \b
     Example:
@@ -53,6 +55,7 @@ def main(
             found = diagnose(data, advance)
         save_structure(found.extended, out / "extended_model.toml")
         gain = _gain(data, found) if hybrid else None
+        draw_example(out / "what_is_wrong.png", found.example)
         write_json(out / "report.json", report_table(found, gain))
         print(describe_diagnosis(found, gain))
         print(f"Results: {out}")

@@ -15,6 +15,7 @@ from hybrid.diagnosis.advice import Advice, advise
 from hybrid.diagnosis.candidates import Candidate, Motion, all_candidates
 from hybrid.diagnosis.channels import usable
 from hybrid.diagnosis.crossvalidation import as_recordings, folds_of
+from hybrid.diagnosis.example import Example, example_of
 from hybrid.diagnosis.extend import extended_structure
 from hybrid.diagnosis.findings import Finding, Verdict, cause_of, reported_location, sentence_of
 from hybrid.diagnosis.fitting import Fit, Frame, fit
@@ -52,6 +53,7 @@ class Diagnosis:
     noise_floor: float
     extended: Structure
     shown: Shown
+    example: Example
     advice: tuple[Advice, ...]
     posterior: Posterior
     notes: tuple[str, ...]
@@ -245,6 +247,7 @@ def _concluded(
     count = base.hypothesis.nuisances
     factors = tuple(float(value) for value in np.exp(theta[:count]))
     deviation = np.sqrt(np.diag(final.covariance)[:count])
+    shown = show(dataset, base, nominal, calibrated, had, frame)
     held_out = [i for i, sensor in enumerate(dataset.sensors) if sensor.role == "held_out"]
     return Diagnosis(
         verdict=verdict,
@@ -257,7 +260,16 @@ def _concluded(
         },
         noise_floor=floor,
         extended=extended_structure(plant, factors, findings),
-        shown=show(dataset, plant, base, nominal, calibrated, had, left),
+        shown=shown,
+        example=example_of(
+            (test if folds is None else folds.tests[0])[0],
+            _model(base, np.zeros_like(base.theta)),
+            _model(best) if named else _model(base, clipped),
+            dataset.sensors,
+            measured,
+            frame,
+            shown.observed.frequencies,
+        ),
         advice=advice,
         posterior=posterior,
         notes=tuple(notes),

@@ -2,12 +2,11 @@
 
 from typing import Any
 
-import numpy as np
-
 from hybrid.diagnosis.advice import Advice
 from hybrid.diagnosis.diagnosis import Diagnosis
 from hybrid.diagnosis.findings import Finding, Verdict, place_words
 from hybrid.diagnosis.gain import Gain, Trained
+from hybrid.diagnosis.show_report import describe_shown, shown_table
 
 WORDS = {
     Verdict.NOTHING_WRONG: "Nothing is wrong: the simulation, calibrated within its uncertainty, reaches the noise.",
@@ -56,6 +55,7 @@ def _table(diagnosis: Diagnosis) -> dict[str, Any]:
         "scores": dict(diagnosis.scores),
         "noise_floor": diagnosis.noise_floor,
         "seconds": round(diagnosis.seconds, 2),
+        "shown": shown_table(diagnosis.shown),
         "advice": [_advice(advice) for advice in diagnosis.advice],
         "notes": list(diagnosis.notes),
     }
@@ -90,16 +90,7 @@ def _finding(finding: Finding) -> dict[str, Any]:
 def describe_diagnosis(diagnosis: Diagnosis, gain: Gain | None = None) -> str:
     """Return the report in a few lines."""
     shown = diagnosis.shown
-    lines = ["What the nominal simulation shows (forecast NRMSE, last 80 % of the test recordings):"]
-    lines.append(f"  {'channel':10s} {'nominal':>9s} {'calibrated':>11s} {'noise floor':>12s}")
-    for name, (nominal, calibrated, floor) in zip(shown.sensors, shown.errors.T, strict=True):
-        known = f"{floor:12.4f}" if np.isfinite(floor) else f"{'held out':>12s}"
-        lines.append(f"  {name:10s} {nominal:9.4f} {calibrated:11.4f} {known}")
-    lines.append("  mode: frequency nominal -> calibrated (Hz), damping ratio nominal -> calibrated")
-    for mode in range(shown.frequencies.shape[1]):
-        (f0, f1), (x0, x1) = shown.frequencies[:, mode], shown.ratios[:, mode]
-        lines.append(f"  {mode + 1:4d}: {f0:.4f} -> {f1:.4f}, {x0:.4f} -> {x1:.4f}")
-    lines += ["", WORDS[diagnosis.verdict]]
+    lines = [*describe_shown(shown), "", WORDS[diagnosis.verdict]]
     for finding in diagnosis.findings:
         lines.append(f"- {finding.sentence}")
         lines.append(f"  Probability {finding.probability:.2f}; explains {finding.explains:.0%} of what was wrong.")
