@@ -74,7 +74,7 @@ def main(
 
     Every number stands beside its peer's, measured in the same run unless marked as published. The authors' own modal
     model of the chain comes with their program; without --modal-model one that is wrong in the same way is drawn.
-    Their recordings of the bridge come with it, too: --recordings adds it, at about five minutes for each of three.
+    Their recordings of the bridge come with it, too: --recordings adds it, about a quarter of an hour in all.
 
     With --blind, effects are hidden in simulated recordings of the chain and diagnosed before the truth is opened.
 
@@ -151,8 +151,8 @@ def bridge_rows(recordings: Path | None, out: Path, quick: bool) -> list[Row]:
     tests = bridge.CONSISTENT[:1] if quick else bridge.CONSISTENT
     return [
         row
-        for test in tests
-        for row in bridge.rows(bridge.score_split(recordings, out / f"bridge_{test}", test, config), test)
+        for test, metrics in bridge.score_splits(recordings, out / "bridge", tests, config)
+        for row in bridge.rows(metrics, test)
     ]
 
 

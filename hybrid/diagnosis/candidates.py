@@ -31,7 +31,7 @@ from fe_models.structure import Direction
 from hybrid.diagnosis.plant import Plant
 
 CREEP = 0.02  # of the rms rate at its place: the rate below which friction is taken as a dashpot
-SMALL = 1e-3  # of a prior width: the step at which a response counts as of first order
+SMALL = 1e-5  # of a prior width: the step at which a response counts as of first order, however long a recording is
 UNMOVED = 1e-4  # of the largest entry of the mode shapes: a place that moves less feels no force
 ALIKE = 0.01  # of its motion in the modes: how far apart two places may be to count as one
 HEAVY = 0.05  # of the structure's mass: the prior standard deviation of an added mass
@@ -79,6 +79,11 @@ class Candidate:
         if self.starts or not self.names:
             return self.starts or ((),)
         return (tuple(a + SMALL * b for a, b in zip(self.neutral, self.width, strict=True)),)
+
+    @property
+    def without(self) -> tuple[float, ...]:
+        """Values at which it does nothing that can be computed with: a support as good as rigid is not quite."""
+        return self.neutral if self.released is None else self.lower
 
     @property
     def is_law(self) -> bool:

@@ -22,6 +22,7 @@ ITERATIONS = 12
 LAW_ITERATIONS = 8  # with force laws, each of which takes a simulation of all variants
 ENOUGH = 0.05  # the fall in the sum of squares (a chi-square) below which a fit has converged
 FREE = 1e-10  # of Marquardt's damping: none; a cause and the uncertain factor it resembles need whole steps
+EXPLODED = 1e30  # of a channel, in units of its noise: no structure, but a search gone astray
 DAMPING = (1e-3, 30.0, 1e3)  # where a whole step fails: first, factor, give up
 
 
@@ -119,7 +120,9 @@ def linearise_batch(
         system = hypothesis.system(thetas, frame.sensors, frame.rate, frame.positions)
         first = observability(system.only(0), samples).reshape(-1, hypothesis.states) * weight[:, None]
         lines = drift(system, samples).reshape(len(thetas), -1) * weight  # (variant, value)
-        basis, upper = _orthonormal(first)
+        if not np.abs(first).max() < EXPLODED:
+            return None
+        basis, upper = orthonormal(first)
         wanted = data - lines[0]
         z = np.linalg.solve(upper, basis.T @ wanted.T).T  # (recording, state)
         residual = wanted - z @ first.T
@@ -151,7 +154,7 @@ def linearise_batch(
             return Linearisation(residual, nothing, z, nothing, np.zeros_like(z), raw, np.zeros((0, 0)))
         change = (y[1:variants] - y[0]) / moved[:, None, None]
         by_state = ((y[variants:] - y[0]) / size[:, None, None]).transpose(1, 2, 0)  # (recording, value, state)
-        basis, upper = _orthonormal(by_state)
+        basis, upper = orthonormal(by_state)
         inside = np.einsum("prv,rvs->prs", change, basis, optimize=True)
         projected = change - np.einsum("prs,rvs->prv", inside, basis, optimize=True)
         along = np.einsum("rv,rvs->rs", residual, basis)
@@ -185,7 +188,7 @@ def _spread(part: FloatArray, kept: IntArray, parameters: int) -> FloatArray:
     return full
 
 
-def _orthonormal(columns: FloatArray) -> tuple[FloatArray, FloatArray]:
+def orthonormal(columns: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return Q and R of columns (..., value, state), with a ridge below them that keeps R from being singular."""
     ridge = RIDGE * np.linalg.norm(columns, axis=-2).max()
     states = columns.shape[-1]

@@ -23,11 +23,19 @@ PEAKS = 2  # frequencies kept at each place
 
 @dataclass(frozen=True)
 class Screened:
-    """A ``candidate``, parameters to ``start`` from, and the fall in the sum of squares that it promises (``gain``)."""
+    """A ``candidate``, parameters to ``start`` from, and the fall in the sum of squares that it promises (``gain``).
+
+    ``shift`` (parameter,): how far the parameters of the fit that it is held against should move with it.
+    """
 
     candidate: Candidate
     start: tuple[float, ...]
     gain: float
+    shift: FloatArray
+
+    def theta(self, fit: Fit) -> FloatArray:
+        """Return where the fit with this candidate begins, on top of ``fit``."""
+        return np.append(fit.theta + self.shift, self.start)
 
 
 @dataclass(frozen=True)
@@ -70,6 +78,27 @@ def _ground(fit: Fit, frame: Frame) -> _Ground:
     gradient = J @ r - (fit.theta - fit.hypothesis.centre) / width**2
     inverse = np.linalg.inv(J @ J.T + np.diag(1 / width**2))
     return _Ground(fit, frame, tuple(parts), tuple(shown), inverse, gradient)
+
+
+def _effect(
+    fit: Fit,
+    candidate: Candidate,
+    start: tuple[float, ...],
+    batch: Batch,
+    frame: Frame,
+    states: FloatArray,
+    shown: FloatArray,
+) -> FloatArray:
+    """Return what a candidate at ``start`` adds to the channels (recording, value) ``shown``, in units of sigma.
+
+    Both are taken in the shapes that the candidate asks for: these move a calibrated structure a little by themselves.
+    """
+    extended = fit.hypothesis.adding(candidate)
+    if not candidate.is_law:
+        states = np.pad(states, ((0, 0), (0, extended.states - states.shape[1])))
+    if candidate.changes is not None:
+        shown = _response(extended, np.append(fit.theta, candidate.without), batch, frame, states)
+    return _response(extended, np.append(fit.theta, start), batch, frame, states) - shown
 
 
 def _response(hypothesis: Hypothesis, theta: FloatArray, batch: Batch, frame: Frame, states: FloatArray) -> FloatArray:
@@ -160,10 +189,8 @@ def _score(
 ) -> Screened:
     """Return the score of one candidate; ``forced``: its response in each batch where that is known already."""
     fit, frame = ground.fit, ground.frame
-    extended = fit.hypothesis.adding(candidate)
-    theta = np.append(fit.theta, start)
-    move = start[0] - candidate.neutral[0] if candidate.names and candidate.scalable else 1.0
-    along, size = 0.0, 0.0
+    move = start[0] - candidate.without[0] if candidate.names and candidate.scalable else 1.0
+    along, size, still = 0.0, 0.0, np.zeros(len(fit.theta))
     cross = np.zeros(len(fit.theta))
     for number, (part, shown, batch, states) in enumerate(
         zip(ground.parts, ground.shown, fit.batches, fit.states, strict=True)
@@ -171,9 +198,9 @@ def _score(
         if forced is not None:
             column = forced[number] / move
         else:
-            column = (_response(extended, theta, batch, frame, states) - shown) / move  # (recording, value)
+            column = _effect(fit, candidate, start, batch, frame, states, shown) / move  # (recording, value)
         if not np.isfinite(column).all():
-            return Screened(candidate, start, 0.0)
+            return Screened(candidate, start, 0.0, still)
         column = _project(column, part.basis)
         along += float(np.sum(column * part.residual))
         size += float(np.sum(column**2))
@@ -182,17 +209,17 @@ def _score(
     size_left = size - float(projected @ cross)
     along -= float(projected @ ground.gradient)
     if size_left <= 1e-9 * size or size == 0:
-        return Screened(candidate, start, 0.0)
+        return Screened(candidate, start, 0.0, still)
     value: float = along / size_left
-    gain = along * value
+    gain, shift = along * value, still
     if candidate.names and candidate.scalable:
         found = max(candidate.neutral[0] + value, candidate.lower[0])
         if found == candidate.lower[0] == candidate.neutral[0]:
             gain = 0.0  # it would have to push the other way
-        start = (found, *start[1:])
+        start, shift = (found, *start[1:]), -projected * (found - candidate.neutral[0])
     elif value < 0:
         gain = 0.0
-    return Screened(candidate, start, float(gain))
+    return Screened(candidate, start, float(gain), shift)
 
 
 def amounts_by_recording(fit: Fit, candidate: Candidate, frame: Frame) -> tuple[FloatArray, FloatArray]:
@@ -200,16 +227,14 @@ def amounts_by_recording(fit: Fit, candidate: Candidate, frame: Frame) -> tuple[
 
     The uncertain factors are kept as they are: what they do is common to all recordings.
     """
-    extended = fit.hypothesis.adding(candidate)
     start = candidate.first_starts[0]
-    theta = np.append(fit.theta, start)
-    move = start[0] - candidate.neutral[0]
+    move = start[0] - candidate.without[0]
     amounts, gains = [], []
     for batch, states in zip(fit.batches, fit.states, strict=True):
         part = linearise_batch(fit.hypothesis, fit.theta, batch, frame, states)
         assert part is not None  # it was fitted
         shown = _response(fit.hypothesis, fit.theta, batch, frame, states)
-        column = _project((_response(extended, theta, batch, frame, states) - shown) / move, part.basis)
+        column = _project(_effect(fit, candidate, start, batch, frame, states, shown) / move, part.basis)
         along = np.sum((column * part.residual).reshape(len(batch.names), -1), axis=1)
         size = np.sum((column**2).reshape(len(batch.names), -1), axis=1) + 1e-300
         amounts.append(along / size)
@@ -258,7 +283,8 @@ def screen_forces(fit: Fit, candidates: tuple[Candidate, ...], frame: Frame) -> 
         curve = gains[:, place].copy()
         for _ in range(PEAKS):
             peak = int(np.argmax(curve))
-            found.append(Screened(candidate, (float(trials[peak]),), float(curve[peak])))
+            still = np.zeros(len(fit.theta))
+            found.append(Screened(candidate, (float(trials[peak]),), float(curve[peak]), still))
             curve[max(0, peak - 2 * FREQUENCIES_A_LINE) : peak + 2 * FREQUENCIES_A_LINE + 1] = 0.0
     return sorted(found, key=lambda trial: -trial.gain)
 

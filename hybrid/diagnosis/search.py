@@ -11,6 +11,7 @@ from hybrid.diagnosis.candidates import Candidate
 from hybrid.diagnosis.fitting import ENOUGH, Fit, Frame, fit
 from hybrid.diagnosis.hypothesis import Hypothesis
 from hybrid.diagnosis.records import Batch
+from hybrid.diagnosis.scanning import scan
 from hybrid.diagnosis.screening import Screened, screen, screen_forces
 
 PIECES = (10, 3, 1)  # segments that recordings are cut into, one after the other: short ones forgive a wrong start
@@ -104,7 +105,7 @@ def contest(
         return None
     present = {candidate.key for candidate in hypothesis.candidates}
     others = tuple(candidate for candidate in candidates if candidate.key not in present)
-    ranked = [screen(short, others, frame), screen(base, others, frame)]
+    ranked = [screen(short, others, frame), screen(base, others, frame), scan(short, others, frame)]
     forces = [trial for trial in screen_forces(base, others, frame) if trial.gain > FORCED * _recordings(base)]
     advance()
     fits = [_refined(hypothesis, base, trial, frame) for trial in forces[:ALWAYS]]
@@ -112,7 +113,7 @@ def contest(
     first: list[tuple[Fit, Screened]] = []
     for trial in starts:
         extended = hypothesis.adding(trial.candidate)
-        begun = fit(extended, np.append(short.theta, trial.start), short.batches, frame, short.states, 8, CLOSE_ENOUGH)
+        begun = fit(extended, trial.theta(short), short.batches, frame, short.states, 8, CLOSE_ENOUGH)
         if begun is not None:
             first.append((begun, trial))
         advance()
@@ -144,7 +145,7 @@ def _refined(hypothesis: Hypothesis, base: Fit, trial: Screened, frame: Frame) -
     """Return the fit of a harmonic force over whole recordings, at rest in the initial states to begin with."""
     extended = hypothesis.adding(trial.candidate)
     states = tuple(np.concatenate([part, np.full((len(part), 2), 1e-3)], axis=1) for part in base.states)
-    return fit(extended, np.append(base.theta, trial.start), base.batches, frame, states)
+    return fit(extended, trial.theta(base), base.batches, frame, states)
 
 
 def _promising(ranked: list[list[Screened]], kept: int) -> list[Screened]:

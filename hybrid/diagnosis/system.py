@@ -14,6 +14,7 @@ Force = Callable[[FloatArray, FloatArray], FloatArray]
 
 SUBSTEP = 1.0  # largest omega times substep where a force law acts: its pull on that mode is then off by 5e-4
 MOST_SUBSTEPS = 40
+MOST_GROWTH = 200.0  # in e-folds, of a motion without damping; more would overflow, and is as wrong
 DEFECTIVE = 1e9  # condition number of eigenvectors, beyond which matrix exponentials serve better
 CHECKED = 25  # samples between looks whether the motion still is finite
 FEWEST_SUBSTEPS = 2  # contacts and friction set in between samples
@@ -63,7 +64,8 @@ class ModalForm:
 
     def waves(self, samples: int, step: float) -> FloatArray:
         """Return exp(root t) side by side as real and negative imaginary part, (variant, time, 2 m)."""
-        waves = np.exp(self.roots[:, None] * (step * np.arange(samples))[None, :, None])
+        growth = self.roots[:, None] * (step * np.arange(samples))[None, :, None]
+        waves = np.exp(np.minimum(growth.real, MOST_GROWTH) + 1j * growth.imag)
         return np.concatenate([waves.real, -waves.imag], axis=2)
 
 
