@@ -1,24 +1,27 @@
 """What a hybrid model has left to learn: sensors put right, learned forces held against the laws of the list."""
 
+import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 import torch
+from typer.testing import CliRunner
 
 from fe_models.blind import SENSORS, BlindConfig, blind_case
+from fe_models.files.dataset_file import save_dataset
 from fe_models.four_dof import four_dof
 from fe_models.recordings import Dataset, Recording
 from fe_models.sensor_effects import SensorDelay, SensorDrift, SensorGain
 from fe_models.simulate import FreeConfig, simulate_free
 from hybrid.config import Config, places_preset
-from hybrid.diagnosis.diagnosis import diagnose
-from hybrid.diagnosis.gain import hybrid_gain
+from hybrid.diagnosis import gain
 from hybrid.diagnosis.learning import PlaceForce, corrected, learning_preset, undo
 from hybrid.diagnosis.projection import location_of, project
-from hybrid.diagnosis.report import describe_diagnosis, report_table
 from hybrid.preparation import prepare
 from hybrid.scoring import nrmse
+from scripts.diagnose import app
 
 RNG = np.random.default_rng(0)
 U, V = RNG.standard_normal((2, 2000))
@@ -70,28 +73,31 @@ def test_chains_learn_at_places() -> None:
     assert corrected(case, ()) == case
 
 
-def quick() -> Config:
+def quick(_: object) -> Config:
     preset = places_preset()
     return replace(preset, training=replace(preset.training, epochs=3, first_horizon=80))
 
 
-def test_hybrid_has_less_left_to_learn_on_the_extended_structure() -> None:
+def test_hybrid_has_less_left_to_learn_on_the_extended_structure(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Through the script: scores, shares and what was learned where; the place and the law are those of the finding."""
+    monkeypatch.setattr(gain, "learning_preset", quick)
     case = blind_case(14, BlindConfig(("stiffness_change",), size=0.8, train=3, test=1, duration=15.0)).dataset
-    found = diagnose(case)
-    gain = hybrid_gain(case, found, quick())
-    assert gain.nominal is not None
-    assert gain.extended is not None
-    assert gain.extended.share < 0.2 * gain.nominal.share
-    table = report_table(found, gain)
-    assert table["scores"]["hybrid"] == {"measured": gain.extended.measured, "held_out": gain.extended.held_out}
-    assert gain.extended.measured < 1.5 * found.noise_floor
-    assert len(table["learned_residual"]["nominal"]) == 7
-    said = describe_diagnosis(found, gain)
-    assert "Hybrid model on the extended structure" in said
-    assert any("learned forces make" in note for note in table["notes"])
-    first = gain.nominal.places[0]
-    assert next(iter(first.laws)) == "spring"
-    assert any("speaks for the finding" in note for note in gain.notes)
+    path = save_dataset(case, tmp_path, "four_dof")
+    done = CliRunner().invoke(app, [str(path), "--out", str(tmp_path / "out"), "--hybrid"])
+    assert done.exit_code == 0, done.output
+    report = json.loads((tmp_path / "out" / "report.json").read_text())
+    nominal, extended = report["hybrid"]["nominal"], report["hybrid"]["extended"]
+    assert extended["learned_share"] < 0.2 * nominal["learned_share"]
+    assert report["scores"]["hybrid"] == {word: extended[word] for word in ("measured", "held_out")}
+    assert extended["measured"] < 1.5 * report["noise_floor"]
+    first = report["learned_residual"]["nominal"][0]
+    assert first["location"] == {"nodes": [3, 4], "direction": "x"}
+    assert report["findings"][0]["location"] == {"element": 4}
+    assert next(iter(first["laws"])) == "spring"
+    assert any("speaks for the finding" in note for note in report["notes"])
+    assert "Hybrid model on the extended structure" in done.output
 
 
 def test_structure_with_laws_of_its_own_starts_as_it_is() -> None:
