@@ -149,4 +149,5 @@ def _free_fit(base: Fit, frame: Frame) -> Fit | None:
     """Return the fit of the linear model whose factors the recordings alone determine."""
     plant = base.hypothesis.plant
     free = Hypothesis(replace(plant, laws=(), spread=np.full_like(plant.spread, WIDE)))
-    return fit_growing(free, free.centre, lengths_of(base.batches, free.states), frame)
+    with np.errstate(over="ignore", invalid="ignore"):  # a step that goes too far is taken back
+        return fit_growing(free, free.centre, lengths_of(base.batches, free.states), frame)
