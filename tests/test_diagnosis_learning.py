@@ -10,6 +10,8 @@ import torch
 from typer.testing import CliRunner
 
 from fe_models.blind import SENSORS, BlindConfig, blind_case
+from fe_models.effects import HarmonicForce
+from fe_models.errors import InputError
 from fe_models.files.dataset_file import save_dataset
 from fe_models.four_dof import four_dof
 from fe_models.recordings import Dataset, Recording
@@ -17,7 +19,7 @@ from fe_models.sensor_effects import SensorDelay, SensorDrift, SensorGain
 from fe_models.simulate import FreeConfig, simulate_free
 from hybrid.config import Config, places_preset
 from hybrid.diagnosis import gain
-from hybrid.diagnosis.learning import PlaceForce, corrected, learning_preset, undo
+from hybrid.diagnosis.learning import PlaceForce, corrected, learn, learning_preset, undo
 from hybrid.diagnosis.projection import location_of, project
 from hybrid.preparation import prepare
 from hybrid.scoring import nrmse
@@ -116,3 +118,11 @@ def test_structure_with_laws_of_its_own_starts_as_it_is() -> None:
     with torch.no_grad():
         shown = prepared.model.forecast(prepared.model.scale_state(q, q_dot), true.shape[1]).channels.numpy()
     assert nrmse(shown, true).max() < 5e-3
+
+
+def test_force_that_depends_on_time_is_refused_and_said() -> None:
+    """A window does not tell when in its recording it begins: the report then goes without the hybrid there."""
+    case = blind_case(14, BlindConfig(train=2, test=1, duration=10.0)).dataset
+    forced = replace(case, model=four_dof().with_effects(HarmonicForce(2, "x", 1.0, 0.5)))
+    with pytest.raises(InputError, match="depends on time"):
+        learn(forced, quick(None))
