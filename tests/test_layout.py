@@ -10,7 +10,12 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 HOMES = {  # library: the only files that may import it
-    "exudyn": {"fe_models/exudyn_io.py", "fe_models/exudyn_items.py", "fe_models/exudyn_solve.py"},
+    "exudyn": {
+        "fe_models/exudyn_io.py",
+        "fe_models/exudyn_items.py",
+        "fe_models/exudyn_solve.py",
+        "fe_models/exudyn_forces.py",
+    },
     "pyvista": {"fe_models/pictures/render.py"},
 }
 

@@ -184,7 +184,8 @@ def _scale(plant: Plant, place: Place, motion: Motion) -> Scale:
         mass, stiffness = (float(np.mean(matrix.diagonal()[free])) for matrix in (plant.mass, plant.stiffness))
         return Scale(stiffness / 2, 0.2 * float(np.sqrt(mass * stiffness / 2)))
     stiffness = 1 / float(place.pull @ plant.static(place.pull[:, None])[:, 0])
-    omega = float(np.std(motion.velocity @ place.pull) / np.std(motion.displacement @ place.pull))
+    moved = float(np.std(motion.displacement @ place.pull))
+    omega = float(np.std(motion.velocity @ place.pull)) / moved if moved > 0 else float(plant.modes[0][0])
     return Scale(stiffness, 0.2 * stiffness / omega)
 
 
@@ -230,7 +231,7 @@ def _linear(plant: Plant, motion: Motion) -> list[Candidate]:
         if len(place.nodes) == 1:
             build = _builder(lambda n, k, d=direction: SupportSpring(n, d, k), place.nodes[0])
             unit = (nothing, nothing, _outer(place.pull))
-            width = (0.5 * scale.stiffness,)
+            stiff = (0.5 * scale.stiffness,)
             found.append(
                 Candidate(
                     "support_spring",
@@ -238,7 +239,7 @@ def _linear(plant: Plant, motion: Motion) -> list[Candidate]:
                     ("stiffness",),
                     build,
                     (0.0,),
-                    width,
+                    stiff,
                     infinite,
                     changes=unit,
                     twins=place.twins,

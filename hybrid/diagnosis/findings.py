@@ -72,7 +72,8 @@ def cause_of(fit: Fit, number: int) -> tuple[Cause, dict[str, Parameter]]:
     deviations = {}
     for i, (word, error) in enumerate(zip(candidate.names, errors, strict=True)):
         moved = candidate.build(*(value * (1 + TINY * (i == k)) for k, value in enumerate(values)))
-        slope = (moved.parameters[word] - cause.parameters[word]) / (TINY * values[i]) if values[i] else 1.0
+        change = float(np.subtract(moved.parameters[word], cause.parameters[word]))
+        slope = change / (TINY * values[i]) if values[i] else 1.0
         deviations[word] = abs(slope) * error  # the search may use another measure than the report
     if isinstance(cause, HarmonicForce):
         cause, deviations["amplitude"] = _with_amplitude(cause, fit, number)

@@ -272,7 +272,11 @@ def _linearise_all(
 ) -> tuple[Linearisation, ...] | None:
     parts = []
     for number, batch in enumerate(batches):
-        part = linearise_batch(hypothesis, theta, batch, frame, None if states is None else states[number], slopes)
+        own = None if states is None else states[number]
+        try:
+            part = linearise_batch(hypothesis, theta, batch, frame, own, slopes)
+        except np.linalg.LinAlgError:  # masses that are not positive: a step too far
+            return None
         if part is None:
             return None
         parts.append(part)

@@ -188,7 +188,7 @@ class Reduced:
     stiffness: FloatArray
     shapes: FloatArray
 
-    def fed(self, pull: FloatArray, inverse: FloatArray) -> FloatArray:
+    def fed(self, pull: FloatArray, inverse: Any) -> FloatArray:
         """Return the accelerations (variant, mode) by a unit force along ``pull`` (dof,); ``inverse`` of the mass."""
         return np.asarray(np.einsum("pij,pj->pi", inverse, pull @ self.shapes))
 

@@ -275,7 +275,8 @@ def screen_forces(fit: Fit, candidates: tuple[Candidate, ...], frame: Frame) -> 
     accelerations = np.array([sensor.quantity == "acceleration" for sensor in frame.sensors])
     longest = max(batch.samples for batch in fit.batches)
     trials = np.arange(1, longest * FREQUENCIES_A_LINE // 2) * frame.rate / (longest * FREQUENCIES_A_LINE)
-    feed = np.stack([reduced.fed(candidate.pull, inverse)[0] for candidate in forces], axis=1)  # (mode, place)
+    pulls = [candidate.pull for candidate in forces if candidate.pull is not None]  # of every force
+    feed = np.stack([reduced.fed(pull, inverse)[0] for pull in pulls], axis=1)  # (mode, place)
     B = np.zeros((states, len(forces)))
     B[n : 2 * n] = feed
     D = np.where(accelerations[:, None], hypothesis.plant.rows(frame.sensors) @ reduced.shapes[0] @ feed, 0.0)
