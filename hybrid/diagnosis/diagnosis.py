@@ -16,11 +16,13 @@ from hybrid.diagnosis.findings import Finding, Verdict, cause_of, reported_locat
 from hybrid.diagnosis.fitting import Fit, Frame, fit
 from hybrid.diagnosis.forecasting import Forecast, Model, forecast
 from hybrid.diagnosis.hypothesis import Hypothesis
-from hybrid.diagnosis.noise import Excess, excess, noise_of_recordings, structure_band
+from hybrid.diagnosis.noise import excess, noise_of_recordings, structure_band
+from hybrid.diagnosis.pairs import asks_for_more, misfit, pair_fits, short_fit
+from hybrid.diagnosis.pairs import left as left_of
 from hybrid.diagnosis.plant import Plant, plant_of
 from hybrid.diagnosis.posterior import Posterior, of_candidate, posterior_of, rivals_of
-from hybrid.diagnosis.records import Batch, batches_of, columns_of, measured_columns
-from hybrid.diagnosis.search import Contest, Lengths, contest, lengths_of
+from hybrid.diagnosis.records import batches_of, columns_of, measured_columns
+from hybrid.diagnosis.search import contest, lengths_of
 from hybrid.diagnosis.show import Shown, show
 from hybrid.diagnosis.switching import acting_recordings, fit_switched
 
@@ -29,10 +31,6 @@ WHOLLY = 0.03  # of the excess energy: what may be left where all is called expl
 PARTLY = 0.5  # of it: beyond, nothing is
 DOUBT = 0.85  # most probability of a finding beside which something significant is left unexplained
 DEVIATION = 2.5  # of its stated standard deviations: how far a nominal value may be calibrated
-SECOND = 10.0  # in tempered log evidence: what a second effect must gain for the first to be looked for again
-HELPLESS = 0.8  # of the excess energy: where the best cause leaves more, a second one would only add to the guess
-ONE_FACTOR = 3.5  # stated standard deviations of one calibrated factor: chance in 1 of 200 structures with 12 factors
-TOGETHER = 3.0  # standard deviations of the mean square of all of them over its mean
 RIVALS = 0.005  # least probability of an alternative that is told
 LAST_TEST = 4  # without test recordings every so manieth of those for training is tested on
 
@@ -69,26 +67,26 @@ def diagnose(dataset: Dataset, advance: Callable[[str], object] | None = None) -
     frame = Frame(tuple(dataset.sensors[i] for i in measured), rate, noise_of_recordings(batches, rate, band))
     nominal = Hypothesis(plant)
     lengths = lengths_of(batches, nominal.states)
-    short = _short(plant, lengths, frame)
+    short = short_fit(plant, lengths, frame)
     motion = _motion(short, plant)
     candidates = all_candidates(plant, dataset, motion, measured)
     tell("screening")
     singles = contest(nominal, nominal.centre, candidates, lengths, frame, short, lambda: tell("single causes"))
     if singles is None:
         raise InputError("model: with its own force laws these recordings' motion grows beyond all bounds; check them")
-    frame, singles = _with_better_noise(singles, frame, rate, band)
-    fits = [singles.base, *singles.fits]
+    frame, fits = _with_better_noise([singles.base, *singles.fits], frame, band)
     posterior = posterior_of(tuple(fits), candidates)
-    if _left(posterior.fits[0], frame, band).significant and not plant.laws:
+    if left_of(posterior.fits[0], frame, band).significant and not plant.laws:
         tell("recordings apart")
-        fits += fit_switched(_short(plant, lengths, frame), candidates, batches, frame)
+        fits += fit_switched(short, posterior.fits[0], candidates, lengths, frame)
         posterior = posterior_of(tuple(fits), candidates)
-    if _asks_for_more(posterior.fits[0], singles.base, frame, band):
+    if asks_for_more(posterior.fits[0], fits[0], frame, band):
         tell("two causes")
-        fits += _pairs(posterior, candidates, batches, frame, tell)
-        posterior = posterior_of(tuple(fits), candidates)
+        fits += pair_fits(posterior, candidates, batches, frame, band, lambda: tell("two causes"))
+    frame, fits = _with_better_noise(fits, frame, band)
+    posterior = _with_same_noise(posterior_of(tuple(fits), candidates), fits[0], frame, candidates)
     tell("forecasts")
-    return _concluded(dataset, plant, singles.base, posterior, frame, band, measured, candidates, notes, begun)
+    return _concluded(dataset, plant, fits[0], posterior, frame, band, measured, candidates, notes, begun)
 
 
 def _with_test(dataset: Dataset) -> tuple[Dataset, list[str]]:
@@ -107,92 +105,32 @@ def _with_test(dataset: Dataset) -> tuple[Dataset, list[str]]:
     return replace(dataset, recordings=parts), [f"no recording is for testing: {apart} set apart for it, not fitted"]
 
 
-def _short(plant: Plant, lengths: Lengths, frame: Frame) -> Fit:
-    """Return the nominal fit of the shortest segments; force laws of the nominal model are left out where they fail."""
-    linear = Hypothesis(replace(plant, laws=()))
-    begun = fit(linear, linear.centre, lengths.cut[0], frame)
-    assert begun is not None  # a linear system always answers
-    if not plant.laws:
-        return begun
-    nominal = Hypothesis(plant)
-    return fit(nominal, begun.theta, lengths.cut[0], frame, begun.states) or begun
-
-
 def _motion(short: Fit, plant: Plant) -> Motion:
     n = plant.size
     states = np.concatenate(short.states)
     return Motion(states[:, :n], states[:, n : 2 * n])
 
 
-def _with_better_noise(found: Contest, frame: Frame, rate: float, band: float) -> tuple[Frame, Contest]:
+def _with_better_noise(fits: list[Fit], frame: Frame, band: float) -> tuple[Frame, list[Fit]]:
     """Return the frame with the noise that the best fit leaves above the structure's band, and fits rescaled to it."""
-    best = min((found.base, *found.fits), key=lambda item: item.cost)
-    scale = excess(best.residuals, rate, band).sigma
-    scale = np.clip(scale, 0.5, 1.5)
+    best = min(fits, key=lambda item: item.cost)
+    scale = np.clip(excess(best.residuals, frame.rate, band).sigma, 0.5, 1.5)
 
     def rescaled(item: Fit) -> Fit:
         residuals = tuple(part / scale for part in item.residuals)
         chi2 = sum(float(np.square(part).sum()) for part in residuals)
         return replace(item, residuals=residuals, chi2=chi2, cost=item.cost - item.chi2 + chi2)
 
-    fits = tuple(sorted((rescaled(item) for item in found.fits), key=lambda item: -item.log_evidence))
-    return replace(frame, sigma=frame.sigma * scale), Contest(rescaled(found.base), fits)
+    return replace(frame, sigma=frame.sigma * scale), [rescaled(item) for item in fits]
 
 
-def _left(item: Fit, frame: Frame, band: float) -> Excess:
-    return excess(item.residuals, frame.rate, band)
-
-
-def _factors_off(item: Fit) -> bool:
-    """Return whether the calibrated factors are further off than their owner thinks normal: one, or all together."""
-    count = item.hypothesis.nuisances
-    deviation = item.theta[:count] / item.hypothesis.width[:count]
-    limit = 1 + TOGETHER * np.sqrt(2 / count)
-    return bool(np.abs(deviation).max() > ONE_FACTOR or np.mean(deviation**2) > limit)
-
-
-def _asks_for_more(item: Fit, base: Fit, frame: Frame, band: float) -> bool:
-    """Return whether a second cause should be looked for: something is left, and the first took away enough."""
-    left, had = _left(item, frame, band), _left(base, frame, band)
-    if left.significant and left.total > HELPLESS * had.total:
-        return False
-    return bool(item.hypothesis.candidates) and (_left(item, frame, band).significant or _factors_off(item))
-
-
-def _pairs(
-    posterior: Posterior,
-    candidates: tuple[Candidate, ...],
-    batches: tuple[Batch, ...],
-    frame: Frame,
-    tell: Callable[[str], object],
-) -> list[Fit]:
-    """Return fits of two causes: the best one with each other, and then the other way round."""
-    first = posterior.fits[0]
-    if any(batch.off for batch in first.batches):
-        return []
-    found: list[Fit] = []
-    start = first
-    for _ in range(2):
-        hypothesis = replace(start.hypothesis, candidates=start.hypothesis.candidates[-1:])
-        kept = np.r_[: hypothesis.nuisances, np.arange(len(start.theta))[start.hypothesis.slices[-1]]]
-        lengths = lengths_of(batches, hypothesis.states)
-        if hypothesis.candidates[0].oscillator:
-            return found
-        plain = _short(hypothesis.plant, lengths, frame)
-        second = contest(
-            hypothesis, start.theta[kept], candidates, lengths, frame, plain, lambda: tell("two causes"), kept=6
-        )
-        if second is None or not second.fits:
-            return found
-        best = second.fits[0]
-        found += second.fits
-        tempered = (best.log_evidence - start.log_evidence) / posterior.temper
-        if tempered < SECOND:
-            return found
-        if best.hypothesis.candidates[-1].oscillator:
-            return found
-        start = best
-    return found
+def _with_same_noise(posterior: Posterior, base: Fit, frame: Frame, candidates: tuple[Candidate, ...]) -> Posterior:
+    """Return the posterior with its best fit found anew: the earlier one was with other noise, and so its errors."""
+    best = posterior.fits[0]
+    again = fit(best.hypothesis, best.theta, best.batches, frame, best.states)
+    if best is base or again is None:
+        return posterior
+    return posterior_of((again, *posterior.fits[1:]), candidates)
 
 
 def _concluded(
@@ -223,12 +161,12 @@ def _concluded(
     own = list(measured)
     floor = float(calibrated.floor[:, own].mean())
     before, after = float(calibrated.nrmse[:, own].mean()), float(extended.nrmse[:, own].mean())
-    left, had = _left(best, frame, band), _left(base, frame, band)
-    share = left.total / max(had.total, left.total, 1e-300) if left.significant else 0.0
+    left, had = left_of(best, frame, band), left_of(base, frame, band)
+    share = left.total / max(misfit(base, frame, band), left.total, 1e-300) if left.significant else 0.0
     reached = before <= (1 + MATERIAL) * floor and before - after <= MATERIAL * floor
     gain = nominal.energy - nominal.floor_energy
     unexplained = float(np.clip((extended.energy - extended.floor_energy) / max(gain, 1e-300), 0.0, 1.0))
-    if reached and not (_left(base, frame, band).significant and share > WHOLLY and not best.hypothesis.candidates):
+    if reached and not (left_of(base, frame, band).significant and share > WHOLLY and not best.hypothesis.candidates):
         verdict = Verdict.NOTHING_WRONG
     elif not best.hypothesis.candidates:
         verdict = Verdict.UNEXPLAINED if left.significant else Verdict.NOTHING_WRONG

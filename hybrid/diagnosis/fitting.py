@@ -14,7 +14,8 @@ from fe_models.dofs import FloatArray, IntArray
 from fe_models.recordings import Sensor
 from hybrid.diagnosis.hypothesis import Hypothesis
 from hybrid.diagnosis.records import Batch
-from hybrid.diagnosis.system import drift, observability, respond
+from hybrid.diagnosis.system import channels, drift, march, observability
+from hybrid.diagnosis.tangent import channels_near
 
 STEP = 1e-3  # of a prior width (of the rms of a state): the finite differences of the Jacobian
 RIDGE = 1e-6  # of the largest column of the initial state's Jacobian: what no sensor feels stays at rest
@@ -45,7 +46,8 @@ class Linearisation:
 
     ``residual`` (recording, value), ``slopes`` (parameter, recording, value); ``states`` z0 (recording, state) and how
     they move with theta, ``state_slopes`` (parameter, recording, state); ``state_step`` (recording, state) the move
-    that the residual asks for; ``raw`` (recording, time, sensor) the residual itself; ``basis`` what was projected out.
+    that the residual asks for; ``raw`` (recording, time, sensor) the residual itself; ``basis`` what was projected out;
+    ``path`` (time, recording, state) the motion, empty where it is linear.
     """
 
     residual: FloatArray
@@ -55,6 +57,7 @@ class Linearisation:
     state_step: FloatArray
     raw: FloatArray
     basis: FloatArray
+    path: FloatArray
 
 
 @dataclass(frozen=True)
@@ -103,10 +106,12 @@ def linearise_batch(
     frame: Frame,
     states: FloatArray | None,
     slopes: bool = True,
+    path: FloatArray | None = None,
 ) -> Linearisation | None:
     """Return the linearisation of one batch, None where the motion grows beyond all bounds.
 
-    ``states`` (recording, state) is needed where force laws act; elsewhere it is solved for.
+    ``states`` (recording, state) is needed where force laws act; elsewhere it is solved for. ``path``: the motion from
+    there, where it is known already.
     """
     hypothesis, kept = _acting(hypothesis, batch)
     own = theta[kept]
@@ -129,25 +134,33 @@ def linearise_batch(
         projected = change - inside @ basis.T
         state_slopes = -np.linalg.solve(upper, inside[..., None])[..., 0]
         step = np.zeros_like(z)
+        raw = residual.reshape(batch.data.shape)
     else:
         assert states is not None
         z = states
+        system = hypothesis.system(own[None], frame.sensors, frame.rate, frame.positions)
+        if path is None:
+            marched = march(system, z[None], samples)
+            if marched is None:
+                return None
+            path = marched[0][:, 0]
+            y = channels(system, marched)[0]
+            if not np.isfinite(y).all() or np.abs(y / frame.sigma).max() > 1e6 * np.abs(data).max():
+                return None
+            if not slopes:
+                residual = data - y.reshape(recordings, -1) * weight
+                nothing = np.zeros((0, recordings, 0))
+                raw = residual.reshape(batch.data.shape)
+                return Linearisation(residual, nothing, z, nothing, np.zeros_like(z), raw, np.zeros((0, 0)), path)
         variants = len(thetas)
         size = STEP * np.maximum(np.sqrt(np.mean(z**2, axis=0)), 1e-12)
-        if slopes:
-            thetas = np.vstack([thetas, np.repeat(own[None], hypothesis.states, axis=0)])
-        start = np.repeat(z[None], len(thetas), axis=0)
-        if slopes:
-            start[variants:] += np.diag(size)[:, None]
-        system = hypothesis.system(thetas, frame.sensors, frame.rate, frame.positions)
-        y = respond(system, start, samples).reshape(len(thetas), recordings, -1) * weight
-        if not np.isfinite(y).all() or np.abs(y[0]).max() > 1e6 * np.abs(data).max():
+        thetas = np.vstack([thetas, np.repeat(own[None], hypothesis.states, axis=0)])
+        near = channels_near(hypothesis.system(thetas, frame.sensors, frame.rate, frame.positions), path, size)
+        if near is None:
             return None
+        y = near.reshape(len(thetas), recordings, -1) * weight
         residual = data - y[0]
         raw = residual.reshape(batch.data.shape)
-        if not slopes:
-            nothing = np.zeros((0, recordings, 0))
-            return Linearisation(residual, nothing, z, nothing, np.zeros_like(z), raw, np.zeros((0, 0)))
         change = (y[1:variants] - y[0]) / moved[:, None, None]
         by_state = ((y[variants:] - y[0]) / size[:, None, None]).transpose(1, 2, 0)  # (recording, value, state)
         basis, upper = _orthonormal(by_state)
@@ -157,12 +170,15 @@ def linearise_batch(
         step = np.linalg.solve(upper, along[..., None])[..., 0]
         state_slopes = -np.linalg.solve(upper, inside[..., None])[..., 0]
         residual = residual - np.einsum("rs,rvs->rv", along, basis)
-        return Linearisation(
-            residual, _spread(projected, kept, len(theta)), z, _spread(state_slopes, kept, len(theta)), step, raw, basis
-        )
-    raw = residual.reshape(batch.data.shape)
     return Linearisation(
-        residual, _spread(projected, kept, len(theta)), z, _spread(state_slopes, kept, len(theta)), step, raw, basis
+        residual,
+        _spread(projected, kept, len(theta)),
+        z,
+        _spread(state_slopes, kept, len(theta)),
+        step,
+        raw,
+        basis,
+        np.zeros((0, *z.shape)) if path is None else path,
     )
 
 
@@ -201,10 +217,12 @@ def fit(
     states: tuple[FloatArray, ...] | None = None,
     iterations: int = ITERATIONS,
     enough: float = ENOUGH,
+    bound: float = inf,
 ) -> Fit | None:
     """Return the best fit from ``theta`` (parameter,) by Levenberg and Marquardt; None where the start already fails.
 
-    ``states``: where initial states begin, one array (recording, state) for each batch, needed with force laws.
+    ``states``: where initial states begin, one array (recording, state) for each batch, needed with force laws. A fit
+    that would not get below the cost ``bound``, even if every step to come brought as much as the last, is broken off.
     """
     centre, width, lower = hypothesis.centre, hypothesis.width, hypothesis.lower
     theta = np.maximum(theta, lower)
@@ -214,7 +232,8 @@ def fit(
     cost = _cost(current, theta, centre, width)
     first, factor, most = DAMPING
     damping = FREE
-    for _ in range(iterations if hypothesis.is_linear else min(iterations, LAW_ITERATIONS)):
+    iterations = iterations if hypothesis.is_linear else min(iterations, LAW_ITERATIONS)
+    for number in range(iterations):
         J = np.concatenate([part.slopes.reshape(len(theta), -1) for part in current], axis=1)
         r = np.concatenate([part.residual.ravel() for part in current])
         H = J @ J.T + np.diag(1 / width**2)
@@ -231,7 +250,7 @@ def fit(
             new = inf if then is None else _cost(then, trial, centre, width)
             if then is not None and new <= cost:
                 if not hypothesis.is_linear:  # the slopes take far longer, and are not needed of a step that fails
-                    then = _linearise_all(hypothesis, trial, batches, frame, tuple(moved))
+                    then = _linearise_all(hypothesis, trial, batches, frame, tuple(moved), found=then)
                 if then is None:
                     damping = most
                     break
@@ -239,7 +258,7 @@ def fit(
                 damping = damping / factor if damping > first else FREE
                 break
             damping = max(damping * factor, first)
-        if gain < enough or damping >= most:
+        if gain < enough or damping >= most or cost - (iterations - 1 - number) * gain > bound:
             break
     J = np.concatenate([part.slopes.reshape(len(theta), -1) for part in current], axis=1)
     H = J @ J.T + np.diag(1 / width**2)
@@ -263,10 +282,14 @@ def _linearise_all(
     frame: Frame,
     states: tuple[FloatArray, ...] | None,
     slopes: bool = True,
+    found: tuple[Linearisation, ...] | None = None,
 ) -> tuple[Linearisation, ...] | None:
+    """Return the linearisations of all batches, None where one fails; ``found``: those without slopes, with motions."""
     parts = []
     for number, batch in enumerate(batches):
-        part = linearise_batch(hypothesis, theta, batch, frame, None if states is None else states[number], slopes)
+        own = None if states is None else states[number]
+        path = None if found is None else found[number].path
+        part = linearise_batch(hypothesis, theta, batch, frame, own, slopes, path)
         if part is None:
             return None
         parts.append(part)
