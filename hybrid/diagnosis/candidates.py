@@ -29,7 +29,7 @@ from fe_models.sensor_effects import SensorDelay, SensorDrift, SensorGain
 from fe_models.structure import Spring
 from hybrid.diagnosis.plant import Plant
 
-CREEP = 0.02  # of the rms rate at its place: the rate below which friction is taken as a dashpot
+CREEP = 0.01  # of the rms rate at its place: the rate below which friction is taken as a dashpot
 SMALL = 1e-3  # of a prior width: the step at which a response counts as of first order
 REACHES = (0.1, 0.25, 0.45, 0.65, 0.85)  # of the largest elongation: where a search for a gap starts
 

@@ -43,9 +43,9 @@ def asks_for_more(item: Fit, base: Fit, frame: Frame, band: float) -> bool:
     """Return whether a second cause should be looked for: something is left, and the first took away enough.
 
     What a fit fails by is its excess and the deviation of its calibration together: factors far beyond what their owner
-    thinks normal may hide any error.
+    thinks normal may hide any error. No second cause is looked for where the first comes and goes.
     """
-    if not item.hypothesis.candidates:
+    if not item.hypothesis.candidates or any(batch.off for batch in item.batches):
         return False
     if not left(item, frame, band).significant:
         return _factors_off(item)
@@ -61,7 +61,9 @@ def pair_fits(
     advance: Callable[[], object],
 ) -> list[Fit]:
     """Return fits of two causes: the best single ones each with all others, and what may stand in the first's place."""
-    singles = [item for item in posterior.fits if item.hypothesis.candidates and not _switched(item)]
+    singles = [
+        item for item in posterior.fits if item.hypothesis.candidates and not any(batch.off for batch in item.batches)
+    ]
     starts = singles[:FIRSTS]
     found: list[Fit] = []
     done: set[str] = set()
@@ -89,10 +91,6 @@ def pair_fits(
         if gained >= SECOND:
             starts.insert(0, best)
     return found
-
-
-def _switched(item: Fit) -> bool:
-    return any(batch.off for batch in item.batches)
 
 
 def misfit(item: Fit, frame: Frame, band: float) -> float:
