@@ -47,7 +47,8 @@ class Linearisation:
     ``residual`` (recording, value), ``slopes`` (parameter, recording, value); ``states`` z0 (recording, state) and how
     they move with theta, ``state_slopes`` (parameter, recording, state); ``state_step`` (recording, state) the move
     that the residual asks for; ``raw`` (recording, time, sensor) the residual itself; ``basis`` what was projected out;
-    ``path`` (time, recording, state) the motion, empty where it is linear.
+    ``path`` (time, recording, state) the motion, empty where it is linear; ``state_errors`` (recording, state) standard
+    deviations of z0 at this theta.
     """
 
     residual: FloatArray
@@ -58,6 +59,7 @@ class Linearisation:
     raw: FloatArray
     basis: FloatArray
     path: FloatArray
+    state_errors: FloatArray
 
 
 @dataclass(frozen=True)
@@ -65,7 +67,8 @@ class Fit:
     """The best theta (parameter,) of a hypothesis, its ``covariance``, and what is left.
 
     ``chi2``: sum of squares of the data alone, ``cost`` with the prior. ``states`` and ``residuals`` (in units of
-    sigma): one array (recording, ...) for each batch. ``batches``: what was fitted.
+    sigma): one array (recording, ...) for each batch. ``batches``: what was fitted. ``state_errors``: standard
+    deviations (recording, state) at this theta, and ``state_slopes`` (parameter, recording, state), for each batch.
     """
 
     hypothesis: Hypothesis
@@ -76,6 +79,8 @@ class Fit:
     states: tuple[FloatArray, ...]
     residuals: tuple[FloatArray, ...]
     batches: tuple[Batch, ...]
+    state_errors: tuple[FloatArray, ...]
+    state_slopes: tuple[FloatArray, ...]
 
     @property
     def values(self) -> int:
@@ -86,16 +91,21 @@ class Fit:
     def log_evidence(self) -> float:
         """Laplace's approximation: the fit, and how much of the prior of the candidates' parameters is left.
 
-        The initial states are the same for all hypotheses but for the two of a harmonic force, which cost half the
-        logarithm of the number of samples each.
+        The initial states are the same for all hypotheses but for the two of a harmonic force in each recording; their
+        prior is a normal distribution as wide as the force that was found.
         """
         first = self.hypothesis.nuisances
         own = self.covariance[first:, first:]
         occam = (
             0.5 * np.linalg.slogdet(own)[1] - float(np.log(self.hypothesis.width[first:]).sum()) if len(own) else 0.0
         )
-        forces = sum(candidate.oscillator for candidate in self.hypothesis.candidates)
-        occam -= forces * sum(len(b.data) * float(np.log(b.samples)) for b in self.batches)
+        motion = 2 * self.hypothesis.plant.size
+        for number in range(sum(candidate.oscillator for candidate in self.hypothesis.candidates)):
+            entries = slice(motion + 2 * number, motion + 2 * number + 2)
+            waves = np.concatenate([states[:, entries] for states in self.states])
+            errors = np.concatenate([part[:, entries] for part in self.state_errors])
+            square = np.mean(waves**2) + 1e-300
+            occam -= 0.5 * float(np.sum(np.log1p(square / errors**2) + waves**2 / square))
         return -0.5 * self.cost + float(occam)
 
 
@@ -151,7 +161,8 @@ def linearise_batch(
                 residual = data - y.reshape(recordings, -1) * weight
                 nothing = np.zeros((0, recordings, 0))
                 raw = residual.reshape(batch.data.shape)
-                return Linearisation(residual, nothing, z, nothing, np.zeros_like(z), raw, np.zeros((0, 0)), path)
+                still = np.zeros_like(z)
+                return Linearisation(residual, nothing, z, nothing, still, raw, np.zeros((0, 0)), path, still)
         variants = len(thetas)
         size = STEP * np.maximum(np.sqrt(np.mean(z**2, axis=0)), 1e-12)
         thetas = np.vstack([thetas, np.repeat(own[None], hypothesis.states, axis=0)])
@@ -179,6 +190,7 @@ def linearise_batch(
         raw,
         basis,
         np.zeros((0, *z.shape)) if path is None else path,
+        np.broadcast_to(np.linalg.norm(np.linalg.inv(upper), axis=-1), z.shape),
     )
 
 
@@ -272,6 +284,8 @@ def fit(
         tuple(part.states for part in current),
         tuple(part.raw for part in current),
         batches,
+        tuple(part.state_errors for part in current),
+        tuple(part.state_slopes for part in current),
     )
 
 

@@ -18,6 +18,7 @@ SECOND = 10.0  # in tempered log evidence: what a second effect must gain for th
 HELPLESS = 0.8  # of the misfit: where the best cause leaves more, a second one would only add to the guess
 ONE_FACTOR = 3.5  # stated standard deviations of one calibrated factor: chance in 1 of 200 structures with 12 factors
 TOGETHER = 3.0  # standard deviations of the mean square of all of them over its mean
+SORTED = 0.02  # of the misfit: what a cause that acts in some recordings may leave and still be the only one
 CONTESTS = 3  # searches for a second cause, each on top of another first one
 FIRSTS = 2  # single causes that a second one is looked for
 KEPT = 6  # candidates kept from the screening of each length
@@ -43,9 +44,11 @@ def asks_for_more(item: Fit, base: Fit, frame: Frame, band: float) -> bool:
     """Return whether a second cause should be looked for: something is left, and the first took away enough.
 
     What a fit fails by is its excess and the deviation of its calibration together: factors far beyond what their owner
-    thinks normal may hide any error. No second cause is looked for where the first comes and goes.
+    thinks normal may hide any error.
     """
-    if not item.hypothesis.candidates or any(batch.off for batch in item.batches):
+    if not item.hypothesis.candidates:
+        return False
+    if any(batch.off for batch in item.batches) and misfit(item, frame, band) < SORTED * misfit(base, frame, band):
         return False
     if not left(item, frame, band).significant:
         return _factors_off(item)

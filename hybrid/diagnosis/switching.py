@@ -11,6 +11,7 @@ from hybrid.diagnosis.hypothesis import Hypothesis
 from hybrid.diagnosis.records import Batch
 from hybrid.diagnosis.screening import amounts_by_recording
 from hybrid.diagnosis.search import CLOSE_ENOUGH, Lengths, bound_of, continued, padded
+from hybrid.diagnosis.wave import wave
 
 TRIED = 5  # candidates, the most promising if each recording had its own amount
 TRIED_LAWS = 2  # of them force laws
@@ -50,6 +51,9 @@ def fit_switched(short: Fit, best: Fit, candidates: tuple[Candidate, ...], lengt
 
 def acting_recordings(fit: Fit, number: int) -> tuple[str, ...]:
     """Return the names of the recordings where candidate ``number`` of a fit acts."""
+    if fit.hypothesis.candidates[number].oscillator:
+        names = [name for batch in fit.batches for name in batch.names]
+        return tuple(name for name, acts in zip(names, wave(fit, number).acting, strict=True) if acts)
     return tuple(name for batch in fit.batches if number not in batch.off for name in batch.names)
 
 
