@@ -8,7 +8,7 @@ freedom costs Exudyn no more than the drawn one, and no full matrix is ever form
 
 from collections import defaultdict
 from collections.abc import Hashable, Iterable
-from dataclasses import fields
+from dataclasses import fields, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -55,6 +55,18 @@ def linearise(structure: Structure, state: FloatArray | None = None) -> LinearMo
     if any(not isinstance(effect, ForceLaw) for effect in structure.effects):
         raise_faults(f"structure {structure.name!r}: {fault}" for fault in _overdrawn(structure, model))
     return model
+
+
+def unsupported(structure: Structure) -> tuple[csr_array, csr_array, csr_array]:
+    """Return M, C (without modal damping) and K over all degrees of freedom, as if no support held the structure."""
+    parts = mesh(require_structure(structure))
+    groups = _equal_items(structure, parts, None)
+    everywhere = replace(parts.dofs, free=np.ones(len(parts.dofs), dtype=bool))
+    return (
+        scatter([(matrices.mass, rows) for matrices, rows in groups], everywhere),
+        scatter([(matrices.damping, rows) for matrices, rows in groups], everywhere),
+        scatter([(matrices.stiffness, rows) for matrices, rows in groups], everywhere),
+    )
 
 
 def gravity_load(structure: Structure, acceleration: float = 9.81) -> FloatArray:

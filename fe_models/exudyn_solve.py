@@ -68,7 +68,7 @@ def static_displacement(
     system.mbs.Assemble()
     if start is not None:
         system.mbs.systemData.SetODE2Coordinates(start.tolist(), exu.ConfigurationType.Initial)
-    settings = _settings()
+    settings = quiet_settings()
     settings.staticSolver.numberOfLoadSteps = 1 if start is not None else LOAD_STEPS
     settings.staticSolver.newton.relativeTolerance = STATIC_TOLERANCE
     settings.staticSolver.newton.absoluteTolerance = _force_rounding(structure, mesh)
@@ -225,7 +225,7 @@ def _force_rounding(structure: Structure, mesh: Mesh) -> float:
     return max(20 * float(np.finfo(float).eps) * max(noise), SMALLEST_TOLERANCE)
 
 
-def _settings() -> Any:
+def quiet_settings() -> Any:
     """Return settings that write nothing anywhere and use sparse matrices."""
     settings = exu.SimulationSettings()
     settings.solution.file.write = False
@@ -234,7 +234,7 @@ def _settings() -> Any:
 
 
 def _dynamic_settings(steps: Steps, integrator: Literal["rk67", "newmark"]) -> Any:
-    settings = _settings()
+    settings = quiet_settings()
     settings.solution.sensors.writePeriod = steps.interval
     integration = settings.timeIntegration
     integration.endTime = steps.duration

@@ -33,14 +33,14 @@ def measure(
     raise_faults(_faults(response, sensors, sampling_rate, lowpass, noise))
     every = round(response.sampling_rate / sampling_rate)
     motion = np.stack([response.channel(s.node, s.direction, s.quantity) for s in sensors], axis=-1)  # (time, sensor)
-    signal = _lowpassed(motion, response.sampling_rate, lowpass)[::every]
+    signal = lowpassed(motion, response.sampling_rate, lowpass)[::every]
     white = rng.standard_normal(signal.shape)
-    disturbance = _lowpassed(white, sampling_rate, lowpass)
+    disturbance = lowpassed(white, sampling_rate, lowpass)
     disturbance *= noise * signal.std(axis=0) / disturbance.std(axis=0)
     return np.asarray(signal + disturbance)
 
 
-def _lowpassed(channels: FloatArray, sampling_rate: float, lowpass: float | None) -> FloatArray:
+def lowpassed(channels: FloatArray, sampling_rate: float, lowpass: float | None) -> FloatArray:
     """Return channels (time, sensor) without what lies above ``lowpass`` (Hz), and without delay."""
     if lowpass is None:
         return channels

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 
@@ -41,7 +42,7 @@ class Diagnosis:
 
     verdict: Verdict
     findings: tuple[Finding, ...]
-    calibration: tuple[tuple[str, int, float, float], ...]
+    calibration: tuple[tuple[str, dict[str, Any], float, float], ...]
     unexplained: float
     scores: dict[str, dict[str, float | None]]
     noise_floor: float
@@ -108,7 +109,8 @@ def _with_test(dataset: Dataset) -> tuple[Dataset, list[str]]:
 def _motion(short: Fit, plant: Plant) -> Motion:
     n = plant.size
     states = np.concatenate(short.states)
-    return Motion(states[:, :n], states[:, n : 2 * n])
+    shapes = plant.basis[:, :n]
+    return Motion(states[:, :n] @ shapes.T, states[:, n : 2 * n] @ shapes.T)
 
 
 def _with_better_noise(fits: list[Fit], frame: Frame, band: float) -> tuple[Frame, list[Fit]]:
@@ -127,10 +129,8 @@ def _with_better_noise(fits: list[Fit], frame: Frame, band: float) -> tuple[Fram
 def _with_same_noise(posterior: Posterior, base: Fit, frame: Frame, candidates: tuple[Candidate, ...]) -> Posterior:
     """Return the posterior with its best fit found anew: the earlier one was with other noise, and so its errors."""
     best = posterior.fits[0]
-    again = fit(best.hypothesis, best.theta, best.batches, frame, best.states)
-    if best is base or again is None:
-        return posterior
-    return posterior_of((again, *posterior.fits[1:]), candidates)
+    again = None if best is base else fit(best.hypothesis, best.theta, best.batches, frame, best.states)
+    return posterior if again is None else posterior_of((again, *posterior.fits[1:]), candidates)
 
 
 def _concluded(
@@ -257,15 +257,13 @@ def _strongest_without(posterior: Posterior, candidate: Candidate) -> Fit | None
 
 def _calibration(
     plant: Plant, factors: tuple[float, ...], deviation: FloatArray
-) -> list[tuple[str, int, float, float]]:
-    """Return what, number (of element, node or mode), factor and its standard deviation."""
-    nodes = [int(plant.dofs.node[row]) for row in plant.dofs.free_rows]
-    springs = list(range(1, len(plant.springs) + 1))
-    names = [("stiffness", i) for i in springs] + [("mass", i) for i in nodes]
-    names += [("damping", i + 1) for i in range(plant.size)]
+) -> list[tuple[str, dict[str, Any], float, float]]:
+    """Return quantity, location, factor and its standard deviation."""
+    names: list[tuple[str, dict[str, Any]]] = [(part.quantity, part.location) for part in plant.parts]
+    names += [("damping", {"modes": [mode + 1]}) for mode in range(len(plant.ratios))]
     return [
-        (what, place, factor, float(factor * std))
-        for (what, place), factor, std in zip(names, factors, deviation, strict=True)
+        (what, where, factor, float(factor * std))
+        for (what, where), factor, std in zip(names, factors, deviation, strict=True)
     ]
 
 

@@ -1,11 +1,11 @@
-"""The structure with what was found built in: findings as effects, calibrated factors in its springs and masses."""
+"""The structure with what was found built in: findings as effects, calibrated factors in its parts."""
 
 from dataclasses import replace
 
 import numpy as np
 
 from fe_models.effects import Effect
-from fe_models.structure import Dashpot, Spring, Structure
+from fe_models.structure import Dashpot, Structure
 from hybrid.diagnosis.findings import Finding
 from hybrid.diagnosis.plant import Plant
 
@@ -13,43 +13,27 @@ from hybrid.diagnosis.plant import Plant
 def extended_structure(plant: Plant, factors: tuple[float, ...], findings: tuple[Finding, ...]) -> Structure:
     """Return the nominal structure with calibrated ``factors`` (nuisance,) and the findings that are effects.
 
-    Springs and masses get their own factors. Damping ratios get theirs as modal ratios on top where they grow, and
-    otherwise through the dashpots' mean factor, since a structure's own modal ratios cannot be negative.
+    Parts get their own factors. Damping ratios get theirs as modal ratios on top where they grow, and otherwise through
+    the dashpots' least factor, since a structure's own modal ratios cannot be negative.
     """
     structure = plant.structure
-    n = plant.size
-    springs = factors[: len(plant.springs)]
-    masses = factors[len(plant.springs) : len(plant.springs) + n]
-    ratios = np.array(factors[len(plant.springs) + n :])
-    elements = tuple(
-        replace(element, stiffness=element.stiffness * springs[i]) if isinstance(element, Spring) else element
-        for i, element in enumerate(structure.elements)
-    )
-    by_node = {int(plant.dofs.node[row]): masses[i] for i, row in enumerate(plant.dofs.free_rows)}
-    points = tuple(replace(m, mass=m.mass * by_node.get(m.node, 1.0)) for m in structure.point_masses)
+    for part, factor in zip(plant.parts, factors, strict=False):
+        structure = part.scaled(structure, factor)
+    ratios = np.array(factors[len(plant.parts) :])
     dashpots: tuple[Dashpot, ...] = structure.dashpots
     damping = structure.damping
-    omega2, shapes = np.linalg.eigh(_normalised(plant))
-    omega = np.sqrt(np.maximum(omega2, 1e-300))
-    root = np.linalg.inv(np.linalg.cholesky(plant.mass)).T @ shapes
-    own = np.einsum("di,de,ei->i", root, plant.damping, root) / (2 * omega)
+    own = plant.own_ratios - plant.ratios
     least = float(min(1.0, ratios.min()))
-    if plant.damping.any():
+    if plant.damping.nnz:
         dashpots = tuple(replace(d, coefficient=d.coefficient * least) for d in dashpots)
         damping = replace(
             damping, mass_factor=damping.mass_factor * least, stiffness_factor=damping.stiffness_factor * least
         )
-        kept = [own_ratio * (factor - least) for own_ratio, factor in zip(own, ratios, strict=True)]
+        kept = own * (ratios - least)
     else:
-        kept = [0.0] * n
-    assumed = plant.ratios * ratios
-    modal = tuple(float(max(a + b, 0.0)) for a, b in zip(kept, assumed, strict=True))
+        kept = np.zeros_like(ratios)
+    modal = tuple(float(ratio) for ratio in np.maximum(kept + plant.ratios * ratios, 0.0))
     if any(ratio > 0 for ratio in modal):
         damping = replace(damping, modal_ratios=modal)
-    built = replace(structure, elements=elements, point_masses=points, dashpots=dashpots, damping=damping)
+    built = replace(structure, dashpots=dashpots, damping=damping)
     return built.with_effects(*(f.cause for f in findings if isinstance(f.cause, Effect)))
-
-
-def _normalised(plant: Plant) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
-    inverse = np.linalg.inv(np.linalg.cholesky(plant.mass))
-    return np.asarray(inverse @ plant.stiffness @ inverse.T)

@@ -15,6 +15,7 @@ VERBS = {
     "stiffness_change": "{place} has {factor} times its nominal stiffness",
     "added_mass": "{place} carries {mass} kg more than the model has (negative: less)",
     "support_spring": "{place} is held by {stiffness} N/m that the model lacks (negative: it has too much)",
+    "axial_force": "{place} carries an axial force of {force} N that the model lacks (tension positive)",
     "modal_damping": "{place} is damped with a ratio of {ratio}",
     "point_damper": "a damper of {coefficient} N s/m acts at {place} (negative: the model has too much damping there)",
     "quadratic_damper": "drag of {coefficient} N s^2/m^2 acts at {place}",
@@ -28,6 +29,8 @@ VERBS = {
     "sensor_drift": "{place} drifts by {slope} units per second",
     "time_integration": "the simulation's own step of {step} s makes the error: choose a smaller one",
 }
+
+TINY = 1e-6  # relative: the finite difference between a search's parameter and the reported one
 
 
 class Verdict(Enum):
@@ -65,8 +68,13 @@ def cause_of(fit: Fit, number: int) -> tuple[Cause, dict[str, Parameter]]:
     """Return the cause that candidate ``number`` of a fit amounts to, and its parameters with uncertainty."""
     candidate, part = fit.hypothesis.candidates[number], fit.hypothesis.slices[number]
     values = [float(value) for value in fit.theta[part]]
-    deviations = dict(zip(candidate.names, np.sqrt(np.diag(fit.covariance)[part]), strict=True))
+    errors = np.sqrt(np.diag(fit.covariance)[part])
     cause = candidate.build(*values)
+    deviations = {}
+    for i, (word, error) in enumerate(zip(candidate.names, errors, strict=True)):
+        moved = candidate.build(*(value * (1 + TINY * (i == k)) for k, value in enumerate(values)))
+        slope = (moved.parameters[word] - cause.parameters[word]) / (TINY * values[i]) if values[i] else 1.0
+        deviations[word] = abs(slope) * error  # the search may use another measure than the report
     if isinstance(cause, HarmonicForce):
         found_wave = wave(fit, number)
         cause = replace(cause, amplitude=found_wave.amplitude, phase=found_wave.phase)
@@ -88,6 +96,8 @@ def place_words(location: dict[str, Any]) -> str:
         return f"sensor {location['sensor']}"
     if "element" in location:
         return f"element {location['element']}"
+    if "elements" in location:
+        return f"each of elements {location['elements'][0]} to {location['elements'][-1]}"
     if "modes" in location:
         return "mode " + ", ".join(str(mode) for mode in location["modes"])
     if "nodes" in location:

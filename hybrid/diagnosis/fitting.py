@@ -14,7 +14,7 @@ from fe_models.dofs import FloatArray, IntArray
 from fe_models.recordings import Sensor
 from hybrid.diagnosis.hypothesis import Hypothesis
 from hybrid.diagnosis.records import Batch
-from hybrid.diagnosis.system import channels, drift, march, observability
+from hybrid.diagnosis.system import channels, drift, march, observability, respond
 from hybrid.diagnosis.tangent import channels_near
 
 STEP = 1e-3  # of a prior width (of the rms of a state): the finite differences of the Jacobian
@@ -23,6 +23,7 @@ ITERATIONS = 12
 LAW_ITERATIONS = 8  # with force laws, each of which takes a simulation of all variants
 ENOUGH = 0.05  # the fall in the sum of squares (a chi-square) below which a fit has converged
 FREE = 1e-10  # of Marquardt's damping: none; a cause and the uncertain factor it resembles need whole steps
+EXPLODED = 1e30  # of a channel, in units of its noise: no structure, but a search gone astray
 DAMPING = (1e-3, 30.0, 1e3)  # where a whole step fails: first, factor, give up
 
 
@@ -99,7 +100,7 @@ class Fit:
         occam = (
             0.5 * np.linalg.slogdet(own)[1] - float(np.log(self.hypothesis.width[first:]).sum()) if len(own) else 0.0
         )
-        motion = 2 * self.hypothesis.plant.size
+        motion = 2 * self.hypothesis.size
         for number in range(sum(candidate.oscillator for candidate in self.hypothesis.candidates)):
             entries = slice(motion + 2 * number, motion + 2 * number + 2)
             waves = np.concatenate([states[:, entries] for states in self.states])
@@ -132,14 +133,17 @@ def linearise_batch(
     data = batch.data.reshape(recordings, -1) * weight
     if hypothesis.is_linear:
         system = hypothesis.system(thetas, frame.sensors, frame.rate, frame.positions)
-        rows = observability(system, samples).reshape(len(thetas), -1, hypothesis.states) * weight[:, None]
+        first = observability(system.only(0), samples).reshape(-1, hypothesis.states) * weight[:, None]
         lines = drift(system, samples).reshape(len(thetas), -1) * weight  # (variant, value)
-        basis, upper = _orthonormal(rows[0])
+        if not np.abs(first).max() < EXPLODED:
+            return None
+        basis, upper = orthonormal(first)
         wanted = data - lines[0]
         z = np.linalg.solve(upper, basis.T @ wanted.T).T  # (recording, state)
-        residual = wanted - z @ rows[0].T
-        change = (rows[1:] - rows[0]) @ z.T + (lines[1:] - lines[0])[..., None]  # (parameter, value, recording)
-        change = change.transpose(0, 2, 1) / moved[: len(change), None, None]
+        residual = wanted - z @ first.T
+        shown = respond(system, np.broadcast_to(z, (len(thetas), *z.shape)), samples)
+        shown = shown.reshape(len(thetas), recordings, -1) * weight
+        change = (shown[1:] - shown[0]) / moved[: len(shown) - 1, None, None]  # (parameter, recording, value)
         inside = change @ basis  # (parameter, recording, state)
         projected = change - inside @ basis.T
         state_slopes = -np.linalg.solve(upper, inside[..., None])[..., 0]
@@ -174,7 +178,7 @@ def linearise_batch(
         raw = residual.reshape(batch.data.shape)
         change = (y[1:variants] - y[0]) / moved[:, None, None]
         by_state = ((y[variants:] - y[0]) / size[:, None, None]).transpose(1, 2, 0)  # (recording, value, state)
-        basis, upper = _orthonormal(by_state)
+        basis, upper = orthonormal(by_state)
         inside = np.einsum("prv,rvs->prs", change, basis, optimize=True)
         projected = change - np.einsum("prs,rvs->prv", inside, basis, optimize=True)
         along = np.einsum("rv,rvs->rs", residual, basis)
@@ -212,7 +216,7 @@ def _spread(part: FloatArray, kept: IntArray, parameters: int) -> FloatArray:
     return full
 
 
-def _orthonormal(columns: FloatArray) -> tuple[FloatArray, FloatArray]:
+def orthonormal(columns: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return Q and R of columns (..., value, state), with a ridge below them that keeps R from being singular."""
     ridge = RIDGE * np.linalg.norm(columns, axis=-2).max()
     states = columns.shape[-1]

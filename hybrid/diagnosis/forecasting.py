@@ -97,7 +97,7 @@ def initial_states(
         states = np.linalg.solve(X.T @ X + np.diag(size**-2.0), X.T @ wanted.T).T
         cost = np.sum((wanted - states @ X.T) ** 2, axis=1) + np.sum((states / size) ** 2, axis=1)
         return states, cost
-    linear = replace(system, B=system.B[:, :, :0], D=system.D[:, :, :0], forces=(), G=system.G[:0])
+    linear = replace(system, B=system.B[:, :, :0], D=system.D[:, :, :0], forces=(), G=system.G[:, :0])
     count = max(round(GROWTH[0] * samples), 2)
     weight = np.tile(1 / frame.sigma, count)
     X = observability(linear, count)[0].reshape(-1, len(size)) * weight[:, None]

@@ -11,14 +11,16 @@ from fe_models.dofs import FloatArray
 from fe_models.effects import SlackCable
 from fe_models.recordings import Sensor
 from fe_models.time_integration import TimeIntegration
+from fe_models.uncertain_parts import UncertainPart
 from hybrid.diagnosis.candidates import Candidate
 from hybrid.diagnosis.plant import Plant
+from hybrid.diagnosis.reduction import Basis, basis_of, turn
 from hybrid.diagnosis.system import Force, System
 
 
 @dataclass(frozen=True)
 class Hypothesis:
-    """Parameter vectors theta (..., parameter): log factors of springs, masses, damping; then the candidates'."""
+    """Parameter vectors theta (..., parameter): log factors of parts and of damping; then the candidates'."""
 
     plant: Plant
     candidates: tuple[Candidate, ...] = ()
@@ -59,109 +61,153 @@ class Hypothesis:
         """Whether the channels are linear in the initial state."""
         return not self.plant.laws and not any(c.is_law for c in self.candidates)
 
+    @cached_property
+    def basis(self) -> Basis:
+        """The shapes in which the hypothesis moves, and its matrices there."""
+        return basis_of(self.plant, self.candidates)
+
+    @property
+    def size(self) -> int:
+        """Number of coordinates whose motion is followed."""
+        return self.basis.mass.shape[0] if self.plant.kept is None else self.plant.kept
+
     @property
     def states(self) -> int:
         """Number of entries of an initial state: displacements, velocities, two for each harmonic force."""
-        return 2 * self.plant.size + 2 * sum(c.oscillator for c in self.candidates)
+        return 2 * self.size + 2 * sum(c.oscillator for c in self.candidates)
+
+    def reduced(self, theta: FloatArray) -> "Reduced":
+        """Return M, C, K and the shapes of ``theta`` (variant, parameter)."""
+        plant, basis = self.plant, self.basis
+        parts, variants = len(plant.parts), len(theta)
+        factor = np.exp(theta[:, : self.nuisances])
+        of_mass = np.array([part.quantity == "mass" for part in plant.parts], dtype=bool)
+        M, C, K = (np.repeat(matrix[None], variants, axis=0) for matrix in (basis.mass, basis.damping, basis.stiffness))
+        M += np.einsum("pe,eij->pij", factor[:, :parts][:, of_mass] - 1, basis.parts[of_mass])
+        K += np.einsum("pe,eij->pij", factor[:, :parts][:, ~of_mass] - 1, basis.parts[~of_mass])
+        added, replaced = np.zeros_like(C), list[tuple[int, FloatArray]]()
+        for candidate, change, part in zip(self.candidates, basis.changes, self.slices, strict=True):
+            if change is not None:
+                dM, dC, dK = candidate.amount(theta[:, part.start])[:, None, None] * change[:, None]
+                M, added, K = M + dM, added + dC, K + dK
+            elif candidate.mode is not None:
+                replaced.append((candidate.mode, theta[:, part.start]))
+        shapes = np.broadcast_to(basis.shapes, (variants, *basis.shapes.shape))
+        if self.size < M.shape[1]:
+            T = turn(M, K, self.size)
+            M, C, K, added = (T.transpose(0, 2, 1) @ matrix @ T for matrix in (M, C, K, added))
+            shapes = basis.shapes @ T
+        return Reduced(M, self._damping(M, C, K, factor[:, parts:], replaced) + added, K, shapes)
 
     def system(self, theta: FloatArray, sensors: tuple[Sensor, ...], rate: float, faulty: tuple[int, ...]) -> System:
         """Return the systems of ``theta`` (variant, parameter).
 
         ``faulty``: for each of the ``sensors`` its position among the measured ones, -1 where it is none of them.
         """
-        plant, n, variants = self.plant, self.plant.size, len(theta)
-        factor = np.exp(theta[:, : self.nuisances])
-        springs = factor[:, : len(plant.springs)]
-        masses = factor[:, len(plant.springs) : len(plant.springs) + n]
-        ratio_factor = factor[:, len(plant.springs) + n :]
-        root = np.sqrt(masses)
-        M = root[:, :, None] * plant.mass * root[:, None, :]
-        K = plant.stiffness + np.einsum("pe,eij->pij", springs - 1, plant.springs)
-        C_extra = np.zeros_like(M)
+        plant, n, variants = self.plant, self.size, len(theta)
+        reduced = self.reduced(theta)
+        stiffnesses = np.exp(theta[:, : len(plant.parts)])
         gain, delay, slope = np.ones((variants, len(sensors))), *np.zeros((2, variants, len(sensors)))
-        replaced: list[tuple[int, FloatArray]] = []
         laws: list[tuple[FloatArray, Force]] = [(plant.pull(law), _motion_only(law)) for law in plant.laws]
         oscillators: list[tuple[FloatArray, FloatArray]] = []
         integration = plant.integration
         for candidate, part in zip(self.candidates, self.slices, strict=True):
             values = theta[:, part]
-            if candidate.changes is not None:
-                dM, dC, dK = (values[:, 0, None, None] - candidate.neutral[0]) * candidate.changes[:, None]
-                M, C_extra, K = M + dM, C_extra + dC, K + dK
-            elif candidate.mode is not None:
-                replaced.append((candidate.mode, values[:, 0]))
-            elif candidate.oscillator and candidate.pull is not None:
+            if candidate.oscillator and candidate.pull is not None:
                 oscillators.append((candidate.pull, values[:, 0]))
             elif candidate.pull is not None:
-                laws.append((candidate.pull, force_of(candidate, plant, values, springs)))
+                laws.append((candidate.pull, force_of(candidate, plant, values, stiffnesses)))
             elif candidate.sensor is not None:
                 target = {"sensor_gain": gain, "sensor_delay": delay, "sensor_drift": slope}[candidate.kind]
                 target[:, [i for i, s in enumerate(faulty) if s == candidate.sensor]] = values
-            else:
+            elif candidate.kind == TimeIntegration.kind:
                 integration = None
-        C = self._damping(M, K, ratio_factor, replaced) + C_extra
-        inverse = np.linalg.inv(M)
-        lower = -inverse @ np.concatenate([K, C], axis=2)  # (variant, dof, state)
+        inverse = np.linalg.inv(reduced.mass)
+        lower = -inverse @ np.concatenate([reduced.stiffness, reduced.damping], axis=2)  # (variant, mode, state)
         A = np.zeros((variants, self.states, self.states))
         A[:, :n, n : 2 * n] = np.eye(n)
         A[:, n : 2 * n, : 2 * n] = lower
-        rows = np.zeros((variants, n, self.states))  # of the accelerations
-        rows[:, :, : 2 * n] = lower
+        accelerations = np.zeros((variants, n, self.states))
+        accelerations[:, :, : 2 * n] = lower
         for number, (pull, frequency) in enumerate(oscillators):
             first = 2 * n + 2 * number
             omega = 2 * np.pi * frequency
-            A[:, n : 2 * n, first] = rows[:, :, first] = inverse @ pull
+            A[:, n : 2 * n, first] = accelerations[:, :, first] = reduced.fed(pull, inverse)
             A[:, first, first + 1], A[:, first + 1, first] = omega, -omega
         if integration is not None:
             A = _stepped(A, integration)
-        rate_of_law = [inverse @ pull for pull, _ in laws]
-        feed = np.stack(rate_of_law, axis=-1) if laws else np.zeros((variants, n, 0))  # (variant, dof, law)
-        B = np.zeros((variants, self.states, len(laws)))
-        B[:, n : 2 * n] = feed
-        G = np.zeros((2 * len(laws), self.states))
+        feed = np.zeros((variants, n, len(laws)))
+        B, G = np.zeros((variants, self.states, len(laws))), np.zeros((variants, 2 * len(laws), self.states))
         for number, (pull, _) in enumerate(laws):
-            G[number, :n] = G[len(laws) + number, n : 2 * n] = pull
-        seen, direct = np.zeros((variants, len(sensors), self.states)), np.zeros((variants, len(sensors), len(laws)))
-        free = {int(row): i for i, row in enumerate(plant.dofs.free_rows)}
-        for position, sensor in enumerate(sensors):
-            row = free.get(plant.dofs.row(sensor.node, sensor.direction))
-            if row is None:
-                continue
-            if sensor.quantity == "acceleration":
-                seen[:, position], direct[:, position] = rows[:, row], feed[:, row]
-            else:
-                seen[:, position, row + n * (sensor.quantity == "velocity")] = 1.0
+            feed[:, :, number] = reduced.fed(pull, inverse)
+            G[:, number, :n] = G[:, len(laws) + number, n : 2 * n] = pull @ reduced.shapes
+        B[:, n : 2 * n] = feed
+        picked = plant.rows(sensors) @ reduced.shapes  # (variant, sensor, mode)
+        seen = np.zeros((variants, len(sensors), self.states))
+        kinds = np.array([sensor.quantity for sensor in sensors], dtype=str)
+        at_rest, moving, pushed = (kinds == word for word in ("displacement", "velocity", "acceleration"))
+        seen[:, at_rest, :n] = picked[:, at_rest]
+        seen[:, moving, n : 2 * n] = picked[:, moving]
+        seen[:, pushed] = picked[:, pushed] @ accelerations
+        direct = np.where(pushed[:, None], picked @ feed, 0.0)
         forces = tuple(force for _, force in laws)
         return System(A, B, seen, direct, G, forces, gain, delay, slope, 1 / rate)
 
     def _damping(
-        self, M: FloatArray, K: FloatArray, factor: FloatArray, replaced: list[tuple[int, FloatArray]]
+        self,
+        M: FloatArray,
+        C: FloatArray,
+        K: FloatArray,
+        factor: FloatArray,
+        replaced: list[tuple[int, FloatArray]],
     ) -> FloatArray:
-        """Return C (variant, dof, dof): the nominal one, with the damping ratio of each present mode multiplied."""
+        """Return C (variant, mode, mode) with the damping ratio of each present mode multiplied by its ``factor``."""
         square = np.linalg.cholesky(M)
         inverse = np.linalg.inv(square)
         omega2, shapes = np.linalg.eigh(inverse @ K @ inverse.transpose(0, 2, 1))
         omega = np.sqrt(np.maximum(omega2, 1e-12 * omega2[:, -1:]))
         phi = inverse.transpose(0, 2, 1) @ shapes  # (variant, dof, mode)
-        own = np.einsum("pdi,de,pei->pi", phi, self.plant.damping, phi)  # 2 xi omega
-        assumed = 2 * self.plant.ratios * omega
+        own = np.einsum("pdi,pde,pei->pi", phi, C, phi, optimize=True)  # 2 xi omega
+        more = len(M[0]) - len(self.plant.ratios)  # modes that a released support adds
+        ratios = np.pad(self.plant.ratios, (0, more), mode="edge")
+        factor = np.pad(factor, ((0, 0), (0, more)), constant_values=1.0)
+        assumed = 2 * ratios * omega
         added = (own + assumed) * factor - own
         for mode, ratio in replaced:
             added[:, mode] = 2 * ratio * omega[:, mode] - own[:, mode]
         weighted = M @ phi
-        return np.asarray(self.plant.damping + (weighted * added[:, None]) @ weighted.transpose(0, 2, 1))
+        return np.asarray(C + (weighted * added[:, None]) @ weighted.transpose(0, 2, 1))
 
 
-def force_of(candidate: Candidate, plant: Plant, values: FloatArray, springs: FloatArray) -> Force:
-    """Return the force of a law of ``values`` (variant, parameter); ``springs`` (variant, element): factors."""
+@dataclass(frozen=True)
+class Reduced:
+    """``mass``, ``damping``, ``stiffness`` (variant, mode, mode) and ``shapes`` (variant, dof, mode) of the modes."""
+
+    mass: FloatArray
+    damping: FloatArray
+    stiffness: FloatArray
+    shapes: FloatArray
+
+    def fed(self, pull: FloatArray, inverse: FloatArray) -> FloatArray:
+        """Return the accelerations (variant, mode) by a unit force along ``pull`` (dof,); ``inverse`` of the mass."""
+        return np.asarray(np.einsum("pij,pj->pi", inverse, pull @ self.shapes))
+
+
+def force_of(candidate: Candidate, plant: Plant, values: FloatArray, stiffnesses: FloatArray) -> Force:
+    """Return the force of a law of ``values`` (variant, parameter); ``stiffnesses`` (variant, part): factors."""
     cause: Any = candidate.build(*(values[:, i, None] for i in range(values.shape[1])))
     if isinstance(cause, SlackCable):
         law: Any = SlackCable(cause.element, 1.0).law(plant.structure)
-        own = law.stiffness * springs[:, cause.element - 1, None]
+        (part,) = (i for i, part in enumerate(plant.parts) if _is_stiffness_of(part, cause.element))
+        own = law.stiffness * stiffnesses[:, part, None]
         law = replace(law, stiffness=own, pretension=cause.pretension)
     else:
         law = cause
     return _motion_only(law)
+
+
+def _is_stiffness_of(part: UncertainPart, element: int) -> bool:
+    return part.quantity == "stiffness" and element in part.elements
 
 
 def _motion_only(law: Any) -> Force:

@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import eigh
 
 from fe_models.dofs import FloatArray
 from hybrid.diagnosis.plant import Plant
@@ -16,7 +15,7 @@ UPPER = 0.5  # of half the sampling rate: where noise is told in the recordings 
 
 def structure_band(plant: Plant, rate: float) -> float:
     """Return the frequency (Hz) up to which the structure moves."""
-    highest = float(np.sqrt(eigh(plant.stiffness, plant.mass, eigvals_only=True)[-1])) / (2 * np.pi)
+    highest = float(plant.modes[0][-1]) / (2 * np.pi)
     return min(ABOVE * highest, MOST * rate / 2)
 
 

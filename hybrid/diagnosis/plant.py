@@ -1,65 +1,121 @@
-"""The nominal chain with what its user considers uncertain: M, C, K for any factors of springs, masses, modes."""
+"""The nominal structure with what its user considers uncertain, in a basis of natural modes where it is a frame."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
+from scipy.linalg import eigh
+from scipy.sparse import csr_array
+from scipy.sparse.linalg import splu
 
-from fe_models.assembly import linearise
+from fe_models.assembly import linearise, unsupported
 from fe_models.damping import full_damping
 from fe_models.dofs import DofMap, FloatArray
 from fe_models.effects.base import ForceLaw
-from fe_models.effects.laws import force_laws, with_parts
+from fe_models.effects.laws import force_laws
 from fe_models.errors import InputError, raise_faults
+from fe_models.linear import LinearModel
+from fe_models.modes import natural_modes
 from fe_models.nominal import damping_ratios
-from fe_models.recordings import Dataset
+from fe_models.recordings import Dataset, Sensor
 from fe_models.structure import Spring, Structure
 from fe_models.time_integration import TimeIntegration
+from fe_models.uncertain_parts import UncertainPart, uncertain_parts
 
 CERTAIN = 1e-6  # the least standard deviation of a factor, so that a prior of zero stays a number
+MORE_MODES = 15  # in the basis of a frame, beyond those kept: they carry what a changed part does to the shapes
+NEGLIGIBLE = 1e-3  # of all mass: what a part must hold to be felt
 
 
 @dataclass(frozen=True)
 class Plant:
-    """A chain in physical coordinates.
+    """A structure and the basis in which it is searched.
 
-    ``mass``, ``damping``, ``stiffness``: nominal (dof, dof), over the free degrees of freedom. ``springs``: each
-    element's share in the stiffness (element, dof, dof). ``ratios``: assumed modal damping ratios (mode,) on top of
-    ``damping``. ``spread``: prior standard deviations of the log factors of springs, masses and damping ratios, in this
-    order (nuisance,). ``laws``: forces that the nominal structure itself has. ``integration``: the error of the user's
-    own time steps, None where it integrates exactly.
+    ``mass``, ``damping``, ``stiffness``: sparse (dof, dof) over all degrees of freedom, as if no support held it.
+    ``basis`` (dof, vector): a chain's free degrees of freedom, or a frame's first natural modes. ``kept``: number of
+    modes whose motion is followed, the others only bend along with them; None: all. ``parts``: what is uncertain as a
+    whole, and ``part_changes`` (dof, dof): what the doubling of each adds to M or K. ``ratios``: assumed modal
+    damping ratios (mode,) on top of ``damping``. ``spread``: prior standard deviations of the log factors of parts and
+    damping ratios, in this order (nuisance,). ``laws``: forces that the nominal structure itself has. ``integration``:
+    the error of the user's own time steps, None where it integrates exactly.
     """
 
     structure: Structure
-    mass: FloatArray
-    damping: FloatArray
-    stiffness: FloatArray
-    springs: FloatArray
+    mass: csr_array
+    damping: csr_array
+    stiffness: csr_array
+    dofs: DofMap
+    basis: FloatArray
+    kept: int | None
+    parts: tuple[UncertainPart, ...]
+    part_changes: tuple[csr_array, ...]
     ratios: FloatArray
     spread: FloatArray
     laws: tuple[ForceLaw, ...]
     integration: TimeIntegration | None
-    dofs: DofMap
 
     @property
     def size(self) -> int:
-        """Number of free degrees of freedom."""
-        return len(self.mass)
+        """Number of modes that are followed."""
+        return self.basis.shape[1] if self.kept is None else self.kept
+
+    @property
+    def is_chain(self) -> bool:
+        """Whether all is springs and masses in one direction."""
+        return _is_chain(self.structure)
+
+    @cached_property
+    def modes(self) -> tuple[FloatArray, FloatArray]:
+        """Natural frequencies (rad/s) and mass-normalised shapes (dof, mode) of the nominal modes that are followed."""
+        M, K = (self.basis.T @ (matrix @ self.basis) for matrix in (self.mass, self.stiffness))
+        omega2, shapes = eigh(K, M)
+        return np.sqrt(np.maximum(omega2[: self.size], 0.0)), self.basis @ shapes[:, : self.size]
+
+    @cached_property
+    def own_ratios(self) -> FloatArray:
+        """Damping ratios (mode,) of the nominal modes."""
+        omega, shapes = self.modes
+        own = np.einsum("di,di->i", shapes, self.damping @ shapes)
+        return np.asarray(own / (2 * np.maximum(omega, 1e-300)) + self.ratios)
 
     def pull(self, law: ForceLaw) -> FloatArray:
-        """Return the coefficients (dof,) of a law's elongation over the free degrees of freedom."""
+        """Return the coefficients (dof,) of a law's elongation."""
         full = np.zeros(len(self.dofs))
         for node, direction, coefficient in law.pulls:
             full[self.dofs.row(node, direction)] += coefficient
-        return full[self.dofs.free]
+        return full
+
+    def rows(self, sensors: tuple[Sensor, ...]) -> FloatArray:
+        """Return what each sensor picks of the degrees of freedom, (sensor, dof)."""
+        picked = np.zeros((len(sensors), len(self.dofs)))
+        for position, sensor in enumerate(sensors):
+            picked[position, self.dofs.row(sensor.node, sensor.direction)] = 1.0
+        return picked
+
+    def static(self, forces: FloatArray) -> FloatArray:
+        """Return the displacements (dof, load) under ``forces`` (dof, load), supports holding."""
+        return self.dofs.expand(self._factors.solve(np.asarray(forces)[self.dofs.free]))
+
+    def released(self, row: int) -> FloatArray:
+        """Return the displacements (dof,) when a held degree of freedom moves by one and the others stay held."""
+        free = self.dofs.free_rows
+        moved = -self._factors.solve(self.stiffness[free][:, [row]].toarray()[:, 0])
+        shape = self.dofs.expand(moved)
+        shape[row] = 1.0
+        return shape
+
+    @cached_property
+    def _factors(self):  # type: ignore[no-untyped-def]
+        free = self.dofs.free_rows
+        return splu(self.stiffness[free][:, free].tocsc())
 
 
 def plant_of(dataset: Dataset) -> Plant:
-    """Return the nominal plant of a dataset; `InputError` where its model is none that a diagnosis can take yet."""
+    """Return the nominal plant of a dataset; `InputError` where its model is none that a diagnosis can take."""
     structure = dataset.model
-    if not isinstance(structure, Structure) or any(not isinstance(e, Spring) for e in structure.elements):
+    if not isinstance(structure, Structure):
         raise InputError(
-            "model: the diagnosis takes only chains so far (masses joined by springs in one direction);"
-            " frames, trusses and bare matrices come later"
+            "model: bare matrices say nothing of springs, beams and supports, where causes sit: give a structure file"
         )
     raise_faults(
         f"recording {recording.name!r} names loads: the diagnosis takes free vibrations only; leave it out"
@@ -72,32 +128,70 @@ def plant_of(dataset: Dataset) -> Plant:
         if law.timed
     )
     linear = linearise(structure)
-    mass, stiffness = linear.mass.toarray(), linear.stiffness.toarray()
+    mass, damping, stiffness = unsupported(structure)
+    if linear.has_modal_damping:
+        more = csr_array(full_damping(linear) - linear.damping.toarray()).tocoo()
+        rows = linear.dofs.free_rows
+        damping = damping + csr_array((more.data, (rows[more.row], rows[more.col])), shape=damping.shape)
+    basis, kept = _basis(dataset, linear)
+    modes = len(linear.dofs.free_rows) if kept is None else kept
     assumed = dataset.assumptions
-    if assumed.damping_ratio is None:
-        damping, ratios = full_damping(linear), np.zeros(len(mass))
-    else:
-        damping, ratios = np.zeros_like(mass), damping_ratios(assumed.damping_ratio, len(mass))
-    free = linear.dofs.free
-    springs = []
-    for element in with_parts(structure).elements:
-        assert isinstance(element, Spring)  # effects of a chain add nothing else
-        ends = np.zeros(len(linear.dofs))
-        for node, sign in zip(element.nodes[::-1], (1.0, -1.0), strict=False):
-            ends[linear.dofs.row(node, element.direction)] += sign
-        springs.append(element.stiffness * np.outer(ends[free], ends[free]))
+    ratios = np.zeros(modes)
+    if assumed.damping_ratio is not None:
+        damping, ratios = csr_array(damping.shape), damping_ratios(assumed.damping_ratio, modes)
+    parts, changes = _felt_parts(structure, mass, stiffness)
     normal = assumed.uncertainty
-    spread = [normal.stiffness] * len(springs) + [normal.mass] * len(mass) + [normal.damping] * len(mass)
+    spread = [getattr(normal, part.quantity) for part in parts] + [normal.damping] * modes
     newmark = assumed.integrator == "newmark" and assumed.step is not None
     return Plant(
         structure=structure,
         mass=mass,
         damping=damping,
         stiffness=stiffness,
-        springs=np.array(springs),
+        dofs=linear.dofs,
+        basis=basis,
+        kept=kept,
+        parts=parts,
+        part_changes=changes,
         ratios=ratios,
         spread=np.maximum(spread, CERTAIN),
         laws=force_laws(structure),
         integration=TimeIntegration(float(assumed.step)) if newmark and assumed.step is not None else None,
-        dofs=linear.dofs,
     )
+
+
+def _is_chain(structure: Structure) -> bool:
+    return all(isinstance(element, Spring) for element in structure.elements) and len(structure.directions) == 1
+
+
+def _basis(dataset: Dataset, linear: LinearModel) -> tuple[FloatArray, int | None]:
+    """Return the basis (dof, vector) and how many of its modes are followed: those that the recordings can show."""
+    assert isinstance(dataset.model, Structure)  # its caller has seen to that
+    free = len(linear.dofs.free_rows)
+    if _is_chain(dataset.model):
+        return linear.dofs.expand(np.eye(free)), None
+    highest = min(dataset.lowpass or np.inf, dataset.sampling_rate / 2)
+    count = min(MORE_MODES, free)
+    modal = natural_modes(linear, count)
+    while modal.frequencies[-1] < highest and count < free:
+        count = min(2 * count, free)
+        modal = natural_modes(linear, count)
+    kept = dataset.assumptions.modes or max(int(np.sum(modal.frequencies < highest)), 1)
+    wanted = min(kept + MORE_MODES, free)
+    if wanted > count:
+        modal = natural_modes(linear, wanted)
+    return modal.shapes[:, :wanted], min(kept, wanted)
+
+
+def _felt_parts(
+    structure: Structure, mass: csr_array, stiffness: csr_array
+) -> tuple[tuple[UncertainPart, ...], tuple[csr_array, ...]]:
+    """Return the uncertain parts and what doubling each adds to M or K, less those whose mass nothing feels."""
+    parts, changes = [], []
+    for part in uncertain_parts(structure):
+        doubled = unsupported(part.scaled(structure, 2.0))
+        change = csr_array(doubled[0] - mass if part.quantity == "mass" else doubled[2] - stiffness)
+        if part.quantity == "stiffness" or change.diagonal().sum() > NEGLIGIBLE * mass.diagonal().sum():
+            parts.append(part)
+            changes.append(change)
+    return tuple(parts), tuple(changes)

@@ -23,8 +23,8 @@ def report_table(diagnosis: Diagnosis) -> dict[str, Any]:
         "verdict": diagnosis.verdict.value,
         "findings": [_finding(finding) for finding in diagnosis.findings],
         "calibration": [
-            {"what": what, "location": _where(what, place), "factor": {"value": factor, "std": std}}
-            for what, place, factor, std in diagnosis.calibration
+            {"what": what, "location": where, "factor": {"value": factor, "std": std}}
+            for what, where, factor, std in diagnosis.calibration
             if abs(factor - 1) > CALIBRATED
         ],
         "unexplained_fraction": diagnosis.unexplained,
@@ -33,15 +33,6 @@ def report_table(diagnosis: Diagnosis) -> dict[str, Any]:
         "seconds": round(diagnosis.seconds, 2),
         "notes": list(diagnosis.notes),
     }
-
-
-def _where(what: str, place: int) -> dict[str, Any]:
-    words: dict[str, dict[str, Any]] = {
-        "stiffness": {"element": place},
-        "mass": {"node": place},
-        "damping": {"modes": [place]},
-    }
-    return words[what]
 
 
 def _finding(finding: Finding) -> dict[str, Any]:

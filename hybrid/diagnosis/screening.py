@@ -3,29 +3,39 @@
 Everything that initial states and the uncertain factors can do is projected out of both first.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import expm
+from scipy.signal import lfilter
 
 from fe_models.dofs import FloatArray
 from hybrid.diagnosis.candidates import Candidate
 from hybrid.diagnosis.fitting import Fit, Frame, Linearisation, linearise_batch
 from hybrid.diagnosis.hypothesis import Hypothesis, force_of
 from hybrid.diagnosis.records import Batch
-from hybrid.diagnosis.system import march, respond
+from hybrid.diagnosis.system import ModalForm, System, march, modal_form, respond
 
 FREQUENCIES_A_LINE = 2  # trial frequencies of a harmonic force within the resolution of a recording
+SOFT = 1e-8  # of the highest eigenvalue: springs that hold a body that moves freely
 PEAKS = 2  # frequencies kept at each place
 
 
 @dataclass(frozen=True)
 class Screened:
-    """A ``candidate``, parameters to ``start`` from, and the fall in the sum of squares that it promises (``gain``)."""
+    """A ``candidate``, parameters to ``start`` from, and the fall in the sum of squares that it promises (``gain``).
+
+    ``shift`` (parameter,): how far the parameters of the fit that it is held against should move with it.
+    """
 
     candidate: Candidate
     start: tuple[float, ...]
     gain: float
+    shift: FloatArray
+
+    def theta(self, fit: Fit) -> FloatArray:
+        """Return where the fit with this candidate begins, on top of ``fit``."""
+        return np.append(fit.theta + self.shift, self.start)
 
 
 @dataclass(frozen=True)
@@ -70,6 +80,27 @@ def _ground(fit: Fit, frame: Frame) -> _Ground:
     return _Ground(fit, frame, tuple(parts), tuple(shown), inverse, gradient)
 
 
+def _effect(
+    fit: Fit,
+    candidate: Candidate,
+    start: tuple[float, ...],
+    batch: Batch,
+    frame: Frame,
+    states: FloatArray,
+    shown: FloatArray,
+) -> FloatArray:
+    """Return what a candidate at ``start`` adds to the channels (recording, value) ``shown``, in units of sigma.
+
+    Both are taken in the shapes that the candidate asks for: these move a calibrated structure a little by themselves.
+    """
+    extended = fit.hypothesis.adding(candidate)
+    if not candidate.is_law:
+        states = np.pad(states, ((0, 0), (0, extended.states - states.shape[1])))
+    if candidate.changes is not None:
+        shown = _response(extended, np.append(fit.theta, candidate.without), batch, frame, states)
+    return _response(extended, np.append(fit.theta, start), batch, frame, states) - shown
+
+
 def _response(hypothesis: Hypothesis, theta: FloatArray, batch: Batch, frame: Frame, states: FloatArray) -> FloatArray:
     """Return the channels (recording, value) in units of sigma."""
     system = hypothesis.system(theta[None], frame.sensors, frame.rate, frame.positions)
@@ -80,62 +111,77 @@ def _response(hypothesis: Hypothesis, theta: FloatArray, batch: Batch, frame: Fr
 def law_responses(fit: Fit, laws: list[Candidate], frame: Frame) -> dict[str, list[list[FloatArray]]]:
     """Return what each law at each of its starts adds, to first order: by its key, start and batch (recording, value).
 
-    Its force along the present motion, at samples and between them, drives the linear system (Simpson's rule).
+    Its force along the present motion, at samples and between them, drives each mode of the linear system (Simpson's
+    rule).
     """
     found: dict[str, list[list[FloatArray]]] = {law.key: [[] for _ in law.first_starts] for law in laws}
-    hypothesis = fit.hypothesis
-    theta = fit.theta[None]
-    system = hypothesis.system(theta, frame.sensors, frame.rate, frame.positions)
-    springs = np.exp(theta[:, : len(hypothesis.plant.springs)])
-    n, step = hypothesis.plant.size, system.step
-    half = expm(system.A[0] * step / 2)
-    whole = half @ half
-    inverse = np.linalg.inv(hypothesis.plant.mass)
     trials = [(law, number, start) for law in laws for number, start in enumerate(law.first_starts)]
-    pulls = np.array([law.pull for law, _, _ in trials]).reshape(-1, n)
-    feed = np.zeros((len(trials), hypothesis.states))
-    feed[:, n : 2 * n] = pulls @ inverse
-    at_rows = [
-        list(hypothesis.plant.dofs.free_rows).index(hypothesis.plant.dofs.row(s.node, s.direction))
-        for s in frame.sensors
-    ]
-    direct = np.where([s.quantity == "acceleration" for s in frame.sensors], feed[:, n : 2 * n][:, at_rows], 0.0)
+    if not trials:
+        return found
+    system = fit.hypothesis.system(fit.theta[None], frame.sensors, frame.rate, frame.positions)
+    form = modal_form(replace(system, forces=())) or modal_form(_held(system, fit.hypothesis.size))
+    assert form is not None  # a body that moves freely is held now
     for batch, states in zip(fit.batches, fit.states, strict=True):
-        if system.is_linear:
-            seen = np.stack([states @ power.T for power in _powers(whole, batch.samples)])
-        else:
-            marched = march(system, states[None], batch.samples)
-            assert marched is not None  # it was fitted
-            seen = marched[0][:, 0]
-        between = seen @ half.T
-        force, force_between = np.empty((2, len(trials), batch.samples, len(states)))
-        for row, (law, _, start) in enumerate(trials):
-            f = force_of(law, hypothesis.plant, np.array([start]), springs)
-            for motion, target in ((seen, force), (between, force_between)):
-                u, v = motion[..., :n] @ pulls[row], motion[..., n : 2 * n] @ pulls[row]
-                target[row] = -f(u, v)
-        z = np.zeros((len(trials), len(states), hypothesis.states))
-        out = np.empty((batch.samples, len(trials), len(states), len(frame.sensors)))
-        start_part, middle, end = (
-            (step / 6 * w) * feed @ E.T for w, E in ((1, whole), (4, half), (1, np.eye(len(whole))))
-        )
-        C = (system.C[0] * system.gain[0][:, None]).T
-        for k in range(batch.samples):
-            out[k] = z @ C + force[:, k, :, None] * (direct * system.gain[0])[:, None]
-            if k + 1 < batch.samples:
-                z = z @ whole.T + force[:, k, :, None] * start_part[:, None]
-                z += force_between[:, k, :, None] * middle[:, None] + force[:, k + 1, :, None] * end[:, None]
-        out /= frame.sigma
-        for row, (law, number, _) in enumerate(trials):
-            found[law.key][number].append(np.ascontiguousarray(out[:, row].transpose(1, 0, 2)).reshape(len(states), -1))
+        motions = _motions(system, states, batch.samples)
+        for law, number, start in trials:
+            y = _law_response(fit, law, start, motions, system, form, frame)
+            found[law.key][number].append((y / frame.sigma).reshape(len(states), -1))
     return found
 
 
-def _powers(matrix: FloatArray, count: int) -> list[FloatArray]:
-    powers = [np.eye(len(matrix))]
-    for _ in range(count - 1):
-        powers.append(powers[-1] @ matrix)
-    return powers
+def _motions(system: System, states: FloatArray, samples: int) -> tuple[FloatArray, FloatArray]:
+    """Return the states (time, recording, state) at samples and half a step after each."""
+    half = expm(system.A[0] * system.step / 2)
+    if system.is_linear:
+        seen = np.empty((samples, *states.shape))
+        seen[0], whole = states, half @ half
+        for k in range(samples - 1):
+            seen[k + 1] = seen[k] @ whole.T
+    else:
+        marched = march(system, states[None], samples)
+        assert marched is not None  # it was fitted
+        seen = marched[0][:, 0]
+    return seen, seen @ half.T
+
+
+def _law_response(
+    fit: Fit,
+    law: Candidate,
+    start: tuple[float, ...],
+    motions: tuple[FloatArray, FloatArray],
+    system: System,
+    form: ModalForm,
+    frame: Frame,
+) -> FloatArray:
+    """Return the channels (recording, time, sensor) that the force of one law along the ``motions`` adds."""
+    hypothesis, theta = fit.hypothesis, fit.theta[None]
+    n = hypothesis.size
+    reduced = hypothesis.reduced(theta)
+    pull = law.pull @ reduced.shapes[0]
+    force_at = force_of(law, hypothesis.plant, np.array([start]), np.exp(theta[:, : len(hypothesis.plant.parts)]))
+    force, between = (-force_at(motion[..., :n] @ pull, motion[..., n : 2 * n] @ pull) for motion in motions)
+    feed = np.linalg.solve(reduced.mass[0], pull)
+    moved = form.left[0][:, n : 2 * n] @ feed  # (mode,)
+    count, recordings = force.shape
+    x = np.zeros((len(moved), count, recordings), dtype=complex)
+    for mode, root in enumerate(form.roots[0]):
+        whole, half = np.exp(root * system.step), np.exp(root * system.step / 2)
+        kick = whole * force[:-1] + 4 * half * between[:-1] + force[1:]
+        x[mode, 1:] = lfilter([system.step / 6 * moved[mode]], [1.0, -whole], kick, axis=0)
+    right = form.right[0]
+    flat = x.reshape(len(moved), -1)
+    y = (np.hstack([right.real, -right.imag]) @ np.vstack([flat.real, flat.imag])).reshape(-1, count, recordings)
+    accelerations = np.array([sensor.quantity == "acceleration" for sensor in frame.sensors])
+    picked = hypothesis.plant.rows(frame.sensors) @ reduced.shapes[0] @ feed
+    direct = np.where(accelerations, picked, 0.0) * system.gain[0]
+    return np.asarray(y.transpose(2, 1, 0) + direct * force.T[..., None])
+
+
+def _held(system: System, n: int) -> System:
+    """Return the system with soft springs on every coordinate, which part roots that fall together."""
+    A = system.A.copy()
+    A[:, range(n, 2 * n), range(n)] -= SOFT * np.abs(np.linalg.eigvals(A)).max() ** 2
+    return replace(system, A=A, forces=())
 
 
 def _score(
@@ -143,10 +189,8 @@ def _score(
 ) -> Screened:
     """Return the score of one candidate; ``forced``: its response in each batch where that is known already."""
     fit, frame = ground.fit, ground.frame
-    extended = fit.hypothesis.adding(candidate)
-    theta = np.append(fit.theta, start)
-    move = start[0] - candidate.neutral[0] if candidate.names and candidate.scalable else 1.0
-    along, size = 0.0, 0.0
+    move = start[0] - candidate.without[0] if candidate.names and candidate.scalable else 1.0
+    along, size, still = 0.0, 0.0, np.zeros(len(fit.theta))
     cross = np.zeros(len(fit.theta))
     for number, (part, shown, batch, states) in enumerate(
         zip(ground.parts, ground.shown, fit.batches, fit.states, strict=True)
@@ -154,9 +198,9 @@ def _score(
         if forced is not None:
             column = forced[number] / move
         else:
-            column = (_response(extended, theta, batch, frame, states) - shown) / move  # (recording, value)
+            column = _effect(fit, candidate, start, batch, frame, states, shown) / move  # (recording, value)
         if not np.isfinite(column).all():
-            return Screened(candidate, start, 0.0)
+            return Screened(candidate, start, 0.0, still)
         column = _project(column, part.basis)
         along += float(np.sum(column * part.residual))
         size += float(np.sum(column**2))
@@ -165,17 +209,17 @@ def _score(
     size_left = size - float(projected @ cross)
     along -= float(projected @ ground.gradient)
     if size_left <= 1e-9 * size or size == 0:
-        return Screened(candidate, start, 0.0)
+        return Screened(candidate, start, 0.0, still)
     value: float = along / size_left
-    gain = along * value
+    gain, shift = along * value, still
     if candidate.names and candidate.scalable:
         found = max(candidate.neutral[0] + value, candidate.lower[0])
         if found == candidate.lower[0] == candidate.neutral[0]:
             gain = 0.0  # it would have to push the other way
-        start = (found, *start[1:])
+        start, shift = (found, *start[1:]), -projected * (found - candidate.neutral[0])
     elif value < 0:
         gain = 0.0
-    return Screened(candidate, start, float(gain))
+    return Screened(candidate, start, float(gain), shift)
 
 
 def amounts_by_recording(fit: Fit, candidate: Candidate, frame: Frame) -> tuple[FloatArray, FloatArray]:
@@ -183,16 +227,14 @@ def amounts_by_recording(fit: Fit, candidate: Candidate, frame: Frame) -> tuple[
 
     The uncertain factors are kept as they are: what they do is common to all recordings.
     """
-    extended = fit.hypothesis.adding(candidate)
     start = candidate.first_starts[0]
-    theta = np.append(fit.theta, start)
-    move = start[0] - candidate.neutral[0]
+    move = start[0] - candidate.without[0]
     amounts, gains = [], []
     for batch, states in zip(fit.batches, fit.states, strict=True):
         part = linearise_batch(fit.hypothesis, fit.theta, batch, frame, states)
         assert part is not None  # it was fitted
         shown = _response(fit.hypothesis, fit.theta, batch, frame, states)
-        column = _project((_response(extended, theta, batch, frame, states) - shown) / move, part.basis)
+        column = _project(_effect(fit, candidate, start, batch, frame, states, shown) / move, part.basis)
         along = np.sum((column * part.residual).reshape(len(batch.names), -1), axis=1)
         size = np.sum((column**2).reshape(len(batch.names), -1), axis=1) + 1e-300
         amounts.append(along / size)
@@ -219,42 +261,52 @@ def screen_forces(fit: Fit, candidates: tuple[Candidate, ...], frame: Frame) -> 
         return []
     hypothesis = fit.hypothesis
     system = hypothesis.system(fit.theta[None], frame.sensors, frame.rate, frame.positions)
-    n, states = hypothesis.plant.size, hypothesis.states
-    A, C = system.A[0], system.C[0] * system.gain[0][:, None]
-    inverse = np.linalg.inv(hypothesis.plant.mass)
+    n, states = hypothesis.size, hypothesis.states
+    reduced = hypothesis.reduced(fit.theta[None])
+    inverse = np.linalg.inv(reduced.mass)
     accelerations = np.array([sensor.quantity == "acceleration" for sensor in frame.sensors])
-    at = np.array(
-        [
-            list(hypothesis.plant.dofs.free_rows).index(hypothesis.plant.dofs.row(s.node, s.direction))
-            for s in frame.sensors
-        ]
-    )
     longest = max(batch.samples for batch in fit.batches)
     trials = np.arange(1, longest * FREQUENCIES_A_LINE // 2) * frame.rate / (longest * FREQUENCIES_A_LINE)
-    pulls = np.array([candidate.pull for candidate in forces])  # (place, dof)
+    feed = np.stack([reduced.fed(candidate.pull, inverse)[0] for candidate in forces], axis=1)  # (mode, place)
     B = np.zeros((states, len(forces)))
-    B[n : 2 * n] = inverse @ pulls.T
-    D = np.where(accelerations[:, None], (inverse @ pulls.T)[at], 0.0) * system.gain[0][:, None]
+    B[n : 2 * n] = feed
+    D = np.where(accelerations[:, None], hypothesis.plant.rows(frame.sensors) @ reduced.shapes[0] @ feed, 0.0)
+    omega = 2j * np.pi * trials[:, None, None]
+    pushed = np.broadcast_to(B, (len(trials), *B.shape))
+    transfer = system.C[0] @ np.linalg.solve(omega * np.eye(states) - system.A[0], pushed) + D
+    transfer = transfer * (system.gain[0] / frame.sigma)[:, None]  # (frequency, sensor, place)
     gains = np.zeros((len(trials), len(forces)))
-    ground = _ground(fit, frame)
-    for number, frequency in enumerate(trials):
-        omega = 2j * np.pi * frequency
-        transfer = C @ np.linalg.solve(omega * np.eye(states) - A, B) + D  # (sensor, place)
-        for part, batch in zip(ground.parts, fit.batches, strict=True):
-            turn = np.exp(omega * np.arange(batch.samples) / frame.rate)
-            wave = turn[:, None, None] * (transfer / frame.sigma[:, None])  # (time, sensor, place)
-            columns = np.stack([wave.real, wave.imag]).reshape(2, -1, len(forces)).transpose(2, 0, 1)
-            basis = part.basis[0] if part.basis.ndim == 3 else part.basis  # with laws, one recording's stands for all
-            columns = columns - (columns @ basis) @ basis.T  # (place, 2, value)
-            normal = columns @ columns.transpose(0, 2, 1)
-            normal = normal + 1e-9 * np.trace(normal, axis1=1, axis2=2)[:, None, None] * np.eye(2)
-            along = columns @ part.residual.T  # (place, 2, recording)
-            gains[number] += np.sum(along * np.linalg.solve(normal, along), axis=(1, 2))
+    for part, batch in zip(_ground(fit, frame).parts, fit.batches, strict=True):
+        gains += _wave_gains(part, batch.samples, transfer, trials / frame.rate)
     found = []
     for place, candidate in enumerate(forces):
         curve = gains[:, place].copy()
         for _ in range(PEAKS):
             peak = int(np.argmax(curve))
-            found.append(Screened(candidate, (float(trials[peak]),), float(curve[peak])))
+            still = np.zeros(len(fit.theta))
+            found.append(Screened(candidate, (float(trials[peak]),), float(curve[peak]), still))
             curve[max(0, peak - 2 * FREQUENCIES_A_LINE) : peak + 2 * FREQUENCIES_A_LINE + 1] = 0.0
     return sorted(found, key=lambda trial: -trial.gain)
+
+
+def _wave_gains(part: Linearisation, samples: int, transfer: FloatArray, frequencies: FloatArray) -> FloatArray:
+    """Return the fall in the sum of squares (frequency, place) by waves of any amplitude and phase in each recording.
+
+    ``transfer`` (frequency, sensor, place) is what the sensors show of a unit force; ``frequencies`` in cycles a
+    sample. All products with the waves are Fourier transforms, of the residual and of what was projected out.
+    """
+    sensors = transfer.shape[1]
+    basis = part.basis[0] if part.basis.ndim == 3 else part.basis  # with laws, one recording's stands for all
+    turns = np.exp(2j * np.pi * np.outer(frequencies, np.arange(samples)))  # (frequency, time)
+    along = turns @ part.residual.reshape(-1, samples, sensors).transpose(1, 0, 2).reshape(samples, -1)
+    inside = turns @ basis.reshape(samples, -1)
+    along = along.reshape(len(turns), -1, sensors) @ transfer  # (frequency, recording, place)
+    inside = inside.reshape(len(turns), sensors, -1).transpose(0, 2, 1) @ transfer  # (frequency, state, place)
+    size = samples * np.sum(np.abs(transfer) ** 2, axis=1) - np.sum(np.abs(inside) ** 2, axis=1)
+    double = np.sum(turns**2, axis=1)[:, None] * np.sum(transfer**2, axis=1) - np.sum(inside**2, axis=1)
+    a, b, c = (size + double.real) / 2, (size - double.real) / 2, double.imag / 2  # of real and imaginary waves
+    ridge = 1e-9 * (a + b)
+    a, b = a + ridge, b + ridge
+    u, v = along.real, along.imag
+    fall = u**2 * b[:, None] - 2 * u * v * c[:, None] + v**2 * a[:, None]
+    return np.asarray(np.sum(fall, axis=1) / (a * b - c**2))

@@ -12,6 +12,7 @@ from hybrid.diagnosis.fitting import ENOUGH, Fit, Frame, fit
 from hybrid.diagnosis.hypothesis import Hypothesis
 from hybrid.diagnosis.posterior import temper_of
 from hybrid.diagnosis.records import Batch
+from hybrid.diagnosis.scanning import scan
 from hybrid.diagnosis.screening import Screened, screen, screen_forces
 
 PIECES = (10, 3, 1)  # segments that recordings are cut into, one after the other: short ones forgive a wrong start
@@ -110,7 +111,7 @@ def contest(
         return None
     taken = {candidate.key for candidate in hypothesis.candidates}
     others = tuple(candidate for candidate in candidates if candidate.key not in taken)
-    ranked = [screen(short, others, frame), screen(base, others, frame)]
+    ranked = [screen(short, others, frame), screen(base, others, frame), scan(short, others, frame)]
     forces = [trial for trial in screen_forces(base, others, frame) if trial.gain > FORCED * _recordings(base)]
     advance()
     present = _begun(hypothesis, short, _promising(ranked, kept), frame, advance)
@@ -145,7 +146,8 @@ def rivals_contest(
     if short is None or again is None:
         return ()
     taken = {candidate.key for candidate in causes}
-    ranked = [screen(short, tuple(c for c in candidates if c.key not in taken), frame)]
+    others = tuple(candidate for candidate in candidates if candidate.key not in taken)
+    ranked = [screen(short, others, frame), scan(short, others, frame)]
     present = [again, *_begun(hypothesis, short, _promising(ranked, RIVALS), frame, advance, again)]
     for longer in lengths.cut[1:]:
         present = _race(present, longer, frame, CLOSE_ENOUGH if longer is not lengths.whole else ENOUGH)
@@ -172,7 +174,7 @@ def _begun(
     """Return fits of one candidate more over the shortest segments; ``known``: one that others must come near."""
     present = [] if known is None else [known]
     for trial in trials:
-        extended, first = hypothesis.adding(trial.candidate), np.append(short.theta, trial.start)
+        extended, first = hypothesis.adding(trial.candidate), trial.theta(short)
         states, bound = padded(short.states, extended), bound_of(present)
         begun = fit(extended, first, short.batches, frame, states, SHORT_ITERATIONS, CLOSE_ENOUGH, bound)
         present += [] if begun is None else [begun]
@@ -207,7 +209,7 @@ def _recordings(item: Fit) -> int:
 def _refined(hypothesis: Hypothesis, base: Fit, trial: Screened, frame: Frame) -> Fit | None:
     """Return the fit of a harmonic force over whole recordings, at rest in the initial states to begin with."""
     extended = hypothesis.adding(trial.candidate)
-    return fit(extended, np.append(base.theta, trial.start), base.batches, frame, padded(base.states, extended))
+    return fit(extended, trial.theta(base), base.batches, frame, padded(base.states, extended))
 
 
 def _promising(ranked: list[list[Screened]], kept: int) -> list[Screened]:

@@ -1,7 +1,7 @@
 """The state space of many parameter vectors at once: z' = A z + B f(u, v), y = C z + D f, with the sensors' faults."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -12,8 +12,10 @@ from fe_models.dofs import FloatArray
 Force = Callable[[FloatArray, FloatArray], FloatArray]
 """Restoring force (variant, recording) of elongation and rate, each (variant, recording)."""
 
-SUBSTEP = 0.25  # largest omega times substep where a force law acts: the scheme of order 4 is then off by 1e-4
+SUBSTEP = 1.0  # largest omega times substep where a force law acts: its pull on that mode is then off by 5e-4
 MOST_SUBSTEPS = 40
+MOST_GROWTH = 200.0  # in e-folds, of a motion without damping; more would overflow, and is as wrong
+DEFECTIVE = 1e9  # condition number of eigenvectors, beyond which matrix exponentials serve better
 CHECKED = 25  # samples between looks whether the motion still is finite
 FEWEST_SUBSTEPS = 2  # contacts and friction set in between samples
 
@@ -21,8 +23,8 @@ FEWEST_SUBSTEPS = 2  # contacts and friction set in between samples
 @dataclass(frozen=True)
 class System:
     """``A`` (variant, state, state), ``C`` (variant, sensor, state); ``B`` (variant, state, law) and ``D`` (variant,
-    sensor, law) of the ``forces``; ``G`` (2 law, state) gives elongations, then rates; ``gain``, ``delay`` (s) and
-    ``slope`` (1/s): (variant, sensor); ``step`` (s) between samples.
+    sensor, law) of the ``forces``; ``G`` (variant, 2 law, state) gives elongations, then rates; ``gain``, ``delay`` (s)
+    and ``slope`` (1/s): (variant, sensor); ``step`` (s) between samples.
     """
 
     A: FloatArray
@@ -41,9 +43,56 @@ class System:
         """Whether no force law acts."""
         return not self.forces
 
+    def only(self, variant: int) -> "System":
+        """Return one variant of a linear system."""
+        one = slice(variant, variant + 1)
+        parts = {name: getattr(self, name)[one] for name in ("A", "B", "C", "D", "G", "gain", "delay", "slope")}
+        return replace(self, **parts)
+
+
+@dataclass(frozen=True)
+class ModalForm:
+    """Linear channels as a sum of decaying oscillations: y = Re sum over m of c_m exp(root_m t) (left_m z0).
+
+    ``roots`` (variant, m), 1/s, one of each conjugate pair; ``right`` (variant, sensor, m), with gain, delay and the
+    factor 2 of a pair; ``left`` (variant, m, state).
+    """
+
+    roots: FloatArray
+    right: FloatArray
+    left: FloatArray
+
+    def waves(self, samples: int, step: float) -> FloatArray:
+        """Return exp(root t) side by side as real and negative imaginary part, (variant, time, 2 m)."""
+        growth = self.roots[:, None] * (step * np.arange(samples))[None, :, None]
+        waves = np.exp(np.minimum(growth.real, MOST_GROWTH) + 1j * growth.imag)
+        return np.concatenate([waves.real, -waves.imag], axis=2)
+
+
+def modal_form(system: System) -> ModalForm | None:
+    """Return the modal form, None where eigenvectors fall together (a body that moves freely, a resonance)."""
+    roots, vectors = np.linalg.eig(system.A)
+    if not np.isfinite(vectors).all() or np.linalg.cond(vectors).max() > DEFECTIVE:
+        return None
+    weight = np.where(roots.imag > 0, 2.0, np.where(roots.imag < 0, 0.0, 1.0))
+    order = np.argsort(-weight, axis=1)[:, : int((weight > 0).sum(axis=1).max())]
+    inverse = np.linalg.inv(vectors)
+    roots = np.take_along_axis(roots, order, axis=1)
+    right = system.C @ np.take_along_axis(vectors, order[:, None], axis=2)
+    right = right * (system.gain[..., None] * np.take_along_axis(weight, order, axis=1)[:, None])
+    if system.delay.any():
+        right = right * np.exp(-roots[:, None] * system.delay[..., None])
+    return ModalForm(roots, right, np.take_along_axis(inverse, order[..., None], axis=1))
+
 
 def observability(system: System, samples: int) -> FloatArray:
     """Return what the sensors show of each initial state without force laws, (variant, time, sensor, state)."""
+    form = modal_form(system)
+    if form is not None:
+        c = form.right.transpose(0, 2, 1)[..., None] * form.left[:, :, None]  # (variant, m, sensor, state)
+        c = c.reshape(*c.shape[:2], -1)
+        rows = form.waves(samples, system.step) @ np.concatenate([c.real, c.imag], axis=1)
+        return rows.reshape(len(rows), samples, *system.C.shape[1:])
     C = system.C * system.gain[..., None]
     if system.delay.any():
         back = expm(-system.A[:, None] * system.delay[..., None, None])  # (variant, sensor, state, state)
@@ -67,8 +116,7 @@ def respond(system: System, start: FloatArray, samples: int) -> FloatArray:
     NaN where the motion grows beyond all bounds.
     """
     if system.is_linear:
-        y = np.einsum("ptsn,prn->prts", observability(system, samples), start, optimize=True)
-        return np.asarray(y + drift(system, samples)[:, None])
+        return _linear_channels(system, start, samples) + drift(system, samples)[:, None]
     marched = march(system, start, samples)
     if marched is None:
         return np.full((*start.shape[:2], samples, system.C.shape[1]), np.nan)
@@ -81,6 +129,16 @@ def channels(system: System, marched: tuple[FloatArray, FloatArray]) -> FloatArr
         y = np.einsum("tprn,psn->prts", marched[0], system.C, optimize=True)
         y += np.einsum("tprm,psm->prts", marched[1], system.D, optimize=True)
     return as_shown(system, y)
+
+
+def _linear_channels(system: System, start: FloatArray, samples: int) -> FloatArray:
+    form = modal_form(system)
+    if form is None:
+        return np.asarray(np.einsum("ptsn,prn->prts", observability(system, samples), start, optimize=True))
+    amplitudes = np.einsum("pmn,prn->pmr", form.left, start, optimize=True)
+    c = (form.right.transpose(0, 2, 1)[:, :, None] * amplitudes[..., None]).reshape(*amplitudes.shape[:2], -1)
+    y = form.waves(samples, system.step) @ np.concatenate([c.real, c.imag], axis=1)
+    return y.reshape(len(y), samples, start.shape[1], -1).transpose(0, 2, 1, 3)
 
 
 def march(system: System, start: FloatArray, samples: int) -> tuple[FloatArray, FloatArray] | None:
@@ -100,7 +158,7 @@ def march(system: System, start: FloatArray, samples: int) -> tuple[FloatArray, 
     whole = half @ half
     G, B = system.G, system.B
     half_B = half @ B
-    stack = np.concatenate([np.broadcast_to(G, (variants, *G.shape)), G @ half, G @ whole, whole], axis=1)
+    stack = np.concatenate([G, G @ half, G @ whole, whole], axis=1)
     stack = np.ascontiguousarray(stack.transpose(0, 2, 1))  # (variant, state, 6 law + state)
     direct, delayed = h * (G @ B), h * (G @ half_B)  # (variant, 2 law, law)
     first, middle, last = (h * part.transpose(0, 2, 1) for part in (whole @ B / 6, half_B / 3, B / 6))

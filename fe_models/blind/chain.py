@@ -1,11 +1,10 @@
-"""Blind cases: an effect hidden in simulated recordings of the chain, drawn from a seed; the truth is kept apart.
+"""Blind cases of the chain: what is hidden where and how large, and its simulation in Exudyn.
 
-The truth is simulated in Exudyn in steps a fraction of those that a diagnosis takes and, where asked for, from a chain
-that is off by what its user considers normal everywhere at once. Outside of the list of causes are `OUTSIDE`: a
-hysteretic spring (Bouc and Wen) and a stiffness that drifts during each recording.
+In steps a fraction of those that a diagnosis takes and, where asked for, of a chain that is off by what its user
+considers normal everywhere at once.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,6 +13,8 @@ from scipy.linalg import eigh
 from scipy.sparse import csr_array
 
 from fe_models.assembly import linearise
+from fe_models.blind.case import BlindCase, BlindConfig, as_recorded
+from fe_models.blind.outside import DriftingSpring, HystereticSpring
 from fe_models.damping import full_damping
 from fe_models.dofs import FloatArray
 from fe_models.effects import (
@@ -35,31 +36,13 @@ from fe_models.effects import (
 from fe_models.errors import InputError
 from fe_models.four_dof import four_dof
 from fe_models.linear import LinearModel
-from fe_models.recordings import Assumptions, Dataset, Recording, Sensor, Uncertainty
+from fe_models.recordings import Sensor
 from fe_models.response import Response
-from fe_models.sensor_effects import SensorDelay, SensorDrift, SensorEffect, SensorGain
+from fe_models.sensor_effects import SensorDelay, SensorDrift, SensorGain
 from fe_models.simulate import FreeConfig, simulate_free
 from fe_models.structure import Spring, Structure
 from fe_models.time_integration import TimeIntegration
 
-KINDS = (
-    "stiffness_change",
-    "added_mass",
-    "support_spring",
-    "modal_damping",
-    "point_damper",
-    "quadratic_damper",
-    "coulomb_friction",
-    "cubic_spring",
-    "gap_stop",
-    "slack_cable",
-    "harmonic_force",
-    "sensor_gain",
-    "sensor_delay",
-    "sensor_drift",
-    "time_integration",
-)
-OUTSIDE = ("hysteretic_spring", "drifting_stiffness")
 SENSORS = (
     Sensor("x4", 4, "x", "displacement", "m"),
     Sensor("a1", 1, "x", "acceleration", "m/s^2"),
@@ -90,73 +73,14 @@ FINE_STEP = 0.02  # s; of order 6, where the diagnosis takes 0.05 s at order 4
 CREEP = 3e-3  # m/s, of the hidden friction
 
 
-@dataclass(frozen=True)
-class BlindConfig:
-    """What a case is like: ``kinds`` to hide, ``off`` by its uncertainty or exact, ``noise`` over each channel's rms.
-
-    ``size``: from 0, barely detectable, to 1, large; None draws it. ``changed``: number of training recordings made
-    before the change, so that the effect is missing in them.
-    """
-
-    kinds: tuple[str, ...] = ()
-    off: bool = False
-    noise: float = 0.03
-    size: float | None = None
-    train: int = 9
-    test: int = 3
-    duration: float = 50.0
-    sampling_rate: float = 10.0
-    changed: int = 0
-
-
-@dataclass(frozen=True)
-class BlindCase:
-    """A ``dataset`` and, apart, its ``truth``: the hidden causes, and the names of the recordings where they act.
-
-    ``outside``: words of what was hidden that no cause of the list is. ``clean``: the test recordings without noise.
-    """
-
-    dataset: Dataset
-    truth: tuple[Cause, ...]
-    outside: tuple[str, ...]
-    recordings: tuple[str, ...]
-    clean: FloatArray
-
-
-@dataclass(frozen=True)
-class DriftingSpring(ForceLaw):
-    """A spring to the ground or between two nodes whose stiffness grows in proportion to time: force = slope t u."""
-
-    nodes: tuple[int, ...]
-    slope: float  # N/(m s)
-    timed = True
-
-    @property
-    def pulls(self) -> Any:
-        """The last node with 1, the first of two with -1."""
-        last = ((self.nodes[-1], "x", 1.0),)
-        return last if len(self.nodes) == 1 else ((self.nodes[0], "x", -1.0), *last)
-
-    def force(self, u: Any, v: Any, t: Any = 0.0) -> Any:
-        """Return slope * t * u (N)."""
-        return self.slope * t * u
-
-
-def blind_case(seed: int, config: BlindConfig | None = None) -> BlindCase:
+def chain_case(seed: int, config: BlindConfig) -> BlindCase:
     """Return the case of a seed: everything random in it comes from there."""
-    config = config or BlindConfig()
-    unknown = [kind for kind in config.kinds if kind not in KINDS + OUTSIDE]
-    if unknown:
-        raise InputError(f"kinds {', '.join(unknown)} are unknown; expected {', '.join(KINDS + OUTSIDE)}")
     rng = np.random.default_rng(seed)
     design = four_dof()
-    count = config.train + config.test
-    state = rng.standard_normal((2, count, len(design.nodes)))  # m and m/s
+    state = rng.standard_normal((2, config.campaign.count, len(design.nodes)))  # m and m/s
     calm = _motion(design, (), state, config, (), rng)
-    inside = [kind for kind in config.kinds if kind in KINDS]
-    outside = tuple(kind for kind in config.kinds if kind in OUTSIDE)
     causes: list[Cause] = []
-    for kind in inside:
+    for kind in config.hidden:
         cause = draw_cause(kind, calm, rng, config.size)
         while any(cause.location == other.location and cause.kind == other.kind for other in causes):
             cause = draw_cause(kind, calm, rng, config.size)
@@ -164,29 +88,14 @@ def blind_case(seed: int, config: BlindConfig | None = None) -> BlindCase:
     effects = tuple(cause for cause in causes if isinstance(cause, Effect))
     built = _off(design, rng) if config.off else design
     ratios = 1 + 0.1 * rng.standard_normal(len(design.nodes)) * config.off
-    motion = _motion(built, effects, state, config, outside, rng, ratios)
-    affected = np.arange(count) >= config.changed
+    motion = _motion(built, effects, state, config, config.outside, rng, ratios)
     if config.changed:
         before = _motion(built, (), state, config, (), rng, ratios)
-        parts = [np.where(affected[:, None, None], a, b) for a, b in zip(_parts(motion), _parts(before), strict=True)]
+        acts = config.affected[:, None, None]
+        parts = [np.where(acts, a, b) for a, b in zip(_parts(motion), _parts(before), strict=True)]
         motion = replace(motion, displacement=parts[0], velocity=parts[1], acceleration=parts[2])
     clean = np.stack([motion.channel(s.node, s.direction, s.quantity) for s in SENSORS], axis=-1)
-    names = tuple(f"r{number:02d}" for number in range(1, count + 1))
-    shown = clean
-    for cause in causes:
-        if isinstance(cause, SensorEffect):
-            faulty = cause.apply(shown, [s.name for s in SENSORS], config.sampling_rate)
-            shown = np.where(affected[:, None, None], faulty, shown)
-    data = shown + config.noise * shown.std(axis=(0, 1)) * rng.standard_normal(shown.shape)
-    recordings = tuple(
-        Recording(name, data[i : i + 1], "train" if i < config.train else "test") for i, name in enumerate(names)
-    )
-    step = next((cause.step for cause in causes if isinstance(cause, TimeIntegration)), None)
-    uncertainty = Uncertainty()
-    assumptions = Assumptions(integrator="newmark" if step else "exact", step=step, uncertainty=uncertainty)
-    dataset = Dataset(design, config.sampling_rate, SENSORS, recordings, assumptions=assumptions)
-    acting = tuple(name for name, acts in zip(names, affected, strict=True) if acts)
-    return BlindCase(dataset, tuple(causes), outside, acting, shown[config.train :])
+    return as_recorded(design, SENSORS, clean, tuple(causes), config, rng)
 
 
 def draw_cause(kind: str, calm: Response, rng: np.random.Generator, size: float | None) -> Cause:
@@ -271,12 +180,13 @@ def _motion(
     if "drifting_stiffness" in outside:
         element = int(rng.integers(1, 5))
         least, most = SIZES["drifting_stiffness"]
-        change = rng.uniform(least, most) * rng.choice([-1, 1]) * element / config.duration
-        laws.append(DriftingSpring((element,) if element == 1 else (element - 1, element), float(change)))
+        change = rng.uniform(least, most) * rng.choice([-1, 1]) * element / config.campaign.duration
+        last: tuple[tuple[int, Any, float], ...] = ((element, "x", 1.0),)
+        laws.append(DriftingSpring(last if element == 1 else ((element - 1, "x", -1.0), *last), float(change)))
     if "hysteretic_spring" in outside:
         return _hysteretic(linear_model, state, config, rng)
     step = min(FINE_STEP, *(0.7 / max(law.largest_slopes[1], 1e-9) for law in laws)) if laws else FINE_STEP
-    run = FreeConfig(config.duration, config.sampling_rate, step)
+    run = FreeConfig(config.campaign.duration, config.campaign.sampling_rate, step)
     return simulate_free(linear_model, state[0], state[1], run, tuple(laws), progress=False)
 
 
@@ -290,21 +200,19 @@ def _more_damping(built: Structure, ratios: FloatArray) -> csr_array:
 
 
 def _hysteretic(model: LinearModel, state: FloatArray, config: BlindConfig, rng: np.random.Generator) -> Response:
-    """Return the motion with a Bouc-Wen spring k z, z' = v - (|v| |z| z / 2 + v z^2 / 2) / d^2, at a random node."""
+    """Return the motion with a hysteretic spring between a random node and the ground."""
     least, most = SIZES["hysteretic_spring"]
     node, k = int(rng.integers(0, 4)), float(rng.uniform(least, most))
-    d = float(rng.uniform(0.2, 0.5))  # m, where the spring yields
+    spring = HystereticSpring(((node + 1, "x", 1.0),), k, reach=float(rng.uniform(0.2, 0.5)))
     M, C, K = model.mass.toarray(), model.damping.toarray(), model.stiffness.toarray()
     count, n = state.shape[1:]
-    time = np.arange(round(config.duration * config.sampling_rate) + 1) / config.sampling_rate
+    time = np.arange(config.campaign.samples) / config.campaign.sampling_rate
     pull = np.eye(n)[node]
 
     def rates(_t: float, y: FloatArray) -> FloatArray:
         x, v, z = np.split(y.reshape(2 * n + 1, count), [n, 2 * n])
         a = -np.linalg.solve(M, C @ v + K @ x + np.outer(pull, k * z[0]))
-        w = v[node]
-        dz = w - 0.5 * (np.abs(w) * np.abs(z[0]) * z[0] + w * z[0] ** 2) / d**2
-        return np.concatenate([v, a, dz[None]]).ravel()
+        return np.concatenate([v, a, spring.rate(v[node], z[0])[None]]).ravel()
 
     start = np.concatenate([state[0].T, state[1].T, np.zeros((1, count))]).ravel()
     done = solve_ivp(rates, (0, time[-1]), start, t_eval=time, rtol=1e-8, atol=1e-9, method="DOP853")

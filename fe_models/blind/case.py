@@ -1,0 +1,166 @@
+"""What a blind case is: what may be asked of it, what it hands over, and what it keeps apart."""
+
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from fe_models.dofs import BoolArray, FloatArray
+from fe_models.effects import Cause
+from fe_models.errors import raise_faults
+from fe_models.measurement import lowpassed
+from fe_models.recordings import Assumptions, Dataset, Recording, Sensor, Uncertainty
+from fe_models.sensor_effects import SensorEffect
+from fe_models.structure import Structure
+from fe_models.time_integration import TimeIntegration
+
+KINDS = (
+    "stiffness_change",
+    "added_mass",
+    "support_spring",
+    "modal_damping",
+    "point_damper",
+    "quadratic_damper",
+    "coulomb_friction",
+    "cubic_spring",
+    "gap_stop",
+    "slack_cable",
+    "harmonic_force",
+    "sensor_gain",
+    "sensor_delay",
+    "sensor_drift",
+    "time_integration",
+)
+BRIDGE_KINDS = (*KINDS, "axial_force")  # a chain moves along its springs, where an axial force changes nothing
+OUTSIDE = ("hysteretic_spring", "drifting_stiffness")
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """How much is recorded: ``train`` and ``test`` recordings of ``duration`` (s) at ``sampling_rate`` (Hz)."""
+
+    train: int
+    test: int
+    duration: float
+    sampling_rate: float
+
+    @property
+    def count(self) -> int:
+        """The number of recordings."""
+        return self.train + self.test
+
+    @property
+    def samples(self) -> int:
+        """Samples in each recording, the first at 0 s."""
+        return round(self.duration * self.sampling_rate) + 1
+
+
+CAMPAIGNS = {
+    "four_dof": Campaign(train=9, test=3, duration=50.0, sampling_rate=10.0),
+    "bridge": Campaign(train=3, test=1, duration=19.99, sampling_rate=100.0),  # as in the laboratory, but shorter
+}
+
+
+@dataclass(frozen=True)
+class BlindConfig:
+    """What a case is like: ``kinds`` to hide, ``off`` by its uncertainty or exact, ``noise`` over each channel's rms.
+
+    ``size``: from 0, barely detectable, to 1, large; None draws it. ``changed``: number of training recordings made
+    before the change, so that the effect is missing in them. ``train``, ``test``, ``duration`` (s) and
+    ``sampling_rate`` (Hz): see `Campaign`; None leaves them to the ``structure``'s `CAMPAIGNS`. ``rich``, of the bridge
+    alone: the truth is geometrically nonlinear, on a finer mesh, and all its parts differ a little from the drawing;
+    without, it is the diagnosis' own linear model plus what is hidden.
+    """
+
+    kinds: tuple[str, ...] = ()
+    off: bool = False
+    noise: float = 0.03
+    size: float | None = None
+    train: int | None = None
+    test: int | None = None
+    duration: float | None = None
+    sampling_rate: float | None = None
+    changed: int = 0
+    structure: Literal["four_dof", "bridge"] = "four_dof"
+    rich: bool = True
+
+    @property
+    def campaign(self) -> Campaign:
+        """What is recorded."""
+        names = ("train", "test", "duration", "sampling_rate")
+        given = {name: value for name in names if (value := getattr(self, name)) is not None}
+        return replace(CAMPAIGNS[self.structure], **given)
+
+    @property
+    def hidden(self) -> tuple[str, ...]:
+        """Those of the ``kinds`` that a diagnosis can name."""
+        return tuple(kind for kind in self.kinds if kind not in OUTSIDE)
+
+    @property
+    def outside(self) -> tuple[str, ...]:
+        """Those of the ``kinds`` that no cause of the list is."""
+        return tuple(kind for kind in self.kinds if kind in OUTSIDE)
+
+    @property
+    def affected(self) -> BoolArray:
+        """Which recordings, (recording,), what is hidden acts in."""
+        return np.arange(self.campaign.count) >= self.changed
+
+
+@dataclass(frozen=True)
+class BlindCase:
+    """A ``dataset`` and, apart, its ``truth``: the hidden causes, and the names of the recordings where they act.
+
+    ``outside``: words of what was hidden that no cause of the list is. ``clean``: the test recordings without noise.
+    """
+
+    dataset: Dataset
+    truth: tuple[Cause, ...]
+    outside: tuple[str, ...]
+    recordings: tuple[str, ...]
+    clean: FloatArray
+
+
+def check_config(config: BlindConfig) -> None:
+    """Raise an `InputError` with all that cannot be hidden, or not there."""
+    known = (BRIDGE_KINDS if config.structure == "bridge" else KINDS) + OUTSIDE
+    unknown = [kind for kind in config.kinds if kind not in known]
+    faults = [f"kinds {', '.join(unknown)} are unknown; expected {', '.join(known)}"] if unknown else []
+    if not 0 <= config.changed <= config.campaign.train:
+        faults.append(f"changed = {config.changed}; expected 0 to {config.campaign.train}, the training recordings")
+    raise_faults(faults)
+
+
+def as_recorded(
+    design: Structure,
+    sensors: tuple[Sensor, ...],
+    clean: FloatArray,
+    causes: tuple[Cause, ...],
+    config: BlindConfig,
+    rng: np.random.Generator,
+    lowpass: float | None = None,
+) -> BlindCase:
+    """Return the case of the motion at the sensors, ``clean`` (recording, time, sensor): sensor faults, noise, names.
+
+    ``design`` is what the user believes in. Behind a ``lowpass`` (Hz), the noise has nothing above it either.
+    """
+    campaign, affected = config.campaign, config.affected
+    names = tuple(f"r{number:02d}" for number in range(1, campaign.count + 1))
+    shown = clean
+    for cause in causes:
+        if isinstance(cause, SensorEffect):
+            faulty = cause.apply(shown, [s.name for s in sensors], campaign.sampling_rate)
+            shown = np.where(affected[:, None, None], faulty, shown)
+    white = rng.standard_normal(shown.shape)
+    if lowpass is not None:
+        white = np.stack([lowpassed(part, campaign.sampling_rate, lowpass) for part in white])
+        white /= white.std(axis=(0, 1))
+    data = shown + config.noise * shown.std(axis=(0, 1)) * white
+    recordings = tuple(
+        Recording(name, data[i : i + 1], "train" if i < campaign.train else "test") for i, name in enumerate(names)
+    )
+    step = next((cause.step for cause in causes if isinstance(cause, TimeIntegration)), None)
+    assumptions = Assumptions(integrator="newmark" if step else "exact", step=step, uncertainty=Uncertainty())
+    dataset = Dataset(design, campaign.sampling_rate, sensors, recordings, lowpass, assumptions)
+    acting = tuple(name for name, acts in zip(names, affected, strict=True) if acts)
+    return BlindCase(dataset, causes, config.outside, acting, shown[campaign.train :])

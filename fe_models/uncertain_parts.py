@@ -1,0 +1,79 @@
+"""The parts of a structure whose stiffness or mass its owner knows only within a tolerance, each as a whole.
+
+Every spring, every cable and every group of beams has one stiffness; so has the mass of every group of beams, with the
+point masses on its nodes, and every other point mass.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+from fe_models.structure import Beam, Element, Spring, Structure
+
+
+@dataclass(frozen=True)
+class UncertainPart:
+    """The stiffness of ``elements``, or the mass of ``elements`` and of the point masses at ``nodes``; from 1."""
+
+    quantity: Literal["stiffness", "mass"]
+    elements: tuple[int, ...]
+    nodes: tuple[int, ...] = ()
+
+    @property
+    def location(self) -> dict[str, Any]:
+        """Where it is, in the words of a report."""
+        if not self.elements:
+            return {"node": self.nodes[0]}
+        return {"element": self.elements[0]} if len(self.elements) == 1 else {"elements": list(self.elements)}
+
+    def scaled(self, structure: Structure, factor: float) -> Structure:
+        """Return ``structure`` with this part's stiffness or mass ``factor`` times as large."""
+        elements = tuple(
+            self._scaled_element(element, factor) if number in self.elements else element
+            for number, element in enumerate(structure.elements, start=1)
+        )
+        if self.quantity == "stiffness":
+            return replace(structure, elements=elements)
+        masses = tuple(
+            replace(point, mass=point.mass * factor) if point.node in self.nodes else point
+            for point in structure.point_masses
+        )
+        return replace(structure, elements=elements, point_masses=masses)
+
+    def _scaled_element(self, element: Element, factor: float) -> Element:
+        if isinstance(element, Spring):
+            return replace(element, stiffness=element.stiffness * factor)
+        section = element.section
+        where = f" in {self.elements[0]}-{self.elements[-1]}"  # other elements may keep the section as it is
+        section = replace(section, name=section.name.removesuffix(where) + where)
+        if self.quantity == "stiffness":
+            return replace(element, section=replace(section, youngs_modulus=section.youngs_modulus * factor))
+        return replace(element, section=replace(section, density=section.density * factor))
+
+
+def uncertain_parts(structure: Structure) -> tuple[UncertainPart, ...]:
+    """Return all stiffnesses, then all masses; the wires' own mass, which nothing feels, goes with no part."""
+    beams: dict[str, list[int]] = {}
+    single = []
+    for number, element in enumerate(structure.elements, start=1):
+        if isinstance(element, Beam):
+            beams.setdefault(element.group, []).append(number)
+        else:
+            single.append(number)
+    groups = [tuple(numbers) for numbers in beams.values()]
+    stiffness = sorted([*groups, *((number,) for number in single)])
+    masses, taken = [], set[int]()
+    for numbers in groups:
+        nodes = _nodes(structure, numbers) - taken
+        taken |= nodes
+        masses.append(UncertainPart("mass", numbers, tuple(sorted(nodes))))
+    loose = sorted({point.node for point in structure.point_masses} - taken)
+    return (
+        *(UncertainPart("stiffness", numbers) for numbers in stiffness),
+        *masses,
+        *(UncertainPart("mass", (), (node,)) for node in loose),
+    )
+
+
+def _nodes(structure: Structure, numbers: Iterable[int]) -> set[int]:
+    return {node for number in numbers for node in structure.elements[number - 1].nodes}

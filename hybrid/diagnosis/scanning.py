@@ -1,0 +1,54 @@
+"""Large effects, which no first-order test sees: each linear cause at a few sizes, the rest as drawn."""
+
+import numpy as np
+
+from fe_models.dofs import FloatArray
+from hybrid.diagnosis.candidates import Candidate
+from hybrid.diagnosis.fitting import EXPLODED, Fit, Frame, orthonormal
+from hybrid.diagnosis.hypothesis import Hypothesis
+from hybrid.diagnosis.screening import Screened
+from hybrid.diagnosis.system import drift, observability
+
+SIZES = (-2.0, -1.0, -0.5, -0.2, 0.2, 0.5, 1.0, 2.0)  # of a prior width, from doing nothing
+
+
+def scan(fit: Fit, candidates: tuple[Candidate, ...], frame: Frame) -> list[Screened]:
+    """Return each linear candidate at the best of its sizes, with the fall in the sum of squares there.
+
+    The uncertain factors stay as drawn, initial states are projected out. ``fit`` should be of short segments, in which
+    a motion with wrong frequencies still is in phase; under force laws there is no quick answer, and none is given.
+    """
+    if not fit.hypothesis.is_linear:
+        return []
+    theta = fit.theta.copy()
+    theta[: fit.hypothesis.nuisances] = 0.0
+    plain = _left(fit.hypothesis, theta[None], fit, frame)[0]
+    found = []
+    for candidate in candidates:
+        if len(candidate.names) == 1 and candidate.scalable and not candidate.is_law and not candidate.oscillator:
+            sizes = candidate.neutral[0] + np.array(SIZES) * candidate.width[0]
+            sizes = sizes[sizes > candidate.lower[0]]
+            thetas = np.column_stack([np.repeat(theta[None], len(sizes), axis=0), sizes])
+            left = _left(fit.hypothesis.adding(candidate), thetas, fit, frame)
+            best = int(np.argmin(left))
+            shift = theta - fit.theta
+            found.append(Screened(candidate, (float(sizes[best]),), float(plain - left[best]), shift))
+    return sorted(found, key=lambda trial: -trial.gain)
+
+
+def _left(hypothesis: Hypothesis, thetas: FloatArray, fit: Fit, frame: Frame) -> FloatArray:
+    """Return the sum of squares (variant,) that initial states leave."""
+    system = hypothesis.system(thetas, frame.sensors, frame.rate, frame.positions)
+    total = np.zeros(len(thetas))
+    for batch in fit.batches:
+        weight = np.tile(1 / frame.sigma, batch.samples)
+        rows = observability(system, batch.samples)
+        rows = rows.reshape(len(thetas), -1, rows.shape[-1]) * weight[:, None]
+        usable = np.abs(rows).max(axis=(1, 2)) < EXPLODED
+        basis, _ = orthonormal(np.where(usable[:, None, None], rows, 0.0))
+        lines = drift(system, batch.samples).reshape(len(thetas), -1) * weight
+        wanted = batch.data.reshape(len(batch.data), -1) * weight - lines[:, None]  # (variant, recording, value)
+        inside = wanted @ basis
+        left = np.sum(wanted**2, axis=(1, 2)) - np.sum(inside**2, axis=(1, 2))
+        total += np.where(usable, left, np.inf)
+    return total
