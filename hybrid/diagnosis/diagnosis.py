@@ -11,9 +11,10 @@ from fe_models.dofs import FloatArray
 from fe_models.errors import InputError
 from fe_models.recordings import Dataset, Recording
 from fe_models.structure import Structure
+from hybrid.diagnosis.acting import recordings_of
 from hybrid.diagnosis.candidates import Candidate, Motion, all_candidates
 from hybrid.diagnosis.extend import extended_structure
-from hybrid.diagnosis.findings import Finding, Verdict, cause_of, reported_location, sentence_of
+from hybrid.diagnosis.findings import Finding, Verdict, cause_of, place_words, reported_location, sentence_of
 from hybrid.diagnosis.fitting import Fit, Frame, fit
 from hybrid.diagnosis.forecasting import Forecast, Model, forecast
 from hybrid.diagnosis.hypothesis import Hypothesis
@@ -25,7 +26,7 @@ from hybrid.diagnosis.posterior import Posterior, of_candidate, posterior_of, ri
 from hybrid.diagnosis.records import batches_of, columns_of, measured_columns
 from hybrid.diagnosis.search import contest, lengths_of
 from hybrid.diagnosis.show import Shown, show
-from hybrid.diagnosis.switching import acting_recordings, fit_switched
+from hybrid.diagnosis.switching import fit_switched
 
 MATERIAL = 0.05  # of the noise floor: by how much a cause must improve the forecast, and what counts as reaching it
 WHOLLY = 0.03  # of the excess energy: what may be left where all is called explained
@@ -182,7 +183,15 @@ def _concluded(
     final = best if named else base
     if not named:
         extended = calibrated
-    findings = _findings(best, posterior, scored, nominal, doubt, candidates) if named else ()
+    findings: tuple[Finding, ...] = ()
+    if named:
+        model, temper = _model(best), posterior.temper
+        acting = [
+            recordings_of(best, number, model, test, measured, frame, temper)
+            for number in range(len(best.hypothesis.candidates))
+        ]
+        findings = _findings(best, posterior, scored, nominal, doubt, acting)
+        notes = [*notes, *_apart(dataset, findings)]
     theta = final.theta if named else clipped
     count = base.hypothesis.nuisances
     factors = tuple(float(value) for value in np.exp(theta[:count]))
@@ -221,7 +230,7 @@ def _findings(
     scored: Callable[[Fit], Forecast],
     nominal: Forecast,
     doubt: float,
-    candidates: tuple[Candidate, ...],
+    acting: list[tuple[str, ...]],
 ) -> tuple[Finding, ...]:
     findings = []
     whole = scored(best)
@@ -238,12 +247,24 @@ def _findings(
                 parameters,
                 min(of_candidate(posterior, candidate), doubt, 0.999),
                 explains,
-                acting_recordings(best, number),
+                acting[number],
                 tuple((rival.kind, reported_location(rival), p) for rival, p in rivals),
                 sentence_of(cause, parameters),
             )
         )
     return tuple(sorted(findings, key=lambda finding: -finding.explains))
+
+
+def _apart(dataset: Dataset, findings: tuple[Finding, ...]) -> list[str]:
+    """Return a line on each finding that acts in some recordings only."""
+    names = list(dict.fromkeys(recording.name for recording in dataset.recordings))
+    return [
+        f"the recordings are not all of one structure: {finding.cause.kind} at {place_words(finding.cause.location)}"
+        f" acts in {', '.join(finding.recordings)}, and does not, or too little to tell, in"
+        f" {', '.join(name for name in names if name not in finding.recordings)}"
+        for finding in findings
+        if len(finding.recordings) < len(names)
+    ]
 
 
 def _strongest_without(posterior: Posterior, candidate: Candidate) -> Fit | None:

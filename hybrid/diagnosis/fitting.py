@@ -22,6 +22,7 @@ RIDGE = 1e-6  # of the largest column of the initial state's Jacobian: what no s
 ITERATIONS = 12
 LAW_ITERATIONS = 8  # with force laws, each of which takes a simulation of all variants
 ENOUGH = 0.05  # the fall in the sum of squares (a chi-square) below which a fit has converged
+WEAKER = (1.0, 0.5, 0.2)  # of force laws, one after the other, where the motion from the start grows for ever
 FREE = 1e-10  # of Marquardt's damping: none; a cause and the uncertain factor it resembles need whole steps
 EXPLODED = 1e30  # of a channel, in units of its noise: no structure, but a search gone astray
 DAMPING = (1e-3, 30.0, 1e3)  # where a whole step fails: first, factor, give up
@@ -235,14 +236,18 @@ def fit(
     enough: float = ENOUGH,
     bound: float = inf,
 ) -> Fit | None:
-    """Return the best fit from ``theta`` (parameter,) by Levenberg and Marquardt; None where the start already fails.
+    """Return the best fit from ``theta`` (parameter,) by Levenberg and Marquardt; None where no start is possible.
 
     ``states``: where initial states begin, one array (recording, state) for each batch, needed with force laws. A fit
     that would not get below the cost ``bound``, even if every step to come brought as much as the last, is broken off.
     """
     centre, width, lower = hypothesis.centre, hypothesis.width, hypothesis.lower
-    theta = np.maximum(theta, lower)
-    current = _linearise_all(hypothesis, theta, batches, frame, states)
+    current = None
+    for share in WEAKER:
+        theta = np.maximum(_weakened(hypothesis, theta, share), lower)
+        current = _linearise_all(hypothesis, theta, batches, frame, states)
+        if current is not None:
+            break
     if current is None:
         return None
     cost = _cost(current, theta, centre, width)
@@ -291,6 +296,16 @@ def fit(
         tuple(part.state_errors for part in current),
         tuple(part.state_slopes for part in current),
     )
+
+
+def _weakened(hypothesis: Hypothesis, theta: FloatArray, share: float) -> FloatArray:
+    """Return theta with a ``share`` of each candidate's force law: motions of a softening spring may grow for ever."""
+    weaker = theta.copy()
+    for candidate, part in zip(hypothesis.candidates, hypothesis.slices, strict=True):
+        if candidate.is_law:
+            neutral = candidate.neutral[0]
+            weaker[part.start] = neutral + share * (theta[part.start] - neutral)
+    return weaker
 
 
 def _linearise_all(

@@ -23,6 +23,7 @@ FORCED = 5.0  # the same for each recording of a harmonic force, whose two entri
 HOPEFUL = 8.0  # fall in the sum of squares that the score test must promise; less cannot outweigh the prior odds
 BEHIND = 20.0  # in half the tempered sum of squares: a fit that far behind another of the same recordings is given up
 ALWAYS = 2  # candidates of each ranking that are fitted, however little they promise
+RACING = 6  # fits at most that are continued over longer segments
 RIVALS = 8  # candidates that are tried in the place of one of two causes
 QUIET = 1e-3  # N: where the search for a harmonic force begins
 FORCES = 3  # harmonic forces that are fitted
@@ -186,7 +187,7 @@ def _race(fits: list[Fit], longer: tuple[Batch, ...], frame: Frame, enough: floa
     """Return the fits that are not too far behind, continued over longer segments."""
     limit = bound_of(fits)
     found: list[Fit] = []
-    for item in sorted(fits, key=lambda item: item.cost):
+    for item in sorted(fits, key=lambda item: item.cost)[:RACING]:
         if item.cost <= limit:
             states = continued(item, longer)
             further = fit(item.hypothesis, item.theta, longer, frame, states, enough=enough, bound=bound_of(found))
@@ -195,11 +196,16 @@ def _race(fits: list[Fit], longer: tuple[Batch, ...], frame: Frame, enough: floa
 
 
 def bound_of(fits: list[Fit]) -> float:
-    """Return the cost beyond which a fit is too far behind the best of the others for its rank to matter."""
+    """Return the cost beyond which a fit is too far behind the best of the others for its rank to matter.
+
+    Where the best leaves more than noise there may be a second cause, and the first need not be the best yet: as much
+    as it leaves another may be behind.
+    """
     if not fits:
         return np.inf
     best = min(fits, key=lambda item: item.cost)
-    return best.cost + 2 * BEHIND * temper_of(best)
+    left = best.cost - best.values + sum(states.size for states in best.states)
+    return best.cost + max(2 * BEHIND * temper_of(best), left)
 
 
 def _recordings(item: Fit) -> int:
