@@ -163,7 +163,8 @@ def _concluded(
     floor = float(calibrated.floor[:, own].mean())
     before, after = float(calibrated.nrmse[:, own].mean()), float(extended.nrmse[:, own].mean())
     left, had = left_of(best, frame, band), left_of(base, frame, band)
-    share = left.total / max(misfit(base, frame, band), left.total, 1e-300) if left.significant else 0.0
+    rest = max(left.total, misfit(best))
+    share = rest / max(misfit(base), rest, 1e-300) if left.significant else 0.0
     reached = before <= (1 + MATERIAL) * floor and before - after <= MATERIAL * floor
     gain = nominal.energy - nominal.floor_energy
     unexplained = float(np.clip((extended.energy - extended.floor_energy) / max(gain, 1e-300), 0.0, 1.0))

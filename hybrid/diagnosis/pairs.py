@@ -48,11 +48,11 @@ def asks_for_more(item: Fit, base: Fit, frame: Frame, band: float) -> bool:
     """
     if not item.hypothesis.candidates:
         return False
-    if any(batch.off for batch in item.batches) and misfit(item, frame, band) < SORTED * misfit(base, frame, band):
+    if any(batch.off for batch in item.batches) and misfit(item) < SORTED * misfit(base):
         return False
     if not left(item, frame, band).significant:
         return _factors_off(item)
-    return misfit(item, frame, band) <= HELPLESS * misfit(base, frame, band)
+    return misfit(item) <= HELPLESS * misfit(base)
 
 
 def pair_fits(
@@ -96,11 +96,9 @@ def pair_fits(
     return found
 
 
-def misfit(item: Fit, frame: Frame, band: float) -> float:
+def misfit(item: Fit) -> float:
     """Return what a fit leaves beyond noise and the squares of its calibration's deviations, in units of variances."""
-    count = item.hypothesis.nuisances
-    deviation = item.theta[:count] / item.hypothesis.width[:count]
-    return left(item, frame, band).total + float(np.sum(deviation**2))
+    return item.cost - item.values + sum(states.size for states in item.states)
 
 
 def _factors_off(item: Fit) -> bool:

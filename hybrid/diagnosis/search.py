@@ -23,7 +23,8 @@ FORCED = 5.0  # the same for each recording of a harmonic force, whose two entri
 HOPEFUL = 8.0  # fall in the sum of squares that the score test must promise; less cannot outweigh the prior odds
 BEHIND = 20.0  # in half the tempered sum of squares: a fit that far behind another of the same recordings is given up
 ALWAYS = 2  # candidates of each ranking that are fitted, however little they promise
-RACING = 6  # fits at most that are continued over longer segments
+LEFT = 0.3  # of what the best leaves beyond noise: by how much another may be behind and still go on
+RACING = 5  # fits at most that are continued over longer segments
 RIVALS = 8  # candidates that are tried in the place of one of two causes
 QUIET = 1e-3  # N: where the search for a harmonic force begins
 FORCES = 3  # harmonic forces that are fitted
@@ -198,14 +199,14 @@ def _race(fits: list[Fit], longer: tuple[Batch, ...], frame: Frame, enough: floa
 def bound_of(fits: list[Fit]) -> float:
     """Return the cost beyond which a fit is too far behind the best of the others for its rank to matter.
 
-    Where the best leaves more than noise there may be a second cause, and the first need not be the best yet: as much
-    as it leaves another may be behind.
+    Where the best leaves more than noise there may be a second cause, and the one of the two that matters more need
+    not be the best yet.
     """
     if not fits:
         return np.inf
     best = min(fits, key=lambda item: item.cost)
     left = best.cost - best.values + sum(states.size for states in best.states)
-    return best.cost + max(2 * BEHIND * temper_of(best), left)
+    return best.cost + max(2 * BEHIND * temper_of(best), LEFT * left)
 
 
 def _recordings(item: Fit) -> int:

@@ -13,8 +13,10 @@ from hybrid.diagnosis.screening import amounts_by_recording
 from hybrid.diagnosis.search import CLOSE_ENOUGH, Lengths, bound_of, continued, padded
 from hybrid.diagnosis.wave import wave
 
-TRIED = 5  # candidates, the most promising if each recording had its own amount
+FEWEST = 3  # recordings in which two groups can be told
+TRIED = 4  # candidates, the most promising if each recording had its own amount
 TRIED_LAWS = 2  # of them force laws
+ONE_GROUP = 0.4  # of the variance within two groups: more is one group for a force law, whose fits take long
 ROUNDS = 3  # of sorting the recordings by the fit and fitting again
 SETTLING = 3  # steps of Newton's method in which initial states follow a law that comes or goes
 
@@ -24,13 +26,17 @@ def fit_switched(short: Fit, best: Fit, candidates: tuple[Candidate, ...], lengt
 
     ``short``: the fit without it, over the shortest segments of the recordings; ``best``: of what acts in all of them.
     """
+    if sum(len(batch.names) for batch in short.batches) < FEWEST:
+        return []
     number = len(short.hypothesis.candidates)
     states = padded(short.states, best.hypothesis)
     again = fit(best.hypothesis, best.theta, short.batches, frame, states, enough=CLOSE_ENOUGH)
     rivals = [] if again is None else [again]
     sorted_fits: list[tuple[Fit, BoolArray]] = []
     for candidate, amounts in _unequal(short, candidates, frame):
-        high = _two_groups(amounts)
+        high, within = _two_groups(amounts)
+        if candidate.is_law and within > ONE_GROUP:
+            continue
         for acting in (high, ~high):
             bound = bound_of([*rivals, *(item for item, _ in sorted_fits)])
             found = _fit_sorted(short, candidate, acting, frame, bound)
@@ -76,14 +82,17 @@ def _unequal(short: Fit, candidates: tuple[Candidate, ...], frame: Frame) -> lis
     return chosen
 
 
-def _two_groups(amounts: FloatArray) -> BoolArray:
-    """Return which of the ``amounts`` (recording,) belong to the upper of two groups: the split with least variance."""
+def _two_groups(amounts: FloatArray) -> tuple[BoolArray, float]:
+    """Return which of the ``amounts`` (recording,) belong to the upper of two groups, split for the least variance.
+
+    Second: the share of the variance that is left within the groups.
+    """
     order = np.argsort(amounts)
     ranked = amounts[order]
     spread = [np.var(ranked[:k]) * k + np.var(ranked[k:]) * (len(ranked) - k) for k in range(1, len(ranked))]
     high = np.zeros(len(amounts), dtype=bool)
     high[order[int(np.argmin(spread)) + 1 :]] = True
-    return high
+    return high, float(min(spread) / (np.var(amounts) * len(amounts) + 1e-300))
 
 
 def _fit_sorted(
