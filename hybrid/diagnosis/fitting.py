@@ -21,7 +21,7 @@ STEP = 1e-3  # of a prior width (of the rms of a state): the finite differences 
 RIDGE = 1e-6  # of the largest column of the initial state's Jacobian: what no sensor feels stays at rest
 ITERATIONS = 12
 LAW_ITERATIONS = 8  # with force laws, each of which takes a simulation of all variants
-ENOUGH = 0.05  # the fall in the sum of squares (a chi-square) below which a fit has converged
+ENOUGH = 0.05  # the fall in the sum of squares (a chi-square) below which a fit has converged, for each of noise's own
 WEAKER = (1.0, 0.5, 0.2)  # of force laws, one after the other, where the motion from the start grows for ever
 FREE = 1e-10  # of Marquardt's damping: none; a cause and the uncertain factor it resembles need whole steps
 EXPLODED = 1e30  # of a channel, in units of its noise: no structure, but a search gone astray
@@ -251,6 +251,7 @@ def fit(
     if current is None:
         return None
     cost = _cost(current, theta, centre, width)
+    values = sum(batch.data.size for batch in batches)
     first, factor, most = DAMPING
     damping = FREE
     iterations = iterations if hypothesis.is_linear else min(iterations, LAW_ITERATIONS)
@@ -279,7 +280,7 @@ def fit(
                 damping = damping / factor if damping > first else FREE
                 break
             damping = max(damping * factor, first)
-        if gain < enough or damping >= most or cost - (iterations - 1 - number) * gain > bound:
+        if gain < enough * max(1.0, cost / values) or damping >= most or cost - (iterations - 1 - number) * gain > bound:
             break
     J = np.concatenate([part.slopes.reshape(len(theta), -1) for part in current], axis=1)
     H = J @ J.T + np.diag(1 / width**2)
