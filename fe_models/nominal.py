@@ -10,6 +10,20 @@ from fe_models.errors import InputError
 from fe_models.linear import LinearModel, ModalModel
 from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset
+from fe_models.structure import Damping, Structure
+
+
+def assumed_structure(dataset: Dataset) -> Structure | LinearModel:
+    """Return the dataset's model with the damping that its user assumes.
+
+    ``[simulation] damping_ratio`` stands in place of a structure's own damping: its dashpots and what belongs to it as
+    a whole. What effects do to the damping (a damper, the ratio of a mode) is a known deviation and stays.
+    """
+    model, ratio = dataset.model, dataset.assumptions.damping_ratio
+    if ratio is None or not isinstance(model, Structure):
+        return model
+    ratios = ratio if isinstance(ratio, tuple) else (ratio,)
+    return replace(model, dashpots=(), damping=Damping(modal_ratios=ratios))
 
 
 def nominal_modes(dataset: Dataset, most: int) -> ModalModel:
@@ -21,7 +35,8 @@ def nominal_modes(dataset: Dataset, most: int) -> ModalModel:
     wanted = dataset.assumptions.modes or most
     given = dataset.assumptions.modal_model
     if given is None:
-        model = dataset.model if isinstance(dataset.model, LinearModel) else linearise(dataset.model)
+        subject = assumed_structure(dataset)
+        model = subject if isinstance(subject, LinearModel) else linearise(subject)
         given = natural_modes(model, min(wanted, model.mass.shape[0]))
     highest = dataset.lowpass or dataset.sampling_rate / 2
     kept = np.flatnonzero(given.frequencies < highest)[:wanted]  # a given modal model may have them in any order
@@ -30,8 +45,11 @@ def nominal_modes(dataset: Dataset, most: int) -> ModalModel:
             f"no natural frequency lies below {highest:g} Hz (the first is {given.frequencies.min():.4g} Hz):"
             " check sampling_rate and lowpass, or the units of the model"
         )
-    assumed = dataset.assumptions.damping_ratio
-    ratios = given.damping_ratio if assumed is None else damping_ratios(assumed, int(kept[-1]) + 1)
+    ratios = given.damping_ratio
+    if dataset.assumptions.damping_ratio is not None:
+        listed = damping_ratios(dataset.assumptions.damping_ratio, int(kept[-1]) + 1)
+        own = dataset.assumptions.modal_model is None and isinstance(dataset.model, Structure)
+        ratios = ratios if own else listed  # a structure's own modes have them already, and what its effects add
     return replace(given, omega=given.omega[kept], damping_ratio=ratios[kept], shapes=given.shapes[:, kept])
 
 

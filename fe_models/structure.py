@@ -82,7 +82,8 @@ class Damping:
     """Damping that belongs to the structure as a whole: C = mass_factor M + stiffness_factor K + modal part.
 
     ``mass_factor`` (1/s) and ``stiffness_factor`` (s) are Rayleigh's. ``modal_ratios`` are damping ratios of the first
-    modes (1 = critical); the last number goes on for all higher modes, so that one number stands for all.
+    modes (1 = critical); the last number goes on for all higher modes, so that one number stands for all. A negative
+    one takes away from what dashpots and Rayleigh's factors give.
     """
 
     mass_factor: float = 0.0

@@ -67,9 +67,13 @@ def check_frame(structure: Structure) -> list[str]:
     damping = structure.damping
     for name, value in (("mass_factor", damping.mass_factor), ("stiffness_factor", damping.stiffness_factor)):
         faults.extend(_not_negative(f"damping.{name}", value))
+    other = bool(structure.dashpots) or damping.mass_factor > 0 or damping.stiffness_factor > 0
+    least, why = (-1, " (negative: less than dashpots and Rayleigh damping give)") if other else (0, "")
     for ratio in damping.modal_ratios:
-        if not 0 <= ratio < 1:
-            faults.append(f"damping.modal_ratios: {ratio} is no damping ratio; expected 0 <= ratio < 1 (0.01 is 1 %)")
+        if not (least < ratio < 1 or ratio == 0):
+            faults.append(
+                f"damping.modal_ratios: {ratio} is no damping ratio; expected {least} <= ratio < 1 (0.01 is 1 %){why}"
+            )
     return faults
 
 

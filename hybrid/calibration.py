@@ -51,14 +51,19 @@ class Observer:
     """What the sensors see of the linear model: x_k = C exp(A k h) z in the state z = [omega q, q']."""
 
     def __init__(
-        self, modal: ModalModel, sensors: Sequence[Sensor], step: float, connectors: Connectors | None = None
+        self,
+        modal: ModalModel,
+        sensors: Sequence[Sensor],
+        step: float,
+        connectors: Connectors | None = None,
+        damping: FloatArray | None = None,
     ) -> None:
         self.omega = torch.tensor(modal.omega, dtype=torch.float64)  # (mode,)
         shapes = torch.tensor(sensor_shapes(modal, sensors), dtype=torch.float64)  # (sensor, mode)
         picks = [[sensor.quantity == quantity for sensor in sensors] for quantity in QUANTITIES]
         self.shapes = shapes[None] * torch.tensor(picks)[:, :, None]  # (quantity, sensor, mode)
         self.step = step
-        self.form = ModalForm(modal) if connectors is None else ConnectorForm(modal, connectors)
+        self.form = ModalForm(modal) if connectors is None else ConnectorForm(modal, connectors, damping)
 
     def rates(self, rest: Tensor) -> tuple[Tensor, Tensor]:
         """Return d q'/dt as matrices on omega q and on q', each (mode, mode), for a ``rest`` of the observer's form."""
@@ -104,6 +109,15 @@ def fit_linear_rest(observer: Observer, windows: Tensor, advance: Callable[[], o
         if observer.form.is_exact and fits[-1].unexplained > NO_LONGER_LINEAR * fits[0].unexplained:
             return fits[-2]
     return fits[-1]
+
+
+def as_modelled(observer: Observer, windows: Tensor) -> LinearFit:
+    """Return the linear model as it is known before any learning, and what it leaves of the shortest windows."""
+    rest = observer.form.start()
+    short = windows[:, : max(round(GROWTH[0] * windows.shape[1]), SHORTEST)]
+    _, fitted = smooth(observer.matrix(rest, short.shape[1]), short)
+    share = (fitted - short).square().mean() / short.square().mean()
+    return LinearFit(rest.numpy(), share.item(), short.shape[1])
 
 
 def _fit(observer: Observer, windows: Tensor, start: Tensor) -> LinearFit:

@@ -11,7 +11,7 @@ from fe_models.recordings import Dataset, Sensor
 from hybrid.experts import Hybrid, fe_counterpart
 from hybrid.forecast import Forecast, forecast_windows, solves_for_states
 from hybrid.training import TrainingDivergedError
-from hybrid.uncertainty import BandedForecast, banded_forecast, coverage, noise_std
+from hybrid.uncertainty import LEVEL, BandedForecast, banded_forecast, coverage, noise_std
 from hybrid.windows import cut_all
 
 
@@ -54,7 +54,7 @@ def compare(model: Hybrid, dataset: Dataset, length: int, stride: int) -> Compar
 def band_scores(model: Hybrid, comparison: Comparison, sensors: tuple[Sensor, ...]) -> dict[str, Any]:
     """Return how often the channels lie inside the bands that should hold 90 % of them, sensors' noise included."""
     noise = noise_std(model, sensors)
-    scores: dict[str, Any] = {"level": 0.9, "relative_error": float(model.relative_error)}
+    scores: dict[str, Any] = {"level": LEVEL, "relative_error": float(model.relative_error)}
     for name, banded in (("hybrid", comparison.hybrid), ("whole_record", comparison.whole_record)):
         if banded is not None:
             inside = coverage(comparison.windows - banded.forecast.channels, np.hypot(banded.std, noise))

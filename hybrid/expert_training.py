@@ -1,6 +1,6 @@
 """Training of experts: each model on the windows of its own recording, an epoch of all of them at a time."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import torch
@@ -47,6 +47,11 @@ class ExpertsTrainer:
     def train_epoch(self, epoch: int) -> EpochResult:
         """Train one epoch (from 1) of every member; the loss is the mean over all windows."""
         results = [trainer.train_epoch(epoch) for trainer in self.trainers]
-        total = sum(result.loss * len(trainer.windows) for result, trainer in zip(results, self.trainers, strict=True))
         self.done = epoch
-        return EpochResult(epoch, total / len(self.windows), results[0].horizon)
+        return mean_result(results, [len(trainer.windows) for trainer in self.trainers])
+
+
+def mean_result(results: Sequence[EpochResult], counts: Sequence[int]) -> EpochResult:
+    """Return what the same epoch of several trainings did, the loss the mean over the ``counts`` of their windows."""
+    total = sum(result.loss * count for result, count in zip(results, counts, strict=True))
+    return EpochResult(results[0].epoch, total / sum(counts), results[0].horizon)

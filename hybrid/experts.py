@@ -47,6 +47,12 @@ class Experts(nn.Module):
         """The model of each recording."""
         return [cast(NeuralModalODE, member) for member in self._members]
 
+    def without(self, member: int) -> "Experts":
+        """Return the mean of the others, as if the recording of that member had not been there."""
+        others = [i for i in range(len(self.members)) if i != member]
+        evidence = [cast(StartEvidence, self._evidence[i]) for i in others]
+        return Experts([self.members[i] for i in others], evidence, [int(self.counts[i]) for i in others])
+
     @property
     def channel_scale(self) -> Tensor:
         """What divides the channels (sensor,) that the first member sees."""

@@ -4,6 +4,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from fe_models.dofs import FloatArray
 from fe_models.linear import ModalModel
 from hybrid.connectors import Connectors
 
@@ -44,18 +45,19 @@ class ModalForm:
 class ConnectorForm:
     """Springs and dashpots (2, connector) in N/m and N s/m, which stand for the whole linear part.
 
-    They start where their sum is nearest to the modal model: Lambda = sum k s s^T with s the rows of the connectors'
-    shapes, by least squares; likewise the damping.
+    They start where their sum is nearest to the model: Lambda = sum k s s^T with s the rows of the connectors' shapes,
+    by least squares; likewise the damping Phi^T C Phi (mode, mode): ``damping``, or the modal model's own diagonal.
     """
 
     is_exact = True  # what it leaves beyond the noise is not linear
 
-    def __init__(self, modal: ModalModel, connectors: Connectors) -> None:
+    def __init__(self, modal: ModalModel, connectors: Connectors, damping: FloatArray | None = None) -> None:
         self.omega = torch.tensor(modal.omega, dtype=torch.float64)  # (mode,)
         self.shapes = torch.tensor(connectors.shapes, dtype=torch.float64)  # (connector, mode)
         self.feeds = torch.tensor(connectors.feeds, dtype=torch.float64)  # (connector, mode)
         products = np.einsum("cm,cn->mnc", connectors.shapes, connectors.shapes)  # (mode, mode, connector)
-        modal_matrices = [np.diag(modal.omega**2), np.diag(2 * modal.damping_ratio * modal.omega)]
+        diagonal = np.diag(2 * modal.damping_ratio * modal.omega)
+        modal_matrices = [np.diag(modal.omega**2), diagonal if damping is None else damping]
         nearest = [
             np.linalg.lstsq(products.reshape(-1, len(self.shapes)), matrix.ravel(), rcond=None)[0]
             for matrix in modal_matrices

@@ -9,7 +9,9 @@ import torch
 from torch import Tensor
 
 from fe_models.assembly import linearise
+from fe_models.damping import full_damping
 from fe_models.dofs import FloatArray
+from fe_models.effects import ForceLaw
 from fe_models.effects.laws import force_laws
 from fe_models.errors import InputError, raise_faults
 from fe_models.linear import LinearModel, ModalModel
@@ -17,7 +19,7 @@ from fe_models.nominal import nominal_modes
 from fe_models.recordings import Dataset, Recording
 from fe_models.structure import Structure
 from hybrid.backbone_residual import BackboneResidual
-from hybrid.calibration import GROWTH, Observer, fit_linear_rest, initial_state_estimator, nothing, smooth
+from hybrid.calibration import GROWTH, Observer, as_modelled, fit_linear_rest, initial_state_estimator, nothing, smooth
 from hybrid.config import Config
 from hybrid.connector_residual import ConnectorResidual
 from hybrid.connectors import Connectors, chain_connectors, complete_basis
@@ -77,11 +79,13 @@ def prepare(dataset: Dataset, config: Config, advance: Callable[[], object] = no
         model = _model(config, dataset, modal, torch.ones(len(dataset.sensors)), scale, step)
         return Prepared(model, modal, windows, tuple(recording.name for recording in recordings))
     connectors = connectors_of(dataset, modal) if config.model.residual == "places" else None
-    observer = Observer(modal, [dataset.sensors[i] for i in measured], step, connectors)
-    kept = agreeing_recordings(observer, recordings, measured, length, advance)
+    damping = None if connectors is None else modal_damping_matrix(dataset, modal)
+    observer = Observer(modal, [dataset.sensors[i] for i in measured], step, connectors, damping)
+    bent = bool(known_laws(dataset))  # a linear model would take the structure's own laws for springs and dashpots
+    kept = recordings if bent else agreeing_recordings(observer, recordings, measured, length, advance)
     windows = cut_all(kept, length, config.training.stride)
     some = torch.tensor(evenly(windows[:, :, measured], CALIBRATION_WINDOWS))
-    fit = fit_linear_rest(observer, some, advance)
+    fit = as_modelled(observer, some) if bent else fit_linear_rest(observer, some, advance)
     rest = torch.tensor(fit.rest)
     observability = observer.matrix(rest, fit.samples)
     some = some[:, : fit.samples]
@@ -112,6 +116,23 @@ def training_recordings(dataset: Dataset) -> tuple[Recording, ...]:
         faults.append("the dataset has no training recording or no measured sensor: give at least one of each")
     raise_faults(faults)
     return dataset.select("train")
+
+
+def known_laws(dataset: Dataset) -> tuple[ForceLaw, ...]:
+    """Return the forces that the dataset's structure has by itself, beyond its matrices."""
+    return () if isinstance(dataset.model, LinearModel) else force_laws(dataset.model)
+
+
+def modal_damping_matrix(dataset: Dataset, modal: ModalModel) -> FloatArray | None:
+    """Return Phi^T C Phi (mode, mode) of the structure's own damping, None where the dataset assumes another.
+
+    Dashpots couple the modes, which a modal model's ratios leave out.
+    """
+    assumed = dataset.assumptions
+    if not isinstance(dataset.model, Structure) or assumed.damping_ratio is not None or assumed.modal_model is not None:
+        return None
+    shapes = modal.shapes[modal.dofs.free_rows]
+    return np.asarray(shapes.T @ full_damping(linearise(dataset.model)) @ shapes)
 
 
 def connectors_of(dataset: Dataset, modal: ModalModel) -> Connectors:
@@ -184,7 +205,7 @@ def _model(
     step: float,
     connectors: Connectors | None = None,
 ) -> NeuralModalODE:
-    effects = () if isinstance(dataset.model, LinearModel) else force_laws(dataset.model)
+    effects = known_laws(dataset)
     with torch.random.fork_rng(devices=[]):  # the caller's random numbers stay as they are
         torch.manual_seed(config.training.seed)
         return NeuralModalODE(config.model, modal, effects, dataset.sensors, channels, scale, step, connectors)

@@ -35,9 +35,9 @@ def open_run(data: Dataset, config: Config, out: Path, device: str, fresh: bool 
     return run
 
 
-def train(run: Run) -> None:
+def train(run: Run, words: str = "Training") -> None:
     """Train to the end under a progress bar; an interruption or a divergence ends the program with what to do."""
-    bar = tqdm(total=run.config.training.epochs, initial=len(run.history), desc="Training", unit="epoch")
+    bar = tqdm(total=run.config.training.epochs, initial=len(run.history), desc=words, unit="epoch")
     try:
         with divergence_exits(), bar:
             for result in run.epochs():

@@ -3,7 +3,8 @@
     variance = variance over the draws + (relative error * rms of the predicted channel)^2
 
 The draws follow the posterior of the initial state (Laplace), whose size adapts to how well each window is explained.
-The model's own error is estimated on training windows and holds for channels that were never fitted, too.
+The model's own error is estimated on training windows and holds for channels that were never fitted, too. Experts are
+judged on the recordings that they did not see: what is true of a day they were trained on is not of the next.
 """
 
 from dataclasses import dataclass
@@ -14,13 +15,14 @@ import torch
 from fe_models.dofs import FloatArray
 from fe_models.recordings import Sensor
 from hybrid.experts import Experts, Hybrid
-from hybrid.forecast import Forecast, joined, posterior, solves_for_states
+from hybrid.forecast import Forecast, forecast_windows, joined, posterior, solves_for_states
 from hybrid.state_estimation import StatePrior
 from hybrid.windows import evenly
 
 DRAWS = 50  # of each initial state: the standard deviation is then good to a tenth
 WINDOWS = 10  # at a time: bounds memory
 BAND_WINDOWS = 100  # training windows at most that tell the model's own error
+LEVEL = 0.9  # of what is to be in the band
 NINETY_PERCENT = 1.645  # standard deviations either side of a normal mean
 SEED = 0  # the same draws for the same prediction
 
@@ -43,7 +45,8 @@ def banded_forecast(
     centres, stds = [], []
     for batch in torch.tensor(windows).to(model.channel_scale).split(WINDOWS):
         mean, root = posterior(model, batch, whole)
-        draws = torch.randn(DRAWS, *mean.shape, 1, generator=generator, dtype=torch.float64).to(mean)
+        count = DRAWS if bool(root.any()) else 1  # where a state is certain, all draws of it are alike
+        draws = torch.randn(count, *mean.shape, 1, generator=generator, dtype=torch.float64).to(mean)
         states = mean + (root @ draws)[..., 0]  # (draw, window, 2 mode)
         centre = model.forecast(mean, length)
         drawn = model.forecast(states.flatten(0, 1), length).channels.unflatten(0, states.shape[:2])
@@ -79,9 +82,31 @@ def relative_error(model: Hybrid, windows: FloatArray) -> float:
     return float(np.sqrt(max(np.median(shares), 0.0)))
 
 
+def unseen_error(model: Experts, windows: FloatArray) -> float:
+    """Return the error of experts on a recording that none of them saw, relative to the size of the channels.
+
+    Each recording is forecast by the experts of all others; ``windows`` (window, time, sensor) are those of all
+    recordings, one's after the other's. The error is what a normal one would be whose band holds as many of the misfits
+    as it should: few windows far off count as what they are. Recordings weigh alike.
+    """
+    ends = np.cumsum(model.counts.tolist())[:-1]
+    most = min(BAND_WINDOWS, *model.counts.tolist())
+    ratios = []
+    for i, own in enumerate(np.split(windows, ends)):
+        unseen = evenly(own, most)
+        fitted = forecast_windows(model.without(i), unseen).channels
+        size = np.sqrt(np.mean(fitted**2, axis=1, keepdims=True))
+        ratios.append((np.abs(unseen - fitted) / size)[:, :, model.measured])
+    return float(np.quantile(np.concatenate(ratios), LEVEL) / NINETY_PERCENT)
+
+
 def set_relative_error(model: Hybrid, windows: FloatArray) -> None:
     """Let the model know its own error, from some of its training windows (window, time, sensor)."""
-    model.relative_error.fill_(relative_error(model, evenly(windows, BAND_WINDOWS)))
+    if isinstance(model, Experts) and len(model.members) > 1:
+        found = unseen_error(model, windows)
+    else:
+        found = relative_error(model, evenly(windows, BAND_WINDOWS))
+    model.relative_error.fill_(found)
 
 
 def noise_std(model: Hybrid, sensors: tuple[Sensor, ...]) -> FloatArray:

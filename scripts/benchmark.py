@@ -4,14 +4,14 @@ from collections.abc import Callable
 from dataclasses import asdict, replace
 from enum import Enum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import numpy as np
 import torch
 import typer
 from tqdm import tqdm
 
-from fe_models.blind import KINDS, BlindConfig
+from fe_models.blind import OUTSIDE, BlindConfig
 from fe_models.dofs import structure_dofs
 from fe_models.errors import bad_input_exits
 from fe_models.files.atomic import write_json
@@ -19,10 +19,12 @@ from fe_models.files.modal_file import load_modal_model
 from fe_models.four_dof import four_dof
 from fe_models.linear import ModalModel
 from hybrid.benchmarks import ablations, bridge, chain, cost, speed
-from hybrid.benchmarks.blind import judged_cases
+from hybrid.benchmarks.blind import figures, grid, summary
+from hybrid.benchmarks.blind.calibration import calibration
+from hybrid.benchmarks.blind.cases import NOTHING, PEERS, BlindResult, Task, all_done, tasks, words_of
+from hybrid.benchmarks.blind.confusion import confusion
 from hybrid.benchmarks.row import Row, table
 from hybrid.config import experts_preset, places_preset
-from hybrid.diagnosis.judging import describe_rates
 
 STIFFNESSES = (0.0, 0.5, 1.0)  # k_n of the paper, N/m^3
 QUICK_STIFFNESSES = (1.0,)
@@ -61,12 +63,23 @@ def main(
     blind: Annotated[
         int | None, typer.Option(min=1, help="Instead: this many cases with a hidden effect, diagnosed blind.")
     ] = None,
+    rates: Annotated[
+        int | None, typer.Option(min=1, help="Instead: so many of each noise and size, to see how the rates fall.")
+    ] = None,
     kinds: Annotated[
-        str, typer.Option(help="With --blind: what to hide in turn, by commas; 'a+b' for two, 'nothing'.")
-    ] = ",".join(KINDS),
+        str | None,
+        typer.Option(
+            help="With --blind or --rates: what to hide in turn, by commas; 'a+b' for two, 'nothing'. [default: all]"
+        ),
+    ] = None,
+    structure: Annotated[
+        Literal["four_dof", "bridge"], typer.Option(help="With --blind or --rates: where effects are hidden.")
+    ] = "four_dof",
     off: Annotated[bool, typer.Option("--off", help="With --blind: models off by their uncertainty.")] = False,
     noise: Annotated[float, typer.Option(min=0.0, help="With --blind: standard deviation over each channel's.")] = 0.03,
     changed: Annotated[int, typer.Option(min=0, help="With --blind: recordings made before the effect came.")] = 0,
+    peers: Annotated[bool, typer.Option(help="With --blind: have the peers answer, too.")] = True,
+    jobs: Annotated[int, typer.Option(min=1, help="With --blind or --rates: processes, one thread each.")] = 1,
     only: Annotated[list[Section] | None, typer.Option(help="This section only. Repeat for more.")] = None,
     quick: Annotated[bool, typer.Option("--quick", help="Less of everything, in under three minutes.")] = False,
 ) -> None:
@@ -74,20 +87,30 @@ def main(
 
     Every number stands beside its peer's, measured in the same run unless marked as published. The authors' own modal
     model of the chain comes with their program; without --modal-model one that is wrong in the same way is drawn.
-    Their recordings of the bridge come with it, too: --recordings adds it, at about five minutes for each of three.
+    Their recordings of the bridge come with it, too: --recordings adds it, about a quarter of an hour in all.
 
-    With --blind, effects are hidden in simulated recordings of the chain and diagnosed before the truth is opened.
+    With --blind, effects are hidden in simulated recordings and diagnosed before the truth is opened;
+    beside the diagnosis stand exhaustive selection by AIC and sparse regression (PySINDy).
 
     \b
-    OUT/benchmark.json   the table
-    OUT/cost.png         seconds and memory against length, batch, modes and sensors
+    OUT/benchmark.json         the table
+    OUT/cost.png               seconds and memory against length, batch, modes and sensors
+    OUT/blind.json             with --blind: the table, the confusion matrix, the calibration curve, every case
+    OUT/blind_confusion.png    which kinds were hidden, which were named first
+    OUT/blind_calibration.png  how many of the findings named at a probability are right
+    OUT/blind_rates.json, .png with --rates: how the rates fall with noise and size
     """
     with bad_input_exits():
         if blind is not None:
-            with tqdm(total=blind, desc="Blind cases") as bar:
-                settings = BlindConfig(off=off, noise=noise, changed=changed)
-                cases = judged_cases(blind, seed, kinds.split(","), settings, bar.update, tqdm.write)
-            print(describe_rates(cases))
+            config = BlindConfig(off=off, noise=noise, changed=changed, structure=structure)
+            cases = tasks(blind, seed, kinds.split(",") if kinds else words_of(structure), config)
+            run_blind(cases, tuple(PEERS) if peers else (), jobs, off, out)
+            return
+        if rates is not None:
+            config = BlindConfig(off=off, structure=structure)
+            inside = [word for word in words_of(structure) if word not in (NOTHING, *OUTSIDE)]
+            cases = grid.grid_tasks(rates, seed, kinds.split(",") if kinds else inside, config)
+            run_rates(cases, jobs, out)
             return
         modal = modal_model_of(modal_model, seed)
         torch.set_num_threads(1)
@@ -105,6 +128,36 @@ def main(
         write_json(out / "benchmark.json", {"schema": 1, "quick": quick, "rows": [asdict(row) for row in found]})
         print(table(found))
         print(f"Results: {out}")
+
+
+def run_blind(wanted: list[Task], peers: tuple[str, ...], jobs: int, off: bool, out: Path) -> None:
+    """Diagnose blind cases; print and draw how right that was. What is at hand is written after each case."""
+    with tqdm(total=len(wanted), desc="Blind cases") as bar:
+
+        def finished(found: list[BlindResult]) -> None:
+            bar.update()
+            if not found[-1].judgement.first:
+                bar.write(found[-1].line)
+            write_json(out / "blind.json", summary.content(found, off))
+
+        results = all_done(wanted, peers, jobs, finished)
+    write_json(out / "blind.json", summary.content(results, off))
+    figures.draw_confusion(confusion(results), out / "blind_confusion.png")
+    figures.draw_calibration(calibration(results), out / "blind_calibration.png")
+    print(summary.text(results, off))
+    print(f"Results: {out}")
+
+
+def run_rates(wanted: list[Task], jobs: int, out: Path) -> None:
+    """Diagnose cases of every noise and size; print and draw how the rates fall."""
+    with tqdm(total=len(wanted), desc="Noise and size") as bar:
+        results = all_done(wanted, (), jobs, lambda _: bar.update())
+    cells = grid.cells(results)
+    cases = [summary.case_content(result) for result in results]
+    write_json(out / "blind_rates.json", {"schema": 1, "cells": [asdict(cell) for cell in cells], "cases": cases})
+    figures.draw_grid(cells, out / "blind_rates.png")
+    print(grid.table(cells))
+    print(f"Results: {out}")
 
 
 def modal_model_of(path: Path | None, seed: int) -> ModalModel:
@@ -151,8 +204,8 @@ def bridge_rows(recordings: Path | None, out: Path, quick: bool) -> list[Row]:
     tests = bridge.CONSISTENT[:1] if quick else bridge.CONSISTENT
     return [
         row
-        for test in tests
-        for row in bridge.rows(bridge.score_split(recordings, out / f"bridge_{test}", test, config), test)
+        for test, metrics in bridge.score_splits(recordings, out / "bridge", tests, config)
+        for row in bridge.rows(metrics, test)
     ]
 
 

@@ -10,7 +10,10 @@ from fe_models.errors import bad_input_exits
 from fe_models.files.atomic import write_json
 from fe_models.files.dataset_file import load_dataset
 from fe_models.files.structure_file import save_structure
-from hybrid.diagnosis.diagnosis import diagnose
+from fe_models.recordings import Dataset
+from hybrid.diagnosis.diagnosis import Diagnosis, diagnose
+from hybrid.diagnosis.example import draw_example
+from hybrid.diagnosis.gain import Gain, hybrid_gain
 from hybrid.diagnosis.report import describe_diagnosis, report_table
 
 app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
@@ -20,6 +23,12 @@ app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions
 def main(
     dataset: Annotated[Path, typer.Argument(help="The dataset's TOML file.")],
     out: Annotated[Path, typer.Option(help="Folder for the results; made where it is missing.")],
+    hybrid: Annotated[
+        bool,
+        typer.Option(
+            "--hybrid", help="Also train the hybrid model on the nominal and on the extended structure; takes minutes."
+        ),
+    ] = False,
 ) -> None:
     """Diagnose a chain from its recordings.
 
@@ -29,13 +38,14 @@ def main(
     \b
     OUT/report.json          verdict, findings with probabilities and alternatives, scores
     OUT/extended_model.toml  the structure with the findings, which every script accepts as a model
+    OUT/what_is_wrong.png    a test recording beside both models' forecasts, and the spectra of their errors
 
     \b
     Example:
       python scripts/diagnose.py runs/chain/dataset.toml --out runs/chain/diagnosis
     """
     with bad_input_exits():
-        data = load_dataset(dataset)
+        data = load_dataset(dataset, dead_channels=True)
         with tqdm(desc="diagnosis", unit=" steps") as bar:
 
             def advance(what: str) -> None:
@@ -44,9 +54,16 @@ def main(
 
             found = diagnose(data, advance)
         save_structure(found.extended, out / "extended_model.toml")
-        write_json(out / "report.json", report_table(found))
-        print(describe_diagnosis(found))
+        gain = _gain(data, found) if hybrid else None
+        draw_example(out / "what_is_wrong.png", found.example)
+        write_json(out / "report.json", report_table(found, gain))
+        print(describe_diagnosis(found, gain))
         print(f"Results: {out}")
+
+
+def _gain(data: Dataset, found: Diagnosis) -> Gain:
+    with tqdm(desc="training hybrid models", unit=" epochs") as bar:
+        return hybrid_gain(data, found, advance=bar.update)
 
 
 if __name__ == "__main__":

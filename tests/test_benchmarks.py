@@ -80,10 +80,13 @@ def test_rows_of_the_bridge_hold_the_hybrid_against_its_peers() -> None:
         }
 
     peers = {"realisation": scores(3.0), "expansion_4": scores(4.0), "expansion_10": scores(5.0)}
-    rows = bridge.rows({"scores": {"hybrid": scores(1.0)}, "peers": peers, "training": {"seconds": 60.0}}, test=3)
+    bands = {"hybrid": {"measured": 0.88, "held_out": 0.8}}
+    metrics = {"scores": {"hybrid": scores(1.0)}, "peers": peers, "bands": bands, "training": {"seconds": 60.0}}
+    rows = bridge.rows(metrics, test=3)
     assert {row.section for row in rows} == {"bridge, test r3"}
     assert [(row.value, row.peer_value) for row in rows[:4]] == [(1.0, 3.0), (1.0, 3.0), (1.0, 4.0), (1.0, 5.0)]
     assert [(row.value, row.peer_value) for row in rows[4:8]] == [(2.0, 6.0), (2.0, 6.0), (2.0, 8.0), (2.0, 10.0)]
+    assert [row.value for row in rows[8:]] == [0.9, 0.88, 0.8, 60.0]
 
 
 def test_without_recordings_there_is_no_bridge(tmp_path: Path) -> None:

@@ -7,6 +7,7 @@ import pytest
 from scipy.linalg import eigh
 
 from fe_models.assembly import linearise
+from fe_models.effects import ModalDamping, PointDamper
 from fe_models.errors import InputError
 from fe_models.four_dof import four_dof, paper_sensors
 from fe_models.modes import natural_modes
@@ -76,3 +77,13 @@ def test_damping_ratios_are_one_for_all_or_one_each() -> None:
 def test_no_mode_below_the_lowpass_is_a_fault() -> None:
     with pytest.raises(InputError, match=r"no natural frequency lies below 0.02 Hz"):
         nominal_modes(replace(CHAIN, lowpass=0.02), 4)
+
+
+def test_assumed_damping_stands_for_the_structures_own_and_leaves_its_effects() -> None:
+    """So that a found damper or damping ratio is not lost when the extended structure is taken as the model."""
+    effects = (ModalDamping((2,), 0.07), PointDamper((1,), "x", 0.3))
+    assumed = Assumptions(damping_ratio=0.01)
+    found = nominal_modes(replace(CHAIN, model=four_dof().with_effects(*effects), assumptions=assumed), 4)
+    own = natural_modes(linearise(four_dof()), 4)
+    damper = 0.3 * own.shapes[0] ** 2 / (2 * own.omega)
+    np.testing.assert_allclose(found.damping_ratio, np.where(np.arange(4) == 1, 0.07, 0.01 + damper), rtol=1e-6)

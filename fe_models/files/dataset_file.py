@@ -23,7 +23,7 @@
     loads = [{ node = 19, direction = "y", file = "load.npz", key = "force" }]   # optional, N, one value a sample
 
     [simulation]                  # what the user's own simulation assumes; every key is optional
-    damping_ratio = 0.01          # one, or one a mode
+    damping_ratio = 0.01          # one, or one a mode: in place of the structure's own damping, but for its effects'
     modes = 4
     modal_model = "modal.npz"     # instead of the structure's own: omega (rad/s), xi, phi (dof, mode)
     integrator = "exact"          # "exact" (default) or "newmark"
@@ -31,6 +31,7 @@
     uncertainty = { stiffness = 0.01, mass = 0.01, damping = 0.1 }   # relative standard deviations (the defaults)
 """
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -60,14 +61,17 @@ from fe_models.recordings import Assumptions, Dataset, Recording, Uncertainty
 from fe_models.structure import Structure
 
 
-def load_dataset(path: Path) -> Dataset:
-    """Read a dataset with its model and all its recordings; `InputError` carries all faults."""
+def load_dataset(path: Path, dead_channels: bool = False) -> Dataset:
+    """Read a dataset with its model and all its recordings; `InputError` carries all faults.
+
+    ``dead_channels``: channels that never change are read, too, for callers who can do without them.
+    """
     document, where, faults = read_toml(path), f"{path.name}:", list[str]()
     check_keys(document, [*HEADER_KEYS, "simulation", "sensors", "recordings"], where, faults)
     header = read_header(document, where, faults)
     spec = document.get("model")
     model = noting(faults, at(where, "model"), load_model, spec, path.parent) if isinstance(spec, str) else None
-    surroundings = _surroundings(model, header, path.parent)
+    surroundings = replace(_surroundings(model, header, path.parent), dead_channels=dead_channels)
     sensors, channels = read_sensors(document, where, surroundings, faults)
     recordings = read_recordings(document, where, surroundings, channels, faults)
     assumptions = read_assumptions(document, where, surroundings, faults)

@@ -34,13 +34,17 @@ HEADER_KEYS = tuple(item.name for item in fields(DatasetHeader))
 
 @dataclass(frozen=True)
 class Surroundings:
-    """What the parts are checked against; None where the model or the rates (Hz) have faults themselves."""
+    """What the parts are checked against; None where the model or the rates (Hz) have faults themselves.
+
+    ``dead_channels``: whether a channel that never changes is no fault.
+    """
 
     folder: Path
     dofs: DofMap | None
     node_count: int
     sampling_rate: float | None
     lowpass: float | None
+    dead_channels: bool = False
 
 
 @dataclass(frozen=True)
@@ -148,7 +152,7 @@ def _read_data(
     path, rate = surroundings.folder / row.file, surroundings.sampling_rate
     data = noting(faults, where, load_recording, path, row.key, channels, rate)
     if data is not None:
-        found = check_data(data, channels, rate, surroundings.lowpass)
+        found = check_data(data, channels, rate, surroundings.lowpass, surroundings.dead_channels)
         faults.extend(f"{where}: {row.file}: {fault}" for fault in found)
     return data
 

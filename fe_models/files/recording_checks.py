@@ -71,8 +71,17 @@ def check_rates(sampling_rate: float, lowpass: float | None) -> list[str]:
     return faults
 
 
-def check_data(data: FloatArray, sensors: list[str], sampling_rate: float | None, lowpass: float | None) -> list[str]:
-    """Return faults of one recording (realisation, time, sensor); the rates (Hz) are None where they have faults."""
+def check_data(
+    data: FloatArray,
+    sensors: list[str],
+    sampling_rate: float | None,
+    lowpass: float | None,
+    dead_channels: bool = False,
+) -> list[str]:
+    """Return faults of one recording (realisation, time, sensor); the rates (Hz) are None where they have faults.
+
+    ``dead_channels``: whether a channel that never changes is no fault.
+    """
     realisations, samples, _ = data.shape
     if realisations == 0:
         return ["holds no recording at all"]
@@ -90,7 +99,8 @@ def check_data(data: FloatArray, sensors: list[str], sampling_rate: float | None
             )
         elif len(flat):
             which = _of_realisation(flat[0], realisations)
-            faults.append(f"channel {name!r} is constant ({channel[flat[0], 0]:g}){which}: a dead sensor?")
+            if not dead_channels:
+                faults.append(f"channel {name!r} is constant ({channel[flat[0], 0]:g}){which}: a dead sensor?")
         elif lowpass is not None and sampling_rate is not None:
             faults.extend(_lowpass_faults(channel, name, sampling_rate, lowpass))
     return faults

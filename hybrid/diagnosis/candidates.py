@@ -7,7 +7,7 @@ from typing import Any, cast
 import numpy as np
 from scipy.sparse import csr_array
 
-from fe_models.dofs import FloatArray
+from fe_models.dofs import FloatArray, IntArray
 from fe_models.effects import (
     AddedMass,
     AxialForce,
@@ -189,9 +189,10 @@ def _scale(plant: Plant, place: Place, motion: Motion) -> Scale:
 
 
 def _linear(plant: Plant, motion: Motion) -> list[Candidate]:
-    structure = plant.structure
+    structure, dofs = plant.structure, plant.dofs
     found = []
     infinite = (-np.inf,)
+    nothing = csr_array(plant.mass.shape)
 
     def changes(unit: Effect) -> tuple[csr_array, csr_array, csr_array]:
         moved = matrix_changes(structure, unit)
@@ -221,14 +222,14 @@ def _linear(plant: Plant, motion: Motion) -> list[Candidate]:
     for node, mass in masses.items():
         build = _builder(lambda n, mass: AddedMass(n, mass), node)
         least = (-0.95 * mass,)
-        unit = changes(AddedMass(node, 1.0))
+        unit = (_diagonal(plant, np.flatnonzero((dofs.node == node) & (dofs.direction != "rz"))), nothing, nothing)
         found.append(Candidate("added_mass", {"node": node}, ("mass",), build, (0.0,), (usual,), least, changes=unit))
     for place in places(plant):
         scale = _scale(plant, place, motion)
         direction: Any = place.direction
         if len(place.nodes) == 1:
             build = _builder(lambda n, k, d=direction: SupportSpring(n, d, k), place.nodes[0])
-            unit = changes(SupportSpring(place.nodes[0], direction, 1.0))
+            unit = (nothing, nothing, _outer(place.pull))
             width = (0.5 * scale.stiffness,)
             found.append(
                 Candidate(
@@ -244,7 +245,7 @@ def _linear(plant: Plant, motion: Motion) -> list[Candidate]:
                 )
             )
         build = _builder(lambda n, c, d=direction: PointDamper(n, d, c), place.nodes)
-        unit = changes(PointDamper(place.nodes, direction, 1.0))  # type: ignore[arg-type]
+        unit = (nothing, _outer(place.pull), nothing)
         found.append(
             Candidate(
                 "point_damper",
@@ -261,6 +262,16 @@ def _linear(plant: Plant, motion: Motion) -> list[Candidate]:
     return found + _released(plant)
 
 
+def _outer(pull: FloatArray) -> csr_array:
+    """Return b b^T of a place's coefficients, sparse."""
+    column = csr_array(pull[:, None])
+    return csr_array(column @ column.T)
+
+
+def _diagonal(plant: Plant, rows: IntArray) -> csr_array:
+    return csr_array((np.ones(len(rows)), (rows, rows)), shape=plant.mass.shape)
+
+
 def _released(plant: Plant) -> list[Candidate]:
     """Return the supports that may be too soft, each by its compliance: 0 as drawn."""
     found = []
@@ -268,7 +279,7 @@ def _released(plant: Plant) -> list[Candidate]:
         node, direction = int(plant.dofs.node[row]), str(plant.dofs.direction[row])
         shape = plant.released(int(row))
         soft = 1 / float(shape @ (plant.stiffness @ shape))  # of the structure itself, when this support gives
-        here = csr_array(([1.0], ([int(row)], [int(row)])), shape=plant.mass.shape)
+        here = _diagonal(plant, np.array([row]))
         nothing = csr_array(plant.mass.shape)
         found.append(
             Candidate(

@@ -9,10 +9,14 @@ import numpy as np
 
 from fe_models.dofs import FloatArray
 from fe_models.errors import InputError
-from fe_models.recordings import Dataset, Recording
+from fe_models.recordings import Dataset
 from fe_models.structure import Structure
 from hybrid.diagnosis.acting import recordings_of
+from hybrid.diagnosis.advice import Advice, advise
 from hybrid.diagnosis.candidates import Candidate, Motion, all_candidates
+from hybrid.diagnosis.channels import usable
+from hybrid.diagnosis.crossvalidation import as_recordings, folds_of
+from hybrid.diagnosis.example import Example, example_of
 from hybrid.diagnosis.extend import extended_structure
 from hybrid.diagnosis.findings import Finding, Verdict, cause_of, place_words, reported_location, sentence_of
 from hybrid.diagnosis.fitting import Fit, Frame, fit
@@ -34,7 +38,6 @@ PARTLY = 0.5  # of it: beyond, nothing is
 DOUBT = 0.85  # most probability of a finding beside which something significant is left unexplained
 DEVIATION = 2.5  # of its stated standard deviations: how far a nominal value may be calibrated
 RIVALS = 0.005  # least probability of an alternative that is told
-LAST_TEST = 4  # without test recordings every so manieth of those for training is tested on
 
 
 @dataclass(frozen=True)
@@ -49,6 +52,8 @@ class Diagnosis:
     noise_floor: float
     extended: Structure
     shown: Shown
+    example: Example
+    advice: tuple[Advice, ...]
     posterior: Posterior
     notes: tuple[str, ...]
     seconds: float
@@ -59,10 +64,10 @@ def diagnose(dataset: Dataset, advance: Callable[[str], object] | None = None) -
     begun = perf_counter()
     tell: Callable[[str], object] = advance or (lambda _: None)
     plant = plant_of(dataset)
-    dataset, notes = _with_test(dataset)
+    dataset, notes = usable(dataset)
+    dataset, apart = as_recordings(dataset)
+    notes += apart
     measured = measured_columns(dataset)
-    dead = [s.name for i, s in enumerate(dataset.sensors) if s.role == "measured" and i not in measured]
-    notes += [f"sensor {name} never changes in some recording: left out" for name in dead]
     batches = columns_of(batches_of(dataset, "train"), measured)
     rate = dataset.sampling_rate
     band = structure_band(plant, rate)
@@ -89,22 +94,6 @@ def diagnose(dataset: Dataset, advance: Callable[[str], object] | None = None) -
     posterior = _with_same_noise(posterior_of(tuple(fits), candidates), fits[0], frame, candidates)
     tell("forecasts")
     return _concluded(dataset, plant, fits[0], posterior, frame, band, measured, candidates, notes, begun)
-
-
-def _with_test(dataset: Dataset) -> tuple[Dataset, list[str]]:
-    """Return the dataset with test recordings: where there are none, some of those for training are set apart."""
-    if dataset.select("test"):
-        return dataset, []
-    single: list[Recording] = []
-    for recording in dataset.recordings:
-        single += [replace(recording, data=part[None]) for part in recording.data]
-    if len(single) < 2:
-        note = "one recording and none for testing: the forecasts are scored on the recording that was fitted"
-        return replace(dataset, recordings=(*single, replace(single[0], role="test"))), [note]
-    every = min(LAST_TEST, len(single))
-    parts = tuple(replace(r, role="test" if (i + 1) % every == 0 else "train") for i, r in enumerate(single))
-    apart = ", ".join(dict.fromkeys(r.name for r in parts if r.role == "test"))
-    return replace(dataset, recordings=parts), [f"no recording is for testing: {apart} set apart for it, not fitted"]
 
 
 def _motion(short: Fit, plant: Plant) -> Motion:
@@ -147,17 +136,22 @@ def _concluded(
     begun: float,
 ) -> Diagnosis:
     best = posterior.fits[0]
-    test = batches_of(dataset, "test")
-
-    def scored(item: Fit, theta: FloatArray | None = None) -> Forecast:
-        model = _model(item, theta)
-        return forecast(model, test, dataset.sensors, measured, frame)
-
-    clipped = base.theta.copy()
+    test, folds = batches_of(dataset, "test"), folds_of(dataset, measured)
     width = base.hypothesis.width
-    clipped = np.clip(clipped, -DEVIATION * width, DEVIATION * width)
-    nominal = scored(base, np.zeros_like(base.theta))
-    calibrated = scored(base, clipped)
+
+    def scored(item: Fit, most: float = np.inf) -> Forecast:
+        """Score a fit; its nominal values moved by ``most`` of their standard deviations."""
+
+        def model_of(one: Fit) -> Model:
+            return _model(one, np.clip(one.theta, -most * width, most * width) if most < np.inf else None)
+
+        if folds is not None:
+            return folds.forecast(item, model_of, frame)
+        return forecast(model_of(item), test, dataset.sensors, measured, frame)
+
+    clipped = np.clip(base.theta, -DEVIATION * width, DEVIATION * width)
+    nominal = scored(base, 0.0)
+    calibrated = scored(base, DEVIATION)
     extended = scored(best)
     own = list(measured)
     floor = float(calibrated.floor[:, own].mean())
@@ -193,10 +187,13 @@ def _concluded(
         ]
         findings = _findings(best, posterior, scored, nominal, doubt, acting)
         notes = [*notes, *_apart(dataset, findings)]
+    advice = advise(posterior, frame) if named else ()
+    notes = [*notes, *(item.sentence for item in advice)]
     theta = final.theta if named else clipped
     count = base.hypothesis.nuisances
     factors = tuple(float(value) for value in np.exp(theta[:count]))
     deviation = np.sqrt(np.diag(final.covariance)[:count])
+    shown = show(dataset, base, nominal, calibrated, had, frame)
     held_out = [i for i, sensor in enumerate(dataset.sensors) if sensor.role == "held_out"]
     return Diagnosis(
         verdict=verdict,
@@ -209,7 +206,17 @@ def _concluded(
         },
         noise_floor=floor,
         extended=extended_structure(plant, factors, findings),
-        shown=show(dataset, plant, base, nominal, calibrated, had, left),
+        shown=shown,
+        example=example_of(
+            (test if folds is None else folds.tests[0])[0],
+            _model(base, np.zeros_like(base.theta)),
+            _model(best) if named else _model(base, clipped),
+            dataset.sensors,
+            measured,
+            frame,
+            shown.observed.frequencies,
+        ),
+        advice=advice,
         posterior=posterior,
         notes=tuple(notes),
         seconds=perf_counter() - begun,

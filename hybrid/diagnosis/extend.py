@@ -4,8 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from fe_models.damping import ratios_of_modes
 from fe_models.effects import Effect
-from fe_models.structure import Dashpot, Structure
+from fe_models.structure import Structure
 from hybrid.diagnosis.findings import Finding
 from hybrid.diagnosis.plant import Plant
 
@@ -13,27 +14,19 @@ from hybrid.diagnosis.plant import Plant
 def extended_structure(plant: Plant, factors: tuple[float, ...], findings: tuple[Finding, ...]) -> Structure:
     """Return the nominal structure with calibrated ``factors`` (nuisance,) and the findings that are effects.
 
-    Parts get their own factors. Damping ratios get theirs as modal ratios on top where they grow, and otherwise through
-    the dashpots' least factor, since a structure's own modal ratios cannot be negative.
+    Parts get their own factors. What the factors of the damping ratios change comes as modal ratios on top, negative
+    ones where a mode is damped less: how dashpots couple the modes stays as it was, as in the search. A damping ratio
+    that the dataset assumes stands in place of the structure's own damping, and is written into it.
     """
     structure = plant.structure
     for part, factor in zip(plant.parts, factors, strict=False):
         structure = part.scaled(structure, factor)
     ratios = np.array(factors[len(plant.parts) :])
-    dashpots: tuple[Dashpot, ...] = structure.dashpots
-    damping = structure.damping
     own = plant.own_ratios - plant.ratios
-    least = float(min(1.0, ratios.min()))
-    if plant.damping.nnz:
-        dashpots = tuple(replace(d, coefficient=d.coefficient * least) for d in dashpots)
-        damping = replace(
-            damping, mass_factor=damping.mass_factor * least, stiffness_factor=damping.stiffness_factor * least
-        )
-        kept = own * (ratios - least)
-    else:
-        kept = np.zeros_like(ratios)
-    modal = tuple(float(ratio) for ratio in np.maximum(kept + plant.ratios * ratios, 0.0))
-    if any(ratio > 0 for ratio in modal):
-        damping = replace(damping, modal_ratios=modal)
-    built = replace(structure, dashpots=dashpots, damping=damping)
+    modal = own * (ratios - 1) + plant.ratios * ratios
+    if not plant.ratios.any():
+        modal = np.append(modal, 0.0)  # modes beyond those that are followed keep what they have
+    already = ratios_of_modes(structure.damping.modal_ratios, len(modal))
+    damping = replace(structure.damping, modal_ratios=tuple(float(ratio) for ratio in already + modal))
+    built = replace(structure, damping=damping)
     return built.with_effects(*(f.cause for f in findings if isinstance(f.cause, Effect)))

@@ -24,6 +24,7 @@ LAW_ITERATIONS = 8  # with force laws, each of which takes a simulation of all v
 ENOUGH = 0.05  # the fall in the sum of squares (a chi-square) below which a fit has converged, for each of noise's own
 WEAKER = (1.0, 0.5, 0.2)  # of force laws, one after the other, where the motion from the start grows for ever
 FREE = 1e-10  # of Marquardt's damping: none; a cause and the uncertain factor it resembles need whole steps
+FARTHEST = 3.0  # of a log factor: twenty times as much or as little is no calibration
 EXPLODED = 1e30  # of a channel, in units of its noise: no structure, but a search gone astray
 DAMPING = (1e-3, 30.0, 1e3)  # where a whole step fails: first, factor, give up
 
@@ -242,9 +243,9 @@ def fit(
     that would not get below the cost ``bound``, even if every step to come brought as much as the last, is broken off.
     """
     centre, width, lower = hypothesis.centre, hypothesis.width, hypothesis.lower
-    current = None
+    current, whole = None, theta
     for share in WEAKER:
-        theta = np.maximum(_weakened(hypothesis, theta, share), lower)
+        theta = np.maximum(_weakened(hypothesis, whole, share), lower)
         current = _linearise_all(hypothesis, theta, batches, frame, states)
         if current is not None:
             break
@@ -264,6 +265,7 @@ def fit(
         while damping < most:
             step = np.linalg.solve(H + damping * np.diag(np.diag(H)), gradient)
             trial = np.maximum(theta + step, lower)
+            trial[: hypothesis.nuisances] = np.clip(trial[: hypothesis.nuisances], -FARTHEST, FARTHEST)
             step = trial - theta
             moved = [
                 part.states + part.state_step + np.einsum("p,prs->rs", step, part.state_slopes) for part in current
@@ -280,7 +282,11 @@ def fit(
                 damping = damping / factor if damping > first else FREE
                 break
             damping = max(damping * factor, first)
-        if gain < enough * max(1.0, cost / values) or damping >= most or cost - (iterations - 1 - number) * gain > bound:
+        if (
+            gain < enough * max(1.0, cost / values)
+            or damping >= most
+            or cost - (iterations - 1 - number) * gain > bound
+        ):
             break
     J = np.concatenate([part.slopes.reshape(len(theta), -1) for part in current], axis=1)
     H = J @ J.T + np.diag(1 / width**2)

@@ -1,6 +1,5 @@
-"""How right a diagnosis is about a blind case, once the truth is opened; and the rates over many."""
+"""How right a diagnosis is about a blind case, once the truth is opened."""
 
-from collections import Counter
 from dataclasses import dataclass
 
 from fe_models.blind import BlindCase
@@ -81,34 +80,3 @@ def _marks(finding: Finding, case: BlindCase) -> list[tuple[bool, bool]]:
             error = abs(item.value - value)
             marks.append((error <= max(CLOSE * abs(value), 2 * item.std), error <= 1.96 * item.std))
     return marks
-
-
-def describe_rates(judgements: list[Judgement]) -> str:
-    """Return the rates by kind, the calibration of the probabilities, and every case that went wrong."""
-    lines = [f"{'hidden':34s} {'cases':>5s} {'first':>6s} {'listed':>6s} {'wrong>.9':>8s} {'floor':>6s} {'s':>5s}"]
-    kinds = Counter(" + ".join(key.split(" ")[0] for key in item.truth) or "nothing" for item in judgements)
-    for kind in [*sorted(kinds), "all"]:
-        own = [
-            item
-            for item in judgements
-            if kind == "all" or (" + ".join(k.split(" ")[0] for k in item.truth) or "nothing") == kind
-        ]
-        count = len(own)
-        rates = [sum(getattr(item, name) for item in own) / count for name in ("first", "listed", "confidently_wrong")]
-        floor, seconds = sum(item.over_floor for item in own) / count, sum(item.seconds for item in own) / count
-        lines.append(
-            f"{kind:34s} {count:5d} {rates[0]:6.0%} {rates[1]:6.0%} {rates[2]:8.0%} {floor:6.3f} {seconds:5.1f}"
-        )
-    for low, high in ((0.0, 0.5), (0.5, 0.9), (0.9, 1.01)):
-        hits = [right for item in judgements for p, right in item.probabilities if low <= p < high]
-        if hits:
-            lines.append(f"named at {low:.1f}-{min(high, 1):.1f}: {len(hits)}, right {sum(hits) / len(hits):.0%}")
-    within = [mark for item in judgements for mark in item.within]
-    covered = [mark for item in judgements for mark in item.covered]
-    if within:
-        lines.append(f"parameters close: {sum(within) / len(within):.0%} of {len(within)}")
-        lines.append(f"95 % intervals that cover: {sum(covered) / len(covered):.0%}")
-    for item in judgements:
-        if not item.first:
-            lines.append(f"missed: {item.truth or ('nothing',)} named {item.named or '-'}, {item.verdict.value}")
-    return "\n".join(lines)

@@ -1,6 +1,6 @@
 """The nominal structure with what its user considers uncertain, in a basis of natural modes where it is a frame."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -9,16 +9,16 @@ from scipy.sparse import csr_array
 from scipy.sparse.linalg import splu
 
 from fe_models.assembly import linearise, unsupported
-from fe_models.damping import full_damping
+from fe_models.damping import full_damping, replace_ratios
 from fe_models.dofs import DofMap, FloatArray
 from fe_models.effects.base import ForceLaw
-from fe_models.effects.laws import force_laws
+from fe_models.effects.laws import force_laws, replaced_ratios
 from fe_models.errors import InputError, raise_faults
 from fe_models.linear import LinearModel
 from fe_models.modes import natural_modes
 from fe_models.nominal import damping_ratios
 from fe_models.recordings import Dataset, Sensor
-from fe_models.structure import Spring, Structure
+from fe_models.structure import Damping, Spring, Structure
 from fe_models.time_integration import TimeIntegration
 from fe_models.uncertain_parts import UncertainPart, uncertain_parts
 
@@ -132,6 +132,9 @@ def plant_of(dataset: Dataset) -> Plant:
         for law in force_laws(structure)
         if law.timed
     )
+    assumed = dataset.assumptions
+    if assumed.damping_ratio is not None:  # its own stands aside, what effects do to it stays: see `assumed_structure`
+        structure = replace(structure, dashpots=(), damping=Damping())
     linear = linearise(structure)
     mass, damping, stiffness = unsupported(structure)
     if linear.has_modal_damping:
@@ -140,10 +143,9 @@ def plant_of(dataset: Dataset) -> Plant:
         damping = damping + csr_array((more.data, (rows[more.row], rows[more.col])), shape=damping.shape)
     basis, kept = _basis(dataset, linear)
     modes = len(linear.dofs.free_rows) if kept is None else kept
-    assumed = dataset.assumptions
     ratios = np.zeros(modes)
     if assumed.damping_ratio is not None:
-        damping, ratios = csr_array(damping.shape), damping_ratios(assumed.damping_ratio, modes)
+        ratios = replace_ratios(damping_ratios(assumed.damping_ratio, modes), _settled(structure))
     parts, changes = _felt_parts(structure, mass, stiffness)
     normal = assumed.uncertainty
     spread = [getattr(normal, part.quantity) for part in parts] + [normal.damping] * modes
@@ -163,6 +165,11 @@ def plant_of(dataset: Dataset) -> Plant:
         laws=force_laws(structure),
         integration=TimeIntegration(float(assumed.step)) if newmark and assumed.step is not None else None,
     )
+
+
+def _settled(structure: Structure) -> tuple[tuple[int, float], ...]:
+    """Return the modes whose damping ratio an effect has set: nothing comes on top there."""
+    return tuple((mode, 0.0) for mode, _ in replaced_ratios(structure))
 
 
 def _is_chain(structure: Structure) -> bool:

@@ -2,10 +2,11 @@
 
 from typing import Any
 
-import numpy as np
-
+from hybrid.diagnosis.advice import Advice
 from hybrid.diagnosis.diagnosis import Diagnosis
 from hybrid.diagnosis.findings import Finding, Verdict, place_words
+from hybrid.diagnosis.gain import Gain, Trained
+from hybrid.diagnosis.show_report import describe_shown, shown_table
 
 WORDS = {
     Verdict.NOTHING_WRONG: "Nothing is wrong: the simulation, calibrated within its uncertainty, reaches the noise.",
@@ -13,11 +14,34 @@ WORDS = {
     Verdict.PARTLY_EXPLAINED: "The simulation is wrong; what is named below explains only part of it.",
     Verdict.UNEXPLAINED: "The simulation is wrong, and nothing on the list of causes explains it.",
 }
+LEARNED_PLACES = 3  # where most was learned, told on the terminal
 CALIBRATED = 1e-4  # a smaller change of a factor is not worth a line
 
 
-def report_table(diagnosis: Diagnosis) -> dict[str, Any]:
-    """Return the report as plain data, ready for JSON."""
+def report_table(diagnosis: Diagnosis, gain: Gain | None = None) -> dict[str, Any]:
+    """Return the report as plain data, ready for JSON; ``gain``: what was learned on top, where it was."""
+    table = _table(diagnosis)
+    if gain is not None:
+        table["notes"] += gain.notes
+        if gain.extended is not None:
+            table["scores"]["hybrid"] = _scores(gain.extended)
+        both = {"nominal": gain.nominal, "extended": gain.extended}
+        table["hybrid"] = {
+            name: {**_scores(trained), "learned_share": trained.share}
+            for name, trained in both.items()
+            if trained is not None
+        }
+        table["learned_residual"] = {
+            name: [vars(place) for place in trained.places] for name, trained in both.items() if trained is not None
+        }
+    return table
+
+
+def _scores(trained: Trained) -> dict[str, float | None]:
+    return {"measured": trained.measured, "held_out": trained.held_out}
+
+
+def _table(diagnosis: Diagnosis) -> dict[str, Any]:
     return {
         "schema": 1,
         "verdict": diagnosis.verdict.value,
@@ -28,10 +52,23 @@ def report_table(diagnosis: Diagnosis) -> dict[str, Any]:
             if abs(factor - 1) > CALIBRATED
         ],
         "unexplained_fraction": diagnosis.unexplained,
-        "scores": diagnosis.scores,
+        "scores": dict(diagnosis.scores),
         "noise_floor": diagnosis.noise_floor,
         "seconds": round(diagnosis.seconds, 2),
+        "shown": shown_table(diagnosis.shown),
+        "advice": [_advice(advice) for advice in diagnosis.advice],
         "notes": list(diagnosis.notes),
+    }
+
+
+def _advice(advice: Advice) -> dict[str, Any]:
+    sensor = advice.sensor
+    return {
+        "kind": advice.kind,
+        "location": advice.location,
+        "rival": {"kind": advice.rival, "location": advice.rival_location, "probability": advice.probability},
+        "sensor": sensor and {"node": sensor.node, "direction": sensor.direction, "quantity": sensor.quantity},
+        "probability_with_it": advice.then,
     }
 
 
@@ -42,7 +79,7 @@ def _finding(finding: Finding) -> dict[str, Any]:
         "parameters": {word: vars(item) for word, item in finding.parameters.items()},
         "probability": finding.probability,
         "explains": finding.explains,
-        "recordings": list(finding.recordings),
+        "recordings": list(dict.fromkeys(finding.recordings)),  # several motions in one file share its name
         "alternatives": [
             {"kind": kind, "location": location, "probability": p} for kind, location, p in finding.alternatives
         ],
@@ -50,19 +87,10 @@ def _finding(finding: Finding) -> dict[str, Any]:
     }
 
 
-def describe_diagnosis(diagnosis: Diagnosis) -> str:
+def describe_diagnosis(diagnosis: Diagnosis, gain: Gain | None = None) -> str:
     """Return the report in a few lines."""
     shown = diagnosis.shown
-    lines = ["What the nominal simulation shows (forecast NRMSE, last 80 % of the test recordings):"]
-    lines.append(f"  {'channel':10s} {'nominal':>9s} {'calibrated':>11s} {'noise floor':>12s}")
-    for name, (nominal, calibrated, floor) in zip(shown.sensors, shown.errors.T, strict=True):
-        known = f"{floor:12.4f}" if np.isfinite(floor) else f"{'held out':>12s}"
-        lines.append(f"  {name:10s} {nominal:9.4f} {calibrated:11.4f} {known}")
-    lines.append("  mode: frequency nominal -> calibrated (Hz), damping ratio nominal -> calibrated")
-    for mode in range(shown.frequencies.shape[1]):
-        (f0, f1), (x0, x1) = shown.frequencies[:, mode], shown.ratios[:, mode]
-        lines.append(f"  {mode + 1:4d}: {f0:.4f} -> {f1:.4f}, {x0:.4f} -> {x1:.4f}")
-    lines += ["", WORDS[diagnosis.verdict]]
+    lines = [*describe_shown(shown), "", WORDS[diagnosis.verdict]]
     for finding in diagnosis.findings:
         lines.append(f"- {finding.sentence}")
         lines.append(f"  Probability {finding.probability:.2f}; explains {finding.explains:.0%} of what was wrong.")
@@ -75,5 +103,24 @@ def describe_diagnosis(diagnosis: Diagnosis) -> str:
     )
     if base["held_out"] is not None:
         lines.append(f"Held-out sensors: {base['held_out']:.4f} before, {extended['held_out']:.4f} after.")
-    lines += [f"Note: {note}." for note in diagnosis.notes]
+    if gain is not None:
+        lines += _hybrid_lines(gain)
+    lines += [f"Note: {note}." for note in (*diagnosis.notes, *(gain.notes if gain else ()))]
     return "\n".join(lines)
+
+
+def _hybrid_lines(gain: Gain) -> list[str]:
+    """Return the hybrid's scores on both structures, and where its learned forces act."""
+    lines = []
+    for name, trained in (("nominal", gain.nominal), ("extended", gain.extended)):
+        if trained is None:
+            continue
+        apart = "" if trained.held_out is None else f", held-out {trained.held_out:.4f}"
+        lines.append(f"Hybrid model on the {name} structure: NRMSE {trained.measured:.4f}{apart}.")
+        for place in trained.places[:LEARNED_PLACES]:
+            laws = ", ".join(f"{word} {part:.0%}" for word, part in list(place.laws.items())[:3])
+            lines.append(
+                f"  learned at {place_words(place.location)}: {place.share:.0%} of it; of that explain {laws};"
+                f" {place.rest:.0%} nothing"
+            )
+    return lines

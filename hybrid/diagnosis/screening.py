@@ -12,7 +12,7 @@ from scipy.signal import lfilter
 from fe_models.dofs import FloatArray
 from hybrid.diagnosis.candidates import Candidate
 from hybrid.diagnosis.fitting import Fit, Frame, Linearisation, linearise_batch
-from hybrid.diagnosis.hypothesis import Hypothesis, force_of
+from hybrid.diagnosis.hypothesis import Hypothesis, Reduced, force_of
 from hybrid.diagnosis.records import Batch
 from hybrid.diagnosis.system import ModalForm, System, march, modal_form, respond
 
@@ -71,7 +71,7 @@ def _ground(fit: Fit, frame: Frame) -> _Ground:
         part = linearise_batch(fit.hypothesis, fit.theta, batch, frame, states)
         assert part is not None  # it was fitted
         parts.append(part)
-        shown.append(_response(fit.hypothesis, fit.theta, batch, frame, states))
+        shown.append(_response(fit.hypothesis, fit.theta[None], batch, frame, states)[0])
     J = np.concatenate([part.slopes.reshape(len(fit.theta), -1) for part in parts], axis=1)
     r = np.concatenate([part.residual.ravel() for part in parts])
     width = fit.hypothesis.width
@@ -96,16 +96,20 @@ def _effect(
     extended = fit.hypothesis.adding(candidate)
     if not candidate.is_law:
         states = np.pad(states, ((0, 0), (0, extended.states - states.shape[1])))
-    if candidate.changes is not None:
-        shown = _response(extended, np.append(fit.theta, candidate.without), batch, frame, states)
-    return _response(extended, np.append(fit.theta, start), batch, frame, states) - shown
+    theta = np.append(fit.theta, start)
+    if candidate.changes is None:
+        return _response(extended, theta[None], batch, frame, states)[0] - shown
+    with_it, without = _response(
+        extended, np.stack([theta, np.append(fit.theta, candidate.without)]), batch, frame, states
+    )
+    return np.asarray(with_it - without)
 
 
-def _response(hypothesis: Hypothesis, theta: FloatArray, batch: Batch, frame: Frame, states: FloatArray) -> FloatArray:
-    """Return the channels (recording, value) in units of sigma."""
-    system = hypothesis.system(theta[None], frame.sensors, frame.rate, frame.positions)
-    y = respond(system, states[None], batch.samples)[0] / frame.sigma
-    return np.asarray(y.reshape(len(states), -1))
+def _response(hypothesis: Hypothesis, thetas: FloatArray, batch: Batch, frame: Frame, states: FloatArray) -> FloatArray:
+    """Return the channels (variant, recording, value) in units of sigma."""
+    system = hypothesis.system(thetas, frame.sensors, frame.rate, frame.positions)
+    y = respond(system, np.broadcast_to(states, (len(thetas), *states.shape)), batch.samples) / frame.sigma
+    return np.asarray(y.reshape(len(thetas), len(states), -1))
 
 
 def law_responses(fit: Fit, laws: list[Candidate], frame: Frame) -> dict[str, list[list[FloatArray]]]:
@@ -121,10 +125,11 @@ def law_responses(fit: Fit, laws: list[Candidate], frame: Frame) -> dict[str, li
     system = fit.hypothesis.system(fit.theta[None], frame.sensors, frame.rate, frame.positions)
     form = modal_form(replace(system, forces=())) or modal_form(_held(system, fit.hypothesis.size))
     assert form is not None  # a body that moves freely is held now
+    reduced = fit.hypothesis.reduced(fit.theta[None])
     for batch, states in zip(fit.batches, fit.states, strict=True):
         motions = _motions(system, states, batch.samples)
         for law, number, start in trials:
-            y = _law_response(fit, law, start, motions, system, form, frame)
+            y = _law_response(fit, law, start, motions, system, form, reduced, frame)
             found[law.key][number].append((y / frame.sigma).reshape(len(states), -1))
     return found
 
@@ -151,12 +156,13 @@ def _law_response(
     motions: tuple[FloatArray, FloatArray],
     system: System,
     form: ModalForm,
+    reduced: Reduced,
     frame: Frame,
 ) -> FloatArray:
     """Return the channels (recording, time, sensor) that the force of one law along the ``motions`` adds."""
     hypothesis, theta = fit.hypothesis, fit.theta[None]
     n = hypothesis.size
-    reduced = hypothesis.reduced(theta)
+    assert law.pull is not None  # as of every law
     pull = law.pull @ reduced.shapes[0]
     force_at = force_of(law, hypothesis.plant, np.array([start]), np.exp(theta[:, : len(hypothesis.plant.parts)]))
     force, between = (-force_at(motion[..., :n] @ pull, motion[..., n : 2 * n] @ pull) for motion in motions)
@@ -222,24 +228,26 @@ def _score(
     return Screened(candidate, start, float(gain), shift)
 
 
-def amounts_by_recording(fit: Fit, candidate: Candidate, frame: Frame) -> tuple[FloatArray, FloatArray]:
-    """Return how much of a candidate each recording asks for, (recording,), and the fall in its sum of squares.
+def amounts_by_recording(fit: Fit, candidates: list[Candidate], frame: Frame) -> list[tuple[FloatArray, FloatArray]]:
+    """Return, for each candidate, how much of it each recording asks for, (recording,), and the fall in its sum of
+    squares.
 
     The uncertain factors are kept as they are: what they do is common to all recordings.
     """
-    start = candidate.first_starts[0]
-    move = start[0] - candidate.without[0]
-    amounts, gains = [], []
-    for batch, states in zip(fit.batches, fit.states, strict=True):
-        part = linearise_batch(fit.hypothesis, fit.theta, batch, frame, states)
-        assert part is not None  # it was fitted
-        shown = _response(fit.hypothesis, fit.theta, batch, frame, states)
-        column = _project(_effect(fit, candidate, start, batch, frame, states, shown) / move, part.basis)
-        along = np.sum((column * part.residual).reshape(len(batch.names), -1), axis=1)
-        size = np.sum((column**2).reshape(len(batch.names), -1), axis=1) + 1e-300
-        amounts.append(along / size)
-        gains.append(along**2 / size)
-    return np.concatenate(amounts), np.concatenate(gains)
+    ground = _ground(fit, frame)
+    found = []
+    for candidate in candidates:
+        start = candidate.first_starts[0]
+        move = start[0] - candidate.without[0]
+        amounts, gains = [], []
+        for part, shown, batch, states in zip(ground.parts, ground.shown, fit.batches, fit.states, strict=True):
+            column = _project(_effect(fit, candidate, start, batch, frame, states, shown) / move, part.basis)
+            along = np.sum((column * part.residual).reshape(len(batch.names), -1), axis=1)
+            size = np.sum((column**2).reshape(len(batch.names), -1), axis=1) + 1e-300
+            amounts.append(along / size)
+            gains.append(along**2 / size)
+        found.append((np.concatenate(amounts), np.concatenate(gains)))
+    return found
 
 
 def _project(column: FloatArray, basis: FloatArray) -> FloatArray:

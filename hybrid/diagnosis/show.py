@@ -1,52 +1,153 @@
 """What the nominal simulation gets wrong, before any cause is named."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fe_models.dofs import FloatArray
-from fe_models.recordings import Dataset
-from hybrid.diagnosis.fitting import Fit
+from fe_models.modes import mac
+from fe_models.recordings import Dataset, Sensor
+from hybrid.diagnosis.amplitude import Amplitude, amplitude_dependence
+from hybrid.diagnosis.fitting import Fit, Frame, linearise_batch
 from hybrid.diagnosis.forecasting import Forecast
+from hybrid.diagnosis.hypothesis import Hypothesis
 from hybrid.diagnosis.noise import Excess
 from hybrid.diagnosis.plant import Plant
+from hybrid.diagnosis.search import fit_growing, lengths_of
+
+WIDE = (
+    0.5  # standard deviation of every factor's logarithm where the recordings alone shall tell frequencies and shapes
+)
+
+
+@dataclass(frozen=True)
+class Modes:
+    """``frequencies`` (mode,) Hz, damping ``ratios`` (mode,) and ``shapes`` (translation, mode), by frequency."""
+
+    frequencies: FloatArray
+    ratios: FloatArray
+    shapes: FloatArray
 
 
 @dataclass(frozen=True)
 class Shown:
-    """Nominal and calibrated ``frequencies`` (Hz) and damping ratios, each (2, mode); forecast errors per channel,
-    nominal, calibrated and floor, (3, sensor); the share of each recording's residual that is no noise (recording,).
+    """What is seen of a case before a cause is named.
+
+    ``nominal``, ``calibrated`` (within the stated uncertainty) and ``observed``: modes; the last of the linear model
+    of this form that follows the recordings best, whatever its factors. ``mac`` (mode,) of nominal and observed shapes.
+    ``motion_energy`` and ``error_energy`` (mode,): shares of the channels' energy, and of what the nominal model leaves
+    of them, noise apart, that lie nearest to each observed frequency. ``errors`` (3, sensor): forecast NRMSE nominal,
+    calibrated and floor; ``noise`` (sensor,) its standard deviation in the sensors' units; ``error_share`` (sensor,):
+    of the energy that the nominal model leaves beyond noise; both NaN of sensors that are not fitted. ``structured``
+    (recording,): the share of each recording's residual that is no noise, the model calibrated.
     """
 
-    frequencies: FloatArray
-    ratios: FloatArray
-    sensors: tuple[str, ...]
+    nominal: Modes
+    calibrated: Modes
+    observed: Modes
+    mac: FloatArray
+    motion_energy: FloatArray
+    error_energy: FloatArray
+    amplitude: Amplitude | None
+    sensors: tuple[Sensor, ...]
     errors: FloatArray
+    noise: FloatArray
+    error_share: FloatArray
     recordings: tuple[str, ...]
     structured: FloatArray
 
 
-def show(
-    dataset: Dataset, plant: Plant, base: Fit, nominal: Forecast, calibrated: Forecast, had: Excess, left: Excess
-) -> Shown:
+def show(dataset: Dataset, base: Fit, nominal: Forecast, calibrated: Forecast, had: Excess, frame: Frame) -> Shown:
     """Return what is wrong before a cause is named; ``had``: the excess energy of the calibrated nominal model."""
-    thetas = np.stack([np.zeros_like(base.theta), base.theta])
-    A = base.hypothesis.system(thetas, (), dataset.sampling_rate, ()).A
-    modes = []
-    for matrix in A:
-        roots = np.linalg.eigvals(matrix)
-        roots = roots[np.imag(roots) > 0]
-        modes.append(roots[np.argsort(np.abs(roots))])
-    count = min(len(roots) for roots in modes)
-    omega = np.array([np.abs(roots[:count]) for roots in modes])
-    ratios = np.array([-roots[:count].real / np.abs(roots[:count]) for roots in modes])
+    free = _free_fit(base, frame) or base
+    hypothesis = base.hypothesis
+    modes = [
+        modes_of(each, theta, frame.rate)
+        for each, theta in (
+            (hypothesis, np.zeros_like(base.theta)),
+            (hypothesis, base.theta),
+            (free.hypothesis, free.theta),
+        )
+    ]
     names = tuple(name for batch in base.batches for name in batch.names)
     values = np.concatenate([np.square(part).sum(axis=(1, 2)) for part in base.residuals])
+    motion = tuple(batch.data / frame.sigma for batch in base.batches)
+    error = _nominal_error(base, frame)
+    by_mode = [energy_near(modes[2].frequencies, part, frame.rate) for part in (motion, error)]
+    fitted = [dataset.sensors.index(sensor) for sensor in frame.sensors]
+    noise, share = np.full((2, len(dataset.sensors)), np.nan)
+    noise[fitted] = frame.sigma
+    left = np.sum([np.square(part).sum(axis=(0, 1)) - part[..., 0].size for part in error], axis=0)
+    share[fitted] = np.maximum(left, 0) / max(float(np.maximum(left, 0).sum()), 1e-300)
     return Shown(
-        omega / (2 * np.pi),
-        ratios,
-        tuple(sensor.name for sensor in dataset.sensors),
-        np.stack([nominal.nrmse.mean(axis=0), calibrated.nrmse.mean(axis=0), calibrated.floor.mean(axis=0)]),
-        names,
-        np.clip(had.by_recording / values, 0.0, 1.0),
+        nominal=modes[0],
+        calibrated=modes[1],
+        observed=modes[2],
+        mac=np.diag(mac(modes[0].shapes, modes[2].shapes)),
+        motion_energy=by_mode[0],
+        error_energy=by_mode[1],
+        amplitude=amplitude_dependence(free, frame),
+        sensors=dataset.sensors,
+        errors=np.stack([nominal.nrmse.mean(axis=0), calibrated.nrmse.mean(axis=0), calibrated.floor.mean(axis=0)]),
+        noise=noise,
+        error_share=share,
+        recordings=names,
+        structured=np.clip(had.by_recording / values, 0.0, 1.0),
     )
+
+
+def modes_of(hypothesis: Hypothesis, theta: FloatArray, rate: float) -> Modes:
+    """Return the modes that a hypothesis has at ``theta`` (parameter,), force laws left out."""
+    sensors = every_translation(hypothesis.plant)
+    system = hypothesis.system(theta[None], sensors, rate, (-1,) * len(sensors))
+    roots, vectors = np.linalg.eig(system.A[0])
+    order = [i for i in np.argsort(np.abs(roots)) if roots[i].imag > 0]
+    roots, shapes = roots[order], system.C[0] @ vectors[:, order]  # (translation, mode)
+    largest = shapes[np.argmax(np.abs(shapes), axis=0), np.arange(len(order))]
+    return Modes(np.abs(roots) / (2 * np.pi), -roots.real / np.abs(roots), np.real(shapes / largest))
+
+
+def every_translation(plant: Plant) -> tuple[Sensor, ...]:
+    """Return a displacement sensor for each translation that can move."""
+    places = [(int(plant.dofs.node[row]), plant.dofs.direction[row]) for row in plant.dofs.free_rows]
+    return tuple(
+        Sensor(f"{node} {direction}", node, direction, "displacement", "m")
+        for node, direction in places
+        if direction != "rz"
+    )
+
+
+def energy_near(frequencies: FloatArray, parts: tuple[FloatArray, ...], rate: float) -> FloatArray:
+    """Return the shares (mode,) of energy nearest to each frequency (Hz).
+
+    ``parts`` (recording, time, sensor) in units of the noise, whose energy is taken off.
+    """
+    found = np.zeros(len(frequencies))
+    for part in parts:
+        window = np.hanning(part.shape[1])[:, None]
+        power = (np.abs(np.fft.rfft((part - part.mean(axis=1, keepdims=True)) * window, axis=1)) ** 2).sum(axis=(0, 2))
+        power -= np.sum(window**2) * part.shape[0] * part.shape[2]
+        nearest = np.abs(np.fft.rfftfreq(part.shape[1], 1 / rate)[:, None] - frequencies).argmin(axis=1)
+        found += np.bincount(nearest, power, len(frequencies))
+    found = np.maximum(found, 0.0)
+    return np.asarray(found / max(float(found.sum()), 1e-300))
+
+
+def _nominal_error(base: Fit, frame: Frame) -> tuple[FloatArray, ...]:
+    """Return what the nominal model leaves of each batch (recording, time, sensor), in units of the noise.
+
+    Its initial states are fitted where it is linear; else they are those of the calibrated model.
+    """
+    nominal, found = np.zeros_like(base.theta), []
+    for batch, states, own in zip(base.batches, base.states, base.residuals, strict=True):
+        part = linearise_batch(base.hypothesis, nominal, batch, frame, states, slopes=False)
+        found.append(own if part is None else part.raw)
+    return tuple(found)
+
+
+def _free_fit(base: Fit, frame: Frame) -> Fit | None:
+    """Return the fit of the linear model whose factors the recordings alone determine."""
+    plant = base.hypothesis.plant
+    free = Hypothesis(replace(plant, laws=(), spread=np.full_like(plant.spread, WIDE)))
+    with np.errstate(over="ignore", invalid="ignore"):  # a step that goes too far is taken back
+        return fit_growing(free, free.centre, lengths_of(base.batches, free.states), frame)

@@ -65,14 +65,14 @@ def acting_recordings(fit: Fit, number: int) -> tuple[str, ...]:
 
 def _unequal(short: Fit, candidates: tuple[Candidate, ...], frame: Frame) -> list[tuple[Candidate, FloatArray]]:
     """Return the most promising candidates with the amount of each that every recording asks for."""
-    ranked = []
-    for candidate in candidates:
-        if candidate.names and not candidate.oscillator:
-            starts = candidate.first_starts
-            middle = replace(candidate, starts=(starts[len(starts) // 2],))
-            amounts, gains = amounts_by_recording(short, middle, frame)
-            if np.isfinite(amounts).all():
-                ranked.append((float(gains.sum()), candidate, amounts))
+    usable = [candidate for candidate in candidates if candidate.names and not candidate.oscillator]
+    middle = [replace(c, starts=(c.first_starts[len(c.first_starts) // 2],)) for c in usable]
+    asked = amounts_by_recording(short, middle, frame)
+    ranked = [
+        (float(gains.sum()), candidate, amounts)
+        for candidate, (amounts, gains) in zip(usable, asked, strict=True)
+        if np.isfinite(amounts).all()
+    ]
     ranked.sort(key=lambda item: -item[0])
     chosen: list[tuple[Candidate, FloatArray]] = []
     for _, candidate, amounts in ranked:

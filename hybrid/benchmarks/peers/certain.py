@@ -1,0 +1,51 @@
+"""What the peers share: recordings, noise and candidates as the diagnosis takes them, the nominal model held fixed."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fe_models.dofs import FloatArray
+from fe_models.recordings import Dataset
+from hybrid.diagnosis.candidates import Candidate, Motion, all_candidates
+from hybrid.diagnosis.fitting import Fit, Frame, fit
+from hybrid.diagnosis.hypothesis import Hypothesis
+from hybrid.diagnosis.noise import noise_of_recordings, structure_band
+from hybrid.diagnosis.plant import CERTAIN, plant_of
+from hybrid.diagnosis.records import batches_of, columns_of, measured_columns
+from hybrid.diagnosis.search import Lengths, lengths_of
+
+
+@dataclass(frozen=True)
+class Ground:
+    """The ``nominal`` model, the recordings in ``lengths``, its fit of the ``short`` ones, and all ``candidates``."""
+
+    nominal: Hypothesis
+    frame: Frame
+    lengths: Lengths
+    short: Fit
+    candidates: tuple[Candidate, ...]
+
+    @property
+    def matrices(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """M, C, K (coordinate, coordinate) of the nominal model, and the shapes (dof, coordinate) it moves in."""
+        reduced = self.nominal.reduced(self.nominal.centre[None])
+        return reduced.mass[0], reduced.damping[0], reduced.stiffness[0], reduced.shapes[0]
+
+
+def ground_of(dataset: Dataset) -> Ground:
+    """Return what a peer starts from; every factor of the nominal model is certain."""
+    plant = plant_of(dataset)
+    plant = replace(plant, spread=np.full_like(plant.spread, CERTAIN))
+    measured = measured_columns(dataset)
+    batches = columns_of(batches_of(dataset, "train"), measured)
+    rate = dataset.sampling_rate
+    sensors = tuple(dataset.sensors[column] for column in measured)
+    frame = Frame(sensors, rate, noise_of_recordings(batches, rate, structure_band(plant, rate)))
+    nominal = Hypothesis(plant)
+    lengths = lengths_of(batches, nominal.states)
+    short = fit(nominal, nominal.centre, lengths.cut[0], frame)
+    assert short is not None  # a linear system always answers
+    states = np.concatenate(short.states)
+    n, shapes = plant.size, plant.basis[:, : plant.size]
+    motion = Motion(states[:, :n] @ shapes.T, states[:, n : 2 * n] @ shapes.T)
+    return Ground(nominal, frame, lengths, short, all_candidates(plant, dataset, motion, measured))

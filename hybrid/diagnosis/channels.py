@@ -1,0 +1,120 @@
+"""Channels that are dead or saturated: what of a dataset can be used all the same.
+
+A free vibration may begin at any sample, so that a recording whose channel is saturated is used from behind the last
+such sample on; or the channel is left out everywhere, whichever loses fewer values. A dead channel spoils its recording
+whole.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fe_models.dofs import BoolArray, FloatArray
+from fe_models.errors import InputError
+from fe_models.files.recording_checks import FEWEST_SAMPLES, FLAT_TOLERANCE
+from fe_models.recordings import Dataset, Recording
+
+RUN = 3  # equal extreme values in a row: noise makes no two of them equal, rounding rarely three
+ELSEWHERE = 2  # times the longest run of equal values below the extremes: coarsely rounded peaks are no saturation
+ROUNDING = 1e-9  # of a channel's range: values this close are equal
+
+
+@dataclass(frozen=True)
+class _Fault:
+    """What is wrong with one channel: ``word``, and of each recording the number of bad samples and of the last one."""
+
+    word: str
+    bad: tuple[int, ...]
+    last: tuple[int, ...]
+
+
+def usable(dataset: Dataset) -> tuple[Dataset, list[str]]:
+    """Return the dataset without dead and saturated samples, and a note on each sensor that has some.
+
+    `InputError` where no measured channel or no training recording is left.
+    """
+    single = [replace(r, data=part[None]) for r in dataset.recordings for part in r.data]
+    faults = {column: fault for column in range(len(dataset.sensors)) if (fault := _fault(single, column))}
+    if not faults:
+        return dataset, []
+    sizes = np.array([recording.data.shape[1] for recording in single])
+    measured = [i for i, sensor in enumerate(dataset.sensors) if sensor.role == "measured"]
+    dropped, notes = set[int](), []
+    first = np.zeros(len(single), dtype=int)
+    for column, fault in faults.items():
+        begin = np.array(fault.last)
+        cut = np.maximum(begin, first)
+        by_cutting = int((cut - first).sum()) * len(dataset.sensors)
+        spared = dataset.sensors[column].role != "measured" or len(set(measured) - dropped) > 1
+        trained = any(
+            size - b >= FEWEST_SAMPLES and r.role == "train" for r, size, b in zip(single, sizes, cut, strict=True)
+        )
+        leave_out = (spared and by_cutting >= sizes.sum()) or not trained
+        if leave_out:
+            dropped.add(column)
+        else:
+            first = cut
+        notes.append(_note(dataset.sensors[column].name, fault, single, leave_out))
+    if dropped >= set(measured):
+        raise InputError(["no measured sensor is left to fit: give at least one channel that is alive", *notes])
+    kept = [i for i in range(len(dataset.sensors)) if i not in dropped]
+    recordings = tuple(
+        _from(recording, int(begin), kept)
+        for recording, begin, size in zip(single, first, sizes, strict=True)
+        if size - begin >= FEWEST_SAMPLES
+    )
+    return replace(dataset, sensors=tuple(dataset.sensors[i] for i in kept), recordings=recordings), notes
+
+
+def _fault(recordings: list[Recording], column: int) -> _Fault | None:
+    channels = [recording.data[0, :, column] for recording in recordings]
+    dead = [bool(np.ptp(channel) <= FLAT_TOLERANCE * np.abs(channel).max()) for channel in channels]
+    if any(dead):
+        counts = tuple(len(c) if off else 0 for c, off in zip(channels, dead, strict=True))
+        return _Fault("never changes", counts, counts)
+    levels = sorted({level for channel in channels for level in saturation_levels(channel)})
+    bad = [_at(channel, levels) for channel in channels]
+    if not any(part.any() for part in bad):
+        return None
+    last = tuple(int(np.flatnonzero(part)[-1]) + 1 if part.any() else 0 for part in bad)
+    words = " and ".join(f"{level:.4g}" for level in levels)
+    return _Fault(f"is saturated at {words}", tuple(int(part.sum()) for part in bad), last)
+
+
+def saturation_levels(channel: FloatArray) -> list[float]:
+    """Return the least or largest value of a channel (time,), or both, where the sensor cannot show more."""
+    tolerance = ROUNDING * float(np.ptp(channel))
+    low, high = float(channel.min()), float(channel.max())
+    between = (channel > low + tolerance) & (channel < high - tolerance)
+    still = np.abs(np.diff(channel)) <= tolerance
+    elsewhere = 1 + _longest(still & between[1:] & between[:-1])
+    return [
+        level
+        for level in (low, high)
+        if _longest(np.abs(channel - level) <= tolerance) >= max(RUN, ELSEWHERE * elsewhere + 1)
+    ]
+
+
+def _at(channel: FloatArray, levels: list[float]) -> BoolArray:
+    tolerance = ROUNDING * float(np.ptp(channel))
+    found = np.zeros(len(channel), dtype=bool)
+    for level in levels:
+        found |= np.abs(channel - level) <= tolerance
+    return found
+
+
+def _longest(marks: BoolArray) -> int:
+    """Return the length of the longest run of marks."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], marks, [False]]).astype(int)))
+    return int((edges[1::2] - edges[::2]).max()) if len(edges) else 0
+
+
+def _from(recording: Recording, begin: int, columns: list[int]) -> Recording:
+    loads = tuple(replace(load, values=load.values[begin:]) for load in recording.loads)
+    return replace(recording, data=recording.data[:, begin:, columns], loads=loads)
+
+
+def _note(sensor: str, fault: _Fault, recordings: list[Recording], left_out: bool) -> str:
+    where = [f"{count} samples of {r.name}" for r, count in zip(recordings, fault.bad, strict=True) if count]
+    end = "it is left out" if left_out else "these recordings are used from behind them on"
+    return f"sensor {sensor} {fault.word} ({', '.join(where)}): {end}"

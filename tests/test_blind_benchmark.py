@@ -1,0 +1,201 @@
+"""The blind benchmark: rates with intervals, confusion matrix, calibration curve, pictures and the script."""
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from fe_models.blind import BRIDGE_KINDS, KINDS, OUTSIDE, BlindConfig
+from hybrid.benchmarks.blind import cases, figures, grid, summary
+from hybrid.benchmarks.blind.calibration import calibration
+from hybrid.benchmarks.blind.calibration import text as calibration_text
+from hybrid.benchmarks.blind.cases import BlindResult, Task, all_done, tasks, words_of
+from hybrid.benchmarks.blind.confusion import confusion
+from hybrid.benchmarks.blind.confusion import text as confusion_text
+from hybrid.benchmarks.blind.rates import Rate, Share, rates, table
+from scripts.benchmark import app
+from tests.blind_results import (
+    CUBIC,
+    EXPLAINED,
+    FINE,
+    HEAVY,
+    UNEXPLAINED,
+    WEAK_2,
+    WEAK_3,
+    answer,
+    case_of,
+    diagnosis,
+    finding,
+    result,
+)
+
+
+def some_results() -> list[BlindResult]:
+    """Two right, a wrong place with the right one a rival, a wrong kind; two clean, one called wrong; one outside."""
+    outside = case_of(outside=("hysteretic_spring",))
+    return [
+        result(case_of(WEAK_2), diagnosis(EXPLAINED, finding(WEAK_2, 0.99)), answer(WEAK_2, probability=0.99)),
+        result(case_of(HEAVY), diagnosis(EXPLAINED, finding(HEAVY, 0.6)), answer(CUBIC, probability=0.99)),
+        result(
+            case_of(WEAK_2),
+            diagnosis(EXPLAINED, finding(WEAK_3, 0.95, 0.0, 0.01, WEAK_2)),
+            answer(WEAK_2, probability=0.99),
+        ),
+        result(case_of(CUBIC), diagnosis(EXPLAINED, finding(HEAVY, 0.55)), answer(probability=0.99)),
+        result(case_of(), diagnosis(UNEXPLAINED), answer(CUBIC, probability=0.99)),
+        result(case_of(), diagnosis(FINE, seconds=31.0), answer(probability=0.99)),
+        result(outside, diagnosis(UNEXPLAINED), answer(CUBIC, probability=0.99)),
+    ]
+
+
+def by_name(found: Sequence[Rate]) -> dict[str, Rate]:
+    return {rate.what: rate for rate in found}
+
+
+@pytest.mark.parametrize(
+    ("hits", "count", "low", "high"),
+    [(81, 263, 0.2553, 0.3662), (15, 148, 0.0624, 0.1605), (0, 20, 0.0, 0.1611), (1, 29, 0.0061, 0.1718)],
+)
+def test_intervals_are_the_published_ones(hits: int, count: int, low: float, high: float) -> None:
+    """R. G. Newcombe, Statistics in Medicine 17, 1998, table I, method 3; four digits, so half of the last."""
+    assert Share(hits, count).interval == pytest.approx((low, high), abs=5e-5)
+
+
+def test_rates_count_what_they_say() -> None:
+    found = by_name(rates(some_results(), off=True))
+    first = found["kind and place right, first"]
+    assert (first.measured, first.peers) == (Share(2, 4), (Share(2, 4),))
+    assert first.aim == ">= 95 %"
+    assert found["first or among the alternatives"].measured == Share(3, 4)
+    wrong = found["wrong name at >= 0.9"]
+    assert (wrong.measured, wrong.peers) == (Share(1, 7), (Share(3, 7),))
+    clean = found["clean case called wrong"]
+    assert (clean.measured, clean.peers) == (Share(1, 2), (Share(1, 2),))
+    outside = found["outside the list: said so, nothing named at >= 0.9"]
+    assert (outside.measured, outside.peers) == (Share(1, 1), (Share(0, 1),))
+    assert found["extended forecast within 1.15 of the noise floor"].measured == Share(6, 6)  # outside does not count
+    assert found["seconds, median"].measured == 5.0
+    assert found["seconds, worst"].measured == 31.0
+    assert "two at once: both found" not in found
+
+
+def test_a_peer_without_probabilities_is_not_called_unsure() -> None:
+    found = by_name(rates([result(case_of(CUBIC), diagnosis(FINE), answer(HEAVY))], off=True))
+    assert found["wrong name at >= 0.9"].peers == (None,)
+    assert found["kind and place right, first"].peers == (Share(0, 1),)
+
+
+def test_an_exact_nominal_model_has_stricter_aims() -> None:
+    found = by_name(rates(some_results(), off=False))
+    assert found["kind and place right, first"].aim == ">= 99 %"
+    assert found["extended forecast within 1.05 of the noise floor"].measured == Share(0, 6)
+
+
+def test_the_table_has_a_column_for_each_peer() -> None:
+    lines = table(rates(some_results(), off=True), ("peer",)).splitlines()
+    assert {line.count("|") for line in lines} == {6}
+    assert lines[2] == "| kind and place right, first | 50 % (2/4) | 15-85 % | >= 95 % | 50 % (2/4) |"
+
+
+def test_the_confusion_matrix_counts_kinds_and_tells_places_apart() -> None:
+    matrix = confusion(some_results())
+    assert matrix.hidden == ("stiffness_change", "added_mass", "cubic_spring", "nothing", "hysteretic_spring")
+    assert matrix.named == ("stiffness_change", "added_mass", "nothing", "unexplained")
+    assert matrix.counts.tolist() == [[2, 0, 0, 0], [0, 1, 0, 0], [0, 1, 0, 0], [0, 0, 1, 1], [0, 0, 0, 1]]
+    assert matrix.right.tolist() == [1, 1, 0, 1, 1]
+    assert "stiffness_change        2   .   .   .  1/2" in confusion_text(matrix)
+
+
+def test_the_calibration_curve_bins_by_probability() -> None:
+    bins = calibration(some_results())
+    assert [(item.low, item.right) for item in bins] == [(0.5, Share(1, 2)), (0.9, Share(0, 1)), (0.97, Share(1, 1))]
+    assert bins[0].promised == pytest.approx(0.575)
+    certain = result(case_of(CUBIC), diagnosis(EXPLAINED, finding(CUBIC, 1.0)))
+    assert calibration([certain])[0].right == Share(1, 1)  # the last bin holds its upper end
+    assert calibration_text(bins).splitlines()[1].split()[:4] == ["0.50-0.70", "57.5", "%", "50"]
+
+
+def test_every_miss_is_told_with_its_seed() -> None:
+    missed = summary.text(some_results(), off=True).split("missed:\n")[1].splitlines()
+    assert len(missed) == 3
+    wrong_place = "explained, named stiffness_change {'element': 3} (0.950)"
+    assert missed[0] == f"seed 1: stiffness_change {{'element': 2}}: {wrong_place}"
+
+
+def test_tasks_take_the_words_in_turn_with_fresh_seeds() -> None:
+    wanted = tasks(3, 70, ("cubic_spring", "nothing"), BlindConfig())
+    assert [(task.seed, task.hidden) for task in wanted] == [
+        (70, "cubic_spring"),
+        (71, "nothing"),
+        (72, "cubic_spring"),
+    ]
+
+
+def test_every_kind_of_a_structure_is_hidden_by_default() -> None:
+    assert set(words_of("four_dof")) == {*KINDS, *OUTSIDE, "nothing"}
+    assert set(words_of("bridge")) == {*BRIDGE_KINDS, *OUTSIDE, "nothing"}
+
+
+def test_the_grid_changes_noise_and_size_alone() -> None:
+    wanted = grid.grid_tasks(2, 70, ("cubic_spring",), BlindConfig(off=True))
+    assert len(wanted) == 2 * len(grid.NOISES) * len(grid.SIZES)
+    assert {task.seed for task in wanted} == {70, 71}
+    assert all(task.config.off for task in wanted)
+    right, wrong = diagnosis(EXPLAINED, finding(CUBIC, 0.99)), diagnosis(EXPLAINED, finding(HEAVY, 0.99))
+    results = [result(case_of(CUBIC), right if t.config.noise < 0.1 else wrong, config=t.config) for t in wanted]
+    found = grid.cells(results)
+    assert [cell.first.hits for cell in found] == [2] * 8 + [0] * 4
+    assert [cell.wrong.hits for cell in found] == [0] * 8 + [2] * 4
+    assert len(grid.table(found).splitlines()) == 14
+
+
+def test_pictures_are_drawn(tmp_path: Path) -> None:
+    results = some_results()
+    figures.draw_confusion(confusion(results), tmp_path / "confusion.png")
+    figures.draw_calibration(calibration(results), tmp_path / "calibration.png")
+    cells = [grid.Cell(noise, size, Share(3, 5), Share(4, 5), Share(0, 5)) for noise in (0.01, 0.1) for size in (0, 1)]
+    figures.draw_grid(cells, tmp_path / "rates.png")
+    sizes = [path.stat().st_size for path in tmp_path.glob("*.png")]
+    assert len(sizes) == 3
+    assert all(8_000 < size < 120_000 for size in sizes)
+
+
+def test_the_script_writes_and_prints_what_it_finds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def quick(task: Task, peers: tuple[str, ...]) -> BlindResult:
+        assert peers == tuple(cases.PEERS)
+        found = diagnosis(EXPLAINED, finding(CUBIC, 0.99))
+        return result(case_of(CUBIC), found, answer(CUBIC), task.seed, task.config)
+
+    monkeypatch.setattr(cases, "done", quick)
+    options = ["--blind", "2", "--seed", "7", "--kinds", "cubic_spring", "--off", "--out", str(tmp_path)]
+    ran = CliRunner().invoke(app, options)
+    assert ran.exit_code == 0, ran.output
+    assert "| kind and place right, first | 100 % (2/2) |" in ran.output
+    content = json.loads((tmp_path / "blind.json").read_text())
+    assert [case["seed"] for case in content["cases"]] == [7, 8]
+    assert content["off"]
+    assert content["rates"][0]["value"] == 1.0
+    assert {path.name for path in tmp_path.glob("*.png")} == {"blind_confusion.png", "blind_calibration.png"}
+
+
+def test_the_script_draws_how_the_rates_fall(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def quick(task: Task, peers: tuple[str, ...]) -> BlindResult:
+        return result(case_of(CUBIC), diagnosis(EXPLAINED, finding(CUBIC, 0.99)), None, task.seed, task.config)
+
+    monkeypatch.setattr(cases, "done", quick)
+    ran = CliRunner().invoke(app, ["--rates", "1", "--kinds", "cubic_spring", "--out", str(tmp_path)])
+    assert ran.exit_code == 0, ran.output
+    assert "| 10 % | 1.00 | 100 % (1/1) |" in ran.output
+    assert (tmp_path / "blind_rates.png").is_file()
+    assert len(json.loads((tmp_path / "blind_rates.json").read_text())["cells"]) == 12
+
+
+def test_two_processes_answer_in_the_order_of_the_tasks() -> None:
+    wanted = tasks(2, 40, ("added_mass", "nothing"), BlindConfig(train=2, test=1, duration=10.0))
+    at_hand: list[int] = []
+    found = all_done(wanted, jobs=2, finished=lambda results: at_hand.append(len(results)))
+    assert [item.task for item in found] == wanted
+    assert [len(item.judgement.truth) for item in found] == [1, 0]
+    assert at_hand == [1, 2]

@@ -1,0 +1,157 @@
+"""Recordings as they come: unequal, dead or saturated channels, few of them; what is unusable is refused at once."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from fe_models.blind import BlindConfig, blind_case
+from fe_models.dofs import FloatArray
+from fe_models.errors import InputError
+from fe_models.files.dataset_file import save_dataset
+from fe_models.recordings import Dataset
+from hybrid.diagnosis.channels import saturation_levels, usable
+from scripts.diagnose import app
+
+CASE = blind_case(31, BlindConfig(("added_mass",), size=0.8, train=3, test=1, duration=20.0)).dataset
+NAMES = [sensor.name for sensor in CASE.sensors]
+
+
+def diagnosed(dataset: Dataset, folder: Path) -> dict[str, Any]:
+    """Return the report that the script writes of a dataset."""
+    path = save_dataset(dataset, folder, "four_dof")
+    done = CliRunner().invoke(app, [str(path), "--out", str(folder / "out")])
+    assert done.exit_code == 0, done.output
+    report = json.loads((folder / "out" / "report.json").read_text())
+    for note in report["notes"]:
+        assert note in done.output
+    return report
+
+
+def with_data(dataset: Dataset, change: dict[str, FloatArray]) -> Dataset:
+    """Return the dataset with other data (realisation, time, sensor) in some recordings."""
+    recordings = tuple(replace(r, data=change.get(r.name, r.data)) for r in dataset.recordings)
+    return replace(dataset, recordings=recordings)
+
+
+def clipped(data: FloatArray, sensor: str, share: float) -> FloatArray:
+    """Return data whose channel ends at a ``share`` of its largest value."""
+    column = NAMES.index(sensor)
+    most = share * np.abs(data[..., column]).max()
+    result = data.copy()
+    result[..., column] = np.clip(result[..., column], -most, most)
+    return result
+
+
+def assert_added_mass(report: dict[str, Any]) -> None:
+    assert report["findings"][0]["kind"] == "added_mass"
+
+
+def test_recordings_of_unequal_length(tmp_path: Path) -> None:
+    lengths = {r.name: r.data[:, : 200 - 30 * i] for i, r in enumerate(CASE.recordings)}
+    report = diagnosed(with_data(CASE, lengths), tmp_path)
+    assert_added_mass(report)
+    assert report["findings"][0]["recordings"][:3] == ["r01", "r02", "r03"]
+
+
+def test_dead_channel_is_left_out_and_said(tmp_path: Path) -> None:
+    column = np.arange(5) == NAMES.index("a3")
+    dead = with_data(CASE, {r.name: np.where(column, 0.0, r.data) for r in CASE.recordings})
+    report = diagnosed(dead, tmp_path)
+    assert_added_mass(report)
+    assert any("sensor a3 never changes" in note and note.endswith("left out") for note in report["notes"])
+
+
+def test_saturated_channel_is_told_from_its_runs() -> None:
+    """The largest values in a row are the end of the sensor; those of coarsely rounded or smooth motion are not."""
+    time = np.arange(300) / 10
+    decay = np.exp(-0.02 * time) * np.sin(2 * time)
+    assert saturation_levels(decay) == []
+    assert saturation_levels(np.clip(decay, -2, 0.5)) == [0.5]
+    assert saturation_levels(np.clip(decay, -0.6, 0.5)) == [-0.6, 0.5]
+    assert saturation_levels(np.round(decay, 1)) == []
+    noisy = decay + 0.03 * np.random.default_rng(0).standard_normal(300)
+    assert saturation_levels(noisy) == []
+    assert saturation_levels(np.clip(noisy, -2, 0.5)) == [0.5]
+
+
+def test_recordings_are_used_from_behind_a_few_saturated_samples() -> None:
+    data = clipped(CASE.recordings[0].data, "a1", 0.7)
+    column = NAMES.index("a1")
+    bad = np.flatnonzero(np.abs(data[0, :, column]) == np.abs(data[0, :, column]).max())
+    sound, notes = usable(with_data(CASE, {"r01": data}))
+    assert len(sound.sensors) == 5
+    np.testing.assert_array_equal(sound.recordings[0].data, data[:, bad[-1] + 1 :])
+    np.testing.assert_array_equal(sound.recordings[1].data, CASE.recordings[1].data)
+    (note,) = notes
+    assert f"{len(bad)} samples of r01" in note
+    assert "a1" in note
+
+
+def test_saturated_channel_is_cut_out_and_said(tmp_path: Path) -> None:
+    report = diagnosed(with_data(CASE, {"r01": clipped(CASE.recordings[0].data, "a1", 0.7)}), tmp_path)
+    assert_added_mass(report)
+    assert report["findings"][0]["probability"] > 0.9
+    assert any("sensor a1 is saturated" in note and "samples of r01" in note for note in report["notes"])
+
+
+def test_channel_that_is_always_saturated_is_left_out() -> None:
+    small = {r.name: clipped(r.data, "a4", 0.02) for r in CASE.recordings}
+    sound, notes = usable(with_data(CASE, small))
+    assert [sensor.name for sensor in sound.sensors] == ["x4", "a1", "a3", "a2"]
+    assert sound.recordings[0].data.shape == (1, 201, 4)
+    assert notes[0].endswith("it is left out")
+
+
+def test_sound_data_stay_as_they_are() -> None:
+    sound, notes = usable(CASE)
+    assert sound is CASE
+    assert notes == []
+
+
+def test_without_test_recordings_it_says_what_is_scored(tmp_path: Path) -> None:
+    alone = tuple(replace(r, role="train") for r in CASE.recordings)
+    report = diagnosed(replace(CASE, recordings=alone), tmp_path)
+    assert_added_mass(report)
+    assert report["scores"]["extended"]["measured"] < 1.3 * report["noise_floor"]
+    assert any("no recording is for testing" in note for note in report["notes"])
+
+
+def test_one_recording(tmp_path: Path) -> None:
+    report = diagnosed(replace(CASE, recordings=CASE.recordings[:1]), tmp_path)
+    assert report["verdict"] != "nothing_wrong"
+    assert any("one recording" in note for note in report["notes"])
+
+
+def test_one_sensor(tmp_path: Path) -> None:
+    one = replace(
+        CASE,
+        sensors=CASE.sensors[3:4],
+        recordings=tuple(replace(r, data=r.data[..., 3:4]) for r in CASE.recordings),
+    )
+    report = diagnosed(one, tmp_path)
+    assert report["verdict"] != "nothing_wrong"
+    assert report["scores"]["baseline"]["held_out"] is None
+
+
+def test_all_that_is_unusable_is_refused_at_once(tmp_path: Path) -> None:
+    first, second = CASE.recordings[0].data.copy(), CASE.recordings[1].data.copy()
+    first[0, 7, 1] = np.nan
+    path = save_dataset(with_data(CASE, {"r01": first, "r02": second[:, :10]}), tmp_path, "four_dof")
+    done = CliRunner().invoke(app, [str(path), "--out", str(tmp_path / "out")])
+    assert done.exit_code == 2
+    assert "channel 'a1': 1 samples are NaN or infinite" in done.stderr
+    assert "only 10 samples" in done.stderr
+    assert "Traceback" not in done.output
+    assert not (tmp_path / "out").exists()
+
+
+def test_no_channel_alive_is_refused() -> None:
+    measured = np.array([sensor.role == "measured" for sensor in CASE.sensors])
+    dead = with_data(CASE, {r.name: np.where(measured, 0.0, r.data) for r in CASE.recordings})
+    with pytest.raises(InputError, match="no measured sensor is left"):
+        usable(dead)

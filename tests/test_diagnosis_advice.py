@@ -1,0 +1,119 @@
+"""Advice: which added sensor would tell two causes apart that the present ones cannot."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fe_models.blind import BlindConfig, blind_case
+from fe_models.effects import AddedMass, StiffnessChange
+from fe_models.four_dof import four_dof
+from fe_models.recordings import Dataset, Recording, Sensor
+from fe_models.simulate import FreeConfig, simulate_free
+from hybrid.diagnosis.advice import Advice, advise, possible_sensors
+from hybrid.diagnosis.candidates import Motion, all_candidates
+from hybrid.diagnosis.diagnosis import diagnose
+from hybrid.diagnosis.fitting import Fit, Frame, fit
+from hybrid.diagnosis.hypothesis import Hypothesis
+from hybrid.diagnosis.plant import plant_of
+from hybrid.diagnosis.posterior import Posterior
+from hybrid.diagnosis.records import batches_of
+
+NOISE = 0.03
+
+
+def chain(sensors: tuple[Sensor, ...], effect: StiffnessChange | AddedMass, samples: int) -> Dataset:
+    """Return free motions of a chain with an effect, its springs as uncertain as its masses."""
+    rng = np.random.default_rng(0)
+    state = rng.standard_normal((2, 2, 4))
+    config = FreeConfig(duration=samples / 10, sampling_rate=10.0)
+    motion = simulate_free(four_dof().with_effects(effect), state[0], state[1], config, progress=False)
+    data = np.stack([motion.channel(s.node, s.direction, s.quantity) for s in sensors], axis=-1)
+    data = data + NOISE * rng.standard_normal(data.shape)
+    return Dataset(four_dof(), 10.0, sensors, tuple(Recording(f"r{i}", part[None]) for i, part in enumerate(data)))
+
+
+def two_fits(dataset: Dataset, keys: tuple[str, str]) -> tuple[Posterior, Frame]:
+    """Return a posterior that cannot tell the causes of two keys apart."""
+    plant = plant_of(dataset)
+    measured = tuple(range(len(dataset.sensors)))
+    batches = batches_of(dataset, "train")
+    frame = Frame(dataset.sensors, dataset.sampling_rate, np.full(len(measured), NOISE))
+    unit = Motion(np.eye(4), np.eye(4))
+    candidates = {c.key: c for c in all_candidates(plant, dataset, unit, measured)}
+    fits: list[Fit] = []
+    for key in keys:
+        hypothesis = Hypothesis(plant).adding(candidates[key])
+        found = fit(hypothesis, hypothesis.centre, batches, frame)
+        assert found is not None
+        fits.append(found)
+    return Posterior(tuple(fits), np.array([0.6, 0.4]), 1.0), frame
+
+
+X1 = Sensor("x1", 1, "x", "displacement", "m")
+
+
+def test_possible_sensors_are_those_that_are_not_there() -> None:
+    dataset = chain((X1,), AddedMass(4, 1.0), 100)
+    places = [(s.node, s.quantity) for s in possible_sensors(plant_of(dataset), dataset.sensors)]
+    assert len(places) == 7
+    assert (1, "displacement") not in places
+    assert (1, "acceleration") in places
+
+
+def test_two_causes_far_from_the_only_sensor_are_told_apart_by_one_near_them() -> None:
+    """In a short record a sensor at one end says little about the other; advice says so, and by how much."""
+    dataset = chain((X1,), AddedMass(4, 0.5), 100)
+    posterior, frame = two_fits(dataset, ("added_mass {'node': 4}", "added_mass {'node': 3}"))
+    (advice,) = advise(posterior, frame)
+    assert advice.kind == "added_mass"
+    assert advice.sensor is not None
+    assert advice.sensor.node in (3, 4)
+    assert advice.then < 0.05
+    assert f"node {advice.sensor.node} in x would tell" in advice.sentence
+
+
+def test_promise_is_kept_by_the_sensor() -> None:
+    """With the advised sensor fitted, too, the costs of the two really part by about what was promised."""
+    dataset = chain((X1,), AddedMass(4, 0.5), 100)
+    keys = ("added_mass {'node': 4}", "added_mass {'node': 3}")
+    posterior, frame = two_fits(dataset, keys)
+    (advice,) = advise(posterior, frame)
+    assert advice.sensor is not None
+    better, _ = two_fits(chain((X1, advice.sensor), AddedMass(4, 0.5), 100), keys)
+    before = posterior.fits[1].cost - posterior.fits[0].cost
+    after = better.fits[1].cost - better.fits[0].cost
+    promised = -2 * np.log(advice.then / (1 - advice.then) / (0.4 / 0.6))
+    assert after - before > 0.5 * promised > 4  # half: the noise of the record, and a noise level that is estimated
+
+
+def test_twins_that_no_sensor_tells_apart_are_said_to_be_so() -> None:
+    """The first spring joins the ground and node 1: losing stiffness there is a softer support of node 1."""
+    dataset = chain((X1,), StiffnessChange((1,), 0.5), 200)
+    keys = ("stiffness_change {'element': 1}", "support_spring {'node': 1, 'direction': 'x'}")
+    (advice,) = advise(*two_fits(dataset, keys))
+    assert advice.sensor is None
+    assert advice.then == pytest.approx(0.4)
+    assert "no added sensor" in advice.sentence
+
+
+def test_sentence_of_little_help() -> None:
+    sensor = Sensor("x2", 2, "x", "displacement", "m")
+    little = Advice("added_mass", {"node": 4}, "added_mass", {"node": 3}, 0.4, sensor, 0.3)
+    assert "0.40 becomes 0.30" in little.sentence
+    assert "would tell" in replace(little, then=0.01).sentence
+
+
+def test_diagnosis_carries_the_advice() -> None:
+    case = blind_case(14, BlindConfig(("stiffness_change",), size=0.8, train=3, test=1, duration=20.0)).dataset
+    one = (0,)
+    few = replace(
+        case,
+        sensors=tuple(case.sensors[i] for i in one),
+        recordings=tuple(replace(r, data=r.data[:, :100, list(one)]) for r in case.recordings),
+    )
+    found = diagnose(few)
+    doubted = [p for finding in found.findings for _, _, p in finding.alternatives if p >= 0.05]
+    assert len(found.advice) == min(len(doubted), 3)
+    assert all(advice.sentence in found.notes for advice in found.advice)
+    assert found.advice

@@ -1,0 +1,55 @@
+"""Leaving recordings out: every one is forecast once, by a fit that never saw it."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from fe_models.blind import BlindConfig, blind_case
+from hybrid.diagnosis.crossvalidation import as_recordings, folds_of
+from hybrid.diagnosis.fitting import Fit, Frame, fit
+from hybrid.diagnosis.forecasting import Model
+from hybrid.diagnosis.hypothesis import Hypothesis
+from hybrid.diagnosis.plant import plant_of
+from hybrid.diagnosis.records import batches_of, columns_of, measured_columns
+
+CASE = blind_case(3, BlindConfig(train=6, test=0, duration=20.0)).dataset
+
+
+def test_every_recording_is_forecast_by_a_fit_to_the_others() -> None:
+    measured = measured_columns(CASE)
+    batches = columns_of(batches_of(CASE, "train"), measured)
+    frame = Frame(tuple(CASE.sensors[i] for i in measured), CASE.sampling_rate, np.full(4, 0.03))
+    hypothesis = Hypothesis(plant_of(CASE))
+    whole = fit(hypothesis, hypothesis.centre, batches, frame)
+    assert whole is not None
+    seen: list[list[str]] = []
+
+    def model_of(one: Fit) -> Model:
+        seen.append([name for batch in one.batches for name in batch.names])
+        return Model(one.hypothesis, one.theta, np.ones(8))
+
+    folds = folds_of(CASE, measured)
+    assert folds is not None
+    found = folds.forecast(whole, model_of, frame)
+    names = {r.name for r in CASE.recordings}
+    tested = [{name for batch in fold for name in batch.names} for fold in folds.tests]
+    assert found.nrmse.shape == found.floor.shape == (6, 5)
+    assert set().union(*tested) == names
+    assert [set(others) for others in seen] == [names - own for own in tested]
+
+
+def test_test_recordings_make_folds_unnecessary() -> None:
+    tested = replace(CASE, recordings=(*CASE.recordings[1:], replace(CASE.recordings[0], role="test")))
+    assert folds_of(tested, (0,)) is None
+    assert as_recordings(tested) == (tested, [])
+
+
+def test_single_recording_is_halved_and_a_short_one_scored_as_it_is() -> None:
+    one = replace(CASE, recordings=CASE.recordings[:1])
+    halves, notes = as_recordings(one)
+    assert [r.data.shape[1] for r in halves.recordings] == [100, 100]
+    assert "half" in notes[0]
+    short = replace(one, recordings=(replace(one.recordings[0], data=one.recordings[0].data[:, :50]),))
+    same, notes = as_recordings(short)
+    assert [r.role for r in same.recordings] == ["train", "test"]
+    assert "what was fitted" in notes[0]
