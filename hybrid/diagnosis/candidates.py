@@ -30,7 +30,7 @@ from fe_models.sensor_effects import SensorDelay, SensorDrift, SensorGain
 from fe_models.structure import Direction
 from hybrid.diagnosis.plant import Plant
 
-CREEP = 0.02  # of the rms rate at its place: the rate below which friction is taken as a dashpot
+CREEP = 0.01  # of the rms rate at its place: the rate below which friction is taken as a dashpot
 SMALL = 1e-5  # of a prior width: the step at which a response counts as of first order, however long a recording is
 UNMOVED = 1e-4  # of the largest entry of the mode shapes: a place that moves less feels no force
 ALIKE = 0.01  # of its motion in the modes: how far apart two places may be to count as one

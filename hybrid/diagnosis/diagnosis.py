@@ -11,33 +11,33 @@ from fe_models.dofs import FloatArray
 from fe_models.errors import InputError
 from fe_models.recordings import Dataset
 from fe_models.structure import Structure
+from hybrid.diagnosis.acting import recordings_of
 from hybrid.diagnosis.advice import Advice, advise
 from hybrid.diagnosis.candidates import Candidate, Motion, all_candidates
 from hybrid.diagnosis.channels import usable
 from hybrid.diagnosis.crossvalidation import as_recordings, folds_of
 from hybrid.diagnosis.example import Example, example_of
 from hybrid.diagnosis.extend import extended_structure
-from hybrid.diagnosis.findings import Finding, Verdict, cause_of, reported_location, sentence_of
+from hybrid.diagnosis.findings import Finding, Verdict, cause_of, place_words, reported_location, sentence_of
 from hybrid.diagnosis.fitting import Fit, Frame, fit
 from hybrid.diagnosis.forecasting import Forecast, Model, forecast
 from hybrid.diagnosis.hypothesis import Hypothesis
-from hybrid.diagnosis.noise import Excess, excess, noise_of_recordings, structure_band
+from hybrid.diagnosis.noise import Band, excess, noise_of_recordings, structure_band
+from hybrid.diagnosis.pairs import asks_for_more, misfit, pair_fits, short_fit
+from hybrid.diagnosis.pairs import left as left_of
 from hybrid.diagnosis.plant import Plant, plant_of
 from hybrid.diagnosis.posterior import Posterior, of_candidate, posterior_of, rivals_of
-from hybrid.diagnosis.records import Batch, batches_of, columns_of, measured_columns
-from hybrid.diagnosis.search import Contest, Lengths, contest, lengths_of
+from hybrid.diagnosis.records import batches_of, columns_of, measured_columns
+from hybrid.diagnosis.search import contest, lengths_of
 from hybrid.diagnosis.show import Shown, show
-from hybrid.diagnosis.switching import acting_recordings, fit_switched
+from hybrid.diagnosis.switching import fit_switched
 
 MATERIAL = 0.05  # of the noise floor: by how much a cause must improve the forecast, and what counts as reaching it
 WHOLLY = 0.03  # of the excess energy: what may be left where all is called explained
 PARTLY = 0.5  # of it: beyond, nothing is
 DOUBT = 0.85  # most probability of a finding beside which something significant is left unexplained
 DEVIATION = 2.5  # of its stated standard deviations: how far a nominal value may be calibrated
-SECOND = 10.0  # in tempered log evidence: what a second effect must gain for the first to be looked for again
-HELPLESS = 0.8  # of the excess energy: where the best cause leaves more, a second one would only add to the guess
-ONE_FACTOR = 3.5  # stated standard deviations of one calibrated factor: chance in 1 of 200 structures with 12 factors
-TOGETHER = 3.0  # standard deviations of the mean square of all of them over its mean
+NOISE_OFF = (0.5, 1.5)  # of the noise that the recordings themselves tell: how far it may be told anew
 RIVALS = 0.005  # least probability of an alternative that is told
 
 
@@ -71,41 +71,30 @@ def diagnose(dataset: Dataset, advance: Callable[[str], object] | None = None) -
     measured = measured_columns(dataset)
     batches = columns_of(batches_of(dataset, "train"), measured)
     rate = dataset.sampling_rate
-    band = structure_band(plant, rate)
+    band = structure_band(plant, rate, dataset.lowpass)
     frame = Frame(tuple(dataset.sensors[i] for i in measured), rate, noise_of_recordings(batches, rate, band))
     nominal = Hypothesis(plant)
     lengths = lengths_of(batches, nominal.states)
-    short = _short(plant, lengths, frame)
+    short = short_fit(plant, lengths, frame)
     motion = _motion(short, plant)
     candidates = all_candidates(plant, dataset, motion, measured)
     tell("screening")
     singles = contest(nominal, nominal.centre, candidates, lengths, frame, short, lambda: tell("single causes"))
     if singles is None:
         raise InputError("model: with its own force laws these recordings' motion grows beyond all bounds; check them")
-    frame, singles = _with_better_noise(singles, frame, rate, band)
-    fits = [singles.base, *singles.fits]
+    frame, fits = _with_better_noise([singles.base, *singles.fits], frame, band)
     posterior = posterior_of(tuple(fits), candidates)
-    if _left(posterior.fits[0], frame, band).significant and not plant.laws:
+    if left_of(posterior.fits[0], frame, band).significant and not plant.laws:
         tell("recordings apart")
-        fits += fit_switched(_short(plant, lengths, frame), candidates, batches, frame)
+        fits += fit_switched(short, posterior.fits[0], candidates, lengths, frame)
         posterior = posterior_of(tuple(fits), candidates)
-    if _asks_for_more(posterior.fits[0], singles.base, frame, band):
+    if asks_for_more(posterior.fits[0], fits[0], frame, band):
         tell("two causes")
-        fits += _pairs(posterior, candidates, batches, frame, tell)
-        posterior = posterior_of(tuple(fits), candidates)
+        fits += pair_fits(posterior, candidates, batches, frame, band, lambda: tell("two causes"))
+    frame, fits = _with_better_noise(fits, frame, band)
+    posterior = _with_same_noise(posterior_of(tuple(fits), candidates), fits[0], frame, candidates)
     tell("forecasts")
-    return _concluded(dataset, plant, singles.base, posterior, frame, band, measured, candidates, notes, begun)
-
-
-def _short(plant: Plant, lengths: Lengths, frame: Frame) -> Fit:
-    """Return the nominal fit of the shortest segments; force laws of the nominal model are left out where they fail."""
-    linear = Hypothesis(replace(plant, laws=()))
-    begun = fit(linear, linear.centre, lengths.cut[0], frame)
-    assert begun is not None  # a linear system always answers
-    if not plant.laws:
-        return begun
-    nominal = Hypothesis(plant)
-    return fit(nominal, begun.theta, lengths.cut[0], frame, begun.states) or begun
+    return _concluded(dataset, plant, fits[0], posterior, frame, band, measured, candidates, notes, begun)
 
 
 def _motion(short: Fit, plant: Plant) -> Motion:
@@ -115,75 +104,24 @@ def _motion(short: Fit, plant: Plant) -> Motion:
     return Motion(states[:, :n] @ shapes.T, states[:, n : 2 * n] @ shapes.T)
 
 
-def _with_better_noise(found: Contest, frame: Frame, rate: float, band: float) -> tuple[Frame, Contest]:
+def _with_better_noise(fits: list[Fit], frame: Frame, band: Band) -> tuple[Frame, list[Fit]]:
     """Return the frame with the noise that the best fit leaves above the structure's band, and fits rescaled to it."""
-    best = min((found.base, *found.fits), key=lambda item: item.cost)
-    scale = excess(best.residuals, rate, band).sigma
-    scale = np.clip(scale, 0.5, 1.5)
+    best = min(fits, key=lambda item: item.cost)
+    scale = np.clip(excess(best.residuals, frame.rate, band).sigma, *NOISE_OFF)
 
     def rescaled(item: Fit) -> Fit:
         residuals = tuple(part / scale for part in item.residuals)
         chi2 = sum(float(np.square(part).sum()) for part in residuals)
         return replace(item, residuals=residuals, chi2=chi2, cost=item.cost - item.chi2 + chi2)
 
-    fits = tuple(sorted((rescaled(item) for item in found.fits), key=lambda item: -item.log_evidence))
-    return replace(frame, sigma=frame.sigma * scale), Contest(rescaled(found.base), fits)
+    return replace(frame, sigma=frame.sigma * scale), [rescaled(item) for item in fits]
 
 
-def _left(item: Fit, frame: Frame, band: float) -> Excess:
-    return excess(item.residuals, frame.rate, band)
-
-
-def _factors_off(item: Fit) -> bool:
-    """Return whether the calibrated factors are further off than their owner thinks normal: one, or all together."""
-    count = item.hypothesis.nuisances
-    deviation = item.theta[:count] / item.hypothesis.width[:count]
-    limit = 1 + TOGETHER * np.sqrt(2 / count)
-    return bool(np.abs(deviation).max() > ONE_FACTOR or np.mean(deviation**2) > limit)
-
-
-def _asks_for_more(item: Fit, base: Fit, frame: Frame, band: float) -> bool:
-    """Return whether a second cause should be looked for: something is left, and the first took away enough."""
-    left, had = _left(item, frame, band), _left(base, frame, band)
-    if left.significant and left.total > HELPLESS * had.total:
-        return False
-    return bool(item.hypothesis.candidates) and (_left(item, frame, band).significant or _factors_off(item))
-
-
-def _pairs(
-    posterior: Posterior,
-    candidates: tuple[Candidate, ...],
-    batches: tuple[Batch, ...],
-    frame: Frame,
-    tell: Callable[[str], object],
-) -> list[Fit]:
-    """Return fits of two causes: the best one with each other, and then the other way round."""
-    first = posterior.fits[0]
-    if any(batch.off for batch in first.batches):
-        return []
-    found: list[Fit] = []
-    start = first
-    for _ in range(2):
-        hypothesis = replace(start.hypothesis, candidates=start.hypothesis.candidates[-1:])
-        kept = np.r_[: hypothesis.nuisances, np.arange(len(start.theta))[start.hypothesis.slices[-1]]]
-        lengths = lengths_of(batches, hypothesis.states)
-        if hypothesis.candidates[0].oscillator:
-            return found
-        plain = _short(hypothesis.plant, lengths, frame)
-        second = contest(
-            hypothesis, start.theta[kept], candidates, lengths, frame, plain, lambda: tell("two causes"), kept=6
-        )
-        if second is None or not second.fits:
-            return found
-        best = second.fits[0]
-        found += second.fits
-        tempered = (best.log_evidence - start.log_evidence) / posterior.temper
-        if tempered < SECOND:
-            return found
-        if best.hypothesis.candidates[-1].oscillator:
-            return found
-        start = best
-    return found
+def _with_same_noise(posterior: Posterior, base: Fit, frame: Frame, candidates: tuple[Candidate, ...]) -> Posterior:
+    """Return the posterior with its best fit found anew: the earlier one was with other noise, and so its errors."""
+    best = posterior.fits[0]
+    again = None if best is base else fit(best.hypothesis, best.theta, best.batches, frame, best.states)
+    return posterior if again is None else posterior_of((again, *posterior.fits[1:]), candidates)
 
 
 def _concluded(
@@ -192,7 +130,7 @@ def _concluded(
     base: Fit,
     posterior: Posterior,
     frame: Frame,
-    band: float,
+    band: Band,
     measured: tuple[int, ...],
     candidates: tuple[Candidate, ...],
     notes: list[str],
@@ -219,12 +157,13 @@ def _concluded(
     own = list(measured)
     floor = float(calibrated.floor[:, own].mean())
     before, after = float(calibrated.nrmse[:, own].mean()), float(extended.nrmse[:, own].mean())
-    left, had = _left(best, frame, band), _left(base, frame, band)
-    share = left.total / max(had.total, left.total, 1e-300) if left.significant else 0.0
+    left, had = left_of(best, frame, band), left_of(base, frame, band)
+    rest = max(left.total, misfit(best))
+    share = rest / max(misfit(base), rest, 1e-300) if left.significant else 0.0
     reached = before <= (1 + MATERIAL) * floor and before - after <= MATERIAL * floor
     gain = nominal.energy - nominal.floor_energy
     unexplained = float(np.clip((extended.energy - extended.floor_energy) / max(gain, 1e-300), 0.0, 1.0))
-    if reached and not (_left(base, frame, band).significant and share > WHOLLY and not best.hypothesis.candidates):
+    if reached and not (left_of(base, frame, band).significant and share > WHOLLY and not best.hypothesis.candidates):
         verdict = Verdict.NOTHING_WRONG
     elif not best.hypothesis.candidates:
         verdict = Verdict.UNEXPLAINED if left.significant else Verdict.NOTHING_WRONG
@@ -240,7 +179,15 @@ def _concluded(
     final = best if named else base
     if not named:
         extended = calibrated
-    findings = _findings(best, posterior, scored, nominal, doubt, candidates) if named else ()
+    findings: tuple[Finding, ...] = ()
+    if named:
+        model, temper = _model(best), posterior.temper
+        acting = [
+            recordings_of(best, number, model, test, measured, frame, temper)
+            for number in range(len(best.hypothesis.candidates))
+        ]
+        findings = _findings(best, posterior, scored, nominal, doubt, acting)
+        notes = [*notes, *_apart(dataset, findings)]
     advice = advise(posterior, frame) if named else ()
     notes = [*notes, *(item.sentence for item in advice)]
     theta = final.theta if named else clipped
@@ -292,7 +239,7 @@ def _findings(
     scored: Callable[[Fit], Forecast],
     nominal: Forecast,
     doubt: float,
-    candidates: tuple[Candidate, ...],
+    acting: list[tuple[str, ...]],
 ) -> tuple[Finding, ...]:
     findings = []
     whole = scored(best)
@@ -309,12 +256,24 @@ def _findings(
                 parameters,
                 min(of_candidate(posterior, candidate), doubt, 0.999),
                 explains,
-                acting_recordings(best, number),
+                acting[number],
                 tuple((rival.kind, reported_location(rival), p) for rival, p in rivals),
                 sentence_of(cause, parameters),
             )
         )
     return tuple(sorted(findings, key=lambda finding: -finding.explains))
+
+
+def _apart(dataset: Dataset, findings: tuple[Finding, ...]) -> list[str]:
+    """Return a line on each finding that acts in some recordings only."""
+    names = list(dict.fromkeys(recording.name for recording in dataset.recordings))
+    return [
+        f"the recordings are not all of one structure: {finding.cause.kind} at {place_words(finding.cause.location)}"
+        f" acts in {', '.join(finding.recordings)}, and does not, or too little to tell, in"
+        f" {', '.join(name for name in names if name not in finding.recordings)}"
+        for finding in findings
+        if len(finding.recordings) < len(names)
+    ]
 
 
 def _strongest_without(posterior: Posterior, candidate: Candidate) -> Fit | None:

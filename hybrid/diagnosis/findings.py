@@ -1,14 +1,15 @@
 """Findings: the causes that a diagnosis names, with parameters, uncertainty, rivals and a sentence to act on."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Any
 
 import numpy as np
 
-from fe_models.effects import Cause, HarmonicForce
-from hybrid.diagnosis.candidates import Candidate
+from fe_models.effects import Cause, CoulombFriction, HarmonicForce
+from hybrid.diagnosis.candidates import CREEP, Candidate
 from hybrid.diagnosis.fitting import Fit
+from hybrid.diagnosis.wave import wave
 
 VERBS = {
     "stiffness_change": "{place} has {factor} times its nominal stiffness",
@@ -76,8 +77,11 @@ def cause_of(fit: Fit, number: int) -> tuple[Cause, dict[str, Parameter]]:
         slope = change / (TINY * values[i]) if values[i] else 1.0
         deviations[word] = abs(slope) * error  # the search may use another measure than the report
     if isinstance(cause, HarmonicForce):
-        cause, deviations["amplitude"] = _with_amplitude(cause, fit, number)
-        deviations["phase"] = np.pi  # it is each recording's own
+        found_wave = wave(fit, number)
+        cause = replace(cause, amplitude=found_wave.amplitude, phase=found_wave.phase)
+        deviations |= {"amplitude": found_wave.error, "phase": np.pi}  # the phase is each recording's own
+    if isinstance(cause, CoulombFriction):
+        deviations["force"] = float(np.hypot(deviations["force"], CREEP * cause.friction))  # how it passes through rest
     units = cause.units
     found = {
         word: Parameter(float(value), float(deviations.get(word, 0.0)), units[word])
@@ -85,17 +89,6 @@ def cause_of(fit: Fit, number: int) -> tuple[Cause, dict[str, Parameter]]:
         if not isinstance(value, list)
     }
     return cause, found
-
-
-def _with_amplitude(cause: HarmonicForce, fit: Fit, number: int) -> tuple[HarmonicForce, float]:
-    """Return the force with its mean amplitude, the phase in the first recording, and the amplitude's error."""
-    earlier = sum(c.oscillator for c in fit.hypothesis.candidates[:number])
-    first = 2 * fit.hypothesis.size + 2 * earlier
-    waves = np.concatenate([states[:, first : first + 2] for states in fit.states])  # F(0) = a sin(phase), a cos(phase)
-    amplitudes = np.linalg.norm(waves, axis=1)
-    error = float(np.std(amplitudes) / np.sqrt(len(amplitudes)))
-    phase = float(np.arctan2(waves[0, 0], waves[0, 1]))
-    return HarmonicForce(cause.node, cause.direction, float(amplitudes.mean()), cause.frequency, phase), error
 
 
 def place_words(location: dict[str, Any]) -> str:

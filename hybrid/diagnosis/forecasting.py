@@ -59,7 +59,7 @@ def predicted(
     best: FloatArray | None = None
     least = np.full(len(batch.data), np.inf)
     for off in ((), model.switched) if model.switched else ((),):
-        hypothesis, theta, size = _without(model, off)
+        hypothesis, theta, size = without(model, off)
         shown = max(int(np.ceil(SHOWN * batch.samples)), 2)
         own = batch.data[:, :shown][..., list(measured)]
         states, cost = initial_states(hypothesis, theta, size, own, frame)
@@ -71,14 +71,18 @@ def predicted(
     return best
 
 
-def _without(model: Model, off: tuple[int, ...]) -> tuple[Hypothesis, FloatArray, FloatArray]:
+def without(model: Model, off: tuple[int, ...]) -> tuple[Hypothesis, FloatArray, FloatArray]:
+    """Return hypothesis, theta and size of initial states of a model less the candidates whose numbers are ``off``."""
     hypothesis = model.hypothesis
     if not off:
         return hypothesis, model.theta, model.size
     on = [i for i in range(len(hypothesis.candidates)) if i not in off]
     kept = [*range(hypothesis.nuisances)] + [k for i in on for k in range(len(model.theta))[hypothesis.slices[i]]]
     fewer = replace(hypothesis, candidates=tuple(hypothesis.candidates[i] for i in on))
-    return fewer, model.theta[kept], model.size[: fewer.states]
+    waves = [i for i, candidate in enumerate(hypothesis.candidates) if candidate.oscillator]
+    entries = [*range(2 * hypothesis.size)]
+    entries += [2 * hypothesis.size + 2 * k + part for k, i in enumerate(waves) if i not in off for part in (0, 1)]
+    return fewer, model.theta[kept], model.size[entries]
 
 
 def initial_states(
@@ -149,10 +153,10 @@ def _one(
     leverage = _leverage(model, batch, sensors, measured, frame, first)
     sigma = np.full(len(sensors), np.nan)
     sigma[list(measured)] = frame.sigma
-    floor = sigma * np.sqrt(1 + leverage.mean(axis=0)) / span
+    floor = sigma * np.sqrt(batch.share + leverage.mean(axis=0)) / span
     own = list(measured)
     energy = float(np.sum(square[:, own] / frame.sigma**2)) * data.shape[1]
-    floor_energy = float((1 + leverage[:, own]).sum()) * len(data)
+    floor_energy = float((batch.share + leverage[:, own]).sum()) * len(data)
     return np.sqrt(square) / span, floor, energy, floor_energy
 
 

@@ -13,18 +13,41 @@ MOST = 0.7  # of half the sampling rate: at least this share of the band is take
 UPPER = 0.5  # of half the sampling rate: where noise is told in the recordings themselves, which have harmonics, too
 
 
-def structure_band(plant: Plant, rate: float) -> float:
-    """Return the frequency (Hz) up to which the structure moves."""
-    highest = float(plant.modes[0][-1]) / (2 * np.pi)
-    return min(ABOVE * highest, MOST * rate / 2)
+QUIET = 0.4  # of a recording, from its end: by then all but the least damped modes have died away
+QUARTER = -np.log(0.75)  # the lower quartile of white noise's power over its mean
+QUARTILE_LOSS = 4.03  # variance of the density told by a quartile over that by the mean: q / (1 - q) / ln(1 - q)^2
+CUT = 0.9  # of a low-pass: up to there it takes nothing away
 
 
-def noise_of_recordings(batches: tuple[Batch, ...], rate: float, band: float) -> FloatArray:
-    """Return the standard deviation of the noise (sensor,) from what the recordings hold at high frequencies.
+@dataclass(frozen=True)
+class Band:
+    """Where a structure's motion shows in the spectra of its recordings, up to ``upper`` (Hz), and where noise does.
 
-    With a Hann window, so that a decay which the recording cuts off does not leak there.
+    With ``room`` noise alone is above, up to half the sampling rate. Without, be it that a low-pass has taken it away
+    or that the structure has modes there, too, noise is what lies between the lines once most modes have died away.
     """
-    lower = max(UPPER * rate / 2, min(2 * band, 0.8 * rate / 2))
+
+    upper: float
+    room: bool
+
+
+def structure_band(plant: Plant, rate: float, lowpass: float | None = None) -> Band:
+    """Return the band of a structure in recordings with a sampling ``rate`` and a ``lowpass`` (Hz)."""
+    highest = float(plant.modes[0][-1]) / (2 * np.pi)
+    upper = min(ABOVE * highest, MOST * rate / 2)
+    if plant.kept is None and (lowpass is None or lowpass >= rate / 2):
+        return Band(upper, room=True)
+    return Band(CUT * min(lowpass or rate / 2, rate / 2), room=False)
+
+
+def noise_of_recordings(batches: tuple[Batch, ...], rate: float, band: Band) -> FloatArray:
+    """Return the standard deviation of the noise (sensor,) as white noise of the same density would have it.
+
+    With a Hann window, so that a decay which the recording cuts off does not leak into all frequencies.
+    """
+    if not band.room:
+        return np.sqrt(_quiet_density(tuple(batch.data for batch in batches), rate, band))
+    lower = max(UPPER * rate / 2, min(2 * band.upper, 0.8 * rate / 2))
     power, count = 0.0, 0
     for batch in batches:
         window = np.hanning(batch.samples)[:, None]
@@ -35,12 +58,24 @@ def noise_of_recordings(batches: tuple[Batch, ...], rate: float, band: float) ->
     return np.asarray(np.sqrt(power / count))
 
 
+def _quiet_density(parts: tuple[FloatArray, ...], rate: float, band: Band) -> FloatArray:
+    """Return the variance (sensor,) of white noise as dense as what lies between the lines, at recordings' ends."""
+    powers = []
+    for part in parts:
+        end = part[:, -max(int(QUIET * part.shape[1]), 2) :]
+        window = np.hanning(end.shape[1])[:, None]
+        density = np.abs(np.fft.rfft(end * window, axis=1)) ** 2 / np.sum(window**2)
+        frequencies = np.fft.rfftfreq(end.shape[1], 1 / rate)
+        powers.append(density[:, (frequencies > 0) & (frequencies <= band.upper)].reshape(-1, part.shape[2]))
+    return np.asarray(np.quantile(np.concatenate(powers), 0.25, axis=0) / QUARTER)
+
+
 @dataclass(frozen=True)
 class Excess:
     """The energy of residuals in the structure's band beyond white noise, in units of the noise's variance.
 
     ``total`` and its standard deviation ``std`` if there were none; ``by_recording`` (recording,), batch by batch;
-    ``sigma`` (sensor,) the noise above the band, in units of the residuals.
+    ``sigma`` (sensor,) the noise, in units of the residuals.
     """
 
     total: float
@@ -54,7 +89,7 @@ class Excess:
         return self.total > 4 * self.std
 
 
-def excess(residuals: tuple[FloatArray, ...], rate: float, band: float) -> Excess:
+def excess(residuals: tuple[FloatArray, ...], rate: float, band: Band) -> Excess:
     """Return the structured part of residuals, one array (recording, time, sensor) for each batch."""
     low, high, counts = [], 0.0, np.zeros(2)
     for part in residuals:
@@ -62,11 +97,13 @@ def excess(residuals: tuple[FloatArray, ...], rate: float, band: float) -> Exces
         density = np.abs(np.fft.rfft(part, axis=1)) ** 2 / samples  # of white noise: its variance
         weight = np.full(density.shape[1], 2.0)  # each frequency but the first stands for two
         weight[0] = 1.0
-        within = np.fft.rfftfreq(samples, 1 / rate) <= band
+        within = np.fft.rfftfreq(samples, 1 / rate) <= band.upper
         low.append((np.einsum("rfs,f->rs", density[:, within], weight[within]), float(weight[within].sum())))
         high = high + density[:, ~within].sum(axis=(0, 1))
         counts += len(part) * np.array([weight[within].sum(), (~within).sum()])
-    variance = high / counts[1]  # (sensor,)
+    if not band.room:
+        counts[1] = QUIET * counts[0] / 2 / QUARTILE_LOSS
+    variance = high / counts[1] if band.room else _quiet_density(residuals, rate, band)  # (sensor,)
     by_recording = np.concatenate([np.sum(energy / variance - bins, axis=1) for energy, bins in low])
     sensors = len(variance)
     std = float(np.sqrt(2 * counts[0] * sensors + (counts[0] ** 2) * sensors / counts[1]))

@@ -117,6 +117,11 @@ def plant_of(dataset: Dataset) -> Plant:
         raise InputError(
             "model: bare matrices say nothing of springs, beams and supports, where causes sit: give a structure file"
         )
+    if dataset.assumptions.modal_model is not None:
+        raise InputError(
+            "[simulation] modal_model: the diagnosis varies springs, masses and supports, of which a modal model says"
+            " nothing: leave it out (its damping ratios may stand as damping_ratio)"
+        )
     raise_faults(
         f"recording {recording.name!r} names loads: the diagnosis takes free vibrations only; leave it out"
         for recording in dataset.recordings

@@ -29,16 +29,34 @@ def posterior_of(fits: tuple[Fit, ...], candidates: tuple[Candidate, ...]) -> Po
     by the energy left over that of noise, times the number of values that tell as much as one. A model that fits leaves
     them as they are.
     """
+    fits = _distinct(fits)
     places = Counter(candidate.kind for candidate in candidates)
     prior = np.array([_log_prior(fit, places) for fit in fits])
     evidence = np.array([fit.log_evidence for fit in fits])
     best = fits[int(np.argmax(evidence + prior))]
-    temper = max(1.0, best.chi2 / best.values) * correlation_factor(best.residuals)
+    temper = temper_of(best)
     score = evidence / temper + prior
     probability = np.exp(score - score.max())
     probability /= probability.sum()
     order = np.argsort(-probability, kind="stable")
-    return Posterior(tuple(fits[int(i)] for i in order), probability[order], float(temper))
+    return Posterior(tuple(fits[int(i)] for i in order), probability[order], temper)
+
+
+def _distinct(fits: tuple[Fit, ...]) -> tuple[Fit, ...]:
+    """Return the best fit of each hypothesis: searches may reach the same one from several starts."""
+    best: dict[tuple[object, ...], Fit] = {}
+    for fit in fits:
+        keys = [candidate.key for candidate in fit.hypothesis.candidates]
+        off = {(n, tuple(sorted(keys[i] for i in batch.off))) for batch in fit.batches for n in batch.names}
+        word = (frozenset(keys), frozenset(off))
+        if word not in best or best[word].log_evidence < fit.log_evidence:
+            best[word] = fit
+    return tuple(best.values())
+
+
+def temper_of(best: Fit) -> float:
+    """Return the energy that a fit leaves over that of noise, times the number of values that tell as much as one."""
+    return max(1.0, best.chi2 / best.values) * max(correlation_factor(best.residuals) * best.batches[0].share, 1.0)
 
 
 def _log_prior(fit: Fit, places: Counter[str]) -> float:

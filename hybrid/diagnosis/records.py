@@ -14,13 +14,15 @@ class Batch:
     """``data`` (recording, time, sensor) of recordings with the same length and ``names`` (recording,).
 
     ``off``: numbers of the hypothesis' candidates that do not act in these recordings. ``pieces``: segments that each
-    recording was cut into, which follow one another along the first axis.
+    recording was cut into, which follow one another along the first axis. ``share``: of all frequencies up to half the
+    sampling rate, those that a low-pass has left.
     """
 
     data: FloatArray
     names: tuple[str, ...]
     off: tuple[int, ...] = ()
     pieces: int = 1
+    share: float = 1.0
 
     @property
     def samples(self) -> int:
@@ -46,8 +48,10 @@ def batches_of(dataset: Dataset, role: Literal["train", "test"]) -> tuple[Batch,
     for recording in dataset.select(role):
         for data in recording.data:
             by_length.setdefault(len(data), []).append((recording.name, data))
+    share = min(dataset.lowpass / (dataset.sampling_rate / 2), 1.0) if dataset.lowpass else 1.0
     return tuple(
-        Batch(np.stack([data for _, data in items]), tuple(name for name, _ in items)) for items in by_length.values()
+        Batch(np.stack([data for _, data in items]), tuple(name for name, _ in items), share=share)
+        for items in by_length.values()
     )
 
 

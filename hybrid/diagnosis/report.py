@@ -94,8 +94,6 @@ def describe_diagnosis(diagnosis: Diagnosis, gain: Gain | None = None) -> str:
     for finding in diagnosis.findings:
         lines.append(f"- {finding.sentence}")
         lines.append(f"  Probability {finding.probability:.2f}; explains {finding.explains:.0%} of what was wrong.")
-        if len(finding.recordings) < len(shown.recordings):
-            lines.append(f"  It acts only in {', '.join(finding.recordings)}.")
         for kind, location, p in finding.alternatives[:5]:
             lines.append(f"  These sensors cannot rule out: {kind} at {place_words(location)} ({p:.2f}).")
     base, extended = diagnosis.scores["baseline"], diagnosis.scores["extended"]

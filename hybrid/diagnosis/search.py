@@ -10,6 +10,7 @@ from hybrid.calibration import nothing
 from hybrid.diagnosis.candidates import Candidate
 from hybrid.diagnosis.fitting import ENOUGH, Fit, Frame, fit
 from hybrid.diagnosis.hypothesis import Hypothesis
+from hybrid.diagnosis.posterior import temper_of
 from hybrid.diagnosis.records import Batch
 from hybrid.diagnosis.scanning import scan
 from hybrid.diagnosis.screening import Screened, screen, screen_forces
@@ -18,10 +19,17 @@ PIECES = (10, 3, 1)  # segments that recordings are cut into, one after the othe
 FEWEST = 8  # values a segment at least, for each of its initial state's entries
 KEPT = 10  # candidates kept from the screening of each length
 KEPT_LAWS = 5  # of them force laws, which take far longer to fit
-FORCED = 6.0  # the same for each recording of a harmonic force, whose two entries of the initial state cost as much
-HOPEFUL = 6.0  # fall in the sum of squares that the score test must promise; less cannot outweigh the prior odds
-BEHIND = 30.0  # in half the tempered sum of squares over short segments: too far behind to be fitted over whole ones
-ALWAYS = 3  # candidates that are fitted over whole recordings, however far behind
+FORCED = 5.0  # the same for each recording of a harmonic force, whose two entries of the initial state cost as much
+HOPEFUL = 8.0  # fall in the sum of squares that the score test must promise; less cannot outweigh the prior odds
+BEHIND = 20.0  # in half the tempered sum of squares: a fit that far behind another of the same recordings is given up
+ALWAYS = 2  # candidates of each ranking that are fitted, however little they promise
+LEFT = 0.3  # of what the best leaves beyond noise: by how much another may be behind and still go on
+RACING = 5  # fits at most that are continued over longer segments
+RIVALS = 8  # candidates that are tried in the place of one of two causes
+QUIET = 1e-3  # N: where the search for a harmonic force begins
+FORCES = 3  # harmonic forces that are fitted
+UNDERRATED = 2.0  # how much more a harmonic force may explain than it promises, once its frequency is refined
+SHORT_ITERATIONS = 8  # of the fits of the shortest segments
 CLOSE_ENOUGH = 1.0  # fall in the sum of squares at which fits of segments stop; they are only starts
 
 
@@ -103,38 +111,102 @@ def contest(
     advance()
     if base is None:
         return None
-    present = {candidate.key for candidate in hypothesis.candidates}
-    others = tuple(candidate for candidate in candidates if candidate.key not in present)
+    taken = {candidate.key for candidate in hypothesis.candidates}
+    others = tuple(candidate for candidate in candidates if candidate.key not in taken)
     ranked = [screen(short, others, frame), screen(base, others, frame), scan(short, others, frame)]
     forces = [trial for trial in screen_forces(base, others, frame) if trial.gain > FORCED * _recordings(base)]
     advance()
-    fits = [_refined(hypothesis, base, trial, frame) for trial in forces[:ALWAYS]]
-    starts = _promising(ranked, kept)
-    first: list[tuple[Fit, Screened]] = []
-    for trial in starts:
-        extended = hypothesis.adding(trial.candidate)
-        begun = fit(extended, trial.theta(short), short.batches, frame, short.states, 8, CLOSE_ENOUGH)
-        if begun is not None:
-            first.append((begun, trial))
+    present = _begun(hypothesis, short, _promising(ranked, kept), frame, advance)
+    for longer in lengths.cut[1:]:
+        present = _race(present, longer, frame, CLOSE_ENOUGH if longer is not lengths.whole else ENOUGH)
         advance()
-    first.sort(key=lambda pair: pair[0].cost)
-    if first:
-        temper = max(1.0, first[0][0].chi2 / first[0][0].values)
-        for rank, (begun, _) in enumerate(first):
-            if rank >= ALWAYS and (begun.cost - first[0][0].cost) / 2 / temper > BEHIND:
-                continue
-            fits.append(
-                fit_growing(
-                    begun.hypothesis,
-                    begun.theta,
-                    Lengths(lengths.cut[1:]),
-                    frame,
-                    replace(begun, states=continued(begun, lengths.cut[1])) if len(lengths.cut) > 1 else begun,
-                )
-            )
-            advance()
-    done = [item for item in fits if item is not None]
-    return Contest(base, tuple(sorted(done, key=lambda item: -item.log_evidence)))
+    for trial in forces[:FORCES]:
+        if base.cost - UNDERRATED * trial.gain < bound_of([base, *present]):
+            refined = _refined(hypothesis, base, trial, frame)
+            present += [] if refined is None else [refined]
+        advance()
+    return Contest(base, tuple(sorted(present, key=lambda item: -item.log_evidence)))
+
+
+def rivals_contest(
+    best: Fit,
+    candidates: tuple[Candidate, ...],
+    lengths: Lengths,
+    frame: Frame,
+    plain: Fit,
+    advance: Callable[[], object] = nothing,
+) -> tuple[Fit, ...]:
+    """Return fits with another cause in the place of the last but one of ``best``, which leaves nothing but noise.
+
+    Only what comes near it on short segments is followed; ``plain``: the fit of those without any cause.
+    """
+    causes = best.hypothesis.candidates
+    hypothesis = replace(best.hypothesis, candidates=(*causes[:-2], causes[-1]))
+    both = np.delete(best.theta, np.arange(len(best.theta))[best.hypothesis.slices[-2]])
+    short = fit(hypothesis, both, lengths.cut[0], frame, padded(plain.states, hypothesis), SHORT_ITERATIONS)
+    again = fit(best.hypothesis, best.theta, lengths.cut[0], frame, padded(plain.states, best.hypothesis))
+    if short is None or again is None:
+        return ()
+    taken = {candidate.key for candidate in causes}
+    others = tuple(candidate for candidate in candidates if candidate.key not in taken)
+    ranked = [screen(short, others, frame), scan(short, others, frame)]
+    present = [again, *_begun(hypothesis, short, _promising(ranked, RIVALS), frame, advance, again)]
+    for longer in lengths.cut[1:]:
+        present = _race(present, longer, frame, CLOSE_ENOUGH if longer is not lengths.whole else ENOUGH)
+        advance()
+    return tuple(item for item in present if item.hypothesis.candidates[-1].key not in taken)
+
+
+def padded(states: tuple[FloatArray, ...], hypothesis: Hypothesis) -> tuple[FloatArray, ...]:
+    """Return initial states (recording, state) with harmonic forces that hardly act, as the ``hypothesis`` has them."""
+    return tuple(
+        np.concatenate([part, np.full((len(part), hypothesis.states - part.shape[1]), QUIET)], axis=1)
+        for part in states
+    )
+
+
+def _begun(
+    hypothesis: Hypothesis,
+    short: Fit,
+    trials: list[Screened],
+    frame: Frame,
+    advance: Callable[[], object],
+    known: Fit | None = None,
+) -> list[Fit]:
+    """Return fits of one candidate more over the shortest segments; ``known``: one that others must come near."""
+    present = [] if known is None else [known]
+    for trial in trials:
+        extended, first = hypothesis.adding(trial.candidate), trial.theta(short)
+        states, bound = padded(short.states, extended), bound_of(present)
+        begun = fit(extended, first, short.batches, frame, states, SHORT_ITERATIONS, CLOSE_ENOUGH, bound)
+        present += [] if begun is None else [begun]
+        advance()
+    return [item for item in present if item is not known]
+
+
+def _race(fits: list[Fit], longer: tuple[Batch, ...], frame: Frame, enough: float) -> list[Fit]:
+    """Return the fits that are not too far behind, continued over longer segments."""
+    limit = bound_of(fits)
+    found: list[Fit] = []
+    for item in sorted(fits, key=lambda item: item.cost)[:RACING]:
+        if item.cost <= limit:
+            states = continued(item, longer)
+            further = fit(item.hypothesis, item.theta, longer, frame, states, enough=enough, bound=bound_of(found))
+            found += [] if further is None else [further]
+    return found
+
+
+def bound_of(fits: list[Fit]) -> float:
+    """Return the cost beyond which a fit is too far behind the best of the others for its rank to matter.
+
+    Where the best leaves more than noise there may be a second cause, and the one of the two that matters more need
+    not be the best yet.
+    """
+    if not fits:
+        return np.inf
+    best = min(fits, key=lambda item: item.cost)
+    left = best.cost - best.values + sum(states.size for states in best.states)
+    return best.cost + max(2 * BEHIND * temper_of(best), LEFT * left)
 
 
 def _recordings(item: Fit) -> int:
@@ -144,8 +216,7 @@ def _recordings(item: Fit) -> int:
 def _refined(hypothesis: Hypothesis, base: Fit, trial: Screened, frame: Frame) -> Fit | None:
     """Return the fit of a harmonic force over whole recordings, at rest in the initial states to begin with."""
     extended = hypothesis.adding(trial.candidate)
-    states = tuple(np.concatenate([part, np.full((len(part), 2), 1e-3)], axis=1) for part in base.states)
-    return fit(extended, trial.theta(base), base.batches, frame, states)
+    return fit(extended, trial.theta(base), base.batches, frame, padded(base.states, extended))
 
 
 def _promising(ranked: list[list[Screened]], kept: int) -> list[Screened]:

@@ -120,10 +120,15 @@ def respond(system: System, start: FloatArray, samples: int) -> FloatArray:
     marched = march(system, start, samples)
     if marched is None:
         return np.full((*start.shape[:2], samples, system.C.shape[1]), np.nan)
+    return channels(system, marched)
+
+
+def channels(system: System, marched: tuple[FloatArray, FloatArray]) -> FloatArray:
+    """Return the channels (variant, recording, time, sensor) of what `march` returns."""
     with np.errstate(over="ignore", invalid="ignore"):
         y = np.einsum("tprn,psn->prts", marched[0], system.C, optimize=True)
         y += np.einsum("tprm,psm->prts", marched[1], system.D, optimize=True)
-    return _as_shown(system, y)
+    return as_shown(system, y)
 
 
 def _linear_channels(system: System, start: FloatArray, samples: int) -> FloatArray:
@@ -187,7 +192,7 @@ def march(system: System, start: FloatArray, samples: int) -> tuple[FloatArray, 
     return history, applied
 
 
-def _as_shown(system: System, y: FloatArray) -> FloatArray:
+def as_shown(system: System, y: FloatArray) -> FloatArray:
     """Return channels (variant, recording, time, sensor) with gain, delay and drift of the sensors."""
     for variant, sensor in zip(*np.nonzero(system.delay), strict=True):
         if np.isfinite(y[variant, :, :, sensor]).all():

@@ -1,0 +1,109 @@
+"""Two causes at once: looked for where one leaves more than noise, or bends the calibration beyond what is normal."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from hybrid.diagnosis.candidates import Candidate
+from hybrid.diagnosis.fitting import Fit, Frame, fit
+from hybrid.diagnosis.hypothesis import Hypothesis
+from hybrid.diagnosis.noise import Band, Excess, excess
+from hybrid.diagnosis.plant import Plant
+from hybrid.diagnosis.posterior import Posterior
+from hybrid.diagnosis.records import Batch
+from hybrid.diagnosis.search import Lengths, contest, lengths_of, padded, rivals_contest
+
+SECOND = 10.0  # in tempered log evidence: what a second effect must gain for the first to be looked for again
+HELPLESS = 0.8  # of the misfit: where the best cause leaves more, a second one would only add to the guess
+ONE_FACTOR = 3.5  # stated standard deviations of one calibrated factor: chance in 1 of 200 structures with 12 factors
+TOGETHER = 3.0  # standard deviations of the mean square of all of them over its mean
+SORTED = 0.02  # of the misfit: what a cause that acts in some recordings may leave and still be the only one
+CONTESTS = 3  # searches for a second cause, each on top of another first one
+FIRSTS = 2  # single causes that a second one is looked for
+KEPT = 6  # candidates kept from the screening of each length
+
+
+def left(item: Fit, frame: Frame, band: Band) -> Excess:
+    """Return what a fit leaves in the structure's band beyond noise."""
+    return excess(item.residuals, frame.rate, band)
+
+
+def short_fit(plant: Plant, lengths: Lengths, frame: Frame) -> Fit:
+    """Return the nominal fit of the shortest segments; force laws of the nominal model are left out where they fail."""
+    linear = Hypothesis(replace(plant, laws=()))
+    begun = fit(linear, linear.centre, lengths.cut[0], frame)
+    assert begun is not None  # a linear system always answers
+    if not plant.laws:
+        return begun
+    nominal = Hypothesis(plant)
+    return fit(nominal, begun.theta, lengths.cut[0], frame, begun.states) or begun
+
+
+def asks_for_more(item: Fit, base: Fit, frame: Frame, band: Band) -> bool:
+    """Return whether a second cause should be looked for: something is left, and the first took away enough.
+
+    What a fit fails by is its excess and the deviation of its calibration together: factors far beyond what their owner
+    thinks normal may hide any error.
+    """
+    if not item.hypothesis.candidates:
+        return False
+    if any(batch.off for batch in item.batches) and misfit(item) < SORTED * misfit(base):
+        return False
+    if not left(item, frame, band).significant:
+        return _factors_off(item)
+    return misfit(item) <= HELPLESS * misfit(base)
+
+
+def pair_fits(
+    posterior: Posterior,
+    candidates: tuple[Candidate, ...],
+    batches: tuple[Batch, ...],
+    frame: Frame,
+    band: Band,
+    advance: Callable[[], object],
+) -> list[Fit]:
+    """Return fits of two causes: the best single ones each with all others, and what may stand in the first's place."""
+    singles = [
+        item for item in posterior.fits if item.hypothesis.candidates and not any(batch.off for batch in item.batches)
+    ]
+    starts = singles[:FIRSTS]
+    found: list[Fit] = []
+    done: set[str] = set()
+    for _ in range(CONTESTS):
+        if not starts:
+            break
+        start = starts.pop(0)
+        first = start.hypothesis.candidates[-1]
+        if first.key in done:
+            continue
+        done.add(first.key)
+        hypothesis = replace(start.hypothesis, candidates=(first,))
+        theta = np.append(start.theta[: hypothesis.nuisances], start.theta[start.hypothesis.slices[-1]])
+        lengths = lengths_of(batches, hypothesis.states)
+        plain = short_fit(hypothesis.plant, lengths, frame)
+        quiet = replace(plain, states=padded(plain.states, hypothesis))
+        second = contest(hypothesis, theta, candidates, lengths, frame, quiet, advance, KEPT)
+        if second is None or not second.fits:
+            continue
+        best = second.fits[0]
+        found += second.fits
+        gained = (best.log_evidence - second.base.log_evidence) / posterior.temper
+        if not left(best, frame, band).significant and not _factors_off(best):
+            return found + list(rivals_contest(best, candidates, lengths, frame, plain, advance))
+        if gained >= SECOND:
+            starts.insert(0, best)
+    return found
+
+
+def misfit(item: Fit) -> float:
+    """Return what a fit leaves beyond noise and the squares of its calibration's deviations, in units of variances."""
+    return item.cost - item.values + sum(states.size for states in item.states)
+
+
+def _factors_off(item: Fit) -> bool:
+    """Return whether the calibrated factors are further off than their owner thinks normal: one, or all together."""
+    count = item.hypothesis.nuisances
+    deviation = item.theta[:count] / item.hypothesis.width[:count]
+    limit = 1 + TOGETHER * np.sqrt(2 / count)
+    return bool(np.abs(deviation).max() > ONE_FACTOR or np.mean(deviation**2) > limit)

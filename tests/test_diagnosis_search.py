@@ -1,0 +1,130 @@
+"""The search: slopes of law fits, harmonic forces, causes that come and go, two causes at once."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fe_models.blind import BlindConfig, blind_case
+from fe_models.effects import CubicSpring, HarmonicForce
+from fe_models.errors import InputError
+from fe_models.linear import ModalModel
+from fe_models.recordings import Dataset
+from hybrid.diagnosis.candidates import Candidate, Motion, all_candidates
+from hybrid.diagnosis.diagnosis import diagnose
+from hybrid.diagnosis.fitting import Fit, Frame, fit
+from hybrid.diagnosis.hypothesis import Hypothesis
+from hybrid.diagnosis.judging import judge
+from hybrid.diagnosis.noise import noise_of_recordings, structure_band
+from hybrid.diagnosis.plant import plant_of
+from hybrid.diagnosis.posterior import posterior_of
+from hybrid.diagnosis.records import Batch, batches_of, columns_of
+from hybrid.diagnosis.search import lengths_of
+from hybrid.diagnosis.switching import acting_recordings, fit_switched
+from hybrid.diagnosis.system import march, respond
+from hybrid.diagnosis.tangent import channels_near
+from hybrid.diagnosis.wave import wave
+
+MEASURED = (0, 1, 2, 3)
+RATE = 10.0
+MOTION = Motion(*np.random.default_rng(0).standard_normal((2, 50, 4)))
+
+
+def candidate(dataset: Dataset, kind: str, **where: object) -> Candidate:
+    found = all_candidates(plant_of(dataset), dataset, MOTION, MEASURED)
+    return next(c for c in found if c.kind == kind and where.items() <= c.location.items())
+
+
+def frame_of(dataset: Dataset) -> tuple[tuple[Batch, ...], Frame]:
+    batches = columns_of(batches_of(dataset, "train"), MEASURED)
+    sigma = noise_of_recordings(batches, RATE, structure_band(plant_of(dataset), RATE))
+    return batches, Frame(tuple(dataset.sensors[i] for i in MEASURED), RATE, sigma)
+
+
+def nominal_fit(dataset: Dataset, batches: tuple[Batch, ...], frame: Frame) -> Fit:
+    hypothesis = Hypothesis(plant_of(dataset))
+    found = fit(hypothesis, hypothesis.centre, batches, frame)
+    assert found is not None
+    return found
+
+
+@pytest.mark.parametrize(
+    ("kind", "theta"), [("cubic_spring", [0.4]), ("gap_stop", [1.0, 0.5]), ("quadratic_damper", [0.3])]
+)
+def test_channels_near_a_motion_are_those_of_a_small_change(kind: str, theta: list[float]) -> None:
+    dataset = blind_case(1, BlindConfig(train=2, test=1, duration=15.0)).dataset
+    _, frame = frame_of(dataset)
+    hypothesis = Hypothesis(plant_of(dataset), (candidate(dataset, kind, node=1),))
+    centre = np.array([0.0] * hypothesis.nuisances + theta)
+    start = np.random.default_rng(2).standard_normal((2, hypothesis.states))
+    moves, size = 1e-5 * np.eye(len(centre)), np.full(hypothesis.states, 1e-5)
+    thetas = np.vstack([centre, centre + moves, np.repeat(centre[None], len(size), axis=0)])
+    starts = np.repeat(start[None], len(thetas), axis=0)
+    starts[-len(size) :] += np.diag(size)[:, None]
+    one = hypothesis.system(centre[None], frame.sensors, RATE, MEASURED)
+    every = hypothesis.system(thetas, frame.sensors, RATE, MEASURED)
+    marched = march(one, start[None], 150)
+    assert marched is not None
+    near = channels_near(every, marched[0][:, 0], size)
+    assert near is not None
+    brute = respond(every, starts, 150)
+    assert near[0] == pytest.approx(brute[0], abs=1e-12)
+    change, expected = near[1:] - near[:1], brute[1:] - brute[:1]
+    # the brute change is one of second order, too: the laws bend over 1e-5 of the motion, the stop over 1 % of its gap
+    assert np.abs(change - expected).max() < 2e-3 * np.abs(expected).max()
+
+
+def test_harmonic_force_has_its_amplitude_where_it_acts() -> None:
+    case = blind_case(7, BlindConfig(("harmonic_force",), size=0.6, train=6, test=1, duration=30.0, changed=2))
+    (cause,) = case.truth
+    assert isinstance(cause, HarmonicForce)
+    batches, frame = frame_of(case.dataset)
+    hypothesis = Hypothesis(plant_of(case.dataset), (candidate(case.dataset, "harmonic_force", node=cause.node),))
+    found = fit(hypothesis, np.append(np.zeros(hypothesis.nuisances), cause.frequency + 0.003), batches, frame)
+    assert found is not None
+    seen = wave(found, 0)
+    assert list(seen.acting) == [False, False, True, True, True, True]
+    assert seen.amplitude == pytest.approx(cause.amplitude, abs=3 * seen.error)
+    assert seen.error < 0.1 * cause.amplitude
+    assert acting_recordings(found, 0) == case.recordings[:4]
+
+
+def test_force_law_that_comes_is_found_in_its_recordings() -> None:
+    case = blind_case(12, BlindConfig(("cubic_spring",), size=0.8, train=6, test=1, duration=25.0, changed=3))
+    (cause,) = case.truth
+    assert isinstance(cause, CubicSpring)
+    batches, frame = frame_of(case.dataset)
+    base = nominal_fit(case.dataset, batches, frame)
+    lengths = lengths_of(batches, base.hypothesis.states)
+    short = nominal_fit(case.dataset, lengths.cut[0], frame)
+    right = candidate(case.dataset, "cubic_spring", **cause.location)
+    wrong = candidate(case.dataset, "added_mass", node=2)
+    best = max(fit_switched(short, base, (right, wrong), lengths, frame), key=lambda item: item.log_evidence)
+    assert best.hypothesis.candidates[-1].key == right.key
+    assert acting_recordings(best, 0) == case.recordings[:3]
+    assert best.theta[-1] == pytest.approx(cause.stiffness, rel=0.1)
+
+
+def test_one_hypothesis_reached_twice_counts_once() -> None:
+    dataset = blind_case(3, BlindConfig(train=2, test=1, duration=15.0)).dataset
+    base = nominal_fit(dataset, *frame_of(dataset))
+    found = posterior_of((base, base), all_candidates(plant_of(dataset), dataset, MOTION, MEASURED))
+    assert len(found.fits) == 1
+    assert found.probability[0] == 1.0
+
+
+@pytest.mark.parametrize(
+    ("kinds", "seed"), [(("sensor_gain", "stiffness_change"), 9001), (("harmonic_force", "stiffness_change"), 9300)]
+)
+def test_two_causes_are_both_named(kinds: tuple[str, ...], seed: int) -> None:
+    case = blind_case(seed, BlindConfig(kinds, off=True, train=6, test=2, duration=30.0))
+    marks = judge(case, diagnose(case.dataset))
+    assert set(marks.named) == set(marks.truth)
+
+
+def test_modal_model_of_the_user_is_refused_with_the_remedy() -> None:
+    dataset = blind_case(3, BlindConfig(train=2, test=1, duration=15.0)).dataset
+    modal = ModalModel(np.ones(1), np.full(1, 0.01), np.ones((4, 1)), plant_of(dataset).dofs)
+    assumed = replace(dataset.assumptions, modal_model=modal)
+    with pytest.raises(InputError, match="leave it out"):
+        plant_of(replace(dataset, assumptions=assumed))
