@@ -65,7 +65,10 @@ def advise(posterior: Posterior, frame: Frame) -> tuple[Advice, ...]:
     found = []
     for candidate in best.hypothesis.candidates:
         for rival, probability in rivals_of(posterior, candidate, DOUBTFUL)[:RIVALS]:
-            sensor, log_odds = _most_telling(best, _fit_with(posterior, candidate, rival), added, frame)
+            if rival.location in candidate.twins:
+                sensor, log_odds = None, 0.0  # they move alike
+            else:
+                sensor, log_odds = _most_telling(best, _fit_with(posterior, candidate, rival), added, frame)
             left = probability * float(np.exp(-log_odds / posterior.temper))
             found.append(
                 Advice(

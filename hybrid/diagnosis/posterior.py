@@ -1,7 +1,7 @@
 """How probable each hypothesis is among all that were considered, tempered by how well the best of them fits."""
 
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -69,20 +69,24 @@ def _log_prior(fit: Fit, places: Counter[str]) -> float:
 
 
 def of_candidate(posterior: Posterior, candidate: Candidate) -> float:
-    """Return the probability that this kind acts at this place, alone or with others."""
+    """Return the probability that this kind acts at this very place, alone or with others.
+
+    Its twins, places that move alike, share what is said of all of them.
+    """
     return float(
         sum(
             p
             for fit, p in zip(posterior.fits, posterior.probability, strict=True)
             if any(other.key == candidate.key for other in fit.hypothesis.candidates)
         )
-    )
+    ) / (1 + len(candidate.twins))
 
 
 def rivals_of(posterior: Posterior, candidate: Candidate, least: float) -> list[tuple[Candidate, float]]:
     """Return what may stand in a candidate's place in the best fit, with its probability, if that is ``least``."""
     rest = {other.key for other in posterior.fits[0].hypothesis.candidates} - {candidate.key}
-    found: dict[str, tuple[Candidate, float]] = {}
+    share = of_candidate(posterior, candidate)
+    found = {str(twin): (replace(candidate, location=twin, twins=()), share) for twin in candidate.twins}
     for fit, p in zip(posterior.fits, posterior.probability, strict=True):
         own = {other.key: other for other in fit.hypothesis.candidates}
         extra = [other for key, other in own.items() if key not in rest]
