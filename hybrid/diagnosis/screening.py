@@ -14,7 +14,7 @@ from hybrid.diagnosis.candidates import Candidate
 from hybrid.diagnosis.fitting import Fit, Frame, Linearisation, linearise_batch
 from hybrid.diagnosis.hypothesis import Hypothesis, Reduced, force_of
 from hybrid.diagnosis.records import Batch
-from hybrid.diagnosis.system import ModalForm, System, march, modal_form, respond
+from hybrid.diagnosis.system import ModalForm, System, drifted, march, modal_form, respond
 
 FREQUENCIES_A_LINE = 2  # trial frequencies of a harmonic force within the resolution of a recording
 SOFT = 1e-8  # of the highest eigenvalue: springs that hold a body that moves freely
@@ -108,7 +108,8 @@ def _effect(
 def _response(hypothesis: Hypothesis, thetas: FloatArray, batch: Batch, frame: Frame, states: FloatArray) -> FloatArray:
     """Return the channels (variant, recording, value) in units of sigma."""
     system = hypothesis.system(thetas, frame.sensors, frame.rate, frame.positions)
-    y = respond(system, np.broadcast_to(states, (len(thetas), *states.shape)), batch.samples) / frame.sigma
+    y = respond(system, np.broadcast_to(states, (len(thetas), *states.shape)), batch.samples)
+    y = (y + drifted(system, batch.begins)) / frame.sigma
     return np.asarray(y.reshape(len(thetas), len(states), -1))
 
 
