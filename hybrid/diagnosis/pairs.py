@@ -18,7 +18,8 @@ SECOND = 10.0  # in tempered log evidence: what a second effect must gain for th
 HELPLESS = 0.8  # of the misfit: where the best cause leaves more, a second one would only add to the guess
 ONE_FACTOR = 3.5  # stated standard deviations of one calibrated factor: chance in 1 of 200 structures with 12 factors
 TOGETHER = 3.0  # standard deviations of the mean square of all of them over its mean
-SORTED = 0.02  # of the misfit: what a cause that acts in some recordings may leave and still be the only one
+SORTED = 0.02  # of the misfit: what a cause that acts in some recordings may leave and still be the only one; a frame's
+# few modes leave as much beside a force law, whose local flexibility they lack
 CONTESTS = 3  # searches for a second cause, each on top of another first one
 FIRSTS = 2  # single causes that a second one is looked for
 KEPT = 6  # candidates kept from the screening of each length
@@ -48,7 +49,8 @@ def asks_for_more(item: Fit, base: Fit, frame: Frame, band: Band) -> bool:
     """
     if not item.hypothesis.candidates:
         return False
-    if any(batch.off for batch in item.batches) and misfit(item) < SORTED * misfit(base):
+    apart = any(batch.off for batch in item.batches)
+    if (apart or not item.hypothesis.plant.is_chain) and misfit(item) < SORTED * misfit(base):
         return False
     if not left(item, frame, band).significant:
         return _factors_off(item)
