@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -145,7 +146,7 @@ def test_one_defective_variant_does_not_spoil_the_others() -> None:
     good = chain_system()
     bad = good.A.copy()
     bad[:, 4:] = 0.0
-    shared = {
+    shared: dict[str, Any] = {
         name: np.repeat(getattr(good, name), 2, axis=0) for name in ("B", "C", "D", "G", "gain", "delay", "slope")
     }
     both = replace(good, A=np.concatenate([good.A, bad]), **shared)
