@@ -230,7 +230,8 @@ def _linear(plant: Plant, motion: Motion) -> list[Candidate]:
         direction: Any = place.direction
         if len(place.nodes) == 1:
             build = _builder(lambda n, k, d=direction: SupportSpring(n, d, k), place.nodes[0])
-            unit = (nothing, nothing, _outer(place.pull))
+            spring = _outer(place.pull)
+            unit = (nothing, csr_array(structure.damping.stiffness_factor * spring), spring)
             stiff = (0.5 * scale.stiffness,)
             found.append(
                 Candidate(
@@ -282,6 +283,7 @@ def _released(plant: Plant) -> list[Candidate]:
         soft = 1 / float(shape @ (plant.stiffness @ shape))  # of the structure itself, when this support gives
         here = _diagonal(plant, np.array([row]))
         nothing = csr_array(plant.mass.shape)
+        damped = csr_array(plant.structure.damping.stiffness_factor * here)  # as all that is stiff
         found.append(
             Candidate(
                 "support_spring",
@@ -292,7 +294,7 @@ def _released(plant: Plant) -> list[Candidate]:
                 (0.5 * soft,),
                 (FIRM * soft,),
                 ((10 * FIRM * soft,),),
-                changes=(nothing, nothing, here),
+                changes=(nothing, damped, here),
                 released=int(row),
             )
         )

@@ -94,19 +94,18 @@ class Fit:
     def log_evidence(self) -> float:
         """Laplace's approximation: the fit, and how much of the prior of the candidates' parameters is left.
 
-        The initial states are the same for all hypotheses but for the two of a harmonic force in each recording; their
-        prior is a normal distribution as wide as the force that was found.
+        The initial states are the same for all hypotheses but for the two of a harmonic force and of the mode that a
+        released support brings, in each recording; their prior is a normal distribution as wide as what was found.
         """
         first = self.hypothesis.nuisances
         own = self.covariance[first:, first:]
         occam = (
             0.5 * np.linalg.slogdet(own)[1] - float(np.log(self.hypothesis.width[first:]).sum()) if len(own) else 0.0
         )
-        motion = 2 * self.hypothesis.size
-        for number in range(sum(candidate.oscillator for candidate in self.hypothesis.candidates)):
-            entries = slice(motion + 2 * number, motion + 2 * number + 2)
-            waves = np.concatenate([states[:, entries] for states in self.states])
-            errors = np.concatenate([part[:, entries] for part in self.state_errors])
+        for entries in self.hypothesis.own_states:
+            full = [i for i, states in enumerate(self.states) if states.shape[1] == self.hypothesis.states]
+            waves = np.concatenate([self.states[i][:, entries] for i in full])
+            errors = np.concatenate([self.state_errors[i][:, entries] for i in full])
             square = np.mean(waves**2) + 1e-300
             occam -= 0.5 * float(np.sum(np.log1p(square / errors**2) + waves**2 / square))
         return -0.5 * self.cost + float(occam)

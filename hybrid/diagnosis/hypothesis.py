@@ -68,13 +68,26 @@ class Hypothesis:
 
     @property
     def size(self) -> int:
-        """Number of coordinates whose motion is followed."""
-        return self.basis.mass.shape[0] if self.plant.kept is None else self.plant.kept
+        """Number of coordinates whose motion is followed; each support that gives way brings one more mode."""
+        whole = self.basis.mass.shape[0]
+        return whole if self.plant.kept is None else min(self.plant.kept + self.released, whole)
+
+    @property
+    def released(self) -> int:
+        """Number of candidates that let a support give way."""
+        return sum(c.released is not None for c in self.candidates)
 
     @property
     def states(self) -> int:
         """Number of entries of an initial state: displacements, velocities, two for each harmonic force."""
         return 2 * self.size + 2 * sum(c.oscillator for c in self.candidates)
+
+    @property
+    def own_states(self) -> list[list[int]]:
+        """Entries of an initial state that other hypotheses do not have, those of like size together."""
+        n, forces = self.size, range(sum(c.oscillator for c in self.candidates))
+        modes = [[end - 1 - number] for number in range(self.released) for end in (n, 2 * n)]
+        return modes + [[2 * n + 2 * number, 2 * n + 2 * number + 1] for number in forces]
 
     def reduced(self, theta: FloatArray) -> "Reduced":
         """Return M, C, K and the shapes of ``theta`` (variant, parameter)."""

@@ -3,6 +3,7 @@
 import numpy as np
 
 from fe_models.dofs import FloatArray
+from fe_models.effects import StiffnessChange
 from hybrid.diagnosis.candidates import Candidate
 from hybrid.diagnosis.fitting import EXPLODED, Fit, Frame, orthonormal
 from hybrid.diagnosis.hypothesis import Hypothesis
@@ -10,6 +11,7 @@ from hybrid.diagnosis.screening import Screened
 from hybrid.diagnosis.system import drift, drifted, observability
 
 SIZES = (-2.0, -1.0, -0.5, -0.2, 0.2, 0.5, 1.0, 2.0)  # of a prior width, from doing nothing
+LEFT = (0.02, 0.05, 0.12, 0.25)  # of a stiffness: what may be left; its compliance, which is felt, goes to infinity
 
 
 def scan(fit: Fit, candidates: tuple[Candidate, ...], frame: Frame) -> list[Screened]:
@@ -28,6 +30,8 @@ def scan(fit: Fit, candidates: tuple[Candidate, ...], frame: Frame) -> list[Scre
         if len(candidate.names) == 1 and candidate.scalable and not candidate.is_law and not candidate.oscillator:
             sizes = candidate.neutral[0] + np.array(SIZES) * candidate.width[0]
             sizes = sizes[sizes > candidate.lower[0]]
+            if candidate.kind == StiffnessChange.kind:
+                sizes = np.append(sizes, LEFT)
             thetas = np.column_stack([np.repeat(theta[None], len(sizes), axis=0), sizes])
             left = _left(fit.hypothesis.adding(candidate), thetas, fit, frame)
             best = int(np.argmin(left))

@@ -100,6 +100,8 @@ def _effect(
     """
     extended = fit.hypothesis.adding(candidate)
     if not candidate.is_law:
+        n, more = fit.hypothesis.size, extended.size - fit.hypothesis.size  # a released support brings a coordinate
+        states = np.insert(states, [n] * more + [2 * n] * more, 0.0, axis=1)
         states = np.pad(states, ((0, 0), (0, extended.states - states.shape[1])))
     theta = np.append(fit.theta, start)
     if candidate.changes is None and candidate.mode is None and not forces:

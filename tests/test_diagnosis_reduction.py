@@ -1,0 +1,184 @@
+"""The reduced bridge against the whole one with the effect built in by Exudyn; modes that keep their meaning."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+from scipy.linalg import eigh
+
+from fe_models.assembly import linearise
+from fe_models.blind import SENSORS as CHAIN_SENSORS
+from fe_models.blind.bridge import SENSORS
+from fe_models.bridge import bridge
+from fe_models.dofs import FloatArray
+from fe_models.effects import AddedMass, AxialForce, Effect, StiffnessChange, SupportSpring
+from fe_models.four_dof import four_dof
+from fe_models.linear import ModalModel
+from fe_models.modes import natural_modes
+from fe_models.recordings import Dataset, Recording
+from hybrid.diagnosis import plant as plants
+from hybrid.diagnosis.candidates import Candidate, Motion, all_candidates
+from hybrid.diagnosis.hypothesis import Hypothesis
+from hybrid.diagnosis.plant import Plant, plant_of
+from hybrid.diagnosis.reduction import basis_of, turn
+
+WHITE = np.random.default_rng(0).standard_normal((1, 200, 8))  # the plant only asks for sensors and rates
+BRIDGE = Dataset(bridge(), 100.0, SENSORS, (Recording("r", WHITE),), 30.0)
+CHAIN = Dataset(four_dof(), 10.0, CHAIN_SENSORS, (Recording("r", WHITE[..., :5]),))
+MODES, MORE = 10, 15  # below the low-pass, and beyond them in the basis
+DECK = tuple(range(1, 29))
+TWINS = (7, 8)  # modes 8 and 9, from 0: the towers' at 20.01 and 20.29 Hz
+
+# Each effect, its amount, and the largest relative error of a frequency; shapes are of first order where frequencies
+# are of second. What few forces make is all but exact; a whole deck and a lost support are served by the modes alone.
+EFFECTS: dict[str, tuple[Effect, float, float]] = {
+    "cable": (StiffnessChange((57,), 0.3), 0.3, 1e-8),
+    "deck element": (StiffnessChange((14,), 0.3), 0.3, 1e-5),
+    "whole deck": (StiffnessChange(DECK, 0.3), 0.3, 1e-3),
+    "mass": (AddedMass(12, 2.0), 2.0, 1e-7),
+    "restraint": (SupportSpring(12, "y", 3e3), 3e3, 1e-8),
+    "soft support": (SupportSpring(7, "y", 2e4), 1 / 2e4, 1e-3),
+    "axial force": (AxialForce(DECK, -100.0), -100.0, 1e-5),
+}
+LOCAL = tuple(name for name in EFFECTS if name not in ("whole deck", "axial force"))
+
+
+def candidates_of(dataset: Dataset, plant: Plant) -> tuple[Candidate, ...]:
+    q = np.random.default_rng(1).standard_normal((2, 10, plant.size))
+    shapes = plant.modes[1]
+    measured = tuple(i for i, sensor in enumerate(dataset.sensors) if sensor.role == "measured")
+    return all_candidates(plant, dataset, Motion(q[0] @ shapes.T, q[1] @ shapes.T), measured)
+
+
+@cache
+def bridge_plant(more: int = MORE) -> Plant:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(plants, "MORE_MODES", more)
+        return plant_of(BRIDGE)
+
+
+@cache
+def bridge_candidates() -> tuple[Candidate, ...]:
+    return candidates_of(BRIDGE, bridge_plant())
+
+
+@cache
+def whole(name: str) -> ModalModel:
+    return natural_modes(linearise(bridge().with_effects(EFFECTS[name][0])), MODES)
+
+
+def chosen(found: tuple[Candidate, ...], effect: Effect) -> Candidate:
+    (candidate,) = (c for c in found if c.kind == effect.kind and c.location == effect.location)
+    return candidate
+
+
+def reduced_modes(plant: Plant, candidate: Candidate, amount: float) -> tuple[FloatArray, FloatArray]:
+    """Return natural frequencies (rad/s) and shapes (dof, mode) of the plant with a candidate."""
+    hypothesis = Hypothesis(plant, (candidate,))
+    reduced = hypothesis.reduced(np.array([[0.0] * hypothesis.nuisances + [amount]]))
+    omega2, vectors = eigh(reduced.stiffness[0], reduced.mass[0])
+    return np.sqrt(omega2), reduced.shapes[0] @ vectors
+
+
+def frequency_error(name: str, more: int = MORE) -> float:
+    effect, amount, _ = EFFECTS[name]
+    omega, _ = reduced_modes(bridge_plant(more), chosen(bridge_candidates(), effect), amount)
+    return float(np.abs(omega[:MODES] / whole(name).omega - 1).max())
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_frequencies_and_shapes_are_those_of_the_whole_bridge(name: str) -> None:
+    effect, amount, error = EFFECTS[name]
+    plant = bridge_plant()
+    assert plant.size == MODES
+    omega, shapes = reduced_modes(plant, chosen(bridge_candidates(), effect), amount)
+    assert np.abs(whole(name).omega / plant.modes[0] - 1).max() > 0.04  # the effect is large
+    assert len(omega) == MODES + (name == "soft support")  # which brings one more below the low-pass
+    assert np.abs(omega[:MODES] / whole(name).omega - 1).max() < error
+    rows = plant.rows(SENSORS)
+    found, true = rows @ shapes[:, :MODES], rows @ whole(name).shapes  # (sensor, mode), both normalised by mass
+    found = found * np.sign(np.sum(found * true, axis=0))
+    assert np.abs(found - true).max() < np.sqrt(error) * np.abs(true).max()
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_error_falls_with_the_modes_in_the_basis(name: str) -> None:
+    few, usual, many = (frequency_error(name, more) for more in (4, MORE, 2 * MORE))
+    if name in LOCAL:
+        assert usual < 0.1 * few
+        assert many < 0.01 * usual
+    else:  # modes alone: slower, and an axial force hardly bends them
+        assert usual < 0.5 * few
+        assert many < 0.6 * usual
+
+
+@pytest.mark.parametrize("name", LOCAL)
+def test_modes_without_static_responses_are_far_worse(name: str) -> None:
+    effect, amount, _ = EFFECTS[name]
+    plant, candidate = bridge_plant(), chosen(bridge_candidates(), effect)
+    assert candidate.changes is not None
+    size = float(candidate.amount(np.array([amount]))[0])
+    M, K = (
+        plant.basis.T @ ((matrix + size * change) @ plant.basis)
+        for matrix, change in ((plant.mass, candidate.changes[0]), (plant.stiffness, candidate.changes[2]))
+    )
+    omega = np.sqrt(eigh(K, M, eigvals_only=True)[:MODES])
+    bare = float(np.abs(omega / whole(name).omega - 1).max())
+    assert bare > 1e-4  # at 20 Hz the phase slips by 0.04 turns within 20 s
+    assert frequency_error(name) < 0.01 * bare
+
+
+@pytest.mark.parametrize("name", ["cable", "restraint", "soft support"])
+def test_what_an_effect_stiffens_it_damps_as_exudyn_does(name: str) -> None:
+    effect, amount, _ = EFFECTS[name]
+    hypothesis = Hypothesis(bridge_plant(), (chosen(bridge_candidates(), effect),))
+    reduced = hypothesis.reduced(np.array([[0.0] * hypothesis.nuisances + [amount]]))
+    omega2, vectors = eigh(reduced.stiffness[0], reduced.mass[0])
+    ratios = np.einsum("vm,vw,wm->m", vectors, reduced.damping[0], vectors) / (2 * np.sqrt(omega2))
+    true = natural_modes(linearise(bridge().with_effects(effect)), len(ratios)).damping_ratio
+    assert np.abs(ratios / true - 1).max() < 1e-3  # Rayleigh's: twice a frequency's error, 5e-4 of the soft support
+
+
+def varied_deck(part: int, grid: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return M and K (variant, vector, vector) with one uncertain part's log stiffness on a grid."""
+    basis = Hypothesis(bridge_plant()).basis
+    K = basis.stiffness + (np.exp(grid) - 1)[:, None, None] * basis.parts[part]
+    return np.repeat(basis.mass[None], len(grid), axis=0), K
+
+
+@pytest.mark.parametrize("elements", [29, 57], ids=["left tower", "cable 57"])
+def test_coordinates_keep_their_meaning_while_modes_mix(elements: int) -> None:
+    parts = bridge_plant().parts
+    (part,) = (i for i, p in enumerate(parts) if p.quantity == "stiffness" and elements in p.elements)
+    grid = np.linspace(-0.1, 0.1, 41)
+    M, K = varied_deck(part, grid)
+    T = turn(M, K, MODES)
+    assert np.abs(T.transpose(0, 2, 1) @ M @ T - np.eye(MODES)).max() < 1e-12  # rounding
+    assert np.abs(T[20] - np.eye(len(M[0]))[:, :MODES]).max() < 1e-12  # as drawn: the modes themselves
+    own = np.array([eigh(k, m)[1][:, :MODES] for m, k in zip(M, K, strict=True)])
+    inside = T @ (T.transpose(0, 2, 1) @ M @ own)
+    assert np.abs(inside - own).max() < 1e-10  # the same space as the lowest modes'
+    own = own * np.sign(own[:, range(MODES), range(MODES)])[:, None]  # as smooth as signs can make them
+    steps, mixed = (np.abs(np.diff(shapes, axis=0)).max(axis=(1, 2)) for shapes in (T, own))
+    assert mixed[19:21].max() > 0.005  # modes 8 and 9 turn into one another, where the bridge is as drawn
+    assert steps.max() < 2e-4  # of what a step of 0.5 % of a part may do
+    assert steps.max() < 1.5 * steps.min()  # at one pace all along
+
+
+def test_turned_modes_follow_the_nearly_equal_frequencies() -> None:
+    omega, _ = bridge_plant().modes
+    first, last = omega[list(TWINS)] / (2 * np.pi)
+    assert (first, last) == pytest.approx((20.007, 20.288), abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    "effect", [StiffnessChange((2,), 0.3), AddedMass(3, 2.0), SupportSpring(4, "x", 0.5)], ids=lambda item: item.kind
+)
+def test_chain_is_taken_as_it_is(effect: Effect) -> None:
+    plant = plant_of(CHAIN)
+    candidate = chosen(candidates_of(CHAIN, plant), effect)
+    assert basis_of(plant, (candidate,)).shapes is plant.basis
+    (amount,) = (value for value in effect.parameters.values() if isinstance(value, float))
+    omega, _ = reduced_modes(plant, candidate, amount)
+    exact = natural_modes(linearise(four_dof().with_effects(effect)), 4).omega
+    assert omega == pytest.approx(exact, rel=1e-10)  # rounding: nothing is left out

@@ -1,0 +1,156 @@
+"""Large effects ranked by a scan, weak ones by the score test, both on the bridge; modal forms of linear channels."""
+
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+from fe_models.assembly import linearise
+from fe_models.blind import SENSORS as CHAIN_SENSORS
+from fe_models.blind.bridge import SENSORS
+from fe_models.blind.bridge_scene import free_motion
+from fe_models.bridge import bridge
+from fe_models.dofs import FloatArray
+from fe_models.effects import AddedMass, Effect, StiffnessChange, SupportSpring
+from fe_models.four_dof import four_dof
+from fe_models.modes import natural_modes
+from fe_models.recordings import Dataset, Recording
+from hybrid.diagnosis.candidates import Candidate, Motion, all_candidates
+from hybrid.diagnosis.fitting import Fit, Frame, fit
+from hybrid.diagnosis.hypothesis import Hypothesis
+from hybrid.diagnosis.plant import Plant, plant_of
+from hybrid.diagnosis.records import Batch
+from hybrid.diagnosis.scanning import scan
+from hybrid.diagnosis.screening import screen
+from hybrid.diagnosis.system import System, drift, modal_form, observability, respond
+
+RATE, SAMPLES, MOVING = 100.0, 100, 10
+FITTED = tuple(sensor for sensor in SENSORS if sensor.role == "measured")
+NOISE = 0.01  # of each channel's rms
+
+
+@cache
+def bridge_plant() -> Plant:
+    return plant_of(Dataset(bridge(), RATE, FITTED, (Recording("r", np.ones((1, SAMPLES, len(FITTED)))),), 30.0))
+
+
+@cache
+def linear_candidates() -> tuple[Candidate, ...]:
+    """Causes of the matrices; with the laws a test would take several times as long."""
+    plant = bridge_plant()
+    data = np.random.default_rng(1).standard_normal((1, SAMPLES, len(FITTED)))
+    dataset = Dataset(bridge(), RATE, FITTED, (Recording("r", data),), 30.0)
+    q = np.random.default_rng(2).standard_normal((2, 10, plant.size)) / [[plant.modes[0]], [np.ones(plant.size)]]
+    motion = Motion(q[0] @ plant.modes[1].T, q[1] @ plant.modes[1].T)
+    found = all_candidates(plant, dataset, motion, tuple(range(len(FITTED))))
+    return tuple(c for c in found if c.changes is not None or c.mode is not None or c.sensor is not None)
+
+
+def recorded(effect: Effect) -> tuple[Fit, Frame]:
+    """Return the nominal fit to three short recordings of the bridge with an effect, from its own modes, with noise."""
+    rng = np.random.default_rng(3)
+    modal = natural_modes(linearise(bridge().with_effects(effect)), MOVING)
+    q, p = rng.standard_normal((2, MOVING, 3)) / modal.omega[:, None] ** [[[2]], [[1]]]
+    motion = free_motion(modal, q, p, np.arange(SAMPLES) / RATE)
+    data = np.stack([motion.channel(s.node, s.direction, s.quantity) for s in FITTED], axis=-1)
+    sigma = NOISE * data.std(axis=(0, 1))
+    batch = Batch(data + sigma * rng.standard_normal(data.shape), ("a", "b", "c"))
+    frame = Frame(FITTED, RATE, sigma)
+    nominal = Hypothesis(bridge_plant())
+    found = fit(nominal, nominal.centre, (batch,), frame)
+    assert found is not None
+    return found, frame
+
+
+@pytest.mark.parametrize(
+    ("effect", "value"),
+    [
+        (StiffnessChange((57,), 0.2), 0.2),
+        (StiffnessChange((49,), 0.055), 0.055),  # a tower all but broken
+        (SupportSpring(7, "y", 3e3), 1 / 3e3),
+    ],
+    ids=lambda item: getattr(item, "kind", ""),
+)
+def test_a_large_effect_ranks_first_at_about_its_size(effect: Effect, value: float) -> None:
+    found, frame = recorded(effect)
+    assert found.chi2 > 1.5 * found.values  # the uncertain factors do not make up for it
+    kinds = {"stiffness_change", "support_spring", "sensor_gain"}
+    best = scan(found, tuple(c for c in linear_candidates() if c.kind in kinds), frame)[0]
+    assert (best.candidate.kind, best.candidate.location) == (effect.kind, effect.location)
+    assert 0.4 < best.start[0] / value < 2.5  # the sizes tried are that far apart
+
+
+@pytest.mark.parametrize(
+    ("effect", "value", "tolerance"),
+    [
+        (AddedMass(12, 0.03), 0.03, 0.05),
+        (StiffnessChange((14,), 0.97), 0.97, 0.01),
+        (SupportSpring(7, "y", 5e5), 1 / 5e5, 0.1),
+    ],
+    ids=lambda item: getattr(item, "kind", ""),
+)
+def test_the_score_test_finds_what_is_weak(effect: Effect, value: float, tolerance: float) -> None:
+    found, frame = recorded(effect)
+    best = screen(found, linear_candidates(), frame)[0]
+    assert (best.candidate.kind, best.candidate.location) == (effect.kind, effect.location)
+    assert best.start[0] == pytest.approx(value, rel=tolerance)  # of first order only, and with noise
+
+
+def chain_system() -> System:
+    """Return the chain with a gain, a delay and a drift in its sensors."""
+    plant = plant_of(Dataset(four_dof(), 10.0, CHAIN_SENSORS, (Recording("r", np.ones((1, 20, 5))),)))
+    hypothesis = Hypothesis(plant)
+    rest = tuple(range(len(CHAIN_SENSORS)))
+    plain = hypothesis.system(np.zeros((1, hypothesis.nuisances)), CHAIN_SENSORS, 10.0, rest)
+    gain, delay, slope = np.array([[1.0, 0.7, 1.0, 1.3, 1.0], [0.0, 0.03, -0.25, 0.0, 0.1], [0.0, 0.0, 0.2, 0.0, -0.1]])
+    return replace(plain, gain=gain[None], delay=delay[None], slope=slope[None])
+
+
+def by_exponentials(system: System, start: FloatArray, samples: int) -> FloatArray:
+    """Return the channels (recording, time, sensor) by one matrix exponential each."""
+    A, C = system.A[0], system.C[0]
+    time = system.step * np.arange(samples)
+    rows = [
+        [g * c @ expm(A * (t - d)) for c, g, d in zip(C, system.gain[0], system.delay[0], strict=True)] for t in time
+    ]
+    return np.einsum("tsn,rn->rts", np.array(rows), start) + system.slope[0] * time[:, None]
+
+
+def test_modal_form_is_the_matrix_exponential_with_gain_delay_and_drift() -> None:
+    system = chain_system()
+    start = np.random.default_rng(4).standard_normal((2, 8))
+    assert modal_form(system) is not None
+    expected = by_exponentials(system, start, 60)
+    np.testing.assert_allclose(respond(system, start[None], 60)[0], expected, atol=1e-11)  # rounding
+    seen = observability(system, 60)[0]
+    np.testing.assert_allclose(np.einsum("tsn,rn->rts", seen, start) + drift(system, 60)[0], expected, atol=1e-11)
+
+
+def test_a_body_that_moves_freely_has_no_modal_form_and_still_the_right_channels() -> None:
+    held = chain_system()
+    A = held.A.copy()
+    A[:, 4:] = 0.0
+    A[0, 4:, :4] = -np.diag([0.0, 1.0, 2.0, 3.0])  # the first mass is free: it drifts at its own velocity for ever
+    system = replace(held, A=A)
+    assert modal_form(system) is None
+    start = np.random.default_rng(4).standard_normal((2, 8))
+    expected = by_exponentials(system, start, 60)
+    np.testing.assert_allclose(respond(system, start[None], 60)[0], expected, atol=1e-11)
+    assert np.abs(expected).max() > 3  # it has moved
+
+
+def test_one_defective_variant_does_not_spoil_the_others() -> None:
+    good = chain_system()
+    bad = good.A.copy()
+    bad[:, 4:] = 0.0
+    shared: dict[str, Any] = {
+        name: np.repeat(getattr(good, name), 2, axis=0) for name in ("B", "C", "D", "G", "gain", "delay", "slope")
+    }
+    both = replace(good, A=np.concatenate([good.A, bad]), **shared)
+    start = np.random.default_rng(4).standard_normal((2, 2, 8))
+    found = respond(both, start, 60)
+    for number, one in enumerate((good, replace(good, A=bad))):
+        np.testing.assert_allclose(found[number], by_exponentials(one, start[number], 60), atol=1e-10)
