@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from fe_models.assembly import linearise
 from fe_models.blind import SENSORS, BlindConfig, blind_case
-from fe_models.bridge import bridge
 from fe_models.errors import InputError
 from fe_models.files.dataset_file import save_dataset
 from fe_models.files.models import load_model
+from fe_models.four_dof import four_dof
 from fe_models.recordings import Dataset, Recording
 from fe_models.structure import Structure
 from hybrid.diagnosis.diagnosis import diagnose
@@ -61,9 +62,8 @@ def test_script_writes_report_and_a_model_that_loads(tmp_path: Path) -> None:
     assert "carries" in done.output
 
 
-def test_frames_are_refused_in_one_line() -> None:
+def test_bare_matrices_are_refused_with_the_remedy() -> None:
     data = np.random.default_rng(0).standard_normal((1, 50, 1))
-    sensor = SENSORS[0]
-    dataset = Dataset(bridge(), 100.0, (sensor,), (Recording("r", data),))
-    with pytest.raises(InputError, match="only chains so far"):
+    dataset = Dataset(linearise(four_dof()), 10.0, SENSORS[:1], (Recording("r", data),))
+    with pytest.raises(InputError, match=r"bare matrices say nothing of springs, beams and supports.*a structure file"):
         diagnose(dataset)

@@ -1,14 +1,17 @@
 """Noise and what is no noise, told apart by frequency."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from fe_models.blind import BlindConfig, blind_case
-from hybrid.diagnosis.noise import correlation_factor, excess, noise_of_recordings, structure_band
+from fe_models.measurement import lowpassed
+from hybrid.diagnosis.noise import Band, correlation_factor, excess, noise_of_recordings, structure_band
 from hybrid.diagnosis.plant import plant_of
-from hybrid.diagnosis.records import batches_of, columns_of
+from hybrid.diagnosis.records import batches_of, columns_of, measured_columns
 
-RATE, BAND = 10.0, 0.55  # Hz
+RATE, BAND = 10.0, Band(0.55, room=True)  # Hz
 WHITE = np.random.default_rng(0).standard_normal((9, 501, 4))
 WAVE = np.sin(2 * np.pi * 0.3 * np.arange(501) / RATE)[None, :, None]
 
@@ -44,3 +47,38 @@ def test_noise_is_told_from_recordings_with_motion() -> None:
     band = structure_band(plant_of(case.dataset), RATE)
     found = noise_of_recordings((batch,), RATE, band)
     assert found == pytest.approx(truth, rel=0.06)  # 6 recordings, half of 250 frequencies: 2.6 % and the signal's rest
+
+
+def test_low_passed_noise_has_no_excess_and_its_own_density() -> None:
+    white = np.random.default_rng(1).standard_normal((6, 2000, 4))
+    shown = np.stack([lowpassed(part, 100.0, 30.0) for part in white])
+    band = Band(27.0, room=False)  # nothing is left above the low-pass to tell the noise from
+    found = excess((shown,), 100.0, band)
+    assert not found.significant
+    assert abs(found.total) < 3 * found.std
+    # 6 ends of 800 samples, two thirds of 1296 frequencies independent: a quartile tells the noise to 3.4 %
+    assert found.sigma == pytest.approx(np.ones(4), rel=0.1)
+    assert found.sigma.mean() == pytest.approx(1.0, rel=0.05)
+
+
+def test_a_wave_half_as_large_as_low_passed_noise_is_seen() -> None:
+    white = np.random.default_rng(1).standard_normal((6, 2000, 4))
+    shown = np.stack([lowpassed(part, 100.0, 30.0) for part in white])
+    wave = 0.5 * np.sin(2 * np.pi * 3.45 * np.arange(2000) / 100.0)[None, :, None]
+    found = excess((shown + wave,), 100.0, Band(27.0, room=False))
+    assert found.significant
+    assert found.total == pytest.approx(float(np.sum(wave**2)) * 6 * 4, abs=4 * found.std)
+
+
+def test_bridge_noise_is_told_between_the_lines_of_its_motion() -> None:
+    config = BlindConfig(structure="bridge", rich=False, noise=0.03)
+    case, clean = (blind_case(4, replace(config, noise=noise)) for noise in (0.03, 0.0))
+    columns = measured_columns(case.dataset)
+    (batch,) = columns_of(batches_of(case.dataset, "train"), columns)
+    (without,) = columns_of(batches_of(clean.dataset, "train"), columns)
+    band = structure_band(plant_of(case.dataset), 100.0, case.dataset.lowpass)
+    assert not band.room
+    found = noise_of_recordings((batch,), 100.0, band)
+    # the low-pass leaves 30 of 50 Hz, so that white noise as dense is stronger than what is left
+    truth = (batch.data - without.data).std(axis=(0, 1)) / np.sqrt(batch.share)
+    assert found == pytest.approx(truth, rel=0.2)  # 3 recordings, and the feet of their lines

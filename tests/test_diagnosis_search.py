@@ -89,6 +89,20 @@ def test_harmonic_force_has_its_amplitude_where_it_acts() -> None:
     assert acting_recordings(found, 0) == case.recordings[:4]
 
 
+def test_drift_goes_on_from_segment_to_segment() -> None:
+    case = blind_case(5, BlindConfig(("sensor_drift",), size=0.8, train=3, test=1, duration=30.0))
+    (cause,) = case.truth
+    batches, frame = frame_of(case.dataset)
+    hypothesis = Hypothesis(plant_of(case.dataset), (candidate(case.dataset, "sensor_drift", **cause.location),))
+    short = lengths_of(batches, hypothesis.states).cut[0]
+    assert short[0].pieces > 1
+    found = fit(hypothesis, hypothesis.centre, short, frame)
+    assert found is not None
+    slope, std = found.theta[-1], np.sqrt(found.covariance[-1, -1])
+    assert slope == pytest.approx(cause.parameters["slope"], abs=4 * std)
+    assert std < 0.05 * abs(slope)  # a slope within segments alone would be known ten times less well
+
+
 def test_force_law_that_comes_is_found_in_its_recordings() -> None:
     case = blind_case(12, BlindConfig(("cubic_spring",), size=0.8, train=6, test=1, duration=25.0, changed=3))
     (cause,) = case.truth

@@ -14,7 +14,7 @@ from fe_models.dofs import FloatArray, IntArray
 from fe_models.recordings import Sensor
 from hybrid.diagnosis.hypothesis import Hypothesis
 from hybrid.diagnosis.records import Batch
-from hybrid.diagnosis.system import channels, drift, march, observability, respond
+from hybrid.diagnosis.system import channels, drift, drifted, march, observability, respond
 from hybrid.diagnosis.tangent import channels_near
 
 STEP = 1e-3  # of a prior width (of the rms of a state): the finite differences of the Jacobian
@@ -140,10 +140,11 @@ def linearise_batch(
         if not np.abs(first).max() < EXPLODED:
             return None
         basis, upper = orthonormal(first)
-        wanted = data - lines[0]
+        late = drifted(system, batch.begins)
+        wanted = data - lines[0] - (late[0] + np.zeros(batch.data.shape)).reshape(recordings, -1) * weight
         z = np.linalg.solve(upper, basis.T @ wanted.T).T  # (recording, state)
         residual = wanted - z @ first.T
-        shown = respond(system, np.broadcast_to(z, (len(thetas), *z.shape)), samples)
+        shown = respond(system, np.broadcast_to(z, (len(thetas), *z.shape)), samples) + late
         shown = shown.reshape(len(thetas), recordings, -1) * weight
         change = (shown[1:] - shown[0]) / moved[: len(shown) - 1, None, None]  # (parameter, recording, value)
         inside = change @ basis  # (parameter, recording, state)
@@ -160,7 +161,7 @@ def linearise_batch(
             if marched is None:
                 return None
             path = marched[0][:, 0]
-            y = channels(system, marched)[0]
+            y = channels(system, marched)[0] + drifted(system, batch.begins)[0]
             if not np.isfinite(y).all() or np.abs(y / frame.sigma).max() > 1e6 * np.abs(data).max():
                 return None
             if not slopes:
@@ -172,9 +173,11 @@ def linearise_batch(
         variants = len(thetas)
         size = STEP * np.maximum(np.sqrt(np.mean(z**2, axis=0)), 1e-12)
         thetas = np.vstack([thetas, np.repeat(own[None], hypothesis.states, axis=0)])
-        near = channels_near(hypothesis.system(thetas, frame.sensors, frame.rate, frame.positions), path, size)
+        system = hypothesis.system(thetas, frame.sensors, frame.rate, frame.positions)
+        near = channels_near(system, path, size)
         if near is None:
             return None
+        near = near + drifted(system, batch.begins)
         y = near.reshape(len(thetas), recordings, -1) * weight
         residual = data - y[0]
         raw = residual.reshape(batch.data.shape)

@@ -29,6 +29,11 @@ class Batch:
         """Samples of each recording or segment."""
         return self.data.shape[1]
 
+    @property
+    def begins(self) -> FloatArray:
+        """When each recording or segment begins in its recording, in samples."""
+        return np.tile(np.arange(self.pieces) * float(self.samples), len(self.data) // self.pieces)
+
     def take(self, recordings: list[int]) -> "Batch":
         """Return the batch with some of its recordings (uncut)."""
         return replace(self, data=self.data[recordings], names=tuple(self.names[i] for i in recordings))

@@ -7,7 +7,7 @@ from hybrid.diagnosis.candidates import Candidate
 from hybrid.diagnosis.fitting import EXPLODED, Fit, Frame, orthonormal
 from hybrid.diagnosis.hypothesis import Hypothesis
 from hybrid.diagnosis.screening import Screened
-from hybrid.diagnosis.system import drift, observability
+from hybrid.diagnosis.system import drift, drifted, observability
 
 SIZES = (-2.0, -1.0, -0.5, -0.2, 0.2, 0.5, 1.0, 2.0)  # of a prior width, from doing nothing
 
@@ -47,7 +47,8 @@ def _left(hypothesis: Hypothesis, thetas: FloatArray, fit: Fit, frame: Frame) ->
         usable = np.abs(rows).max(axis=(1, 2)) < EXPLODED
         basis, _ = orthonormal(np.where(usable[:, None, None], rows, 0.0))
         lines = drift(system, batch.samples).reshape(len(thetas), -1) * weight
-        wanted = batch.data.reshape(len(batch.data), -1) * weight - lines[:, None]  # (variant, recording, value)
+        data = batch.data - drifted(system, batch.begins)  # (variant, recording, time, sensor)
+        wanted = data.reshape(len(thetas), len(batch.data), -1) * weight - lines[:, None]
         inside = wanted @ basis
         left = np.sum(wanted**2, axis=(1, 2)) - np.sum(inside**2, axis=(1, 2))
         total += np.where(usable, left, np.inf)

@@ -6,18 +6,16 @@ Everything that initial states and the uncertain factors can do is projected out
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import expm
-from scipy.signal import lfilter
 
 from fe_models.dofs import FloatArray
 from hybrid.diagnosis.candidates import Candidate
+from hybrid.diagnosis.driven import History, driven, forces_along, free_form, motion_of
 from hybrid.diagnosis.fitting import Fit, Frame, Linearisation, linearise_batch
 from hybrid.diagnosis.hypothesis import Hypothesis, Reduced, force_of
 from hybrid.diagnosis.records import Batch
-from hybrid.diagnosis.system import ModalForm, System, march, modal_form, respond
+from hybrid.diagnosis.system import ModalForm, System, drifted, respond
 
 FREQUENCIES_A_LINE = 2  # trial frequencies of a harmonic force within the resolution of a recording
-SOFT = 1e-8  # of the highest eigenvalue: springs that hold a body that moves freely
 PEAKS = 2  # frequencies kept at each place
 
 
@@ -46,6 +44,7 @@ class _Ground:
     frame: Frame
     parts: tuple[Linearisation, ...]
     shown: tuple[FloatArray, ...]  # the channels of the fit, in units of sigma
+    forces: tuple[tuple[History, ...], ...]  # of the fit's force laws, in each batch; of a frame's alone
     inverse: FloatArray  # of the normal matrix of the parameters
     gradient: FloatArray
 
@@ -66,18 +65,21 @@ def screen(fit: Fit, candidates: tuple[Candidate, ...], frame: Frame) -> list[Sc
 
 
 def _ground(fit: Fit, frame: Frame) -> _Ground:
-    parts, shown = [], []
+    parts, shown, forces = [], [], []
+    system = fit.hypothesis.system(fit.theta[None], frame.sensors, frame.rate, frame.positions)
     for batch, states in zip(fit.batches, fit.states, strict=True):
         part = linearise_batch(fit.hypothesis, fit.theta, batch, frame, states)
         assert part is not None  # it was fitted
         parts.append(part)
         shown.append(_response(fit.hypothesis, fit.theta[None], batch, frame, states)[0])
+        given = fit.hypothesis.plant.kept is not None and not system.is_linear  # too many modes to march for each
+        forces.append(forces_along(system, motion_of(system, states, batch.samples)) if given else ())
     J = np.concatenate([part.slopes.reshape(len(fit.theta), -1) for part in parts], axis=1)
     r = np.concatenate([part.residual.ravel() for part in parts])
     width = fit.hypothesis.width
     gradient = J @ r - (fit.theta - fit.hypothesis.centre) / width**2
     inverse = np.linalg.inv(J @ J.T + np.diag(1 / width**2))
-    return _Ground(fit, frame, tuple(parts), tuple(shown), inverse, gradient)
+    return _Ground(fit, frame, tuple(parts), tuple(shown), tuple(forces), inverse, gradient)
 
 
 def _effect(
@@ -88,27 +90,53 @@ def _effect(
     frame: Frame,
     states: FloatArray,
     shown: FloatArray,
+    forces: tuple[History, ...],
 ) -> FloatArray:
     """Return what a candidate at ``start`` adds to the channels (recording, value) ``shown``, in units of sigma.
 
-    Both are taken in the shapes that the candidate asks for: these move a calibrated structure a little by themselves.
+    Both are taken in the shapes, and with the damping, that the candidate asks for: these move a calibrated structure a
+    little by themselves.
+    ``forces``: the present pull of force laws, taken as given where there are any.
     """
     extended = fit.hypothesis.adding(candidate)
     if not candidate.is_law:
         states = np.pad(states, ((0, 0), (0, extended.states - states.shape[1])))
     theta = np.append(fit.theta, start)
-    if candidate.changes is None:
+    if candidate.changes is None and candidate.mode is None and not forces:
         return _response(extended, theta[None], batch, frame, states)[0] - shown
-    with_it, without = _response(
-        extended, np.stack([theta, np.append(fit.theta, candidate.without)]), batch, frame, states
-    )
+    thetas = np.stack([theta, np.append(fit.theta, candidate.without)])
+    if forces:
+        with_it, without = _forced_response(extended, thetas, batch, frame, states, forces)
+    else:
+        with_it, without = _response(extended, thetas, batch, frame, states)
     return np.asarray(with_it - without)
+
+
+def _forced_response(
+    hypothesis: Hypothesis,
+    thetas: FloatArray,
+    batch: Batch,
+    frame: Frame,
+    states: FloatArray,
+    forces: tuple[History, ...],
+) -> FloatArray:
+    """Return the channels (variant, recording, value) under given forces, in units of sigma."""
+    system = hypothesis.system(thetas, frame.sensors, frame.rate, frame.positions)
+    form = free_form(system, hypothesis.size)
+    start = np.broadcast_to(states, (len(thetas), *states.shape))
+    y = respond(replace(system, forces=()), start, batch.samples) + drifted(system, batch.begins)
+    for variant in range(len(thetas)):
+        for law, force in enumerate(forces):
+            direct = system.D[variant, :, law] * system.gain[variant]
+            y[variant] += driven(form, variant, system.B[variant, :, law], direct, force, system.step)
+    return np.asarray((y / frame.sigma).reshape(len(thetas), len(states), -1))
 
 
 def _response(hypothesis: Hypothesis, thetas: FloatArray, batch: Batch, frame: Frame, states: FloatArray) -> FloatArray:
     """Return the channels (variant, recording, value) in units of sigma."""
     system = hypothesis.system(thetas, frame.sensors, frame.rate, frame.positions)
-    y = respond(system, np.broadcast_to(states, (len(thetas), *states.shape)), batch.samples) / frame.sigma
+    y = respond(system, np.broadcast_to(states, (len(thetas), *states.shape)), batch.samples)
+    y = (y + drifted(system, batch.begins)) / frame.sigma
     return np.asarray(y.reshape(len(thetas), len(states), -1))
 
 
@@ -123,71 +151,42 @@ def law_responses(fit: Fit, laws: list[Candidate], frame: Frame) -> dict[str, li
     if not trials:
         return found
     system = fit.hypothesis.system(fit.theta[None], frame.sensors, frame.rate, frame.positions)
-    form = modal_form(replace(system, forces=())) or modal_form(_held(system, fit.hypothesis.size))
-    assert form is not None  # a body that moves freely is held now
+    form = free_form(system, fit.hypothesis.size)
     reduced = fit.hypothesis.reduced(fit.theta[None])
     for batch, states in zip(fit.batches, fit.states, strict=True):
-        motions = _motions(system, states, batch.samples)
+        motion = motion_of(system, states, batch.samples)
         for law, number, start in trials:
-            y = _law_response(fit, law, start, motions, system, form, reduced, frame)
+            y = _law_response(fit, law, start, motion, system, form, reduced, frame)
             found[law.key][number].append((y / frame.sigma).reshape(len(states), -1))
     return found
-
-
-def _motions(system: System, states: FloatArray, samples: int) -> tuple[FloatArray, FloatArray]:
-    """Return the states (time, recording, state) at samples and half a step after each."""
-    half = expm(system.A[0] * system.step / 2)
-    if system.is_linear:
-        seen = np.empty((samples, *states.shape))
-        seen[0], whole = states, half @ half
-        for k in range(samples - 1):
-            seen[k + 1] = seen[k] @ whole.T
-    else:
-        marched = march(system, states[None], samples)
-        assert marched is not None  # it was fitted
-        seen = marched[0][:, 0]
-    return seen, seen @ half.T
 
 
 def _law_response(
     fit: Fit,
     law: Candidate,
     start: tuple[float, ...],
-    motions: tuple[FloatArray, FloatArray],
+    motion: History,
     system: System,
     form: ModalForm,
     reduced: Reduced,
     frame: Frame,
 ) -> FloatArray:
-    """Return the channels (recording, time, sensor) that the force of one law along the ``motions`` adds."""
+    """Return the channels (recording, time, sensor) that the force of one law along the ``motion`` adds."""
     hypothesis, theta = fit.hypothesis, fit.theta[None]
     n = hypothesis.size
     assert law.pull is not None  # as of every law
     pull = law.pull @ reduced.shapes[0]
     force_at = force_of(law, hypothesis.plant, np.array([start]), np.exp(theta[:, : len(hypothesis.plant.parts)]))
-    force, between = (-force_at(motion[..., :n] @ pull, motion[..., n : 2 * n] @ pull) for motion in motions)
-    feed = np.linalg.solve(reduced.mass[0], pull)
-    moved = form.left[0][:, n : 2 * n] @ feed  # (mode,)
-    count, recordings = force.shape
-    x = np.zeros((len(moved), count, recordings), dtype=complex)
-    for mode, root in enumerate(form.roots[0]):
-        whole, half = np.exp(root * system.step), np.exp(root * system.step / 2)
-        kick = whole * force[:-1] + 4 * half * between[:-1] + force[1:]
-        x[mode, 1:] = lfilter([system.step / 6 * moved[mode]], [1.0, -whole], kick, axis=0)
-    right = form.right[0]
-    flat = x.reshape(len(moved), -1)
-    y = (np.hstack([right.real, -right.imag]) @ np.vstack([flat.real, flat.imag])).reshape(-1, count, recordings)
+    force = History(
+        *(-force_at(part[..., :n] @ pull, part[..., n : 2 * n] @ pull) for part in (motion.now, motion.between))
+    )
+    moved = np.linalg.solve(reduced.mass[0], pull)
+    feed = np.zeros(hypothesis.states)
+    feed[n : 2 * n] = moved
     accelerations = np.array([sensor.quantity == "acceleration" for sensor in frame.sensors])
-    picked = hypothesis.plant.rows(frame.sensors) @ reduced.shapes[0] @ feed
+    picked = hypothesis.plant.rows(frame.sensors) @ reduced.shapes[0] @ moved
     direct = np.where(accelerations, picked, 0.0) * system.gain[0]
-    return np.asarray(y.transpose(2, 1, 0) + direct * force.T[..., None])
-
-
-def _held(system: System, n: int) -> System:
-    """Return the system with soft springs on every coordinate, which part roots that fall together."""
-    A = system.A.copy()
-    A[:, range(n, 2 * n), range(n)] -= SOFT * np.abs(np.linalg.eigvals(A)).max() ** 2
-    return replace(system, A=A, forces=())
+    return driven(form, 0, feed, direct, force, system.step)
 
 
 def _score(
@@ -198,13 +197,13 @@ def _score(
     move = start[0] - candidate.without[0] if candidate.names and candidate.scalable else 1.0
     along, size, still = 0.0, 0.0, np.zeros(len(fit.theta))
     cross = np.zeros(len(fit.theta))
-    for number, (part, shown, batch, states) in enumerate(
-        zip(ground.parts, ground.shown, fit.batches, fit.states, strict=True)
+    for number, (part, shown, forces, batch, states) in enumerate(
+        zip(ground.parts, ground.shown, ground.forces, fit.batches, fit.states, strict=True)
     ):
         if forced is not None:
             column = forced[number] / move
         else:
-            column = _effect(fit, candidate, start, batch, frame, states, shown) / move  # (recording, value)
+            column = _effect(fit, candidate, start, batch, frame, states, shown, forces) / move  # (recording, value)
         if not np.isfinite(column).all():
             return Screened(candidate, start, 0.0, still)
         column = _project(column, part.basis)
@@ -240,8 +239,10 @@ def amounts_by_recording(fit: Fit, candidates: list[Candidate], frame: Frame) ->
         start = candidate.first_starts[0]
         move = start[0] - candidate.without[0]
         amounts, gains = [], []
-        for part, shown, batch, states in zip(ground.parts, ground.shown, fit.batches, fit.states, strict=True):
-            column = _project(_effect(fit, candidate, start, batch, frame, states, shown) / move, part.basis)
+        for part, shown, forces, batch, states in zip(
+            ground.parts, ground.shown, ground.forces, fit.batches, fit.states, strict=True
+        ):
+            column = _project(_effect(fit, candidate, start, batch, frame, states, shown, forces) / move, part.basis)
             along = np.sum((column * part.residual).reshape(len(batch.names), -1), axis=1)
             size = np.sum((column**2).reshape(len(batch.names), -1), axis=1) + 1e-300
             amounts.append(along / size)

@@ -110,6 +110,14 @@ def drift(system: System, samples: int) -> FloatArray:
     return np.asarray(system.slope[:, None] * (system.step * np.arange(samples))[None, :, None])
 
 
+def drifted(system: System, begins: FloatArray) -> FloatArray:
+    """Return how far each channel has drifted when its segment ``begins`` (recording,), in samples.
+
+    Shape (variant, recording, 1, sensor).
+    """
+    return np.asarray(system.slope[:, None, None] * (system.step * begins)[None, :, None, None])
+
+
 def respond(system: System, start: FloatArray, samples: int) -> FloatArray:
     """Return the channels (variant, recording, time, sensor) from initial states (variant, recording, state).
 
