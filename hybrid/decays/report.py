@@ -31,7 +31,7 @@ def describe_compared(compared: Compared) -> str:
         lines.append(f"| {mode + 1} | {frequency:.3f} | {' | '.join(cells)} |")
     lines += ["", "Other lines (Hz, share of the recording's energy, where it moves most):"]
     for observed in compared.recordings:
-        lines.append(f"- {observed.name}: {'; '.join(_others(observed)) or 'none'}")
+        lines.append(f"- {observed.name}: {'; '.join(_others(observed, compared.sensors)) or 'none'}")
     lines += ["", "Energy that all lines of a recording together leave of it:"]
     lines += [f"- {observed.name}: {observed.lines.left:.1%}" for observed in compared.recordings]
     lines += ["", "Share of energy that the modes of one recording (row) leave of another (column), windows of 5 s", ""]
@@ -77,12 +77,12 @@ def _cell(observed: Observed, mode: int, nominal: float) -> str:
     return f"{frequency:.3f} ({frequency / nominal - 1:+.1%}), {ratio:.2%}, {criterion:.3f}"
 
 
-def _others(observed: Observed) -> list[str]:
+def _others(observed: Observed, sensors: tuple[str, ...]) -> list[str]:
     """Return the strong lines whose shape is none of the nominal ones."""
     taken = set(observed.chosen)
     return [
-        f"{observed.lines.frequencies[i]:.2f} ({observed.energy[i]:.1%}, sensor"
-        f" {int(np.argmax(np.abs(observed.lines.shapes[:, i]))) + 1})"
+        f"{observed.lines.frequencies[i]:.2f} ({observed.energy[i]:.1%}, "
+        f"{sensors[int(np.argmax(np.abs(observed.lines.shapes[:, i])))]})"
         for i in range(len(observed.energy))
         if i not in taken and observed.energy[i] >= STRONG
     ]
