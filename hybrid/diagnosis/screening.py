@@ -234,15 +234,20 @@ def amounts_by_recording(fit: Fit, candidates: list[Candidate], frame: Frame) ->
     The uncertain factors are kept as they are: what they do is common to all recordings.
     """
     ground = _ground(fit, frame)
+    forced = law_responses(fit, [candidate for candidate in candidates if candidate.is_law], frame)
     found = []
     for candidate in candidates:
         start = candidate.first_starts[0]
         move = start[0] - candidate.without[0]
         amounts, gains = [], []
-        for part, shown, forces, batch, states in zip(
-            ground.parts, ground.shown, ground.forces, fit.batches, fit.states, strict=True
+        for number, (part, shown, forces, batch, states) in enumerate(
+            zip(ground.parts, ground.shown, ground.forces, fit.batches, fit.states, strict=True)
         ):
-            column = _project(_effect(fit, candidate, start, batch, frame, states, shown, forces) / move, part.basis)
+            if candidate.is_law:
+                column = forced[candidate.key][0][number]
+            else:
+                column = _effect(fit, candidate, start, batch, frame, states, shown, forces)
+            column = _project(column / move, part.basis)
             along = np.sum((column * part.residual).reshape(len(batch.names), -1), axis=1)
             size = np.sum((column**2).reshape(len(batch.names), -1), axis=1) + 1e-300
             amounts.append(along / size)
