@@ -12,7 +12,7 @@ from hybrid.figures import figure
 
 COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00")  # of Okabe & Ito: told apart by everyone
 NEARLY = 0.8  # of the largest entry of a shape: as large, where its sign is set
-RESOLUTION = 90  # dots an inch: spectra are long, and their pictures large
+WIDE, HIGH = 5.2, 1.45  # inches of a panel: spectra make large pictures
 STRONG = 0.003  # of a recording's energy: a line that is no mode's is told from there on
 
 
@@ -119,7 +119,7 @@ def draw_spectra(path: Path, dataset: Dataset, compared: Compared) -> Path:
     singles = [data for recording in dataset.recordings for data in recording.data]
     highest = min(dataset.lowpass or np.inf, dataset.sampling_rate / 2)
     with figure(path, len(singles), 1, "Power of all channels together, over its largest value") as (sheet, axes):
-        sheet.set_dpi(RESOLUTION)
+        sheet.set_size_inches(WIDE, HIGH * len(singles))
         for axis, data, observed in zip(axes, singles, compared.recordings, strict=True):
             frequencies, power = _power(data, dataset.sampling_rate)
             axis.semilogy(frequencies, power, color="#555555", linewidth=0.8)
