@@ -48,8 +48,8 @@ def main(
         for test in tests or ALIKE:
             folder = out / f"test_r{test}"
             dataset = load_dataset(write_bridge_dataset(data, folder, test, without=(ANOTHER,)))
-            with tqdm(desc=f"diagnosis, test r{test}", unit=" steps") as bar:
-                found = diagnose(dataset, lambda _, bar=bar: bar.update())
+            with tqdm(desc=f"diagnosis, test r{test}", bar_format="{desc} [{elapsed}]") as bar:
+                found = diagnose(dataset, bar.set_description)
             save_structure(found.extended, folder / "extended_model.toml")
             draw_example(folder / "what_is_wrong.png", found.example)
             write_json(folder / "report.json", report_table(found))
