@@ -37,17 +37,20 @@ def bridge_sensors(held_out: str | None = "A2", unit: str = "1") -> tuple[Sensor
     )
 
 
-def write_bridge_dataset(folder: Path, out: Path, test: int, held_out: str | None = "A2") -> Path:
+def write_bridge_dataset(
+    folder: Path, out: Path, test: int, held_out: str | None = "A2", without: tuple[int, ...] = ()
+) -> Path:
     """Write ``out``/dataset.toml on the four recordings in ``folder``: number ``test`` to score, the others to train.
 
-    The recordings stay where they are. Raises `InputError` with all that is missing or unknown.
+    ``without``: numbers of recordings that are left out. The recordings stay where they are. Raises `InputError` with
+    all that is missing or unknown.
     """
     faults = []
-    if test not in RECORDINGS:
+    if test not in RECORDINGS or test in without:
         faults.append(f"test recording {test} does not exist; expected one of {', '.join(map(str, RECORDINGS))}")
     if held_out is not None and held_out not in PLACES:
         faults.append(f"held-out sensor {held_out!r} does not exist; expected one of {', '.join(PLACES)}")
-    files = {number: folder.resolve() / f"acc_measured{number}.mat" for number in RECORDINGS}
+    files = {number: folder.resolve() / f"acc_measured{number}.mat" for number in RECORDINGS if number not in without}
     missing = [path for path in files.values() if not path.is_file()]
     faults.extend(f"{path}: no such file; the bridge's recordings are acc_measured1.mat to 4" for path in missing)
     raise_faults(faults)

@@ -16,6 +16,7 @@ from hybrid.diagnosis.advice import Advice, advise
 from hybrid.diagnosis.candidates import Candidate, Motion, all_candidates
 from hybrid.diagnosis.channels import usable
 from hybrid.diagnosis.crossvalidation import as_recordings, folds_of
+from hybrid.diagnosis.discrepancy import in_units_of, search_frame
 from hybrid.diagnosis.example import Example, example_of
 from hybrid.diagnosis.extend import extended_structure
 from hybrid.diagnosis.findings import Finding, Verdict, cause_of, place_words, reported_location, sentence_of
@@ -28,7 +29,7 @@ from hybrid.diagnosis.pairs import left as left_of
 from hybrid.diagnosis.plant import Plant, plant_of
 from hybrid.diagnosis.posterior import Posterior, of_candidate, posterior_of, rivals_of
 from hybrid.diagnosis.records import batches_of, columns_of, measured_columns
-from hybrid.diagnosis.search import contest, lengths_of
+from hybrid.diagnosis.search import Lengths, contest, lengths_of
 from hybrid.diagnosis.show import Shown, show
 from hybrid.diagnosis.switching import fit_switched
 
@@ -38,6 +39,7 @@ PARTLY = 0.5  # of it: beyond, nothing is
 DOUBT = 0.85  # most probability of a finding beside which something significant is left unexplained
 DEVIATION = 2.5  # of its stated standard deviations: how far a nominal value may be calibrated
 NOISE_OFF = (0.5, 1.5)  # of the noise that the recordings themselves tell: how far it may be told anew
+FAR_FROM_NOISE = "the nominal model leaves far more than noise: what it lacks counted as noise in the search"
 RIVALS = 0.005  # least probability of an alternative that is told
 
 
@@ -76,6 +78,9 @@ def diagnose(dataset: Dataset, advance: Callable[[str], object] | None = None) -
     nominal = Hypothesis(plant)
     lengths = lengths_of(batches, nominal.states)
     short = short_fit(plant, lengths, frame)
+    searched, short = search_frame(plant, lengths, frame, short)
+    if searched is not frame:
+        return _diagnosed_in(searched, short, plant, dataset, lengths, frame, band, measured, notes, tell, begun)
     motion = _motion(short, plant)
     candidates = all_candidates(plant, dataset, motion, measured)
     tell("screening")
@@ -95,6 +100,42 @@ def diagnose(dataset: Dataset, advance: Callable[[str], object] | None = None) -
     posterior = _with_same_noise(posterior_of(tuple(fits), candidates), fits[0], frame, candidates)
     tell("forecasts")
     return _concluded(dataset, plant, fits[0], posterior, frame, band, measured, candidates, notes, begun)
+
+
+def _diagnosed_in(
+    searched: Frame,
+    short: Fit,
+    plant: Plant,
+    dataset: Dataset,
+    lengths: Lengths,
+    frame: Frame,
+    band: Band,
+    measured: tuple[int, ...],
+    notes: list[str],
+    tell: Callable[[str], object],
+    begun: float,
+) -> Diagnosis:
+    """Return the diagnosis by a search in which what the model lacks counts as noise: see `discrepancy`."""
+    nominal = Hypothesis(plant)
+    candidates = all_candidates(plant, dataset, _motion(short, plant), measured)
+    tell("screening")
+    singles = contest(nominal, nominal.centre, candidates, lengths, searched, short, lambda: tell("single causes"))
+    assert singles is not None  # without force laws in the model the nominal fit always answers
+    fits = [singles.base, *singles.fits]
+    posterior = posterior_of(tuple(fits), candidates)
+    tell("recordings apart")
+    fits += fit_switched(short, posterior.fits[0], candidates, lengths, searched)
+    posterior = posterior_of(tuple(fits), candidates)
+    best, base = (in_units_of(frame, item, searched) for item in (posterior.fits[0], fits[0]))
+    if asks_for_more(best, base, frame, band):
+        tell("two causes")
+        fits += pair_fits(posterior, candidates, lengths.whole, searched, band, lambda: tell("two causes"))
+        posterior = posterior_of(tuple(fits), candidates)
+    told = replace(posterior, fits=tuple(in_units_of(frame, item, searched) for item in posterior.fits))
+    times = float(np.sqrt(np.mean((searched.sigma / frame.sigma) ** 2)))
+    notes = [*notes, f"{FAR_FROM_NOISE} ({times:.0f} times the noise was taken as such)"]
+    tell("forecasts")
+    return _concluded(dataset, plant, base, told, frame, band, measured, candidates, notes, begun)
 
 
 def _motion(short: Fit, plant: Plant) -> Motion:

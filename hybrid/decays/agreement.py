@@ -1,0 +1,28 @@
+"""Do recordings come from one structure? The lines of each, with their shapes, must explain the others."""
+
+import numpy as np
+
+from fe_models.dofs import FloatArray
+from hybrid.decays.lines import Lines, columns_of
+
+WINDOW = 5.0  # s: longer ones would ask for the phase of a frequency that moves by thousandths
+
+
+def left_by_each(lines: list[Lines], recordings: list[FloatArray], rate: float) -> FloatArray:
+    """Return the share of each recording's energy that the modes of each one leave, (model, recording).
+
+    ``recordings`` (time, sensor) are cut into windows of `WINDOW`, in which the modes of the model, with its shapes,
+    frequencies and damping, take the amplitudes and phases that fit best. The energy is that of all windows together.
+    """
+    shares = np.empty((len(lines), len(recordings)))
+    samples = round(WINDOW * rate)
+    for i, model in enumerate(lines):
+        waves = columns_of(model.roots, samples, rate).reshape(samples, 2, -1)  # (time, part, line)
+        columns = np.einsum("tpl,sl->tspl", waves, model.shapes).reshape(samples * len(model.shapes), -1)
+        basis, _ = np.linalg.qr(columns)
+        for j, data in enumerate(recordings):
+            count = len(data) // samples
+            windows = data[: count * samples].reshape(count, -1)
+            explained = np.sum((windows @ basis) ** 2)
+            shares[i, j] = 1 - explained / np.sum(windows**2)
+    return shares

@@ -1,0 +1,112 @@
+"""The recordings of a dataset beside one another and beside the nominal model's modes."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fe_models.assembly import linearise
+from fe_models.dofs import FloatArray
+from fe_models.errors import InputError
+from fe_models.modes import mac, natural_modes
+from fe_models.recordings import Dataset
+from fe_models.structure import Structure
+from hybrid.decays.agreement import left_by_each
+from hybrid.decays.backbone import Backbone, backbone_of
+from hybrid.decays.combinations import Combination, combinations_of
+from hybrid.decays.lines import Lines, lines_of
+
+ALIKE = 0.9  # MAC at the sensors, from which on a line is a mode's
+NEAR = 0.2  # of its frequency: how far off a nominal mode may be
+FOLLOWED = 2  # modes, the strongest, whose backbones are told
+
+
+@dataclass(frozen=True)
+class Observed:
+    """One recording: its ``lines``; ``criterion`` (mode, line), their MAC with the nominal modes at the sensors;
+    ``chosen`` (mode,) the line of each mode, -1 where there is none; ``energy`` (line,) of each line's own vibration
+    over all of the recording's; ``backbones`` of the followed modes; ``combinations`` of their frequencies.
+    """
+
+    name: str
+    lines: Lines
+    criterion: FloatArray
+    chosen: tuple[int, ...]
+    energy: FloatArray
+    backbones: tuple[Backbone, ...]
+    combinations: tuple[Combination, ...]
+
+
+@dataclass(frozen=True)
+class Compared:
+    """``nominal`` frequencies (mode,) Hz and ``shapes`` (sensor, mode) of the model; ``sensors``: their names;
+    ``followed``: numbers (from 0) of the strongest modes, by frequency; ``recordings``, and the share that each one's
+    modes leave of the others, ``left`` (model, recording).
+    """
+
+    nominal: FloatArray
+    shapes: FloatArray
+    sensors: tuple[str, ...]
+    followed: tuple[int, ...]
+    recordings: tuple[Observed, ...]
+    left: FloatArray
+
+
+def compare_recordings(dataset: Dataset) -> Compared:
+    """Return the comparison; `InputError` where the model is no structure, or no strong line is one of its modes."""
+    if not isinstance(dataset.model, Structure):
+        raise InputError("model: bare matrices do not say where sensors sit: give a structure file")
+    rate = dataset.sampling_rate
+    highest = min(dataset.lowpass or np.inf, rate / 2)
+    model = linearise(dataset.model)
+    rows = [model.dofs.row(sensor.node, sensor.direction) for sensor in dataset.sensors]
+    modal = natural_modes(model, min(len(rows) + 2, len(model.dofs.free_rows)))
+    kept = modal.frequencies <= highest
+    nominal, shapes = modal.frequencies[kept], modal.shapes[rows][:, kept]
+    singles = [(recording.name, data) for recording in dataset.recordings for data in recording.data]
+    lines = [lines_of(data, rate, highest) for _, data in singles]
+    criteria = [mac(shapes, own.shapes) for own in lines]
+    chosen = [_chosen(nominal, own, criterion) for own, criterion in zip(lines, criteria, strict=True)]
+    energies = [_energies(own, data, rate) for own, (_, data) in zip(lines, singles, strict=True)]
+    followed = _strongest(chosen, energies)
+    found = []
+    for (name, data), own, criterion, line, energy in zip(singles, lines, criteria, chosen, energies, strict=True):
+        ours = [line[mode] for mode in followed]
+        tones = (float(own.frequencies[ours[0]]), float(own.frequencies[ours[1]]))
+        found.append(
+            Observed(
+                name,
+                own,
+                criterion,
+                line,
+                energy,
+                tuple(backbone_of(data, own.shapes[:, k], float(own.frequencies[k]), rate) for k in ours),
+                tuple(combinations_of(data, rate, tones)),
+            )
+        )
+    left = left_by_each(lines, [data for _, data in singles], rate)
+    names = tuple(sensor.name for sensor in dataset.sensors)
+    return Compared(nominal, shapes, names, followed, tuple(found), left)
+
+
+def _chosen(nominal: FloatArray, own: Lines, criterion: FloatArray) -> tuple[int, ...]:
+    """Return the strongest line of each mode's shape and about its frequency."""
+    strength = np.sum(np.abs(own.amplitudes) ** 2, axis=1) / (own.ratios * own.frequencies)  # of the whole decay
+    near = np.abs(own.frequencies / nominal[:, None] - 1) <= NEAR
+    fits = np.where(near & (criterion >= ALIKE), strength, 0.0)
+    return tuple(int(np.argmax(row)) if row.any() else -1 for row in fits)
+
+
+def _energies(own: Lines, data: FloatArray, rate: float) -> FloatArray:
+    """Return the energy (line,) of each line alone over that of the recording (time, sensor)."""
+    time = np.arange(len(data)) / rate
+    waves = np.real(own.amplitudes[:, None] * np.exp(own.roots[:, None] * time)[..., None])  # (line, time, sensor)
+    return np.asarray(np.sum(waves**2, axis=(1, 2)) / np.sum(data**2))
+
+
+def _strongest(chosen: list[tuple[int, ...]], energies: list[FloatArray]) -> tuple[int, ...]:
+    """Return the modes that all recordings have and that hold most energy."""
+    everywhere = [mode for mode in range(len(chosen[0])) if all(line[mode] >= 0 for line in chosen)]
+    if len(everywhere) < FOLLOWED:
+        raise InputError("fewer than two of the model's modes are seen in all recordings: nothing can be compared")
+    held = {mode: sum(e[line[mode]] for e, line in zip(energies, chosen, strict=True)) for mode in everywhere}
+    return tuple(sorted(sorted(everywhere, key=lambda mode: -held[mode])[:FOLLOWED]))

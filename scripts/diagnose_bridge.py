@@ -1,0 +1,61 @@
+"""Diagnose the real bridge: its recordings compared, then each of one structure in turn kept for the test."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from tqdm import tqdm
+
+from fe_models.errors import bad_input_exits
+from fe_models.files.atomic import write_json
+from fe_models.files.bridge_recordings import RECORDINGS, write_bridge_dataset
+from fe_models.files.dataset_file import load_dataset
+from fe_models.files.structure_file import save_structure
+from hybrid.decays.comparison import compare_recordings
+from hybrid.decays.report import describe_compared, draw_backbones, draw_spectra
+from hybrid.diagnosis.diagnosis import diagnose
+from hybrid.diagnosis.example import draw_example
+from hybrid.diagnosis.report import describe_diagnosis, report_table
+
+ANOTHER = 2  # the recording of another structure, as the comparison shows
+ALIKE = tuple(number for number in RECORDINGS if number != ANOTHER)
+
+app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
+
+
+@app.command()
+def main(
+    data: Annotated[Path, typer.Argument(help="Folder with the authors' acc_measured1.mat to acc_measured4.mat.")],
+    out: Annotated[Path, typer.Option(help="Folder for all results.")] = Path("runs/bridge_diagnosis"),
+    tests: Annotated[
+        list[int] | None, typer.Option("--test", help="Recordings to test on, one a diagnosis; left out: 1, 3 and 4.")
+    ] = None,
+) -> None:
+    """Compare the four recordings of the real bridge, then diagnose the nominal bridge; A2 is never fitted.
+
+    The recording of another structure is left out of the diagnoses. A diagnosis takes minutes.
+
+    \b
+    OUT/comparison            backbones.png, spectra.png
+    OUT/test_r1 (r3, r4)      report.json, extended_model.toml, what_is_wrong.png
+    """
+    with bad_input_exits():
+        everything = load_dataset(write_bridge_dataset(data, out / "comparison", ALIKE[0]))
+        compared = compare_recordings(everything)
+        draw_backbones(out / "comparison" / "backbones.png", compared)
+        draw_spectra(out / "comparison" / "spectra.png", everything, compared)
+        print(describe_compared(compared))
+        for test in tests or ALIKE:
+            folder = out / f"test_r{test}"
+            dataset = load_dataset(write_bridge_dataset(data, folder, test, without=(ANOTHER,)))
+            with tqdm(desc=f"diagnosis, test r{test}", bar_format="{desc} [{elapsed}]") as bar:
+                found = diagnose(dataset, bar.set_description)
+            save_structure(found.extended, folder / "extended_model.toml")
+            draw_example(folder / "what_is_wrong.png", found.example)
+            write_json(folder / "report.json", report_table(found))
+            print(f"\nTest r{test}, A2 held out\n\n{describe_diagnosis(found)}")
+        print(f"Results: {out}")
+
+
+if __name__ == "__main__":
+    app()

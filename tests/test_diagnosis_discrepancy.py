@@ -1,0 +1,47 @@
+"""What a model lacks counts as noise where it is far more than that, and only there."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from fe_models.blind import BlindConfig, blind_case
+from hybrid.diagnosis.discrepancy import in_units_of, repeated, search_frame
+from hybrid.diagnosis.fitting import Frame
+from hybrid.diagnosis.hypothesis import Hypothesis
+from hybrid.diagnosis.noise import noise_of_recordings, structure_band
+from hybrid.diagnosis.pairs import short_fit
+from hybrid.diagnosis.plant import plant_of
+from hybrid.diagnosis.records import batches_of, columns_of, measured_columns
+from hybrid.diagnosis.search import lengths_of
+
+
+def test_noise_repeats_nothing_and_a_tone_does() -> None:
+    rng = np.random.default_rng(0)
+    assert repeated((rng.standard_normal((4, 1000, 3)),)) < 1.2  # 333 lags, each with a rho^2 of 1 / 12000
+    time = np.arange(1000)[:, None]
+    tone = np.cos(0.3 * time)[None] * np.ones((1, 1, 3))
+    # rho = (1 - k / 1000) cos(0.3 k): the sum of its squares over 333 lags is half of that of (1 - k / 1000)^2
+    expected = 1 + np.sum((1 - np.arange(1, 333) / 1000) ** 2)
+    assert abs(repeated((tone,)) - expected) < 0.05 * expected
+
+
+def test_frame_stays_where_noise_counts_and_grows_where_the_model_is_far_off() -> None:
+    case = blind_case(5, BlindConfig(("stiffness_change",), size=1.0, train=3, test=1, duration=30.0))
+    dataset = case.dataset
+    plant, measured = plant_of(dataset), measured_columns(dataset)
+    batches = columns_of(batches_of(dataset, "train"), measured)
+    band = structure_band(plant, dataset.sampling_rate)
+    sigma = noise_of_recordings(batches, dataset.sampling_rate, band)
+    frame = Frame(tuple(dataset.sensors[i] for i in measured), dataset.sampling_rate, sigma)
+    lengths = lengths_of(batches, Hypothesis(plant).states)
+    short = short_fit(plant, lengths, frame)
+    assert search_frame(plant, lengths, frame, short) == (frame, short)
+    cleaner = replace(frame, sigma=sigma / 1000)  # as if the sensors had hardly any noise, and the model were as wrong
+    begun = short_fit(plant, lengths, cleaner)
+    searched, found = search_frame(plant, lengths, cleaner, begun)
+    assert np.all(searched.sigma > 100 * cleaner.sigma)
+    # what is known of the springs counts again: they stay nearer to what their owner knows
+    assert np.abs(found.theta / plant.spread).max() < 0.5 * np.abs(begun.theta / plant.spread).max()
+    back = in_units_of(cleaner, found, searched)
+    np.testing.assert_allclose(back.chi2, found.chi2 * (searched.sigma[0] / cleaner.sigma[0]) ** 2, rtol=1e-9)
+    assert np.isclose(back.cost - back.chi2, found.cost - found.chi2, rtol=1e-6, atol=1e-3)
