@@ -27,7 +27,10 @@ def scan(fit: Fit, candidates: tuple[Candidate, ...], frame: Frame) -> list[Scre
     plain = _left(fit.hypothesis, theta[None], fit, frame)[0]
     found = []
     for candidate in candidates:
-        if len(candidate.names) == 1 and candidate.scalable and not candidate.is_law and not candidate.oscillator:
+        if not candidate.names:  # it acts or it does not
+            left = _left(fit.hypothesis.adding(candidate), theta[None], fit, frame)
+            found.append(Screened(candidate, (), float(plain - left[0]), theta - fit.theta))
+        elif len(candidate.names) == 1 and candidate.scalable and not candidate.is_law and not candidate.oscillator:
             sizes = candidate.neutral[0] + np.array(SIZES) * candidate.width[0]
             sizes = sizes[sizes > candidate.lower[0]]
             if candidate.kind == StiffnessChange.kind:

@@ -28,6 +28,7 @@ RACING = 5  # fits at most that are continued over longer segments
 RIVALS = 8  # candidates that are tried in the place of one of two causes
 QUIET = 1e-3  # N: where the search for a harmonic force begins
 FORCES = 3  # harmonic forces that are fitted
+FORCES_ON_FRAMES = 10  # where neighbours are alike
 UNDERRATED = 2.0  # how much more a harmonic force may explain than it promises, once its frequency is refined
 SHORT_ITERATIONS = 8  # of the fits of the shortest segments
 CLOSE_ENOUGH = 1.0  # fall in the sum of squares at which fits of segments stop; they are only starts
@@ -120,7 +121,7 @@ def contest(
     for longer in lengths.cut[1:]:
         present = _race(present, longer, frame, CLOSE_ENOUGH if longer is not lengths.whole else ENOUGH)
         advance()
-    for trial in forces[:FORCES]:
+    for trial in forces[: FORCES if hypothesis.plant.is_chain else FORCES_ON_FRAMES]:
         if base.cost - UNDERRATED * trial.gain < bound_of([base, *present]):
             refined = _refined(hypothesis, base, trial, frame)
             present += [] if refined is None else [refined]
@@ -232,5 +233,6 @@ def _promising(ranked: list[list[Screened]], kept: int) -> list[Screened]:
                 if laws > min(KEPT_LAWS, kept // 2):
                     continue
             taken += 1
-            chosen.setdefault(trial.candidate.key, trial)
+            if trial.candidate.key not in chosen or not trial.candidate.names:  # the scan's, which starts as drawn
+                chosen[trial.candidate.key] = trial
     return list(chosen.values())
