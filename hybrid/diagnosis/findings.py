@@ -97,6 +97,8 @@ def place_words(location: dict[str, Any]) -> str:
         return f"sensor {location['sensor']}"
     if "element" in location:
         return f"element {location['element']}"
+    if len(location.get("elements", ())) == 1:
+        return f"element {location['elements'][0]}"
     if "elements" in location:
         return f"each of elements {location['elements'][0]} to {location['elements'][-1]}"
     if "modes" in location:
