@@ -8,7 +8,7 @@ freedom costs Exudyn no more than the drawn one, and no full matrix is ever form
 
 from collections import defaultdict
 from collections.abc import Hashable, Iterable
-from dataclasses import fields, replace
+from dataclasses import fields
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -42,11 +42,11 @@ def linearise(structure: Structure, state: FloatArray | None = None) -> LinearMo
     than there is.
     """
     parts = mesh(require_structure(structure))
-    groups = _equal_items(structure, parts, state)
+    mass, damping, stiffness = summed(_equal_items(structure, parts, state), parts.dofs)
     model = LinearModel(
-        mass=scatter([(matrices.mass, rows) for matrices, rows in groups], parts.dofs),
-        damping=scatter([(matrices.damping, rows) for matrices, rows in groups], parts.dofs),
-        stiffness=scatter([(matrices.stiffness, rows) for matrices, rows in groups], parts.dofs),
+        mass=mass,
+        damping=damping,
+        stiffness=stiffness,
         dofs=parts.dofs,
         coordinates=parts.coordinates,
         modal_ratios=structure.damping.modal_ratios,
@@ -60,13 +60,7 @@ def linearise(structure: Structure, state: FloatArray | None = None) -> LinearMo
 def unsupported(structure: Structure) -> tuple[csr_array, csr_array, csr_array]:
     """Return M, C (without modal damping) and K over all degrees of freedom, as if no support held the structure."""
     parts = mesh(require_structure(structure))
-    groups = _equal_items(structure, parts, None)
-    everywhere = replace(parts.dofs, free=np.ones(len(parts.dofs), dtype=bool))
-    return (
-        scatter([(matrices.mass, rows) for matrices, rows in groups], everywhere),
-        scatter([(matrices.damping, rows) for matrices, rows in groups], everywhere),
-        scatter([(matrices.stiffness, rows) for matrices, rows in groups], everywhere),
-    )
+    return summed(_equal_items(structure, parts, None), parts.dofs.released())
 
 
 def gravity_load(structure: Structure, acceleration: float = 9.81) -> FloatArray:
@@ -129,6 +123,15 @@ def _without_place(item: "Item") -> Hashable:
     """Return what makes an item's matrices: its kind and all its fields but the node numbers and the group."""
     made_of = [getattr(item, entry.name) for entry in fields(item) if entry.name not in ("node", "nodes", "group")]
     return (type(item), isinstance(item, PointMass) or len(item.nodes), *made_of)
+
+
+def summed(groups: list[Group], dofs: DofMap) -> tuple[csr_array, csr_array, csr_array]:
+    """Return M, C and K over the free degrees of freedom, each the sum of its blocks in all groups."""
+    return (
+        scatter([(matrices.mass, rows) for matrices, rows in groups], dofs),
+        scatter([(matrices.damping, rows) for matrices, rows in groups], dofs),
+        scatter([(matrices.stiffness, rows) for matrices, rows in groups], dofs),
+    )
 
 
 def scatter(blocks: list[tuple[FloatArray, IntArray]], dofs: DofMap) -> csr_array:

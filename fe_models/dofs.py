@@ -1,6 +1,6 @@
 """Which row of a vector over all degrees of freedom belongs to which node and direction, and which rows are free."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +35,10 @@ class DofMap:
         if len(hits) != 1:
             raise KeyError(f"node {node} has no degree of freedom {direction!r}")
         return int(hits[0])
+
+    def released(self) -> "DofMap":
+        """Return the same degrees of freedom as if no support held any."""
+        return replace(self, free=np.ones(len(self), dtype=bool))
 
     def expand(self, free_values: FloatArray) -> FloatArray:
         """Return values (free, ...) as (dof, ...) with zeros at the supports."""

@@ -1,12 +1,12 @@
 """What linear effects do to the matrices of a structure, sparse and of low rank: M + dM, C + dC, K + dK."""
 
 from collections import Counter
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.sparse import csr_array
 
-from fe_models.assembly import linearise, matrices_of, scatter
+from fe_models.assembly import linearise, matrices_of, summed
 from fe_models.damping import ratios_of_modes
 from fe_models.dofs import DofMap, FloatArray, structure_dofs
 from fe_models.effects import Effect
@@ -59,14 +59,12 @@ def matrix_changes(structure: Structure, *effects: Effect, state: FloatArray | N
         Counter((item, nodes, tuple(vector.tolist())) for item, nodes, vector in items_of(variant, parts))
         for variant in (structure, extended)
     )
-    everywhere = replace(parts.dofs, free=np.ones(len(parts.dofs), dtype=bool))
+    everywhere = parts.dofs.released()
     mass, damping, stiffness = (csr_array((len(everywhere), len(everywhere))) for _ in range(3))
     for sign, items in ((1.0, after - before), (-1.0, before - after)):
         placed = [(item, nodes, np.array(vector)) for item, nodes, vector in items.elements()]
-        groups = matrices_of(structure, placed, state)
-        mass += sign * scatter([(matrices.mass, rows) for matrices, rows in groups], everywhere)
-        damping += sign * scatter([(matrices.damping, rows) for matrices, rows in groups], everywhere)
-        stiffness += sign * scatter([(matrices.stiffness, rows) for matrices, rows in groups], everywhere)
+        dM, dC, dK = summed(matrices_of(structure, placed, state), everywhere)
+        mass, damping, stiffness = mass + sign * dM, damping + sign * dC, stiffness + sign * dK
     vectors, weights = _modal_part(structure, extended, state)
     return MatrixChanges(mass, damping, stiffness, vectors, weights, structure_dofs(extended))
 

@@ -31,9 +31,7 @@ SLACK = pytest.mark.skip(
 )
 
 
-MISTAKEN = pytest.mark.xfail(
-    reason="a known fault: taken for a sensor of the wrong sign, with confidence", strict=False
-)
+MISTAKEN = pytest.mark.xfail(reason="a known fault: taken for a sensor of the wrong sign, with confidence", strict=True)
 
 
 def is_off(number: int) -> bool:

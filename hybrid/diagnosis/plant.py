@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 from scipy.linalg import eigh
 from scipy.sparse import csr_array
-from scipy.sparse.linalg import splu
+from scipy.sparse.linalg import SuperLU
 
 from fe_models.assembly import linearise, unsupported
 from fe_models.damping import full_damping, replace_ratios
@@ -15,6 +15,7 @@ from fe_models.effects.base import ForceLaw
 from fe_models.effects.laws import force_laws, replaced_ratios
 from fe_models.errors import InputError, raise_faults
 from fe_models.linear import LinearModel
+from fe_models.mechanisms import factorise
 from fe_models.modes import natural_modes
 from fe_models.nominal import damping_ratios
 from fe_models.recordings import Dataset, Sensor
@@ -105,9 +106,9 @@ class Plant:
         return shape
 
     @cached_property
-    def _factors(self):  # type: ignore[no-untyped-def]
+    def _factors(self) -> SuperLU:
         free = self.dofs.free_rows
-        return splu(self.stiffness[free][:, free].tocsc())
+        return factorise(self.stiffness[free][:, free])
 
 
 def plant_of(dataset: Dataset) -> Plant:
