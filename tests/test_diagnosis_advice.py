@@ -11,10 +11,11 @@ from fe_models.four_dof import four_dof
 from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.simulate import FreeConfig, simulate_free
 from hybrid.diagnosis.advice import Advice, advise, possible_sensors
-from hybrid.diagnosis.candidates import Motion, all_candidates
+from hybrid.diagnosis.candidates import all_candidates
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.fitting import Fit, Frame, fit
 from hybrid.diagnosis.hypothesis import Hypothesis
+from hybrid.diagnosis.places import Motion
 from hybrid.diagnosis.plant import plant_of
 from hybrid.diagnosis.posterior import Posterior
 from hybrid.diagnosis.records import batches_of

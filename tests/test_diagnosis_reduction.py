@@ -17,8 +17,10 @@ from fe_models.linear import ModalModel
 from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset, Recording
 from hybrid.diagnosis import plant as plants
-from hybrid.diagnosis.candidates import Candidate, Motion, all_candidates
+from hybrid.diagnosis.candidate import Candidate
+from hybrid.diagnosis.candidates import all_candidates
 from hybrid.diagnosis.hypothesis import Hypothesis
+from hybrid.diagnosis.places import Motion
 from hybrid.diagnosis.plant import Plant, plant_of
 from hybrid.diagnosis.reduction import basis_of, turn
 

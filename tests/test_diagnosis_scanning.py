@@ -18,9 +18,11 @@ from fe_models.effects import AddedMass, Effect, StiffnessChange, SupportSpring
 from fe_models.four_dof import four_dof
 from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset, Recording
-from hybrid.diagnosis.candidates import Candidate, Motion, all_candidates
+from hybrid.diagnosis.candidate import Candidate
+from hybrid.diagnosis.candidates import all_candidates
 from hybrid.diagnosis.fitting import Fit, Frame, fit
 from hybrid.diagnosis.hypothesis import Hypothesis
+from hybrid.diagnosis.places import Motion
 from hybrid.diagnosis.plant import Plant, plant_of
 from hybrid.diagnosis.records import Batch
 from hybrid.diagnosis.scanning import scan

@@ -10,12 +10,14 @@ from fe_models.effects import CubicSpring, HarmonicForce
 from fe_models.errors import InputError
 from fe_models.linear import ModalModel
 from fe_models.recordings import Dataset
-from hybrid.diagnosis.candidates import Candidate, Motion, all_candidates
+from hybrid.diagnosis.candidate import Candidate
+from hybrid.diagnosis.candidates import all_candidates
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.fitting import Fit, Frame, fit
 from hybrid.diagnosis.hypothesis import Hypothesis
 from hybrid.diagnosis.judging import judge
 from hybrid.diagnosis.noise import noise_of_recordings, structure_band
+from hybrid.diagnosis.places import Motion
 from hybrid.diagnosis.plant import plant_of
 from hybrid.diagnosis.posterior import posterior_of
 from hybrid.diagnosis.records import Batch, batches_of, columns_of

@@ -23,9 +23,11 @@ from fe_models.effects import (
 from fe_models.four_dof import four_dof
 from fe_models.recordings import Assumptions, Dataset, Recording
 from fe_models.simulate import FreeConfig, simulate_free
-from hybrid.diagnosis.candidates import Candidate, Motion, all_candidates
+from hybrid.diagnosis.candidate import Candidate
+from hybrid.diagnosis.candidates import all_candidates
 from hybrid.diagnosis.fitting import Fit, Frame, fit
 from hybrid.diagnosis.hypothesis import Hypothesis
+from hybrid.diagnosis.places import Motion
 from hybrid.diagnosis.plant import Plant, plant_of
 from hybrid.diagnosis.records import Batch
 from hybrid.diagnosis.screening import law_responses, screen

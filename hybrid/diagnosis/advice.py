@@ -13,7 +13,7 @@ import numpy as np
 from fe_models.dofs import FloatArray
 from fe_models.files.recording_checks import UNITS
 from fe_models.recordings import Quantity, Sensor
-from hybrid.diagnosis.candidates import Candidate
+from hybrid.diagnosis.candidate import Candidate
 from hybrid.diagnosis.findings import place_words, reported_location
 from hybrid.diagnosis.fitting import Fit, Frame, linearise_batch
 from hybrid.diagnosis.plant import Plant

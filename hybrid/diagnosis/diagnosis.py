@@ -13,7 +13,8 @@ from fe_models.recordings import Dataset
 from fe_models.structure import Structure
 from hybrid.diagnosis.acting import recordings_of
 from hybrid.diagnosis.advice import Advice, advise
-from hybrid.diagnosis.candidates import Candidate, Motion, all_candidates
+from hybrid.diagnosis.candidate import Candidate
+from hybrid.diagnosis.candidates import all_candidates
 from hybrid.diagnosis.channels import usable
 from hybrid.diagnosis.crossvalidation import as_recordings, folds_of
 from hybrid.diagnosis.discrepancy import in_units_of, search_frame
@@ -26,6 +27,7 @@ from hybrid.diagnosis.hypothesis import Hypothesis
 from hybrid.diagnosis.noise import Band, excess, noise_of_recordings, structure_band
 from hybrid.diagnosis.pairs import asks_for_more, misfit, pair_fits, short_fit
 from hybrid.diagnosis.pairs import left as left_of
+from hybrid.diagnosis.places import Motion
 from hybrid.diagnosis.plant import Plant, plant_of
 from hybrid.diagnosis.posterior import Posterior, of_candidate, posterior_of, rivals_of
 from hybrid.diagnosis.records import batches_of, columns_of, measured_columns
@@ -81,7 +83,7 @@ def diagnose(dataset: Dataset, advance: Callable[[str], object] | None = None) -
     searched, short = search_frame(plant, lengths, frame, short)
     if searched is not frame:
         return _diagnosed_in(searched, short, plant, dataset, lengths, frame, band, measured, notes, tell, begun)
-    motion = _motion(short, plant)
+    motion = Motion.of_states(np.concatenate(short.states), plant)
     candidates = all_candidates(plant, dataset, motion, measured)
     tell("screening")
     singles = contest(nominal, nominal.centre, candidates, lengths, frame, short, lambda: tell("single causes"))
@@ -117,7 +119,7 @@ def _diagnosed_in(
 ) -> Diagnosis:
     """Return the diagnosis by a search in which what the model lacks counts as noise: see `discrepancy`."""
     nominal = Hypothesis(plant)
-    candidates = all_candidates(plant, dataset, _motion(short, plant), measured)
+    candidates = all_candidates(plant, dataset, Motion.of_states(np.concatenate(short.states), plant), measured)
     tell("screening")
     singles = contest(nominal, nominal.centre, candidates, lengths, searched, short, lambda: tell("single causes"))
     assert singles is not None  # without force laws in the model the nominal fit always answers
@@ -136,13 +138,6 @@ def _diagnosed_in(
     notes = [*notes, f"{FAR_FROM_NOISE} ({times:.0f} times the noise was taken as such)"]
     tell("forecasts")
     return _concluded(dataset, plant, base, told, frame, band, measured, candidates, notes, begun)
-
-
-def _motion(short: Fit, plant: Plant) -> Motion:
-    n = plant.size
-    states = np.concatenate(short.states)
-    shapes = plant.basis[:, :n]
-    return Motion(states[:, :n] @ shapes.T, states[:, n : 2 * n] @ shapes.T)
 
 
 def _with_better_noise(fits: list[Fit], frame: Frame, band: Band) -> tuple[Frame, list[Fit]]:

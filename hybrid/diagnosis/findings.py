@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 
 from fe_models.effects import Cause, CoulombFriction, HarmonicForce
-from hybrid.diagnosis.candidates import CREEP, Candidate
+from hybrid.diagnosis.candidate import Candidate
 from hybrid.diagnosis.fitting import Fit
+from hybrid.diagnosis.force_causes import CREEP
 from hybrid.diagnosis.wave import wave
 
 VERBS = {

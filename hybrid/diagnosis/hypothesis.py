@@ -12,7 +12,7 @@ from fe_models.effects import SlackCable
 from fe_models.recordings import Sensor
 from fe_models.time_integration import TimeIntegration
 from fe_models.uncertain_parts import UncertainPart
-from hybrid.diagnosis.candidates import Candidate
+from hybrid.diagnosis.candidate import Candidate
 from hybrid.diagnosis.plant import Plant
 from hybrid.diagnosis.reduction import Basis, basis_of, turn
 from hybrid.diagnosis.system import Force, System

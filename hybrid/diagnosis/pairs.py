@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from hybrid.diagnosis.candidates import Candidate
+from hybrid.diagnosis.candidate import Candidate
 from hybrid.diagnosis.fitting import Fit, Frame, fit
 from hybrid.diagnosis.hypothesis import Hypothesis
 from hybrid.diagnosis.noise import Band, Excess, excess

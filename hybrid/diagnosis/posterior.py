@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fe_models.dofs import FloatArray
-from hybrid.diagnosis.candidates import Candidate
+from hybrid.diagnosis.candidate import Candidate
 from hybrid.diagnosis.fitting import Fit
 from hybrid.diagnosis.noise import correlation_factor
 

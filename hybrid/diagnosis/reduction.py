@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fe_models.dofs import FloatArray
-from hybrid.diagnosis.candidates import Candidate
+from hybrid.diagnosis.candidate import Candidate
 from hybrid.diagnosis.plant import Plant
 
 SAME = 1e-6  # of its length: what must be left of a shape for it to add to the basis

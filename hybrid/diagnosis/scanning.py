@@ -4,7 +4,7 @@ import numpy as np
 
 from fe_models.dofs import FloatArray
 from fe_models.effects import StiffnessChange
-from hybrid.diagnosis.candidates import Candidate
+from hybrid.diagnosis.candidate import Candidate
 from hybrid.diagnosis.fitting import EXPLODED, Fit, Frame, orthonormal
 from hybrid.diagnosis.hypothesis import Hypothesis
 from hybrid.diagnosis.screening import Screened

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fe_models.dofs import FloatArray
-from hybrid.diagnosis.candidates import Candidate
+from hybrid.diagnosis.candidate import Candidate
 from hybrid.diagnosis.driven import History, driven, forces_along, free_form, motion_of
 from hybrid.diagnosis.fitting import Fit, Frame, Linearisation, linearise_batch
 from hybrid.diagnosis.hypothesis import Hypothesis, Reduced, force_of

@@ -7,7 +7,7 @@ import numpy as np
 
 from fe_models.dofs import FloatArray
 from hybrid.calibration import nothing
-from hybrid.diagnosis.candidates import Candidate
+from hybrid.diagnosis.candidate import Candidate
 from hybrid.diagnosis.fitting import ENOUGH, Fit, Frame, fit
 from hybrid.diagnosis.hypothesis import Hypothesis
 from hybrid.diagnosis.posterior import temper_of

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from fe_models.dofs import BoolArray, FloatArray
-from hybrid.diagnosis.candidates import Candidate
+from hybrid.diagnosis.candidate import Candidate
 from hybrid.diagnosis.fitting import ENOUGH, Fit, Frame, fit, linearise_batch
 from hybrid.diagnosis.hypothesis import Hypothesis
 from hybrid.diagnosis.records import Batch

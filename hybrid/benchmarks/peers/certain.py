@@ -6,10 +6,12 @@ import numpy as np
 
 from fe_models.dofs import FloatArray
 from fe_models.recordings import Dataset
-from hybrid.diagnosis.candidates import Candidate, Motion, all_candidates
+from hybrid.diagnosis.candidate import Candidate
+from hybrid.diagnosis.candidates import all_candidates
 from hybrid.diagnosis.fitting import Fit, Frame, fit
 from hybrid.diagnosis.hypothesis import Hypothesis
 from hybrid.diagnosis.noise import noise_of_recordings, structure_band
+from hybrid.diagnosis.places import Motion
 from hybrid.diagnosis.plant import CERTAIN, plant_of
 from hybrid.diagnosis.records import batches_of, columns_of, measured_columns
 from hybrid.diagnosis.search import Lengths, lengths_of
@@ -45,7 +47,5 @@ def ground_of(dataset: Dataset) -> Ground:
     lengths = lengths_of(batches, nominal.states)
     short = fit(nominal, nominal.centre, lengths.cut[0], frame)
     assert short is not None  # a linear system always answers
-    states = np.concatenate(short.states)
-    n, shapes = plant.size, plant.basis[:, : plant.size]
-    motion = Motion(states[:, :n] @ shapes.T, states[:, n : 2 * n] @ shapes.T)
+    motion = Motion.of_states(np.concatenate(short.states), plant)
     return Ground(nominal, frame, lengths, short, all_candidates(plant, dataset, motion, measured))

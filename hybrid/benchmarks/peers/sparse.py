@@ -18,7 +18,7 @@ from fe_models.recordings import Dataset
 from hybrid.benchmarks.peers.answer import Answer
 from hybrid.benchmarks.peers.certain import Ground, ground_of
 from hybrid.benchmarks.peers.latent_forces import LatentForces, latent_forces
-from hybrid.diagnosis.candidates import Candidate
+from hybrid.diagnosis.candidate import Candidate
 from hybrid.diagnosis.findings import reported_location
 from hybrid.diagnosis.hypothesis import force_of
 from hybrid.diagnosis.plant import Plant

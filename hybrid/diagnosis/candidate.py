@@ -1,0 +1,69 @@
+"""One kind of cause at one place: what it changes, its parameters, where a search starts and ends."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+from scipy.sparse import csr_array
+
+from fe_models.dofs import FloatArray
+from fe_models.effects import Cause
+
+SMALL = 1e-5  # of a prior width: the step at which a response counts as of first order, however long a recording is
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One kind of cause at one place.
+
+    ``build`` makes the cause from its parameters (of arrays, one of arrays). ``names``: their words; ``neutral``:
+    values at which it does nothing; ``width``: prior standard deviations about them; ``lower``: bounds; ``starts``:
+    values at which a search may begin; with ``scalable`` the first of them is small, and the score test finds its size.
+    The cause is felt by what of the following is set: ``changes`` dM, dC, dK, sparse (dof, dof), for each unit of its
+    `amount`, ``mode`` (from 0), ``pull`` (dof,) of a force law or of an ``oscillator``, ``sensor`` (position among the
+    measured ones), or nothing (the time steps). ``released``: the row that a support holds in the nominal structure;
+    the parameter is then the compliance there. ``twins``: other places where it would do the same.
+    """
+
+    kind: str
+    location: dict[str, Any]
+    names: tuple[str, ...]
+    build: Callable[..., Cause] = field(compare=False, repr=False)
+    neutral: tuple[float, ...]
+    width: tuple[float, ...]
+    lower: tuple[float, ...]
+    starts: tuple[tuple[float, ...], ...] = ()
+    scalable: bool = True
+    changes: tuple[csr_array, csr_array, csr_array] | None = field(default=None, compare=False, repr=False)
+    mode: int | None = None
+    pull: FloatArray | None = field(default=None, compare=False, repr=False)
+    oscillator: bool = False
+    sensor: int | None = None
+    released: int | None = None
+    twins: tuple[dict[str, Any], ...] = ()
+
+    def amount(self, values: FloatArray) -> FloatArray:
+        """Return how many of its ``changes`` a parameter (variant,) stands for."""
+        return values - self.neutral[0] if self.released is None else 1 / values
+
+    @property
+    def first_starts(self) -> tuple[tuple[float, ...], ...]:
+        """The ``starts``; where none are given, a small step away from doing nothing."""
+        if self.starts or not self.names:
+            return self.starts or ((),)
+        return (tuple(a + SMALL * b for a, b in zip(self.neutral, self.width, strict=True)),)
+
+    @property
+    def without(self) -> tuple[float, ...]:
+        """Values at which it does nothing that can be computed with: a support as good as rigid is not quite."""
+        return self.neutral if self.released is None else self.lower
+
+    @property
+    def is_law(self) -> bool:
+        """Whether it is a force that is not linear in the motion."""
+        return self.pull is not None and not self.oscillator
+
+    @property
+    def key(self) -> str:
+        """Kind and place as one word, the same for the same candidate."""
+        return f"{self.kind} {self.location}"
