@@ -13,7 +13,8 @@ from fe_models.simulate import FreeConfig, simulate_free
 from hybrid.diagnosis.advice import Advice, advise, possible_sensors
 from hybrid.diagnosis.candidates import all_candidates
 from hybrid.diagnosis.diagnosis import diagnose
-from hybrid.diagnosis.fitting import Fit, Frame, fit
+from hybrid.diagnosis.fitting import Fit, fit
+from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.hypothesis import Hypothesis
 from hybrid.diagnosis.places import Motion
 from hybrid.diagnosis.plant import plant_of

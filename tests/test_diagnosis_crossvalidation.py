@@ -6,8 +6,9 @@ import numpy as np
 
 from fe_models.blind import BlindConfig, blind_case
 from hybrid.diagnosis.crossvalidation import as_recordings, folds_of
-from hybrid.diagnosis.fitting import Fit, Frame, fit
+from hybrid.diagnosis.fitting import Fit, fit
 from hybrid.diagnosis.forecasting import Model
+from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.hypothesis import Hypothesis
 from hybrid.diagnosis.plant import plant_of
 from hybrid.diagnosis.records import batches_of, columns_of, measured_columns

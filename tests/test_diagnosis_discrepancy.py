@@ -6,7 +6,7 @@ import numpy as np
 
 from fe_models.blind import BlindConfig, blind_case
 from hybrid.diagnosis.discrepancy import in_units_of, repeated, search_frame
-from hybrid.diagnosis.fitting import Frame
+from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.hypothesis import Hypothesis
 from hybrid.diagnosis.noise import noise_of_recordings, structure_band
 from hybrid.diagnosis.pairs import short_fit

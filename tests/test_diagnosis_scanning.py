@@ -20,7 +20,8 @@ from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset, Recording
 from hybrid.diagnosis.candidate import Candidate
 from hybrid.diagnosis.candidates import all_candidates
-from hybrid.diagnosis.fitting import Fit, Frame, fit
+from hybrid.diagnosis.fitting import Fit, fit
+from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.hypothesis import Hypothesis
 from hybrid.diagnosis.places import Motion
 from hybrid.diagnosis.plant import Plant, plant_of

@@ -17,7 +17,8 @@ from fe_models.simulate import FreeConfig, simulate_free
 from hybrid.diagnosis.amplitude import amplitude_dependence
 from hybrid.diagnosis.diagnosis import Diagnosis, diagnose
 from hybrid.diagnosis.example import Example, draw_example
-from hybrid.diagnosis.fitting import Frame, fit
+from hybrid.diagnosis.fitting import fit
+from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.hypothesis import Hypothesis
 from hybrid.diagnosis.plant import plant_of
 from hybrid.diagnosis.records import batches_of, columns_of

@@ -25,7 +25,8 @@ from fe_models.recordings import Assumptions, Dataset, Recording
 from fe_models.simulate import FreeConfig, simulate_free
 from hybrid.diagnosis.candidate import Candidate
 from hybrid.diagnosis.candidates import all_candidates
-from hybrid.diagnosis.fitting import Fit, Frame, fit
+from hybrid.diagnosis.fitting import Fit, fit
+from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.hypothesis import Hypothesis
 from hybrid.diagnosis.places import Motion
 from hybrid.diagnosis.plant import Plant, plant_of

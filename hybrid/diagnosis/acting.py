@@ -2,8 +2,9 @@
 
 import numpy as np
 
-from hybrid.diagnosis.fitting import Fit, Frame
+from hybrid.diagnosis.fitting import Fit
 from hybrid.diagnosis.forecasting import Model, initial_states, without
+from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.records import Batch
 from hybrid.diagnosis.switching import acting_recordings
 

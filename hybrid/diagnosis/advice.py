@@ -15,7 +15,9 @@ from fe_models.files.recording_checks import UNITS
 from fe_models.recordings import Quantity, Sensor
 from hybrid.diagnosis.candidate import Candidate
 from hybrid.diagnosis.findings import place_words, reported_location
-from hybrid.diagnosis.fitting import Fit, Frame, linearise_batch
+from hybrid.diagnosis.fitting import Fit
+from hybrid.diagnosis.frame import Frame
+from hybrid.diagnosis.linearisation import linearise_batch
 from hybrid.diagnosis.plant import Plant
 from hybrid.diagnosis.posterior import Posterior, rivals_of
 from hybrid.diagnosis.system import respond

@@ -9,7 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from fe_models.dofs import FloatArray
-from hybrid.diagnosis.fitting import Fit, Frame, linearise_batch
+from hybrid.diagnosis.fitting import Fit
+from hybrid.diagnosis.frame import Frame
+from hybrid.diagnosis.linearisation import linearise_batch
 from hybrid.diagnosis.search import lengths_of
 
 LEVELS = 3  # sizes that are told apart

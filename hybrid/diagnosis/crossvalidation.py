@@ -8,8 +8,9 @@ import numpy as np
 from fe_models.dofs import FloatArray
 from fe_models.files.recording_checks import FEWEST_SAMPLES
 from fe_models.recordings import Dataset, Recording, Sensor
-from hybrid.diagnosis.fitting import Fit, Frame, fit
+from hybrid.diagnosis.fitting import Fit, fit
 from hybrid.diagnosis.forecasting import Forecast, Model, forecast
+from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.records import Batch, batches_of
 
 FOLDS = 4  # groups of recordings, each forecast by the fit to the others; every fold costs a fit of each model

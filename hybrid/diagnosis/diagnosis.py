@@ -21,8 +21,9 @@ from hybrid.diagnosis.discrepancy import in_units_of, search_frame
 from hybrid.diagnosis.example import Example, example_of
 from hybrid.diagnosis.extend import extended_structure
 from hybrid.diagnosis.findings import Finding, Verdict, cause_of, place_words, reported_location, sentence_of
-from hybrid.diagnosis.fitting import Fit, Frame, fit
+from hybrid.diagnosis.fitting import Fit, fit
 from hybrid.diagnosis.forecasting import Forecast, Model, forecast
+from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.hypothesis import Hypothesis
 from hybrid.diagnosis.noise import Band, excess, noise_of_recordings, structure_band
 from hybrid.diagnosis.pairs import asks_for_more, misfit, pair_fits, short_fit

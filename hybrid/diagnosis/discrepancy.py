@@ -10,7 +10,8 @@ from dataclasses import replace
 import numpy as np
 
 from fe_models.dofs import FloatArray
-from hybrid.diagnosis.fitting import Fit, Frame
+from hybrid.diagnosis.fitting import Fit
+from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.pairs import short_fit
 from hybrid.diagnosis.plant import Plant
 from hybrid.diagnosis.search import Lengths

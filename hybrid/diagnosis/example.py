@@ -7,8 +7,8 @@ import numpy as np
 
 from fe_models.dofs import FloatArray
 from fe_models.recordings import Sensor
-from hybrid.diagnosis.fitting import Frame
 from hybrid.diagnosis.forecasting import SHOWN, Model, predicted
+from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.records import Batch
 from hybrid.figures import channel_labels, figure
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from fe_models.dofs import FloatArray
 from fe_models.recordings import Sensor
-from hybrid.diagnosis.fitting import Frame
+from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.hypothesis import Hypothesis
 from hybrid.diagnosis.records import Batch
 from hybrid.diagnosis.system import drift, observability, respond

@@ -6,7 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from hybrid.diagnosis.candidate import Candidate
-from hybrid.diagnosis.fitting import Fit, Frame, fit
+from hybrid.diagnosis.fitting import Fit, fit
+from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.hypothesis import Hypothesis
 from hybrid.diagnosis.noise import Band, Excess, excess
 from hybrid.diagnosis.plant import Plant

@@ -5,8 +5,10 @@ import numpy as np
 from fe_models.dofs import FloatArray
 from fe_models.effects import StiffnessChange
 from hybrid.diagnosis.candidate import Candidate
-from hybrid.diagnosis.fitting import EXPLODED, Fit, Frame, orthonormal
+from hybrid.diagnosis.fitting import Fit
+from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.hypothesis import Hypothesis
+from hybrid.diagnosis.linearisation import EXPLODED, orthonormal
 from hybrid.diagnosis.screening import Screened
 from hybrid.diagnosis.system import drift, drifted, observability
 

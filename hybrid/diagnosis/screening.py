@@ -10,8 +10,10 @@ import numpy as np
 from fe_models.dofs import FloatArray
 from hybrid.diagnosis.candidate import Candidate
 from hybrid.diagnosis.driven import History, driven, forces_along, free_form, motion_of
-from hybrid.diagnosis.fitting import Fit, Frame, Linearisation, linearise_batch
+from hybrid.diagnosis.fitting import Fit
+from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.hypothesis import Hypothesis, Reduced, force_of
+from hybrid.diagnosis.linearisation import Linearisation, linearise_batch
 from hybrid.diagnosis.records import Batch
 from hybrid.diagnosis.system import ModalForm, System, drifted, respond
 

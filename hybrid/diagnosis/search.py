@@ -8,7 +8,8 @@ import numpy as np
 from fe_models.dofs import FloatArray
 from hybrid.calibration import nothing
 from hybrid.diagnosis.candidate import Candidate
-from hybrid.diagnosis.fitting import ENOUGH, Fit, Frame, fit
+from hybrid.diagnosis.fitting import ENOUGH, Fit, fit
+from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.hypothesis import Hypothesis
 from hybrid.diagnosis.posterior import temper_of
 from hybrid.diagnosis.records import Batch

@@ -8,9 +8,11 @@ from fe_models.dofs import FloatArray
 from fe_models.modes import mac
 from fe_models.recordings import Dataset, Sensor
 from hybrid.diagnosis.amplitude import Amplitude, amplitude_dependence
-from hybrid.diagnosis.fitting import Fit, Frame, linearise_batch
+from hybrid.diagnosis.fitting import Fit
 from hybrid.diagnosis.forecasting import Forecast
+from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.hypothesis import Hypothesis
+from hybrid.diagnosis.linearisation import linearise_batch
 from hybrid.diagnosis.noise import Excess
 from hybrid.diagnosis.plant import Plant
 from hybrid.diagnosis.search import fit_growing, lengths_of

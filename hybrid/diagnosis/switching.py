@@ -6,8 +6,10 @@ import numpy as np
 
 from fe_models.dofs import BoolArray, FloatArray
 from hybrid.diagnosis.candidate import Candidate
-from hybrid.diagnosis.fitting import ENOUGH, Fit, Frame, fit, linearise_batch
+from hybrid.diagnosis.fitting import ENOUGH, Fit, fit
+from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.hypothesis import Hypothesis
+from hybrid.diagnosis.linearisation import linearise_batch
 from hybrid.diagnosis.records import Batch
 from hybrid.diagnosis.screening import amounts_by_recording
 from hybrid.diagnosis.search import CLOSE_ENOUGH, Lengths, bound_of, continued, padded

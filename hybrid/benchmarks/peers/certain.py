@@ -8,7 +8,8 @@ from fe_models.dofs import FloatArray
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.candidate import Candidate
 from hybrid.diagnosis.candidates import all_candidates
-from hybrid.diagnosis.fitting import Fit, Frame, fit
+from hybrid.diagnosis.fitting import Fit, fit
+from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.hypothesis import Hypothesis
 from hybrid.diagnosis.noise import noise_of_recordings, structure_band
 from hybrid.diagnosis.places import Motion

@@ -1,0 +1,20 @@
+"""What all fits of a dataset share."""
+
+from dataclasses import dataclass
+
+from fe_models.dofs import FloatArray
+from fe_models.recordings import Sensor
+
+
+@dataclass(frozen=True)
+class Frame:
+    """The fitted ``sensors``, their ``rate`` (Hz), and ``sigma`` (sensor,) of the noise."""
+
+    sensors: tuple[Sensor, ...]
+    rate: float
+    sigma: FloatArray
+
+    @property
+    def positions(self) -> tuple[int, ...]:
+        """Each sensor's position among the measured ones: its own."""
+        return tuple(range(len(self.sensors)))
