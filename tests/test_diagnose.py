@@ -16,8 +16,8 @@ from fe_models.four_dof import four_dof
 from fe_models.recordings import Dataset, Recording
 from fe_models.structure import Structure
 from hybrid.diagnosis.diagnosis import diagnose
-from hybrid.diagnosis.findings import Verdict
 from hybrid.diagnosis.judging import judge
+from hybrid.diagnosis.verdict import Verdict
 from scripts.diagnose import app
 
 

@@ -15,7 +15,8 @@ from fe_models.modes import mac, natural_modes
 from fe_models.recordings import Dataset, Recording
 from fe_models.simulate import FreeConfig, simulate_free
 from hybrid.diagnosis.amplitude import amplitude_dependence
-from hybrid.diagnosis.diagnosis import Diagnosis, diagnose
+from hybrid.diagnosis.conclusion import Diagnosis
+from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.example import Example, draw_example
 from hybrid.diagnosis.fitting import fit
 from hybrid.diagnosis.frame import Frame

@@ -21,9 +21,10 @@ from fe_models.simulate import FreeConfig, simulate_free
 from fe_models.structure import Structure
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.extend import extended_structure
-from hybrid.diagnosis.findings import Finding, Verdict
+from hybrid.diagnosis.findings import Finding
 from hybrid.diagnosis.plant import plant_of
 from hybrid.diagnosis.system import respond
+from hybrid.diagnosis.verdict import Verdict
 from scripts.build_fe_model import app as build
 
 CONFIG = BlindConfig(off=True, size=0.8, train=3, test=1, duration=20.0)

@@ -1,7 +1,6 @@
 """Findings: the causes that a diagnosis names, with parameters, uncertainty, rivals and a sentence to act on."""
 
 from dataclasses import dataclass, replace
-from enum import Enum
 from typing import Any
 
 import numpy as np
@@ -32,15 +31,6 @@ VERBS = {
 }
 
 TINY = 1e-6  # relative: the finite difference between a search's parameter and the reported one
-
-
-class Verdict(Enum):
-    """How a diagnosis ends."""
-
-    NOTHING_WRONG = "nothing_wrong"
-    EXPLAINED = "explained"
-    PARTLY_EXPLAINED = "partly_explained"
-    UNEXPLAINED = "unexplained"
 
 
 @dataclass(frozen=True)

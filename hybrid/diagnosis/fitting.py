@@ -199,6 +199,18 @@ def fit(
     )
 
 
+def residuals_at(item: Fit, theta: FloatArray, frame: Frame) -> tuple[FloatArray, ...]:
+    """Return what the hypothesis of a fit leaves at ``theta``, an array (recording, time, sensor) for each batch.
+
+    In units of the noise. Initial states are fitted where it is linear; else they are those of the fit.
+    """
+    found = []
+    for batch, states, own in zip(item.batches, item.states, item.residuals, strict=True):
+        part = linearise_batch(item.hypothesis, theta, batch, frame, states, slopes=False)
+        found.append(own if part is None else part.raw)
+    return tuple(found)
+
+
 def _weakened(hypothesis: Hypothesis, theta: FloatArray, share: float) -> FloatArray:
     """Return theta with a ``share`` of each candidate's force law: motions of a softening spring may grow for ever."""
     weaker = theta.copy()

@@ -11,8 +11,8 @@ from fe_models.structure import Structure
 from hybrid.calibration import nothing
 from hybrid.config import Config
 from hybrid.diagnosis.channels import usable
+from hybrid.diagnosis.conclusion import Diagnosis
 from hybrid.diagnosis.crossvalidation import as_recordings
-from hybrid.diagnosis.diagnosis import Diagnosis
 from hybrid.diagnosis.findings import Finding, place_words
 from hybrid.diagnosis.learning import Learned, corrected, learn, learning_preset
 from hybrid.diagnosis.projection import Projected, project

@@ -3,10 +3,11 @@
 from typing import Any
 
 from hybrid.diagnosis.advice import Advice
-from hybrid.diagnosis.diagnosis import Diagnosis
-from hybrid.diagnosis.findings import Finding, Verdict, place_words
+from hybrid.diagnosis.conclusion import Diagnosis
+from hybrid.diagnosis.findings import Finding, place_words
 from hybrid.diagnosis.gain import Gain, Trained
 from hybrid.diagnosis.show_report import describe_shown, shown_table
+from hybrid.diagnosis.verdict import Verdict
 
 WORDS = {
     Verdict.NOTHING_WRONG: "Nothing is wrong: the simulation, calibrated within its uncertainty, reaches the noise.",

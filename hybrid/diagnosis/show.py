@@ -8,11 +8,10 @@ from fe_models.dofs import FloatArray
 from fe_models.modes import mac
 from fe_models.recordings import Dataset, Sensor
 from hybrid.diagnosis.amplitude import Amplitude, amplitude_dependence
-from hybrid.diagnosis.fitting import Fit
+from hybrid.diagnosis.fitting import Fit, residuals_at
 from hybrid.diagnosis.forecasting import Forecast
 from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.hypothesis import Hypothesis
-from hybrid.diagnosis.linearisation import linearise_batch
 from hybrid.diagnosis.noise import Excess
 from hybrid.diagnosis.plant import Plant
 from hybrid.diagnosis.search import fit_growing, lengths_of
@@ -74,7 +73,7 @@ def show(dataset: Dataset, base: Fit, nominal: Forecast, calibrated: Forecast, h
     names = tuple(name for batch in base.batches for name in batch.names)
     values = np.concatenate([np.square(part).sum(axis=(1, 2)) for part in base.residuals])
     motion = tuple(batch.data / frame.sigma for batch in base.batches)
-    error = _nominal_error(base, frame)
+    error = residuals_at(base, np.zeros_like(base.theta), frame)
     by_mode = [energy_near(modes[2].frequencies, part, frame.rate) for part in (motion, error)]
     fitted = [dataset.sensors.index(sensor) for sensor in frame.sensors]
     noise, share = np.full((2, len(dataset.sensors)), np.nan)
@@ -133,18 +132,6 @@ def energy_near(frequencies: FloatArray, parts: tuple[FloatArray, ...], rate: fl
         found += np.bincount(nearest, power, len(frequencies))
     found = np.maximum(found, 0.0)
     return np.asarray(found / max(float(found.sum()), 1e-300))
-
-
-def _nominal_error(base: Fit, frame: Frame) -> tuple[FloatArray, ...]:
-    """Return what the nominal model leaves of each batch (recording, time, sensor), in units of the noise.
-
-    Its initial states are fitted where it is linear; else they are those of the calibrated model.
-    """
-    nominal, found = np.zeros_like(base.theta), []
-    for batch, states, own in zip(base.batches, base.states, base.residuals, strict=True):
-        part = linearise_batch(base.hypothesis, nominal, batch, frame, states, slopes=False)
-        found.append(own if part is None else part.raw)
-    return tuple(found)
 
 
 def _free_fit(base: Fit, frame: Frame) -> Fit | None:

@@ -1,0 +1,87 @@
+"""What the recordings say of all causes at all places, alone, in some recordings only, and two at once."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fe_models.errors import InputError
+from hybrid.diagnosis.candidate import Candidate
+from hybrid.diagnosis.discrepancy import in_units_of
+from hybrid.diagnosis.fitting import Fit, fit
+from hybrid.diagnosis.frame import Frame
+from hybrid.diagnosis.noise import Band, excess
+from hybrid.diagnosis.pairs import asks_for_more, left, pair_fits
+from hybrid.diagnosis.posterior import Posterior, posterior_of
+from hybrid.diagnosis.search import contest
+from hybrid.diagnosis.setting import Setting
+from hybrid.diagnosis.switching import fit_switched
+
+NOISE_OFF = (0.5, 1.5)  # of the noise that the recordings themselves tell: how far it may be told anew
+FAR_FROM_NOISE = "the nominal model leaves far more than noise: what it lacks counted as noise in the search"
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """``base``: the fit without any cause; ``posterior`` over all fits; ``frame``: with the noise of their units."""
+
+    base: Fit
+    posterior: Posterior
+    frame: Frame
+    candidates: tuple[Candidate, ...]
+    notes: tuple[str, ...] = ()
+
+
+def gather(setting: Setting, tell: Callable[[str], object]) -> Evidence:
+    """Return the evidence; ``tell`` hears what is being done, step by step."""
+    tell("screening")
+    plant, frame, band, lengths = setting.plant, setting.searched, setting.band, setting.lengths
+    candidates, nominal = setting.candidates(), setting.nominal
+    singles = contest(nominal, nominal.centre, candidates, lengths, frame, setting.short, lambda: tell("single causes"))
+    if singles is None:
+        raise InputError("model: with its own force laws these recordings' motion grows beyond all bounds; check them")
+    fits = [singles.base, *singles.fits]
+    if not setting.is_astray:
+        frame, fits = _with_better_noise(fits, frame, band)
+    noise = setting.frame if setting.is_astray else frame
+
+    def judged(item: Fit) -> Fit:
+        return in_units_of(noise, item, frame) if setting.is_astray else item
+
+    posterior = posterior_of(tuple(fits), candidates)
+    if left(judged(posterior.fits[0]), noise, band).significant and not plant.laws:
+        tell("recordings apart")
+        fits += fit_switched(setting.short, posterior.fits[0], candidates, lengths, frame)
+        posterior = posterior_of(tuple(fits), candidates)
+    if asks_for_more(judged(posterior.fits[0]), judged(fits[0]), noise, band):
+        tell("two causes")
+        fits += pair_fits(posterior, candidates, lengths.whole, frame, band, lambda: tell("two causes"))
+    if setting.is_astray:
+        posterior = posterior_of(tuple(fits), candidates)
+        times = float(np.sqrt(np.mean((frame.sigma / noise.sigma) ** 2)))
+        note = f"{FAR_FROM_NOISE} ({times:.0f} times the noise was taken as such)"
+        told = replace(posterior, fits=tuple(judged(item) for item in posterior.fits))
+        return Evidence(judged(fits[0]), told, noise, candidates, (note,))
+    frame, fits = _with_better_noise(fits, frame, band)
+    posterior = _with_same_noise(posterior_of(tuple(fits), candidates), fits[0], frame, candidates)
+    return Evidence(fits[0], posterior, frame, candidates)
+
+
+def _with_better_noise(fits: list[Fit], frame: Frame, band: Band) -> tuple[Frame, list[Fit]]:
+    """Return the frame with the noise that the best fit leaves above the structure's band, and fits rescaled to it."""
+    best = min(fits, key=lambda item: item.cost)
+    scale = np.clip(excess(best.residuals, frame.rate, band).sigma, *NOISE_OFF)
+
+    def rescaled(item: Fit) -> Fit:
+        residuals = tuple(part / scale for part in item.residuals)
+        chi2 = sum(float(np.square(part).sum()) for part in residuals)
+        return replace(item, residuals=residuals, chi2=chi2, cost=item.cost - item.chi2 + chi2)
+
+    return replace(frame, sigma=frame.sigma * scale), [rescaled(item) for item in fits]
+
+
+def _with_same_noise(posterior: Posterior, base: Fit, frame: Frame, candidates: tuple[Candidate, ...]) -> Posterior:
+    """Return the posterior with its best fit found anew: the earlier one was with other noise, and so its errors."""
+    best = posterior.fits[0]
+    again = None if best is base else fit(best.hypothesis, best.theta, best.batches, frame, best.states)
+    return posterior if again is None else posterior_of((again, *posterior.fits[1:]), candidates)

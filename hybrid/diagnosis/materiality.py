@@ -1,0 +1,38 @@
+"""Which causes matter: those without which recordings that were never fitted are forecast worse."""
+
+from hybrid.diagnosis.evidence import Evidence
+from hybrid.diagnosis.findings import cause_of, sentence_of
+from hybrid.diagnosis.fitting import Fit
+from hybrid.diagnosis.posterior import Posterior, posterior_of
+from hybrid.diagnosis.scorer import Scorer
+from hybrid.diagnosis.verdict import MATERIAL
+
+TRIFLE = 0.02  # of the energy that the nominal model gets wrong: what takes no more away explains nothing
+
+
+def material(evidence: Evidence, scorer: Scorer) -> tuple[Posterior, list[str]]:
+    """Return the posterior among hypotheses of no more causes than matter, and a note on each that does not."""
+    posterior, notes = evidence.posterior, list[str]()
+    nominal = scorer.forecast(evidence.base, 0.0)
+    wrong = nominal.energy - nominal.floor_energy
+    floor = scorer.floor(nominal)
+    while posterior.fits[0].hypothesis.candidates:
+        best = posterior.fits[0]
+        count = len(best.hypothesis.candidates)
+        fewer = tuple(item for item in posterior.fits if len(item.hypothesis.candidates) < count)
+        simpler = posterior_of(fewer, evidence.candidates)
+        before, after = scorer.forecast(simpler.fits[0]), scorer.forecast(best)
+        if scorer.error(before) - scorer.error(after) > MATERIAL * floor:
+            break
+        gained = before.energy - after.energy
+        if count == 1 and (gained > TRIFLE * wrong or scorer.error(before) <= (1 + MATERIAL) * floor):
+            break  # a weak cause is told as such: see `verdict`
+        kept = {candidate.key for candidate in simpler.fits[0].hypothesis.candidates}
+        notes += [weak(best, i) for i, c in enumerate(best.hypothesis.candidates) if c.key not in kept]
+        posterior = simpler
+    return posterior, notes
+
+
+def weak(item: Fit, number: int) -> str:
+    """Return a note on candidate ``number`` of a fit."""
+    return f"significant, but too weak to matter for forecasts: {sentence_of(*cause_of(item, number)).rstrip('.')}"

@@ -1,0 +1,74 @@
+"""Forecasts of the recordings that were kept for testing, or left out one fold after the other, by any fit."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fe_models.dofs import FloatArray
+from hybrid.diagnosis.crossvalidation import Folds, folds_of
+from hybrid.diagnosis.fitting import Fit
+from hybrid.diagnosis.forecasting import Forecast, Model, forecast
+from hybrid.diagnosis.frame import Frame
+from hybrid.diagnosis.records import Batch, batches_of
+from hybrid.diagnosis.setting import Setting
+
+
+@dataclass(frozen=True)
+class Scorer:
+    """``test``: batches with all sensors; ``folds``: where there are none, the training recordings in turn."""
+
+    setting: Setting
+    frame: Frame
+    test: tuple[Batch, ...]
+    folds: Folds | None
+
+    @classmethod
+    def of(cls, setting: Setting, frame: Frame) -> "Scorer":
+        """Return the scorer of a dataset, its noise that of the ``frame``."""
+        dataset = setting.dataset
+        return cls(setting, frame, batches_of(dataset, "test"), folds_of(dataset, setting.measured))
+
+    def forecast(self, item: Fit, most: float = np.inf) -> Forecast:
+        """Return the scores of a fit, its theta no further than ``most`` prior standard deviations from the centre."""
+
+        def model(one: Fit) -> Model:
+            return model_of(one, within(one, most))
+
+        if self.folds is not None:
+            return self.folds.forecast(item, model, self.frame)
+        return forecast(model(item), self.test, self.setting.dataset.sensors, self.setting.measured, self.frame)
+
+    def error(self, found: Forecast) -> float:
+        """Return the NRMSE, mean over the measured channels."""
+        return float(found.nrmse[:, list(self.setting.measured)].mean())
+
+    def held_out_error(self, found: Forecast) -> float | None:
+        """Return the NRMSE of the sensors that were held out, None where there are none."""
+        apart = [i for i, sensor in enumerate(self.setting.dataset.sensors) if sensor.role == "held_out"]
+        return float(found.nrmse[:, apart].mean()) if apart else None
+
+    def floor(self, found: Forecast) -> float:
+        """Return the NRMSE that noise alone makes, mean over the measured channels."""
+        return float(found.floor[:, list(self.setting.measured)].mean())
+
+    @property
+    def shown(self) -> Batch:
+        """The batch whose first recording is forecast as an example."""
+        return (self.test if self.folds is None else self.folds.tests[0])[0]
+
+
+def within(item: Fit, most: float) -> FloatArray:
+    """Return the theta (parameter,) of a fit, no further than ``most`` prior standard deviations from the centre."""
+    if most == np.inf:
+        return item.theta
+    centre, width = item.hypothesis.centre, item.hypothesis.width
+    return np.clip(item.theta, centre - most * width, centre + most * width)
+
+
+def model_of(item: Fit, theta: FloatArray | None = None) -> Model:
+    """Return a fit's model for forecasts; the size of initial states is that of the training recordings."""
+    most = max(range(len(item.states)), key=lambda i: item.states[i].shape[1])
+    full = [states for states in item.states if states.shape[1] == item.states[most].shape[1]]
+    size = np.sqrt(np.mean(np.concatenate(full) ** 2, axis=0))
+    switched = tuple(sorted({number for batch in item.batches for number in batch.off}))
+    return Model(item.hypothesis, item.theta if theta is None else theta, np.maximum(size, 1e-6 * size.max()), switched)

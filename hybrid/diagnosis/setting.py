@@ -1,0 +1,72 @@
+"""What a diagnosis starts from: the recordings as they are used, the nominal structure, and its first fit."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fe_models.recordings import Dataset
+from hybrid.diagnosis.candidate import Candidate
+from hybrid.diagnosis.candidates import all_candidates
+from hybrid.diagnosis.channels import usable
+from hybrid.diagnosis.crossvalidation import as_recordings
+from hybrid.diagnosis.discrepancy import search_frame
+from hybrid.diagnosis.fitting import Fit
+from hybrid.diagnosis.frame import Frame
+from hybrid.diagnosis.hypothesis import Hypothesis
+from hybrid.diagnosis.noise import Band, noise_of_recordings, structure_band
+from hybrid.diagnosis.pairs import short_fit
+from hybrid.diagnosis.places import Motion
+from hybrid.diagnosis.plant import Plant, plant_of
+from hybrid.diagnosis.records import batches_of, columns_of, measured_columns
+from hybrid.diagnosis.search import Lengths, lengths_of
+
+
+@dataclass(frozen=True)
+class Setting:
+    """A ``dataset`` less what is unusable in it, and its nominal ``plant``.
+
+    ``measured``: columns of the sensors that are fitted; ``frame``: with the noise that the recordings tell, and
+    ``searched``, with which causes are sought: mostly the same (see `discrepancy`); ``band``: where the structure's
+    motion shows; ``lengths``: the training recordings in segments; ``short``: the nominal fit of the shortest;
+    ``notes``: what the user should know about the data.
+    """
+
+    dataset: Dataset
+    plant: Plant
+    measured: tuple[int, ...]
+    frame: Frame
+    searched: Frame
+    band: Band
+    lengths: Lengths
+    short: Fit
+    notes: tuple[str, ...]
+
+    @property
+    def is_astray(self) -> bool:
+        """Whether the nominal model leaves so much that what it lacks counts as noise in the search."""
+        return self.searched is not self.frame
+
+    @property
+    def nominal(self) -> Hypothesis:
+        """The nominal structure, whose uncertain factors may move."""
+        return Hypothesis(self.plant)
+
+    def candidates(self) -> tuple[Candidate, ...]:
+        """Return every cause at every place that it can have."""
+        motion = Motion.of_states(np.concatenate(self.short.states), self.plant)
+        return all_candidates(self.plant, self.dataset, motion, self.measured)
+
+
+def setting_of(dataset: Dataset) -> Setting:
+    """Return the setting of a dataset; `InputError` where it cannot be diagnosed."""
+    plant = plant_of(dataset)
+    dataset, unusable = usable(dataset)
+    dataset, apart = as_recordings(dataset)
+    measured = measured_columns(dataset)
+    batches = columns_of(batches_of(dataset, "train"), measured)
+    rate = dataset.sampling_rate
+    band = structure_band(plant, rate, dataset.lowpass)
+    frame = Frame(tuple(dataset.sensors[i] for i in measured), rate, noise_of_recordings(batches, rate, band))
+    lengths = lengths_of(batches, Hypothesis(plant).states)
+    searched, short = search_frame(plant, lengths, frame, short_fit(plant, lengths, frame))
+    return Setting(dataset, plant, measured, frame, searched, band, lengths, short, (*unusable, *apart))

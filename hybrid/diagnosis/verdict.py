@@ -1,0 +1,57 @@
+"""How a diagnosis ends: from what its best fit leaves, and from the forecasts before and after."""
+
+from dataclasses import dataclass
+from enum import Enum
+
+from hybrid.diagnosis.fitting import Fit
+from hybrid.diagnosis.frame import Frame
+from hybrid.diagnosis.noise import Band
+from hybrid.diagnosis.pairs import left, misfit
+
+MATERIAL = 0.05  # of the noise floor: by how much a cause must improve the forecast, and what counts as reaching it
+WHOLLY = 0.03  # of the excess energy: what may be left where all is called explained
+PARTLY = 0.5  # of it: beyond, nothing is
+DOUBT = 0.85  # most probability of a finding beside which something significant is left unexplained
+
+
+class Verdict(Enum):
+    """How a diagnosis ends."""
+
+    NOTHING_WRONG = "nothing_wrong"
+    EXPLAINED = "explained"
+    PARTLY_EXPLAINED = "partly_explained"
+    UNEXPLAINED = "unexplained"
+
+
+@dataclass(frozen=True)
+class Errors:
+    """NRMSE of forecasts, mean over the measured channels: of the calibrated nominal model, of the extended one, and
+    the noise ``floor``.
+    """
+
+    calibrated: float
+    extended: float
+    floor: float
+
+    @property
+    def at_floor(self) -> bool:
+        """Whether the nominal model, calibrated, is as good as noise lets it be, and no cause makes it better."""
+        gained = self.calibrated - self.extended
+        return self.calibrated <= (1 + MATERIAL) * self.floor and gained <= MATERIAL * self.floor
+
+
+def verdict_of(best: Fit, base: Fit, frame: Frame, band: Band, errors: Errors) -> tuple[Verdict, float]:
+    """Return the verdict on the ``best`` fit, ``base`` being that without any cause, and the most that may be said of a
+    finding's probability.
+    """
+    significant = left(best, frame, band).significant
+    rest = max(left(best, frame, band).total, misfit(best))
+    share = rest / max(misfit(base), rest, 1e-300) if significant else 0.0
+    doubt = DOUBT if significant and share > WHOLLY / 3 else 1.0
+    if not best.hypothesis.candidates:
+        return Verdict.UNEXPLAINED if significant and share > WHOLLY else Verdict.NOTHING_WRONG, doubt
+    if errors.at_floor:
+        return Verdict.NOTHING_WRONG, doubt
+    if share < WHOLLY:
+        return Verdict.EXPLAINED, doubt
+    return (Verdict.PARTLY_EXPLAINED if share < PARTLY else Verdict.UNEXPLAINED), DOUBT
