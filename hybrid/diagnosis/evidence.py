@@ -9,14 +9,16 @@ from fe_models.errors import InputError
 from hybrid.diagnosis.candidate import Candidate
 from hybrid.diagnosis.discrepancy import in_units_of
 from hybrid.diagnosis.fitting import Fit, fit
+from hybrid.diagnosis.forecasting import forecast, model_of
 from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.noise import Band, excess
-from hybrid.diagnosis.pairs import asks_for_more, left, pair_fits
+from hybrid.diagnosis.pairs import asks_for_more, factors_off, left, pair_fits
 from hybrid.diagnosis.posterior import Posterior, posterior_of
 from hybrid.diagnosis.search import contest
 from hybrid.diagnosis.setting import Setting
 from hybrid.diagnosis.switching import fit_switched
 
+WELL = (1.05, 1.25)  # times the noise floor: mean and largest error of forecasts that no cause could make better
 NOISE_OFF = (0.5, 1.5)  # of the noise that the recordings themselves tell: how far it may be told anew
 FAR_FROM_NOISE = "the nominal model leaves far more than noise: what it lacks counted as noise in the search"
 
@@ -49,11 +51,14 @@ def gather(setting: Setting, tell: Callable[[str], object]) -> Evidence:
         return in_units_of(noise, item, frame) if setting.is_astray else item
 
     posterior = posterior_of(tuple(fits), candidates)
-    if left(judged(posterior.fits[0]), noise, band).significant and not plant.laws:
+    best = posterior.fits[0]
+    if left(judged(best), noise, band).significant and not plant.laws and not forecasts_well(best, frame, WELL):
         tell("recordings apart")
-        fits += fit_switched(setting.short, posterior.fits[0], candidates, lengths, frame)
+        fits += fit_switched(setting.short, best, candidates, lengths, frame)
         posterior = posterior_of(tuple(fits), candidates)
-    if asks_for_more(judged(posterior.fits[0]), judged(fits[0]), noise, band):
+        best = posterior.fits[0]
+    enough = forecasts_well(best, frame, WELL) and not factors_off(best)  # nothing more could matter
+    if not enough and asks_for_more(judged(best), judged(fits[0]), noise, band):
         tell("two causes")
         fits += pair_fits(posterior, candidates, lengths.whole, frame, band, lambda: tell("two causes"))
     if setting.is_astray:
@@ -65,6 +70,15 @@ def gather(setting: Setting, tell: Callable[[str], object]) -> Evidence:
     frame, fits = _with_better_noise(fits, frame, band)
     posterior = _with_same_noise(posterior_of(tuple(fits), candidates), fits[0], frame, candidates)
     return Evidence(fits[0], posterior, frame, candidates)
+
+
+def forecasts_well(item: Fit, frame: Frame, limits: tuple[float, float]) -> bool:
+    """Return whether a fit forecasts the recordings that it was fitted to, each from its first fifth, as well as noise
+    lets it: their NRMSE over the noise floor, mean and largest, within ``limits``.
+    """
+    found = forecast(model_of(item), item.batches, frame.sensors, frame.positions, frame)
+    over = found.nrmse.mean(axis=1) / found.floor.mean(axis=1)  # (recording,)
+    return bool(over.mean() <= limits[0] and over.max() <= limits[1])
 
 
 def _with_better_noise(fits: list[Fit], frame: Frame, band: Band) -> tuple[Frame, list[Fit]]:

@@ -6,6 +6,7 @@ import numpy as np
 
 from fe_models.dofs import FloatArray
 from fe_models.recordings import Sensor
+from hybrid.diagnosis.fitting import Fit
 from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.hypothesis import Hypothesis
 from hybrid.diagnosis.records import Batch
@@ -40,6 +41,15 @@ class Forecast:
     floor: FloatArray
     energy: float
     floor_energy: float
+
+
+def model_of(item: Fit, theta: FloatArray | None = None) -> Model:
+    """Return a fit's model for forecasts; the size of initial states is that of the training recordings."""
+    most = max(range(len(item.states)), key=lambda i: item.states[i].shape[1])
+    full = [states for states in item.states if states.shape[1] == item.states[most].shape[1]]
+    size = np.sqrt(np.mean(np.concatenate(full) ** 2, axis=0))
+    switched = tuple(sorted({number for batch in item.batches for number in batch.off}))
+    return Model(item.hypothesis, item.theta if theta is None else theta, np.maximum(size, 1e-6 * size.max()), switched)
 
 
 def forecast(

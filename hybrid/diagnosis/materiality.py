@@ -3,15 +3,19 @@
 from hybrid.diagnosis.evidence import Evidence
 from hybrid.diagnosis.findings import cause_of, sentence_of
 from hybrid.diagnosis.fitting import Fit
+from hybrid.diagnosis.pairs import left
 from hybrid.diagnosis.posterior import Posterior, posterior_of
-from hybrid.diagnosis.scorer import Scorer
+from hybrid.diagnosis.scorer import DEVIATION, Scorer
 from hybrid.diagnosis.verdict import MATERIAL
 
 TRIFLE = 0.02  # of the energy that the nominal model gets wrong: what takes no more away explains nothing
 
 
 def material(evidence: Evidence, scorer: Scorer) -> tuple[Posterior, list[str]]:
-    """Return the posterior among hypotheses of no more causes than matter, and a note on each that does not."""
+    """Return the posterior among hypotheses of no more causes than matter, and a note on each that does not.
+
+    A single cause goes only where it leaves more than noise, and hardly less than there was without it.
+    """
     posterior, notes = evidence.posterior, list[str]()
     nominal = scorer.forecast(evidence.base, 0.0)
     wrong = nominal.energy - nominal.floor_energy
@@ -21,12 +25,14 @@ def material(evidence: Evidence, scorer: Scorer) -> tuple[Posterior, list[str]]:
         count = len(best.hypothesis.candidates)
         fewer = tuple(item for item in posterior.fits if len(item.hypothesis.candidates) < count)
         simpler = posterior_of(fewer, evidence.candidates)
-        before, after = scorer.forecast(simpler.fits[0]), scorer.forecast(best)
+        before, after = (scorer.forecast(item, DEVIATION) for item in (simpler.fits[0], best))
         if scorer.error(before) - scorer.error(after) > MATERIAL * floor:
             break
-        gained = before.energy - after.energy
-        if count == 1 and (gained > TRIFLE * wrong or scorer.error(before) <= (1 + MATERIAL) * floor):
-            break  # a weak cause is told as such: see `verdict`
+        if count == 1:
+            guess = left(best, evidence.frame, scorer.setting.band).significant
+            reached = scorer.error(before) <= (1 + MATERIAL) * floor  # then it is told as weak: see `verdict`
+            if reached or not guess or before.energy - after.energy > TRIFLE * wrong:
+                break
         kept = {candidate.key for candidate in simpler.fits[0].hypothesis.candidates}
         notes += [weak(best, i) for i, c in enumerate(best.hypothesis.candidates) if c.key not in kept]
         posterior = simpler

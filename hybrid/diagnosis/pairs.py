@@ -54,7 +54,7 @@ def asks_for_more(item: Fit, base: Fit, frame: Frame, band: Band) -> bool:
     if (apart or not item.hypothesis.plant.is_chain) and misfit(item) < SORTED * misfit(base):
         return False
     if not left(item, frame, band).significant:
-        return _factors_off(item)
+        return factors_off(item)
     return misfit(item) <= HELPLESS * misfit(base)
 
 
@@ -92,7 +92,7 @@ def pair_fits(
         best = second.fits[0]
         found += second.fits
         gained = (best.log_evidence - second.base.log_evidence) / posterior.temper
-        if not left(best, frame, band).significant and not _factors_off(best):
+        if not left(best, frame, band).significant and not factors_off(best):
             return found + list(rivals_contest(best, candidates, lengths, frame, plain, advance))
         if gained >= SECOND:
             starts.insert(0, best)
@@ -104,7 +104,7 @@ def misfit(item: Fit) -> float:
     return item.cost - item.values + sum(states.size for states in item.states)
 
 
-def _factors_off(item: Fit) -> bool:
+def factors_off(item: Fit) -> bool:
     """Return whether the calibrated factors are further off than their owner thinks normal: one, or all together."""
     count = item.hypothesis.nuisances
     deviation = item.theta[:count] / item.hypothesis.width[:count]

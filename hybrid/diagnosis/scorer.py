@@ -7,10 +7,12 @@ import numpy as np
 from fe_models.dofs import FloatArray
 from hybrid.diagnosis.crossvalidation import Folds, folds_of
 from hybrid.diagnosis.fitting import Fit
-from hybrid.diagnosis.forecasting import Forecast, Model, forecast
+from hybrid.diagnosis.forecasting import Forecast, Model, forecast, model_of
 from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.records import Batch, batches_of
 from hybrid.diagnosis.setting import Setting
+
+DEVIATION = 2.5  # of its stated standard deviations: how far a nominal value may be calibrated
 
 
 @dataclass(frozen=True)
@@ -29,7 +31,7 @@ class Scorer:
         return cls(setting, frame, batches_of(dataset, "test"), folds_of(dataset, setting.measured))
 
     def forecast(self, item: Fit, most: float = np.inf) -> Forecast:
-        """Return the scores of a fit, its theta no further than ``most`` prior standard deviations from the centre."""
+        """Return the scores of a fit, nominal values calibrated by no more than ``most`` standard deviations."""
 
         def model(one: Fit) -> Model:
             return model_of(one, within(one, most))
@@ -58,17 +60,7 @@ class Scorer:
 
 
 def within(item: Fit, most: float) -> FloatArray:
-    """Return the theta (parameter,) of a fit, no further than ``most`` prior standard deviations from the centre."""
-    if most == np.inf:
-        return item.theta
-    centre, width = item.hypothesis.centre, item.hypothesis.width
-    return np.clip(item.theta, centre - most * width, centre + most * width)
-
-
-def model_of(item: Fit, theta: FloatArray | None = None) -> Model:
-    """Return a fit's model for forecasts; the size of initial states is that of the training recordings."""
-    most = max(range(len(item.states)), key=lambda i: item.states[i].shape[1])
-    full = [states for states in item.states if states.shape[1] == item.states[most].shape[1]]
-    size = np.sqrt(np.mean(np.concatenate(full) ** 2, axis=0))
-    switched = tuple(sorted({number for batch in item.batches for number in batch.off}))
-    return Model(item.hypothesis, item.theta if theta is None else theta, np.maximum(size, 1e-6 * size.max()), switched)
+    """Return the theta (parameter,) of a fit, nominal values no further off than ``most`` standard deviations."""
+    count = item.hypothesis.nuisances
+    farthest = most * item.hypothesis.width[:count]
+    return np.append(np.clip(item.theta[:count], -farthest, farthest), item.theta[count:])

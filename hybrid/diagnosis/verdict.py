@@ -34,10 +34,15 @@ class Errors:
     floor: float
 
     @property
-    def at_floor(self) -> bool:
+    def nothing_to_gain(self) -> bool:
         """Whether the nominal model, calibrated, is as good as noise lets it be, and no cause makes it better."""
         gained = self.calibrated - self.extended
         return self.calibrated <= (1 + MATERIAL) * self.floor and gained <= MATERIAL * self.floor
+
+    @property
+    def reached(self) -> bool:
+        """Whether the extended model is as good as noise lets it be."""
+        return self.extended <= (1 + MATERIAL) * self.floor
 
 
 def verdict_of(best: Fit, base: Fit, frame: Frame, band: Band, errors: Errors) -> tuple[Verdict, float]:
@@ -50,8 +55,8 @@ def verdict_of(best: Fit, base: Fit, frame: Frame, band: Band, errors: Errors) -
     doubt = DOUBT if significant and share > WHOLLY / 3 else 1.0
     if not best.hypothesis.candidates:
         return Verdict.UNEXPLAINED if significant and share > WHOLLY else Verdict.NOTHING_WRONG, doubt
-    if errors.at_floor:
+    if errors.nothing_to_gain:
         return Verdict.NOTHING_WRONG, doubt
-    if share < WHOLLY:
+    if share < WHOLLY or errors.reached:
         return Verdict.EXPLAINED, doubt
     return (Verdict.PARTLY_EXPLAINED if share < PARTLY else Verdict.UNEXPLAINED), DOUBT
