@@ -15,13 +15,13 @@ from hybrid.diagnosis.example import Example, example_of
 from hybrid.diagnosis.extend import extended_structure
 from hybrid.diagnosis.findings import Finding, cause_of, place_words, reported_location, sentence_of
 from hybrid.diagnosis.fitting import Fit, residuals_at
-from hybrid.diagnosis.forecasting import Forecast, model_of
+from hybrid.diagnosis.forecasting import DEVIATION, Forecast, model_of, within
 from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.materiality import material, weak
 from hybrid.diagnosis.pairs import left
 from hybrid.diagnosis.plant import Plant
 from hybrid.diagnosis.posterior import Posterior, of_candidate, rivals_of
-from hybrid.diagnosis.scorer import DEVIATION, Scorer, within
+from hybrid.diagnosis.scorer import Scorer
 from hybrid.diagnosis.setting import Setting
 from hybrid.diagnosis.show import Shown, show
 from hybrid.diagnosis.verdict import Errors, Verdict, verdict_of

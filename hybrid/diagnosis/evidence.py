@@ -9,16 +9,18 @@ from fe_models.errors import InputError
 from hybrid.diagnosis.candidate import Candidate
 from hybrid.diagnosis.discrepancy import in_units_of
 from hybrid.diagnosis.fitting import Fit, fit
-from hybrid.diagnosis.forecasting import forecast, model_of
+from hybrid.diagnosis.forecasting import DEVIATION, forecast, model_of, within
 from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.noise import Band, excess
 from hybrid.diagnosis.pairs import asks_for_more, factors_off, left, pair_fits
 from hybrid.diagnosis.posterior import Posterior, posterior_of
-from hybrid.diagnosis.search import contest
+from hybrid.diagnosis.search import contest, ground_of
 from hybrid.diagnosis.setting import Setting
 from hybrid.diagnosis.switching import fit_switched
 
-WELL = (1.05, 1.25)  # times the noise floor: mean and largest error of forecasts that no cause could make better
+BEST = (1.02, 1.1)  # times the noise floor: mean and largest error of forecasts in which no cause would show
+FITS = 1.05  # times the energy of noise: what a fit may leave in which no cause would show
+WELL = (1.05, 1.25)  # likewise where a second cause would not show
 NOISE_OFF = (0.5, 1.5)  # of the noise that the recordings themselves tell: how far it may be told anew
 FAR_FROM_NOISE = "the nominal model leaves far more than noise: what it lacks counted as noise in the search"
 
@@ -39,10 +41,12 @@ def gather(setting: Setting, tell: Callable[[str], object]) -> Evidence:
     tell("screening")
     plant, frame, band, lengths = setting.plant, setting.searched, setting.band, setting.lengths
     candidates, nominal = setting.candidates(), setting.nominal
-    singles = contest(nominal, nominal.centre, candidates, lengths, frame, setting.short, lambda: tell("single causes"))
-    if singles is None:
+    ground = ground_of(nominal, nominal.centre, lengths, frame, setting.short)
+    if ground is None:
         raise InputError("model: with its own force laws these recordings' motion grows beyond all bounds; check them")
-    fits = [singles.base, *singles.fits]
+    fits = [ground.whole]
+    if not _nothing_to_gain(ground.whole, frame, band):
+        fits += contest(ground, candidates, lengths, frame, lambda: tell("single causes"))
     if not setting.is_astray:
         frame, fits = _with_better_noise(fits, frame, band)
     noise = setting.frame if setting.is_astray else frame
@@ -70,6 +74,12 @@ def gather(setting: Setting, tell: Callable[[str], object]) -> Evidence:
     frame, fits = _with_better_noise(fits, frame, band)
     posterior = _with_same_noise(posterior_of(tuple(fits), candidates), fits[0], frame, candidates)
     return Evidence(fits[0], posterior, frame, candidates)
+
+
+def _nothing_to_gain(base: Fit, frame: Frame, band: Band) -> bool:
+    """Return whether the nominal model, calibrated within its uncertainty, fits and forecasts as noise lets it."""
+    own_frame, (own,) = _with_better_noise([base], frame, band)
+    return own.chi2 < FITS * own.values and forecasts_well(replace(own, theta=within(own, DEVIATION)), own_frame, BEST)
 
 
 def forecasts_well(item: Fit, frame: Frame, limits: tuple[float, float]) -> bool:

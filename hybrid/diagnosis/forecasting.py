@@ -16,6 +16,7 @@ SHOWN = 0.2  # of each recording: what its initial state is estimated from
 GROWTH = (0.25, 0.5, 1.0)  # of that, where force laws act: so that the search begins near
 ITERATIONS = 8
 STEP = 1e-4  # of a state's prior size
+DEVIATION = 2.5  # of its stated standard deviations: how far a nominal value may be calibrated
 
 
 @dataclass(frozen=True)
@@ -41,6 +42,13 @@ class Forecast:
     floor: FloatArray
     energy: float
     floor_energy: float
+
+
+def within(item: Fit, most: float) -> FloatArray:
+    """Return the theta (parameter,) of a fit, nominal values no further off than ``most`` standard deviations."""
+    count = item.hypothesis.nuisances
+    farthest = most * item.hypothesis.width[:count]
+    return np.append(np.clip(item.theta[:count], -farthest, farthest), item.theta[count:])
 
 
 def model_of(item: Fit, theta: FloatArray | None = None) -> Model:

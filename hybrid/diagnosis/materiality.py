@@ -3,9 +3,10 @@
 from hybrid.diagnosis.evidence import Evidence
 from hybrid.diagnosis.findings import cause_of, sentence_of
 from hybrid.diagnosis.fitting import Fit
+from hybrid.diagnosis.forecasting import DEVIATION
 from hybrid.diagnosis.pairs import left
 from hybrid.diagnosis.posterior import Posterior, posterior_of
-from hybrid.diagnosis.scorer import DEVIATION, Scorer
+from hybrid.diagnosis.scorer import Scorer
 from hybrid.diagnosis.verdict import MATERIAL
 
 TRIFLE = 0.02  # of the energy that the nominal model gets wrong: what takes no more away explains nothing

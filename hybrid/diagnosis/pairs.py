@@ -13,7 +13,7 @@ from hybrid.diagnosis.noise import Band, Excess, excess
 from hybrid.diagnosis.plant import Plant
 from hybrid.diagnosis.posterior import Posterior
 from hybrid.diagnosis.records import Batch
-from hybrid.diagnosis.search import Lengths, contest, lengths_of, padded, rivals_contest
+from hybrid.diagnosis.search import Lengths, contest, ground_of, lengths_of, padded, rivals_contest
 
 SECOND = 10.0  # in tempered log evidence: what a second effect must gain for the first to be looked for again
 HELPLESS = 0.8  # of the misfit: where the best cause leaves more, a second one would only add to the guess
@@ -86,12 +86,14 @@ def pair_fits(
         lengths = lengths_of(batches, hypothesis.states)
         plain = short_fit(hypothesis.plant, lengths, frame)
         quiet = replace(plain, states=padded(plain.states, hypothesis))
-        second = contest(hypothesis, theta, candidates, lengths, frame, quiet, advance, KEPT)
-        if second is None or not second.fits:
+        ground = ground_of(hypothesis, theta, lengths, frame, quiet)
+        advance()
+        seconds = () if ground is None else contest(ground, candidates, lengths, frame, advance, KEPT)
+        if ground is None or not seconds:
             continue
-        best = second.fits[0]
-        found += second.fits
-        gained = (best.log_evidence - second.base.log_evidence) / posterior.temper
+        best = seconds[0]
+        found += seconds
+        gained = (best.log_evidence - ground.whole.log_evidence) / posterior.temper
         if not left(best, frame, band).significant and not factors_off(best):
             return found + list(rivals_contest(best, candidates, lengths, frame, plain, advance))
         if gained >= SECOND:

@@ -4,15 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fe_models.dofs import FloatArray
 from hybrid.diagnosis.crossvalidation import Folds, folds_of
 from hybrid.diagnosis.fitting import Fit
-from hybrid.diagnosis.forecasting import Forecast, Model, forecast, model_of
+from hybrid.diagnosis.forecasting import Forecast, Model, forecast, model_of, within
 from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.records import Batch, batches_of
 from hybrid.diagnosis.setting import Setting
-
-DEVIATION = 2.5  # of its stated standard deviations: how far a nominal value may be calibrated
 
 
 @dataclass(frozen=True)
@@ -57,10 +54,3 @@ class Scorer:
     def shown(self) -> Batch:
         """The batch whose first recording is forecast as an example."""
         return (self.test if self.folds is None else self.folds.tests[0])[0]
-
-
-def within(item: Fit, most: float) -> FloatArray:
-    """Return the theta (parameter,) of a fit, nominal values no further off than ``most`` standard deviations."""
-    count = item.hypothesis.nuisances
-    farthest = most * item.hypothesis.width[:count]
-    return np.append(np.clip(item.theta[:count], -farthest, farthest), item.theta[count:])

@@ -29,7 +29,7 @@ RACING = 5  # fits at most that are continued over longer segments
 RIVALS = 8  # candidates that are tried in the place of one of two causes
 QUIET = 1e-3  # N: where the search for a harmonic force begins
 FORCES = 3  # harmonic forces that are fitted
-FORCES_ON_FRAMES = 10  # where neighbours are alike
+NEIGHBOURS = 10  # of a frame, where they are alike: if a harmonic force is the best of all
 UNDERRATED = 2.0  # how much more a harmonic force may explain than it promises, once its frequency is refined
 SHORT_ITERATIONS = 8  # of the fits of the shortest segments
 CLOSE_ENOUGH = 1.0  # fall in the sum of squares at which fits of segments stop; they are only starts
@@ -88,46 +88,67 @@ def fit_growing(
 
 
 @dataclass(frozen=True)
-class Contest:
-    """``base``: the fit that others are held against; ``fits`` of it with one candidate more, best evidence first."""
+class Ground:
+    """What others are held against: one hypothesis fitted to the shortest segments (``short``) and to ``whole``
+    recordings.
+    """
 
-    base: Fit
-    fits: tuple[Fit, ...]
+    short: Fit
+    whole: Fit
+
+    @property
+    def hypothesis(self) -> Hypothesis:
+        """What was fitted."""
+        return self.whole.hypothesis
+
+
+def ground_of(
+    hypothesis: Hypothesis, theta: FloatArray, lengths: Lengths, frame: Frame, start: Fit | None = None
+) -> Ground | None:
+    """Return the fits of a hypothesis from ``theta``, None where it has none; ``start``: as `fit_growing`'s."""
+    short = fit(hypothesis, theta, lengths.cut[0], frame, None if start is None else start.states)
+    whole = None if short is None else fit_growing(hypothesis, short.theta, lengths, frame, short)
+    return None if short is None or whole is None else Ground(short, whole)
 
 
 def contest(
-    hypothesis: Hypothesis,
-    theta: FloatArray,
+    ground: Ground,
     candidates: tuple[Candidate, ...],
     lengths: Lengths,
     frame: Frame,
-    start: Fit | None = None,
     advance: Callable[[], object] = nothing,
     kept: int = KEPT,
-) -> Contest | None:
-    """Return the contest of all ``candidates`` on top of ``hypothesis``; None where that itself cannot be fitted."""
-    short = fit(hypothesis, theta, lengths.cut[0], frame, None if start is None else start.states)
-    if short is None:
-        return None
-    base = fit_growing(hypothesis, short.theta, lengths, frame, short)
-    advance()
-    if base is None:
-        return None
-    taken = {candidate.key for candidate in hypothesis.candidates}
+) -> tuple[Fit, ...]:
+    """Return the fits of one of the ``candidates`` each on top of the ``ground``, best evidence first."""
+    short, base = ground.short, ground.whole
+    taken = {candidate.key for candidate in ground.hypothesis.candidates}
     others = tuple(candidate for candidate in candidates if candidate.key not in taken)
     ranked = [screen(short, others, frame), screen(base, others, frame), scan(short, others, frame)]
     forces = [trial for trial in screen_forces(base, others, frame) if trial.gain > FORCED * _recordings(base)]
     advance()
-    present = _begun(hypothesis, short, _promising(ranked, kept), frame, advance)
+    present = _begun(ground.hypothesis, short, _promising(ranked, kept), frame, advance)
     for longer in lengths.cut[1:]:
         present = _race(present, longer, frame, CLOSE_ENOUGH if longer is not lengths.whole else ENOUGH)
         advance()
-    for trial in forces[: FORCES if hypothesis.plant.is_chain else FORCES_ON_FRAMES]:
-        if base.cost - UNDERRATED * trial.gain < bound_of([base, *present]):
-            refined = _refined(hypothesis, base, trial, frame)
-            present += [] if refined is None else [refined]
+    present += _forced(base, forces, present, frame, advance)
+    return tuple(sorted(present, key=lambda item: -item.log_evidence))
+
+
+def _forced(
+    base: Fit, forces: list[Screened], rivals: list[Fit], frame: Frame, advance: Callable[[], object]
+) -> list[Fit]:
+    """Return fits of the most promising harmonic forces; of more, their neighbours, where one of them is the best."""
+    found: list[Fit] = []
+    for number, trial in enumerate(forces[: FORCES if base.hypothesis.plant.is_chain else NEIGHBOURS]):
+        ahead = max(found, key=lambda item: item.log_evidence, default=None)
+        beaten = ahead is not None and any(item.log_evidence > ahead.log_evidence for item in rivals)
+        if number >= FORCES and (ahead is None or beaten):
+            break
+        if base.cost - UNDERRATED * trial.gain < bound_of([base, *rivals, *found]):
+            refined = _refined(base, trial, frame)
+            found += [] if refined is None else [refined]
         advance()
-    return Contest(base, tuple(sorted(present, key=lambda item: -item.log_evidence)))
+    return found
 
 
 def rivals_contest(
@@ -215,9 +236,9 @@ def _recordings(item: Fit) -> int:
     return sum(len(batch.data) for batch in item.batches)
 
 
-def _refined(hypothesis: Hypothesis, base: Fit, trial: Screened, frame: Frame) -> Fit | None:
+def _refined(base: Fit, trial: Screened, frame: Frame) -> Fit | None:
     """Return the fit of a harmonic force over whole recordings, at rest in the initial states to begin with."""
-    extended = hypothesis.adding(trial.candidate)
+    extended = base.hypothesis.adding(trial.candidate)
     return fit(extended, trial.theta(base), base.batches, frame, padded(base.states, extended))
 
 

@@ -53,10 +53,10 @@ def verdict_of(best: Fit, base: Fit, frame: Frame, band: Band, errors: Errors) -
     rest = max(left(best, frame, band).total, misfit(best))
     share = rest / max(misfit(base), rest, 1e-300) if significant else 0.0
     doubt = DOUBT if significant and share > WHOLLY / 3 else 1.0
-    if not best.hypothesis.candidates:
-        return Verdict.UNEXPLAINED if significant and share > WHOLLY else Verdict.NOTHING_WRONG, doubt
     if errors.nothing_to_gain:
         return Verdict.NOTHING_WRONG, doubt
+    if not best.hypothesis.candidates:
+        return Verdict.UNEXPLAINED if significant else Verdict.NOTHING_WRONG, doubt
     if share < WHOLLY or errors.reached:
         return Verdict.EXPLAINED, doubt
     return (Verdict.PARTLY_EXPLAINED if share < PARTLY else Verdict.UNEXPLAINED), DOUBT
