@@ -6,7 +6,7 @@ from fe_models.blind import BlindCase
 from fe_models.effects import Cause
 from hybrid.diagnosis.conclusion import Diagnosis
 from hybrid.diagnosis.findings import Finding
-from hybrid.diagnosis.verdict import Verdict
+from hybrid.diagnosis.verdict import MATERIAL, Verdict
 
 CONFIDENT = 0.9
 CLOSE = 0.1  # relative error of a parameter that counts as right
@@ -32,6 +32,11 @@ class Judgement:
     covered: tuple[bool, ...]
     over_floor: float
     seconds: float
+
+    @property
+    def is_immaterial(self) -> bool:
+        """Whether something was hidden that forecasts do not need: what the report's rules ask not to be named."""
+        return bool(self.truth) and self.verdict is Verdict.NOTHING_WRONG and self.over_floor <= 1 + MATERIAL
 
 
 def key_of(cause: Cause) -> str:

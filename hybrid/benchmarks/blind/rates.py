@@ -87,9 +87,11 @@ def rates(results: Sequence[BlindResult], off: bool) -> list[Rate]:
         return Rate(what, share(own(r) for r in chosen), target, tuple(others))
 
     limit = FLOOR_AIMS[off]
+    felt = [r for r in single if not r.judgement.is_immaterial]
     forces = [r for r in single if r.task.hidden not in SENSOR_KINDS]
     found = [
         line("kind and place right, first", single, lambda r: r.judgement.first, aim(">= 99 %", ">= 95 %"), _first),
+        line("the same, of what forecasts to 5 % of the floor need", felt, lambda r: r.judgement.first, ""),
         line("the same, of causes that are forces", forces, lambda r: r.judgement.first, "", _first),
         line("first or among the alternatives", single, lambda r: r.judgement.listed, aim("100 %", ">= 99 %")),
         line("two at once: both found", pairs, lambda r: r.judgement.first, aim(">= 90 %", ">= 80 %"), _first),
