@@ -23,12 +23,13 @@ from hybrid.diagnosis.candidates import all_candidates
 from hybrid.diagnosis.fitting import Fit, fit
 from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.hypothesis import Hypothesis
+from hybrid.diagnosis.marching import respond
 from hybrid.diagnosis.places import Motion
 from hybrid.diagnosis.plant import Plant, plant_of
 from hybrid.diagnosis.records import Batch
 from hybrid.diagnosis.scanning import scan
 from hybrid.diagnosis.screening import screen
-from hybrid.diagnosis.system import System, drift, modal_form, observability, respond
+from hybrid.diagnosis.system import System, drift, modal_form, observability
 
 RATE, SAMPLES, MOVING = 100.0, 100, 10
 FITTED = tuple(sensor for sensor in SENSORS if sensor.role == "measured")

@@ -24,8 +24,6 @@ from hybrid.diagnosis.posterior import posterior_of
 from hybrid.diagnosis.records import Batch, batches_of, columns_of
 from hybrid.diagnosis.search import lengths_of
 from hybrid.diagnosis.switching import acting_recordings, fit_switched
-from hybrid.diagnosis.system import march, respond
-from hybrid.diagnosis.tangent import channels_near
 from hybrid.diagnosis.wave import wave
 
 MEASURED = (0, 1, 2, 3)
@@ -49,32 +47,6 @@ def nominal_fit(dataset: Dataset, batches: tuple[Batch, ...], frame: Frame) -> F
     found = fit(hypothesis, hypothesis.centre, batches, frame)
     assert found is not None
     return found
-
-
-@pytest.mark.parametrize(
-    ("kind", "theta"), [("cubic_spring", [0.4]), ("gap_stop", [1.0, 0.5]), ("quadratic_damper", [0.3])]
-)
-def test_channels_near_a_motion_are_those_of_a_small_change(kind: str, theta: list[float]) -> None:
-    dataset = blind_case(1, BlindConfig(train=2, test=1, duration=15.0)).dataset
-    _, frame = frame_of(dataset)
-    hypothesis = Hypothesis(plant_of(dataset), (candidate(dataset, kind, node=1),))
-    centre = np.array([0.0] * hypothesis.nuisances + theta)
-    start = np.random.default_rng(2).standard_normal((2, hypothesis.states))
-    moves, size = 1e-5 * np.eye(len(centre)), np.full(hypothesis.states, 1e-5)
-    thetas = np.vstack([centre, centre + moves, np.repeat(centre[None], len(size), axis=0)])
-    starts = np.repeat(start[None], len(thetas), axis=0)
-    starts[-len(size) :] += np.diag(size)[:, None]
-    one = hypothesis.system(centre[None], frame.sensors, RATE, MEASURED)
-    every = hypothesis.system(thetas, frame.sensors, RATE, MEASURED)
-    marched = march(one, start[None], 150)
-    assert marched is not None
-    near = channels_near(every, marched[0][:, 0], size)
-    assert near is not None
-    brute = respond(every, starts, 150)
-    assert near[0] == pytest.approx(brute[0], abs=1e-12)
-    change, expected = near[1:] - near[:1], brute[1:] - brute[:1]
-    # the brute change is one of second order, too: the laws bend over 1e-5 of the motion, the stop over 1 % of its gap
-    assert np.abs(change - expected).max() < 2e-3 * np.abs(expected).max()
 
 
 def test_harmonic_force_has_its_amplitude_where_it_acts() -> None:

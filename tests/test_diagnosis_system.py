@@ -28,11 +28,12 @@ from hybrid.diagnosis.candidates import all_candidates
 from hybrid.diagnosis.fitting import Fit, fit
 from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.hypothesis import Hypothesis
+from hybrid.diagnosis.marching import respond
 from hybrid.diagnosis.places import Motion
 from hybrid.diagnosis.plant import Plant, plant_of
 from hybrid.diagnosis.records import Batch
 from hybrid.diagnosis.screening import law_responses, screen
-from hybrid.diagnosis.system import observability, respond
+from hybrid.diagnosis.system import observability
 
 RATE, SAMPLES = 10.0, 301
 FITTED = tuple(sensor for sensor in SENSORS if sensor.role == "measured")

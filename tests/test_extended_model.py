@@ -22,8 +22,8 @@ from fe_models.structure import Structure
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.extend import extended_structure
 from hybrid.diagnosis.findings import Finding
+from hybrid.diagnosis.marching import respond
 from hybrid.diagnosis.plant import plant_of
-from hybrid.diagnosis.system import respond
 from hybrid.diagnosis.verdict import Verdict
 from scripts.build_fe_model import app as build
 

@@ -18,9 +18,9 @@ from hybrid.diagnosis.findings import place_words, reported_location
 from hybrid.diagnosis.fitting import Fit
 from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.linearisation import linearise_batch
+from hybrid.diagnosis.marching import respond
 from hybrid.diagnosis.plant import Plant
 from hybrid.diagnosis.posterior import Posterior, rivals_of
-from hybrid.diagnosis.system import respond
 
 DOUBTFUL = 0.05  # least probability of a rival worth a sensor; one that falls below it is ruled out
 RIVALS = 3  # of each finding, the most probable

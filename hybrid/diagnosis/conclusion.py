@@ -124,7 +124,7 @@ def _findings(
     whole, model = scorer.forecast(best), model_of(best)
     had = max(nominal.energy - nominal.floor_energy, 1e-300)
     for number, candidate in enumerate(best.hypothesis.candidates):
-        cause, parameters = cause_of(best, number)
+        cause, parameters = cause_of(best, number, posterior.temper)
         without = _strongest_without(posterior, candidate)
         lost = nominal.energy if without is None else scorer.forecast(without).energy
         findings.append(

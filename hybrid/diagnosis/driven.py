@@ -7,7 +7,8 @@ from scipy.linalg import expm
 from scipy.signal import lfilter
 
 from fe_models.dofs import FloatArray
-from hybrid.diagnosis.system import ModalForm, System, march, modal_form
+from hybrid.diagnosis.marching import march
+from hybrid.diagnosis.system import ModalForm, System, modal_form
 
 SOFT = 1e-8  # of the highest eigenvalue: springs that hold a body that moves freely
 

@@ -55,11 +55,14 @@ class Finding:
     sentence: str
 
 
-def cause_of(fit: Fit, number: int) -> tuple[Cause, dict[str, Parameter]]:
-    """Return the cause that candidate ``number`` of a fit amounts to, and its parameters with uncertainty."""
+def cause_of(fit: Fit, number: int, temper: float = 1.0) -> tuple[Cause, dict[str, Parameter]]:
+    """Return the cause that candidate ``number`` of a fit amounts to, and its parameters with uncertainty.
+
+    ``temper``: how many values tell as much as one: variances grow by as much.
+    """
     candidate, part = fit.hypothesis.candidates[number], fit.hypothesis.slices[number]
     values = [float(value) for value in fit.theta[part]]
-    errors = np.sqrt(np.diag(fit.covariance)[part])
+    errors = np.sqrt(temper * np.diag(fit.covariance)[part])
     cause = candidate.build(*values)
     deviations = {}
     for i, (word, error) in enumerate(zip(candidate.names, errors, strict=True)):

@@ -98,20 +98,13 @@ class _Problem:
     batches: tuple[Batch, ...]
     frame: Frame
 
-    def at(
-        self,
-        theta: FloatArray,
-        states: tuple[FloatArray, ...] | None,
-        slopes: bool = True,
-        found: _Point | None = None,
-    ) -> _Point | None:
-        """Return the point of ``theta``, None where a batch fails; ``found``: the same without slopes."""
+    def at(self, theta: FloatArray, states: tuple[FloatArray, ...] | None, slopes: bool = True) -> _Point | None:
+        """Return the point of ``theta``, None where a batch fails."""
         parts = []
         for number, batch in enumerate(self.batches):
             own = None if states is None else states[number]
-            path = None if found is None else found.parts[number].path
             try:
-                part = linearise_batch(self.hypothesis, theta, batch, self.frame, own, slopes, path)
+                part = linearise_batch(self.hypothesis, theta, batch, self.frame, own, slopes)
             except np.linalg.LinAlgError:  # masses that are not positive: a step too far
                 return None
             if part is None:
@@ -149,7 +142,7 @@ class _Problem:
             then = self.at(theta, states, slopes=linear)
             if then is not None and then.cost <= point.cost:
                 if not linear:  # the slopes take far longer, and are not needed of a step that fails
-                    then = self.at(theta, states, found=then)
+                    then = self.at(theta, states)
                 return then, damping
             damping = max(damping * factor, first)
         return None, damping

@@ -29,14 +29,16 @@ RUBBING = 0.3  # of a usual dashpot's force: the usual friction
 
 def force_laws_of(plant: Plant, places: list[Place], motion: Motion) -> list[Candidate]:
     """Return every force law at every place, as large as the ``motion`` there would feel."""
-    return [law for place in places for law in _laws_at(place, motion)] + _slack_cables(plant, motion)
+    return [law for place in places for law in _laws_at(plant, place, motion)] + _slack_cables(plant, motion)
 
 
-def _laws_at(place: Place, motion: Motion) -> list[Candidate]:
+def _laws_at(plant: Plant, place: Place, motion: Motion) -> list[Candidate]:
     u, v = motion.displacement @ place.pull, motion.velocity @ place.pull
     size, rate = float(np.std(u)), float(np.std(v))
     at = place.nodes, place.direction
-    cubic = _law(place, ("stiffness",), partial(CubicSpring, *at), (place.stiffness / (3 * size**2),), (-np.inf,))
+    flexibility = plant.flexibility(place.pull)
+    hardening = place.stiffness / (3 * size**2)
+    cubic = _law(place, ("stiffness",), partial(CubicSpring, *at), (hardening,), (-np.inf,), flexibility=flexibility)
     drag = _law(place, ("coefficient",), partial(QuadraticDamper, *at), (place.coefficient / rate,), (0.0,))
     friction = partial(CoulombFriction, *at, regularisation=CREEP * rate)
     dry = _law(place, ("force",), friction, (RUBBING * place.coefficient * rate,), (0.0,))
@@ -51,6 +53,7 @@ def _laws_at(place: Place, motion: Motion) -> list[Candidate]:
                 width=(place.stiffness, size),
                 lower=(0.0, LEAST * size),
                 starts=tuple((SMALL * place.stiffness, reach * most) for reach in REACHES),
+                flexibility=flexibility,
                 side=side,
             )
         )
@@ -68,6 +71,7 @@ def _law(
     width: tuple[float, ...],
     lower: tuple[float, ...],
     starts: tuple[tuple[float, ...], ...] = (),
+    flexibility: float = 0.0,
     **more: int,
 ) -> Candidate:
     """Return a law at a place; ``more``: what tells apart two of a kind there."""
@@ -81,6 +85,7 @@ def _law(
         lower=lower,
         starts=starts,
         pull=place.pull,
+        flexibility=flexibility,
         twins=tuple(twin | more for twin in place.twins),
     )
 
@@ -106,6 +111,7 @@ def _slack_cables(plant: Plant, motion: Motion) -> list[Candidate]:
                     starts=tuple((reach * most,) for reach in REACHES),
                     scalable=False,
                     pull=pull,
+                    flexibility=plant.flexibility(pull),
                 )
             )
     return found

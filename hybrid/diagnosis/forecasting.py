@@ -9,8 +9,9 @@ from fe_models.recordings import Sensor
 from hybrid.diagnosis.fitting import Fit
 from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.hypothesis import Hypothesis
+from hybrid.diagnosis.marching import respond
 from hybrid.diagnosis.records import Batch
-from hybrid.diagnosis.system import drift, observability, respond
+from hybrid.diagnosis.system import drift, observability
 
 SHOWN = 0.2  # of each recording: what its initial state is estimated from
 GROWTH = (0.25, 0.5, 1.0)  # of that, where force laws act: so that the search begins near

@@ -17,6 +17,8 @@ from hybrid.diagnosis.plant import Plant
 from hybrid.diagnosis.reduction import Basis, basis_of, turn
 from hybrid.diagnosis.system import Force, System
 
+SOFTENED = 0.5  # of a force: as much as a softening spring may gain by what gives way behind it
+
 
 @dataclass(frozen=True)
 class Hypothesis:
@@ -121,7 +123,11 @@ class Hypothesis:
         reduced = self.reduced(theta)
         stiffnesses = np.exp(theta[:, : len(plant.parts)])
         gain, delay, slope = np.ones((variants, len(sensors))), *np.zeros((2, variants, len(sensors)))
-        laws: list[tuple[FloatArray, Force]] = [(plant.pull(law), _motion_only(law)) for law in plant.laws]
+        pulls = [plant.pull(law) for law in plant.laws]
+        laws: list[tuple[FloatArray, Force]] = [
+            (pull, _yielding(_motion_only(law), plant.flexibility(pull)))
+            for pull, law in zip(pulls, plant.laws, strict=True)
+        ]
         oscillators: list[tuple[FloatArray, FloatArray]] = []
         integration = plant.integration
         for candidate, part in zip(self.candidates, self.slices, strict=True):
@@ -216,7 +222,24 @@ def force_of(candidate: Candidate, plant: Plant, values: FloatArray, stiffnesses
         law = replace(law, stiffness=own, pretension=cause.pretension)
     else:
         law = cause
-    return _motion_only(law)
+    return _yielding(_motion_only(law), candidate.flexibility)
+
+
+def _yielding(force: Force, flexibility: float) -> Force:
+    """Return a ``force`` f(u) felt through a spring: f(u - flexibility f), by one step of Aitken's from f(u) on.
+
+    That is exact where the force is linear, and so for a contact and a slack cable but for where they set in.
+    """
+    if flexibility == 0:
+        return force
+
+    def felt(u: FloatArray, v: FloatArray) -> FloatArray:
+        stiff = force(u, v)
+        fall = stiff - force(u - flexibility * stiff, v)
+        share = np.divide(fall, stiff, out=np.zeros_like(fall), where=np.abs(stiff) > 0)
+        return np.asarray(stiff / (1 + np.maximum(share, -SOFTENED)))
+
+    return felt
 
 
 def _is_stiffness_of(part: UncertainPart, element: int) -> bool:

@@ -11,14 +11,15 @@ import numpy as np
 from fe_models.dofs import FloatArray, IntArray
 from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.hypothesis import Hypothesis
+from hybrid.diagnosis.marching import channels, march, respond
 from hybrid.diagnosis.records import Batch
-from hybrid.diagnosis.system import channels, drift, drifted, march, observability, respond
-from hybrid.diagnosis.tangent import channels_near
+from hybrid.diagnosis.system import drift, drifted, observability
 
 STEP = 1e-3  # of a prior width (of the rms of a state): the finite differences of the Jacobian
 RIDGE = 1e-6  # of the largest column of the initial state's Jacobian: what no sensor feels stays at rest
 EXPLODED = 1e30  # of a channel, in units of its noise: no structure, but a search gone astray
 FAR = 1e6  # times the largest datum: the same, of a motion under force laws
+LEAST = 1e-12  # of a state's rms, where it is at rest
 
 
 @dataclass(frozen=True)
@@ -28,8 +29,7 @@ class Linearisation:
     ``residual`` (recording, value), ``slopes`` (parameter, recording, value); ``states`` z0 (recording, state) and how
     they move with theta, ``state_slopes`` (parameter, recording, state); ``state_step`` (recording, state) the move
     that the residual asks for; ``raw`` (recording, time, sensor) the residual itself; ``basis`` what was projected out;
-    ``path`` (time, recording, state) the motion, empty where it is linear; ``state_errors`` (recording, state) standard
-    deviations of z0 at this theta.
+    ``state_errors`` (recording, state) standard deviations of z0 at this theta.
     """
 
     residual: FloatArray
@@ -39,7 +39,6 @@ class Linearisation:
     state_step: FloatArray
     raw: FloatArray
     basis: FloatArray
-    path: FloatArray
     state_errors: FloatArray
 
 
@@ -50,19 +49,17 @@ def linearise_batch(
     frame: Frame,
     states: FloatArray | None,
     slopes: bool = True,
-    path: FloatArray | None = None,
 ) -> Linearisation | None:
     """Return the linearisation of one batch, None where the motion grows beyond all bounds.
 
-    ``states`` (recording, state) is needed where force laws act; elsewhere it is solved for. ``path``: the motion from
-    there, where it is known already.
+    ``states`` (recording, state) is needed where force laws act; elsewhere it is solved for.
     """
     hypothesis, kept = _acting(hypothesis, batch)
     if hypothesis.is_linear:
         part = _linear(hypothesis, theta[kept], batch, frame, slopes)
     else:
         assert states is not None
-        part = _forced(hypothesis, theta[kept], batch, frame, states, slopes, path)
+        part = _forced(hypothesis, theta[kept], batch, frame, states, slopes)
     return None if part is None else _spread(part, kept, len(theta))
 
 
@@ -96,45 +93,35 @@ def _linear(
         np.zeros_like(z),
         residual.reshape(batch.data.shape),
         basis,
-        np.zeros((0, *z.shape)),
         _errors(upper, z),
     )
 
 
 def _forced(
-    hypothesis: Hypothesis,
-    theta: FloatArray,
-    batch: Batch,
-    frame: Frame,
-    states: FloatArray,
-    slopes: bool,
-    path: FloatArray | None,
+    hypothesis: Hypothesis, theta: FloatArray, batch: Batch, frame: Frame, states: FloatArray, slopes: bool
 ) -> Linearisation | None:
     """Return the linearisation from ``states`` under force laws; without ``slopes`` only what is left."""
     recordings, samples, _ = batch.data.shape
     weight = np.tile(1 / frame.sigma, samples)  # (value,)
     data = batch.data.reshape(recordings, -1) * weight
-    if path is None:
-        system = hypothesis.system(theta[None], frame.sensors, frame.rate, frame.positions)
-        marched = march(system, states[None], samples)
-        if marched is None:
-            return None
-        path = marched[0][:, 0]
-        y = channels(system, marched)[0] + drifted(system, batch.begins)[0]
-        if not np.isfinite(y).all() or np.abs(y / frame.sigma).max() > FAR * np.abs(data).max():
-            return None
-        if not slopes:
-            return _left_over(data - y.reshape(recordings, -1) * weight, batch, states, path)
     moved = STEP * hypothesis.width
-    size = STEP * np.maximum(np.sqrt(np.mean(states**2, axis=0)), 1e-12)
+    size = STEP * np.maximum(np.sqrt(np.mean(states**2, axis=0)), LEAST)
     own = 1 + len(theta)  # variants that differ in a parameter; those that differ in a state come after
-    thetas = np.vstack([theta, theta + np.diag(moved), np.repeat(theta[None], hypothesis.states, axis=0)])
+    thetas, start = theta[None], states[None]
+    if slopes:
+        thetas = np.vstack([theta, theta + np.diag(moved), np.repeat(theta[None], len(size), axis=0)])
+        start = np.repeat(start, len(thetas), axis=0)
+        start[own:] += np.diag(size)[:, None]
     system = hypothesis.system(thetas, frame.sensors, frame.rate, frame.positions)
-    near = channels_near(system, path, size)
-    if near is None:
+    marched = march(system, start, samples)
+    if marched is None:
         return None
-    y = (near + drifted(system, batch.begins)).reshape(len(thetas), recordings, -1) * weight
+    y = (channels(system, marched) + drifted(system, batch.begins)).reshape(len(thetas), recordings, -1) * weight
+    if not np.isfinite(y).all() or np.abs(y[0]).max() > FAR * np.abs(data).max():
+        return None
     residual = data - y[0]
+    if not slopes:
+        return _left_over(residual, batch, states)
     change = (y[1:own] - y[0]) / moved[:, None, None]
     by_state = ((y[own:] - y[0]) / size[:, None, None]).transpose(1, 2, 0)  # (recording, value, state)
     basis, upper = orthonormal(by_state)
@@ -148,16 +135,15 @@ def _forced(
         np.linalg.solve(upper, along[..., None])[..., 0],
         residual.reshape(batch.data.shape),
         basis,
-        path,
         _errors(upper, states),
     )
 
 
-def _left_over(residual: FloatArray, batch: Batch, states: FloatArray, path: FloatArray) -> Linearisation:
+def _left_over(residual: FloatArray, batch: Batch, states: FloatArray) -> Linearisation:
     """Return a linearisation that tells what is left, and no slopes."""
     nothing, still = np.zeros((0, len(residual), 0)), np.zeros_like(states)
     raw = residual.reshape(batch.data.shape)
-    return Linearisation(residual, nothing, states, nothing, still, raw, np.zeros((0, 0)), path, still)
+    return Linearisation(residual, nothing, states, nothing, still, raw, np.zeros((0, 0)), still)
 
 
 def _errors(upper: FloatArray, states: FloatArray) -> FloatArray:

@@ -9,13 +9,14 @@ from hybrid.diagnosis.posterior import Posterior, posterior_of
 from hybrid.diagnosis.scorer import Scorer
 from hybrid.diagnosis.verdict import MATERIAL
 
-TRIFLE = 0.02  # of the energy that the nominal model gets wrong: what takes no more away explains nothing
+TRIFLES = (0.02, 0.005)  # of the energy that the nominal model gets wrong: what takes no more away explains nothing,
+# where it is the only cause, and beside another
 
 
 def material(evidence: Evidence, scorer: Scorer) -> tuple[Posterior, list[str]]:
     """Return the posterior among hypotheses of no more causes than matter, and a note on each that does not.
 
-    A single cause goes only where it leaves more than noise, and hardly less than there was without it.
+    What leaves no more than noise explains all. Otherwise a cause that takes hardly anything away is a guess.
     """
     posterior, notes = evidence.posterior, list[str]()
     nominal = scorer.forecast(evidence.base, 0.0)
@@ -27,13 +28,15 @@ def material(evidence: Evidence, scorer: Scorer) -> tuple[Posterior, list[str]]:
         fewer = tuple(item for item in posterior.fits if len(item.hypothesis.candidates) < count)
         simpler = posterior_of(fewer, evidence.candidates)
         before, after = (scorer.forecast(item, DEVIATION) for item in (simpler.fits[0], best))
-        if scorer.error(before) - scorer.error(after) > MATERIAL * floor:
-            break
+        guess = left(best, evidence.frame, scorer.setting.band).significant
+        trifle = before.energy - after.energy <= TRIFLES[count > 1] * wrong
+        weaker = scorer.error(before) - scorer.error(after) <= MATERIAL * floor
         if count == 1:
-            guess = left(best, evidence.frame, scorer.setting.band).significant
             reached = scorer.error(before) <= (1 + MATERIAL) * floor  # then it is told as weak: see `verdict`
-            if reached or not guess or before.energy - after.energy > TRIFLE * wrong:
+            if reached or not (guess and trifle and weaker):
                 break
+        elif not weaker and not (guess and trifle):
+            break
         kept = {candidate.key for candidate in simpler.fits[0].hypothesis.candidates}
         notes += [weak(best, i) for i, c in enumerate(best.hypothesis.candidates) if c.key not in kept]
         posterior = simpler

@@ -14,8 +14,9 @@ from hybrid.diagnosis.fitting import Fit
 from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.hypothesis import Hypothesis, Reduced, force_of
 from hybrid.diagnosis.linearisation import Linearisation, linearise_batch
+from hybrid.diagnosis.marching import respond
 from hybrid.diagnosis.records import Batch
-from hybrid.diagnosis.system import ModalForm, System, drifted, respond
+from hybrid.diagnosis.system import ModalForm, System, drifted
 
 FREQUENCIES_A_LINE = 2  # trial frequencies of a harmonic force within the resolution of a recording
 PEAKS = 2  # frequencies kept at each place

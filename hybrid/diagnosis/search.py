@@ -26,6 +26,7 @@ BEHIND = 20.0  # in half the tempered sum of squares: a fit that far behind anot
 ALWAYS = 2  # candidates of each ranking that are fitted, however little they promise
 LEFT = 0.3  # of what the best leaves beyond noise: by how much another may be behind and still go on
 RACING = 5  # fits at most that are continued over longer segments
+RACING_LAWS = 3  # of them beside a force law, where each takes far longer
 RIVALS = 8  # candidates that are tried in the place of one of two causes
 QUIET = 1e-3  # N: where the search for a harmonic force begins
 FORCES = 3  # harmonic forces that are fitted
@@ -139,7 +140,8 @@ def _forced(
 ) -> list[Fit]:
     """Return fits of the most promising harmonic forces; of more, their neighbours, where one of them is the best."""
     found: list[Fit] = []
-    for number, trial in enumerate(forces[: FORCES if base.hypothesis.plant.is_chain else NEIGHBOURS]):
+    few = base.hypothesis.plant.is_chain or not base.hypothesis.is_linear
+    for number, trial in enumerate(forces[: FORCES if few else NEIGHBOURS]):
         ahead = max(found, key=lambda item: item.log_evidence, default=None)
         beaten = ahead is not None and any(item.log_evidence > ahead.log_evidence for item in rivals)
         if number >= FORCES and (ahead is None or beaten):
@@ -211,7 +213,8 @@ def _race(fits: list[Fit], longer: tuple[Batch, ...], frame: Frame, enough: floa
     """Return the fits that are not too far behind, continued over longer segments."""
     limit = bound_of(fits)
     found: list[Fit] = []
-    for item in sorted(fits, key=lambda item: item.cost)[:RACING]:
+    beside_law = any(candidate.is_law for item in fits for candidate in item.hypothesis.candidates[:-1])
+    for item in sorted(fits, key=lambda item: item.cost)[: RACING_LAWS if beside_law else RACING]:
         if item.cost <= limit:
             states = continued(item, longer)
             further = fit(item.hypothesis, item.theta, longer, frame, states, enough=enough, bound=bound_of(found))

@@ -12,12 +12,8 @@ from fe_models.dofs import FloatArray
 Force = Callable[[FloatArray, FloatArray], FloatArray]
 """Restoring force (variant, recording) of elongation and rate, each (variant, recording)."""
 
-SUBSTEP = 1.0  # largest omega times substep where a force law acts: its pull on that mode is then off by 5e-4
-MOST_SUBSTEPS = 40
 MOST_GROWTH = 200.0  # in e-folds, of a motion without damping; more would overflow, and is as wrong
 DEFECTIVE = 1e9  # condition number of eigenvectors, beyond which matrix exponentials serve better
-CHECKED = 25  # samples between looks whether the motion still is finite
-FEWEST_SUBSTEPS = 2  # contacts and friction set in between samples
 
 
 @dataclass(frozen=True)
@@ -118,28 +114,10 @@ def drifted(system: System, begins: FloatArray) -> FloatArray:
     return np.asarray(system.slope[:, None, None] * (system.step * begins)[None, :, None, None])
 
 
-def respond(system: System, start: FloatArray, samples: int) -> FloatArray:
-    """Return the channels (variant, recording, time, sensor) from initial states (variant, recording, state).
-
-    NaN where the motion grows beyond all bounds.
+def linear_channels(system: System, start: FloatArray, samples: int) -> FloatArray:
+    """Return the channels (variant, recording, time, sensor) without force laws and drift, from initial states
+    (variant, recording, state).
     """
-    if system.is_linear:
-        return _linear_channels(system, start, samples) + drift(system, samples)[:, None]
-    marched = march(system, start, samples)
-    if marched is None:
-        return np.full((*start.shape[:2], samples, system.C.shape[1]), np.nan)
-    return channels(system, marched)
-
-
-def channels(system: System, marched: tuple[FloatArray, FloatArray]) -> FloatArray:
-    """Return the channels (variant, recording, time, sensor) of what `march` returns."""
-    with np.errstate(over="ignore", invalid="ignore"):
-        y = np.einsum("tprn,psn->prts", marched[0], system.C, optimize=True)
-        y += np.einsum("tprm,psm->prts", marched[1], system.D, optimize=True)
-    return as_shown(system, y)
-
-
-def _linear_channels(system: System, start: FloatArray, samples: int) -> FloatArray:
     form = modal_form(system)
     if form is None:
         return np.asarray(np.einsum("ptsn,prn->prts", observability(system, samples), start, optimize=True))
@@ -147,57 +125,6 @@ def _linear_channels(system: System, start: FloatArray, samples: int) -> FloatAr
     c = (form.right.transpose(0, 2, 1)[:, :, None] * amplitudes[..., None]).reshape(*amplitudes.shape[:2], -1)
     y = form.waves(samples, system.step) @ np.concatenate([c.real, c.imag], axis=1)
     return y.reshape(len(y), samples, start.shape[1], -1).transpose(0, 2, 1, 3)
-
-
-def march(system: System, start: FloatArray, samples: int) -> tuple[FloatArray, FloatArray] | None:
-    """Return states (time, variant, recording, state) and -f (time, variant, recording, law), None where they explode.
-
-    Lawson's Runge-Kutta scheme of order 4: the linear part by matrix exponentials, the forces in substeps. Only the
-    elongations are needed within a substep, so that each costs one product with the state.
-    """
-    variants, recordings, states = start.shape
-    laws = len(system.forces)
-    fastest = float(np.abs(np.linalg.eigvals(system.A[0])).max())
-    substeps = max(FEWEST_SUBSTEPS, int(np.ceil(fastest * system.step / SUBSTEP)))
-    if substeps > MOST_SUBSTEPS:  # no structure, but a search gone astray
-        return None
-    h = system.step / substeps
-    half = expm(system.A * (h / 2))
-    whole = half @ half
-    G, B = system.G, system.B
-    half_B = half @ B
-    stack = np.concatenate([G, G @ half, G @ whole, whole], axis=1)
-    stack = np.ascontiguousarray(stack.transpose(0, 2, 1))  # (variant, state, 6 law + state)
-    direct, delayed = h * (G @ B), h * (G @ half_B)  # (variant, 2 law, law)
-    first, middle, last = (h * part.transpose(0, 2, 1) for part in (whole @ B / 6, half_B / 3, B / 6))
-    direct, delayed = direct.transpose(0, 2, 1), delayed.transpose(0, 2, 1)
-
-    def forces(motion: FloatArray) -> FloatArray:
-        """Return -f (variant, recording, law) of elongations and rates (variant, recording, 2 law)."""
-        if laws == 1:
-            return np.asarray(-system.forces[0](motion[..., 0], motion[..., 1])[..., None])
-        return -np.stack([f(motion[..., i], motion[..., laws + i]) for i, f in enumerate(system.forces)], axis=-1)
-
-    z = start
-    history = np.empty((samples, variants, recordings, states))
-    applied = np.empty((samples, variants, recordings, laws))
-    with np.errstate(over="ignore", invalid="ignore"):
-        for k in range(samples):
-            if k % CHECKED == 0 and not np.isfinite(z).all():
-                return None
-            for part in range(substeps):
-                moved = z @ stack
-                f1 = forces(moved[..., : 2 * laws])
-                if part == 0:
-                    history[k], applied[k] = z, f1
-                    if k == samples - 1:
-                        break
-                in_half = moved[..., 2 * laws : 4 * laws]
-                f2 = forces(in_half + 0.5 * (f1 @ delayed))
-                f3 = forces(in_half + 0.5 * (f2 @ direct))
-                f4 = forces(moved[..., 4 * laws : 6 * laws] + f3 @ delayed)
-                z = moved[..., 6 * laws :] + f1 @ first + (f2 + f3) @ middle + f4 @ last
-    return history, applied
 
 
 def as_shown(system: System, y: FloatArray) -> FloatArray:
