@@ -23,8 +23,9 @@ from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.hypothesis import Hypothesis
 from hybrid.diagnosis.plant import plant_of
 from hybrid.diagnosis.records import batches_of, columns_of
-from hybrid.diagnosis.show import energy_near, modes_of
+from hybrid.diagnosis.show import modes_of
 from hybrid.diagnosis.show_report import describe_shown, shown_table
+from hybrid.diagnosis.spectra import energy_near
 
 NOISE = 0.02
 MEASURED = (0, 1, 2, 3)

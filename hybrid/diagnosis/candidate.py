@@ -17,8 +17,9 @@ class Candidate:
     """One kind of cause at one place.
 
     ``build`` makes the cause from its parameters (of arrays, one of arrays). ``names``: their words; ``neutral``:
-    values at which it does nothing; ``width``: prior standard deviations about them; ``lower``: bounds; ``starts``:
-    values at which a search may begin; with ``scalable`` the first of them is small, and the score test finds its size.
+    values at which it does nothing; ``width``: prior standard deviations about them; ``lower`` and ``upper`` (empty:
+    none): bounds; ``starts``: values at which a search may begin; with ``scalable`` the first of them is small, and the
+    score test finds its size.
     The cause is felt by what of the following is set: ``changes`` dM, dC, dK, sparse (dof, dof), for each unit of its
     `amount`, ``mode`` (from 0), ``pull`` (dof,) of a force law or of an ``oscillator``, ``sensor`` (position among the
     measured ones), or nothing (the time steps). ``released``: the row that a support holds in the nominal structure;
@@ -42,6 +43,7 @@ class Candidate:
     sensor: int | None = None
     released: int | None = None
     flexibility: float = 0.0
+    upper: tuple[float, ...] = ()
     twins: tuple[dict[str, Any], ...] = ()
 
     def amount(self, values: FloatArray) -> FloatArray:

@@ -58,10 +58,10 @@ def concluded(setting: Setting, evidence: Evidence) -> Diagnosis:
     nominal, calibrated, extended = (
         scorer.forecast(item, most) for item, most in ((base, 0.0), (base, DEVIATION), (best, np.inf))
     )
-    errors = Errors(scorer.error(calibrated), scorer.error(extended), scorer.floor(calibrated))
+    unexplained = _share_left(extended, nominal)
+    errors = Errors(scorer.error(calibrated), scorer.error(extended), scorer.floor(calibrated), unexplained)
     verdict, doubt = verdict_of(best, base, frame, setting.band, errors)
     named = verdict in (Verdict.EXPLAINED, Verdict.PARTLY_EXPLAINED)
-    unexplained = _share_left(extended, nominal)
     final, theta = (best, best.theta) if named else _as_drawn_or_calibrated(base, frame)
     findings: tuple[Finding, ...] = ()
     if named:

@@ -20,7 +20,6 @@ LAW_ITERATIONS = 8  # with force laws, each of which takes a simulation of all v
 ENOUGH = 0.05  # the fall in the sum of squares (a chi-square) below which a fit has converged, for each of noise's own
 WEAKER = (1.0, 0.5, 0.2)  # of force laws, one after the other, where the motion from the start grows for ever
 FREE = 1e-10  # of Marquardt's damping: none; a cause and the uncertain factor it resembles need whole steps
-FARTHEST = 3.0  # of a log factor: twenty times as much or as little is no calibration
 DAMPING = (1e-3, 30.0, 1e3)  # where a whole step fails: first, factor, give up
 
 
@@ -117,7 +116,8 @@ class _Problem:
     def begun(self, theta: FloatArray, states: tuple[FloatArray, ...] | None) -> _Point | None:
         """Return where a search begins: at ``theta``, or with force laws as much weaker as they must be."""
         for share in WEAKER:
-            point = self.at(np.maximum(_weakened(self.hypothesis, theta, share), self.hypothesis.lower), states)
+            weaker = _weakened(self.hypothesis, theta, share)
+            point = self.at(np.clip(weaker, self.hypothesis.lower, self.hypothesis.upper), states)
             if point is not None:
                 return point
         return None
@@ -133,11 +133,10 @@ class _Problem:
         """Return the next point, None where no step leads down, and the damping that it took."""
         H, gradient = self.normal_equations(point)
         first, factor, most = DAMPING
-        count, linear = self.hypothesis.nuisances, self.hypothesis.is_linear
+        linear = self.hypothesis.is_linear
         while damping < most:
             step = np.linalg.solve(H + damping * np.diag(np.diag(H)), gradient)
-            theta = np.maximum(point.theta + step, self.hypothesis.lower)
-            theta[:count] = np.clip(theta[:count], -FARTHEST, FARTHEST)
+            theta = np.clip(point.theta + step, self.hypothesis.lower, self.hypothesis.upper)
             states = point.after(theta - point.theta)
             then = self.at(theta, states, slopes=linear)
             if then is not None and then.cost <= point.cost:

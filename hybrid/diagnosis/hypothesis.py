@@ -17,6 +17,7 @@ from hybrid.diagnosis.plant import Plant
 from hybrid.diagnosis.reduction import Basis, basis_of, turn
 from hybrid.diagnosis.system import Force, System
 
+FARTHEST = 3.0  # of a log factor: twenty times as much or as little is no calibration
 SOFTENED = 0.5  # of a force: as much as a softening spring may gain by what gives way behind it
 
 
@@ -56,7 +57,13 @@ class Hypothesis:
     @property
     def lower(self) -> FloatArray:
         """The least values (parameter,)."""
-        return np.array([-np.inf] * self.nuisances + [value for c in self.candidates for value in c.lower])
+        return np.array([-FARTHEST] * self.nuisances + [value for c in self.candidates for value in c.lower])
+
+    @property
+    def upper(self) -> FloatArray:
+        """The largest values (parameter,)."""
+        own = [value for c in self.candidates for value in c.upper or (np.inf,) * len(c.names)]
+        return np.array([FARTHEST] * self.nuisances + own)
 
     @property
     def is_linear(self) -> bool:

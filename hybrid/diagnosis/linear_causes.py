@@ -10,7 +10,7 @@ from scipy.sparse import csr_array
 from fe_models.dofs import FloatArray, IntArray
 from fe_models.effects import AddedMass, AxialForce, Cause, Effect, PointDamper, StiffnessChange, SupportSpring
 from fe_models.matrix_changes import matrix_changes
-from fe_models.structure import Direction
+from fe_models.structure import Direction, Element, Spring
 from hybrid.diagnosis.candidate import Candidate
 from hybrid.diagnosis.places import Place
 from hybrid.diagnosis.plant import Plant
@@ -20,6 +20,7 @@ HALF = 0.5  # of a chain's mean mass, of an element's stiffness, of what is felt
 LIGHTEST = 0.95  # of what a node weighs: as much may be missing there
 FIRM = 1e-4  # of a structure's own compliance at a support: as good as rigid
 BUCKLING = 0.3  # of a squared frequency: what the usual axial force takes from it
+YIELDING = 2e-3  # the strain that no metal of a structure bears for long
 ANY = (-np.inf,)
 
 Changes = tuple[csr_array, csr_array, csr_array]
@@ -70,6 +71,7 @@ def _axial_forces(plant: Plant) -> list[Candidate]:
         effect = AxialForce(numbers, 1.0)
         if not effect.faults(plant.structure):
             unit = _unit(plant, effect)
+            most = YIELDING * min(_axial_stiffness(plant.structure.elements[number - 1]) for number in numbers)
             found.append(
                 Candidate(
                     kind=AxialForce.kind,
@@ -77,12 +79,18 @@ def _axial_forces(plant: Plant) -> list[Candidate]:
                     names=("force",),
                     build=partial(AxialForce, numbers),
                     neutral=(0.0,),
-                    width=(_felt_force(plant, unit[2]),),
-                    lower=ANY,
+                    width=(min(_felt_force(plant, unit[2]), most),),
+                    lower=(-most,),
+                    upper=(most,),
                     changes=unit,
                 )
             )
     return found
+
+
+def _axial_stiffness(element: Element) -> float:
+    """Return E A (N) of a beam or a cable; what has no section bears any force."""
+    return np.inf if isinstance(element, Spring) else element.section.youngs_modulus * element.section.area
 
 
 def _felt_force(plant: Plant, stiffness: csr_array) -> float:

@@ -34,7 +34,8 @@ def scan(fit: Fit, candidates: tuple[Candidate, ...], frame: Frame) -> list[Scre
             found.append(Screened(candidate, (), float(plain - left[0]), theta - fit.theta))
         elif len(candidate.names) == 1 and candidate.scalable and not candidate.is_law and not candidate.oscillator:
             sizes = candidate.neutral[0] + np.array(SIZES) * candidate.width[0]
-            sizes = sizes[sizes > candidate.lower[0]]
+            most = candidate.upper[0] if candidate.upper else np.inf
+            sizes = sizes[(sizes > candidate.lower[0]) & (sizes < most)]
             if candidate.kind == StiffnessChange.kind:
                 sizes = np.append(sizes, LEFT)
             thetas = np.column_stack([np.repeat(theta[None], len(sizes), axis=0), sizes])

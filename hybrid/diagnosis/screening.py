@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fe_models.dofs import FloatArray
+from fe_models.dofs import BoolArray, FloatArray
 from hybrid.diagnosis.candidate import Candidate
 from hybrid.diagnosis.driven import History, driven, forces_along, free_form, motion_of
 from hybrid.diagnosis.fitting import Fit
@@ -16,10 +16,12 @@ from hybrid.diagnosis.hypothesis import Hypothesis, Reduced, force_of
 from hybrid.diagnosis.linearisation import Linearisation, linearise_batch
 from hybrid.diagnosis.marching import respond
 from hybrid.diagnosis.records import Batch
+from hybrid.diagnosis.spectra import WIDTH, combination_lines, energy_near
 from hybrid.diagnosis.system import ModalForm, System, drifted
 
 FREQUENCIES_A_LINE = 2  # trial frequencies of a harmonic force within the resolution of a recording
 PEAKS = 2  # frequencies kept at each place
+SECONDARY = 2.5e-3  # of all energy: a line at a sum or difference of natural frequencies must be stronger on a frame
 
 
 @dataclass(frozen=True)
@@ -298,6 +300,8 @@ def screen_forces(fit: Fit, candidates: tuple[Candidate, ...], frame: Frame) -> 
     gains = np.zeros((len(trials), len(forces)))
     for part, batch in zip(_ground(fit, frame).parts, fit.batches, strict=True):
         gains += _wave_gains(part, batch.samples, transfer, trials / frame.rate)
+    if hypothesis.plant.kept is not None:
+        gains[_is_of_structure(trials, system, fit, frame)[:, None] & (gains < SECONDARY * _energy(fit, frame))] = 0.0
     found = []
     for place, candidate in enumerate(forces):
         curve = gains[:, place].copy()
@@ -307,6 +311,20 @@ def screen_forces(fit: Fit, candidates: tuple[Candidate, ...], frame: Frame) -> 
             found.append(Screened(candidate, (float(trials[peak]),), float(curve[peak]), still))
             curve[max(0, peak - 2 * FREQUENCIES_A_LINE) : peak + 2 * FREQUENCIES_A_LINE + 1] = 0.0
     return sorted(found, key=lambda trial: -trial.gain)
+
+
+def _is_of_structure(trials: FloatArray, system: System, fit: Fit, frame: Frame) -> BoolArray:
+    """Return whether each frequency (Hz) is a multiple, sum or difference of the strongest modes' frequencies."""
+    roots = np.linalg.eigvals(system.A[0])
+    frequencies = np.sort(np.abs(roots[roots.imag > 0])) / (2 * np.pi)
+    motion = tuple(batch.data / frame.sigma for batch in fit.batches)
+    lines = combination_lines(frequencies, energy_near(frequencies, motion, frame.rate))
+    resolution = frame.rate / max(batch.samples for batch in fit.batches)
+    return np.asarray(np.abs(trials[:, None] - lines).min(axis=1) <= WIDTH * resolution)
+
+
+def _energy(fit: Fit, frame: Frame) -> float:
+    return sum(float(np.square(batch.data / frame.sigma).sum()) for batch in fit.batches)
 
 
 def _wave_gains(part: Linearisation, samples: int, transfer: FloatArray, frequencies: FloatArray) -> FloatArray:

@@ -260,4 +260,7 @@ def _promising(ranked: list[list[Screened]], kept: int) -> list[Screened]:
             taken += 1
             if trial.candidate.key not in chosen or not trial.candidate.names:  # the scan's, which starts as drawn
                 chosen[trial.candidate.key] = trial
+        for trial in ranking:
+            if not trial.candidate.names and trial.gain > 0:  # without a size to refine, its gain says little yet
+                chosen[trial.candidate.key] = trial
     return list(chosen.values())

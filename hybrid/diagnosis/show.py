@@ -15,6 +15,7 @@ from hybrid.diagnosis.hypothesis import Hypothesis
 from hybrid.diagnosis.noise import Excess
 from hybrid.diagnosis.plant import Plant
 from hybrid.diagnosis.search import fit_growing, lengths_of
+from hybrid.diagnosis.spectra import energy_near
 
 WIDE = (
     0.5  # standard deviation of every factor's logarithm where the recordings alone shall tell frequencies and shapes
@@ -116,22 +117,6 @@ def every_translation(plant: Plant) -> tuple[Sensor, ...]:
         for node, direction in places
         if direction != "rz"
     )
-
-
-def energy_near(frequencies: FloatArray, parts: tuple[FloatArray, ...], rate: float) -> FloatArray:
-    """Return the shares (mode,) of energy nearest to each frequency (Hz).
-
-    ``parts`` (recording, time, sensor) in units of the noise, whose energy is taken off.
-    """
-    found = np.zeros(len(frequencies))
-    for part in parts:
-        window = np.hanning(part.shape[1])[:, None]
-        power = (np.abs(np.fft.rfft((part - part.mean(axis=1, keepdims=True)) * window, axis=1)) ** 2).sum(axis=(0, 2))
-        power -= np.sum(window**2) * part.shape[0] * part.shape[2]
-        nearest = np.abs(np.fft.rfftfreq(part.shape[1], 1 / rate)[:, None] - frequencies).argmin(axis=1)
-        found += np.bincount(nearest, power, len(frequencies))
-    found = np.maximum(found, 0.0)
-    return np.asarray(found / max(float(found.sum()), 1e-300))
 
 
 def _free_fit(base: Fit, frame: Frame) -> Fit | None:

@@ -26,12 +26,13 @@ class Verdict(Enum):
 @dataclass(frozen=True)
 class Errors:
     """NRMSE of forecasts, mean over the measured channels: of the calibrated nominal model, of the extended one, and
-    the noise ``floor``.
+    the noise ``floor``. ``unexplained``: share of the nominal model's wrong energy that the extended one leaves.
     """
 
     calibrated: float
     extended: float
     floor: float
+    unexplained: float
 
     @property
     def nothing_to_gain(self) -> bool:
@@ -52,11 +53,14 @@ def verdict_of(best: Fit, base: Fit, frame: Frame, band: Band, errors: Errors) -
     significant = left(best, frame, band).significant
     rest = max(left(best, frame, band).total, misfit(best))
     share = rest / max(misfit(base), rest, 1e-300) if significant else 0.0
-    doubt = DOUBT if significant and share > WHOLLY / 3 else 1.0
+    certain = errors.reached and not (significant and share > WHOLLY / 3)
     if errors.nothing_to_gain:
-        return Verdict.NOTHING_WRONG, doubt
+        return Verdict.NOTHING_WRONG, DOUBT
     if not best.hypothesis.candidates:
-        return Verdict.UNEXPLAINED if significant else Verdict.NOTHING_WRONG, doubt
+        return Verdict.UNEXPLAINED if significant else Verdict.NOTHING_WRONG, DOUBT
     if share < WHOLLY or errors.reached:
-        return Verdict.EXPLAINED, doubt
-    return (Verdict.PARTLY_EXPLAINED if share < PARTLY else Verdict.UNEXPLAINED), DOUBT
+        return Verdict.EXPLAINED, 1.0 if certain else DOUBT
+    partly = (
+        min(share, errors.unexplained) < PARTLY
+    )  # a calibration gone far may leave as little, and forecasts nothing
+    return (Verdict.PARTLY_EXPLAINED if partly else Verdict.UNEXPLAINED), DOUBT

@@ -1,0 +1,39 @@
+"""Where the energy of recordings is: near which natural frequency, and at which lines of a weak nonlinearity."""
+
+import numpy as np
+
+from fe_models.dofs import FloatArray
+
+STRONGEST = 3  # modes whose sums and differences are looked at
+ORDER = 2  # of the lines: multiples and sums of so many frequencies, as stretching that comes with bending makes them
+WIDTH = 1.5  # of a recording's resolution: how far from its place a line may be
+
+
+def energy_near(frequencies: FloatArray, parts: tuple[FloatArray, ...], rate: float) -> FloatArray:
+    """Return the shares (mode,) of energy nearest to each frequency (Hz).
+
+    ``parts`` (recording, time, sensor) in units of the noise, whose energy is taken off.
+    """
+    found = np.zeros(len(frequencies))
+    for part in parts:
+        window = np.hanning(part.shape[1])[:, None]
+        power = (np.abs(np.fft.rfft((part - part.mean(axis=1, keepdims=True)) * window, axis=1)) ** 2).sum(axis=(0, 2))
+        power -= np.sum(window**2) * part.shape[0] * part.shape[2]
+        nearest = np.abs(np.fft.rfftfreq(part.shape[1], 1 / rate)[:, None] - frequencies).argmin(axis=1)
+        found += np.bincount(nearest, power, len(frequencies))
+    found = np.maximum(found, 0.0)
+    return np.asarray(found / max(float(found.sum()), 1e-300))
+
+
+def combination_lines(frequencies: FloatArray, energies: FloatArray) -> FloatArray:
+    """Return (Hz) the multiples, sums and differences of the frequencies (mode,) with the largest ``energies`` (mode,).
+
+    A structure whose shape changes with its motion shows such lines, weakly; a machine would hardly run at one.
+    """
+    strongest = frequencies[np.argsort(-energies)[:STRONGEST]]
+    counts = np.stack(np.meshgrid(*[np.arange(-ORDER, ORDER + 1)] * len(strongest)), axis=-1).reshape(
+        -1, len(strongest)
+    )
+    order = np.abs(counts).sum(axis=1)
+    lines = counts[(order > 1) & (order <= ORDER)] @ strongest
+    return np.unique(lines[lines > 0])
