@@ -8,17 +8,15 @@ from typing import Any
 import numpy as np
 
 from fe_models.dofs import FloatArray
-from fe_models.effects import SlackCable
 from fe_models.recordings import Sensor
 from fe_models.time_integration import TimeIntegration
-from fe_models.uncertain_parts import UncertainPart
 from hybrid.diagnosis.candidate import Candidate
+from hybrid.diagnosis.forces import force_of, law_in_motion
 from hybrid.diagnosis.plant import Plant
 from hybrid.diagnosis.reduction import Basis, basis_of, turn
 from hybrid.diagnosis.system import Force, System
 
 FARTHEST = 3.0  # of a log factor: twenty times as much or as little is no calibration
-SOFTENED = 0.5  # of a force: as much as a softening spring may gain by what gives way behind it
 
 
 @dataclass(frozen=True)
@@ -132,8 +130,7 @@ class Hypothesis:
         gain, delay, slope = np.ones((variants, len(sensors))), *np.zeros((2, variants, len(sensors)))
         pulls = [plant.pull(law) for law in plant.laws]
         laws: list[tuple[FloatArray, Force]] = [
-            (pull, _yielding(_motion_only(law), plant.flexibility(pull)))
-            for pull, law in zip(pulls, plant.laws, strict=True)
+            (pull, law_in_motion(law, plant.flexibility(pull))) for pull, law in zip(pulls, plant.laws, strict=True)
         ]
         oscillators: list[tuple[FloatArray, FloatArray]] = []
         integration = plant.integration
@@ -217,44 +214,6 @@ class Reduced:
     def fed(self, pull: FloatArray, inverse: Any) -> FloatArray:
         """Return the accelerations (variant, mode) by a unit force along ``pull`` (dof,); ``inverse`` of the mass."""
         return np.asarray(np.einsum("pij,pj->pi", inverse, pull @ self.shapes))
-
-
-def force_of(candidate: Candidate, plant: Plant, values: FloatArray, stiffnesses: FloatArray) -> Force:
-    """Return the force of a law of ``values`` (variant, parameter); ``stiffnesses`` (variant, part): factors."""
-    cause: Any = candidate.build(*(values[:, i, None] for i in range(values.shape[1])))
-    if isinstance(cause, SlackCable):
-        law: Any = SlackCable(cause.element, 1.0).law(plant.structure)
-        (part,) = (i for i, part in enumerate(plant.parts) if _is_stiffness_of(part, cause.element))
-        own = law.stiffness * stiffnesses[:, part, None]
-        law = replace(law, stiffness=own, pretension=cause.pretension)
-    else:
-        law = cause
-    return _yielding(_motion_only(law), candidate.flexibility)
-
-
-def _yielding(force: Force, flexibility: float) -> Force:
-    """Return a ``force`` f(u) felt through a spring: f(u - flexibility f), by one step of Aitken's from f(u) on.
-
-    That is exact where the force is linear, and so for a contact and a slack cable but for where they set in.
-    """
-    if flexibility == 0:
-        return force
-
-    def felt(u: FloatArray, v: FloatArray) -> FloatArray:
-        stiff = force(u, v)
-        fall = stiff - force(u - flexibility * stiff, v)
-        share = np.divide(fall, stiff, out=np.zeros_like(fall), where=np.abs(stiff) > 0)
-        return np.asarray(stiff / (1 + np.maximum(share, -SOFTENED)))
-
-    return felt
-
-
-def _is_stiffness_of(part: UncertainPart, element: int) -> bool:
-    return part.quantity == "stiffness" and element in part.elements
-
-
-def _motion_only(law: Any) -> Force:
-    return lambda u, v: law.force(u, v)
 
 
 def _stepped(A: FloatArray, integration: TimeIntegration) -> FloatArray:

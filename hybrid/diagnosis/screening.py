@@ -11,8 +11,9 @@ from fe_models.dofs import BoolArray, FloatArray
 from hybrid.diagnosis.candidate import Candidate
 from hybrid.diagnosis.driven import History, driven, forces_along, free_form, motion_of
 from hybrid.diagnosis.fitting import Fit
+from hybrid.diagnosis.forces import force_of
 from hybrid.diagnosis.frame import Frame
-from hybrid.diagnosis.hypothesis import Hypothesis, Reduced, force_of
+from hybrid.diagnosis.hypothesis import Hypothesis, Reduced
 from hybrid.diagnosis.linearisation import Linearisation, linearise_batch
 from hybrid.diagnosis.marching import respond
 from hybrid.diagnosis.records import Batch

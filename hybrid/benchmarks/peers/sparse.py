@@ -20,7 +20,7 @@ from hybrid.benchmarks.peers.certain import Ground, ground_of
 from hybrid.benchmarks.peers.latent_forces import LatentForces, latent_forces
 from hybrid.diagnosis.candidate import Candidate
 from hybrid.diagnosis.findings import reported_location
-from hybrid.diagnosis.hypothesis import force_of
+from hybrid.diagnosis.forces import force_of
 from hybrid.diagnosis.plant import Plant
 
 THRESHOLDS = (0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)  # of the residual's norm
