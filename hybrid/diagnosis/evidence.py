@@ -45,7 +45,7 @@ def gather(setting: Setting, tell: Callable[[str], object]) -> Evidence:
     if ground is None:
         raise InputError("model: with its own force laws these recordings' motion grows beyond all bounds; check them")
     fits = [ground.whole]
-    if not _nothing_to_gain(ground.whole, frame, band):
+    if setting.is_astray or not _nothing_to_gain(ground.whole, frame, band):
         fits += contest(ground, candidates, lengths, frame, lambda: tell("single causes"))
     if not setting.is_astray:
         frame, fits = _with_better_noise(fits, frame, band)
@@ -56,12 +56,12 @@ def gather(setting: Setting, tell: Callable[[str], object]) -> Evidence:
 
     posterior = posterior_of(tuple(fits), candidates)
     best = posterior.fits[0]
-    if left(judged(best), noise, band).significant and not plant.laws and not forecasts_well(best, frame, WELL):
+    if left(judged(best), noise, band).significant and not plant.laws and not forecasts_well(judged(best), noise, WELL):
         tell("recordings apart")
         fits += fit_switched(setting.short, best, candidates, lengths, frame)
         posterior = posterior_of(tuple(fits), candidates)
         best = posterior.fits[0]
-    enough = forecasts_well(best, frame, WELL) and not factors_off(best)  # nothing more could matter
+    enough = forecasts_well(judged(best), noise, WELL) and not factors_off(best)  # nothing more could matter
     if not enough and asks_for_more(judged(best), judged(fits[0]), noise, band):
         tell("two causes")
         fits += pair_fits(posterior, candidates, lengths.whole, frame, band, lambda: tell("two causes"))
