@@ -1,0 +1,73 @@
+"""What is named must matter: a second cause that forecasts no better goes, one that does stays."""
+
+from functools import cache
+
+from fe_models.blind import BlindCase, BlindConfig, blind_case
+from hybrid.diagnosis.candidate import Candidate
+from hybrid.diagnosis.evidence import Evidence
+from hybrid.diagnosis.fitting import Fit, fit
+from hybrid.diagnosis.hypothesis import Hypothesis
+from hybrid.diagnosis.judging import key_of
+from hybrid.diagnosis.materiality import material
+from hybrid.diagnosis.posterior import posterior_of
+from hybrid.diagnosis.scorer import Scorer
+from hybrid.diagnosis.setting import Setting, setting_of
+
+TWO = BlindConfig(("stiffness_change", "sensor_gain"), size=0.7, train=4, test=2, duration=25.0)
+
+
+@cache
+def two_causes() -> tuple[BlindCase, Setting]:
+    case = blind_case(31, TWO)
+    return case, setting_of(case.dataset)
+
+
+def fitted(setting: Setting, *candidates: Candidate) -> Fit:
+    hypothesis = Hypothesis(setting.plant, candidates)
+    found = fit(hypothesis, hypothesis.centre, setting.lengths.whole, setting.frame)
+    assert found is not None
+    return found
+
+
+def candidate(setting: Setting, key: str) -> Candidate:
+    (found,) = (c for c in setting.candidates() if c.key == key)
+    return found
+
+
+def named(setting: Setting, *fits: Fit) -> tuple[list[set[str]], list[str]]:
+    candidates = setting.candidates()
+    evidence = Evidence(fits[0], posterior_of(fits, candidates), setting.frame, candidates)
+    posterior, notes = material(evidence, Scorer.of(setting, setting.frame))
+    return [{c.key for c in item.hypothesis.candidates} for item in posterior.fits], notes
+
+
+def test_second_cause_that_forecasts_need_stays() -> None:
+    case, setting = two_causes()
+    first, second = (candidate(setting, key_of(cause)) for cause in case.truth)
+    fits = [fitted(setting), fitted(setting, first), fitted(setting, second), fitted(setting, first, second)]
+    found, notes = named(setting, *fits)
+    assert found[0] == {first.key, second.key}
+    assert notes == []
+
+
+def test_second_cause_that_forecasts_do_not_need_goes_with_a_note() -> None:
+    case, setting = two_causes()
+    first, second = (candidate(setting, key_of(cause)) for cause in case.truth)
+    idle = candidate(setting, "modal_damping {'modes': [4]}")
+    base, single = fitted(setting), fitted(setting, first, second)
+    both = fitted(setting, first, second, idle)
+    # as if the evidence had been for it: the cost of the fit with it, far lower than it is
+    sure = Fit(**{**vars(both), "cost": single.cost - 1000.0})
+    found, notes = named(setting, base, single, sure)
+    assert found[0] == {first.key, second.key}
+    assert len(notes) == 1
+    assert notes[0].startswith("significant, but too weak to matter for forecasts: Mode 4")
+
+
+def test_only_cause_of_a_model_that_is_right_otherwise_stays() -> None:
+    case = blind_case(32, BlindConfig(("added_mass",), size=0.7, train=4, test=2, duration=25.0))
+    setting = setting_of(case.dataset)
+    right = candidate(setting, key_of(case.truth[0]))
+    found, notes = named(setting, fitted(setting), fitted(setting, right))
+    assert found[0] == {right.key}
+    assert notes == []
