@@ -13,7 +13,7 @@ from hybrid.diagnosis.forecasting import DEVIATION, forecast, model_of, within
 from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.noise import Band, excess
 from hybrid.diagnosis.pairs import asks_for_more, factors_off, left, pair_fits
-from hybrid.diagnosis.posterior import Posterior, posterior_of
+from hybrid.diagnosis.posterior import Posterior, posterior_of, temper_of
 from hybrid.diagnosis.search import contest, ground_of
 from hybrid.diagnosis.setting import Setting
 from hybrid.diagnosis.switching import fit_switched
@@ -69,7 +69,8 @@ def gather(setting: Setting, tell: Callable[[str], object]) -> Evidence:
         posterior = posterior_of(tuple(fits), candidates)
         times = float(np.sqrt(np.mean((frame.sigma / noise.sigma) ** 2)))
         note = f"{FAR_FROM_NOISE} ({times:.0f} times the noise was taken as such)"
-        told = replace(posterior, fits=tuple(judged(item) for item in posterior.fits))
+        own = tuple(judged(item) for item in posterior.fits)
+        told = replace(posterior, fits=own, temper=temper_of(own[0]))
         return Evidence(judged(fits[0]), told, noise, candidates, (note,))
     frame, fits = _with_better_noise(fits, frame, band)
     posterior = _with_same_noise(posterior_of(tuple(fits), candidates), fits[0], frame, candidates)
