@@ -26,8 +26,11 @@ ATTEMPTS = 4  # of that; a motion that goes further has exploded
 
 
 def _compiled(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a function compiled to machine code, which is kept beside this file from one run to the next."""
-    return njit(cache=True)(function)
+    """Return a function compiled to machine code, which is kept from one run to the next where that can be."""
+    try:
+        return njit(cache=True)(function)
+    except RuntimeError:  # no folder that can be written to
+        return njit(function)
 
 
 @dataclass(frozen=True)
