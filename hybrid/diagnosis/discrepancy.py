@@ -40,8 +40,7 @@ def in_units_of(frame: Frame, item: Fit, searched: Frame) -> Fit:
     scale = searched.sigma / frame.sigma
     residuals = tuple(part * scale for part in item.residuals)
     chi2 = sum(float(np.square(part).sum()) for part in residuals)
-    covariance = item.covariance / float(np.mean(scale**2))
-    return replace(item, covariance=covariance, residuals=residuals, chi2=chi2, cost=item.cost - item.chi2 + chi2)
+    return replace(item, residuals=residuals, chi2=chi2, cost=item.cost - item.chi2 + chi2)
 
 
 def repeated(residuals: tuple[FloatArray, ...]) -> float:

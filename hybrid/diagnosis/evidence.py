@@ -13,7 +13,7 @@ from hybrid.diagnosis.forecasting import DEVIATION, forecast, model_of, within
 from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.noise import Band, excess
 from hybrid.diagnosis.pairs import asks_for_more, factors_off, left, pair_fits
-from hybrid.diagnosis.posterior import Posterior, posterior_of, temper_of
+from hybrid.diagnosis.posterior import Posterior, posterior_of
 from hybrid.diagnosis.search import contest, ground_of
 from hybrid.diagnosis.setting import Setting
 from hybrid.diagnosis.switching import fit_switched
@@ -27,13 +27,22 @@ FAR_FROM_NOISE = "the nominal model leaves far more than noise: what it lacks co
 
 @dataclass(frozen=True)
 class Evidence:
-    """``base``: the fit without any cause; ``posterior`` over all fits; ``frame``: with the noise of their units."""
+    """``base``: the fit without any cause; ``posterior`` over all fits; ``frame``: with the noise of their units.
+
+    ``energy``: of what counted as noise in the search, over that of the noise.
+    """
 
     base: Fit
     posterior: Posterior
     frame: Frame
     candidates: tuple[Candidate, ...]
     notes: tuple[str, ...] = ()
+    energy: float = 1.0
+
+    def among(self, fits: tuple[Fit, ...]) -> Posterior:
+        """Return the posterior over some of the fits, tempered as in the search."""
+        found = posterior_of(fits, self.candidates)
+        return replace(found, temper=max(found.temper / self.energy, 1.0))
 
 
 def gather(setting: Setting, tell: Callable[[str], object]) -> Evidence:
@@ -67,11 +76,10 @@ def gather(setting: Setting, tell: Callable[[str], object]) -> Evidence:
         fits += pair_fits(posterior, candidates, lengths.whole, frame, band, lambda: tell("two causes"))
     if setting.is_astray:
         posterior = posterior_of(tuple(fits), candidates)
-        times = float(np.sqrt(np.mean((frame.sigma / noise.sigma) ** 2)))
-        note = f"{FAR_FROM_NOISE} ({times:.0f} times the noise was taken as such)"
-        own = tuple(judged(item) for item in posterior.fits)
-        told = replace(posterior, fits=own, temper=temper_of(own[0]))
-        return Evidence(judged(fits[0]), told, noise, candidates, (note,))
+        energy = float(np.mean((frame.sigma / noise.sigma) ** 2))
+        note = f"{FAR_FROM_NOISE} ({np.sqrt(energy):.0f} times the noise was taken as such)"
+        told = replace(posterior, fits=tuple(judged(item) for item in posterior.fits))
+        return Evidence(judged(fits[0]), told, noise, candidates, (note,), energy)
     frame, fits = _with_better_noise(fits, frame, band)
     posterior = _with_same_noise(posterior_of(tuple(fits), candidates), fits[0], frame, candidates)
     return Evidence(fits[0], posterior, frame, candidates)

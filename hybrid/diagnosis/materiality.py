@@ -5,7 +5,7 @@ from hybrid.diagnosis.findings import cause_of, sentence_of
 from hybrid.diagnosis.fitting import Fit
 from hybrid.diagnosis.forecasting import DEVIATION
 from hybrid.diagnosis.pairs import left
-from hybrid.diagnosis.posterior import Posterior, posterior_of
+from hybrid.diagnosis.posterior import Posterior
 from hybrid.diagnosis.scorer import Scorer
 from hybrid.diagnosis.verdict import MATERIAL
 
@@ -26,7 +26,7 @@ def material(evidence: Evidence, scorer: Scorer) -> tuple[Posterior, list[str]]:
         best = posterior.fits[0]
         count = len(best.hypothesis.candidates)
         fewer = tuple(item for item in posterior.fits if len(item.hypothesis.candidates) < count)
-        simpler = posterior_of(fewer, evidence.candidates)
+        simpler = evidence.among(fewer)
         before, after = (scorer.forecast(item, DEVIATION) for item in (simpler.fits[0], best))
         guess = left(best, evidence.frame, scorer.setting.band).significant
         trifle = before.energy - after.energy <= TRIFLES[count > 1] * wrong
