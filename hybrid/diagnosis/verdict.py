@@ -10,6 +10,7 @@ from hybrid.diagnosis.pairs import left, misfit
 
 MATERIAL = 0.05  # of the noise floor: by how much a cause must improve the forecast, and what counts as reaching it
 WHOLLY = 0.03  # of the excess energy: what may be left where all is called explained
+NEAR = 1.15  # times the noise floor: as near as a model that is off by its uncertainty must come
 PARTLY = 0.5  # of it: beyond, nothing is
 DOUBT = 0.85  # most probability of a finding beside which something significant is left unexplained
 
@@ -45,6 +46,11 @@ class Errors:
         """Whether the extended model is as good as noise lets it be."""
         return self.extended <= (1 + MATERIAL) * self.floor
 
+    @property
+    def nearly_reached(self) -> bool:
+        """Whether what the extended model still gets wrong is little beside noise, and beside what was wrong before."""
+        return self.extended <= NEAR * self.floor and self.unexplained < WHOLLY
+
 
 def verdict_of(best: Fit, base: Fit, frame: Frame, band: Band, errors: Errors) -> tuple[Verdict, float]:
     """Return the verdict on the ``best`` fit, ``base`` being that without any cause, and the most that may be said of a
@@ -58,7 +64,7 @@ def verdict_of(best: Fit, base: Fit, frame: Frame, band: Band, errors: Errors) -
         return Verdict.NOTHING_WRONG, DOUBT
     if not best.hypothesis.candidates:
         return Verdict.UNEXPLAINED if significant else Verdict.NOTHING_WRONG, DOUBT
-    if share < WHOLLY or errors.reached:
+    if share < WHOLLY or errors.reached or errors.nearly_reached:
         return Verdict.EXPLAINED, 1.0 if certain else DOUBT
     partly = (
         min(share, errors.unexplained) < PARTLY
