@@ -90,7 +90,7 @@ def _axial_forces(plant: Plant) -> list[Candidate]:
 
 def _axial_stiffness(element: Element) -> float:
     """Return E A (N) of a beam or a cable; what has no section bears any force."""
-    return np.inf if isinstance(element, Spring) else element.section.youngs_modulus * element.section.area
+    return np.inf if isinstance(element, Spring) else element.section.axial_stiffness
 
 
 def _felt_force(plant: Plant, stiffness: csr_array) -> float:

@@ -66,7 +66,5 @@ def verdict_of(best: Fit, base: Fit, frame: Frame, band: Band, errors: Errors) -
         return Verdict.UNEXPLAINED if significant else Verdict.NOTHING_WRONG, DOUBT
     if share < WHOLLY or errors.reached or errors.nearly_reached:
         return Verdict.EXPLAINED, 1.0 if certain else DOUBT
-    partly = (
-        min(share, errors.unexplained) < PARTLY
-    )  # a calibration gone far may leave as little, and forecasts nothing
+    partly = min(share, errors.unexplained) < PARTLY  # a calibration gone astray may leave as little
     return (Verdict.PARTLY_EXPLAINED if partly else Verdict.UNEXPLAINED), DOUBT
