@@ -1,0 +1,28 @@
+"""When forecasts count as being at the noise floor, and when as near it."""
+
+import pytest
+
+from hybrid.diagnosis.verdict import Errors
+
+
+@pytest.mark.parametrize(
+    ("calibrated", "extended", "nothing", "reached"),
+    [
+        (1.04, 1.0, True, True),  # both within 5 % of the floor, and less than that apart
+        (1.04, 0.98, False, True),  # a cause improves on it by more
+        (1.20, 1.04, False, True),
+        (1.20, 1.10, False, False),
+    ],
+)
+def test_floor_is_reached_within_five_per_cent(
+    calibrated: float, extended: float, nothing: bool, reached: bool
+) -> None:
+    errors = Errors(calibrated, extended, 1.0, 0.0)
+    assert (errors.nothing_to_gain, errors.reached) == (nothing, reached)
+
+
+@pytest.mark.parametrize(
+    ("extended", "unexplained", "near"), [(1.1, 0.01, True), (1.2, 0.01, False), (1.1, 0.2, False)]
+)
+def test_near_the_floor_is_near_beside_what_was_wrong_too(extended: float, unexplained: float, near: bool) -> None:
+    assert Errors(3.0, extended, 1.0, unexplained).nearly_reached is near
