@@ -9,12 +9,13 @@ from fe_models.dofs import FloatArray
 from hybrid.calibration import nothing
 from hybrid.diagnosis.candidate import Candidate
 from hybrid.diagnosis.fitting import ENOUGH, Fit, fit
+from hybrid.diagnosis.force_screening import screen_forces
 from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.hypothesis import Hypothesis
 from hybrid.diagnosis.posterior import temper_of
 from hybrid.diagnosis.records import Batch
 from hybrid.diagnosis.scanning import scan
-from hybrid.diagnosis.screening import Screened, screen, screen_forces
+from hybrid.diagnosis.screening import Screened, screen
 
 PIECES = (10, 3, 1)  # segments that recordings are cut into, one after the other: short ones forgive a wrong start
 FEWEST = 8  # values a segment at least, for each of its initial state's entries

@@ -14,7 +14,8 @@ from hybrid.benchmarks.peers.answer import Answer
 from hybrid.benchmarks.peers.certain import Ground, ground_of
 from hybrid.diagnosis.findings import reported_location
 from hybrid.diagnosis.fitting import Fit, fit
-from hybrid.diagnosis.screening import Screened, screen, screen_forces
+from hybrid.diagnosis.force_screening import screen_forces
+from hybrid.diagnosis.screening import Screened, screen
 from hybrid.diagnosis.search import BEHIND, CLOSE_ENOUGH, Lengths, continued, fit_growing
 
 WHOLE = 12  # candidates that are fitted over whole recordings: AIC decides among the first few
