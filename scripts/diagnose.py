@@ -31,7 +31,7 @@ def main(
         ),
     ] = False,
 ) -> None:
-    """Diagnose a chain from its recordings.
+    """Diagnose a chain or frame from its recordings.
 
     All causes of the list compete at all their places. What is found is built into the structure, and forecasts of the
     test recordings are scored before and after.

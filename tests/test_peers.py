@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fe_models.blind import BlindCase, BlindConfig, blind_case
-from hybrid.benchmarks.peers.certain import ground_of
+from hybrid.benchmarks.peers.certain import certain_of
 from hybrid.benchmarks.peers.exhaustive import aic_of, name_by_aic
 from hybrid.benchmarks.peers.latent_forces import latent_forces
 from hybrid.benchmarks.peers.sparse import library, name_by_regression, thresholded
@@ -36,10 +36,10 @@ def test_regression_names_nothing_in_a_clean_case() -> None:
 
 
 def test_aic_pays_two_for_each_parameter_and_each_start_of_a_harmonic_force() -> None:
-    ground = ground_of(blind_case(15, SHORT).dataset)
-    base = ground.short
+    certain = certain_of(blind_case(15, SHORT).dataset)
+    base = certain.short
     assert aic_of(base) == base.chi2
-    kinds = {candidate.kind: candidate for candidate in ground.candidates}
+    kinds = {candidate.kind: candidate for candidate in certain.candidates}
     for kind, price in (("stiffness_change", 2.0), ("gap_stop", 4.0)):
         more = replace(base, hypothesis=base.hypothesis.adding(kinds[kind]))
         assert aic_of(more) - aic_of(base) == pytest.approx(price, abs=1e-6)
@@ -51,9 +51,9 @@ def test_aic_pays_two_for_each_parameter_and_each_start_of_a_harmonic_force() ->
 def test_learned_forces_are_what_the_model_lacks_as_far_as_sensors_see() -> None:
     """Correlation 0.9 at 1 % noise: what they see of other forces is not as much alike, as is checked too."""
     case = stiffness_case()
-    ground = ground_of(case.dataset)
-    learned = latent_forces(ground)
-    terms = {term.name: term.force for term in library(ground, learned)}
+    certain = certain_of(case.dataset)
+    learned = latent_forces(certain)
+    terms = {term.name: term.force for term in library(certain, learned)}
 
     def likeness(name: str) -> float:
         inner = slice(20, -20)  # the smoother knows least at the ends
@@ -70,7 +70,7 @@ def test_learned_forces_are_what_the_model_lacks_as_far_as_sensors_see() -> None
 def test_a_clean_motion_needs_no_forces() -> None:
     """Those of the noise are far smaller than those of a spring that lost some of its stiffness."""
     clean, weak = blind_case(14, SHORT), stiffness_case()
-    of_clean, of_weak = (latent_forces(ground_of(case.dataset)).force for case in (clean, weak))
+    of_clean, of_weak = (latent_forces(certain_of(case.dataset)).force for case in (clean, weak))
     assert np.sqrt(np.mean(of_clean**2)) < 0.2 * np.sqrt(np.mean(of_weak**2))
 
 

@@ -4,10 +4,14 @@ from collections.abc import Callable
 from dataclasses import replace
 from time import perf_counter
 
+from threadpoolctl import threadpool_limits
+
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.conclusion import Diagnosis, concluded
 from hybrid.diagnosis.evidence import gather
 from hybrid.diagnosis.setting import setting_of
+
+THREADS = 1  # of linear algebra: the matrices are small, and more threads only wait for each other
 
 
 def diagnose(dataset: Dataset, advance: Callable[[str], object] | None = None) -> Diagnosis:
@@ -17,7 +21,9 @@ def diagnose(dataset: Dataset, advance: Callable[[str], object] | None = None) -
     """
     begun = perf_counter()
     tell: Callable[[str], object] = advance or (lambda _: None)
-    setting = setting_of(dataset)
-    evidence = gather(setting, tell)
-    tell("forecasts")
-    return replace(concluded(setting, evidence), seconds=perf_counter() - begun)
+    with threadpool_limits(THREADS, "blas"):
+        setting = setting_of(dataset)
+        evidence = gather(setting, tell)
+        tell("forecasts")
+        found = concluded(setting, evidence)
+    return replace(found, seconds=perf_counter() - begun)

@@ -1,12 +1,12 @@
 """Blind cases with fresh seeds: drawn, diagnosed, answered by the peers, and only then held against the truth."""
 
-import os
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from multiprocessing import get_context
+
+from threadpoolctl import threadpool_limits
 
 from fe_models.blind import BRIDGE_KINDS, KINDS, OUTSIDE, BlindConfig, blind_case
 from hybrid.benchmarks.peers.answer import Peer, PeerMark, mark
@@ -18,7 +18,6 @@ from hybrid.diagnosis.judging import Judgement, judge
 NOTHING = "nothing"  # the word for a clean case
 CLEAN = 3  # clean cases beside one of every kind
 PEERS: dict[str, Peer] = {"exhaustive AIC": name_by_aic, "sparse regression": name_by_regression}
-THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 @dataclass(frozen=True)
@@ -81,15 +80,16 @@ def tasks(count: int, seed: int, words: Sequence[str], config: BlindConfig) -> l
 
 
 def done(task: Task, peers: tuple[str, ...] = ()) -> BlindResult:
-    """Return the result of a task."""
+    """Return the result of a task, found with one thread of linear algebra: peers and diagnosis alike."""
     hidden = () if task.hidden == NOTHING else tuple(task.hidden.split("+"))
-    case = blind_case(task.seed, replace(task.config, kinds=hidden))
-    judgement = judge(case, diagnose(case.dataset))
     marks = {}
-    for name in peers:
-        begun = time.perf_counter()
-        answer = PEERS[name](case.dataset)
-        marks[name] = mark(case, answer, time.perf_counter() - begun)
+    with threadpool_limits(1, "blas"):
+        case = blind_case(task.seed, replace(task.config, kinds=hidden))
+        judgement = judge(case, diagnose(case.dataset))
+        for name in peers:
+            begun = time.perf_counter()
+            answer = PEERS[name](case.dataset)
+            marks[name] = mark(case, answer, time.perf_counter() - begun)
     return BlindResult(task, judgement, marks)
 
 
@@ -99,7 +99,7 @@ def all_done(
     jobs: int = 1,
     finished: Callable[[list[BlindResult]], object] = lambda _: None,
 ) -> list[BlindResult]:
-    """Return the results in the order of the tasks, from ``jobs`` processes with one thread each.
+    """Return the results in the order of the tasks, from ``jobs`` processes.
 
     ``finished`` is given those at hand, the newest last, after each.
     """
@@ -111,25 +111,9 @@ def all_done(
         return found
     pool = ProcessPoolExecutor(jobs, mp_context=get_context("spawn"))
     try:
-        with _one_thread():
-            for ready in as_completed([pool.submit(done, task, peers) for task in wanted]):
-                found.append(ready.result())
-                finished(found)
+        for ready in as_completed([pool.submit(done, task, peers) for task in wanted]):
+            found.append(ready.result())
+            finished(found)
     finally:
         pool.shutdown(cancel_futures=True)  # where one fails, the others need not be waited for
     return sorted(found, key=lambda result: wanted.index(result.task))
-
-
-@contextmanager
-def _one_thread() -> Iterator[None]:
-    """Have processes that start within the block use one thread each for linear algebra."""
-    before = {name: os.environ.get(name) for name in THREADS}
-    os.environ.update(dict.fromkeys(THREADS, "1"))
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                os.environ.pop(name, None)
-            else:
-                os.environ[name] = value

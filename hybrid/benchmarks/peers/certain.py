@@ -19,7 +19,7 @@ from hybrid.diagnosis.search import Lengths, lengths_of
 
 
 @dataclass(frozen=True)
-class Ground:
+class Certain:
     """The ``nominal`` model, the recordings in ``lengths``, its fit of the ``short`` ones, and all ``candidates``."""
 
     nominal: Hypothesis
@@ -35,7 +35,7 @@ class Ground:
         return reduced.mass[0], reduced.damping[0], reduced.stiffness[0], reduced.shapes[0]
 
 
-def ground_of(dataset: Dataset) -> Ground:
+def certain_of(dataset: Dataset) -> Certain:
     """Return what a peer starts from; every factor of the nominal model is certain."""
     plant = plant_of(dataset)
     plant = replace(plant, spread=np.full_like(plant.spread, CERTAIN))
@@ -43,10 +43,10 @@ def ground_of(dataset: Dataset) -> Ground:
     batches = columns_of(batches_of(dataset, "train"), measured)
     rate = dataset.sampling_rate
     sensors = tuple(dataset.sensors[column] for column in measured)
-    frame = Frame(sensors, rate, noise_of_recordings(batches, rate, structure_band(plant, rate)))
+    frame = Frame(sensors, rate, noise_of_recordings(batches, rate, structure_band(plant, rate, dataset.lowpass)))
     nominal = Hypothesis(plant)
     lengths = lengths_of(batches, nominal.states)
     short = fit(nominal, nominal.centre, lengths.cut[0], frame)
     assert short is not None  # a linear system always answers
     motion = Motion.of_states(np.concatenate(short.states), plant)
-    return Ground(nominal, frame, lengths, short, all_candidates(plant, dataset, motion, measured))
+    return Certain(nominal, frame, lengths, short, all_candidates(plant, dataset, motion, measured))

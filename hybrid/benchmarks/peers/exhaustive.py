@@ -11,7 +11,7 @@ import numpy as np
 
 from fe_models.recordings import Dataset
 from hybrid.benchmarks.peers.answer import Answer
-from hybrid.benchmarks.peers.certain import Ground, ground_of
+from hybrid.benchmarks.peers.certain import Certain, certain_of
 from hybrid.diagnosis.findings import reported_location
 from hybrid.diagnosis.fitting import Fit, fit
 from hybrid.diagnosis.force_screening import screen_forces
@@ -25,11 +25,11 @@ SHORT_ITERATIONS = 3  # of each candidate over segments, from a start that has t
 
 def name_by_aic(dataset: Dataset) -> Answer:
     """Return the cause with the least AIC among all and none, with its Akaike weight."""
-    ground = ground_of(dataset)
-    base = fit_growing(ground.nominal, ground.short.theta, ground.lengths, ground.frame, ground.short)
+    certain = certain_of(dataset)
+    base = fit_growing(certain.nominal, certain.short.theta, certain.lengths, certain.frame, certain.short)
     assert base is not None  # a linear system always answers
-    fits = [base, *(found for trial in _first(ground) if (found := _whole(trial, ground)) is not None)]
-    fits += _forced(base, ground)
+    fits = [base, *(found for trial in _first(certain) if (found := _whole(trial, certain)) is not None)]
+    fits += _forced(base, certain)
     aic = np.array([aic_of(item) for item in fits])
     best = int(np.argmin(aic))
     weight = float(1 / np.exp(-(aic - aic[best]) / 2).sum())
@@ -47,13 +47,13 @@ def aic_of(item: Fit) -> float:
     return item.chi2 + 2 * (free + 2 * waves * recordings)
 
 
-def _first(ground: Ground) -> list[Fit]:
+def _first(certain: Certain) -> list[Fit]:
     """Return every candidate's fit over the shortest segments, but harmonic forces', and of those the best."""
-    short, found = ground.short, []
-    for trial in screen(short, ground.candidates, ground.frame):
-        extended = ground.nominal.adding(trial.candidate)
+    short, found = certain.short, []
+    for trial in screen(short, certain.candidates, certain.frame):
+        extended = certain.nominal.adding(trial.candidate)
         theta = np.append(short.theta, trial.start)
-        item = fit(extended, theta, short.batches, ground.frame, short.states, SHORT_ITERATIONS, CLOSE_ENOUGH)
+        item = fit(extended, theta, short.batches, certain.frame, short.states, SHORT_ITERATIONS, CLOSE_ENOUGH)
         if item is not None:
             found.append(item)
     found.sort(key=aic_of)
@@ -68,25 +68,25 @@ def _first(ground: Ground) -> list[Fit]:
     return kept
 
 
-def _whole(begun: Fit, ground: Ground) -> Fit | None:
+def _whole(begun: Fit, certain: Certain) -> Fit | None:
     """Return the fit over whole recordings that goes on from one of the shortest segments."""
-    cut = ground.lengths.cut
+    cut = certain.lengths.cut
     if len(cut) == 1:
         return begun
     start = replace(begun, states=continued(begun, cut[1]))
-    return fit_growing(begun.hypothesis, begun.theta, Lengths(cut[1:]), ground.frame, start)
+    return fit_growing(begun.hypothesis, begun.theta, Lengths(cut[1:]), certain.frame, start)
 
 
-def _forced(base: Fit, ground: Ground) -> list[Fit]:
+def _forced(base: Fit, certain: Certain) -> list[Fit]:
     """Return fits of a harmonic force at every place, at the frequency that explains most."""
     best: dict[str, Screened] = {}
-    for trial in screen_forces(base, ground.candidates, ground.frame):
+    for trial in screen_forces(base, certain.candidates, certain.frame):
         best.setdefault(trial.candidate.key, trial)
     fits = []
     for trial in best.values():
-        extended = ground.nominal.adding(trial.candidate)
+        extended = certain.nominal.adding(trial.candidate)
         states = tuple(np.concatenate([part, np.full((len(part), 2), 1e-3)], axis=1) for part in base.states)
-        item = fit(extended, np.append(base.theta, trial.start), base.batches, ground.frame, states)
+        item = fit(extended, np.append(base.theta, trial.start), base.batches, certain.frame, states)
         if item is not None:
             fits.append(item)
     return fits

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.linalg import expm
 
 from fe_models.dofs import FloatArray
-from hybrid.benchmarks.peers.certain import Ground
+from hybrid.benchmarks.peers.certain import Certain
 
 QUICKNESS = (1e-4, 1e-3, 1e-2, 1e-1, 1.0)  # of the elastic forces' mean square a second: the forces' random walk
 LOOSE = 10.0  # standard deviation of the first state over the rms that the recordings suggest: it is hardly known
@@ -53,21 +53,21 @@ class LatentForces:
         return _smoothed(self.process, channels, self.sigma)[..., rest:]
 
 
-def latent_forces(ground: Ground) -> LatentForces:
+def latent_forces(certain: Certain) -> LatentForces:
     """Return the forces that the nominal model lacks in the recordings; of several lengths, in those with most data."""
-    frame = ground.frame
-    batch = max(ground.lengths.whole, key=lambda item: item.data.size)
-    n = ground.nominal.size
-    size = float(np.sqrt(np.mean(np.concatenate(ground.short.states)[:, :n] ** 2)))  # rms
-    trials = [_process(ground, size, share) for share in QUICKNESS]
+    frame = certain.frame
+    batch = max(certain.lengths.whole, key=lambda item: item.data.size)
+    n = certain.nominal.size
+    size = float(np.sqrt(np.mean(np.concatenate(certain.short.states)[:, :n] ** 2)))  # rms
+    trials = [_process(certain, size, share) for share in QUICKNESS]
     best = max(trials, key=lambda process: _filtered(process, batch.data, frame.sigma)[0])
     states = _smoothed(best, batch.data, frame.sigma)
     return LatentForces(states[..., :n], states[..., n : 2 * n], states[..., 2 * n :], best, frame.sigma)
 
 
-def _process(ground: Ground, size: float, share: float) -> Process:
-    n, dt, sensors = ground.nominal.size, 1 / ground.frame.rate, ground.frame.sensors
-    M, C, K, shapes = ground.matrices
+def _process(certain: Certain, size: float, share: float) -> Process:
+    n, dt, sensors = certain.nominal.size, 1 / certain.frame.rate, certain.frame.sensors
+    M, C, K, shapes = certain.matrices
     accelerations = np.linalg.inv(M) @ np.hstack([-K, -C, np.eye(n)])  # (coordinate, state)
     A = np.zeros((3 * n, 3 * n))
     A[:n, n : 2 * n], A[n : 2 * n] = np.eye(n), accelerations
@@ -78,7 +78,7 @@ def _process(ground: Ground, size: float, share: float) -> Process:
     rate = float(np.sqrt(np.diag(K).mean() / np.diag(M).mean()))  # rad/s
     spread = np.repeat([size, size * rate, np.sqrt(share) * elastic], n)
     rows = {"displacement": np.eye(3 * n)[:n], "velocity": np.eye(3 * n)[n : 2 * n], "acceleration": accelerations}
-    picked = ground.nominal.plant.rows(sensors) @ shapes  # (sensor, coordinate)
+    picked = certain.nominal.plant.rows(sensors) @ shapes  # (sensor, coordinate)
     seen = np.array([row @ rows[sensor.quantity] for row, sensor in zip(picked, sensors, strict=True)])
     return Process(step, step @ block[: 3 * n, 3 * n :], seen, np.diag((LOOSE * spread) ** 2))
 

@@ -16,7 +16,7 @@ from fe_models.dofs import FloatArray
 from fe_models.errors import InputError
 from fe_models.recordings import Dataset
 from hybrid.benchmarks.peers.answer import Answer
-from hybrid.benchmarks.peers.certain import Ground, ground_of
+from hybrid.benchmarks.peers.certain import Certain, certain_of
 from hybrid.benchmarks.peers.latent_forces import LatentForces, latent_forces
 from hybrid.diagnosis.candidate import Candidate
 from hybrid.diagnosis.findings import reported_location
@@ -42,20 +42,20 @@ class Term:
 
 def name_by_regression(dataset: Dataset) -> Answer:
     """Return the causes whose forces stay in the regression, the largest first; `InputError` without PySINDy."""
-    ground = ground_of(dataset)
-    learned = latent_forces(ground)
-    terms = as_seen(library(ground, learned), learned)
+    certain = certain_of(dataset)
+    learned = latent_forces(certain)
+    terms = as_seen(library(certain, learned), learned)
     return Answer(_named(terms, _chosen(terms, learned), learned))
 
 
-def library(ground: Ground, learned: LatentForces) -> list[Term]:
+def library(certain: Certain, learned: LatentForces) -> list[Term]:
     """Return the terms: the force at all masses of every candidate that is a force; linear, laws, waves."""
-    plant = ground.nominal.plant
-    M, C, K, shapes = ground.matrices
+    plant = certain.nominal.plant
+    M, C, K, shapes = certain.matrices
     x, v = learned.displacement, learned.velocity
     a = -(x @ K + v @ C) @ np.linalg.inv(M)  # as the nominal model has it
     terms = []
-    for candidate in ground.candidates:
+    for candidate in certain.candidates:
         name = f"{candidate.kind} {reported_location(candidate)}"
         if candidate.changes is not None:
             dM, dC, dK = (shapes.T @ (change @ shapes) for change in candidate.changes)
