@@ -71,6 +71,7 @@ SIZES = {  # smallest and largest, relative to what stands beside it in `draw_ca
 }
 FINE_STEP = 0.02  # s; of order 6, where the diagnosis takes 0.05 s at order 4
 CREEP = 3e-3  # m/s, of the hidden friction
+SHARPEST = 0.5  # kg: largest dashpot that a law is at rest, times the step; masses of 1 kg and 2 kg move it together
 
 
 def chain_case(seed: int, config: BlindConfig) -> BlindCase:
@@ -185,7 +186,7 @@ def _motion(
         laws.append(DriftingSpring(last if element == 1 else ((element - 1, "x", -1.0), *last), float(change)))
     if "hysteretic_spring" in outside:
         return _hysteretic(linear_model, state, config, rng)
-    step = min(FINE_STEP, *(0.7 / max(law.largest_slopes[1], 1e-9) for law in laws)) if laws else FINE_STEP
+    step = min(FINE_STEP, *(SHARPEST / max(law.largest_slopes[1], 1e-9) for law in laws)) if laws else FINE_STEP
     run = FreeConfig(config.campaign.duration, config.campaign.sampling_rate, step)
     return simulate_free(linear_model, state[0], state[1], run, tuple(laws), progress=False)
 

@@ -52,6 +52,12 @@ def within(item: Fit, most: float) -> FloatArray:
     return np.append(np.clip(item.theta[:count], -farthest, farthest), item.theta[count:])
 
 
+def deviation_of(item: Fit) -> float:
+    """Return how far the calibration of a fit goes, at most, in stated standard deviations."""
+    count = item.hypothesis.nuisances
+    return float(np.abs(item.theta[:count] / item.hypothesis.width[:count]).max())
+
+
 def model_of(item: Fit, theta: FloatArray | None = None) -> Model:
     """Return a fit's model for forecasts; the size of initial states is that of the training recordings."""
     most = max(range(len(item.states)), key=lambda i: item.states[i].shape[1])

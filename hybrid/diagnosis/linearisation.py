@@ -15,7 +15,7 @@ from hybrid.diagnosis.marching import channels, march, respond
 from hybrid.diagnosis.records import Batch
 from hybrid.diagnosis.system import drift, drifted, observability
 
-STEP = 1e-3  # of a prior width (of the rms of a state): the finite differences of the Jacobian
+STEP = 1e-6  # of a prior width (of the rms of a state): finite differences, through thousands of radians
 RIDGE = 1e-6  # of the largest column of the initial state's Jacobian: what no sensor feels stays at rest
 EXPLODED = 1e30  # of a channel, in units of its noise: no structure, but a search gone astray
 FAR = 1e6  # times the largest datum: the same, of a motion under force laws

@@ -3,14 +3,15 @@
 from hybrid.diagnosis.evidence import Evidence
 from hybrid.diagnosis.findings import cause_of, sentence_of
 from hybrid.diagnosis.fitting import Fit
-from hybrid.diagnosis.forecasting import DEVIATION
+from hybrid.diagnosis.forecasting import DEVIATION, deviation_of
 from hybrid.diagnosis.pairs import left
 from hybrid.diagnosis.posterior import Posterior
 from hybrid.diagnosis.scorer import Scorer
 from hybrid.diagnosis.verdict import MATERIAL
 
 TRIFLES = (0.02, 0.005)  # of the energy that the nominal model gets wrong: what takes no more away explains nothing,
-# where it is the only cause, and beside another
+# where it is the only cause, and beside another ...
+HALF = 0.5  # ... unless it takes that much away of what is wrong without it
 
 
 def material(evidence: Evidence, scorer: Scorer) -> tuple[Posterior, list[str]]:
@@ -27,9 +28,11 @@ def material(evidence: Evidence, scorer: Scorer) -> tuple[Posterior, list[str]]:
         count = len(best.hypothesis.candidates)
         fewer = tuple(item for item in posterior.fits if len(item.hypothesis.candidates) < count)
         simpler = evidence.among(fewer)
-        before, after = (scorer.forecast(item, DEVIATION) for item in (simpler.fits[0], best))
+        most = max(DEVIATION, deviation_of(best))  # what the one needs, the other may have
+        before, after = (scorer.forecast(item, most) for item in (simpler.fits[0], best))
         guess = left(best, evidence.frame, scorer.setting.band).significant
-        trifle = before.energy - after.energy <= TRIFLES[count > 1] * wrong
+        taken = before.energy - after.energy
+        trifle = taken <= TRIFLES[count > 1] * wrong and taken <= HALF * (before.energy - before.floor_energy)
         weaker = scorer.error(before) - scorer.error(after) <= MATERIAL * floor
         if count == 1:
             reached = scorer.error(before) <= (1 + MATERIAL) * floor  # then it is told as weak: see `verdict`
