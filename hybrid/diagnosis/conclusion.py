@@ -1,6 +1,6 @@
 """From evidence to what a report says: verdict, findings, extended structure, and forecasts before and after."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -21,6 +21,7 @@ from hybrid.diagnosis.materiality import material, weak
 from hybrid.diagnosis.pairs import left
 from hybrid.diagnosis.plant import Plant
 from hybrid.diagnosis.posterior import Posterior, of_candidate, rivals_of
+from hybrid.diagnosis.scatter import with_scatter
 from hybrid.diagnosis.scorer import Scorer
 from hybrid.diagnosis.setting import Setting
 from hybrid.diagnosis.show import Shown, show
@@ -54,7 +55,8 @@ def concluded(setting: Setting, evidence: Evidence) -> Diagnosis:
     base, frame, dataset = evidence.base, evidence.frame, setting.dataset
     scorer = Scorer.of(setting, frame)
     posterior, notes = material(evidence, scorer)
-    best = posterior.fits[0]
+    best = with_scatter(posterior.fits[0], evidence.candidates, dataset.assumptions.uncertainty.stiffness, frame)
+    posterior = replace(posterior, fits=(best, *posterior.fits[1:]))
     nominal, calibrated, extended = (
         scorer.forecast(item, most) for item, most in ((base, 0.0), (base, DEVIATION), (best, np.inf))
     )

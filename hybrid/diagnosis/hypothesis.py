@@ -132,12 +132,12 @@ class Hypothesis:
         laws: list[tuple[FloatArray, Force]] = [
             (pull, law_in_motion(law, plant.flexibility(pull))) for pull, law in zip(pulls, plant.laws, strict=True)
         ]
-        oscillators: list[tuple[FloatArray, FloatArray]] = []
+        oscillators: list[tuple[FloatArray, FloatArray, FloatArray]] = []
         integration = plant.integration
-        for candidate, part in zip(self.candidates, self.slices, strict=True):
+        for candidate, part, bent in zip(self.candidates, self.slices, self._left_out, strict=True):
             values = theta[:, part]
             if candidate.oscillator and candidate.pull is not None:
-                oscillators.append((candidate.pull, values[:, 0]))
+                oscillators.append((candidate.pull, bent, values[:, 0]))
             elif candidate.pull is not None:
                 laws.append((candidate.pull, force_of(candidate, plant, values, stiffnesses)))
             elif candidate.sensor is not None:
@@ -152,7 +152,7 @@ class Hypothesis:
         A[:, n : 2 * n, : 2 * n] = lower
         accelerations = np.zeros((variants, n, self.states))
         accelerations[:, :, : 2 * n] = lower
-        for number, (pull, frequency) in enumerate(oscillators):
+        for number, (pull, _, frequency) in enumerate(oscillators):
             first = 2 * n + 2 * number
             omega = 2 * np.pi * frequency
             A[:, n : 2 * n, first] = accelerations[:, :, first] = reduced.fed(pull, inverse)
@@ -172,9 +172,23 @@ class Hypothesis:
         seen[:, at_rest, :n] = picked[:, at_rest]
         seen[:, moving, n : 2 * n] = picked[:, moving]
         seen[:, pushed] = picked[:, pushed] @ accelerations
+        for number, (_, bent, frequency) in enumerate(oscillators):
+            first, omega = 2 * n + 2 * number, 2 * np.pi * frequency[:, None]
+            also = plant.rows(sensors) @ bent  # (sensor,)
+            seen[:, at_rest, first] += also[at_rest]
+            seen[:, moving, first + 1] += omega * also[moving]
+            seen[:, pushed, first] -= omega**2 * also[pushed]
         direct = np.where(pushed[:, None], picked @ feed, 0.0)
         forces = tuple(force for _, force in laws)
         return System(A, B, seen, direct, G, forces, gain, delay, slope, 1 / rate)
+
+    @cached_property
+    def _left_out(self) -> list[FloatArray]:
+        """What a unit of each candidate's harmonic force moves (dof,) in modes that are not followed: they go along."""
+        nothing = np.zeros(len(self.plant.dofs))
+        return [
+            self.plant.left_out(c.pull) if c.oscillator and c.pull is not None else nothing for c in self.candidates
+        ]
 
     def _damping(
         self,

@@ -26,7 +26,7 @@ def material(evidence: Evidence, scorer: Scorer) -> tuple[Posterior, list[str]]:
     while posterior.fits[0].hypothesis.candidates:
         best = posterior.fits[0]
         count = len(best.hypothesis.candidates)
-        fewer = tuple(item for item in posterior.fits if len(item.hypothesis.candidates) < count)
+        fewer = tuple(item for item in posterior.fits if _is_simpler(item, best))
         simpler = evidence.among(fewer)
         most = max(DEVIATION, deviation_of(best))  # what the one needs, the other may have
         before, after = (scorer.forecast(item, most) for item in (simpler.fits[0], best))
@@ -44,6 +44,12 @@ def material(evidence: Evidence, scorer: Scorer) -> tuple[Posterior, list[str]]:
         notes += [weak(best, i) for i, c in enumerate(best.hypothesis.candidates) if c.key not in kept]
         posterior = simpler
     return posterior, notes
+
+
+def _is_simpler(item: Fit, than: Fit) -> bool:
+    """Return whether a fit has fewer causes than another, or as many without any force law, which that has."""
+    own, others = len(item.hypothesis.candidates), len(than.hypothesis.candidates)
+    return own < others or (own == others and item.hypothesis.is_linear and not than.hypothesis.is_linear)
 
 
 def weak(item: Fit, number: int) -> str:

@@ -97,13 +97,16 @@ class Plant:
         """Return the displacements (dof, load) under ``forces`` (dof, load), supports holding."""
         return self.dofs.expand(self._factors.solve(np.asarray(forces)[self.dofs.free]))
 
+    def left_out(self, pull: FloatArray) -> FloatArray:
+        """Return how far a unit force along ``pull`` (dof,) bends modes that are not followed, (dof,)."""
+        if self.kept is None:
+            return np.zeros(len(self.dofs))
+        omega, shapes = self.modes
+        return np.asarray(self.static(pull[:, None])[:, 0] - shapes @ (pull @ shapes / omega**2))
+
     def flexibility(self, pull: FloatArray) -> float:
         """Return how far a unit force along ``pull`` (dof,) moves its own place in the modes that are not followed."""
-        if self.kept is None:
-            return 0.0
-        omega, shapes = self.modes
-        whole = float(pull @ self.static(pull[:, None])[:, 0])
-        return max(whole - float(np.sum((pull @ shapes) ** 2 / omega**2)), 0.0)
+        return max(float(pull @ self.left_out(pull)), 0.0)
 
     def released(self, row: int) -> FloatArray:
         """Return the displacements (dof,) when a held degree of freedom moves by one and the others stay held."""

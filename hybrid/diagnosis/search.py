@@ -200,26 +200,31 @@ def _begun(
     known: Fit | None = None,
 ) -> list[Fit]:
     """Return fits of one candidate more over the shortest segments; ``known``: one that others must come near."""
-    present = [] if known is None else [known]
+    best: dict[str, Fit] = {}
     for trial in trials:
-        extended, first = hypothesis.adding(trial.candidate), trial.theta(short)
-        states, bound = padded(short.states, extended), bound_of(present)
+        extended, first, key = hypothesis.adding(trial.candidate), trial.theta(short), trial.candidate.key
+        bound = bound_of([*best.values(), *([] if known is None else [known])])
+        states = padded(short.states, extended)
         begun = fit(extended, first, short.batches, frame, states, SHORT_ITERATIONS, CLOSE_ENOUGH, bound)
-        present += [] if begun is None else [begun]
+        if begun is not None and (key not in best or begun.cost < best[key].cost):
+            best[key] = begun
         advance()
-    return [item for item in present if item is not known]
+    return list(best.values())
 
 
 def _race(fits: list[Fit], longer: tuple[Batch, ...], frame: Frame, enough: float) -> list[Fit]:
-    """Return the fits that are not too far behind, continued over longer segments."""
+    """Return the fits that are not too far behind, one of them linear in any case, continued over longer segments."""
     limit = bound_of(fits)
     found: list[Fit] = []
     beside_law = any(candidate.is_law for item in fits for candidate in item.hypothesis.candidates[:-1])
-    for item in sorted(fits, key=lambda item: item.cost)[: RACING_LAWS if beside_law else RACING]:
-        if item.cost <= limit:
-            states = continued(item, longer)
-            further = fit(item.hypothesis, item.theta, longer, frame, states, enough=enough, bound=bound_of(found))
-            found += [] if further is None else [further]
+    ranked = sorted(fits, key=lambda item: item.cost)
+    racing = [item for item in ranked[: RACING_LAWS if beside_law else RACING] if item.cost <= limit]
+    if not any(item.hypothesis.is_linear for item in racing):  # laws may take up what no cause explains, and hide it
+        racing += [item for item in ranked if item.hypothesis.is_linear][:1]
+    for item in racing:
+        states, bound = continued(item, longer), bound_of(found) if item.cost <= limit else np.inf
+        further = fit(item.hypothesis, item.theta, longer, frame, states, enough=enough, bound=bound)
+        found += [] if further is None else [further]
     return found
 
 
@@ -247,10 +252,14 @@ def _refined(base: Fit, trial: Screened, frame: Frame) -> Fit | None:
 
 
 def _promising(ranked: list[list[Screened]], kept: int) -> list[Screened]:
-    """Return the best of each ranking, not too many force laws among them, each candidate once."""
-    chosen: dict[str, Screened] = {}
+    """Return the best of each ranking, not too many force laws among them.
+
+    Each candidate once, from where the first ranking that has it starts, and as the last one has it: a scan, whose
+    starts are far from those of a score test where the effect is large.
+    """
+    chosen: dict[tuple[str, bool], Screened] = {}
     for ranking in ranked:
-        laws, taken = 0, 0
+        laws, taken, far = 0, 0, ranking is ranked[-1]
         for trial in ranking:
             if trial.gain <= 0 or taken >= kept or (taken >= ALWAYS and trial.gain < HOPEFUL):
                 break
@@ -259,9 +268,8 @@ def _promising(ranked: list[list[Screened]], kept: int) -> list[Screened]:
                 if laws > min(KEPT_LAWS, kept // 2):
                     continue
             taken += 1
-            if trial.candidate.key not in chosen or not trial.candidate.names:  # the scan's, which starts as drawn
-                chosen[trial.candidate.key] = trial
+            chosen.setdefault((trial.candidate.key, far), trial)
         for trial in ranking:
             if not trial.candidate.names and trial.gain > 0:  # without a size to refine, its gain says little yet
-                chosen[trial.candidate.key] = trial
+                chosen.setdefault((trial.candidate.key, far), trial)
     return list(chosen.values())

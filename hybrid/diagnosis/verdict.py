@@ -47,9 +47,9 @@ class Errors:
         return self.extended <= (1 + MATERIAL) * self.floor
 
     @property
-    def nearly_reached(self) -> bool:
-        """Whether what the extended model still gets wrong is little beside noise, and beside what was wrong before."""
-        return self.extended <= NEAR * self.floor and self.unexplained < WHOLLY
+    def near(self) -> bool:
+        """Whether what the extended model still gets wrong is little beside noise."""
+        return self.extended <= NEAR * self.floor
 
 
 def verdict_of(best: Fit, base: Fit, frame: Frame, band: Band, errors: Errors) -> tuple[Verdict, float]:
@@ -64,7 +64,8 @@ def verdict_of(best: Fit, base: Fit, frame: Frame, band: Band, errors: Errors) -
         return Verdict.NOTHING_WRONG, DOUBT
     if not best.hypothesis.candidates:
         return Verdict.UNEXPLAINED if significant else Verdict.NOTHING_WRONG, DOUBT
-    if share < WHOLLY or errors.reached or errors.nearly_reached:
+    wholly = min(share, errors.unexplained) < WHOLLY
+    if errors.reached or (errors.near and wholly):
         return Verdict.EXPLAINED, 1.0 if certain else DOUBT
     partly = min(share, errors.unexplained) < PARTLY  # a calibration gone astray may leave as little
     return (Verdict.PARTLY_EXPLAINED if partly else Verdict.UNEXPLAINED), DOUBT
