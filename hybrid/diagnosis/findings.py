@@ -5,10 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from fe_models.effects import Cause, CoulombFriction, HarmonicForce
+from fe_models.effects import Cause, HarmonicForce
 from hybrid.diagnosis.candidate import Candidate
 from hybrid.diagnosis.fitting import Fit
-from hybrid.diagnosis.force_causes import CREEP
 from hybrid.diagnosis.wave import wave
 
 VERBS = {
@@ -67,6 +66,8 @@ def cause_of(fit: Fit, number: int, temper: float = 1.0) -> tuple[Cause, dict[st
     deviations = {}
     for i, (word, error) in enumerate(zip(candidate.names, errors, strict=True)):
         moved = candidate.build(*(value * (1 + TINY * (i == k)) for k, value in enumerate(values)))
+        if word not in cause.parameters:  # what only helps the search
+            continue
         change = float(np.subtract(moved.parameters[word], cause.parameters[word]))
         slope = change / (TINY * values[i]) if values[i] else 1.0
         deviations[word] = abs(slope) * error  # the search may use another measure than the report
@@ -74,8 +75,6 @@ def cause_of(fit: Fit, number: int, temper: float = 1.0) -> tuple[Cause, dict[st
         found_wave = wave(fit, number)
         cause = replace(cause, amplitude=found_wave.amplitude, phase=found_wave.phase)
         deviations |= {"amplitude": found_wave.error, "phase": np.pi}  # the phase is each recording's own
-    if isinstance(cause, CoulombFriction):
-        deviations["force"] = float(np.hypot(deviations["force"], CREEP * cause.friction))  # how it passes through rest
     units = cause.units
     found = {
         word: Parameter(float(value), float(deviations.get(word, 0.0)), units[word])

@@ -19,7 +19,7 @@ from hybrid.diagnosis.candidate import SMALL, Candidate
 from hybrid.diagnosis.places import Motion, Place
 from hybrid.diagnosis.plant import Plant
 
-CREEP = 0.01  # of the rms rate at its place: the rate below which friction is taken as a dashpot
+CREEP = (0.002, 0.01, 0.1)  # of the rms rate at its place: below it friction is a dashpot; at least, usual, at most
 REACHES = (0.1, 0.25, 0.45, 0.65, 0.85)  # of the largest elongation: where a search for a gap starts
 FARTHEST = 0.999  # quantile of an elongation that counts as its largest
 LEAST = 1e-3  # of the rms elongation: what a gap, or the largest elongation of one side, is at least
@@ -40,11 +40,20 @@ def _laws_at(plant: Plant, place: Place, motion: Motion) -> list[Candidate]:
     hardening = place.stiffness / (3 * size**2)
     cubic = _law(place, ("stiffness",), partial(CubicSpring, *at), (hardening,), (-np.inf,), flexibility=flexibility)
     drag = _law(place, ("coefficient",), partial(QuadraticDamper, *at), (place.coefficient / rate,), (0.0,))
-    friction = partial(CoulombFriction, *at, regularisation=CREEP * rate)
-    dry = _law(place, ("force",), friction, (RUBBING * place.coefficient * rate,), (0.0,))
+    rubbing, (least, usual, most) = RUBBING * place.coefficient * rate, (share * rate for share in CREEP)
+    dry = _law(
+        place,
+        ("force", "regularisation"),
+        partial(CoulombFriction, *at),
+        width=(rubbing, usual),
+        lower=(0.0, least),
+        upper=(np.inf, most),
+        neutral=(0.0, usual),
+        starts=((SMALL * rubbing, usual),),
+    )
     stops = []
     for side in SIDES:
-        most = max(float(np.quantile(side * u, FARTHEST)), LEAST * size)
+        farthest = max(float(np.quantile(side * u, FARTHEST)), LEAST * size)
         stops.append(
             _law(
                 place,
@@ -52,7 +61,7 @@ def _laws_at(plant: Plant, place: Place, motion: Motion) -> list[Candidate]:
                 _stop(place, side),
                 width=(place.stiffness, size),
                 lower=(0.0, LEAST * size),
-                starts=tuple((SMALL * place.stiffness, reach * most) for reach in REACHES),
+                starts=tuple((SMALL * place.stiffness, reach * farthest) for reach in REACHES),
                 flexibility=flexibility,
                 side=side,
             )
@@ -70,6 +79,8 @@ def _law(
     build: Callable[..., Cause],
     width: tuple[float, ...],
     lower: tuple[float, ...],
+    upper: tuple[float, ...] = (),
+    neutral: tuple[float, ...] = (),
     starts: tuple[tuple[float, ...], ...] = (),
     flexibility: float = 0.0,
     **more: int,
@@ -80,9 +91,10 @@ def _law(
         location=place.location | more,
         names=names,
         build=build,
-        neutral=(0.0,) * len(names),
+        neutral=neutral or (0.0,) * len(names),
         width=width,
         lower=lower,
+        upper=upper,
         starts=starts,
         pull=place.pull,
         flexibility=flexibility,

@@ -134,12 +134,14 @@ class Hypothesis:
         ]
         oscillators: list[tuple[FloatArray, FloatArray, FloatArray]] = []
         integration = plant.integration
-        for candidate, part, bent in zip(self.candidates, self.slices, self._left_out, strict=True):
+        bent = list(self._left_out[: len(laws)])
+        for candidate, part, shape in zip(self.candidates, self.slices, self._left_out[len(laws) :], strict=True):
             values = theta[:, part]
             if candidate.oscillator and candidate.pull is not None:
-                oscillators.append((candidate.pull, bent, values[:, 0]))
+                oscillators.append((candidate.pull, shape, values[:, 0]))
             elif candidate.pull is not None:
                 laws.append((candidate.pull, force_of(candidate, plant, values, stiffnesses)))
+                bent.append(shape)
             elif candidate.sensor is not None:
                 target = {"sensor_gain": gain, "sensor_delay": delay, "sensor_drift": slope}[candidate.kind]
                 target[:, [i for i, s in enumerate(faulty) if s == candidate.sensor]] = values
@@ -172,23 +174,26 @@ class Hypothesis:
         seen[:, at_rest, :n] = picked[:, at_rest]
         seen[:, moving, n : 2 * n] = picked[:, moving]
         seen[:, pushed] = picked[:, pushed] @ accelerations
-        for number, (_, bent, frequency) in enumerate(oscillators):
+        for number, (_, shape, frequency) in enumerate(oscillators):
             first, omega = 2 * n + 2 * number, 2 * np.pi * frequency[:, None]
-            also = plant.rows(sensors) @ bent  # (sensor,)
-            seen[:, at_rest, first] += also[at_rest]
-            seen[:, moving, first + 1] += omega * also[moving]
-            seen[:, pushed, first] -= omega**2 * also[pushed]
+            shown = plant.rows(sensors) @ shape  # (sensor,)
+            seen[:, at_rest, first] += shown[at_rest]
+            seen[:, moving, first + 1] += omega * shown[moving]
+            seen[:, pushed, first] -= omega**2 * shown[pushed]
         direct = np.where(pushed[:, None], picked @ feed, 0.0)
         forces = tuple(force for _, force in laws)
-        return System(A, B, seen, direct, G, forces, gain, delay, slope, 1 / rate)
+        also: FloatArray | None = None
+        if bent and plant.kept is not None:
+            orders = np.stack([at_rest, moving, pushed])[..., None]  # (derivative, sensor, 1)
+            also = orders * (plant.rows(sensors) @ np.stack(bent, axis=-1))
+        return System(A, B, seen, direct, G, forces, gain, delay, slope, 1 / rate, also)
 
     @cached_property
     def _left_out(self) -> list[FloatArray]:
-        """What a unit of each candidate's harmonic force moves (dof,) in modes that are not followed: they go along."""
-        nothing = np.zeros(len(self.plant.dofs))
-        return [
-            self.plant.left_out(c.pull) if c.oscillator and c.pull is not None else nothing for c in self.candidates
-        ]
+        """How far a unit of each law of the plant, then of each candidate, bends modes that are not followed (dof,)."""
+        plant, nothing = self.plant, np.zeros(len(self.plant.dofs))
+        pulls = [*(plant.pull(law) for law in plant.laws), *(c.pull for c in self.candidates)]
+        return [nothing if pull is None else plant.left_out(pull) for pull in pulls]
 
     def _damping(
         self,

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 from scipy.linalg import expm
+from scipy.signal import savgol_filter
 
 from fe_models.dofs import FloatArray, IntArray
 from hybrid.diagnosis.system import System, as_shown, drift, linear_channels
@@ -19,9 +20,11 @@ from hybrid.diagnosis.system import System, as_shown, drift, linear_channels
 SUBSTEP = 1.0  # largest omega times substep where a force law acts: its pull on that mode is then off by 5e-4
 FEWEST_SUBSTEPS = 2  # contacts and friction set in between samples
 MOST_SUBSTEPS = 40
+MOST_SUBSTEPS_OF_LAWS = 8  # where a law is sharp: friction that holds its place
 NODES = 8192  # of a table, an even number: its middle is at rest
 MARGIN = 2.0  # times what the linear motion can reach at most: how far tables go
 WIDER = 8.0  # times as far, where a motion leaves them
+SMOOTHED = 7  # samples of a force from which its derivatives are told
 ATTEMPTS = 4  # of that; a motion that goes further has exploded
 
 
@@ -67,17 +70,30 @@ def march(system: System, start: FloatArray, samples: int) -> tuple[FloatArray, 
     substeps = max(FEWEST_SUBSTEPS, int(np.ceil(fastest * system.step / SUBSTEP)))
     if substeps > MOST_SUBSTEPS or not np.isfinite(start).all():  # no structure, but a search gone astray
         return None
+    reach = _reach(system, start)
+    tables = _tables(system, reach)
+    wanted = int(np.ceil(min(_sharpest(system, tables) * system.step, MOST_SUBSTEPS_OF_LAWS)))
+    substeps = max(substeps, wanted)
     scheme = _scheme(system, system.step / substeps)
     variants, recordings, states = start.shape
     history = np.empty((samples, variants, recordings, states))
     applied = np.empty((samples, variants, recordings, len(system.forces)))
-    begun, reach = np.array(start, order="C"), _reach(system, start)
+    begun = np.array(start, order="C")
     for _ in range(ATTEMPTS):
-        tables = _tables(system, reach)
         if _marched(*scheme, tables.values, tables.reach, tables.felt, begun, substeps, history, applied):
             return history, applied
         reach *= WIDER
+        tables = _tables(system, reach)
     return None
+
+
+def _sharpest(system: System, tables: _Tables) -> float:
+    """Return the largest rate (1/s) at which a law alone would move its place: friction at rest, a stop in contact."""
+    laws = len(system.forces)
+    mobility = np.abs(np.einsum("ls,sl->l", system.G[0, laws:], system.B[0]))  # acceleration by a unit force
+    slopes = np.abs(np.diff(tables.values[0], axis=1)).max(axis=1) * NODES / (2 * tables.reach)
+    stiff, damped = slopes[:laws], slopes[laws:]
+    return float(np.maximum(np.sqrt(stiff * mobility), damped * mobility).max())
 
 
 def respond(system: System, start: FloatArray, samples: int) -> FloatArray:
@@ -98,7 +114,19 @@ def channels(system: System, marched: tuple[FloatArray, FloatArray]) -> FloatArr
     with np.errstate(over="ignore", invalid="ignore"):
         y = np.einsum("tprn,psn->prts", marched[0], system.C, optimize=True)
         y += np.einsum("tprm,psm->prts", marched[1], system.D, optimize=True)
+        for order, bent in enumerate(() if system.bent is None else system.bent):
+            if bent.any():
+                y += np.einsum("tprm,sm->prts", _derivative(marched[1], order, system.step), bent, optimize=True)
     return as_shown(system, y)
+
+
+def _derivative(applied: FloatArray, order: int, step: float) -> FloatArray:
+    """Return a derivative of forces (time, ...), by Savitzky and Golay's filter: it follows no jump between samples."""
+    if order == 0:
+        return applied
+    if len(applied) < SMOOTHED:
+        return np.zeros_like(applied)
+    return np.asarray(savgol_filter(applied, SMOOTHED, polyorder=4, deriv=order, delta=step, axis=0))
 
 
 def _reach(system: System, start: FloatArray) -> FloatArray:

@@ -20,7 +20,8 @@ DEFECTIVE = 1e9  # condition number of eigenvectors, beyond which matrix exponen
 class System:
     """``A`` (variant, state, state), ``C`` (variant, sensor, state); ``B`` (variant, state, law) and ``D`` (variant,
     sensor, law) of the ``forces``; ``G`` (variant, 2 law, state) gives elongations, then rates; ``gain``, ``delay`` (s)
-    and ``slope`` (1/s): (variant, sensor); ``step`` (s) between samples.
+    and ``slope`` (1/s): (variant, sensor); ``step`` (s) between samples. ``bent`` (3, sensor, law): how much of f, of
+    its first and of its second derivative each sensor shows, besides, of modes that are not followed; None of none.
     """
 
     A: FloatArray
@@ -33,6 +34,7 @@ class System:
     delay: FloatArray
     slope: FloatArray
     step: float
+    bent: FloatArray | None = None
 
     @property
     def is_linear(self) -> bool:
