@@ -15,7 +15,10 @@ NOTHING = 0.5  # prior probability that nothing is wrong; each further effect ha
 
 @dataclass(frozen=True)
 class Posterior:
-    """``fits`` with their ``probability`` (fit,), best first; ``temper``: what the log evidences were divided by."""
+    """``fits``, best first, with the ``probability`` (fit,) that one is right, at its places or at any of their twins.
+
+    ``temper``: what the log evidences were divided by.
+    """
 
     fits: tuple[Fit, ...]
     probability: FloatArray
@@ -30,16 +33,23 @@ def posterior_of(fits: tuple[Fit, ...], candidates: tuple[Candidate, ...]) -> Po
     them as they are.
     """
     fits = _distinct(fits)
-    places = Counter(candidate.kind for candidate in candidates)
+    places = Counter[str]()
+    for candidate in candidates:
+        places[candidate.kind] += 1 + len(candidate.twins)
     prior = np.array([_log_prior(fit, places) for fit in fits])
     evidence = np.array([fit.log_evidence for fit in fits])
     best = fits[int(np.argmax(evidence + prior))]
     temper = temper_of(best)
-    score = evidence / temper + prior
-    probability = np.exp(score - score.max())
+    score = evidence / temper + prior  # at these very places
+    probability = np.exp(score - score.max()) * [_alike(fit) for fit in fits]
     probability /= probability.sum()
-    order = np.argsort(-probability, kind="stable")
+    order = np.argsort(-score, kind="stable")
     return Posterior(tuple(fits[int(i)] for i in order), probability[order], temper)
+
+
+def _alike(fit: Fit) -> float:
+    """Return at how many places, twins and all, the causes of a fit would do the same."""
+    return float(np.prod([1 + len(candidate.twins) for candidate in fit.hypothesis.candidates]))
 
 
 def _distinct(fits: tuple[Fit, ...]) -> tuple[Fit, ...]:
@@ -86,11 +96,17 @@ def rivals_of(posterior: Posterior, candidate: Candidate, least: float) -> list[
     """Return what may stand in a candidate's place in the best fit, with its probability, if that is ``least``."""
     rest = {other.key for other in posterior.fits[0].hypothesis.candidates} - {candidate.key}
     share = of_candidate(posterior, candidate)
-    found = {str(twin): (replace(candidate, location=twin, twins=()), share) for twin in candidate.twins}
+    found = {twin.key: (twin, share) for twin in _twins(candidate)}
     for fit, p in zip(posterior.fits, posterior.probability, strict=True):
         own = {other.key: other for other in fit.hypothesis.candidates}
         extra = [other for key, other in own.items() if key not in rest]
         if rest <= own.keys() and len(extra) == 1 and extra[0].key != candidate.key:
-            known = found.get(extra[0].key, (extra[0], 0.0))
-            found[extra[0].key] = (extra[0], known[1] + float(p))
+            for place in (extra[0], *_twins(extra[0])):
+                known = found.get(place.key, (place, 0.0))
+                found[place.key] = (place, known[1] + float(p) / (1 + len(extra[0].twins)))
     return sorted((item for item in found.values() if item[1] >= least), key=lambda item: -item[1])
+
+
+def _twins(candidate: Candidate) -> list[Candidate]:
+    """Return a candidate at each of the other places where it would do the same."""
+    return [replace(candidate, location=twin, twins=()) for twin in candidate.twins]
