@@ -118,3 +118,11 @@ def test_a_change_between_recordings_is_dated() -> None:
     assert any("not all of one structure" in note for note in found.notes)
     assert all(marks.within)
     check_gain(found)
+
+
+def test_a_weak_cause_beside_one_that_takes_nearly_all_away_is_named_too() -> None:
+    case = blind_case(33006, BlindConfig(("coulomb_friction", "stiffness_change"), off=True))
+    found, marks = diagnosed(case)
+    assert set(marks.named) == set(marks.truth)
+    assert min(finding.explains for finding in found.findings) < 0.01
+    assert found.scores["extended"]["measured"] == pytest.approx(found.noise_floor, rel=0.05)

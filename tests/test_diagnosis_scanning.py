@@ -29,6 +29,7 @@ from hybrid.diagnosis.plant import Plant, plant_of
 from hybrid.diagnosis.records import Batch
 from hybrid.diagnosis.scanning import scan
 from hybrid.diagnosis.screening import screen
+from hybrid.diagnosis.search import Ground, Lengths, contest
 from hybrid.diagnosis.system import System, drift, modal_form, observability
 
 RATE, SAMPLES, MOVING = 100.0, 100, 10
@@ -158,3 +159,13 @@ def test_one_defective_variant_does_not_spoil_the_others() -> None:
     found = respond(both, start, 60)
     for number, one in enumerate((good, replace(good, A=bad))):
         np.testing.assert_allclose(found[number], by_exponentials(one, start[number], 60), atol=1e-10)
+
+
+def test_large_loss_is_found_though_the_score_test_takes_all_away() -> None:
+    base, frame = recorded(StiffnessChange((9,), 0.33))
+    lost = next(t for t in screen(base, linear_candidates(), frame) if t.candidate.location == {"element": 9})
+    assert lost.start == (0.0,)  # to first order, which leads to no fit from there
+    best, second = contest(Ground(base, base), linear_candidates(), Lengths((base.batches,)), frame)[:2]
+    assert best.hypothesis.candidates[-1].key == "stiffness_change {'element': 9}"
+    assert best.theta[-1] == pytest.approx(0.33, rel=0.01)  # noise of 1 % in 2100 values, ten frequencies
+    assert best.log_evidence > second.log_evidence + 1000

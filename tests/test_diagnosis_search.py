@@ -22,7 +22,8 @@ from hybrid.diagnosis.places import Motion
 from hybrid.diagnosis.plant import plant_of
 from hybrid.diagnosis.posterior import posterior_of
 from hybrid.diagnosis.records import Batch, batches_of, columns_of
-from hybrid.diagnosis.search import lengths_of
+from hybrid.diagnosis.search import fit_growing, lengths_of
+from hybrid.diagnosis.setting import setting_of
 from hybrid.diagnosis.switching import acting_recordings, fit_switched
 from hybrid.diagnosis.wave import wave
 
@@ -117,3 +118,17 @@ def test_modal_model_of_the_user_is_refused_with_the_remedy() -> None:
     assumed = replace(dataset.assumptions, modal_model=modal)
     with pytest.raises(InputError, match="leave it out"):
         plant_of(replace(dataset, assumptions=assumed))
+
+
+def test_stiffness_is_known_no_better_than_its_uncertainty_allows() -> None:
+    case = blind_case(33016, BlindConfig(("coulomb_friction", "stiffness_change"), off=True))
+    setting = setting_of(case.dataset)
+    friction = candidate(case.dataset, "coulomb_friction", node=1)
+    factor = candidate(case.dataset, "stiffness_change", element=2)
+    hypothesis = Hypothesis(setting.plant, (friction, factor))
+    begun = np.concatenate([np.zeros(hypothesis.nuisances), [0.15, friction.neutral[1], 0.5]])
+    found = fit_growing(hypothesis, begun, setting.lengths, setting.searched, setting.short)
+    assert found is not None
+    # The calibrated stiffness of the element, uncertain by 1 %, does the same as the factor.
+    assert np.sqrt(found.covariance[-1, -1]) > 0.99 * 0.01 * found.theta[-1]
+    assert found.theta[-1] == pytest.approx(0.474, abs=3 * 0.01 * 0.474)
