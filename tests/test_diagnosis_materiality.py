@@ -71,3 +71,12 @@ def test_only_cause_of_a_model_that_is_right_otherwise_stays() -> None:
     found, notes = named(setting, fitted(setting), fitted(setting, right))
     assert found[0] == {right.key}
     assert notes == []
+
+
+def test_calibration_beyond_what_is_normal_gives_way_to_a_cause() -> None:
+    case = blind_case(42023, BlindConfig(("modal_damping",)))  # 1.5 times its ratio, of which 10 % are normal
+    setting = setting_of(case.dataset)
+    base, right = fitted(setting), fitted(setting, candidate(setting, key_of(case.truth[0])))
+    sure = Fit(**{**vars(right), "cost": base.cost + 20.0})  # as if the evidence had been against it
+    found, _ = named(setting, base, sure)
+    assert found[0] == {right.hypothesis.candidates[0].key}

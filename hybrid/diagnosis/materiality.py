@@ -4,7 +4,7 @@ from hybrid.diagnosis.evidence import Evidence
 from hybrid.diagnosis.findings import cause_of, sentence_of
 from hybrid.diagnosis.fitting import Fit
 from hybrid.diagnosis.forecasting import DEVIATION, deviation_of
-from hybrid.diagnosis.pairs import left
+from hybrid.diagnosis.pairs import factors_off, left
 from hybrid.diagnosis.posterior import Posterior
 from hybrid.diagnosis.scorer import Scorer
 from hybrid.diagnosis.verdict import MATERIAL
@@ -19,7 +19,7 @@ def material(evidence: Evidence, scorer: Scorer) -> tuple[Posterior, list[str]]:
 
     What leaves no more than noise explains all. Otherwise a cause that takes hardly anything away is a guess.
     """
-    posterior, notes = evidence.posterior, list[str]()
+    posterior, notes = _with_cause(evidence, scorer), list[str]()
     nominal = scorer.forecast(evidence.base, 0.0)
     wrong = nominal.energy - nominal.floor_energy
     floor = scorer.floor(nominal)
@@ -27,6 +27,8 @@ def material(evidence: Evidence, scorer: Scorer) -> tuple[Posterior, list[str]]:
         best = posterior.fits[0]
         count = len(best.hypothesis.candidates)
         fewer = tuple(item for item in posterior.fits if _is_simpler(item, best))
+        if not fewer:
+            break
         simpler = evidence.among(fewer)
         most = max(DEVIATION, deviation_of(best))  # what the one needs, the other may have
         before, after = (scorer.forecast(item, most) for item in (simpler.fits[0], best))
@@ -44,6 +46,21 @@ def material(evidence: Evidence, scorer: Scorer) -> tuple[Posterior, list[str]]:
         notes += [weak(best, i) for i, c in enumerate(best.hypothesis.candidates) if c.key not in kept]
         posterior = simpler
     return posterior, notes
+
+
+def _with_cause(evidence: Evidence, scorer: Scorer) -> Posterior:
+    """Return the posterior given that something is wrong, where it is: a calibration beyond all that is normal is none,
+    if within what is normal it forecasts worse than a cause does.
+    """
+    posterior = evidence.posterior
+    causes = tuple(item for item in posterior.fits if item.hypothesis.candidates)
+    best = posterior.fits[0]
+    if best.hypothesis.candidates or not causes or not factors_off(best):
+        return posterior
+    wrong = evidence.among(causes)
+    before, after = scorer.forecast(best, DEVIATION), scorer.forecast(wrong.fits[0], DEVIATION)
+    gained = scorer.error(before) - scorer.error(after)
+    return wrong if gained > MATERIAL * scorer.floor(before) else posterior
 
 
 def _is_simpler(item: Fit, than: Fit) -> bool:
