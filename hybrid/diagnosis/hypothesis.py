@@ -125,28 +125,7 @@ class Hypothesis:
         ``faulty``: for each of the ``sensors`` its position among the measured ones, -1 where it is none of them.
         """
         plant, n, variants = self.plant, self.size, len(theta)
-        reduced = self.reduced(theta)
-        stiffnesses = np.exp(theta[:, : len(plant.parts)])
-        gain, delay, slope = np.ones((variants, len(sensors))), *np.zeros((2, variants, len(sensors)))
-        pulls = [plant.pull(law) for law in plant.laws]
-        laws: list[tuple[FloatArray, Force]] = [
-            (pull, law_in_motion(law, plant.flexibility(pull))) for pull, law in zip(pulls, plant.laws, strict=True)
-        ]
-        oscillators: list[tuple[FloatArray, FloatArray, FloatArray]] = []
-        integration = plant.integration
-        bent = list(self._left_out[: len(laws)])
-        for candidate, part, shape in zip(self.candidates, self.slices, self._left_out[len(laws) :], strict=True):
-            values = theta[:, part]
-            if candidate.oscillator and candidate.pull is not None:
-                oscillators.append((candidate.pull, shape, values[:, 0]))
-            elif candidate.pull is not None:
-                laws.append((candidate.pull, force_of(candidate, plant, values, stiffnesses)))
-                bent.append(shape)
-            elif candidate.sensor is not None:
-                target = {"sensor_gain": gain, "sensor_delay": delay, "sensor_drift": slope}[candidate.kind]
-                target[:, [i for i, s in enumerate(faulty) if s == candidate.sensor]] = values
-            elif candidate.kind == TimeIntegration.kind:
-                integration = None
+        reduced, laws, waves = self.reduced(theta), self._laws(theta), self._waves(theta)
         inverse = np.linalg.inv(reduced.mass)
         lower = -inverse @ np.concatenate([reduced.stiffness, reduced.damping], axis=2)  # (variant, mode, state)
         A = np.zeros((variants, self.states, self.states))
@@ -154,39 +133,71 @@ class Hypothesis:
         A[:, n : 2 * n, : 2 * n] = lower
         accelerations = np.zeros((variants, n, self.states))
         accelerations[:, :, : 2 * n] = lower
-        for number, (pull, _, frequency) in enumerate(oscillators):
-            first = 2 * n + 2 * number
-            omega = 2 * np.pi * frequency
+        for number, (pull, _, frequency) in enumerate(waves):
+            first, omega = 2 * n + 2 * number, 2 * np.pi * frequency
             A[:, n : 2 * n, first] = accelerations[:, :, first] = reduced.fed(pull, inverse)
             A[:, first, first + 1], A[:, first + 1, first] = omega, -omega
-        if integration is not None:
-            A = _stepped(A, integration)
+        if plant.integration is not None and not any(c.kind == TimeIntegration.kind for c in self.candidates):
+            A = _stepped(A, plant.integration)
         feed = np.zeros((variants, n, len(laws)))
         B, G = np.zeros((variants, self.states, len(laws))), np.zeros((variants, 2 * len(laws), self.states))
-        for number, (pull, _) in enumerate(laws):
+        for number, (pull, _, _) in enumerate(laws):
             feed[:, :, number] = reduced.fed(pull, inverse)
             G[:, number, :n] = G[:, len(laws) + number, n : 2 * n] = pull @ reduced.shapes
         B[:, n : 2 * n] = feed
-        picked = plant.rows(sensors) @ reduced.shapes  # (variant, sensor, mode)
+        rows = plant.rows(sensors)
+        picked = rows @ reduced.shapes  # (variant, sensor, mode)
         seen = np.zeros((variants, len(sensors), self.states))
         kinds = np.array([sensor.quantity for sensor in sensors], dtype=str)
         at_rest, moving, pushed = (kinds == word for word in ("displacement", "velocity", "acceleration"))
         seen[:, at_rest, :n] = picked[:, at_rest]
         seen[:, moving, n : 2 * n] = picked[:, moving]
         seen[:, pushed] = picked[:, pushed] @ accelerations
-        for number, (_, shape, frequency) in enumerate(oscillators):
+        for number, (_, bent, frequency) in enumerate(waves):
             first, omega = 2 * n + 2 * number, 2 * np.pi * frequency[:, None]
-            shown = plant.rows(sensors) @ shape  # (sensor,)
+            shown = rows @ bent  # (sensor,)
             seen[:, at_rest, first] += shown[at_rest]
             seen[:, moving, first + 1] += omega * shown[moving]
             seen[:, pushed, first] -= omega**2 * shown[pushed]
         direct = np.where(pushed[:, None], picked @ feed, 0.0)
-        forces = tuple(force for _, force in laws)
         also: FloatArray | None = None
-        if bent and plant.kept is not None:
+        if laws and plant.kept is not None:
             orders = np.stack([at_rest, moving, pushed])[..., None]  # (derivative, sensor, 1)
-            also = orders * (plant.rows(sensors) @ np.stack(bent, axis=-1))
+            also = orders * (rows @ np.stack([bent for _, bent, _ in laws], axis=-1))
+        forces = tuple(force for _, _, force in laws)
+        gain, delay, slope = self._faults(theta, faulty)
         return System(A, B, seen, direct, G, forces, gain, delay, slope, 1 / rate, also)
+
+    def _laws(self, theta: FloatArray) -> list[tuple[FloatArray, FloatArray, Force]]:
+        """Return pull (dof,), what it bends besides (dof,) and force of each law: the plant's, then the candidates'."""
+        plant, stiffnesses = self.plant, np.exp(theta[:, : len(self.plant.parts)])
+        pulls = [plant.pull(law) for law in plant.laws]
+        forces = [law_in_motion(law, plant.flexibility(pull)) for law, pull in zip(plant.laws, pulls, strict=True)]
+        bent = self._left_out
+        found = list(zip(pulls, bent, forces, strict=False))
+        for candidate, part, shape in zip(self.candidates, self.slices, bent[len(pulls) :], strict=True):
+            if candidate.pull is not None and candidate.is_law:
+                found.append((candidate.pull, shape, force_of(candidate, plant, theta[:, part], stiffnesses)))
+        return found
+
+    def _waves(self, theta: FloatArray) -> list[tuple[FloatArray, FloatArray, FloatArray]]:
+        """Return pull (dof,), what it bends besides (dof,) and frequency (variant,), Hz, of each harmonic force."""
+        bent = self._left_out[len(self.plant.laws) :]
+        return [
+            (candidate.pull, shape, theta[:, part.start])
+            for candidate, part, shape in zip(self.candidates, self.slices, bent, strict=True)
+            if candidate.oscillator and candidate.pull is not None
+        ]
+
+    def _faults(self, theta: FloatArray, faulty: tuple[int, ...]) -> FloatArray:
+        """Return gain, delay (s) and slope (1/s) of the sensors, (3, variant, sensor); ``faulty``: see `system`."""
+        faults = np.zeros((3, len(theta), len(faulty)))
+        faults[0] = 1.0
+        for candidate, part in zip(self.candidates, self.slices, strict=True):
+            if candidate.sensor is not None:
+                which = ("sensor_gain", "sensor_delay", "sensor_drift").index(candidate.kind)
+                faults[which][:, [i for i, s in enumerate(faulty) if s == candidate.sensor]] = theta[:, part]
+        return faults
 
     @cached_property
     def _left_out(self) -> list[FloatArray]:
