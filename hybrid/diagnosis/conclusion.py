@@ -55,7 +55,8 @@ def concluded(setting: Setting, evidence: Evidence) -> Diagnosis:
     base, frame, dataset = evidence.base, evidence.frame, setting.dataset
     scorer = Scorer.of(setting, frame)
     posterior, notes = material(evidence, scorer)
-    best = with_scatter(posterior.fits[0], evidence.candidates, dataset.assumptions.uncertainty.stiffness, frame)
+    weighed = setting.searched if setting.is_astray else frame  # what the fit was found with
+    best = with_scatter(posterior.fits[0], evidence.candidates, dataset.assumptions.uncertainty.stiffness, weighed)
     posterior = replace(posterior, fits=(best, *posterior.fits[1:]))
     nominal, calibrated, extended = (
         scorer.forecast(item, most) for item, most in ((base, 0.0), (base, DEVIATION), (best, np.inf))

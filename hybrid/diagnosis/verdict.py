@@ -12,7 +12,8 @@ MATERIAL = 0.05  # of the noise floor: by how much a cause must improve the fore
 WHOLLY = 0.03  # of the excess energy: what may be left where all is called explained
 NEAR = 1.15  # times the noise floor: as near as a model that is off by its uncertainty must come
 PARTLY = 0.5  # of it: beyond, nothing is
-DOUBT = 0.85  # most probability of a finding beside which something significant is left unexplained
+DOUBT = 0.85  # most probability of a finding beside which something significant is left ...
+MORE_DOUBT = 0.5  # ... and where it explains a part only: something else may explain all
 
 
 class Verdict(Enum):
@@ -68,4 +69,4 @@ def verdict_of(best: Fit, base: Fit, frame: Frame, band: Band, errors: Errors) -
     if errors.reached or (errors.near and wholly):
         return Verdict.EXPLAINED, 1.0 if certain else DOUBT
     partly = min(share, errors.unexplained) < PARTLY  # a calibration gone astray may leave as little
-    return (Verdict.PARTLY_EXPLAINED if partly else Verdict.UNEXPLAINED), DOUBT
+    return (Verdict.PARTLY_EXPLAINED if partly else Verdict.UNEXPLAINED), MORE_DOUBT
