@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from hybrid.diagnosis.fitting import Fit
+from hybrid.diagnosis.forecasting import deviation_of
 from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.noise import Band
 from hybrid.diagnosis.pairs import left, misfit
@@ -12,6 +13,7 @@ MATERIAL = 0.05  # of the noise floor: by how much a cause must improve the fore
 WHOLLY = 0.03  # of the excess energy: what may be left where all is called explained
 NEAR = 1.15  # times the noise floor: as near as a model that is off by its uncertainty must come
 PARTLY = 0.5  # of it: beyond, nothing is
+ABNORMAL = 6.0  # stated standard deviations: a calibration that far off takes the place of something else that is wrong
 DOUBT = 0.85  # most probability of a finding beside which something significant is left ...
 MORE_DOUBT = 0.5  # ... and where it explains a part only: something else may explain all
 
@@ -66,7 +68,8 @@ def verdict_of(best: Fit, base: Fit, frame: Frame, band: Band, errors: Errors) -
     if not best.hypothesis.candidates:
         return Verdict.UNEXPLAINED if significant else Verdict.NOTHING_WRONG, DOUBT
     wholly = min(share, errors.unexplained) < WHOLLY
-    if errors.reached or (errors.near and wholly):
+    normal = deviation_of(best) <= ABNORMAL
+    if normal and (errors.reached or (errors.near and wholly)):
         return Verdict.EXPLAINED, 1.0 if certain else DOUBT
     partly = min(share, errors.unexplained) < PARTLY  # a calibration gone astray may leave as little
     return (Verdict.PARTLY_EXPLAINED if partly else Verdict.UNEXPLAINED), MORE_DOUBT
