@@ -12,7 +12,7 @@ from fe_models.blind import BRIDGE_KINDS, KINDS, OUTSIDE, BlindConfig, blind_cas
 from hybrid.benchmarks.peers.answer import Peer, PeerMark, mark
 from hybrid.benchmarks.peers.exhaustive import name_by_aic
 from hybrid.benchmarks.peers.sparse import name_by_regression
-from hybrid.diagnosis.diagnosis import diagnose
+from hybrid.diagnosis.diagnosis import THREADS, diagnose
 from hybrid.diagnosis.judging import Judgement, judge
 
 NOTHING = "nothing"  # the word for a clean case
@@ -80,10 +80,10 @@ def tasks(count: int, seed: int, words: Sequence[str], config: BlindConfig) -> l
 
 
 def done(task: Task, peers: tuple[str, ...] = ()) -> BlindResult:
-    """Return the result of a task, found with one thread of linear algebra: peers and diagnosis alike."""
+    """Return the result of a task, with as many threads for the peers as for the diagnosis."""
     hidden = () if task.hidden == NOTHING else tuple(task.hidden.split("+"))
     marks = {}
-    with threadpool_limits(1, "blas"):
+    with threadpool_limits(THREADS, "blas"):
         case = blind_case(task.seed, replace(task.config, kinds=hidden))
         judgement = judge(case, diagnose(case.dataset))
         for name in peers:
