@@ -66,7 +66,7 @@ def test_calibrated_damping_is_written_exactly_where_the_modes_stay() -> None:
     """C of the chain couples the modes, more so than calibration changes it; only each mode's own part is scaled."""
     plant = plant_of(Dataset(four_dof(), 10.0, (), ()))
     factors = np.array([0.7, 1.2, 1.0, 0.9])
-    built = extended_structure(plant, (1.0,) * len(plant.parts) + tuple(factors), ())
+    built = extended_structure(plant, np.append(np.zeros(len(plant.parts)), np.log(factors)), ())
     nominal = linearise(four_dof())
     shapes = natural_modes(nominal, 4).shapes
     before, after = (shapes.T @ full_damping(linear) @ shapes for linear in (nominal, linearise(built)))
@@ -76,7 +76,7 @@ def test_calibrated_damping_is_written_exactly_where_the_modes_stay() -> None:
 def test_assumed_damping_is_written_into_it_in_place_of_the_structures_own() -> None:
     data = Dataset(four_dof(), 10.0, (), (), assumptions=Assumptions(damping_ratio=0.03))
     plant = plant_of(data)
-    built = extended_structure(plant, (1.0,) * (len(plant.parts) + 4), ())
+    built = extended_structure(plant, np.zeros(plant.factors), ())
     np.testing.assert_allclose(natural_modes(linearise(built), 4).damping_ratio, 0.03, rtol=1e-9)
     assert built.dashpots == ()
 
@@ -86,7 +86,7 @@ def test_damping_that_was_found_outlives_an_assumed_ratio() -> None:
     data = Dataset(four_dof(), 10.0, (), (), assumptions=Assumptions(damping_ratio=0.03))
     plant = plant_of(data)
     found = (finding(ModalDamping((2,), 0.08)), finding(PointDamper((1,), "x", 0.2)))
-    built = extended_structure(plant, (1.0,) * (len(plant.parts) + 4), found)
+    built = extended_structure(plant, np.zeros(plant.factors), found)
     own = plant_of(replace(data, model=built)).own_ratios
     shapes, omega = natural_modes(linearise(four_dof()), 4).shapes, natural_modes(linearise(four_dof()), 4).omega
     expected = np.where(np.arange(4) == 1, 0.08, 0.03 + 0.2 * shapes[0] ** 2 / (2 * omega))
@@ -95,7 +95,7 @@ def test_damping_that_was_found_outlives_an_assumed_ratio() -> None:
 
 def test_it_is_simulated_and_diagnosed_as_a_model(tmp_path: Path) -> None:
     plant = plant_of(Dataset(four_dof(), 10.0, (), ()))
-    built = extended_structure(plant, (1.0,) * (len(plant.parts) + 4), (finding(CubicSpring((1,), "x", 0.4)),))
+    built = extended_structure(plant, np.zeros(plant.factors), (finding(CubicSpring((1,), "x", 0.4)),))
     save_structure(built, tmp_path / "extended_model.toml")
     options = ["--out", str(tmp_path / "out"), "--no-pictures", "--simulate", "--realisations", "3"]
     sensors = ["--sensor", "4:x:displacement", "--sensor", "1:x"]

@@ -38,7 +38,7 @@ def amplitude_dependence(item: Fit, frame: Frame) -> Amplitude | None:
     if not hypothesis.is_linear or sum(len(batch.data) for batch in batches) < LEVELS * FEWEST:
         return None
     springs = [i for i, part in enumerate(plant.parts) if part.quantity == "stiffness"]
-    ratios = range(len(plant.parts), hypothesis.nuisances)
+    ratios = range(len(plant.parts), plant.factors)
     sizes, normals, slopes, squares, counts = [], [], [], [], []
     for batch in batches:
         part = linearise_batch(hypothesis, item.theta, batch, frame, None)

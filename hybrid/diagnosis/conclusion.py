@@ -1,6 +1,6 @@
 """From evidence to what a report says: verdict, findings, extended structure, and forecasts before and after."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -21,7 +21,6 @@ from hybrid.diagnosis.materiality import material, weak
 from hybrid.diagnosis.pairs import left
 from hybrid.diagnosis.plant import Plant
 from hybrid.diagnosis.posterior import Posterior, of_candidate, rivals_of
-from hybrid.diagnosis.scatter import with_scatter
 from hybrid.diagnosis.scorer import Scorer
 from hybrid.diagnosis.setting import Setting
 from hybrid.diagnosis.show import Shown, show
@@ -55,9 +54,7 @@ def concluded(setting: Setting, evidence: Evidence) -> Diagnosis:
     base, frame, dataset = evidence.base, evidence.frame, setting.dataset
     scorer = Scorer.of(setting, frame)
     posterior, notes = material(evidence, scorer)
-    weighed = setting.searched if setting.is_astray else frame  # what the fit was found with
-    best = with_scatter(posterior.fits[0], evidence.candidates, dataset.assumptions.uncertainty.stiffness, weighed)
-    posterior = replace(posterior, fits=(best, *posterior.fits[1:]))
+    best = posterior.fits[0]
     nominal, calibrated, extended = (
         scorer.forecast(item, most) for item, most in ((base, 0.0), (base, DEVIATION), (best, np.inf))
     )
@@ -76,19 +73,18 @@ def concluded(setting: Setting, evidence: Evidence) -> Diagnosis:
     if not named:
         extended = calibrated if theta.any() else nominal
     advice = advise(posterior, frame) if named else ()
-    factors = tuple(float(value) for value in np.exp(theta[: base.hypothesis.nuisances]))
     shown = show(dataset, base, nominal, calibrated, left(base, frame, setting.band), frame)
     return Diagnosis(
         verdict=verdict,
         findings=findings,
-        calibration=tuple(_calibration(setting.plant, factors, final.covariance)),
+        calibration=tuple(_calibration(setting.plant, theta, final.covariance)),
         unexplained=unexplained,
         scores={
             name: {"measured": scorer.error(found), "held_out": scorer.held_out_error(found)}
             for name, found in (("baseline", nominal), ("extended", extended))
         },
         noise_floor=errors.floor,
-        extended=extended_structure(setting.plant, factors, findings),
+        extended=extended_structure(setting.plant, theta[: base.hypothesis.nuisances], findings),
         shown=shown,
         example=example_of(
             scorer.shown,
@@ -168,13 +164,18 @@ def _strongest_without(posterior: Posterior, candidate: Candidate) -> Fit | None
 
 
 def _calibration(
-    plant: Plant, factors: tuple[float, ...], covariance: FloatArray
+    plant: Plant, theta: FloatArray, covariance: FloatArray
 ) -> list[tuple[str, dict[str, Any], float, float]]:
-    """Return quantity, location, factor and its standard deviation."""
+    """Return quantity, location, factor and its standard deviation; an element's comes on top of its group's."""
     names: list[tuple[str, dict[str, Any]]] = [(part.quantity, part.location) for part in plant.parts]
     names += [("damping", {"modes": [mode + 1]}) for mode in range(len(plant.ratios))]
-    deviation = np.sqrt(np.diag(covariance)[: len(factors)])
+    names += [("stiffness", {"element": number}) for number in plant.scatter.elements]
+    own, rest = slice(0, plant.factors), slice(plant.factors, len(plant.spread))
+    weights = plant.scatter.weights
+    factors = np.append(np.exp(theta[own]), 1 + theta[rest] @ weights)
+    deviation = np.sqrt(np.diag(covariance))[own] * factors[: plant.factors]
+    scattered = np.sqrt(np.einsum("pe,pq,qe->e", weights, covariance[rest, rest], weights))
     return [
-        (what, where, factor, float(factor * std))
-        for (what, where), factor, std in zip(names, factors, deviation, strict=True)
+        (what, where, float(factor), float(std))
+        for (what, where), factor, std in zip(names, factors, np.append(deviation, scattered), strict=True)
     ]

@@ -5,23 +5,26 @@ from dataclasses import replace
 import numpy as np
 
 from fe_models.damping import ratios_of_modes
+from fe_models.dofs import FloatArray
 from fe_models.effects import Effect
 from fe_models.structure import Structure
 from hybrid.diagnosis.findings import Finding
 from hybrid.diagnosis.plant import Plant
 
 
-def extended_structure(plant: Plant, factors: tuple[float, ...], findings: tuple[Finding, ...]) -> Structure:
-    """Return the nominal structure with calibrated ``factors`` (nuisance,) and the findings that are effects.
+def extended_structure(plant: Plant, theta: FloatArray, findings: tuple[Finding, ...]) -> Structure:
+    """Return the nominal structure, calibrated by ``theta`` (nuisance,), and the findings that are effects.
 
-    Parts get their own factors. What the factors of the damping ratios change comes as modal ratios on top, negative
-    ones where a mode is damped less: how dashpots couple the modes stays as it was, as in the search. A damping ratio
-    that the dataset assumes stands in place of the structure's own damping, and is written into it.
+    Parts get their own factors, and elements what they are off by themselves. What the factors of the damping ratios
+    change comes as modal ratios on top, negative ones where a mode is damped less: how dashpots couple the modes stays
+    as it was, as in the search. A damping ratio that the dataset assumes stands in place of the structure's own
+    damping, and is written into it.
     """
-    structure = plant.structure
+    factors, structure = np.exp(theta[: plant.factors]), plant.structure
     for part, factor in zip(plant.parts, factors, strict=False):
-        structure = part.scaled(structure, factor)
-    ratios = np.array(factors[len(plant.parts) :])
+        structure = part.scaled(structure, float(factor))
+    structure = plant.scatter.applied(structure, theta[plant.factors :])
+    ratios = factors[len(plant.parts) :]
     own = plant.own_ratios - plant.ratios
     modal = own * (ratios - 1) + plant.ratios * ratios
     if not plant.ratios.any():

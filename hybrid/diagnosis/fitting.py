@@ -133,17 +133,15 @@ class _Problem:
         """Return the next point, None where no step leads down, and the damping that it took."""
         H, gradient = self.normal_equations(point)
         first, factor, most = DAMPING
-        linear = self.hypothesis.is_linear
+        hopeful = self.hypothesis.is_linear  # the slopes take far longer, and are not needed of a step that fails
         while damping < most:
             step = np.linalg.solve(H + damping * np.diag(np.diag(H)), gradient)
             theta = np.clip(point.theta + step, self.hypothesis.lower, self.hypothesis.upper)
             states = point.after(theta - point.theta)
-            then = self.at(theta, states, slopes=linear)
+            then = self.at(theta, states, slopes=hopeful)
             if then is not None and then.cost <= point.cost:
-                if not linear:  # the slopes take far longer, and are not needed of a step that fails
-                    then = self.at(theta, states)
-                return then, damping
-            damping = max(damping * factor, first)
+                return then if hopeful else self.at(theta, states), damping
+            hopeful, damping = False, max(damping * factor, first)
         return None, damping
 
 

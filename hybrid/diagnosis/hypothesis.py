@@ -21,7 +21,7 @@ FARTHEST = 3.0  # of a log factor: twenty times as much or as little is no calib
 
 @dataclass(frozen=True)
 class Hypothesis:
-    """Parameter vectors theta (..., parameter): log factors of parts and of damping; then the candidates'."""
+    """Parameter vectors theta (..., parameter): log factors of parts and of damping, scatter; then the candidates'."""
 
     plant: Plant
     candidates: tuple[Candidate, ...] = ()
@@ -100,11 +100,12 @@ class Hypothesis:
         """Return M, C, K and the shapes of ``theta`` (variant, parameter)."""
         plant, basis = self.plant, self.basis
         parts, variants = len(plant.parts), len(theta)
-        factor = np.exp(theta[:, : self.nuisances])
+        factor = np.exp(theta[:, : plant.factors])
         of_mass = np.array([part.quantity == "mass" for part in plant.parts], dtype=bool)
         M, C, K = (np.repeat(matrix[None], variants, axis=0) for matrix in (basis.mass, basis.damping, basis.stiffness))
         M += np.einsum("pe,eij->pij", factor[:, :parts][:, of_mass] - 1, basis.parts[of_mass])
         K += np.einsum("pe,eij->pij", factor[:, :parts][:, ~of_mass] - 1, basis.parts[~of_mass])
+        K += np.einsum("pe,eij->pij", theta[:, plant.factors : self.nuisances], basis.scattered)
         added, replaced = np.zeros_like(C), list[tuple[int, FloatArray]]()
         for candidate, change, part in zip(self.candidates, basis.changes, self.slices, strict=True):
             if change is not None:

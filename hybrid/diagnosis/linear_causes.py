@@ -19,6 +19,7 @@ HEAVY = 0.05  # of the structure's mass: the prior standard deviation of an adde
 HALF = 0.5  # of a chain's mean mass, of an element's stiffness, of what is felt at a place: the same for others
 LIGHTEST = 0.95  # of what a node weighs: as much may be missing there
 FIRM = 1e-4  # of a structure's own compliance at a support: as good as rigid
+SOFT = 5.0  # of it: the prior standard deviation of a support's own; at ten times as much it is as good as lost
 BUCKLING = 0.3  # of a squared frequency: what the usual axial force takes from it
 YIELDING = 2e-3  # the strain that no metal of a structure bears for long
 ANY = (-np.inf,)
@@ -178,7 +179,7 @@ def _soft_supports(plant: Plant) -> list[Candidate]:
                 names=("stiffness",),
                 build=_by_compliance(node, direction),
                 neutral=(0.0,),
-                width=(HALF * soft,),
+                width=(SOFT * soft,),
                 lower=(FIRM * soft,),
                 starts=((10 * FIRM * soft,),),
                 changes=(_zeros(plant), damped, here),

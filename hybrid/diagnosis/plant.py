@@ -22,6 +22,7 @@ from fe_models.recordings import Dataset, Sensor
 from fe_models.structure import Damping, Spring, Structure
 from fe_models.time_integration import TimeIntegration
 from fe_models.uncertain_parts import UncertainPart, uncertain_parts
+from hybrid.diagnosis.scatter import NONE, OWN, Scatter, scatter_of
 
 CERTAIN = 1e-6  # the least standard deviation of a factor, so that a prior of zero stays a number
 MORE_MODES = 15  # in the basis of a frame, beyond those kept: they carry what a changed part does to the shapes
@@ -36,9 +37,10 @@ class Plant:
     ``basis`` (dof, vector): a chain's free degrees of freedom, or a frame's first natural modes. ``kept``: number of
     modes whose motion is followed, the others only bend along with them; None: all. ``parts``: what is uncertain as a
     whole, and ``part_changes`` (dof, dof): what the doubling of each adds to M or K. ``ratios``: assumed modal
-    damping ratios (mode,) on top of ``damping``. ``spread``: prior standard deviations of the log factors of parts and
-    damping ratios, in this order (nuisance,). ``laws``: forces that the nominal structure itself has. ``integration``:
-    the error of the user's own time steps, None where it integrates exactly.
+    damping ratios (mode,) on top of ``damping``. ``scatter``: how elements are off by themselves. ``spread``: prior
+    standard deviations of the log factors of parts and damping ratios and of the scatter's patterns, in this order
+    (nuisance,). ``laws``: forces that the nominal structure itself has. ``integration``: the error of the user's own
+    time steps, None where it integrates exactly.
     """
 
     structure: Structure
@@ -51,6 +53,7 @@ class Plant:
     parts: tuple[UncertainPart, ...]
     part_changes: tuple[csr_array, ...]
     ratios: FloatArray
+    scatter: Scatter
     spread: FloatArray
     laws: tuple[ForceLaw, ...]
     integration: TimeIntegration | None
@@ -64,6 +67,11 @@ class Plant:
     def is_chain(self) -> bool:
         """Whether all is springs and masses in one direction."""
         return _is_chain(self.structure)
+
+    @property
+    def factors(self) -> int:
+        """Number of parts and damping ratios, whose factors are the first nuisances; the scatter's patterns follow."""
+        return len(self.parts) + len(self.ratios)
 
     @cached_property
     def modes(self) -> tuple[FloatArray, FloatArray]:
@@ -160,7 +168,9 @@ def plant_of(dataset: Dataset) -> Plant:
         ratios = replace_ratios(damping_ratios(assumed.damping_ratio, modes), _settled(structure))
     parts, changes = _felt_parts(structure, mass, stiffness)
     normal = assumed.uncertainty
+    scatter = scatter_of(structure, parts, basis[:, :modes]) if normal.stiffness else NONE
     spread = [getattr(normal, part.quantity) for part in parts] + [normal.damping] * modes
+    spread += [OWN * normal.stiffness] * len(scatter.changes)
     newmark = assumed.integrator == "newmark" and assumed.step is not None
     return Plant(
         structure=structure,
@@ -173,6 +183,7 @@ def plant_of(dataset: Dataset) -> Plant:
         parts=parts,
         part_changes=changes,
         ratios=ratios,
+        scatter=scatter,
         spread=np.maximum(spread, CERTAIN),
         laws=force_laws(structure),
         integration=TimeIntegration(float(assumed.step)) if newmark and assumed.step is not None else None,

@@ -16,7 +16,8 @@ LOCAL = 6  # forces at most of a change that is local; one spread over a group o
 @dataclass(frozen=True)
 class Basis:
     """``shapes`` (dof, vector), and M, C, K in it (vector, vector); ``parts`` (part, vector, vector): what doubling an
-    uncertain part adds; ``changes`` (3, vector, vector) dM, dC, dK a unit of each candidate's amount, None without.
+    uncertain part adds, ``scattered`` (pattern, vector, vector) what a unit of each pattern of the scatter does;
+    ``changes`` (3, vector, vector) dM, dC, dK a unit of each candidate's amount, None without.
     """
 
     shapes: FloatArray
@@ -24,6 +25,7 @@ class Basis:
     damping: FloatArray
     stiffness: FloatArray
     parts: FloatArray
+    scattered: FloatArray
     changes: tuple[FloatArray | None, ...]
 
 
@@ -41,8 +43,11 @@ def basis_of(plant: Plant, candidates: tuple[Candidate, ...]) -> Basis:
         None if c.changes is None else np.array([shapes.T @ (part @ shapes) for part in c.changes]) for c in candidates
     )
     M, C, K = (shapes.T @ (matrix @ shapes) for matrix in (plant.mass, plant.damping, plant.stiffness))
-    parts = np.array([shapes.T @ (change @ shapes) for change in plant.part_changes]).reshape(-1, *M.shape)
-    return Basis(shapes, M, C, K, parts, changes)
+    parts, scattered = (
+        np.array([shapes.T @ (change @ shapes) for change in group]).reshape(-1, *M.shape)
+        for group in (plant.part_changes, plant.scatter.changes)
+    )
+    return Basis(shapes, M, C, K, parts, scattered, changes)
 
 
 def _static_shapes(plant: Plant, candidate: Candidate) -> FloatArray:

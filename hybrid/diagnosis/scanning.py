@@ -3,7 +3,7 @@
 import numpy as np
 
 from fe_models.dofs import FloatArray
-from fe_models.effects import StiffnessChange
+from fe_models.effects import StiffnessChange, SupportSpring
 from hybrid.diagnosis.candidate import Candidate
 from hybrid.diagnosis.fitting import Fit
 from hybrid.diagnosis.frame import Frame
@@ -13,6 +13,7 @@ from hybrid.diagnosis.screening import Screened
 from hybrid.diagnosis.system import drift, drifted, observability
 
 SIZES = (-2.0, -1.0, -0.5, -0.2, 0.2, 0.5, 1.0, 2.0)  # of a prior width, from doing nothing
+FIRM = (-20.0, -5.0, 0.01, 0.05, 5.0, 20.0)  # besides, of springs to the ground: they may hold a place firmly, or not
 LEFT = (0.02, 0.05, 0.12, 0.25)  # of a stiffness: what may be left; its compliance, which is felt, goes to infinity
 
 
@@ -33,7 +34,8 @@ def scan(fit: Fit, candidates: tuple[Candidate, ...], frame: Frame) -> list[Scre
             left = _left(fit.hypothesis.adding(candidate), theta[None], fit, frame)
             found.append(Screened(candidate, (), float(plain - left[0]), theta - fit.theta))
         elif len(candidate.names) == 1 and candidate.scalable and not candidate.is_law and not candidate.oscillator:
-            sizes = candidate.neutral[0] + np.array(SIZES) * candidate.width[0]
+            far = FIRM if candidate.kind == SupportSpring.kind else ()
+            sizes = candidate.neutral[0] + np.array((*SIZES, *far)) * candidate.width[0]
             most = candidate.upper[0] if candidate.upper else np.inf
             sizes = sizes[(sizes > candidate.lower[0]) & (sizes < most)]
             if candidate.kind == StiffnessChange.kind:

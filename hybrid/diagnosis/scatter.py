@@ -1,33 +1,61 @@
-"""What elements that are off by themselves do to a fit: its parameters take it up, and no residual shows it.
+"""Elements that are off by themselves: patterns of their own stiffness, one for each natural frequency that feels them.
 
 The user's uncertainties are of groups of elements as wholes; recordings tell natural frequencies far better than any
-model has them element by element. To first order the parameters move by H^-1 J^T c with each response c to an element's
-own deviation; H is the normal matrix and J the Jacobian of the fit.
+model has them element by element. A candidate at one of two neighbours must not win by what such deviations do, so
+every fit may calibrate them.
 """
 
-from dataclasses import replace
+from dataclasses import dataclass
 
 import numpy as np
+from scipy.sparse import csr_array
 
+from fe_models.dofs import FloatArray
 from fe_models.effects import StiffnessChange
-from hybrid.diagnosis.candidate import Candidate
-from hybrid.diagnosis.fitting import Fit
-from hybrid.diagnosis.frame import Frame
-from hybrid.diagnosis.screening import slopes_along
+from fe_models.matrix_changes import matrix_changes
+from fe_models.structure import Structure
+from fe_models.uncertain_parts import UncertainPart
 
 OWN = 0.25  # of a group's stated standard deviation of stiffness: that of each of its elements about the group's
+ALIKE = 1e-6  # of the largest: a pattern's share in the frequencies below which they do not tell it from the others
 
 
-def with_scatter(item: Fit, candidates: tuple[Candidate, ...], stiffness: float, frame: Frame) -> Fit:
-    """Return the fit with the covariance that it has if each element's stiffness is off by itself.
-
-    ``candidates``: all, of which the changes of single elements are taken; ``stiffness``: stated relative standard
-    deviation. A chain's elements are no groups: each is calibrated by itself.
+@dataclass(frozen=True)
+class Scatter:
+    """``elements``: numbers of those in groups; ``weights`` (pattern, element): orthonormal patterns of the relative
+    change of their stiffnesses, which then are as independent as the elements; ``changes``: what a unit of each pattern
+    adds to K (dof, dof).
     """
-    taken = {candidate.key for candidate in item.hypothesis.candidates}
-    elements = [c for c in candidates if c.kind == StiffnessChange.kind and "element" in c.location]
-    elements = [c for c in elements if c.key not in taken]
-    if item.hypothesis.plant.is_chain or stiffness == 0 or not elements:
-        return item
-    moved = OWN * stiffness * item.covariance @ slopes_along(item, elements, frame)  # (parameter, element)
-    return replace(item, covariance=np.asarray(item.covariance + moved @ moved.T))
+
+    elements: tuple[int, ...]
+    weights: FloatArray
+    changes: tuple[csr_array, ...]
+
+    def applied(self, structure: Structure, amounts: FloatArray) -> Structure:
+        """Return the structure with so much of each pattern (pattern,)."""
+        for number, change in zip(self.elements, amounts @ self.weights, strict=True):
+            if change:
+                structure = UncertainPart("stiffness", (number,)).scaled(structure, float(1 + change))
+        return structure
+
+
+NONE = Scatter((), np.zeros((0, 0)), ())
+
+
+def scatter_of(structure: Structure, parts: tuple[UncertainPart, ...], shapes: FloatArray) -> Scatter:
+    """Return the patterns that move the natural frequencies of the mode ``shapes`` (dof, mode), to first order.
+
+    What is orthogonal to them bends shapes alone, by less than recordings show. ``parts``: the groups are among them.
+    """
+    groups = [part.elements for part in parts if part.quantity == "stiffness" and len(part.elements) > 1]
+    elements = tuple(number for group in groups for number in group)
+    if not elements:
+        return NONE
+    changes = [matrix_changes(structure, StiffnessChange((number,), 2.0)).stiffness for number in elements]
+    felt = np.array([np.einsum("di,di->i", shapes, change @ shapes) for change in changes])  # (element, mode)
+    total = felt.sum(axis=0)
+    felt = felt[:, total > ALIKE * total.max()] / total[total > ALIKE * total.max()]  # a mode may bend none of them
+    patterns, sizes, _ = np.linalg.svd(felt, full_matrices=False)
+    weights = patterns[:, sizes > ALIKE * sizes[0]].T
+    mixed = tuple(csr_array(sum(w * change for w, change in zip(row, changes, strict=True))) for row in weights)
+    return Scatter(elements, weights, mixed)

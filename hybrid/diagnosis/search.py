@@ -19,8 +19,9 @@ from hybrid.diagnosis.screening import Screened, screen
 
 PIECES = (10, 3, 1)  # segments that recordings are cut into, one after the other: short ones forgive a wrong start
 FEWEST = 8  # values a segment at least, for each of its initial state's entries
-KEPT = 10  # candidates kept from the screening of each length
+KEPT = 10  # candidates kept from the screening of each length, and of all after one step
 KEPT_LAWS = 5  # of them force laws, which take far longer to fit
+SCANNED = 4  # times as many of a scan, which knows nothing of what the uncertain factors could do besides
 FORCED = 5.0  # the same for each recording of a harmonic force, whose two entries of the initial state cost as much
 HOPEFUL = 8.0  # fall in the sum of squares that the score test must promise; less cannot outweigh the prior odds
 BEHIND = 20.0  # in half the tempered sum of squares: a fit that far behind another of the same recordings is given up
@@ -199,17 +200,35 @@ def _begun(
     advance: Callable[[], object],
     known: Fit | None = None,
 ) -> list[Fit]:
-    """Return fits of one candidate more over the shortest segments; ``known``: one that others must come near."""
-    best: dict[str, Fit] = {}
+    """Return fits of one candidate more over the shortest segments; ``known``: one that others must come near.
+
+    One step of each tells more than any first guess; only the best after that go on.
+    """
+    begun: list[Fit] = []
     for trial in trials:
-        extended, first, key = hypothesis.adding(trial.candidate), trial.theta(short), trial.candidate.key
-        bound = bound_of([*best.values(), *([] if known is None else [known])])
+        extended = hypothesis.adding(trial.candidate)
         states = padded(short.states, extended)
-        begun = fit(extended, first, short.batches, frame, states, SHORT_ITERATIONS, CLOSE_ENOUGH, bound)
-        if begun is not None and (key not in best or begun.cost < best[key].cost):
-            best[key] = begun
+        step = fit(extended, trial.theta(short), short.batches, frame, states, 1, CLOSE_ENOUGH)
+        begun += [] if step is None else [step]
+        advance()
+    best: dict[str, Fit] = {}
+    for step in _foremost(begun):
+        key, bound = step.hypothesis.candidates[-1].key, bound_of([*best.values(), *([] if known is None else [known])])
+        further = fit(
+            step.hypothesis, step.theta, step.batches, frame, step.states, SHORT_ITERATIONS, CLOSE_ENOUGH, bound
+        )
+        if further is not None and (key not in best or further.cost < best[key].cost):
+            best[key] = further
         advance()
     return list(best.values())
+
+
+def _foremost(begun: list[Fit]) -> list[Fit]:
+    """Return the best of the fits, not too many with a force law more among them."""
+    ranked = sorted(begun, key=lambda item: item.cost)
+    laws = [item for item in ranked if item.hypothesis.candidates[-1].is_law][:KEPT_LAWS]
+    others = [item for item in ranked if not item.hypothesis.candidates[-1].is_law][:KEPT]
+    return sorted([*laws, *others], key=lambda item: item.cost)
 
 
 def _race(fits: list[Fit], longer: tuple[Batch, ...], frame: Frame, enough: float) -> list[Fit]:
@@ -260,8 +279,9 @@ def _promising(ranked: list[list[Screened]], kept: int) -> list[Screened]:
     chosen: dict[tuple[str, bool], Screened] = {}
     for ranking in ranked:
         laws, taken, far = 0, 0, ranking is ranked[-1]
+        most = SCANNED * kept if far else kept
         for trial in ranking:
-            if trial.gain <= 0 or taken >= kept or (taken >= ALWAYS and trial.gain < HOPEFUL):
+            if trial.gain <= 0 or taken >= most or (taken >= ALWAYS and trial.gain < HOPEFUL):
                 break
             if trial.candidate.is_law:
                 laws += 1

@@ -122,6 +122,7 @@ def every_translation(plant: Plant) -> tuple[Sensor, ...]:
 def _free_fit(base: Fit, frame: Frame) -> Fit | None:
     """Return the fit of the linear model whose factors the recordings alone determine."""
     plant = base.hypothesis.plant
-    free = Hypothesis(replace(plant, laws=(), spread=np.full_like(plant.spread, WIDE)))
+    spread = np.where(np.arange(len(plant.spread)) < plant.factors, WIDE, plant.spread)
+    free = Hypothesis(replace(plant, laws=(), spread=spread))
     with np.errstate(over="ignore", invalid="ignore"):  # a step that goes too far is taken back
         return fit_growing(free, free.centre, lengths_of(base.batches, free.states), frame)
