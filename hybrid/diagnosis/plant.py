@@ -123,16 +123,14 @@ class Plant:
 
 
 def plant_of(dataset: Dataset) -> Plant:
-    """Return the nominal plant of a dataset; `InputError` where its model is none that a diagnosis can take."""
+    """Return the nominal plant of a dataset's structure; `InputError` where that is none that a diagnosis can take.
+
+    Its modal model, where it has one, is another plant: see `modal_plant`.
+    """
     structure = dataset.model
     if not isinstance(structure, Structure):
         raise InputError(
             "model: bare matrices say nothing of springs, beams and supports, where causes sit: give a structure file"
-        )
-    if dataset.assumptions.modal_model is not None:
-        raise InputError(
-            "[simulation] modal_model: the diagnosis varies springs, masses and supports, of which a modal model says"
-            " nothing: leave it out (its damping ratios may stand as damping_ratio)"
         )
     raise_faults(
         f"recording {recording.name!r} names loads: the diagnosis takes free vibrations only; leave it out"

@@ -13,6 +13,7 @@ from hybrid.diagnosis.discrepancy import search_frame
 from hybrid.diagnosis.fitting import Fit
 from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.hypothesis import Hypothesis
+from hybrid.diagnosis.modal_plant import modal_plant, with_ratios_of_modal_model
 from hybrid.diagnosis.noise import Band, noise_of_recordings, structure_band
 from hybrid.diagnosis.pairs import short_fit
 from hybrid.diagnosis.places import Motion
@@ -25,6 +26,7 @@ from hybrid.diagnosis.search import Lengths, lengths_of
 class Setting:
     """A ``dataset`` less what is unusable in it, and its nominal ``plant``.
 
+    ``modal``: the modal model that stands for the structure in the user's simulation, None where the structure does.
     ``measured``: columns of the sensors that are fitted; ``frame``: with the noise that the recordings tell, and
     ``searched``, with which causes are sought: mostly the same (see `discrepancy`); ``band``: where the structure's
     motion shows; ``lengths``: the training recordings in segments; ``short``: the nominal fit of the shortest;
@@ -33,6 +35,7 @@ class Setting:
 
     dataset: Dataset
     plant: Plant
+    modal: Plant | None
     measured: tuple[int, ...]
     frame: Frame
     searched: Frame
@@ -59,7 +62,8 @@ class Setting:
 
 def setting_of(dataset: Dataset) -> Setting:
     """Return the setting of a dataset; `InputError` where it cannot be diagnosed."""
-    plant = plant_of(dataset)
+    plant = plant_of(with_ratios_of_modal_model(dataset))
+    modal = modal_plant(plant, dataset)
     dataset, unusable = usable(dataset)
     dataset, apart = as_recordings(dataset)
     measured = measured_columns(dataset)
@@ -69,4 +73,4 @@ def setting_of(dataset: Dataset) -> Setting:
     frame = Frame(tuple(dataset.sensors[i] for i in measured), rate, noise_of_recordings(batches, rate, band))
     lengths = lengths_of(batches, Hypothesis(plant).states)
     searched, short = search_frame(plant, lengths, frame, short_fit(plant, lengths, frame))
-    return Setting(dataset, plant, measured, frame, searched, band, lengths, short, (*unusable, *apart))
+    return Setting(dataset, plant, modal, measured, frame, searched, band, lengths, short, (*unusable, *apart))
