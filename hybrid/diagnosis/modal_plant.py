@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.linalg import qr
 from scipy.optimize import linear_sum_assignment
-from scipy.sparse import csr_array, diags_array
+from scipy.sparse import csr_array, diags_array, eye_array
 
 from fe_models.assembly import linearise
 from fe_models.dofs import FloatArray
@@ -17,9 +17,7 @@ from fe_models.structure import Structure
 from hybrid.diagnosis.plant import CERTAIN, Plant
 
 DEPENDENT = 1e-6  # of the largest singular value of unit shapes: below, one of them is made of the others
-TOLD = 5e-4  # of a frequency, of a damping ratio of 1, of a MAC of 1: smaller differences are not worth a word
-COUPLED = 0.01  # of the product of two modes' own damping: the square of what dashpots add between them, told beyond
-TINY = 1e-300  # of a shape's length or a mode's damping: instead of a division by zero
+TINY = 1e-300  # of a shape's length: instead of a division by zero
 
 
 def modal_plant(plant: Plant, dataset: Dataset) -> Plant | None:
@@ -27,8 +25,8 @@ def modal_plant(plant: Plant, dataset: Dataset) -> Plant | None:
 
     With a left inverse P of the shapes Phi (dof, mode), M = P^T P, C = P^T diag(2 xi omega) P and
     K = P^T diag(omega^2) P have these modes, and no others. What the user is uncertain of changes it as it changes the
-    structure, by Phi^T dM Phi and Phi^T dK Phi; the structure's own force laws act on it. `InputError` where its shapes
-    depend on each other.
+    structure: see `standing_for`. The structure's own force laws act on it. `InputError` where its shapes depend on
+    each other.
     """
     given = dataset.assumptions.modal_model
     if given is None:
@@ -36,12 +34,13 @@ def modal_plant(plant: Plant, dataset: Dataset) -> Plant | None:
     if plant.is_chain:  # which is followed in all its modes, whatever a low-pass has taken away
         dataset = replace(dataset, lowpass=None)
     modal = nominal_modes(dataset, len(given.omega))
-    shapes, P = _normalised(modal.shapes, plant)
+    shapes = _normalised(modal.shapes, plant)
+    P = _left_inverse(shapes)
     count = len(modal.omega)
     diagonals = np.ones(count), 2 * modal.damping_ratio * modal.omega, modal.omega**2
     mass, damping, stiffness = (P.T @ diags_array(values) @ P for values in diagonals)
     normal = np.maximum(dataset.assumptions.uncertainty.damping, CERTAIN)
-    return replace(
+    modal_alone = replace(
         plant,
         mass=csr_array(mass),
         damping=csr_array(damping),
@@ -51,6 +50,25 @@ def modal_plant(plant: Plant, dataset: Dataset) -> Plant | None:
         ratios=np.zeros(count),
         spread=np.append(plant.spread[: len(plant.parts)], np.full(count, normal)),
     )
+    T = standing_for(plant, modal_alone)
+    return replace(modal_alone, part_changes=tuple(csr_array(T.T @ change @ T) for change in plant.part_changes))
+
+
+def standing_for(plant: Plant, modal: Plant) -> csr_array:
+    """Return T (dof, dof) from a motion in the modal model's shapes to the same in those of the structure's own modes.
+
+    T^T dK T is what a changed part of a frame does to the modal model, its modes standing for the structure's.
+    Phi^T dK Phi with its own shapes is not: errors of a shape from one node to the next bend a beam far more than the
+    mode does. A chain's springs stretch by as much as its nodes move, and take the shapes as they are.
+    """
+    if plant.is_chain:
+        return csr_array(eye_array(len(plant.dofs)))
+    own_shapes, shapes = plant.modes[1], modal.basis
+    own, given, _ = pairs(own_shapes, shapes, plant)
+    sign = np.sign(np.einsum("di,di->i", own_shapes[:, own], shapes[:, given]))
+    matched = np.zeros_like(shapes)
+    matched[:, given] = own_shapes[:, own] * sign
+    return csr_array(matched) @ _left_inverse(shapes)
 
 
 def with_ratios_of_modal_model(dataset: Dataset) -> Dataset:
@@ -67,58 +85,38 @@ def with_ratios_of_modal_model(dataset: Dataset) -> Dataset:
     return replace(dataset, assumptions=assumptions)
 
 
-def difference(plant: Plant, modal: Plant) -> str:
-    """Return in words how far the modes of ``modal`` are from the ``plant``'s own; each beside the one most like it."""
-    (own_omega, own_shapes), (omega, shapes) = plant.modes, modal.modes
-    moving = plant.dofs.free & (plant.dofs.direction != "rz")
-    alike = mac(own_shapes[moving], shapes[moving])  # (own, given)
-    own, given = linear_sum_assignment(-alike)
-    frequency = omega[given] / own_omega[own] - 1
-    ratios, own_ratios = modal.own_ratios[given], plant.own_ratios[own]
-    least = alike[own, given].min()
-    words = []
-    if len(omega) != len(own_omega):
-        words.append(f"{len(omega)} modes instead of {len(own_omega)}")
-    if np.abs(frequency).max() > TOLD:
-        words.append(f"frequencies by {frequency.min():+.1%} to {frequency.max():+.1%}")
-    if np.abs(ratios - own_ratios).max() > TOLD:
-        words.append(f"damping ratios {_range(ratios)} instead of {_range(own_ratios)}")
-    if least < 1 - TOLD:
-        words.append(f"shapes with a MAC of {least:.3f} at least")
-    if _coupling(plant) > COUPLED:
-        words.append("no damping between modes, which the structure's dashpots couple")
-    return ", ".join(words) or "by little in each mode"
+def pairs(own: FloatArray, given: FloatArray, plant: Plant) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return which of the shapes ``own`` (dof, i) and ``given`` (dof, j) belong together, (pair,) each, and their MAC.
 
-
-def _coupling(plant: Plant) -> float:
-    """Return the largest C_ij^2 / (C_ii C_jj) of two of a plant's modes."""
-    shapes = plant.modes[1]
-    C = shapes.T @ (plant.damping @ shapes)
-    own = np.maximum(np.diag(C), TINY)
-    return float(np.max((C - np.diag(np.diag(C))) ** 2 / np.outer(own, own)))
-
-
-def _normalised(shapes: FloatArray, plant: Plant) -> tuple[FloatArray, csr_array]:
-    """Return the shapes (dof, mode) normalised by the structure's mass, and P (mode, dof), P Phi = I.
-
-    P takes as many degrees of freedom as there are modes, those that tell them apart best, so that it stays sparse.
+    All in all as alike as can be: a modal model may have its modes in any order, and fewer or more of them.
     """
+    moving = plant.dofs.free & (plant.dofs.direction != "rz")  # rotations are no lengths
+    alike = mac(own[moving], given[moving])
+    first, second = linear_sum_assignment(-alike)
+    return first, second, alike[first, second]
+
+
+def _normalised(shapes: FloatArray, plant: Plant) -> FloatArray:
+    """Return the shapes (dof, mode) normalised by the structure's mass, whatever they were normalised by."""
     shapes = shapes * plant.dofs.free[:, None]  # what is all but zero at the supports
     count = shapes.shape[1]
     size = np.sqrt(np.einsum("di,di->i", shapes, plant.mass @ shapes))
     length = np.linalg.norm(shapes, axis=0)
-    R, order = qr(shapes.T / np.maximum(length, TINY)[:, None], mode="r", pivoting=True)
+    R = qr(shapes.T / np.maximum(length, TINY)[:, None], mode="r", pivoting=True)[0]
     if (size == 0).any() or len(shapes) < count or abs(R[count - 1, count - 1]) < DEPENDENT * abs(R[0, 0]):
         raise InputError(
             f"[simulation] modal_model: the {count} shapes that are used depend on each other: each mode must be given"
             f" once, move masses, and there are {len(plant.dofs.free_rows)} modes at most"
         )
-    shapes, rows = shapes / size, order[:count]
-    inverse = csr_array(np.linalg.inv(shapes[rows]))
+    return np.asarray(shapes / size)
+
+
+def _left_inverse(shapes: FloatArray) -> csr_array:
+    """Return P (mode, dof), P Phi = I for ``shapes`` Phi (dof, mode).
+
+    It takes as many degrees of freedom as there are modes, those that tell them apart best, so that it stays sparse.
+    """
+    count = shapes.shape[1]
+    rows = qr(shapes.T, mode="r", pivoting=True)[1][:count]
     columns = csr_array((np.ones(count), (np.arange(count), rows)), shape=(count, len(shapes)))
-    return shapes, csr_array(inverse @ columns)
-
-
-def _range(ratios: FloatArray) -> str:
-    least, most = f"{ratios.min():.2%}", f"{ratios.max():.2%}"
-    return least if least == most else f"{least} to {most}"
+    return csr_array(csr_array(np.linalg.inv(shapes[rows])) @ columns)

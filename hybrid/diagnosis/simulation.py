@@ -1,30 +1,26 @@
 """What the user simulates with: the structure itself, or a modal model of which causes say nothing.
 
 Causes are sought in the structure. A modal model is then wrong by itself where the best hypothesis of the structure
-does better than the same causes do in the modal model, both calibrated within what is normal.
+does better than the modal model with as many of the same causes as help it, both calibrated within what is normal.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from fe_models.dofs import FloatArray
 from fe_models.errors import InputError
 from fe_models.wrong_modal_model import WrongModalModel
-from hybrid.diagnosis.discrepancy import in_units_of
 from hybrid.diagnosis.evidence import Evidence
 from hybrid.diagnosis.findings import Finding
 from hybrid.diagnosis.fitting import Fit
 from hybrid.diagnosis.forecasting import DEVIATION, SHOWN, Forecast, deviation_of, model_of, predicted
 from hybrid.diagnosis.frame import Frame
-from hybrid.diagnosis.hypothesis import Hypothesis
 from hybrid.diagnosis.materiality import is_trifle
-from hybrid.diagnosis.modal_plant import difference
-from hybrid.diagnosis.pairs import left, short_fit
-from hybrid.diagnosis.plant import Plant
+from hybrid.diagnosis.modal_difference import difference
+from hybrid.diagnosis.modal_fits import fit_in_modal_model, fits_in_modal_model
+from hybrid.diagnosis.pairs import left
 from hybrid.diagnosis.posterior import Posterior
 from hybrid.diagnosis.scorer import Scorer
-from hybrid.diagnosis.search import ground_of, lengths_of, padded
 from hybrid.diagnosis.setting import Setting
 from hybrid.diagnosis.verdict import MATERIAL
 
@@ -33,9 +29,11 @@ FARTHEST = 500.0  # in log odds: what exp can be taken of
 
 @dataclass(frozen=True)
 class Simulation:
-    """``fit``: of what the user simulates with, without any cause. ``probability``: that it is a modal model which is
-    wrong by itself, 0 where that does not matter for forecasts; ``beside``: its forecast with the causes of the best
-    fit, where there are any. ``differs``: in words, how a modal model differs from its structure, where it does.
+    """``fit``: of what the user simulates with, without any cause.
+
+    ``probability``: that it is a modal model which is wrong by itself, 0 where that does not matter for forecasts;
+    ``beside``: its forecast with those causes of the best fit that help it, None if there are no causes. ``differs``:
+    in words, how a modal model differs from its structure; empty where it does not.
     """
 
     fit: Fit
@@ -57,15 +55,15 @@ def simulation_of(setting: Setting, evidence: Evidence, posterior: Posterior, sc
     base, best, modal = evidence.base, posterior.fits[0], setting.modal
     if modal is None:
         return Simulation(base)
-    plain = _fit_like(base, modal, setting, evidence)
+    plain = fit_in_modal_model(base, (), modal, setting, evidence)
     if plain is None:
         raise InputError("[simulation] modal_model: under the structure's own force laws its motion grows for ever")
     if not _forecasts_differ(base, plain, evidence.frame):
         return Simulation(base)
     differs = difference(setting.plant, modal)
     causes = best.hypothesis.candidates
-    hosted = causes and not any(cause.released is not None for cause in causes)  # of its supports it says nothing
-    same = (_fit_like(best, modal, setting, evidence) if hosted else None) or plain
+    fits = [plain, *fits_in_modal_model(best, modal, setting, evidence)]
+    same = max(fits, key=lambda item: item.log_evidence)
     most = max(DEVIATION, deviation_of(best))  # what the one needs, the other may have
     before, after = (scorer.forecast(item, most) for item in (same, best))
     nominal = scorer.forecast(plain, 0.0)
@@ -122,27 +120,6 @@ def modal_notes(simulation: Simulation, nominal: Forecast, own: Forecast, scorer
             + ("" if named else "; leave modal_model out to have the structure diagnosed")
         )
     return told
-
-
-def _fit_like(item: Fit, plant: Plant, setting: Setting, evidence: Evidence) -> Fit | None:
-    """Return the fit of another plant with the causes of a fit, from where that is; None where it fails."""
-    hypothesis = Hypothesis(plant, item.hypothesis.candidates)
-    frame = setting.searched if setting.is_astray else evidence.frame
-    lengths = lengths_of(item.batches, hypothesis.states)
-    with np.errstate(over="ignore", invalid="ignore"):  # a step that goes too far is taken back
-        short = short_fit(plant, lengths, frame)
-        start = replace(short, states=padded(short.states, hypothesis))
-        found = ground_of(hypothesis, _theta_like(item, hypothesis), lengths, frame, start)
-    if found is None:
-        return None
-    return in_units_of(evidence.frame, found.whole, frame) if setting.is_astray else found.whole
-
-
-def _theta_like(item: Fit, hypothesis: Hypothesis) -> FloatArray:
-    """Return a fit's theta for a ``hypothesis`` with the same parts and causes, and damping ratios of its own."""
-    parts = len(hypothesis.plant.parts)
-    damping = np.zeros(hypothesis.nuisances - parts)
-    return np.concatenate([item.theta[:parts], damping, item.theta[item.hypothesis.nuisances :]])
 
 
 def _forecasts_differ(own: Fit, other: Fit, frame: Frame) -> bool:
