@@ -102,20 +102,20 @@ def modal_notes(simulation: Simulation, nominal: Forecast, own: Forecast, scorer
 
     ``nominal``: its forecast; ``own``: that of the structure, calibrated; ``named``: whether there are findings.
     """
+    if scorer.setting.modal is None:
+        return []
     if not simulation.differs:
-        return (
-            [] if scorer.setting.modal is None else ["the modal model forecasts as its structure does, but for noise"]
-        )
+        return ["the modal model forecasts as its structure does: what differs would not show beside noise"]
     told = [] if simulation.is_wrong else [f"the modal model is not that of its structure: {simulation.differs}"]
     if scorer.error(own) <= scorer.error(nominal):
         wrong, rest = (max(found.energy - found.floor_energy, 0.0) for found in (nominal, own))
         share = 1 - min(rest / max(wrong, 1e-300), 1.0)
         told.append(
-            f"of what the modal model gets wrong, the structure's own modes alone, calibrated, avoid {share:.0%}"
+            f"the structure's own modes, calibrated, alone avoid {share:.0%} of what the modal model gets wrong"
         )
     else:
         told.append(
-            "the structure's own modes alone, calibrated, forecast worse than the modal model: NRMSE"
+            "the structure's own modes, calibrated, alone forecast worse than the modal model: NRMSE"
             f" {scorer.error(own):.4f} against {scorer.error(nominal):.4f}"
             + ("" if named else "; leave modal_model out to have the structure diagnosed")
         )
