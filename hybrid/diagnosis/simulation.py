@@ -110,12 +110,10 @@ def modal_notes(simulation: Simulation, nominal: Forecast, own: Forecast, scorer
     if scorer.error(own) <= scorer.error(nominal):
         wrong, rest = (max(found.energy - found.floor_energy, 0.0) for found in (nominal, own))
         share = 1 - min(rest / max(wrong, 1e-300), 1.0)
-        told.append(
-            f"the structure's own modes, calibrated, alone avoid {share:.0%} of what the modal model gets wrong"
-        )
+        told.append(f"the structure's own modes, calibrated, avoid {share:.0%} of what the modal model gets wrong")
     else:
         told.append(
-            "the structure's own modes, calibrated, alone forecast worse than the modal model: NRMSE"
+            "the structure's own modes, calibrated, forecast worse than the modal model: NRMSE"
             f" {scorer.error(own):.4f} against {scorer.error(nominal):.4f}"
             + ("" if named else "; leave modal_model out to have the structure diagnosed")
         )
