@@ -23,12 +23,15 @@ from fe_models.four_dof import four_dof
 from fe_models.linear import ModalModel
 from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset, Recording, Sensor
+from fe_models.sensor_effects import SensorGain
 from fe_models.simulate import FreeConfig, simulate_free
 from fe_models.structure import Damping, Structure
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.forecasting import Model, predicted
 from hybrid.diagnosis.frame import Frame
+from hybrid.diagnosis.gain import hybrid_gain
 from hybrid.diagnosis.hypothesis import Hypothesis
+from hybrid.diagnosis.learning import learning_preset
 from hybrid.diagnosis.modal_plant import modal_plant
 from hybrid.diagnosis.plant import Plant, plant_of
 from hybrid.diagnosis.records import batches_of
@@ -209,6 +212,15 @@ def test_wrong_modal_model_and_hidden_stiffness_are_both_found() -> None:
     assert found.scores["extended"]["measured"] == pytest.approx(found.noise_floor, rel=0.05)
 
 
+def test_weak_cause_is_not_named_beside_a_wrong_modal_model() -> None:
+    case = recorded(CHAIN)
+    faulty = SensorGain("a1", 1.016)  # tells in 1500 samples, but noise is 3 %
+    parts = tuple(replace(r, data=faulty.apply(r.data, [s.name for s in SENSORS], RATE)) for r in case.recordings)
+    found = diagnose(given(replace(case, recordings=parts), contaminated(0.03)))
+    assert [finding.cause.kind for finding in found.findings] == ["modal_model"]
+    assert any(note.startswith("significant, but too weak") and "a1 shows" in note for note in found.notes)
+
+
 def test_modal_model_off_by_no_more_than_is_normal_is_calibration() -> None:
     near = contaminated(0.003)  # frequencies follow 1 % of stiffness by 0.5 %
     found = diagnose(given(recorded(CHAIN), near))
@@ -236,6 +248,15 @@ def test_damping_that_couples_modes_is_told_of_a_modal_model_that_lacks_it() -> 
     found = diagnose(given(case.dataset, natural_modes(linearise(four_dof()), 4)))
     (finding,) = found.findings
     assert "(no damping between modes, which the structure's dashpots couple)" in finding.sentence
+
+
+def test_hybrid_trains_on_a_modal_model_and_speaks_for_no_place() -> None:
+    data = given(recorded(CHAIN, train=2), contaminated(0.03))
+    config = learning_preset(data.model)
+    gain = hybrid_gain(data, diagnose(data), replace(config, training=replace(config.training, epochs=1)))
+    assert gain.nominal is not None
+    assert gain.extended is not None
+    assert not any("speak" in note for note in gain.notes)
 
 
 def test_script_takes_the_file_and_names_it(tmp_path: Path) -> None:
