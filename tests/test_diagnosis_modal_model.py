@@ -198,7 +198,8 @@ def test_contaminated_modal_model_is_the_finding() -> None:
     assert extended < 1.05 * found.noise_floor < 0.5 * baseline
     np.testing.assert_allclose(found.shown.nominal.frequencies, wrong.frequencies, rtol=1e-6)
     np.testing.assert_allclose(found.shown.observed.frequencies, OWN.frequencies, rtol=3e-3)
-    assert not np.allclose(found.example.nominal, found.example.extended, rtol=0.1)
+    before, after = (np.std(found.example.measured - y) for y in (found.example.nominal, found.example.extended))
+    assert before > 5 * after  # the picture shows the modal model's forecast
     assert found.extended.effects == ()
 
 
@@ -214,7 +215,7 @@ def test_wrong_modal_model_and_hidden_stiffness_are_both_found() -> None:
 
 def test_weak_cause_is_not_named_beside_a_wrong_modal_model() -> None:
     case = recorded(CHAIN)
-    faulty = SensorGain("a1", 1.016)  # tells in 1500 samples, but noise is 3 %
+    faulty = SensorGain("a1", 1.029)  # tells in 1500 samples, but noise is 3 %
     parts = tuple(replace(r, data=faulty.apply(r.data, [s.name for s in SENSORS], RATE)) for r in case.recordings)
     found = diagnose(given(replace(case, recordings=parts), contaminated(0.03)))
     assert [finding.cause.kind for finding in found.findings] == ["modal_model"]
