@@ -34,7 +34,8 @@ def main(
     """Diagnose a chain or frame from its recordings.
 
     All causes of the list compete at all their places. What is found is built into the structure, and forecasts of the
-    test recordings are scored before and after.
+    test recordings are scored before and after. A modal model that the dataset simulates with is held against the
+    structure's own modes.
 
     \b
     OUT/report.json          verdict, findings with probabilities and alternatives, scores

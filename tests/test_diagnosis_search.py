@@ -1,14 +1,10 @@
 """The search: slopes of law fits, harmonic forces, causes that come and go, two causes at once."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from fe_models.blind import BlindConfig, blind_case
 from fe_models.effects import CubicSpring, HarmonicForce
-from fe_models.errors import InputError
-from fe_models.linear import ModalModel
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.candidate import Candidate
 from hybrid.diagnosis.candidates import all_candidates
@@ -110,14 +106,6 @@ def test_two_causes_are_both_named(kinds: tuple[str, ...], seed: int) -> None:
     case = blind_case(seed, BlindConfig(kinds, off=True, train=6, test=2, duration=30.0))
     marks = judge(case, diagnose(case.dataset))
     assert set(marks.named) == set(marks.truth)
-
-
-def test_modal_model_of_the_user_is_refused_with_the_remedy() -> None:
-    dataset = blind_case(3, BlindConfig(train=2, test=1, duration=15.0)).dataset
-    modal = ModalModel(np.ones(1), np.full(1, 0.01), np.ones((4, 1)), plant_of(dataset).dofs)
-    assumed = replace(dataset.assumptions, modal_model=modal)
-    with pytest.raises(InputError, match="leave it out"):
-        plant_of(replace(dataset, assumptions=assumed))
 
 
 def test_stiffness_is_known_no_better_than_its_uncertainty_allows() -> None:

@@ -33,6 +33,7 @@ from fe_models.sensor_effects import SensorDelay, SensorDrift, SensorGain
 from fe_models.structure import Structure, Support
 from fe_models.structure_checks import check_structure
 from fe_models.time_integration import TimeIntegration
+from fe_models.wrong_modal_model import WrongModalModel
 from tests.problems import cantilever
 
 # Each kind of the contract: an example, its location and its parameters with units.
@@ -63,6 +64,7 @@ WORDS: list[tuple[Cause, dict[str, object], dict[str, tuple[object, str]]]] = [
     (SensorDelay("a1", 0.01), {"sensor": "a1"}, {"delay": (0.01, "s")}),
     (SensorDrift("a1", 0.1), {"sensor": "a1"}, {"slope": (0.1, "unit/s")}),
     (TimeIntegration(0.05), {}, {"step": (0.05, "s")}),
+    (WrongModalModel(), {}, {}),
 ]
 EXAMPLES = tuple(cause for cause, _, _ in WORDS if isinstance(cause, Effect))
 
@@ -80,7 +82,7 @@ def test_words_and_units_are_the_contract_s(
 def test_every_kind_has_an_example_here() -> None:
     assert {cause.kind for cause, _, _ in WORDS} == set(CAUSES)
     assert {effect.kind for effect in EXAMPLES} == set(EFFECTS)
-    assert len(CAUSES) == 16
+    assert len(CAUSES) == 17
 
 
 def test_all_effects_together_come_back_equal(tmp_path: Path) -> None:

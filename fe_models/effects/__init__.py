@@ -8,8 +8,8 @@ and building it into the extended structure all use the definition here. There a
 - The others exert a force that depends on motion or time: a `ForceLaw`, on top of the linear model. Their elongations
   are measured from the state at rest, where they exert none. `laws.force_laws` gives those of a structure.
 
-What falsifies recordings or the simulation itself, and is no part of a structure, is in `sensor_effects` and
-`time_integration`; `causes` knows all kinds.
+What falsifies recordings or the simulation itself, and is no part of a structure, is in `sensor_effects`,
+`time_integration` and `wrong_modal_model`; `causes` knows all kinds.
 """
 
 from fe_models.effects.axial_force import AxialForce

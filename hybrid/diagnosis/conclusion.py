@@ -17,13 +17,14 @@ from hybrid.diagnosis.findings import Finding, cause_of, place_words, reported_l
 from hybrid.diagnosis.fitting import Fit, residuals_at
 from hybrid.diagnosis.forecasting import DEVIATION, Forecast, model_of, within
 from hybrid.diagnosis.frame import Frame
-from hybrid.diagnosis.materiality import material, weak
+from hybrid.diagnosis.materiality import material, weak, without_weak
 from hybrid.diagnosis.pairs import left
 from hybrid.diagnosis.plant import Plant
 from hybrid.diagnosis.posterior import Posterior, of_candidate, rivals_of
 from hybrid.diagnosis.scorer import Scorer
 from hybrid.diagnosis.setting import Setting
 from hybrid.diagnosis.show import Shown, show
+from hybrid.diagnosis.simulation import Simulation, modal_finding, modal_notes, simulation_of
 from hybrid.diagnosis.verdict import Errors, Verdict, verdict_of
 
 RIVALS = 0.005  # least probability of an alternative that is told
@@ -54,26 +55,38 @@ def concluded(setting: Setting, evidence: Evidence) -> Diagnosis:
     base, frame, dataset = evidence.base, evidence.frame, setting.dataset
     scorer = Scorer.of(setting, frame)
     posterior, notes = material(evidence, scorer)
+    if setting.modal is not None:
+        posterior, immaterial = without_weak(posterior, evidence, scorer)
+        notes += immaterial
     best = posterior.fits[0]
+    simulation = simulation_of(setting, evidence, posterior, scorer)
     nominal, calibrated, extended = (
-        scorer.forecast(item, most) for item, most in ((base, 0.0), (base, DEVIATION), (best, np.inf))
+        scorer.forecast(item, most)
+        for item, most in ((simulation.fit, 0.0), (simulation.fit, DEVIATION), (best, np.inf))
     )
+    drawn, own = nominal, calibrated  # of the structure itself
+    if simulation.fit is not base:
+        drawn, own = (scorer.forecast(base, most) for most in (0.0, DEVIATION))
     unexplained = _share_left(extended, nominal)
-    errors = Errors(scorer.error(calibrated), scorer.error(extended), scorer.floor(calibrated), unexplained)
-    verdict, doubt = verdict_of(best, base, frame, setting.band, errors)
+    errors = Errors(scorer.error(calibrated), scorer.error(extended), scorer.floor(own), unexplained)
+    wrong = simulation.fit if simulation.is_wrong else base
+    verdict, doubt = verdict_of(best, wrong, frame, setting.band, errors)
     named = verdict in (Verdict.EXPLAINED, Verdict.PARTLY_EXPLAINED)
     final, theta = (best, best.theta) if named else _as_drawn_or_calibrated(base, frame)
     findings: tuple[Finding, ...] = ()
     if named:
-        findings = _findings(setting, scorer, posterior, nominal, doubt)
+        findings = _findings(setting, scorer, posterior, simulation, (nominal, drawn), doubt)
         notes += _apart(setting, findings)
     elif verdict is Verdict.NOTHING_WRONG:
         unexplained = 0.0
-        notes += [weak(best, number) for number in range(len(best.hypothesis.candidates))]
+        if simulation.fit is base:  # else a cause may matter for the structure, if not for the user's modal model
+            notes += [weak(best, number) for number in range(len(best.hypothesis.candidates))]
     if not named:
-        extended = calibrated if theta.any() else nominal
+        extended = own if theta.any() else drawn
+    notes += modal_notes(simulation, nominal, own, scorer, named)
     advice = advise(posterior, frame) if named else ()
-    shown = show(dataset, base, nominal, calibrated, left(base, frame, setting.band), frame)
+    had = left(simulation.fit, frame, setting.band)
+    shown = show(dataset, simulation.fit, base, nominal, calibrated, had, frame)
     return Diagnosis(
         verdict=verdict,
         findings=findings,
@@ -88,7 +101,7 @@ def concluded(setting: Setting, evidence: Evidence) -> Diagnosis:
         shown=shown,
         example=example_of(
             scorer.shown,
-            model_of(base, np.zeros_like(base.theta)),
+            model_of(simulation.fit, np.zeros_like(simulation.fit.theta)),
             model_of(final, theta),
             dataset.sensors,
             setting.measured,
@@ -116,16 +129,28 @@ def _share_left(extended: Forecast, nominal: Forecast) -> float:
 
 
 def _findings(
-    setting: Setting, scorer: Scorer, posterior: Posterior, nominal: Forecast, doubt: float
+    setting: Setting,
+    scorer: Scorer,
+    posterior: Posterior,
+    simulation: Simulation,
+    before: tuple[Forecast, Forecast],
+    doubt: float,
 ) -> tuple[Finding, ...]:
-    """Return the causes of the best fit, the one that explains most first."""
-    best, findings = posterior.fits[0], []
+    """Return the causes of the best fit and a wrong modal model, what explains most first.
+
+    ``before``: forecasts of the user's simulation and of the structure itself.
+    """
+    best, findings = posterior.fits[0], list[Finding]()
     whole, model = scorer.forecast(best), model_of(best)
+    nominal, drawn = before
     had = max(nominal.energy - nominal.floor_energy, 1e-300)
+    if simulation.is_wrong:
+        names = tuple(recording.name for recording in setting.dataset.recordings)
+        findings.append(modal_finding(simulation, nominal, whole, min(doubt, SUREST), names))
     for number, candidate in enumerate(best.hypothesis.candidates):
         cause, parameters = cause_of(best, number, posterior.temper)
         without = _strongest_without(posterior, candidate)
-        lost = nominal.energy if without is None else scorer.forecast(without).energy
+        lost = drawn.energy if without is None else scorer.forecast(without).energy
         findings.append(
             Finding(
                 cause,

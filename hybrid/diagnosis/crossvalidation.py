@@ -71,7 +71,9 @@ def _without(item: Fit, left_out: list[FloatArray], frame: Frame) -> Fit:
     """Return the fit to the recordings that are not ``left_out`` (time, sensor); as it is where that fails."""
     batches, states = [], []
     for batch, own in zip(item.batches, item.states, strict=True):
-        kept = [i for i, data in enumerate(batch.data) if not any(np.array_equal(data, other) for other in left_out)]
+        kept = [
+            i for i, data in enumerate(batch.recorded) if not any(np.array_equal(data, other) for other in left_out)
+        ]
         if kept:
             batches.append(batch.take(kept))
             states.append(own[kept])

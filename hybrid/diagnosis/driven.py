@@ -21,8 +21,11 @@ class History:
     between: FloatArray
 
 
-def motion_of(system: System, states: FloatArray, samples: int) -> History:
-    """Return the states (time, recording, state) of the system's first variant from initial ones (recording, state)."""
+def motion_of(system: System, states: FloatArray, samples: int) -> History | None:
+    """Return the states (time, recording, state) of the system's first variant from initial ones (recording, state).
+
+    None where they grow beyond all bounds.
+    """
     half = expm(system.A[0] * system.step / 2)
     if system.is_linear:
         seen = np.empty((samples, *states.shape))
@@ -31,7 +34,8 @@ def motion_of(system: System, states: FloatArray, samples: int) -> History:
             seen[k + 1] = seen[k] @ whole.T
     else:
         marched = march(system, states[None], samples)
-        assert marched is not None  # it was fitted
+        if marched is None:
+            return None
         seen = marched[0][:, 0]
     return History(seen, seen @ half.T)
 

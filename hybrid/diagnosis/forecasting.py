@@ -8,6 +8,7 @@ from fe_models.dofs import FloatArray
 from fe_models.recordings import Sensor
 from hybrid.diagnosis.fitting import Fit
 from hybrid.diagnosis.frame import Frame
+from hybrid.diagnosis.geometry_response import added
 from hybrid.diagnosis.hypothesis import Hypothesis
 from hybrid.diagnosis.marching import respond
 from hybrid.diagnosis.records import Batch
@@ -17,6 +18,7 @@ SHOWN = 0.2  # of each recording: what its initial state is estimated from
 GROWTH = (0.25, 0.5, 1.0)  # of that, where force laws act: so that the search begins near
 ITERATIONS = 8
 STEP = 1e-4  # of a state's prior size
+ROUNDS = 2  # of taking away what geometry adds to a motion, which tells what it adds
 DEVIATION = 2.5  # of its stated standard deviations: how far a nominal value may be calibrated
 
 
@@ -86,10 +88,16 @@ def predicted(
     for off in ((), model.switched) if model.switched else ((),):
         hypothesis, theta, size = without(model, off)
         shown = max(int(np.ceil(SHOWN * batch.samples)), 2)
-        own = batch.data[:, :shown][..., list(measured)]
+        own = batch.recorded[:, :shown][..., list(measured)]
         states, cost = initial_states(hypothesis, theta, size, own, frame)
+        geometric = np.zeros(batch.recorded.shape)
+        for _ in range(0 if hypothesis.plant.geometry is None else ROUNDS):
+            geometric = added(hypothesis, theta, states, batch.samples, sensors, frame.rate, tuple(faulty))
+            straight = own - geometric[:, :shown][..., list(measured)]
+            states, cost = initial_states(hypothesis, theta, size, straight, frame)
         system = hypothesis.system(theta[None], sensors, frame.rate, tuple(faulty))
-        y = np.nan_to_num(respond(system, states[None], batch.samples)[0], nan=1e6, posinf=1e6, neginf=-1e6)
+        y = respond(system, states[None], batch.samples)[0] + geometric
+        y = np.nan_to_num(y, nan=1e6, posinf=1e6, neginf=-1e6)
         best = y if best is None else np.where((cost < least)[:, None, None], y, best)
         least = np.minimum(least, cost)
     assert best is not None  # there is at least one choice
@@ -172,7 +180,7 @@ def _one(
 ) -> tuple[FloatArray, FloatArray, float, float]:
     first = max(int(np.ceil(SHOWN * batch.samples)), 2)
     y = predicted(model, batch, sensors, measured, frame)[:, first:]
-    data = batch.data[:, first:]
+    data = batch.recorded[:, first:]
     span = np.maximum(np.ptp(data, axis=1), 1e-30)  # (recording, sensor)
     square = np.mean((y - data) ** 2, axis=1)
     leverage = _leverage(model, batch, sensors, measured, frame, first)

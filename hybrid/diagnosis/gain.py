@@ -103,9 +103,10 @@ def _evidence(places: tuple[Projected, ...], findings: tuple[Finding, ...], stru
         f"what a hybrid learned on the nominal structure acts mostly at {place_words(first.location)}"
         f" ({first.share:.0%} of it), where {law} explains {part:.0%}"
     )
-    if not findings:
+    placed = [finding for finding in findings if finding.cause.location]  # no place speaks for what is wrong everywhere
+    if not placed:
         return said
-    same = [finding for finding in findings if finding.cause.kind in SAME.get(law, (law,))]
+    same = [finding for finding in placed if finding.cause.kind in SAME.get(law, (law,))]
     if any(finding.cause.location in _locations(first, structure) for finding in same):
         return f"{said}: this speaks for the finding"
     return f"{said}: this does not speak for the findings" + (", but for their kind" if same else "")

@@ -3,11 +3,11 @@
 from hybrid.diagnosis.evidence import Evidence
 from hybrid.diagnosis.findings import cause_of, sentence_of
 from hybrid.diagnosis.fitting import Fit
-from hybrid.diagnosis.forecasting import DEVIATION, deviation_of
+from hybrid.diagnosis.forecasting import DEVIATION, Forecast, deviation_of
 from hybrid.diagnosis.pairs import factors_off, left
 from hybrid.diagnosis.posterior import Posterior
 from hybrid.diagnosis.scorer import Scorer
-from hybrid.diagnosis.verdict import MATERIAL
+from hybrid.diagnosis.verdict import MATERIAL, Errors
 
 TRIFLES = (0.02, 0.005)  # of the energy that the nominal model gets wrong: what takes no more away explains nothing,
 # where it is the only cause, and beside another ...
@@ -33,8 +33,7 @@ def material(evidence: Evidence, scorer: Scorer) -> tuple[Posterior, list[str]]:
         most = max(DEVIATION, deviation_of(best))  # what the one needs, the other may have
         before, after = (scorer.forecast(item, most) for item in (simpler.fits[0], best))
         guess = left(best, evidence.frame, scorer.setting.band).significant
-        taken = before.energy - after.energy
-        trifle = taken <= TRIFLES[count > 1] * wrong and taken <= HALF * (before.energy - before.floor_energy)
+        trifle = is_trifle(before, after, wrong, count > 1)
         weaker = scorer.error(before) - scorer.error(after) <= MATERIAL * floor
         if count == 1:
             reached = scorer.error(before) <= (1 + MATERIAL) * floor  # then it is told as weak: see `verdict`
@@ -46,6 +45,25 @@ def material(evidence: Evidence, scorer: Scorer) -> tuple[Posterior, list[str]]:
         notes += [weak(best, i) for i, c in enumerate(best.hypothesis.candidates) if c.key not in kept]
         posterior = simpler
     return posterior, notes
+
+
+def is_trifle(before: Forecast, after: Forecast, wrong: float, several: bool) -> bool:
+    """Return whether one of ``several`` causes takes hardly anything away of the energy that is ``wrong`` at first."""
+    taken = before.energy - after.energy
+    return taken <= TRIFLES[several] * wrong and taken <= HALF * (before.energy - before.floor_energy)
+
+
+def without_weak(posterior: Posterior, evidence: Evidence, scorer: Scorer) -> tuple[Posterior, list[str]]:
+    """Return the posterior without any cause, and a note on each, where the structure needs none to forecast well.
+
+    Beside a modal model that is wrong: `verdict` says that nothing is wrong only of the simulation as a whole.
+    """
+    base, best = evidence.base, posterior.fits[0]
+    own, extended = scorer.forecast(base, DEVIATION), scorer.forecast(best)
+    errors = Errors(scorer.error(own), scorer.error(extended), scorer.floor(own), 0.0)
+    if not errors.nothing_to_gain:
+        return posterior, []
+    return evidence.among((base,)), [weak(best, i) for i in range(len(best.hypothesis.candidates))]
 
 
 def _with_cause(evidence: Evidence, scorer: Scorer) -> Posterior:

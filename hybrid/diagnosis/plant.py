@@ -22,6 +22,7 @@ from fe_models.recordings import Dataset, Sensor
 from fe_models.structure import Damping, Spring, Structure
 from fe_models.time_integration import TimeIntegration
 from fe_models.uncertain_parts import UncertainPart, uncertain_parts
+from hybrid.diagnosis.geometry import Geometry
 from hybrid.diagnosis.scatter import NONE, OWN, Scatter, scatter_of
 
 CERTAIN = 1e-6  # the least standard deviation of a factor, so that a prior of zero stays a number
@@ -40,7 +41,8 @@ class Plant:
     damping ratios (mode,) on top of ``damping``. ``scatter``: how elements are off by themselves. ``spread``: prior
     standard deviations of the log factors of parts and damping ratios and of the scatter's patterns, in this order
     (nuisance,). ``laws``: forces that the nominal structure itself has. ``integration``: the error of the user's own
-    time steps, None where it integrates exactly.
+    time steps, None where it integrates exactly. ``geometry``: forces beyond the linear model's, None where there are
+    none.
     """
 
     structure: Structure
@@ -57,6 +59,7 @@ class Plant:
     spread: FloatArray
     laws: tuple[ForceLaw, ...]
     integration: TimeIntegration | None
+    geometry: Geometry | None = None
 
     @property
     def size(self) -> int:
@@ -131,16 +134,14 @@ class Plant:
 
 
 def plant_of(dataset: Dataset) -> Plant:
-    """Return the nominal plant of a dataset; `InputError` where its model is none that a diagnosis can take."""
+    """Return the nominal plant of a dataset's structure; `InputError` where that is none that a diagnosis can take.
+
+    Its modal model, where it has one, is another plant: see `modal_plant`.
+    """
     structure = dataset.model
     if not isinstance(structure, Structure):
         raise InputError(
             "model: bare matrices say nothing of springs, beams and supports, where causes sit: give a structure file"
-        )
-    if dataset.assumptions.modal_model is not None:
-        raise InputError(
-            "[simulation] modal_model: the diagnosis varies springs, masses and supports, of which a modal model says"
-            " nothing: leave it out (its damping ratios may stand as damping_ratio)"
         )
     raise_faults(
         f"recording {recording.name!r} names loads: the diagnosis takes free vibrations only; leave it out"

@@ -15,7 +15,8 @@ class Batch:
 
     ``off``: numbers of the hypothesis' candidates that do not act in these recordings. ``pieces``: segments that each
     recording was cut into, which follow one another along the first axis. ``share``: of all frequencies up to half the
-    sampling rate, those that a low-pass has left.
+    sampling rate, those that a low-pass has left. ``whole``: what was recorded, where ``data`` are that less
+    something known (see `geometry_response`); None where they are the same.
     """
 
     data: FloatArray
@@ -23,6 +24,16 @@ class Batch:
     off: tuple[int, ...] = ()
     pieces: int = 1
     share: float = 1.0
+    whole: FloatArray | None = None
+
+    @property
+    def recorded(self) -> FloatArray:
+        """The recordings as they are, (recording, time, sensor)."""
+        return self.data if self.whole is None else self.whole
+
+    def less(self, known: FloatArray) -> "Batch":
+        """Return the batch of what was recorded less what is ``known`` of it (recording, time, sensor)."""
+        return replace(self, data=self.recorded - known, whole=self.recorded)
 
     @property
     def samples(self) -> int:
@@ -35,8 +46,10 @@ class Batch:
         return np.tile(np.arange(self.pieces) * float(self.samples), len(self.data) // self.pieces)
 
     def take(self, recordings: list[int]) -> "Batch":
-        """Return the batch with some of its recordings (uncut)."""
-        return replace(self, data=self.data[recordings], names=tuple(self.names[i] for i in recordings))
+        """Return the batch with some of its recordings."""
+        rows = [i * self.pieces + piece for i in recordings for piece in range(self.pieces)]
+        whole = None if self.whole is None else self.whole[rows]
+        return replace(self, data=self.data[rows], names=tuple(self.names[i] for i in recordings), whole=whole)
 
     def cut(self, length: int) -> "Batch":
         """Return its recordings cut into segments of ``length`` samples; what is left at the end is dropped."""
@@ -44,7 +57,7 @@ class Batch:
         pieces = max(samples // length, 1)
         length = min(length, samples)
         data = self.data[:, : pieces * length].reshape(recordings * pieces, length, sensors)
-        return replace(self, data=data, pieces=pieces)
+        return replace(self, data=data, pieces=pieces, whole=None)
 
 
 def batches_of(dataset: Dataset, role: Literal["train", "test"]) -> tuple[Batch, ...]:

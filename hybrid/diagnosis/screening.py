@@ -74,7 +74,7 @@ def _ground(fit: Fit, frame: Frame) -> _Ground:
         parts.append(part)
         shown.append(_response(fit.hypothesis, fit.theta[None], batch, frame, states)[0])
         given = fit.hypothesis.plant.kept is not None and not system.is_linear  # too many modes to march for each
-        forces.append(forces_along(system, motion_of(system, states, batch.samples)) if given else ())
+        forces.append(forces_along(system, _motion(system, states, batch.samples)) if given else ())
     J = np.concatenate([part.slopes.reshape(len(fit.theta), -1) for part in parts], axis=1)
     r = np.concatenate([part.residual.ravel() for part in parts])
     width = fit.hypothesis.width
@@ -157,7 +157,7 @@ def law_responses(fit: Fit, laws: list[Candidate], frame: Frame) -> dict[str, li
     form = free_form(system, fit.hypothesis.size)
     reduced = fit.hypothesis.reduced(fit.theta[None])
     for batch, states in zip(fit.batches, fit.states, strict=True):
-        motion = motion_of(system, states, batch.samples)
+        motion = _motion(system, states, batch.samples)
         for law, number, start in trials:
             y = _law_response(fit, law, start, motion, system, form, reduced, frame)
             found[law.key][number].append((y / frame.sigma).reshape(len(states), -1))
@@ -272,6 +272,12 @@ def slopes_along(fit: Fit, candidates: list[Candidate], frame: Frame) -> FloatAr
             column = _effect(fit, candidate, start, batch, frame, states, shown, forces) / move
             found[:, number] += np.einsum("prv,rv->p", part.slopes, column)
     return found
+
+
+def _motion(system: System, states: FloatArray, samples: int) -> History:
+    motion = motion_of(system, states, samples)
+    assert motion is not None  # it was fitted
+    return motion
 
 
 def _project(column: FloatArray, basis: FloatArray) -> FloatArray:

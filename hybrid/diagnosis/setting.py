@@ -1,6 +1,6 @@
 """What a diagnosis starts from: the recordings as they are used, the nominal structure, and its first fit."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,7 +12,9 @@ from hybrid.diagnosis.crossvalidation import as_recordings
 from hybrid.diagnosis.discrepancy import search_frame
 from hybrid.diagnosis.fitting import Fit
 from hybrid.diagnosis.frame import Frame
+from hybrid.diagnosis.geometry_forces import geometry_of
 from hybrid.diagnosis.hypothesis import Hypothesis
+from hybrid.diagnosis.modal_plant import modal_plant, with_ratios_of_modal_model
 from hybrid.diagnosis.noise import Band, noise_of_recordings, structure_band
 from hybrid.diagnosis.pairs import short_fit
 from hybrid.diagnosis.places import Motion
@@ -20,11 +22,14 @@ from hybrid.diagnosis.plant import Plant, plant_of
 from hybrid.diagnosis.records import batches_of, columns_of, measured_columns
 from hybrid.diagnosis.search import Lengths, lengths_of
 
+SEED = 0  # of the states at which geometric forces are taken: the same of the same recordings
+
 
 @dataclass(frozen=True)
 class Setting:
     """A ``dataset`` less what is unusable in it, and its nominal ``plant``.
 
+    ``modal``: the modal model that stands for the structure in the user's simulation, None where the structure does.
     ``measured``: columns of the sensors that are fitted; ``frame``: with the noise that the recordings tell, and
     ``searched``, with which causes are sought: mostly the same (see `discrepancy`); ``band``: where the structure's
     motion shows; ``lengths``: the training recordings in segments; ``short``: the nominal fit of the shortest;
@@ -33,6 +38,7 @@ class Setting:
 
     dataset: Dataset
     plant: Plant
+    modal: Plant | None
     measured: tuple[int, ...]
     frame: Frame
     searched: Frame
@@ -59,7 +65,8 @@ class Setting:
 
 def setting_of(dataset: Dataset) -> Setting:
     """Return the setting of a dataset; `InputError` where it cannot be diagnosed."""
-    plant = plant_of(dataset)
+    plant = plant_of(with_ratios_of_modal_model(dataset))
+    modal = modal_plant(plant, dataset)
     dataset, unusable = usable(dataset)
     dataset, apart = as_recordings(dataset)
     measured = measured_columns(dataset)
@@ -69,4 +76,9 @@ def setting_of(dataset: Dataset) -> Setting:
     frame = Frame(tuple(dataset.sensors[i] for i in measured), rate, noise_of_recordings(batches, rate, band))
     lengths = lengths_of(batches, Hypothesis(plant).states)
     searched, short = search_frame(plant, lengths, frame, short_fit(plant, lengths, frame))
-    return Setting(dataset, plant, measured, frame, searched, band, lengths, short, (*unusable, *apart))
+    motion = Motion.of_states(np.concatenate(short.states), plant).displacement
+    geometry = geometry_of(plant, motion, np.random.default_rng(SEED))
+    plant, drawn = (replace(each, geometry=geometry) for each in (plant, short.hypothesis.plant))
+    modal = None if modal is None else replace(modal, geometry=geometry)
+    short = replace(short, hypothesis=Hypothesis(drawn))
+    return Setting(dataset, plant, modal, measured, frame, searched, band, lengths, short, (*unusable, *apart))

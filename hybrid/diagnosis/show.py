@@ -59,9 +59,15 @@ class Shown:
     structured: FloatArray
 
 
-def show(dataset: Dataset, base: Fit, nominal: Forecast, calibrated: Forecast, had: Excess, frame: Frame) -> Shown:
-    """Return what is wrong before a cause is named; ``had``: the excess energy of the calibrated nominal model."""
-    free = _free_fit(base, frame) or base
+def show(
+    dataset: Dataset, base: Fit, own: Fit, nominal: Forecast, calibrated: Forecast, had: Excess, frame: Frame
+) -> Shown:
+    """Return what is wrong before a cause is named.
+
+    ``base``: the fit of what the user simulates with, of which ``nominal`` and ``calibrated`` are forecasts and ``had``
+    the excess energy; ``own``: that of the structure, which is something else where the user has a modal model.
+    """
+    free = _free_fit(own, frame) or own
     hypothesis = base.hypothesis
     modes = [
         modes_of(each, theta, frame.rate)

@@ -56,8 +56,9 @@ class Errors:
 
 
 def verdict_of(best: Fit, base: Fit, frame: Frame, band: Band, errors: Errors) -> tuple[Verdict, float]:
-    """Return the verdict on the ``best`` fit, ``base`` being that without any cause, and the most that may be said of a
-    finding's probability.
+    """Return the verdict on the ``best`` fit, and the most that may be said of a finding's probability.
+
+    ``base``: the fit without any cause; that of the user's modal model, where this is wrong by itself.
     """
     significant = left(best, frame, band).significant
     rest = max(left(best, frame, band).total, misfit(best))
@@ -65,7 +66,7 @@ def verdict_of(best: Fit, base: Fit, frame: Frame, band: Band, errors: Errors) -
     certain = errors.reached and not (significant and share > WHOLLY / 3)
     if errors.nothing_to_gain:
         return Verdict.NOTHING_WRONG, DOUBT
-    if not best.hypothesis.candidates:
+    if not best.hypothesis.candidates and best.hypothesis.plant is base.hypothesis.plant:
         return Verdict.UNEXPLAINED if significant else Verdict.NOTHING_WRONG, DOUBT
     wholly = min(share, errors.unexplained) < WHOLLY
     normal = deviation_of(best) <= ABNORMAL
