@@ -169,7 +169,9 @@ def plant_of(dataset: Dataset) -> Plant:
         ratios = replace_ratios(damping_ratios(assumed.damping_ratio, modes), _settled(structure))
     parts, changes = _felt_parts(structure, mass, stiffness)
     normal = assumed.uncertainty
-    scatter = scatter_of(structure, parts, basis[:, :modes]) if normal.stiffness else NONE
+    scatter = NONE
+    if kept is not None and normal.stiffness:
+        scatter = _scatter(structure, parts, basis[:, :kept], stiffness, damping, ratios)
     spread = [getattr(normal, part.quantity) for part in parts] + [normal.damping] * modes
     spread += [OWN * normal.stiffness] * len(scatter.changes)
     newmark = assumed.integrator == "newmark" and assumed.step is not None
@@ -189,6 +191,20 @@ def plant_of(dataset: Dataset) -> Plant:
         laws=force_laws(structure),
         integration=TimeIntegration(float(assumed.step)) if newmark and assumed.step is not None else None,
     )
+
+
+def _scatter(
+    structure: Structure,
+    parts: tuple[UncertainPart, ...],
+    shapes: FloatArray,
+    stiffness: csr_array,
+    damping: csr_array,
+    ratios: FloatArray,
+) -> Scatter:
+    """Return how elements are off by themselves, in the mode ``shapes`` (dof, mode) that are followed."""
+    omega = np.sqrt(np.maximum(np.einsum("di,di->i", shapes, stiffness @ shapes), 0.0))
+    own = np.einsum("di,di->i", shapes, damping @ shapes) / np.maximum(2 * omega, 1e-300)
+    return scatter_of(structure, parts, shapes, omega, own + ratios)
 
 
 def _settled(structure: Structure) -> tuple[tuple[int, float], ...]:

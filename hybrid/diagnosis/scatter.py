@@ -1,4 +1,4 @@
-"""Elements that are off by themselves: patterns of their own stiffness, one for each natural frequency that feels them.
+"""Elements that are off by themselves: those patterns of their own stiffness that frequencies and shapes feel.
 
 The user's uncertainties are of groups of elements as wholes; recordings tell natural frequencies far better than any
 model has them element by element. A candidate at one of two neighbours must not win by what such deviations do, so
@@ -17,7 +17,8 @@ from fe_models.structure import Structure
 from fe_models.uncertain_parts import UncertainPart
 
 OWN = 0.25  # of a group's stated standard deviation of stiffness: that of each of its elements about the group's
-ALIKE = 1e-6  # of the largest: a pattern's share in the frequencies below which they do not tell it from the others
+FELT = 0.006  # of the one felt most: patterns that are felt less are left alone
+SAME = 1e-3  # relative difference of two squared frequencies, below which their modes mix more than to first order
 
 
 @dataclass(frozen=True)
@@ -42,20 +43,26 @@ class Scatter:
 NONE = Scatter((), np.zeros((0, 0)), ())
 
 
-def scatter_of(structure: Structure, parts: tuple[UncertainPart, ...], shapes: FloatArray) -> Scatter:
-    """Return the patterns that move the natural frequencies of the mode ``shapes`` (dof, mode), to first order.
+def scatter_of(
+    structure: Structure, parts: tuple[UncertainPart, ...], shapes: FloatArray, omega: FloatArray, ratios: FloatArray
+) -> Scatter:
+    """Return the patterns that free decays in the mode ``shapes`` (dof, mode) feel, to first order.
 
-    What is orthogonal to them bends shapes alone, by less than recordings show. ``parts``: the groups are among them.
+    A frequency counts by the phase that it makes until a mode has decayed, a shape by what it takes of another one.
+    ``omega`` (mode,) rad/s; ``ratios`` (mode,) of damping; ``parts``: the groups are among them.
     """
     groups = [part.elements for part in parts if part.quantity == "stiffness" and len(part.elements) > 1]
     elements = tuple(number for group in groups for number in group)
     if not elements:
         return NONE
     changes = [matrix_changes(structure, StiffnessChange((number,), 2.0)).stiffness for number in elements]
-    felt = np.array([np.einsum("di,di->i", shapes, change @ shapes) for change in changes])  # (element, mode)
-    total = felt.sum(axis=0)
-    felt = felt[:, total > ALIKE * total.max()] / total[total > ALIKE * total.max()]  # a mode may bend none of them
+    square, modes = omega**2, np.arange(len(omega))
+    apart = square[:, None] - square
+    apart[np.abs(apart) < SAME * square] = np.inf
+    weight = 1 / apart
+    weight[modes, modes] = 1 / (4 * np.maximum(ratios, SAME) * np.maximum(square, SAME * square.max()))
+    felt = np.array([(shapes.T @ (change @ shapes) * weight).ravel() for change in changes])  # (element, two modes)
     patterns, sizes, _ = np.linalg.svd(felt, full_matrices=False)
-    weights = patterns[:, sizes > ALIKE * sizes[0]].T
+    weights = patterns[:, sizes > FELT * sizes[0]].T
     mixed = tuple(csr_array(sum(w * change for w, change in zip(row, changes, strict=True))) for row in weights)
     return Scatter(elements, weights, mixed)
