@@ -110,8 +110,8 @@ def _longest(marks: BoolArray) -> int:
 
 
 def _from(recording: Recording, begin: int, columns: list[int]) -> Recording:
-    loads = tuple(replace(load, values=load.values[begin:]) for load in recording.loads)
-    return replace(recording, data=recording.data[:, begin:, columns], loads=loads)
+    later = recording.part(begin)
+    return replace(later, data=later.data[..., columns])
 
 
 def _note(sensor: str, fault: _Fault, recordings: list[Recording], left_out: bool) -> str:

@@ -92,8 +92,8 @@ def concluded(setting: Setting, evidence: Evidence) -> Diagnosis:
         shown=shown,
         example=example_of(
             scorer.shown,
-            model_of(base, np.zeros_like(base.theta)),
-            model_of(final, theta),
+            model_of(base, frame, np.zeros_like(base.theta)),
+            model_of(final, frame, theta),
             dataset.sensors,
             setting.measured,
             frame,
@@ -124,7 +124,7 @@ def _findings(
 ) -> tuple[Finding, ...]:
     """Return the causes of the best fit, the one that explains most first."""
     best, findings = posterior.fits[0], []
-    whole, model = scorer.forecast(best), model_of(best)
+    whole, model = scorer.forecast(best), model_of(best, scorer.frame)
     had = max(nominal.energy - nominal.floor_energy, 1e-300)
     for number, candidate in enumerate(best.hypothesis.candidates):
         cause, parameters = cause_of(best, number, posterior.temper)

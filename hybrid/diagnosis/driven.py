@@ -1,16 +1,16 @@
 """The linear channels of a system under forces whose history is known."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import expm
 from scipy.signal import lfilter
 
 from fe_models.dofs import FloatArray
+from hybrid.diagnosis.loaded import loaded_states
+from hybrid.diagnosis.loads import Loads
 from hybrid.diagnosis.marching import march
-from hybrid.diagnosis.system import ModalForm, System, modal_form
-
-SOFT = 1e-8  # of the highest eigenvalue: springs that hold a body that moves freely
+from hybrid.diagnosis.system import ModalForm, System
 
 
 @dataclass(frozen=True)
@@ -21,19 +21,27 @@ class History:
     between: FloatArray
 
 
-def motion_of(system: System, states: FloatArray, samples: int) -> History:
-    """Return the states (time, recording, state) of the system's first variant from initial ones (recording, state)."""
+def motion_of(system: System, states: FloatArray, samples: int, loads: Loads | None = None) -> History:
+    """Return the states (time, recording, state) of the system's first variant from initial ones (recording, state)
+    under known ``loads``.
+    """
     half = expm(system.A[0] * system.step / 2)
     if system.is_linear:
         seen = np.empty((samples, *states.shape))
         seen[0], whole = states, half @ half
         for k in range(samples - 1):
             seen[k + 1] = seen[k] @ whole.T
-    else:
-        marched = march(system, states[None], samples)
-        assert marched is not None  # it was fitted
-        seen = marched[0][:, 0]
-    return History(seen, seen @ half.T)
+        if loads is None:
+            return History(seen, seen @ half.T)
+        pushed = (loaded_states(system, loads, ahead) for ahead in (0.0, system.step / 2))
+        return History(*(part + more for part, more in zip((seen, seen @ half.T), pushed, strict=True)))
+    marched = march(system, states[None], samples, loads)
+    assert marched is not None  # it was fitted
+    seen = marched[0][:, 0]
+    if loads is None:
+        return History(seen, seen @ half.T)
+    free = seen - loaded_states(system, loads)
+    return History(seen, free @ half.T + loaded_states(system, loads, system.step / 2))
 
 
 def forces_along(system: System, motion: History) -> tuple[History, ...]:
@@ -45,20 +53,6 @@ def forces_along(system: System, motion: History) -> tuple[History, ...]:
         return np.asarray(-system.forces[law](u[None], v[None])[0])
 
     return tuple(History(pull(motion.now, law), pull(motion.between, law)) for law in range(laws))
-
-
-def free_form(system: System, n: int) -> ModalForm:
-    """Return the modal form of a system of ``n`` coordinates without its force laws; a body that moves freely is held
-    by soft springs, which part roots that fall together.
-    """
-    free = replace(system, forces=())
-    form = modal_form(free)
-    if form is None:
-        A = system.A.copy()
-        A[:, range(n, 2 * n), range(n)] -= SOFT * np.abs(np.linalg.eigvals(A)).max() ** 2
-        form = modal_form(replace(free, A=A))
-    assert form is not None  # nothing moves freely now
-    return form
 
 
 def driven(

@@ -22,6 +22,7 @@ from fe_models.recordings import Dataset, Sensor
 from fe_models.structure import Damping, Spring, Structure
 from fe_models.time_integration import TimeIntegration
 from fe_models.uncertain_parts import UncertainPart, uncertain_parts
+from hybrid.diagnosis.loads import LoadPlace, load_places
 
 CERTAIN = 1e-6  # the least standard deviation of a factor, so that a prior of zero stays a number
 MORE_MODES = 15  # in the basis of a frame, beyond those kept: they carry what a changed part does to the shapes
@@ -38,7 +39,7 @@ class Plant:
     whole, and ``part_changes`` (dof, dof): what the doubling of each adds to M or K. ``ratios``: assumed modal
     damping ratios (mode,) on top of ``damping``. ``spread``: prior standard deviations of the log factors of parts and
     damping ratios, in this order (nuisance,). ``laws``: forces that the nominal structure itself has. ``integration``:
-    the error of the user's own time steps, None where it integrates exactly.
+    the error of the user's own time steps, None where it integrates exactly. ``loaded``: where recordings are loaded.
     """
 
     structure: Structure
@@ -54,6 +55,7 @@ class Plant:
     spread: FloatArray
     laws: tuple[ForceLaw, ...]
     integration: TimeIntegration | None
+    loaded: tuple[LoadPlace, ...] = ()
 
     @property
     def size(self) -> int:
@@ -85,6 +87,16 @@ class Plant:
         for node, direction, coefficient in law.pulls:
             full[self.dofs.row(node, direction)] += coefficient
         return full
+
+    @cached_property
+    def load_pulls(self) -> FloatArray:
+        """What a unit of each known load pulls, (load, dof)."""
+        return np.eye(len(self.dofs))[[self.dofs.row(node, direction) for node, direction in self.loaded]]
+
+    @cached_property
+    def load_shapes(self) -> FloatArray:
+        """How far a unit of each known load bends modes that are not followed, (dof, load)."""
+        return np.stack([self.left_out(pull) for pull in self.load_pulls], axis=-1)
 
     def rows(self, sensors: tuple[Sensor, ...]) -> FloatArray:
         """Return what each sensor picks of the degrees of freedom, (sensor, dof)."""
@@ -135,11 +147,6 @@ def plant_of(dataset: Dataset) -> Plant:
             " nothing: leave it out (its damping ratios may stand as damping_ratio)"
         )
     raise_faults(
-        f"recording {recording.name!r} names loads: the diagnosis takes free vibrations only; leave it out"
-        for recording in dataset.recordings
-        if recording.loads
-    )
-    raise_faults(
         f"model: its own {law.kind} depends on time, which no recording tells; the diagnosis looks for it: take it out"
         for law in force_laws(structure)
         if law.timed
@@ -176,6 +183,7 @@ def plant_of(dataset: Dataset) -> Plant:
         spread=np.maximum(spread, CERTAIN),
         laws=force_laws(structure),
         integration=TimeIntegration(float(assumed.step)) if newmark and assumed.step is not None else None,
+        loaded=load_places(dataset),
     )
 
 

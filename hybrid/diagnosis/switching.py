@@ -130,8 +130,7 @@ def _split(batches: tuple[Batch, ...], acting: BoolArray, number: int) -> tuple[
     for batch, own in _apart(batches, acting):
         for chosen, off in ((own, batch.off), (~own, (*batch.off, number))):
             if chosen.any():
-                names = tuple(name for name, kept in zip(batch.names, chosen, strict=True) if kept)
-                parts.append(replace(batch, data=batch.data[np.repeat(chosen, batch.pieces)], names=names, off=off))
+                parts.append(replace(batch.take(list(np.flatnonzero(chosen))), off=off))
     return tuple(parts)
 
 
