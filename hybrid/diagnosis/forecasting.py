@@ -101,9 +101,8 @@ def predicted(
         (own,) = columns_of((batch.first(shown),), measured)
         states, cost = initial_states(hypothesis, theta, size, own, frame)
         system = hypothesis.system(theta[None], sensors, frame.rate, tuple(faulty))
-        y = np.nan_to_num(
-            respond(system, states[None], batch.samples, batch.loads)[0], nan=1e6, posinf=1e6, neginf=-1e6
-        )
+        y = respond(system, states[None], batch.samples, batch.loads)[0]
+        y = np.nan_to_num(y, nan=1e6, posinf=1e6, neginf=-1e6)
         best = y if best is None else np.where((cost < least)[:, None, None], y, best)
         least = np.minimum(least, cost)
     assert best is not None  # there is at least one choice

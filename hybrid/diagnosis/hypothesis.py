@@ -168,7 +168,7 @@ class Hypothesis:
         return System(A, B, seen, direct, G, forces, gain, delay, slope, 1 / rate, also, loads)
 
     def _loads(
-        self, reduced: "Reduced", inverse: FloatArray, rows: FloatArray, kinds: BoolArray, laws: list[FloatArray]
+        self, reduced: "Reduced", inverse: Any, rows: FloatArray, kinds: BoolArray, laws: list[FloatArray]
     ) -> Entry | None:
         """Return how the plant's known loads enter: ``rows`` (sensor, dof) of sensors of three ``kinds`` (3, sensor),
         pulls (dof,) of ``laws``; ``inverse`` of the mass. None where there are none.
@@ -256,7 +256,7 @@ class Reduced:
     stiffness: FloatArray
     shapes: FloatArray
 
-    def feed(self, pulls: list[FloatArray], inverse: FloatArray) -> FloatArray:
+    def feed(self, pulls: list[FloatArray], inverse: Any) -> FloatArray:
         """Return the accelerations (variant, mode, force) by unit forces along ``pulls`` (dof,); see `fed`."""
         feed = np.zeros((*self.mass.shape[:2], len(pulls)))
         for number, pull in enumerate(pulls):

@@ -117,9 +117,8 @@ def _forced(
     marched = march(system, start, samples, batch.loads)
     if marched is None:
         return None
-    y = (channels(system, marched, batch.loads) + drifted(system, batch.begins)).reshape(
-        len(thetas), recordings, -1
-    ) * weight
+    y = channels(system, marched, batch.loads) + drifted(system, batch.begins)
+    y = y.reshape(len(thetas), recordings, -1) * weight
     if not np.isfinite(y).all() or np.abs(y[0]).max() > FAR * np.abs(data).max():
         return None
     residual = data - y[0]

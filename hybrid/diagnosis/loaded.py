@@ -61,7 +61,8 @@ def loaded_channels(system: System, loads: Loads) -> FloatArray:
             shift = -system.delay[variant, sensor] / system.step
             then = _moved(x, courses, roots, moved, shift, system.step)
             one = slice(sensor, sensor + 1)
-            y[variant, :, :, one] = _seen(tuple(part[..., one, :] for part in shown), *then)
+            picked = shown[0][one], shown[1][one], shown[2][:, one]
+            y[variant, :, :, one] = _seen(picked, *then)
     return y * system.gain[:, None, None]
 
 

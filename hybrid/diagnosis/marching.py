@@ -110,11 +110,8 @@ def _with_loads(system: System, loads: Loads) -> tuple[System, FloatArray]:
     A[:, range(states, states + more - places), range(states + places, states + more)] = 1.0  # each order's derivative
     G = np.pad(system.G, ((0, 0), (0, 0), (0, more)))
     for order in (0, 1):
-        rows, columns = (
-            slice(order * laws, (order + 1) * laws),
-            slice(states + order * places, states + (order + 1) * places),
-        )
-        G[:, rows, columns] = entry.stretch
+        first = states + order * places
+        G[:, order * laws : (order + 1) * laws, first : first + places] = entry.stretch
     known = courses.transpose(1, 2, 0, 3).reshape(*courses.shape[1:3], more)
     return replace(system, A=A, B=np.pad(system.B, ((0, 0), (0, more), (0, 0))), G=G), np.ascontiguousarray(known)
 
