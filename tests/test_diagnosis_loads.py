@@ -136,7 +136,7 @@ def test_a_body_that_moves_freely_is_pushed_away() -> None:
     assert np.abs(shown - truth).max() < 1e-4 * np.abs(truth).max()
 
 
-@pytest.mark.parametrize("law", [None, CubicSpring((10,), "y", 1e9)], ids=["linear", "cubic"])
+@pytest.mark.parametrize("law", [None, CubicSpring((10,), "y", 1e8)], ids=["linear", "cubic"])
 def test_bridge_under_a_load_moves_as_with_all_its_modes(law: CubicSpring | None) -> None:
     rate, samples, many = 100.0, 400, 120
     amplitudes = 5.0 * (-1.0) ** np.arange(12)  # which begin softly: their sum and its slope are zero

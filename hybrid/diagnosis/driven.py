@@ -7,10 +7,14 @@ from scipy.linalg import expm
 from scipy.signal import lfilter
 
 from fe_models.dofs import FloatArray
+from hybrid.diagnosis.fitting import Fit
+from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.loaded import loaded_states
 from hybrid.diagnosis.loads import Loads
 from hybrid.diagnosis.marching import march
 from hybrid.diagnosis.system import ModalForm, System
+
+ALONG = 4  # places of a segment, evenly spread from its beginning on
 
 
 @dataclass(frozen=True)
@@ -42,6 +46,22 @@ def motion_of(system: System, states: FloatArray, samples: int, loads: Loads | N
         return History(seen, seen @ half.T)
     free = seen - loaded_states(system, loads)
     return History(seen, free @ half.T + loaded_states(system, loads, system.step / 2))
+
+
+def states_of(item: Fit, frame: Frame) -> tuple[FloatArray, ...]:
+    """Return states (n, state) of a fit that tell how large its motion is: the initial ones of each batch.
+
+    A recording under known loads may begin at rest: of its segments those at ``ALONG`` places are taken, too.
+    """
+    found = []
+    system = item.hypothesis.system(item.theta[None], frame.sensors, frame.rate, frame.positions)
+    for batch, states in zip(item.batches, item.states, strict=True):
+        if batch.loads is None:
+            found.append(states)
+        else:
+            motion = motion_of(system, states, batch.samples, batch.loads).now
+            found.append(motion[:: max(batch.samples // ALONG, 1)].reshape(-1, states.shape[1]))
+    return tuple(found)
 
 
 def forces_along(system: System, motion: History) -> tuple[History, ...]:

@@ -10,6 +10,7 @@ from hybrid.diagnosis.candidates import all_candidates
 from hybrid.diagnosis.channels import usable
 from hybrid.diagnosis.crossvalidation import as_recordings
 from hybrid.diagnosis.discrepancy import search_frame
+from hybrid.diagnosis.driven import states_of
 from hybrid.diagnosis.fitting import Fit
 from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.hypothesis import Hypothesis
@@ -19,6 +20,7 @@ from hybrid.diagnosis.places import Motion
 from hybrid.diagnosis.plant import Plant, plant_of
 from hybrid.diagnosis.records import batches_of, columns_of, measured_columns
 from hybrid.diagnosis.search import Lengths, lengths_of
+from hybrid.diagnosis.unloaded import unloaded
 
 
 @dataclass(frozen=True)
@@ -53,7 +55,7 @@ class Setting:
 
     def candidates(self) -> tuple[Candidate, ...]:
         """Return every cause at every place that it can have."""
-        motion = Motion.of_states(np.concatenate(self.short.states), self.plant)
+        motion = Motion.of_states(np.concatenate(states_of(self.short, self.searched)), self.plant)
         return all_candidates(self.plant, self.dataset, motion, self.measured)
 
 
@@ -66,7 +68,9 @@ def setting_of(dataset: Dataset) -> Setting:
     batches = columns_of(batches_of(dataset, "train"), measured)
     rate = dataset.sampling_rate
     band = structure_band(plant, rate, dataset.lowpass)
-    frame = Frame(tuple(dataset.sensors[i] for i in measured), rate, noise_of_recordings(batches, rate, band))
+    sensors = tuple(dataset.sensors[i] for i in measured)
+    noise = noise_of_recordings(unloaded(plant, batches, sensors, rate), rate, band)
+    frame = Frame(sensors, rate, noise)
     lengths = lengths_of(batches, Hypothesis(plant).states)
     searched, short = search_frame(plant, lengths, frame, short_fit(plant, lengths, frame))
     return Setting(dataset, plant, measured, frame, searched, band, lengths, short, (*unusable, *apart))
