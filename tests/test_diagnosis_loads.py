@@ -1,6 +1,7 @@
 """Recordings under known loads: their motion against other solvers, and what a diagnosis makes of them."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,21 +14,30 @@ from fe_models.blind.marching import Grid
 from fe_models.blind.marching import march as modal_march
 from fe_models.bridge import bridge
 from fe_models.dofs import FloatArray
-from fe_models.effects import CubicSpring, Effect, ForceLaw, HarmonicForce, StiffnessChange
+from fe_models.effects import AddedMass, CubicSpring, Effect, ForceLaw, HarmonicForce, StiffnessChange
+from fe_models.files.dataset_file import load_dataset, save_dataset
 from fe_models.four_dof import four_dof
 from fe_models.measurement import lowpassed
 from fe_models.modes import natural_modes
 from fe_models.recordings import Assumptions, Dataset, Load, Recording
 from fe_models.simulate import FreeConfig, simulate_free
 from hybrid.diagnosis.candidates import all_candidates
+from hybrid.diagnosis.conclusion import Diagnosis
+from hybrid.diagnosis.crossvalidation import as_recordings
+from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.driven import motion_of
+from hybrid.diagnosis.fitting import fit
+from hybrid.diagnosis.frame import Frame
+from hybrid.diagnosis.gain import hybrid_gain
 from hybrid.diagnosis.hypothesis import Hypothesis
 from hybrid.diagnosis.loaded import loaded_states
 from hybrid.diagnosis.marching import respond
 from hybrid.diagnosis.places import Motion
 from hybrid.diagnosis.plant import plant_of
 from hybrid.diagnosis.records import batches_of
+from hybrid.diagnosis.setting import setting_of
 from hybrid.diagnosis.system import System
+from hybrid.diagnosis.verdict import Verdict
 
 RATE, SAMPLES = 10.0, 301
 FITTED = tuple(sensor for sensor in SENSORS if sensor.role == "measured")
@@ -163,7 +173,105 @@ def test_bridge_under_a_load_moves_as_with_all_its_modes(law: CubicSpring | None
         off = lowpassed(shown - truth, rate, 30.0)[20:-20]  # without its ends
         return float((np.abs(off).max(axis=0) / np.abs(truth).max(axis=0)).max())
 
-    print(error(40), error(), error(forget=True))
-    assert error(modes=40) < 5e-3  # a spline at 15 Hz is off by 1e-3, its ends and the start by more
-    assert error() < 0.25 * error(forget=True)  # the share that is not bent, (15 Hz / 33 Hz)^2, and a margin
-    assert error(forget=True) > 0.05
+    assert error(modes=40) < 5e-3  # a spline at 15 Hz is off by 1e-3, its ends by more
+    bent, without = error(), error(forget=True)
+    assert without > 0.05
+    # The share that does not just bend is (15 Hz / 33 Hz)^2; a cubic spring's own pull goes up to 45 Hz.
+    assert bent < (0.25 if law is None else 0.75) * without
+
+
+def recorded(
+    seed: int, *effects: Effect, free: int = 0, highest: float = 0.6, count: int = 8, start: float = 0.0
+) -> Dataset:
+    """Return five recordings of 30 s with 3 % noise: under loads, from rest, but for the ``free`` first ones."""
+    rng = np.random.default_rng(seed)
+    recordings, level = [], np.zeros(len(SENSORS))
+    for number in range(5):
+        forces = () if number < free else waves(10 * seed + number, highest=highest, count=count)
+        states = (1.0 if number < free else start) * rng.standard_normal((2, 4))
+        data = chain_motion(forces, states, *effects)
+        level = level if number else 0.03 * data.std(axis=0)
+        data = data + level * rng.standard_normal(data.shape)
+        loads = (load_of(forces),) if forces else ()
+        recordings.append(Recording(f"r{number}", data[None], "test" if number == 4 else "train", loads))
+    return chain_dataset(*recordings)
+
+
+def check_named(found: Diagnosis, kind: str, location: dict[str, object], value: float) -> None:
+    (finding,) = found.findings
+    assert (finding.cause.kind, finding.cause.location) == (kind, location)
+    (size,) = finding.parameters.values()
+    assert abs(size.value - value) < 3 * size.std
+    assert finding.probability > 0.9
+    assert found.verdict is Verdict.EXPLAINED
+    extended = found.scores["extended"]["measured"]
+    assert extended is not None
+    assert extended < 1.1 * found.noise_floor
+
+
+def test_nothing_is_wrong_under_a_load_far_above_all_modes() -> None:
+    dataset = recorded(1, highest=4.9, count=40)
+    found = diagnose(dataset)
+    assert found.verdict is Verdict.NOTHING_WRONG
+    assert found.findings == ()
+    gain = hybrid_gain(dataset, found)  # which learns from free vibrations only, and says so
+    assert (gain.nominal, gain.extended) == (None, None)
+    assert all("names loads" in note for note in gain.notes)
+
+
+def test_a_lost_spring_is_named_from_loaded_and_free_recordings(tmp_path: Path) -> None:
+    path = save_dataset(recorded(2, StiffnessChange((3,), 0.8), free=2), tmp_path, "four_dof")
+    check_named(diagnose(load_dataset(path)), "stiffness_change", {"element": 3}, 0.8)
+
+
+def test_a_cubic_spring_is_named_from_recordings_that_begin_at_rest() -> None:
+    found = diagnose(recorded(3, CubicSpring((1,), "x", 0.3)))
+    check_named(found, "cubic_spring", {"node": 1, "direction": "x"}, 0.3)
+
+
+def test_added_mass_under_a_fast_load_is_not_taken_for_noise() -> None:
+    dataset = recorded(4, AddedMass(2, 0.6), highest=4.9, count=40)
+    setting = setting_of(dataset)
+    data = chain_motion(waves(40, highest=4.9, count=40), np.zeros((2, 4)), AddedMass(2, 0.6))
+    level = 0.03 * data.std(axis=0)[list(setting.measured)]
+    assert setting.frame.sigma == pytest.approx(level, rel=0.15)  # of 4 times 75 lines; their power is known to 8 %
+    check_named(diagnose(dataset), "added_mass", {"node": 2}, 0.6)
+
+
+def test_a_load_of_the_wrong_sign_fits_nothing() -> None:
+    dataset = recorded(5)
+
+    def left(sign: float) -> float:
+        turned = [
+            replace(r, loads=tuple(replace(load, values=sign * load.values) for load in r.loads))
+            for r in dataset.recordings
+        ]
+        setting = setting_of(replace(dataset, recordings=tuple(turned)))
+        found = fit(
+            setting.nominal, setting.nominal.centre, setting.lengths.whole, Frame(FITTED, RATE, setting.frame.sigma)
+        )
+        assert found is not None
+        return found.chi2 / found.values
+
+    assert left(1.0) == pytest.approx(1.0, abs=0.1)
+    assert left(-1.0) > 50
+
+
+def test_loads_are_batched_cut_and_halved_with_their_recordings() -> None:
+    first, second = (load_of(waves(seed, node)) for seed, node in ((1, 2), (2, 4)))
+    data = np.random.default_rng(0).standard_normal((3, SAMPLES, 5))
+    several = Recording("several", data[:2], loads=(first,))
+    dataset = chain_dataset(several, Recording("free", data[:1]), Recording("both", data[2:], loads=(first, second)))
+    loaded, free = batches_of(dataset, "train")
+    assert (loaded.names, free.names) == (("several", "several", "both"), ("free",))
+    assert free.loads is None
+    assert loaded.loads is not None
+    assert loaded.loads.places == ((2, "x"), (4, "x"))
+    force = loaded.loads.courses[0]  # (recording, time, place)
+    np.testing.assert_allclose(force[[0, 1, 2], :, 0], [first.values] * 3)
+    np.testing.assert_allclose(force[[0, 2], :, 1], [0 * second.values, second.values])
+    last = loaded.cut(100).take([2])
+    assert last.loads is not None
+    np.testing.assert_array_equal(last.loads.courses[0].reshape(300, 2), force[2, :300])
+    halves, _ = as_recordings(chain_dataset(Recording("both", data[2:], loads=(first, second))))
+    np.testing.assert_array_equal(halves.recordings[1].loads[1].values, second.values[150:300])
