@@ -27,7 +27,7 @@ from hybrid.diagnosis.crossvalidation import as_recordings
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.driven import motion_of
 from hybrid.diagnosis.fitting import fit
-from hybrid.diagnosis.frame import Frame
+from hybrid.diagnosis.forecasting import forecast, model_of
 from hybrid.diagnosis.gain import hybrid_gain
 from hybrid.diagnosis.hypothesis import Hypothesis
 from hybrid.diagnosis.loaded import loaded_states
@@ -81,7 +81,7 @@ NOTHING = np.zeros((1, SAMPLES, len(SENSORS)))
 
 @pytest.mark.parametrize("laws", [(), (CubicSpring((1,), "x", 0.5),)], ids=["linear", "cubic"])
 def test_chain_under_a_load_moves_as_in_exudyn(laws: tuple[Effect, ...]) -> None:
-    forces = waves(1)
+    forces = waves(1, node=3)
     truth = chain_motion(forces, START, *laws)[:, :4]
     dataset = chain_dataset(Recording("r", truth[None], loads=(load_of(forces),)))
     (batch,) = batches_of(dataset, "train")
@@ -247,14 +247,24 @@ def test_a_load_of_the_wrong_sign_fits_nothing() -> None:
             for r in dataset.recordings
         ]
         setting = setting_of(replace(dataset, recordings=tuple(turned)))
-        found = fit(
-            setting.nominal, setting.nominal.centre, setting.lengths.whole, Frame(FITTED, RATE, setting.frame.sigma)
-        )
+        found = fit(setting.nominal, setting.nominal.centre, setting.lengths.whole, setting.frame)
         assert found is not None
         return found.chi2 / found.values
 
     assert left(1.0) == pytest.approx(1.0, abs=0.1)
     assert left(-1.0) > 50
+
+
+def test_a_free_recording_is_forecast_by_what_was_fitted_from_rest() -> None:
+    loaded, free = recorded(6), recorded(7, free=5)
+    recordings = (*loaded.select("train"), replace(free.recordings[0], name="free", role="test"))
+    setting = setting_of(replace(loaded, recordings=recordings))
+    item = fit(setting.nominal, setting.nominal.centre, setting.lengths.whole, setting.frame)
+    assert item is not None
+    batches = batches_of(setting.dataset, "test")
+    found = forecast(model_of(item, setting.frame), batches, SENSORS, EVERY, setting.frame)
+    level = 0.03 * free.recordings[0].data[0].std(axis=0) / np.ptp(free.recordings[0].data[0], axis=0)
+    assert found.nrmse[0, :4].mean() < 1.2 * level[:4].mean()  # 0.03 is of the motion without noise
 
 
 def test_loads_are_batched_cut_and_halved_with_their_recordings() -> None:
