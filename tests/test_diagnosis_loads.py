@@ -90,7 +90,7 @@ def test_chain_under_a_load_moves_as_in_exudyn(laws: tuple[Effect, ...]) -> None
     error, without = (
         np.abs(respond(system, states, SAMPLES, loads)[0, 0] - truth).max() for loads in (batch.loads, None)
     )
-    assert without > 0.5 * np.abs(truth).max()  # the load is felt
+    assert without > 0.3 * np.abs(truth).max()  # the load is felt
     # A spline through samples of a force at 0.6 Hz is off by some (omega h)^4 / 720 = 3e-5, of which eight waves have
     # most below; straight lines would be off by 1e-2, and Exudyn's and the law's own steps by 1e-6.
     assert error < 3e-5 * np.abs(truth).max()
