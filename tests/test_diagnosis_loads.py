@@ -146,7 +146,7 @@ def test_a_body_that_moves_freely_is_pushed_away() -> None:
     assert np.abs(shown - truth).max() < 1e-4 * np.abs(truth).max()
 
 
-@pytest.mark.parametrize("law", [None, CubicSpring((10,), "y", 1e8)], ids=["linear", "cubic"])
+@pytest.mark.parametrize("law", [None, CubicSpring((8,), "y", 1e8)], ids=["linear", "cubic"])
 def test_bridge_under_a_load_moves_as_with_all_its_modes(law: CubicSpring | None) -> None:
     rate, samples, many = 100.0, 400, 120
     amplitudes = 5.0 * (-1.0) ** np.arange(12)  # which begin softly: their sum and its slope are zero
@@ -177,18 +177,18 @@ def test_bridge_under_a_load_moves_as_with_all_its_modes(law: CubicSpring | None
     bent, without = error(), error(forget=True)
     assert without > 0.05
     # The share that does not just bend is (15 Hz / 33 Hz)^2; a cubic spring's own pull goes up to 45 Hz.
-    assert bent < (0.25 if law is None else 0.75) * without
+    assert bent < (0.25 if law is None else 0.3) * without
 
 
 def recorded(
-    seed: int, *effects: Effect, free: int = 0, highest: float = 0.6, count: int = 8, start: float = 0.0
+    seed: int, *effects: Effect, free: int = 0, node: int = 2, highest: float = 0.6, count: int = 8
 ) -> Dataset:
     """Return five recordings of 30 s with 3 % noise: under loads, from rest, but for the ``free`` first ones."""
     rng = np.random.default_rng(seed)
     recordings, level = [], np.zeros(len(SENSORS))
     for number in range(5):
-        forces = () if number < free else waves(10 * seed + number, highest=highest, count=count)
-        states = (1.0 if number < free else start) * rng.standard_normal((2, 4))
+        forces = () if number < free else waves(10 * seed + number, node, highest=highest, count=count)
+        states = (1.0 if number < free else 0.0) * rng.standard_normal((2, 4))
         data = chain_motion(forces, states, *effects)
         level = level if number else 0.03 * data.std(axis=0)
         data = data + level * rng.standard_normal(data.shape)
@@ -230,12 +230,12 @@ def test_a_cubic_spring_is_named_from_recordings_that_begin_at_rest() -> None:
 
 
 def test_added_mass_under_a_fast_load_is_not_taken_for_noise() -> None:
-    dataset = recorded(4, AddedMass(2, 0.6), highest=4.9, count=40)
+    dataset = recorded(4, AddedMass(3, 0.6), node=3, highest=4.9, count=40)
     setting = setting_of(dataset)
-    data = chain_motion(waves(40, highest=4.9, count=40), np.zeros((2, 4)), AddedMass(2, 0.6))
+    data = chain_motion(waves(40, 3, highest=4.9, count=40), np.zeros((2, 4)), AddedMass(3, 0.6))
     level = 0.03 * data.std(axis=0)[list(setting.measured)]
     assert setting.frame.sigma == pytest.approx(level, rel=0.15)  # of 4 times 75 lines; their power is known to 8 %
-    check_named(diagnose(dataset), "added_mass", {"node": 2}, 0.6)
+    check_named(diagnose(dataset), "added_mass", {"node": 3}, 0.6)
 
 
 def test_a_load_of_the_wrong_sign_fits_nothing() -> None:
