@@ -15,12 +15,14 @@ from fe_models.blind.marching import march as modal_march
 from fe_models.bridge import bridge
 from fe_models.dofs import FloatArray
 from fe_models.effects import AddedMass, CubicSpring, Effect, ForceLaw, HarmonicForce, StiffnessChange
+from fe_models.errors import InputError
 from fe_models.files.dataset_file import load_dataset, save_dataset
 from fe_models.four_dof import four_dof
 from fe_models.measurement import lowpassed
 from fe_models.modes import natural_modes
 from fe_models.recordings import Assumptions, Dataset, Load, Recording
 from fe_models.simulate import FreeConfig, simulate_free
+from hybrid.benchmarks.peers.certain import certain_of
 from hybrid.diagnosis.candidates import all_candidates
 from hybrid.diagnosis.conclusion import Diagnosis
 from hybrid.diagnosis.crossvalidation import as_recordings
@@ -285,3 +287,8 @@ def test_loads_are_batched_cut_and_halved_with_their_recordings() -> None:
     np.testing.assert_array_equal(last.loads.courses[0].reshape(300, 2), force[2, :300])
     halves, _ = as_recordings(chain_dataset(Recording("both", data[2:], loads=(first, second))))
     np.testing.assert_array_equal(halves.recordings[1].loads[1].values, second.values[150:300])
+
+
+def test_peers_refuse_loads() -> None:
+    with pytest.raises(InputError, match="free vibrations only"):
+        certain_of(chain_dataset(Recording("r", NOTHING, loads=(load_of(waves(1)),))))

@@ -40,30 +40,23 @@ def loaded_channels(system: System, loads: Loads) -> FloatArray:
     entry = system.loads
     assert entry is not None  # a plant knows its dataset's loads
     own = entry.feed.shape[1]  # loads do not move harmonic forces
-    still = replace(
-        system, A=system.A[:, :own, :own], C=system.C[..., :own], gain=np.ones_like(system.gain), delay=np.zeros(1)
-    )
+    gain, delay = np.ones_like(system.gain), np.zeros_like(system.delay)  # they come at the end
+    still = replace(system, A=system.A[:, :own, :own], C=system.C[..., :own], gain=gain, delay=delay)
     form = free_form(still, own // 2)
-    courses = loads.at(entry.places)  # (order, recording, time, place)
-    _, recordings, samples, places = courses.shape
-    pushes = courses.transpose(0, 3, 2, 1).reshape(ORDERS * places, samples * recordings)
-    y = np.empty((len(form.roots), recordings, samples, system.C.shape[1]))
-    for variant, roots in enumerate(form.roots):
-        roots = np.minimum(roots.real, MOST_GROWTH / (samples * system.step)) + 1j * roots.imag
+    courses, step = loads.at(entry.places), system.step  # (order, recording, time, place)
+    y = np.empty((len(gain), *courses.shape[1:3], gain.shape[1]))
+    longest = courses.shape[2] * step
+    for variant, grown in enumerate(form.roots):
+        roots = np.minimum(grown.real, MOST_GROWTH / longest) + 1j * grown.imag
         moved = form.left[variant] @ entry.feed[variant]  # (mode, place)
-        kicks = (_kicks(roots, system.step)[:, :, None] * moved[:, None]).reshape(len(roots), -1) @ pushes
-        x = np.zeros((len(roots), samples, recordings), dtype=complex)
-        for mode, kick in enumerate(kicks.reshape(x.shape)):
-            x[mode, 1:] = lfilter([1.0], [1.0, -np.exp(roots[mode] * system.step)], kick[:-1], axis=0)
+        x = _from_rest(roots, moved, courses, step)
         shown = form.right[variant], entry.direct[variant], entry.bent
         y[variant] = _seen(shown, x, courses)
         for sensor in np.flatnonzero(system.delay[variant]):
-            shift = -system.delay[variant, sensor] / system.step
-            then = _moved(x, courses, roots, moved, shift, system.step)
-            one = slice(sensor, sensor + 1)
+            shift, one = -system.delay[variant, sensor] / step, slice(sensor, sensor + 1)
             picked = shown[0][one], shown[1][one], shown[2][:, one]
-            y[variant, :, :, one] = _seen(picked, *then)
-    return y * system.gain[:, None, None]
+            y[variant, :, :, one] = _seen(picked, *_moved(x, courses, roots, moved, shift, step))
+    return np.asarray(y * system.gain[:, None, None])
 
 
 def loaded_states(system: System, loads: Loads, ahead: float = 0.0) -> FloatArray:
@@ -92,6 +85,20 @@ def loaded_states(system: System, loads: Loads, ahead: float = 0.0) -> FloatArra
 def loaded_size(system: System, loads: Loads) -> FloatArray:
     """Return the mean squares (state,) of the motion that loads make from rest."""
     return np.asarray(np.mean(loaded_states(system, loads) ** 2, axis=(0, 1)))
+
+
+def _from_rest(roots: ComplexArray, moved: ComplexArray, courses: FloatArray, step: float) -> ComplexArray:
+    """Return modal motions (mode, time, recording) at samples a ``step`` (s) apart.
+
+    ``moved`` (mode, place): what a unit of each load adds to their rates.
+    """
+    orders, recordings, samples, places = courses.shape
+    pushes = courses.transpose(0, 3, 2, 1).reshape(orders * places, samples * recordings)
+    kicks = (_kicks(roots, step)[:, :, None] * moved[:, None]).reshape(len(roots), -1) @ pushes
+    x = np.zeros((len(roots), samples, recordings), dtype=complex)
+    for mode, kick in enumerate(kicks.reshape(x.shape)):
+        x[mode, 1:] = lfilter([1.0], [1.0, -np.exp(roots[mode] * step)], kick[:-1], axis=0)
+    return x
 
 
 def _seen(shown: tuple[ComplexArray, FloatArray, FloatArray], x: ComplexArray, courses: FloatArray) -> FloatArray:
