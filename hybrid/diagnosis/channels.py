@@ -1,6 +1,6 @@
 """Channels that are dead or saturated: what of a dataset can be used all the same.
 
-A free vibration may begin at any sample, so that a recording whose channel is saturated is used from behind the last
+A motion may begin at any sample, so that a recording whose channel is saturated is used from behind the last
 such sample on; or the channel is left out everywhere, whichever loses fewer values. A dead channel spoils its recording
 whole.
 """
