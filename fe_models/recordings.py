@@ -1,6 +1,6 @@
 """Sensors, recordings and datasets as plain data (their file format is in `dataset_file`)."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 from fe_models.dofs import FloatArray
@@ -42,6 +42,11 @@ class Recording:
     data: FloatArray
     role: Literal["train", "test"] = "train"
     loads: tuple[Load, ...] = ()
+
+    def part(self, begin: int, end: int | None = None) -> "Recording":
+        """Return the samples from ``begin`` to before ``end``, of the loads, too."""
+        loads = tuple(replace(load, values=load.values[begin:end]) for load in self.loads)
+        return replace(self, data=self.data[:, begin:end], loads=loads)
 
 
 @dataclass(frozen=True)

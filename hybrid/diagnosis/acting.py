@@ -5,7 +5,7 @@ import numpy as np
 from hybrid.diagnosis.fitting import Fit
 from hybrid.diagnosis.forecasting import Model, initial_states, without
 from hybrid.diagnosis.frame import Frame
-from hybrid.diagnosis.records import Batch
+from hybrid.diagnosis.records import Batch, columns_of
 from hybrid.diagnosis.switching import acting_recordings
 
 TOLD = 12.0  # in the tempered sum of squares: by how much a test recording must do better with the cause than without
@@ -25,8 +25,8 @@ def recordings_of(
     for batch in test:
         with_it = np.ones(len(batch.names), dtype=bool)
         if not everywhere:
-            data = batch.data[..., list(measured)]
-            on, off = (initial_states(*without(model, left_out), data, frame)[1] for left_out in ((), (number,)))
+            (own,) = columns_of((batch,), measured)
+            on, off = (initial_states(*without(model, left_out), own, frame)[1] for left_out in ((), (number,)))
             with_it = off - on > TOLD * temper
         names += [name for name, acts in zip(batch.names, with_it, strict=True) if acts]
     return tuple(dict.fromkeys(names))

@@ -150,7 +150,7 @@ def _motions(item: Fit, sensors: tuple[Sensor, ...], frame: Frame) -> dict[bytes
             k for i in on for k in range(len(item.theta))[item.hypothesis.slices[i]]
         ]
         system = hypothesis.system(item.theta[kept][None], sensors, frame.rate, faulty)
-        y = respond(system, states[None], batch.samples)[0]
+        y = respond(system, states[None], batch.samples, batch.loads)[0]
         found |= {data.tobytes(): motion for data, motion in zip(batch.data, y, strict=True)}
     return found
 

@@ -1,6 +1,6 @@
 """Channels that are dead or saturated: what of a dataset can be used all the same.
 
-A free vibration may begin at any sample, so that a recording whose channel is saturated is used from behind the last
+A motion may begin at any sample, so that a recording whose channel is saturated is used from behind the last
 such sample on; or the channel is left out everywhere, whichever loses fewer values. A dead channel spoils its recording
 whole.
 """
@@ -110,8 +110,8 @@ def _longest(marks: BoolArray) -> int:
 
 
 def _from(recording: Recording, begin: int, columns: list[int]) -> Recording:
-    loads = tuple(replace(load, values=load.values[begin:]) for load in recording.loads)
-    return replace(recording, data=recording.data[:, begin:, columns], loads=loads)
+    later = recording.part(begin)
+    return replace(later, data=later.data[..., columns])
 
 
 def _note(sensor: str, fault: _Fault, recordings: list[Recording], left_out: bool) -> str:

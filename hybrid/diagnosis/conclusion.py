@@ -101,8 +101,8 @@ def concluded(setting: Setting, evidence: Evidence) -> Diagnosis:
         shown=shown,
         example=example_of(
             scorer.shown,
-            model_of(simulation.fit, np.zeros_like(simulation.fit.theta)),
-            model_of(final, theta),
+            model_of(simulation.fit, frame, np.zeros_like(simulation.fit.theta)),
+            model_of(final, frame, theta),
             dataset.sensors,
             setting.measured,
             frame,
@@ -141,7 +141,7 @@ def _findings(
     ``before``: forecasts of the user's simulation and of the structure itself.
     """
     best, findings = posterior.fits[0], list[Finding]()
-    whole, model = scorer.forecast(best), model_of(best)
+    whole, model = scorer.forecast(best), model_of(best, scorer.frame)
     nominal, drawn = before
     had = max(nominal.energy - nominal.floor_energy, 1e-300)
     if simulation.is_wrong:

@@ -1,16 +1,21 @@
 """The linear channels of a system under forces whose history is known."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import expm
 from scipy.signal import lfilter
 
 from fe_models.dofs import FloatArray
+from hybrid.diagnosis.fitting import Fit
+from hybrid.diagnosis.frame import Frame
+from hybrid.diagnosis.loaded import loaded_states
+from hybrid.diagnosis.loads import Loads
 from hybrid.diagnosis.marching import march
-from hybrid.diagnosis.system import ModalForm, System, modal_form
+from hybrid.diagnosis.records import Batch
+from hybrid.diagnosis.system import ModalForm, System
 
-SOFT = 1e-8  # of the highest eigenvalue: springs that hold a body that moves freely
+ALONG = 4  # places of a segment, evenly spread from its beginning on
 
 
 @dataclass(frozen=True)
@@ -21,10 +26,9 @@ class History:
     between: FloatArray
 
 
-def motion_of(system: System, states: FloatArray, samples: int) -> History | None:
-    """Return the states (time, recording, state) of the system's first variant from initial ones (recording, state).
-
-    None where they grow beyond all bounds.
+def motion_of(system: System, states: FloatArray, samples: int, loads: Loads | None = None) -> History | None:
+    """Return the states (time, recording, state) of the system's first variant from initial ones (recording, state)
+    under known ``loads``; None where they grow beyond all bounds.
     """
     half = expm(system.A[0] * system.step / 2)
     if system.is_linear:
@@ -32,12 +36,41 @@ def motion_of(system: System, states: FloatArray, samples: int) -> History | Non
         seen[0], whole = states, half @ half
         for k in range(samples - 1):
             seen[k + 1] = seen[k] @ whole.T
-    else:
-        marched = march(system, states[None], samples)
-        if marched is None:
-            return None
-        seen = marched[0][:, 0]
-    return History(seen, seen @ half.T)
+        if loads is None:
+            return History(seen, seen @ half.T)
+        pushed = (loaded_states(system, loads, ahead) for ahead in (0.0, system.step / 2))
+        return History(*(part + more for part, more in zip((seen, seen @ half.T), pushed, strict=True)))
+    marched = march(system, states[None], samples, loads)
+    if marched is None:
+        return None
+    seen = marched[0][:, 0]
+    if loads is None:
+        return History(seen, seen @ half.T)
+    free = seen - loaded_states(system, loads)
+    return History(seen, free @ half.T + loaded_states(system, loads, system.step / 2))
+
+
+def fitted_motion(system: System, states: FloatArray, batch: Batch) -> History:
+    """Return the motion of a fit to a batch from its initial ``states`` (recording, state)."""
+    motion = motion_of(system, states, batch.samples, batch.loads)
+    assert motion is not None  # it was fitted
+    return motion
+
+
+def states_of(item: Fit, frame: Frame) -> tuple[FloatArray, ...]:
+    """Return states (n, state) of a fit that tell how large its motion is: the initial ones of each batch.
+
+    A recording under known loads may begin at rest: of its segments those at ``ALONG`` places are taken, too.
+    """
+    found = []
+    system = item.hypothesis.system(item.theta[None], frame.sensors, frame.rate, frame.positions)
+    for batch, states in zip(item.batches, item.states, strict=True):
+        if batch.loads is None:
+            found.append(states)
+        else:
+            motion = fitted_motion(system, states, batch).now
+            found.append(motion[:: max(batch.samples // ALONG, 1)].reshape(-1, states.shape[1]))
+    return tuple(found)
 
 
 def forces_along(system: System, motion: History) -> tuple[History, ...]:
@@ -49,20 +82,6 @@ def forces_along(system: System, motion: History) -> tuple[History, ...]:
         return np.asarray(-system.forces[law](u[None], v[None])[0])
 
     return tuple(History(pull(motion.now, law), pull(motion.between, law)) for law in range(laws))
-
-
-def free_form(system: System, n: int) -> ModalForm:
-    """Return the modal form of a system of ``n`` coordinates without its force laws; a body that moves freely is held
-    by soft springs, which part roots that fall together.
-    """
-    free = replace(system, forces=())
-    form = modal_form(free)
-    if form is None:
-        A = system.A.copy()
-        A[:, range(n, 2 * n), range(n)] -= SOFT * np.abs(np.linalg.eigvals(A)).max() ** 2
-        form = modal_form(replace(free, A=A))
-    assert form is not None  # nothing moves freely now
-    return form
 
 
 def driven(

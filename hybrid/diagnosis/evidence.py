@@ -128,7 +128,7 @@ def forecasts_well(item: Fit, frame: Frame, limits: tuple[float, float]) -> bool
     """Return whether a fit forecasts the recordings that it was fitted to, each from its first fifth, as well as noise
     lets it: their NRMSE over the noise floor, mean and largest, within ``limits``.
     """
-    found = forecast(model_of(item), item.batches, frame.sensors, frame.positions, frame)
+    found = forecast(model_of(item, frame), item.batches, frame.sensors, frame.positions, frame)
     over = found.nrmse.mean(axis=1) / found.floor.mean(axis=1)  # (recording,)
     return bool(over.mean() <= limits[0] and over.max() <= limits[1])
 

@@ -10,15 +10,16 @@ from hybrid.diagnosis.fitting import Fit
 from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.geometry_response import added
 from hybrid.diagnosis.hypothesis import Hypothesis
+from hybrid.diagnosis.loaded import loaded_channels, loaded_size
 from hybrid.diagnosis.marching import respond
-from hybrid.diagnosis.records import Batch
+from hybrid.diagnosis.records import Batch, columns_of
 from hybrid.diagnosis.system import drift, observability
 
 SHOWN = 0.2  # of each recording: what its initial state is estimated from
 GROWTH = (0.25, 0.5, 1.0)  # of that, where force laws act: so that the search begins near
 ITERATIONS = 8
 STEP = 1e-4  # of a state's prior size
-ROUNDS = 2  # of taking away what geometry adds to a motion, which tells what it adds
+ROUNDS = 3  # of taking away what geometry adds to a motion, which tells what it adds
 DEVIATION = 2.5  # of its stated standard deviations: how far a nominal value may be calibrated
 
 
@@ -60,13 +61,24 @@ def deviation_of(item: Fit) -> float:
     return float(np.abs(item.theta[:count] / item.hypothesis.width[:count]).max())
 
 
-def model_of(item: Fit, theta: FloatArray | None = None) -> Model:
-    """Return a fit's model for forecasts; the size of initial states is that of the training recordings."""
+def model_of(item: Fit, frame: Frame, theta: FloatArray | None = None) -> Model:
+    """Return a fit's model for forecasts; the size of initial states is that of the training recordings.
+
+    Under known loads it is that of the motion: others may begin within it, though these began at rest.
+    """
     most = max(range(len(item.states)), key=lambda i: item.states[i].shape[1])
     full = [states for states in item.states if states.shape[1] == item.states[most].shape[1]]
-    size = np.sqrt(np.mean(np.concatenate(full) ** 2, axis=0))
+    size = np.sqrt(np.mean(np.concatenate(full) ** 2, axis=0) + _pushed(item, frame))
     switched = tuple(sorted({number for batch in item.batches for number in batch.off}))
     return Model(item.hypothesis, item.theta if theta is None else theta, np.maximum(size, 1e-6 * size.max()), switched)
+
+
+def _pushed(item: Fit, frame: Frame) -> FloatArray:
+    """Return the mean squares (state,) of the motion that known loads make of rest in a fit's recordings."""
+    loaded = [batch for batch in item.batches if batch.loads is not None]
+    system = item.hypothesis.system(item.theta[None], frame.sensors, frame.rate, frame.positions)
+    sizes = [len(batch.names) * loaded_size(system, batch.loads) for batch in loaded if batch.loads is not None]
+    return np.sum(sizes, axis=0) / sum(len(batch.names) for batch in item.batches) if sizes else np.zeros(1)
 
 
 def forecast(
@@ -88,15 +100,14 @@ def predicted(
     for off in ((), model.switched) if model.switched else ((),):
         hypothesis, theta, size = without(model, off)
         shown = max(int(np.ceil(SHOWN * batch.samples)), 2)
-        own = batch.recorded[:, :shown][..., list(measured)]
-        states, cost = initial_states(hypothesis, theta, size, own, frame)
+        (own,) = columns_of((batch.first(shown),), measured)
         geometric = np.zeros(batch.recorded.shape)
-        for _ in range(0 if hypothesis.plant.geometry is None else ROUNDS):
-            geometric = added(hypothesis, theta, states, batch.samples, sensors, frame.rate, tuple(faulty))
-            straight = own - geometric[:, :shown][..., list(measured)]
+        for _ in range(1 if hypothesis.plant.geometry is None else ROUNDS):
+            straight = own.less(geometric[:, :shown][..., list(measured)])
             states, cost = initial_states(hypothesis, theta, size, straight, frame)
+            geometric = added(hypothesis, theta, states, batch, sensors, frame.rate, tuple(faulty))
         system = hypothesis.system(theta[None], sensors, frame.rate, tuple(faulty))
-        y = respond(system, states[None], batch.samples)[0] + geometric
+        y = respond(system, states[None], batch.samples, batch.loads)[0] + geometric
         y = np.nan_to_num(y, nan=1e6, posinf=1e6, neginf=-1e6)
         best = y if best is None else np.where((cost < least)[:, None, None], y, best)
         least = np.minimum(least, cost)
@@ -119,26 +130,27 @@ def without(model: Model, off: tuple[int, ...]) -> tuple[Hypothesis, FloatArray,
 
 
 def initial_states(
-    hypothesis: Hypothesis, theta: FloatArray, size: FloatArray, data: FloatArray, frame: Frame
+    hypothesis: Hypothesis, theta: FloatArray, size: FloatArray, batch: Batch, frame: Frame
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the most probable states (recording, state) given ``data`` (recording, time, sensor), and their costs.
+    """Return the most probable states (recording, state) given the fitted channels of a ``batch``, and their costs.
 
     Prior: each entry normal with standard deviation ``size``.
     """
-    recordings, samples, _ = data.shape
+    recordings, samples, _ = batch.data.shape
     system = hypothesis.system(theta[None], frame.sensors, frame.rate, frame.positions)
+    linear = replace(system, B=system.B[:, :, :0], D=system.D[:, :, :0], forces=(), G=system.G[:, :0])
+    free = batch.data if batch.loads is None else batch.data - loaded_channels(linear, batch.loads)[0]
     if system.is_linear:
         weight = np.tile(1 / frame.sigma, samples)
         X = observability(system, samples)[0].reshape(-1, len(size)) * weight[:, None]
-        wanted = data.reshape(recordings, -1) * weight - drift(system, samples)[0].ravel() * weight
+        wanted = free.reshape(recordings, -1) * weight - drift(system, samples)[0].ravel() * weight
         states = np.linalg.solve(X.T @ X + np.diag(size**-2.0), X.T @ wanted.T).T
         cost = np.sum((wanted - states @ X.T) ** 2, axis=1) + np.sum((states / size) ** 2, axis=1)
         return states, cost
-    linear = replace(system, B=system.B[:, :, :0], D=system.D[:, :, :0], forces=(), G=system.G[:, :0])
     count = max(round(GROWTH[0] * samples), 2)
     weight = np.tile(1 / frame.sigma, count)
     X = observability(linear, count)[0].reshape(-1, len(size)) * weight[:, None]
-    wanted = data[:, :count].reshape(recordings, -1) * weight
+    wanted = free[:, :count].reshape(recordings, -1) * weight
     states = np.linalg.solve(X.T @ X + np.diag(size**-2.0), X.T @ wanted.T).T
     cost = np.full(recordings, np.inf)
     copies = hypothesis.system(
@@ -146,15 +158,15 @@ def initial_states(
     )
     for share in GROWTH:
         count = max(round(share * samples), 2)
-        weight = np.tile(1 / frame.sigma, count)
-        wanted = data[:, :count].reshape(recordings, -1) * weight
+        weight, loads = np.tile(1 / frame.sigma, count), batch.first(count).loads
+        wanted = batch.data[:, :count].reshape(recordings, -1) * weight
         trial, damping = states, np.full(recordings, 1e-3)
         cost = np.full(recordings, np.inf)
         X, residual = np.zeros((recordings, wanted.shape[1], len(size))), wanted
         for _ in range(ITERATIONS):
             start = np.repeat(trial[None], len(size) + 1, axis=0)
             start[1:] += np.diag(STEP * size)[:, None]
-            y = respond(copies, start, count).reshape(len(start), recordings, -1) * weight
+            y = respond(copies, start, count, loads).reshape(len(start), recordings, -1) * weight
             y = np.nan_to_num(y, nan=1e6, posinf=1e6, neginf=-1e6)
             left = wanted - y[0]
             new = np.sum(left**2, axis=1) + np.sum((trial / size) ** 2, axis=1)

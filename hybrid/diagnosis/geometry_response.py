@@ -4,11 +4,12 @@ import numpy as np
 
 from fe_models.dofs import FloatArray
 from fe_models.recordings import Sensor
-from hybrid.diagnosis.driven import History, driven, free_form, motion_of
+from hybrid.diagnosis.driven import History, driven, motion_of
 from hybrid.diagnosis.fitting import Fit
 from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.hypothesis import Hypothesis
 from hybrid.diagnosis.records import Batch
+from hybrid.diagnosis.system import free_form
 
 FELT = 0.01  # of noise's energy: where geometry adds less than that, or less more, it stays as it is
 
@@ -17,20 +18,22 @@ def added(
     hypothesis: Hypothesis,
     theta: FloatArray,
     states: FloatArray,
-    samples: int,
+    batch: Batch,
     sensors: tuple[Sensor, ...],
     rate: float,
     faulty: tuple[int, ...],
 ) -> FloatArray:
     """Return what geometry adds to the channels (recording, time, sensor) of motions.
 
-    ``states`` (recording, state): where they begin; ``faulty``: as in `Hypothesis.system`. Zero where the plant has no
-    geometry, and where the motion explodes.
+    ``states`` (recording, state): where they begin; ``batch``: of which recordings; ``faulty``: as in
+    `Hypothesis.system`. Zero where the plant has no geometry, and where the motion explodes.
     """
-    found, geometry = np.zeros((len(states), samples, len(sensors))), hypothesis.plant.geometry
+    found, geometry = np.zeros((len(states), batch.samples, len(sensors))), hypothesis.plant.geometry
+    if geometry is None:
+        return found
     system, n = hypothesis.system(theta[None], sensors, rate, faulty), hypothesis.size
-    motion = None if geometry is None else motion_of(system, states, samples)
-    if geometry is None or motion is None:
+    motion = motion_of(system, states, batch.samples, batch.loads)
+    if motion is None:
         return found
     reduced, form = hypothesis.reduced(theta[None]), free_form(system, n)
     shapes = reduced.shapes[0]  # (dof, vector)
@@ -52,7 +55,7 @@ def straightened(item: Fit, frame: Frame) -> tuple[Batch, ...] | None:
     """Return what was recorded less what geometry adds to the motion of a fit; None where that hardly changes."""
     batches, change = [], 0.0
     for batch, states in zip(item.batches, item.states, strict=True):
-        y = added(item.hypothesis, item.theta, states, batch.samples, frame.sensors, frame.rate, frame.positions)
+        y = added(item.hypothesis, item.theta, states, batch, frame.sensors, frame.rate, frame.positions)
         change += float(np.square((batch.recorded - batch.data - y) / frame.sigma).sum())
         batches.append(batch.less(y))
     return tuple(batches) if change > FELT * item.values else None

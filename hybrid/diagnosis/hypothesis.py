@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from fe_models.dofs import FloatArray
+from fe_models.dofs import BoolArray, FloatArray
 from fe_models.recordings import Sensor
 from fe_models.time_integration import TimeIntegration
 from hybrid.diagnosis.candidate import Candidate
 from hybrid.diagnosis.forces import force_of, law_in_motion
 from hybrid.diagnosis.plant import Plant
 from hybrid.diagnosis.reduction import Basis, basis_of, turn
-from hybrid.diagnosis.system import Force, System
+from hybrid.diagnosis.system import Entry, Force, System
 
 FARTHEST = 3.0  # of a log factor: twenty times as much or as little is no calibration
 
@@ -140,12 +140,10 @@ class Hypothesis:
             A[:, first, first + 1], A[:, first + 1, first] = omega, -omega
         if plant.integration is not None and not any(c.kind == TimeIntegration.kind for c in self.candidates):
             A = _stepped(A, plant.integration)
-        feed = np.zeros((variants, n, len(laws)))
         B, G = np.zeros((variants, self.states, len(laws))), np.zeros((variants, 2 * len(laws), self.states))
+        B[:, n : 2 * n] = feed = reduced.feed([pull for pull, _, _ in laws], inverse)
         for number, (pull, _, _) in enumerate(laws):
-            feed[:, :, number] = reduced.fed(pull, inverse)
             G[:, number, :n] = G[:, len(laws) + number, n : 2 * n] = pull @ reduced.shapes
-        B[:, n : 2 * n] = feed
         rows = plant.rows(sensors)
         picked = rows @ reduced.shapes  # (variant, sensor, mode)
         seen = np.zeros((variants, len(sensors), self.states))
@@ -167,7 +165,24 @@ class Hypothesis:
             also = orders * (rows @ np.stack([bent for _, bent, _ in laws], axis=-1))
         forces = tuple(force for _, _, force in laws)
         gain, delay, slope = self._faults(theta, faulty)
-        return System(A, B, seen, direct, G, forces, gain, delay, slope, 1 / rate, also)
+        loads = self._loads(reduced, inverse, rows, np.stack([at_rest, moving, pushed]), [pull for pull, _, _ in laws])
+        return System(A, B, seen, direct, G, forces, gain, delay, slope, 1 / rate, also, loads)
+
+    def _loads(
+        self, reduced: "Reduced", inverse: Any, rows: FloatArray, kinds: BoolArray, laws: list[FloatArray]
+    ) -> Entry | None:
+        """Return how the plant's known loads enter: ``rows`` (sensor, dof) of sensors of three ``kinds`` (3, sensor),
+        pulls (dof,) of ``laws``; ``inverse`` of the mass. None where there are none.
+        """
+        plant, n = self.plant, self.size
+        if not plant.loaded:
+            return None
+        pulls, bent = plant.load_pulls, plant.load_shapes
+        feed = np.zeros((len(inverse), 2 * n, len(pulls)))
+        feed[:, n:] = reduced.feed(list(pulls), inverse)
+        direct = np.where(kinds[2][:, None], rows @ reduced.shapes @ feed[:, n:], 0.0)
+        stretch = np.array(laws).reshape(len(laws), len(bent)) @ bent
+        return Entry(plant.loaded, feed, direct, kinds[..., None] * (rows @ bent), stretch)
 
     def _laws(self, theta: FloatArray) -> list[tuple[FloatArray, FloatArray, Force]]:
         """Return pull (dof,), what it bends besides (dof,) and force of each law: the plant's, then the candidates'."""
@@ -241,6 +256,13 @@ class Reduced:
     damping: FloatArray
     stiffness: FloatArray
     shapes: FloatArray
+
+    def feed(self, pulls: list[FloatArray], inverse: Any) -> FloatArray:
+        """Return the accelerations (variant, mode, force) by unit forces along ``pulls`` (dof,); see `fed`."""
+        feed = np.zeros((*self.mass.shape[:2], len(pulls)))
+        for number, pull in enumerate(pulls):
+            feed[:, :, number] = self.fed(pull, inverse)
+        return feed
 
     def fed(self, pull: FloatArray, inverse: Any) -> FloatArray:
         """Return the accelerations (variant, mode) by a unit force along ``pull`` (dof,); ``inverse`` of the mass."""

@@ -11,6 +11,7 @@ import numpy as np
 from fe_models.dofs import FloatArray, IntArray
 from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.hypothesis import Hypothesis
+from hybrid.diagnosis.loaded import given, loaded_size
 from hybrid.diagnosis.marching import channels, march, respond
 from hybrid.diagnosis.records import Batch
 from hybrid.diagnosis.system import drift, drifted, observability
@@ -76,7 +77,7 @@ def _linear(
     if not np.abs(first).max() < EXPLODED:
         return None
     basis, upper = orthonormal(first)
-    late = drifted(system, batch.begins)
+    late = given(system, batch)
     lines = drift(system, samples)[0].ravel() * weight
     data = (batch.data - late[0]).reshape(recordings, -1) * weight - lines
     z = np.linalg.solve(upper, basis.T @ data.T).T  # (recording, state)
@@ -105,7 +106,7 @@ def _forced(
     weight = np.tile(1 / frame.sigma, samples)  # (value,)
     data = batch.data.reshape(recordings, -1) * weight
     moved = STEP * hypothesis.width
-    size = STEP * np.maximum(np.sqrt(np.mean(states**2, axis=0)), LEAST)
+    size = STEP * _size(hypothesis, theta, batch, frame, states)
     own = 1 + len(theta)  # variants that differ in a parameter; those that differ in a state come after
     thetas, start = theta[None], states[None]
     if slopes:
@@ -113,10 +114,11 @@ def _forced(
         start = np.repeat(start, len(thetas), axis=0)
         start[own:] += np.diag(size)[:, None]
     system = hypothesis.system(thetas, frame.sensors, frame.rate, frame.positions)
-    marched = march(system, start, samples)
+    marched = march(system, start, samples, batch.loads)
     if marched is None:
         return None
-    y = (channels(system, marched) + drifted(system, batch.begins)).reshape(len(thetas), recordings, -1) * weight
+    y = channels(system, marched, batch.loads) + drifted(system, batch.begins)
+    y = y.reshape(len(thetas), recordings, -1) * weight
     if not np.isfinite(y).all() or np.abs(y[0]).max() > FAR * np.abs(data).max():
         return None
     residual = data - y[0]
@@ -137,6 +139,15 @@ def _forced(
         basis,
         _errors(upper, states),
     )
+
+
+def _size(hypothesis: Hypothesis, theta: FloatArray, batch: Batch, frame: Frame, states: FloatArray) -> FloatArray:
+    """Return how large each entry of a state is (state,): the initial ones', and what loads make of them."""
+    square = np.mean(states**2, axis=0)
+    if batch.loads is not None:
+        system = hypothesis.system(theta[None], frame.sensors, frame.rate, frame.positions)
+        square = square + loaded_size(system, batch.loads)
+    return np.maximum(np.sqrt(square), LEAST)
 
 
 def _left_over(residual: FloatArray, batch: Batch, states: FloatArray) -> Linearisation:

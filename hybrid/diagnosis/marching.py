@@ -6,7 +6,7 @@ belongs (`fe_models.effects`).
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,8 @@ from scipy.linalg import expm
 from scipy.signal import savgol_filter
 
 from fe_models.dofs import FloatArray, IntArray
+from hybrid.diagnosis.loaded import loaded_channels, loaded_states
+from hybrid.diagnosis.loads import ORDERS, Loads
 from hybrid.diagnosis.system import System, as_shown, drift, linear_channels
 
 SUBSTEP = 1.0  # largest omega times substep where a force law acts: its pull on that mode is then off by 5e-4
@@ -60,31 +62,58 @@ def _tables(system: System, reach: FloatArray) -> _Tables:
     return _Tables(values, reach, np.abs(values).max(axis=(0, 2)).astype(bool).astype(np.int64))
 
 
-def march(system: System, start: FloatArray, samples: int) -> tuple[FloatArray, FloatArray] | None:
+def march(
+    system: System, start: FloatArray, samples: int, loads: Loads | None = None
+) -> tuple[FloatArray, FloatArray] | None:
     """Return states (time, variant, recording, state) and -f (time, variant, recording, law), None where they explode.
 
     ``start`` (variant, recording, state). Order 4; only the elongations are needed within a substep, so that all four
-    stages cost one product with the state.
+    stages cost one product with the state. Known ``loads`` and their derivatives are carried as states that each sample
+    sets anew, so that the linear part stays exact.
     """
     fastest = float(np.abs(np.linalg.eigvals(system.A[0])).max())
     substeps = max(FEWEST_SUBSTEPS, int(np.ceil(fastest * system.step / SUBSTEP)))
     if substeps > MOST_SUBSTEPS or not np.isfinite(start).all():  # no structure, but a search gone astray
         return None
-    reach = _reach(system, start)
+    reach = _reach(system, start, loads)
     tables = _tables(system, reach)
     wanted = int(np.ceil(min(_sharpest(system, tables) * system.step, MOST_SUBSTEPS_OF_LAWS)))
     substeps = max(substeps, wanted)
-    scheme = _scheme(system, system.step / substeps)
     variants, recordings, states = start.shape
-    history = np.empty((samples, variants, recordings, states))
+    known = np.zeros((recordings, samples, 0))
+    if loads is not None:
+        system, known = _with_loads(system, loads)
+        start = np.pad(start, ((0, 0), (0, 0), (0, known.shape[2])))
+    scheme = _scheme(system, system.step / substeps)
+    history = np.empty((samples, *start.shape))
     applied = np.empty((samples, variants, recordings, len(system.forces)))
     begun = np.array(start, order="C")
     for _ in range(ATTEMPTS):
-        if _marched(*scheme, tables.values, tables.reach, tables.felt, begun, substeps, history, applied):
-            return history, applied
+        if _marched(*scheme, tables.values, tables.reach, tables.felt, begun, known, substeps, history, applied):
+            return history[..., :states], applied
         reach *= WIDER
         tables = _tables(system, reach)
     return None
+
+
+def _with_loads(system: System, loads: Loads) -> tuple[System, FloatArray]:
+    """Return a system whose states end with the loads' courses, and what these are, (recording, time, course)."""
+    entry = system.loads
+    assert entry is not None  # a plant knows its dataset's loads
+    courses = loads.at(entry.places)
+    variants, states, laws = system.B.shape
+    own, places = entry.feed.shape[1], len(entry.places)
+    more = ORDERS * places
+    A = np.zeros((variants, states + more, states + more))
+    A[:, :states, :states] = system.A
+    A[:, :own, states : states + places] = entry.feed
+    A[:, range(states, states + more - places), range(states + places, states + more)] = 1.0  # each order's derivative
+    G = np.pad(system.G, ((0, 0), (0, 0), (0, more)))
+    for order in (0, 1):
+        first = states + order * places
+        G[:, order * laws : (order + 1) * laws, first : first + places] = entry.stretch
+    known = courses.transpose(1, 2, 0, 3).reshape(*courses.shape[1:3], more)
+    return replace(system, A=A, B=np.pad(system.B, ((0, 0), (0, more), (0, 0))), G=G), np.ascontiguousarray(known)
 
 
 def _sharpest(system: System, tables: _Tables) -> float:
@@ -96,27 +125,33 @@ def _sharpest(system: System, tables: _Tables) -> float:
     return float((slopes * mobility).max())
 
 
-def respond(system: System, start: FloatArray, samples: int) -> FloatArray:
-    """Return the channels (variant, recording, time, sensor) from initial states (variant, recording, state).
+def respond(system: System, start: FloatArray, samples: int, loads: Loads | None = None) -> FloatArray:
+    """Return the channels (variant, recording, time, sensor) from initial states (variant, recording, state) under
+    known ``loads``.
 
     NaN where the motion grows beyond all bounds.
     """
     if system.is_linear:
-        return linear_channels(system, start, samples) + drift(system, samples)[:, None]
-    marched = march(system, start, samples)
+        y = linear_channels(system, start, samples) + drift(system, samples)[:, None]
+        return y if loads is None else y + loaded_channels(system, loads)
+    marched = march(system, start, samples, loads)
     if marched is None:
         return np.full((*start.shape[:2], samples, system.C.shape[1]), np.nan)
-    return channels(system, marched)
+    return channels(system, marched, loads)
 
 
-def channels(system: System, marched: tuple[FloatArray, FloatArray]) -> FloatArray:
-    """Return the channels (variant, recording, time, sensor) of what `march` returns."""
+def channels(system: System, marched: tuple[FloatArray, FloatArray], loads: Loads | None = None) -> FloatArray:
+    """Return the channels (variant, recording, time, sensor) of what `march` returns under known ``loads``."""
     with np.errstate(over="ignore", invalid="ignore"):
         y = np.einsum("tprn,psn->prts", marched[0], system.C, optimize=True)
         y += np.einsum("tprm,psm->prts", marched[1], system.D, optimize=True)
         for order, bent in enumerate(() if system.bent is None else system.bent):
             if bent.any():
                 y += np.einsum("tprm,sm->prts", _derivative(marched[1], order, system.step), bent, optimize=True)
+        if loads is not None and system.loads is not None:
+            courses = loads.at(system.loads.places)
+            y += np.einsum("psl,rtl->prts", system.loads.direct, courses[0])
+            y += np.einsum("osl,ortl->rts", system.loads.bent, courses[:3])
     return as_shown(system, y)
 
 
@@ -129,12 +164,14 @@ def _derivative(applied: FloatArray, order: int, step: float) -> FloatArray:
     return np.asarray(savgol_filter(applied, SMOOTHED, polyorder=4, deriv=order, delta=step, axis=0))
 
 
-def _reach(system: System, start: FloatArray) -> FloatArray:
+def _reach(system: System, start: FloatArray, loads: Loads | None) -> FloatArray:
     """Return elongations and rates (2 law,) twice as large as without the forces the first variant could reach."""
     vectors = np.linalg.eig(system.A[0])[1]
     with np.errstate(all="ignore"):
         amplitudes = np.abs(np.linalg.pinv(vectors) @ start[0].T)  # (mode, recording)
         most = (np.abs(system.G[0] @ vectors) @ amplitudes).max(axis=1)
+        if loads is not None:
+            most = most + np.abs(loaded_states(system, loads) @ system.G[0].T).max(axis=(0, 1))
     return np.maximum(MARGIN * most, np.finfo(float).tiny ** 0.25)
 
 
@@ -182,11 +219,14 @@ def _marched(
     reach: FloatArray,
     felt: IntArray,
     start: FloatArray,
+    known: FloatArray,
     substeps: int,
     history: FloatArray,
     applied: FloatArray,
 ) -> bool:
-    """Fill ``history`` and ``applied``; return whether no elongation or rate left its table."""
+    """Fill ``history`` and ``applied``; return whether no elongation or rate left its table. The last states are
+    ``known`` at each sample (recording, time, known).
+    """
     samples, variants, recordings, states = history.shape
     laws = applied.shape[3]
     rows = 2 * laws
@@ -198,6 +238,8 @@ def _marched(
         for recording in range(recordings):
             z[:] = start[variant, recording]
             for k in range(samples):
+                for i in range(known.shape[2]):
+                    z[states - known.shape[2] + i] = known[recording, k, i]
                 for part in range(substeps):
                     moved[:] = 0.0
                     for j in range(states):

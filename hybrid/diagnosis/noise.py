@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fe_models.dofs import FloatArray
+from fe_models.dofs import ComplexArray, FloatArray
 from hybrid.diagnosis.plant import Plant
 from hybrid.diagnosis.records import Batch
 
@@ -16,6 +16,7 @@ UPPER = 0.5  # of half the sampling rate: where noise is told in the recordings 
 QUIET = 0.4  # of a recording, from its end: by then all but the least damped modes have died away
 QUARTER = -np.log(0.75)  # the lower quartile of white noise's power over its mean
 QUARTILE_LOSS = 4.03  # variance of the density told by a quartile over that by the mean: q / (1 - q) / ln(1 - q)^2
+SERIES = 5  # powers of 1 / (i omega) in the response to a load far above all natural frequencies
 CUT = 0.9  # of a low-pass: up to there it takes nothing away
 
 
@@ -51,11 +52,33 @@ def noise_of_recordings(batches: tuple[Batch, ...], rate: float, band: Band) -> 
     power, count = 0.0, 0
     for batch in batches:
         window = np.hanning(batch.samples)[:, None]
-        density = np.abs(np.fft.rfft(batch.data * window, axis=1)) ** 2 / np.sum(window**2)
-        kept = density[:, np.fft.rfftfreq(batch.samples, 1 / rate) > lower]
-        power = power + kept.sum(axis=(0, 1))
-        count += kept.shape[0] * kept.shape[1]
+        above = np.fft.rfftfreq(batch.samples, 1 / rate) > lower
+        spectra = np.asarray(np.fft.rfft(batch.data * window, axis=1)[:, above])
+        density = np.abs(spectra) ** 2 / np.sum(window**2)
+        share = 1.0
+        if batch.loads is not None:
+            pushes = np.asarray(np.fft.rfft(batch.loads.courses[0] * window, axis=1)[:, above])
+            left, share = _unexplained(spectra, pushes, np.asarray(np.fft.rfftfreq(batch.samples)[above]))
+            density = np.abs(left) ** 2 / np.sum(window**2)
+        power = power + density.sum(axis=(0, 1))
+        count += density.shape[0] * density.shape[1] * share
     return np.asarray(np.sqrt(power / count))
+
+
+def _unexplained(spectra: ComplexArray, pushes: ComplexArray, frequencies: FloatArray) -> tuple[ComplexArray, float]:
+    """Return spectra (recording, frequency, sensor) less what loads explain, and the share of values that are left.
+
+    ``pushes`` (recording, frequency, load). Far above all natural frequencies omega a structure answers to a load as a
+    series in 1 / (i omega) with real coefficients, whatever its masses are; they are found by least squares.
+    """
+    turns = (0.5 / (1j * frequencies[:, None])) ** np.arange(SERIES)  # (frequency, power)
+    columns = (pushes[..., None] * turns[:, None]).reshape(-1, pushes.shape[2] * SERIES)
+    rows = spectra.reshape(-1, spectra.shape[2])
+    X, y = (np.concatenate([part.real, part.imag]) for part in (columns, rows))
+    size = np.linalg.norm(X, axis=0)
+    X = X[:, size > 0] / size[size > 0]
+    left = y - X @ np.linalg.lstsq(X, y, rcond=None)[0]
+    return (left[: len(rows)] + 1j * left[len(rows) :]).reshape(spectra.shape), max(1 - X.shape[1] / len(y), 0.1)
 
 
 def _quiet_density(parts: tuple[FloatArray, ...], rate: float, band: Band) -> FloatArray:

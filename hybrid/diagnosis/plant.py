@@ -23,6 +23,7 @@ from fe_models.structure import Damping, Spring, Structure
 from fe_models.time_integration import TimeIntegration
 from fe_models.uncertain_parts import UncertainPart, uncertain_parts
 from hybrid.diagnosis.geometry import Geometry
+from hybrid.diagnosis.loads import LoadPlace, load_places
 from hybrid.diagnosis.scatter import NONE, OWN, Scatter, scatter_of
 
 CERTAIN = 1e-6  # the least standard deviation of a factor, so that a prior of zero stays a number
@@ -41,8 +42,8 @@ class Plant:
     damping ratios (mode,) on top of ``damping``. ``scatter``: how elements are off by themselves. ``spread``: prior
     standard deviations of the log factors of parts and damping ratios and of the scatter's patterns, in this order
     (nuisance,). ``laws``: forces that the nominal structure itself has. ``integration``: the error of the user's own
-    time steps, None where it integrates exactly. ``geometry``: forces beyond the linear model's, None where there are
-    none.
+    time steps, None where it integrates exactly. ``loaded``: where recordings are loaded. ``geometry``: forces beyond
+    the linear model's, None where there are none.
     """
 
     structure: Structure
@@ -59,6 +60,7 @@ class Plant:
     spread: FloatArray
     laws: tuple[ForceLaw, ...]
     integration: TimeIntegration | None
+    loaded: tuple[LoadPlace, ...] = ()
     geometry: Geometry | None = None
 
     @property
@@ -96,6 +98,16 @@ class Plant:
         for node, direction, coefficient in law.pulls:
             full[self.dofs.row(node, direction)] += coefficient
         return full
+
+    @cached_property
+    def load_pulls(self) -> FloatArray:
+        """What a unit of each known load pulls, (load, dof)."""
+        return np.eye(len(self.dofs))[[self.dofs.row(node, direction) for node, direction in self.loaded]]
+
+    @cached_property
+    def load_shapes(self) -> FloatArray:
+        """How far a unit of each known load bends modes that are not followed, (dof, load)."""
+        return np.stack([self.left_out(pull) for pull in self.load_pulls], axis=-1)
 
     def rows(self, sensors: tuple[Sensor, ...]) -> FloatArray:
         """Return what each sensor picks of the degrees of freedom, (sensor, dof)."""
@@ -144,11 +156,6 @@ def plant_of(dataset: Dataset) -> Plant:
             "model: bare matrices say nothing of springs, beams and supports, where causes sit: give a structure file"
         )
     raise_faults(
-        f"recording {recording.name!r} names loads: the diagnosis takes free vibrations only; leave it out"
-        for recording in dataset.recordings
-        if recording.loads
-    )
-    raise_faults(
         f"model: its own {law.kind} depends on time, which no recording tells; the diagnosis looks for it: take it out"
         for law in force_laws(structure)
         if law.timed
@@ -190,6 +197,7 @@ def plant_of(dataset: Dataset) -> Plant:
         spread=np.maximum(spread, CERTAIN),
         laws=force_laws(structure),
         integration=TimeIntegration(float(assumed.step)) if newmark and assumed.step is not None else None,
+        loaded=load_places(dataset),
     )
 
 

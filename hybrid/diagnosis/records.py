@@ -6,7 +6,8 @@ from typing import Literal
 import numpy as np
 
 from fe_models.dofs import FloatArray
-from fe_models.recordings import Dataset
+from fe_models.recordings import Dataset, Load
+from hybrid.diagnosis.loads import Loads, loads_of
 
 
 @dataclass(frozen=True)
@@ -15,8 +16,9 @@ class Batch:
 
     ``off``: numbers of the hypothesis' candidates that do not act in these recordings. ``pieces``: segments that each
     recording was cut into, which follow one another along the first axis. ``share``: of all frequencies up to half the
-    sampling rate, those that a low-pass has left. ``whole``: what was recorded, where ``data`` are that less
-    something known (see `geometry_response`); None where they are the same.
+    sampling rate, those that a low-pass has left. ``loads``: what is known to act, None where nothing is. ``whole``:
+    what was recorded, where ``data`` are that less something known (see `geometry_response`); None where they are the
+    same.
     """
 
     data: FloatArray
@@ -24,6 +26,7 @@ class Batch:
     off: tuple[int, ...] = ()
     pieces: int = 1
     share: float = 1.0
+    loads: Loads | None = None
     whole: FloatArray | None = None
 
     @property
@@ -46,10 +49,16 @@ class Batch:
         return np.tile(np.arange(self.pieces) * float(self.samples), len(self.data) // self.pieces)
 
     def take(self, recordings: list[int]) -> "Batch":
-        """Return the batch with some of its recordings."""
-        rows = [i * self.pieces + piece for i in recordings for piece in range(self.pieces)]
+        """Return the batch with some of its recordings, each with all its segments."""
+        rows = np.concatenate([number * self.pieces + np.arange(self.pieces) for number in recordings])
+        names = tuple(self.names[number] for number in recordings)
         whole = None if self.whole is None else self.whole[rows]
-        return replace(self, data=self.data[rows], names=tuple(self.names[i] for i in recordings), whole=whole)
+        return replace(self, data=self.data[rows], names=names, loads=self.loads and self.loads.take(rows), whole=whole)
+
+    def first(self, samples: int) -> "Batch":
+        """Return the first ``samples`` of its recordings (uncut)."""
+        whole = None if self.whole is None else self.whole[:, :samples]
+        return replace(self, data=self.data[:, :samples], loads=self.loads and self.loads.first(samples), whole=whole)
 
     def cut(self, length: int) -> "Batch":
         """Return its recordings cut into segments of ``length`` samples; what is left at the end is dropped."""
@@ -57,19 +66,29 @@ class Batch:
         pieces = max(samples // length, 1)
         length = min(length, samples)
         data = self.data[:, : pieces * length].reshape(recordings * pieces, length, sensors)
-        return replace(self, data=data, pieces=pieces, whole=None)
+        loads = self.loads and self.loads.cut(pieces, length)
+        return replace(self, data=data, pieces=pieces, loads=loads, whole=None)
 
 
 def batches_of(dataset: Dataset, role: Literal["train", "test"]) -> tuple[Batch, ...]:
-    """Return the recordings of one role, those of equal length together; several in one file share its name."""
-    by_length: dict[int, list[tuple[str, FloatArray]]] = {}
+    """Return the recordings of one role, those of equal length together, loaded ones apart; several in one file share
+    its name.
+    """
+    alike: dict[tuple[int, bool], list[tuple[str, FloatArray, tuple[Load, ...]]]] = {}
     for recording in dataset.select(role):
         for data in recording.data:
-            by_length.setdefault(len(data), []).append((recording.name, data))
-    share = min(dataset.lowpass / (dataset.sampling_rate / 2), 1.0) if dataset.lowpass else 1.0
+            key = len(data), bool(recording.loads)
+            alike.setdefault(key, []).append((recording.name, data, recording.loads))
+    rate, lowpass = dataset.sampling_rate, dataset.lowpass
+    share = min(lowpass / (rate / 2), 1.0) if lowpass else 1.0
     return tuple(
-        Batch(np.stack([data for _, data in items]), tuple(name for name, _ in items), share=share)
-        for items in by_length.values()
+        Batch(
+            np.stack([data for _, data, _ in items]),
+            tuple(name for name, _, _ in items),
+            share=share,
+            loads=loads_of([loads for _, _, loads in items], samples, rate, lowpass),
+        )
+        for (samples, _), items in alike.items()
     )
 
 
@@ -80,4 +99,8 @@ def measured_columns(dataset: Dataset) -> tuple[int, ...]:
 
 def columns_of(batches: tuple[Batch, ...], columns: tuple[int, ...]) -> tuple[Batch, ...]:
     """Return the batches with some of their channels."""
-    return tuple(replace(batch, data=batch.data[..., list(columns)]) for batch in batches)
+    own = list(columns)
+    return tuple(
+        replace(batch, data=batch.data[..., own], whole=None if batch.whole is None else batch.whole[..., own])
+        for batch in batches
+    )

@@ -9,8 +9,9 @@ from hybrid.diagnosis.fitting import Fit
 from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.hypothesis import Hypothesis
 from hybrid.diagnosis.linearisation import EXPLODED, orthonormal
+from hybrid.diagnosis.loaded import given
 from hybrid.diagnosis.screening import Screened
-from hybrid.diagnosis.system import drift, drifted, observability
+from hybrid.diagnosis.system import drift, observability
 
 SIZES = (-2.0, -1.0, -0.5, -0.2, 0.2, 0.5, 1.0, 2.0)  # of a prior width, from doing nothing
 FIRM = (-20.0, -5.0, 0.01, 0.05, 5.0, 20.0)  # besides, of springs to the ground: they may hold a place firmly, or not
@@ -59,7 +60,7 @@ def _left(hypothesis: Hypothesis, thetas: FloatArray, fit: Fit, frame: Frame) ->
         usable = np.abs(rows).max(axis=(1, 2)) < EXPLODED
         basis, _ = orthonormal(np.where(usable[:, None, None], rows, 0.0))
         lines = drift(system, batch.samples).reshape(len(thetas), -1) * weight
-        data = batch.data - drifted(system, batch.begins)  # (variant, recording, time, sensor)
+        data = batch.data - given(system, batch)  # (variant, recording, time, sensor)
         wanted = data.reshape(len(thetas), len(batch.data), -1) * weight - lines[:, None]
         inside = wanted @ basis
         left = np.sum(wanted**2, axis=(1, 2)) - np.sum(inside**2, axis=(1, 2))

@@ -31,7 +31,7 @@ class Scorer:
         """Return the scores of a fit, nominal values calibrated by no more than ``most`` standard deviations."""
 
         def model(one: Fit) -> Model:
-            return model_of(one, within(one, most))
+            return model_of(one, self.frame, within(one, most))
 
         if self.folds is not None:
             return self.folds.forecast(item, model, self.frame)

@@ -9,7 +9,7 @@ import numpy as np
 
 from fe_models.dofs import FloatArray
 from hybrid.diagnosis.candidate import Candidate
-from hybrid.diagnosis.driven import History, driven, forces_along, free_form, motion_of
+from hybrid.diagnosis.driven import History, driven, fitted_motion, forces_along
 from hybrid.diagnosis.fitting import Fit
 from hybrid.diagnosis.forces import force_of
 from hybrid.diagnosis.frame import Frame
@@ -17,7 +17,7 @@ from hybrid.diagnosis.hypothesis import Hypothesis, Reduced
 from hybrid.diagnosis.linearisation import Linearisation, linearise_batch
 from hybrid.diagnosis.marching import respond
 from hybrid.diagnosis.records import Batch
-from hybrid.diagnosis.system import ModalForm, System, drifted
+from hybrid.diagnosis.system import ModalForm, System, drifted, free_form
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ def _ground(fit: Fit, frame: Frame) -> _Ground:
         parts.append(part)
         shown.append(_response(fit.hypothesis, fit.theta[None], batch, frame, states)[0])
         given = fit.hypothesis.plant.kept is not None and not system.is_linear  # too many modes to march for each
-        forces.append(forces_along(system, _motion(system, states, batch.samples)) if given else ())
+        forces.append(forces_along(system, fitted_motion(system, states, batch)) if given else ())
     J = np.concatenate([part.slopes.reshape(len(fit.theta), -1) for part in parts], axis=1)
     r = np.concatenate([part.residual.ravel() for part in parts])
     width = fit.hypothesis.width
@@ -127,7 +127,7 @@ def _forced_response(
     system = hypothesis.system(thetas, frame.sensors, frame.rate, frame.positions)
     form = free_form(system, hypothesis.size)
     start = np.broadcast_to(states, (len(thetas), *states.shape))
-    y = respond(replace(system, forces=()), start, batch.samples) + drifted(system, batch.begins)
+    y = respond(replace(system, forces=()), start, batch.samples, batch.loads) + drifted(system, batch.begins)
     for variant in range(len(thetas)):
         for law, force in enumerate(forces):
             direct = system.D[variant, :, law] * system.gain[variant]
@@ -138,7 +138,7 @@ def _forced_response(
 def _response(hypothesis: Hypothesis, thetas: FloatArray, batch: Batch, frame: Frame, states: FloatArray) -> FloatArray:
     """Return the channels (variant, recording, value) in units of sigma."""
     system = hypothesis.system(thetas, frame.sensors, frame.rate, frame.positions)
-    y = respond(system, np.broadcast_to(states, (len(thetas), *states.shape)), batch.samples)
+    y = respond(system, np.broadcast_to(states, (len(thetas), *states.shape)), batch.samples, batch.loads)
     y = (y + drifted(system, batch.begins)) / frame.sigma
     return np.asarray(y.reshape(len(thetas), len(states), -1))
 
@@ -157,7 +157,7 @@ def law_responses(fit: Fit, laws: list[Candidate], frame: Frame) -> dict[str, li
     form = free_form(system, fit.hypothesis.size)
     reduced = fit.hypothesis.reduced(fit.theta[None])
     for batch, states in zip(fit.batches, fit.states, strict=True):
-        motion = _motion(system, states, batch.samples)
+        motion = fitted_motion(system, states, batch)
         for law, number, start in trials:
             y = _law_response(fit, law, start, motion, system, form, reduced, frame)
             found[law.key][number].append((y / frame.sigma).reshape(len(states), -1))
@@ -272,12 +272,6 @@ def slopes_along(fit: Fit, candidates: list[Candidate], frame: Frame) -> FloatAr
             column = _effect(fit, candidate, start, batch, frame, states, shown, forces) / move
             found[:, number] += np.einsum("prv,rv->p", part.slopes, column)
     return found
-
-
-def _motion(system: System, states: FloatArray, samples: int) -> History:
-    motion = motion_of(system, states, samples)
-    assert motion is not None  # it was fitted
-    return motion
 
 
 def _project(column: FloatArray, basis: FloatArray) -> FloatArray:

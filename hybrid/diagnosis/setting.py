@@ -10,6 +10,7 @@ from hybrid.diagnosis.candidates import all_candidates
 from hybrid.diagnosis.channels import usable
 from hybrid.diagnosis.crossvalidation import as_recordings
 from hybrid.diagnosis.discrepancy import search_frame
+from hybrid.diagnosis.driven import states_of
 from hybrid.diagnosis.fitting import Fit
 from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.geometry_forces import geometry_of
@@ -21,6 +22,7 @@ from hybrid.diagnosis.places import Motion
 from hybrid.diagnosis.plant import Plant, plant_of
 from hybrid.diagnosis.records import batches_of, columns_of, measured_columns
 from hybrid.diagnosis.search import Lengths, lengths_of
+from hybrid.diagnosis.unloaded import unloaded
 
 SEED = 0  # of the states at which geometric forces are taken: the same of the same recordings
 
@@ -59,7 +61,7 @@ class Setting:
 
     def candidates(self) -> tuple[Candidate, ...]:
         """Return every cause at every place that it can have."""
-        motion = Motion.of_states(np.concatenate(self.short.states), self.plant)
+        motion = Motion.of_states(np.concatenate(states_of(self.short, self.searched)), self.plant)
         return all_candidates(self.plant, self.dataset, motion, self.measured)
 
 
@@ -73,10 +75,12 @@ def setting_of(dataset: Dataset) -> Setting:
     batches = columns_of(batches_of(dataset, "train"), measured)
     rate = dataset.sampling_rate
     band = structure_band(plant, rate, dataset.lowpass)
-    frame = Frame(tuple(dataset.sensors[i] for i in measured), rate, noise_of_recordings(batches, rate, band))
+    sensors = tuple(dataset.sensors[i] for i in measured)
+    noise = noise_of_recordings(unloaded(plant, batches, sensors, rate), rate, band)
+    frame = Frame(sensors, rate, noise)
     lengths = lengths_of(batches, Hypothesis(plant).states)
     searched, short = search_frame(plant, lengths, frame, short_fit(plant, lengths, frame))
-    motion = Motion.of_states(np.concatenate(short.states), plant).displacement
+    motion = Motion.of_states(np.concatenate(states_of(short, searched)), plant).displacement
     geometry = geometry_of(plant, motion, np.random.default_rng(SEED))
     plant, drawn = (replace(each, geometry=geometry) for each in (plant, short.hypothesis.plant))
     modal = None if modal is None else replace(modal, geometry=geometry)

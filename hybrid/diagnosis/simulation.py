@@ -126,7 +126,7 @@ def _forecasts_differ(own: Fit, other: Fit, frame: Frame) -> bool:
     for batch in own.batches:
         first = max(int(np.ceil(SHOWN * batch.samples)), 2)
         one, two = (
-            predicted(model_of(item, np.zeros_like(item.theta)), batch, frame.sensors, frame.positions, frame)
+            predicted(model_of(item, frame, np.zeros_like(item.theta)), batch, frame.sensors, frame.positions, frame)
             for item in (own, other)
         )
         apart = ((one - two) / frame.sigma)[:, first:]

@@ -8,12 +8,31 @@ from scipy.interpolate import CubicSpline
 from scipy.linalg import expm
 
 from fe_models.dofs import FloatArray
+from hybrid.diagnosis.loads import LoadPlace
 
 Force = Callable[[FloatArray, FloatArray], FloatArray]
 """Restoring force (variant, recording) of elongation and rate, each (variant, recording)."""
 
 MOST_GROWTH = 200.0  # in e-folds, of a motion without damping; more would overflow, and is as wrong
 DEFECTIVE = 1e9  # condition number of eigenvectors, beyond which matrix exponentials serve better
+SOFT = 1e-8  # of the highest eigenvalue: springs that hold a body that moves freely
+
+
+@dataclass(frozen=True)
+class Entry:
+    """How known loads at ``places`` enter a system.
+
+    ``feed`` (variant, state, place): what a unit of each adds to the rate of the structure's own states, those of
+    harmonic forces left out; ``direct`` (variant, sensor, place): what it shows at once. What it bends in modes that
+    are not followed: ``bent`` (3, sensor, place), shown of the load, its first and its second derivative; ``stretch``
+    (law, place), along the elongation of each force law.
+    """
+
+    places: tuple[LoadPlace, ...]
+    feed: FloatArray
+    direct: FloatArray
+    bent: FloatArray
+    stretch: FloatArray
 
 
 @dataclass(frozen=True)
@@ -22,6 +41,7 @@ class System:
     sensor, law) of the ``forces``; ``G`` (variant, 2 law, state) gives elongations, then rates; ``gain``, ``delay`` (s)
     and ``slope`` (1/s): (variant, sensor); ``step`` (s) between samples. ``bent`` (3, sensor, law): how much of f, of
     its first and of its second derivative each sensor shows, besides, of modes that are not followed; None of none.
+    ``loads``: how known ones enter, None where there are none.
     """
 
     A: FloatArray
@@ -35,6 +55,7 @@ class System:
     slope: FloatArray
     step: float
     bent: FloatArray | None = None
+    loads: Entry | None = None
 
     @property
     def is_linear(self) -> bool:
@@ -45,7 +66,8 @@ class System:
         """Return one variant of a linear system."""
         one = slice(variant, variant + 1)
         parts = {name: getattr(self, name)[one] for name in ("A", "B", "C", "D", "G", "gain", "delay", "slope")}
-        return replace(self, **parts)
+        own = self.loads
+        return replace(self, **parts, loads=own and replace(own, feed=own.feed[one], direct=own.direct[one]))
 
 
 @dataclass(frozen=True)
@@ -81,6 +103,20 @@ def modal_form(system: System) -> ModalForm | None:
     if system.delay.any():
         right = right * np.exp(-roots[:, None] * system.delay[..., None])
     return ModalForm(roots, right, np.take_along_axis(inverse, order[..., None], axis=1))
+
+
+def free_form(system: System, n: int) -> ModalForm:
+    """Return the modal form of a system of ``n`` coordinates without its force laws; a body that moves freely is held
+    by soft springs, which part roots that fall together.
+    """
+    free = replace(system, forces=())
+    form = modal_form(free)
+    if form is None:
+        A = system.A.copy()
+        A[:, range(n, 2 * n), range(n)] -= SOFT * np.abs(np.linalg.eigvals(A)).max() ** 2
+        form = modal_form(replace(free, A=A))
+    assert form is not None  # nothing moves freely now
+    return form
 
 
 def observability(system: System, samples: int) -> FloatArray:

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fe_models.dofs import FloatArray
+from fe_models.errors import InputError
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.candidate import Candidate
 from hybrid.diagnosis.candidates import all_candidates
@@ -38,6 +39,8 @@ class Certain:
 def certain_of(dataset: Dataset) -> Certain:
     """Return what a peer starts from; every factor of the nominal model is certain."""
     plant = plant_of(dataset)
+    if plant.loaded:
+        raise InputError("recordings name loads: the peers take free vibrations only; leave them out")
     plant = replace(plant, spread=np.full_like(plant.spread, CERTAIN))
     measured = measured_columns(dataset)
     batches = columns_of(batches_of(dataset, "train"), measured)

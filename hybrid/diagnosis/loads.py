@@ -1,0 +1,82 @@
+"""Known loads of recordings, as smooth as what a sensor samples: cubic splines through their values.
+
+Loads pass the filters that recordings pass, so that they hold nothing above half the sampling rate. Straight lines from
+sample to sample would take 3 % away from a force at a tenth of the sampling rate, and 26 % at three tenths; splines
+take 0.03 % and 4 %.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from fe_models.dofs import FloatArray, IntArray
+from fe_models.measurement import lowpassed
+from fe_models.recordings import Dataset, Load
+from fe_models.structure import Direction
+
+ORDERS = 4  # of a cubic: its value and its derivatives
+ABOVE = 0.1  # of a load's energy: with more above the recordings' low-pass, the load has not passed it yet
+
+LoadPlace = tuple[int, Direction]
+"""Node and direction of a load."""
+
+
+@dataclass(frozen=True)
+class Loads:
+    """``courses`` (order, recording, time, place): the force (N, or N m) at each of the ``places``, and its first three
+    derivatives by time (s) from each sample on.
+    """
+
+    places: tuple[LoadPlace, ...]
+    courses: FloatArray
+
+    def at(self, places: tuple[LoadPlace, ...]) -> FloatArray:
+        """Return the courses (order, recording, time, place) at other ``places``, which hold all of its own."""
+        found = np.zeros((*self.courses.shape[:3], len(places)))
+        found[..., [places.index(place) for place in self.places]] = self.courses
+        return found
+
+    def take(self, rows: IntArray) -> "Loads":
+        """Return those of some recordings or segments."""
+        return replace(self, courses=self.courses[:, rows])
+
+    def first(self, samples: int) -> "Loads":
+        """Return those of the first ``samples``."""
+        return replace(self, courses=self.courses[:, :, :samples])
+
+    def cut(self, pieces: int, length: int) -> "Loads":
+        """Return those of ``pieces`` segments of ``length`` samples of each recording."""
+        orders, recordings, _, places = self.courses.shape
+        kept = self.courses[:, :, : pieces * length]
+        return replace(self, courses=kept.reshape(orders, recordings * pieces, length, places))
+
+
+def load_places(dataset: Dataset) -> tuple[LoadPlace, ...]:
+    """Return where a dataset's recordings are loaded."""
+    return tuple(sorted({(load.node, load.direction) for r in dataset.recordings for load in r.loads}))
+
+
+def loads_of(recordings: list[tuple[Load, ...]], samples: int, rate: float, lowpass: float | None) -> Loads | None:
+    """Return the loads of recordings with as many ``samples`` at a ``rate`` (Hz), None where there are none.
+
+    What a load holds above the ``lowpass`` (Hz) of the recordings is taken away, as it was from these.
+    """
+    places = tuple(sorted({(load.node, load.direction) for loads in recordings for load in loads}))
+    if not places:
+        return None
+    values = np.zeros((len(recordings), samples, len(places)))
+    for number, loads in enumerate(recordings):
+        for load in loads:
+            values[number, :, places.index((load.node, load.direction))] += _within(load.values, rate, lowpass)
+    time = np.arange(samples) / rate
+    spline = CubicSpline(time, values, axis=1)
+    return Loads(places, np.stack([spline(time, order) for order in range(ORDERS)]))
+
+
+def _within(values: FloatArray, rate: float, lowpass: float | None) -> FloatArray:
+    if lowpass is None:
+        return values
+    power = np.abs(np.fft.rfft(values)) ** 2
+    above = np.fft.rfftfreq(len(values), 1 / rate) > lowpass
+    return lowpassed(values, rate, lowpass) if power[above].sum() > ABOVE * power.sum() else values
