@@ -16,9 +16,9 @@ from hybrid.diagnosis.plant import Plant
 
 SMALL = 0.02  # of the largest: modes whose displacements are smaller count once at most in a product
 STATES = 4  # at which forces are taken, for each of the products
-SPREAD = 1.5  # times the rms of a motion: how far these states go
-SETTLING = 4  # steps in which the modes that are not followed give way
-SETTLED = 0.05  # of the largest displacement: what the last of them may still change
+REACH = 2.5  # times the rms of a motion: how far these states go
+SETTLING = 15  # steps at most in which the modes that are not followed give way
+SETTLED = 3e-3  # of what they bend: what the last step may still change
 LINEAR = 1e-3  # of elastic forces at a hundredth of the motion: geometric ones are less
 
 
@@ -33,7 +33,7 @@ def geometry_of(plant: Plant, motion: FloatArray, rng: np.random.Generator) -> G
     if plant.kept is None or not size.all():
         return None
     powers = _powers(size * np.abs(shapes).max(axis=0))
-    coordinates = SPREAD * size * rng.standard_normal((STATES * len(powers), len(size)))
+    coordinates = REACH * size * rng.uniform(-1, 1, (STATES * len(powers), len(size)))
     felt = _modal_forces(plant, coordinates)
     if felt is None:
         return None
@@ -57,13 +57,15 @@ def _modal_forces(plant: Plant, coordinates: FloatArray) -> FloatArray | None:
     slight = shapes.T @ beyond(0.01 * u[:, :1])
     if np.linalg.norm(slight) > LINEAR * np.linalg.norm(omega**2 * 0.01 * coordinates[0]):
         return None  # the linear model is not the tangent of what Exudyn has
-    felt, bent, change = beyond(u), np.zeros_like(u), np.inf
+    felt, bent = beyond(u), np.zeros_like(u)
     for _ in range(SETTLING):
         given = plant.static(felt)
         given -= shapes @ (weighted.T @ given)
-        change, bent = float(np.abs(given - bent).max()), given
+        change, bent = np.abs(given - bent).max(), given
         felt = beyond(u + bent)
-    return np.asarray(felt.T @ shapes) if change < SETTLED * float(np.abs(u).max()) else None
+        if change <= SETTLED * np.abs(bent).max():
+            return np.asarray(felt.T @ shapes)
+    return None
 
 
 def _powers(displacements: FloatArray) -> IntArray:
