@@ -129,20 +129,51 @@ class _Problem:
         precision = 1 / self.hypothesis.width**2
         return J @ J.T + np.diag(precision), J @ r - precision * (point.theta - self.hypothesis.centre)
 
-    def improved(self, point: _Point, damping: float) -> tuple[_Point | None, float]:
-        """Return the next point, None where no step leads down, and the damping that it took."""
+    def improved(self, point: _Point, damping: float, slopes: bool = True) -> tuple[_Point | None, float]:
+        """Return the next point, None where no step leads down, and the damping that it took.
+
+        Without ``slopes`` no step can follow.
+        """
         H, gradient = self.normal_equations(point)
         first, factor, most = DAMPING
-        hopeful = self.hypothesis.is_linear  # the slopes take far longer, and are not needed of a step that fails
+        hopeful = (
+            slopes and self.hypothesis.is_linear
+        )  # slopes take far longer, and are not needed of a step that fails
         while damping < most:
             step = np.linalg.solve(H + damping * np.diag(np.diag(H)), gradient)
             theta = np.clip(point.theta + step, self.hypothesis.lower, self.hypothesis.upper)
             states = point.after(theta - point.theta)
             then = self.at(theta, states, slopes=hopeful)
             if then is not None and then.cost <= point.cost:
-                return then if hopeful else self.at(theta, states), damping
+                return then if hopeful or not slopes else self.at(theta, states), damping
             hopeful, damping = False, max(damping * factor, first)
         return None, damping
+
+
+@dataclass(frozen=True)
+class Step:
+    """Where one step of a fit leads: ``theta`` (parameter,), initial ``states`` of each batch, and the ``cost``."""
+
+    hypothesis: Hypothesis
+    theta: FloatArray
+    states: tuple[FloatArray, ...]
+    cost: float
+
+
+def first_step(
+    hypothesis: Hypothesis,
+    theta: FloatArray,
+    batches: tuple[Batch, ...],
+    frame: Frame,
+    states: tuple[FloatArray, ...],
+) -> Step | None:
+    """Return where the first step of a `fit` leads, at less than half of what that takes for it."""
+    problem = _Problem(hypothesis, batches, frame)
+    point = problem.begun(theta, states)
+    if point is None:
+        return None
+    then = problem.improved(point, FREE, slopes=False)[0] or point
+    return Step(hypothesis, then.theta, then.states, then.cost)
 
 
 def fit(

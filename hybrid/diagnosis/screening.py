@@ -259,21 +259,6 @@ def amounts_by_recording(fit: Fit, candidates: list[Candidate], frame: Frame) ->
     return found
 
 
-def slopes_along(fit: Fit, candidates: list[Candidate], frame: Frame) -> FloatArray:
-    """Return J^T c (parameter, candidate): J the fit's Jacobian, c the response to a unit of each linear candidate."""
-    ground = _ground(fit, frame)
-    found = np.zeros((len(fit.theta), len(candidates)))
-    for number, candidate in enumerate(candidates):
-        start = candidate.first_starts[0]
-        move = start[0] - candidate.without[0]
-        for part, shown, forces, batch, states in zip(
-            ground.parts, ground.shown, ground.forces, fit.batches, fit.states, strict=True
-        ):
-            column = _effect(fit, candidate, start, batch, frame, states, shown, forces) / move
-            found[:, number] += np.einsum("prv,rv->p", part.slopes, column)
-    return found
-
-
 def _project(column: FloatArray, basis: FloatArray) -> FloatArray:
     """Return a column (recording, value) less what initial states do; ``basis`` (value, s) or (recording, value, s)."""
     if basis.ndim == 2:

@@ -8,7 +8,7 @@ import numpy as np
 from fe_models.dofs import FloatArray
 from hybrid.calibration import nothing
 from hybrid.diagnosis.candidate import Candidate
-from hybrid.diagnosis.fitting import ENOUGH, Fit, fit
+from hybrid.diagnosis.fitting import ENOUGH, Fit, Step, first_step, fit
 from hybrid.diagnosis.force_screening import screen_forces
 from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.hypothesis import Hypothesis
@@ -204,18 +204,17 @@ def _begun(
 
     One step of each tells more than any first guess; only the best after that go on.
     """
-    begun: list[Fit] = []
+    begun: list[Step] = []
     for trial in trials:
         extended = hypothesis.adding(trial.candidate)
-        states = padded(short.states, extended)
-        step = fit(extended, trial.theta(short), short.batches, frame, states, 1, CLOSE_ENOUGH)
+        step = first_step(extended, trial.theta(short), short.batches, frame, padded(short.states, extended))
         begun += [] if step is None else [step]
         advance()
     best: dict[str, Fit] = {}
     for step in _foremost(begun):
         key, bound = step.hypothesis.candidates[-1].key, bound_of([*best.values(), *([] if known is None else [known])])
         further = fit(
-            step.hypothesis, step.theta, step.batches, frame, step.states, SHORT_ITERATIONS, CLOSE_ENOUGH, bound
+            step.hypothesis, step.theta, short.batches, frame, step.states, SHORT_ITERATIONS, CLOSE_ENOUGH, bound
         )
         if further is not None and (key not in best or further.cost < best[key].cost):
             best[key] = further
@@ -223,8 +222,8 @@ def _begun(
     return list(best.values())
 
 
-def _foremost(begun: list[Fit]) -> list[Fit]:
-    """Return the best of the fits, not too many with a force law more among them."""
+def _foremost(begun: list[Step]) -> list[Step]:
+    """Return the best of the first steps, not too many with a force law more among them."""
     ranked = sorted(begun, key=lambda item: item.cost)
     laws = [item for item in ranked if item.hypothesis.candidates[-1].is_law][:KEPT_LAWS]
     others = [item for item in ranked if not item.hypothesis.candidates[-1].is_law][:KEPT]
