@@ -161,10 +161,10 @@ def test_one_defective_variant_does_not_spoil_the_others() -> None:
         np.testing.assert_allclose(found[number], by_exponentials(one, start[number], 60), atol=1e-10)
 
 
-def test_large_loss_is_found_though_the_score_test_takes_all_away() -> None:
+def test_large_loss_is_found_though_the_score_test_is_far_off() -> None:
     base, frame = recorded(StiffnessChange((9,), 0.33))
     lost = next(t for t in screen(base, linear_candidates(), frame) if t.candidate.location == {"element": 9})
-    assert lost.start == (0.0,)  # to first order, which leads to no fit from there
+    assert abs(lost.start[0] - 0.33) > 0.2  # to first order
     best, second = contest(Ground(base, base), linear_candidates(), Lengths((base.batches,)), frame)[:2]
     assert best.hypothesis.candidates[-1].key == "stiffness_change {'element': 9}"
     assert best.theta[-1] == pytest.approx(0.33, rel=0.01)  # noise of 1 % in 2100 values, ten frequencies

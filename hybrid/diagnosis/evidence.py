@@ -11,13 +11,12 @@ from hybrid.diagnosis.discrepancy import in_units_of
 from hybrid.diagnosis.fitting import Fit, fit
 from hybrid.diagnosis.forecasting import DEVIATION, forecast, model_of, within
 from hybrid.diagnosis.frame import Frame
-from hybrid.diagnosis.geometry_response import straightened
 from hybrid.diagnosis.noise import Band, excess
 from hybrid.diagnosis.pairs import asks_for_more, factors_off, left, pair_fits
 from hybrid.diagnosis.posterior import Posterior, posterior_of
-from hybrid.diagnosis.records import Batch
-from hybrid.diagnosis.search import Ground, Lengths, bound_of, contest, ground_of, lengths_of
+from hybrid.diagnosis.search import contest, ground_of
 from hybrid.diagnosis.setting import Setting
+from hybrid.diagnosis.straightening import fitted_as, straighten
 from hybrid.diagnosis.switching import fit_switched
 
 BEST = (1.02, 1.1)  # times the noise floor: mean and largest error of forecasts in which no cause would show
@@ -55,12 +54,13 @@ def gather(setting: Setting, tell: Callable[[str], object]) -> Evidence:
     ground = ground_of(nominal, nominal.centre, lengths, frame, setting.short)
     if ground is None:
         raise InputError("model: with its own force laws these recordings' motion grows beyond all bounds; check them")
-    ground, lengths = _straight(ground, ground.whole, lengths, frame)
+    ground, lengths = straighten(ground, ground.whole, lengths, frame, setting.geometry)
     fits = [ground.whole]
     if setting.is_astray or not _nothing_to_gain(ground.whole, frame, band):
         fits += contest(ground, candidates, lengths, frame, lambda: tell("single causes"))
-        ground, lengths = _straight(ground, min(fits, key=lambda item: item.cost), lengths, frame)
-        fits = [ground.whole, *_fitted_to(lengths.whole, fits[1:], frame)]
+        nearest = min(fits, key=lambda item: item.cost)
+        ground, lengths = straighten(ground, nearest, lengths, frame, setting.geometry)
+        fits = [ground.whole, *fitted_as(ground.whole, fits[1:], frame)]
     if not setting.is_astray:
         frame, fits = _with_better_noise(fits, frame, band)
     noise = setting.frame if setting.is_astray else frame
@@ -94,34 +94,6 @@ def _nothing_to_gain(base: Fit, frame: Frame, band: Band) -> bool:
     """Return whether the nominal model, calibrated within its uncertainty, fits and forecasts as noise lets it."""
     own_frame, (own,) = _with_better_noise([base], frame, band)
     return own.chi2 < FITS * own.values and forecasts_well(replace(own, theta=within(own, DEVIATION)), own_frame, BEST)
-
-
-def _straight(ground: Ground, best: Fit, lengths: Lengths, frame: Frame) -> tuple[Ground, Lengths]:
-    """Return the ground of the recordings less what geometry adds to the motion of the ``best`` fit, and these.
-
-    As they were where that hardly changes, or explains less: a fit that is far off moves otherwise than the structure.
-    """
-    straight = straightened(best, frame)
-    if straight is None:
-        return ground, lengths
-    better = fit(best.hypothesis, best.theta, straight, frame, best.states)
-    cut = lengths_of(straight, ground.hypothesis.states)
-    again = ground_of(ground.hypothesis, ground.whole.theta, cut, frame, ground.short)
-    if better is None or again is None or better.cost > best.cost:
-        return ground, lengths
-    return again, cut
-
-
-def _fitted_to(batches: tuple[Batch, ...], fits: list[Fit], frame: Frame) -> list[Fit]:
-    """Return the fits, each to the ``batches``: as it is where it was; what is far behind the best is left out."""
-    again: list[Fit] = []
-    for item in sorted(fits, key=lambda item: item.cost):
-        if all(one is other for one, other in zip(item.batches, batches, strict=True)):
-            again.append(item)
-        elif item.cost <= bound_of(fits):
-            found = fit(item.hypothesis, item.theta, batches, frame, item.states)
-            again += [] if found is None else [found]
-    return again
 
 
 def forecasts_well(item: Fit, frame: Frame, limits: tuple[float, float]) -> bool:

@@ -40,6 +40,7 @@ def fit_in_modal_model(
     """Return the fit of a modal model with the ``chosen`` causes of a fit; None where it fails."""
     T = standing_for(setting.plant, modal)
     own = item.hypothesis
+    modal = replace(modal, geometry=own.plant.geometry)
     hypothesis = Hypothesis(modal, tuple(_standing_for(own.candidates[i], T) for i in chosen))
     parts = len(modal.parts)
     damping = np.zeros(hypothesis.nuisances - parts)

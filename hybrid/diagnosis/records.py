@@ -34,6 +34,11 @@ class Batch:
         """The recordings as they are, (recording, time, sensor)."""
         return self.data if self.whole is None else self.whole
 
+    @property
+    def restored(self) -> "Batch":
+        """The batch of the recordings as they are."""
+        return replace(self, data=self.recorded, whole=None)
+
     def less(self, known: FloatArray) -> "Batch":
         """Return the batch of what was recorded less what is ``known`` of it (recording, time, sensor)."""
         return replace(self, data=self.recorded - known, whole=self.recorded)

@@ -10,6 +10,7 @@ from hybrid.calibration import nothing
 from hybrid.diagnosis.candidate import Candidate
 from hybrid.diagnosis.fitting import ENOUGH, Fit, Step, first_step, fit
 from hybrid.diagnosis.force_screening import screen_forces
+from hybrid.diagnosis.forecasting import DEVIATION, deviation_of
 from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.hypothesis import Hypothesis
 from hybrid.diagnosis.posterior import temper_of
@@ -264,9 +265,17 @@ def _recordings(item: Fit) -> int:
 
 
 def _refined(base: Fit, trial: Screened, frame: Frame) -> Fit | None:
-    """Return the fit of a harmonic force over whole recordings, at rest in the initial states to begin with."""
-    extended = base.hypothesis.adding(trial.candidate)
-    return fit(extended, trial.theta(base), base.batches, frame, padded(base.states, extended))
+    """Return the fit of a harmonic force over whole recordings, at rest in the initial states to begin with.
+
+    What is wrong may have led the base's calibration astray: then the drawn structure is a start, too.
+    """
+    extended, start = base.hypothesis.adding(trial.candidate), trial.theta(base)
+    states, count = padded(base.states, extended), base.hypothesis.nuisances
+    starts = [start]
+    if deviation_of(base) > DEVIATION:
+        starts.append(np.append(np.zeros(count), start[count:]))
+    fits = [fit(extended, theta, base.batches, frame, states) for theta in starts]
+    return min((item for item in fits if item is not None), key=lambda item: item.cost, default=None)
 
 
 def _promising(ranked: list[list[Screened]], kept: int) -> list[Screened]:

@@ -1,6 +1,6 @@
 """What a diagnosis starts from: the recordings as they are used, the nominal structure, and its first fit."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from hybrid.diagnosis.discrepancy import search_frame
 from hybrid.diagnosis.driven import states_of
 from hybrid.diagnosis.fitting import Fit
 from hybrid.diagnosis.frame import Frame
+from hybrid.diagnosis.geometry import Geometry
 from hybrid.diagnosis.geometry_forces import geometry_of
 from hybrid.diagnosis.hypothesis import Hypothesis
 from hybrid.diagnosis.modal_plant import modal_plant, with_ratios_of_modal_model
@@ -31,6 +32,7 @@ SEED = 0  # of the states at which geometric forces are taken: the same of the s
 class Setting:
     """A ``dataset`` less what is unusable in it, and its nominal ``plant``.
 
+    ``geometry``: what the structure may exert beyond its linear model; whether it does, the recordings tell.
     ``modal``: the modal model that stands for the structure in the user's simulation, None where the structure does.
     ``measured``: columns of the sensors that are fitted; ``frame``: with the noise that the recordings tell, and
     ``searched``, with which causes are sought: mostly the same (see `discrepancy`); ``band``: where the structure's
@@ -40,6 +42,7 @@ class Setting:
 
     dataset: Dataset
     plant: Plant
+    geometry: Geometry | None
     modal: Plant | None
     measured: tuple[int, ...]
     frame: Frame
@@ -82,7 +85,5 @@ def setting_of(dataset: Dataset) -> Setting:
     searched, short = search_frame(plant, lengths, frame, short_fit(plant, lengths, frame))
     motion = Motion.of_states(np.concatenate(states_of(short, searched)), plant).displacement
     geometry = geometry_of(plant, motion, np.random.default_rng(SEED))
-    plant, drawn = (replace(each, geometry=geometry) for each in (plant, short.hypothesis.plant))
-    modal = None if modal is None else replace(modal, geometry=geometry)
-    short = replace(short, hypothesis=Hypothesis(drawn))
-    return Setting(dataset, plant, modal, measured, frame, searched, band, lengths, short, (*unusable, *apart))
+    notes = (*unusable, *apart)
+    return Setting(dataset, plant, geometry, modal, measured, frame, searched, band, lengths, short, notes)
