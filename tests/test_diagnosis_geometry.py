@@ -15,8 +15,9 @@ from hybrid.diagnosis.geometry_forces import geometry_of
 from hybrid.diagnosis.geometry_response import straightened
 from hybrid.diagnosis.plant import Plant, plant_of
 from hybrid.diagnosis.records import batches_of, columns_of
-from hybrid.diagnosis.search import fit_growing
+from hybrid.diagnosis.search import fit_growing, ground_of
 from hybrid.diagnosis.setting import Setting, setting_of
+from hybrid.diagnosis.straightening import straighten
 from tests.problems import TIMBER
 
 LENGTH, PIECES = 2.0, 16
@@ -101,3 +102,17 @@ def test_what_was_recorded_is_scored_not_what_was_fitted(bridge_setting: Setting
         for each in (batch, batch.less(0.1 * batch.data))
     ]
     assert found[0] == found[1]
+
+
+def test_geometry_is_taken_away_where_the_recordings_show_it_and_nowhere_else() -> None:
+    """The same two cases: a bridge that is geometrically exact, and one that its user made linear."""
+    for seed, rich in ((61000, True), (61000, False)):
+        config = BlindConfig(structure="bridge", noise=0.01, train=2, test=1, duration=7.99, rich=rich)
+        setting = setting_of(blind_case(seed, config).dataset)
+        begun = ground_of(setting.nominal, setting.nominal.centre, setting.lengths, setting.frame, setting.short)
+        assert begun is not None
+        ground, lengths = straighten(begun, begun.whole, setting.lengths, setting.frame, setting.geometry)
+        assert (ground.hypothesis.plant.geometry is setting.geometry) == rich
+        assert (lengths is setting.lengths) != rich
+        # Noise as the recordings tell it is right to some 5 %.
+        assert ground.whole.chi2 < 1.15 * ground.whole.values

@@ -169,3 +169,12 @@ def test_large_loss_is_found_though_the_score_test_is_far_off() -> None:
     assert best.hypothesis.candidates[-1].key == "stiffness_change {'element': 9}"
     assert best.theta[-1] == pytest.approx(0.33, rel=0.01)  # noise of 1 % in 2100 values, ten frequencies
     assert best.log_evidence > second.log_evidence + 1000
+
+
+@pytest.mark.parametrize(("node", "stiffness"), [(29, 4000.0), (26, 685.0)])  # N/m: the deck itself has 2 and 7 kN/m
+def test_a_support_that_gives_way_far_is_found(node: int, stiffness: float) -> None:
+    base, frame = recorded(SupportSpring(node, "y", stiffness))
+    best, second = contest(Ground(base, base), linear_candidates(), Lengths((base.batches,)), frame, kept=4)[:2]
+    assert best.hypothesis.candidates[-1].key == f"support_spring {{'node': {node}, 'direction': 'y'}}"
+    assert 1 / best.theta[-1] == pytest.approx(stiffness, rel=0.03)  # noise of 1 % in 2100 values, ten frequencies
+    assert best.log_evidence > second.log_evidence + 1000
