@@ -23,6 +23,9 @@ BEST = (1.02, 1.1)  # times the noise floor: mean and largest error of forecasts
 FITS = 1.05  # times the energy of noise: what a fit may leave in which no cause would show
 WELL = (1.05, 1.25)  # likewise where a second cause would not show
 NOISE_OFF = (0.5, 1.5)  # of the noise that the recordings themselves tell: how far it may be told anew
+GEOMETRIC = (
+    "motions are so large that the frame's geometry shows: what it adds to a linear model was taken into account"
+)
 FAR_FROM_NOISE = "the nominal model leaves far more than noise: what it lacks counted as noise in the search"
 
 
@@ -61,6 +64,7 @@ def gather(setting: Setting, tell: Callable[[str], object]) -> Evidence:
         nearest = min(fits, key=lambda item: item.cost)
         ground, lengths = straighten(ground, nearest, lengths, frame, setting.geometry)
         fits = [ground.whole, *fitted_as(ground.whole, fits[1:], frame)]
+    notes = () if ground.hypothesis.plant.geometry is None else (GEOMETRIC,)
     if not setting.is_astray:
         frame, fits = _with_better_noise(fits, frame, band)
     noise = setting.frame if setting.is_astray else frame
@@ -84,10 +88,10 @@ def gather(setting: Setting, tell: Callable[[str], object]) -> Evidence:
         energy = float(np.mean((frame.sigma / noise.sigma) ** 2))
         note = f"{FAR_FROM_NOISE} ({np.sqrt(energy):.0f} times the noise was taken as such)"
         told = replace(posterior, fits=tuple(judged(item) for item in posterior.fits))
-        return Evidence(judged(fits[0]), told, noise, candidates, (note,), energy)
+        return Evidence(judged(fits[0]), told, noise, candidates, (*notes, note), energy)
     frame, fits = _with_better_noise(fits, frame, band)
     posterior = _with_same_noise(posterior_of(tuple(fits), candidates), fits[0], frame, candidates)
-    return Evidence(fits[0], posterior, frame, candidates)
+    return Evidence(fits[0], posterior, frame, candidates, notes)
 
 
 def _nothing_to_gain(base: Fit, frame: Frame, band: Band) -> bool:
