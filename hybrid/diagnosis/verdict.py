@@ -13,7 +13,7 @@ MATERIAL = 0.05  # of the noise floor: by how much a cause must improve the fore
 WHOLLY = 0.03  # of the excess energy: what may be left where all is called explained
 NEAR = 1.15  # times the noise floor: as near as a model that is off by its uncertainty must come
 PARTLY = 0.5  # of it: beyond, nothing is
-ABNORMAL = 6.0  # stated standard deviations: a calibration that far off takes the place of something else that is wrong
+ABNORMAL = 4.0  # stated standard deviations: a calibration that far off takes the place of something else that is wrong
 DOUBT = 0.85  # most probability of a finding beside which something significant is left ...
 MORE_DOUBT = 0.5  # ... and where it explains a part only: something else may explain all
 
