@@ -14,7 +14,7 @@ from hybrid.diagnosis.screening import Screened
 from hybrid.diagnosis.system import drift, observability
 
 SIZES = (-2.0, -1.0, -0.5, -0.2, 0.2, 0.5, 1.0, 2.0)  # of a prior width, from doing nothing
-FIRM = (-20.0, -5.0, 0.02, 0.05, 0.1, 5.0, 20.0)  # besides, of springs to the ground, which may hold firmly or not
+FIRM = (-20.0, -5.0, 0.006, 0.012, 0.025, 0.05, 0.1, 5.0, 20.0)  # besides, of springs to the ground
 LEFT = (0.02, 0.05, 0.12, 0.25)  # of a stiffness: what may be left; its compliance, which is felt, goes to infinity
 
 

@@ -20,7 +20,8 @@ from hybrid.diagnosis.screening import Screened, screen
 
 PIECES = (10, 3, 1)  # segments that recordings are cut into, one after the other: short ones forgive a wrong start
 FEWEST = 8  # values a segment at least, for each of its initial state's entries
-KEPT = 10  # candidates kept from the screening of each length, and of all after one step
+KEPT = 10  # candidates kept from the screening of each length
+FOREMOST = 24  # of all, after one step: a large effect may need some more to show
 KEPT_LAWS = 5  # of them force laws, which take far longer to fit
 SCANNED = 4  # times as many of a scan, which knows nothing of what the uncertain factors could do besides
 FORCED = 5.0  # the same for each recording of a harmonic force, whose two entries of the initial state cost as much
@@ -227,7 +228,7 @@ def _foremost(begun: list[Step]) -> list[Step]:
     """Return the best of the first steps, not too many with a force law more among them."""
     ranked = sorted(begun, key=lambda item: item.cost)
     laws = [item for item in ranked if item.hypothesis.candidates[-1].is_law][:KEPT_LAWS]
-    others = [item for item in ranked if not item.hypothesis.candidates[-1].is_law][:KEPT]
+    others = [item for item in ranked if not item.hypothesis.candidates[-1].is_law][:FOREMOST]
     return sorted([*laws, *others], key=lambda item: item.cost)
 
 
