@@ -118,6 +118,14 @@ class Structure:
         """Return the structure with each beam split into ``divisions`` finite elements."""
         return replace(self, divisions=divisions)
 
+    def without_prestress(self) -> "Structure":
+        """Return the structure with cables as linear models have them: bars that carry nothing at rest."""
+        elements = tuple(
+            replace(element, prestress=0.0, tension_only=False) if isinstance(element, Cable) else element
+            for element in self.elements
+        )
+        return replace(self, elements=elements)
+
     def length(self, element: Beam | Cable) -> float:
         """Return the distance (m) between the element's nodes in the drawn geometry."""
         (x1, y1), (x2, y2) = (self.nodes[node - 1] for node in element.nodes)

@@ -10,7 +10,7 @@ from scipy.linalg import expm
 
 from fe_models.assembly import linearise
 from fe_models.blind import BRIDGE_KINDS, OUTSIDE, BlindCase, BlindConfig, blind_case, save_case
-from fe_models.blind.bridge_truth import Start, Truth, motion_at, off_by_uncertainty, without_prestress
+from fe_models.blind.bridge_truth import Start, Truth, motion_at, off_by_uncertainty
 from fe_models.blind.marching import Grid, march
 from fe_models.bridge import bridge
 from fe_models.dofs import FloatArray
@@ -107,7 +107,7 @@ def test_two_effects_at_once() -> None:
 
 
 def test_marching_is_exact_for_a_linear_motion_and_of_order_two_beside_it() -> None:
-    modal = natural_modes(linearise(without_prestress(bridge())), 20)
+    modal = natural_modes(linearise(bridge().without_prestress()), 20)
     q, p = np.linspace(1, 2, 20)[:, None] / modal.omega[:, None] ** 2, np.zeros((20, 1))
     row = modal.dofs.row(15, "y")
     end = march(modal, (q, p), Grid(0.0, 0.5, 1, 1), [row])[0, -1, 0, 0]  # in one step
@@ -146,7 +146,7 @@ def test_marching_agrees_with_exudyn_on_force_laws(law: ConnectorEffect | Harmon
 
 
 def test_damping_that_couples_modes_is_that_of_the_state_space() -> None:
-    design = without_prestress(bridge()).with_effects(PointDamper((12,), "y", 5.0))
+    design = bridge().without_prestress().with_effects(PointDamper((12,), "y", 5.0))
     linear = linearise(design)
     M, C, K = (part.toarray() for part in (linear.mass, linear.damping, linear.stiffness))
     starts = (Start(((15, 3.0),), np.zeros(0)),)
@@ -167,7 +167,7 @@ def test_damping_that_couples_modes_is_that_of_the_state_space() -> None:
 
 
 def test_rich_truth_tends_to_the_linear_one_for_small_motions() -> None:
-    design = replace(without_prestress(bridge()), divisions=2)
+    design = replace(bridge().without_prestress(), divisions=2)
     left = []
     for weight in (30.0, 3.0):  # 20 mm and 2 mm at mid-span
         starts = (Start(((15, weight),), np.zeros(0)),)

@@ -8,7 +8,7 @@ import pytest
 from fe_models.blind import BlindConfig, blind_case
 from fe_models.four_dof import four_dof
 from fe_models.recordings import Dataset, Recording, Sensor
-from fe_models.structure import Beam, Structure, Support
+from fe_models.structure import Beam, Direction, Structure, Support
 from hybrid.diagnosis.fitting import fit
 from hybrid.diagnosis.forecasting import forecast, model_of
 from hybrid.diagnosis.geometry_forces import geometry_of
@@ -24,14 +24,14 @@ LENGTH, PIECES = 2.0, 16
 SENSOR = (Sensor("w", 1 + PIECES // 2, "y", "displacement", "m"),)
 
 
-def hinged(*held_at_the_end: str) -> Plant:
+def hinged(*held_at_the_end: Direction) -> Plant:
     """A beam on two hinges, the second of which may slide, and its first mode alone."""
     nodes = tuple((LENGTH * i / PIECES, 0.0) for i in range(PIECES + 1))
     structure = Structure(
         "hinged",
         nodes,
         tuple(Beam((i, i + 1), TIMBER) for i in range(1, PIECES + 1)),
-        supports=(Support(1, ("x", "y")), Support(PIECES + 1, held_at_the_end)),  # type: ignore[arg-type]
+        supports=(Support(1, ("x", "y")), Support(PIECES + 1, held_at_the_end)),
     )
     recording = Recording("r", np.zeros((1, 10, 1)))
     plant = plant_of(Dataset(structure, 400.0, SENSOR, (recording,), 40.0))

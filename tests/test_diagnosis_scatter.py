@@ -12,7 +12,7 @@ from fe_models.dofs import FloatArray
 from fe_models.effects import AddedMass
 from fe_models.four_dof import four_dof
 from fe_models.modes import natural_modes
-from fe_models.recordings import Dataset
+from fe_models.recordings import Assumptions, Dataset, Uncertainty
 from fe_models.structure import Beam, Cable, Structure
 from hybrid.diagnosis.extend import extended_structure
 from hybrid.diagnosis.fitting import fit
@@ -106,3 +106,5 @@ def test_stated_deviation_holds_where_elements_are_off_by_themselves() -> None:
 
 def test_a_chain_and_a_certain_stiffness_have_none() -> None:
     assert plant_of(Dataset(four_dof(), 10.0, (), ())).scatter is NONE
+    certain = Assumptions(modes=3, uncertainty=Uncertainty(stiffness=0.0))
+    assert plant_of(Dataset(bridge(), RATE, FITTED, (), 30.0, certain)).scatter is NONE

@@ -15,7 +15,6 @@ from fe_models.blind.bridge_truth import (
     motion_at,
     off_by_uncertainty,
     scattered,
-    without_prestress,
 )
 from fe_models.blind.case import BlindCase, BlindConfig, as_recorded
 from fe_models.bridge import bridge
@@ -50,7 +49,7 @@ def bridge_case(seed: int, config: BlindConfig) -> BlindCase:
         causes.append(cause)
     more = tuple(draw_outside(kind, scene, rng, config.size, campaign.duration) for kind in config.outside)
     effects = tuple(cause for cause in causes if isinstance(cause, Effect))
-    built, ratios = without_prestress(design), np.ones(len(scene.modal.omega))
+    built, ratios = design.without_prestress(), np.ones(len(scene.modal.omega))
     if config.off:
         built = off_by_uncertainty(built, rng)
         ratios = 1 + Uncertainty().damping * rng.standard_normal(len(ratios))
@@ -73,7 +72,7 @@ def bridge_case(seed: int, config: BlindConfig) -> BlindCase:
 
 def _calm(config: BlindConfig, rng: np.random.Generator) -> tuple[tuple[Start, ...], Scene]:
     """Return how each recording begins, and the drawn bridge moving so."""
-    design = without_prestress(bridge())
+    design = bridge().without_prestress()
     model = linearise(design)
     modal = natural_modes(model, model.mass.shape[0])
     starts = []

@@ -18,7 +18,7 @@ from fe_models.effects.laws import force_laws
 from fe_models.linear import LinearModel, ModalModel
 from fe_models.modes import natural_modes
 from fe_models.recordings import Sensor, Uncertainty
-from fe_models.structure import Beam, Cable, Element, Spring, Structure
+from fe_models.structure import Beam, Element, Spring, Structure
 
 OUTPUT_RATE = 500.0  # Hz; far enough above the recordings' rate for their low-pass to act first
 SMOOTH_STEPS, STEPS = 1, 2  # in each 1 / OUTPUT_RATE: without force laws and with them
@@ -49,12 +49,6 @@ class Truth:
     structure: Structure
     ratios: FloatArray
     rich: bool
-
-
-def without_prestress(design: Structure) -> Structure:
-    """Return the bridge with cables that are bars and carry nothing at rest."""
-    elements = [replace(e, prestress=0.0, tension_only=False) if isinstance(e, Cable) else e for e in design.elements]
-    return replace(design, elements=tuple(elements))
 
 
 def off_by_uncertainty(design: Structure, rng: np.random.Generator) -> Structure:

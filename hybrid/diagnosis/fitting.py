@@ -136,9 +136,7 @@ class _Problem:
         """
         H, gradient = self.normal_equations(point)
         first, factor, most = DAMPING
-        hopeful = (
-            slopes and self.hypothesis.is_linear
-        )  # slopes take far longer, and are not needed of a step that fails
+        hopeful = slopes and self.hypothesis.is_linear  # they take far longer, and a step that fails needs none
         while damping < most:
             step = np.linalg.solve(H + damping * np.diag(np.diag(H)), gradient)
             theta = np.clip(point.theta + step, self.hypothesis.lower, self.hypothesis.upper)
@@ -152,7 +150,7 @@ class _Problem:
 
 @dataclass(frozen=True)
 class Step:
-    """Where one step of a fit leads: ``theta`` (parameter,), initial ``states`` of each batch, and the ``cost``."""
+    """Where one step leads: ``theta`` (parameter,) of a ``hypothesis``, initial ``states``, and the ``cost``."""
 
     hypothesis: Hypothesis
     theta: FloatArray
@@ -167,7 +165,7 @@ def first_step(
     frame: Frame,
     states: tuple[FloatArray, ...],
 ) -> Step | None:
-    """Return where the first step of a `fit` leads, at less than half of what that takes for it."""
+    """Return where the first step of a `fit` leads, without the slopes there, which take longest; None as of `fit`."""
     problem = _Problem(hypothesis, batches, frame)
     point = problem.begun(theta, states)
     if point is None:

@@ -4,13 +4,11 @@ Modes that are not followed give way statically: a stretched deck draws its ends
 would be far too stiff.
 """
 
-from dataclasses import replace
 from itertools import combinations_with_replacement
 
 import numpy as np
 
 from fe_models.dofs import FloatArray, IntArray
-from fe_models.structure import Cable, Structure
 from hybrid.diagnosis.geometry import Geometry, products
 from hybrid.diagnosis.plant import Plant
 
@@ -47,7 +45,7 @@ def _modal_forces(plant: Plant, coordinates: FloatArray) -> FloatArray | None:
 
     omega, shapes = plant.modes
     weighted, still = plant.mass @ shapes, np.zeros(len(plant.dofs))
-    forces, free = InternalForces(_bars(plant.structure)), plant.dofs.free[:, None]
+    forces, free = InternalForces(plant.structure.without_prestress()), plant.dofs.free[:, None]
 
     def beyond(u: FloatArray) -> FloatArray:
         exerted = np.stack([forces(column, still) for column in u.T], axis=1)  # (dof, state)
@@ -79,12 +77,3 @@ def _powers(displacements: FloatArray) -> IntArray:
             if sum(not large[i] for i in factors) <= 1
         ]
     )
-
-
-def _bars(structure: Structure) -> Structure:
-    """Return the structure with cables as the linear model has them: bars that carry nothing at rest."""
-    elements = tuple(
-        replace(element, prestress=0.0, tension_only=False) if isinstance(element, Cable) else element
-        for element in structure.elements
-    )
-    return replace(structure, elements=elements)

@@ -176,13 +176,9 @@ def plant_of(dataset: Dataset) -> Plant:
         ratios = replace_ratios(damping_ratios(assumed.damping_ratio, modes), _settled(structure))
     parts, changes = _felt_parts(structure, mass, stiffness)
     normal = assumed.uncertainty
-    scatter = NONE
-    if kept is not None and normal.stiffness:
-        scatter = _scatter(structure, parts, basis[:, :kept], stiffness, damping, ratios)
     spread = [getattr(normal, part.quantity) for part in parts] + [normal.damping] * modes
-    spread += [OWN * normal.stiffness] * len(scatter.changes)
     newmark = assumed.integrator == "newmark" and assumed.step is not None
-    return Plant(
+    plant = Plant(
         structure=structure,
         mass=mass,
         damping=damping,
@@ -193,26 +189,23 @@ def plant_of(dataset: Dataset) -> Plant:
         parts=parts,
         part_changes=changes,
         ratios=ratios,
-        scatter=scatter,
+        scatter=NONE,
         spread=np.maximum(spread, CERTAIN),
         laws=force_laws(structure),
         integration=TimeIntegration(float(assumed.step)) if newmark and assumed.step is not None else None,
         loaded=load_places(dataset),
     )
+    return _scattered(plant, normal.stiffness)
 
 
-def _scatter(
-    structure: Structure,
-    parts: tuple[UncertainPart, ...],
-    shapes: FloatArray,
-    stiffness: csr_array,
-    damping: csr_array,
-    ratios: FloatArray,
-) -> Scatter:
-    """Return how elements are off by themselves, in the mode ``shapes`` (dof, mode) that are followed."""
-    omega = np.sqrt(np.maximum(np.einsum("di,di->i", shapes, stiffness @ shapes), 0.0))
-    own = np.einsum("di,di->i", shapes, damping @ shapes) / np.maximum(2 * omega, 1e-300)
-    return scatter_of(structure, parts, shapes, omega, own + ratios)
+def _scattered(plant: Plant, stiffness: float) -> Plant:
+    """Return a frame's plant with elements off by themselves; ``stiffness``: stated relative standard deviation."""
+    if plant.kept is None or not stiffness:
+        return plant
+    omega, shapes = plant.modes
+    scatter = scatter_of(plant.structure, plant.parts, shapes, omega, plant.own_ratios)
+    own = np.full(len(scatter.changes), max(OWN * stiffness, CERTAIN))
+    return replace(plant, scatter=scatter, spread=np.append(plant.spread, own))
 
 
 def _settled(structure: Structure) -> tuple[tuple[int, float], ...]:

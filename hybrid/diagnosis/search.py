@@ -21,11 +21,11 @@ from hybrid.diagnosis.screening import Screened, screen
 PIECES = (10, 3, 1)  # segments that recordings are cut into, one after the other: short ones forgive a wrong start
 FEWEST = 8  # values a segment at least, for each of its initial state's entries
 KEPT = 10  # candidates kept from the screening of each length
-FOREMOST = 24  # of all, after one step: a large effect may need some more to show
-KEPT_LAWS = 5  # of them force laws, which take far longer to fit
 SCANNED = 4  # times as many of a scan, which knows nothing of what the uncertain factors could do besides
-FORCED = 5.0  # the same for each recording of a harmonic force, whose two entries of the initial state cost as much
+FOREMOST = 24  # of all without a force law, after one step: a large effect may need some more to show
+KEPT_LAWS = 5  # force laws among either, which take far longer to fit
 HOPEFUL = 8.0  # fall in the sum of squares that the score test must promise; less cannot outweigh the prior odds
+FORCED = 5.0  # the same for each recording of a harmonic force, whose two entries of the initial state cost as much
 BEHIND = 20.0  # in half the tempered sum of squares: a fit that far behind another of the same recordings is given up
 ALWAYS = 2  # candidates of each ranking that are fitted, however little they promise
 LEFT = 0.3  # of what the best leaves beyond noise: by how much another may be behind and still go on

@@ -6,7 +6,6 @@ from hybrid.diagnosis.fitting import Fit, fit
 from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.geometry import Geometry
 from hybrid.diagnosis.geometry_response import straightened
-from hybrid.diagnosis.plant import Plant
 from hybrid.diagnosis.records import Batch
 from hybrid.diagnosis.search import Ground, Lengths, bound_of, ground_of, lengths_of
 
@@ -22,13 +21,14 @@ def straighten(
     if geometry is None:
         return ground, lengths
     trials = []
-    own = best.hypothesis.plant
-    bent = own if own.geometry is not None else replace(own, geometry=geometry)
-    straight = straightened(_with_plant(best, bent), frame)
+    own, bent = best.hypothesis, best.hypothesis
+    if own.plant.geometry is None:
+        bent = replace(own, plant=replace(own.plant, geometry=geometry))
+    straight = straightened(replace(best, hypothesis=bent), frame)
     if straight is not None:
-        trials.append(fit(replace(best.hypothesis, plant=bent), best.theta, straight, frame, best.states))
-    if own.geometry is not None:
-        plain = replace(best.hypothesis, plant=replace(own, geometry=None))
+        trials.append(fit(bent, best.theta, straight, frame, best.states))
+    if own.plant.geometry is not None:
+        plain = replace(own, plant=replace(own.plant, geometry=None))
         recorded = tuple(batch.restored for batch in best.batches)
         trials.append(fit(plain, best.theta, recorded, frame, best.states))
     better = min((item for item in trials if item is not None), key=lambda item: item.cost, default=best)
@@ -44,17 +44,14 @@ def fitted_as(ground: Fit, fits: list[Fit], frame: Frame) -> list[Fit]:
     """Return the fits to the same recordings as the ``ground``; what is far behind the best is left out."""
     if all(_alike(item.batches, ground.batches) for item in fits):
         return fits
+    plant, bound = ground.hypothesis.plant, bound_of(fits)
     again = [
-        fit(replace(item.hypothesis, plant=ground.hypothesis.plant), item.theta, ground.batches, frame, item.states)
+        fit(replace(item.hypothesis, plant=plant), item.theta, ground.batches, frame, item.states)
         for item in fits
-        if item.cost <= bound_of(fits)
+        if item.cost <= bound
     ]
     return [item for item in again if item is not None]
 
 
 def _alike(batches: tuple[Batch, ...], others: tuple[Batch, ...]) -> bool:
     return all(one.data is other.data for one, other in zip(batches, others, strict=True))
-
-
-def _with_plant(item: Fit, plant: Plant) -> Fit:
-    return replace(item, hypothesis=replace(item.hypothesis, plant=plant))

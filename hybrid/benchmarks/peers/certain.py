@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fe_models.dofs import FloatArray
-from fe_models.errors import InputError
+from fe_models.errors import raise_faults
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.candidate import Candidate
 from hybrid.diagnosis.candidates import all_candidates
@@ -38,9 +38,12 @@ class Certain:
 
 def certain_of(dataset: Dataset) -> Certain:
     """Return what a peer starts from; every factor of the nominal model is certain."""
-    plant = plant_of(dataset)
-    if plant.loaded:
-        raise InputError("recordings name loads: the peers take free vibrations only; leave them out")
+    plant, modal = plant_of(dataset), dataset.assumptions.modal_model
+    refused = {
+        "recordings name loads: the peers take free vibrations only; leave them out": bool(plant.loaded),
+        "[simulation] modal_model: the peers know the structure only; leave it out": modal is not None,
+    }
+    raise_faults(fault for fault, given in refused.items() if given)
     plant = replace(plant, spread=np.full_like(plant.spread, CERTAIN))
     measured = measured_columns(dataset)
     batches = columns_of(batches_of(dataset, "train"), measured)
