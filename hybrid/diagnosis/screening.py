@@ -3,6 +3,7 @@
 Everything that initial states and the uncertain factors can do is projected out of both first.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -38,14 +39,23 @@ class Screened:
 
 
 @dataclass(frozen=True)
+class _Stretch:
+    """One batch of the present fit, linearised there."""
+
+    batch: Batch
+    states: FloatArray
+    part: Linearisation
+    shown: FloatArray  # the channels of the fit, in units of sigma
+    forces: tuple[History, ...]  # of the fit's force laws; of a frame's alone
+
+
+@dataclass(frozen=True)
 class _Ground:
     """The present fit, linearised: what each candidate is held against."""
 
     fit: Fit
     frame: Frame
-    parts: tuple[Linearisation, ...]
-    shown: tuple[FloatArray, ...]  # the channels of the fit, in units of sigma
-    forces: tuple[tuple[History, ...], ...]  # of the fit's force laws, in each batch; of a frame's alone
+    stretches: tuple[_Stretch, ...]
     inverse: FloatArray  # of the normal matrix of the parameters
     gradient: FloatArray
 
@@ -66,50 +76,56 @@ def screen(fit: Fit, candidates: tuple[Candidate, ...], frame: Frame) -> list[Sc
 
 
 def _ground(fit: Fit, frame: Frame) -> _Ground:
-    parts, shown, forces = [], [], []
+    stretches = []
     system = fit.hypothesis.system(fit.theta[None], frame.sensors, frame.rate, frame.positions)
+    given = fit.hypothesis.plant.kept is not None and not system.is_linear  # too many modes to march for each
     for batch, states in zip(fit.batches, fit.states, strict=True):
         part = linearise_batch(fit.hypothesis, fit.theta, batch, frame, states)
         assert part is not None  # it was fitted
-        parts.append(part)
-        shown.append(_response(fit.hypothesis, fit.theta[None], batch, frame, states)[0])
-        given = fit.hypothesis.plant.kept is not None and not system.is_linear  # too many modes to march for each
-        forces.append(forces_along(system, fitted_motion(system, states, batch)) if given else ())
-    J = np.concatenate([part.slopes.reshape(len(fit.theta), -1) for part in parts], axis=1)
-    r = np.concatenate([part.residual.ravel() for part in parts])
+        shown = _response(fit.hypothesis, fit.theta[None], batch, frame, states)[0]
+        forces = forces_along(system, fitted_motion(system, states, batch)) if given else ()
+        stretches.append(_Stretch(batch, states, part, shown, forces))
+    J = np.concatenate([stretch.part.slopes.reshape(len(fit.theta), -1) for stretch in stretches], axis=1)
+    r = np.concatenate([stretch.part.residual.ravel() for stretch in stretches])
     width = fit.hypothesis.width
     gradient = J @ r - (fit.theta - fit.hypothesis.centre) / width**2
     inverse = np.linalg.inv(J @ J.T + np.diag(1 / width**2))
-    return _Ground(fit, frame, tuple(parts), tuple(shown), tuple(forces), inverse, gradient)
+    return _Ground(fit, frame, tuple(stretches), inverse, gradient)
 
 
-def _effect(
-    fit: Fit,
-    candidate: Candidate,
-    start: tuple[float, ...],
-    batch: Batch,
-    frame: Frame,
-    states: FloatArray,
-    shown: FloatArray,
-    forces: tuple[History, ...],
-) -> FloatArray:
-    """Return what a candidate at ``start`` adds to the channels (recording, value) ``shown``, in units of sigma.
+def _columns(
+    ground: _Ground, candidate: Candidate, start: tuple[float, ...], forced: list[FloatArray] | None
+) -> Iterator[tuple[_Stretch, FloatArray]]:
+    """Yield each batch and what the candidate adds to it (recording, value), less what initial states do.
+
+    For one unit of a scalable candidate; ``forced``: the response in each batch to a law, which is known already.
+    """
+    move = start[0] - candidate.without[0] if candidate.names and candidate.scalable else 1.0
+    for number, stretch in enumerate(ground.stretches):
+        column = _effect(ground, candidate, start, stretch) if forced is None else forced[number]
+        with np.errstate(over="ignore", invalid="ignore"):  # of a start that makes the structure unstable
+            column = _project(column / move, stretch.part.basis)
+        yield stretch, column
+
+
+def _effect(ground: _Ground, candidate: Candidate, start: tuple[float, ...], stretch: _Stretch) -> FloatArray:
+    """Return what a candidate at ``start`` adds to the channels (recording, value) shown, in units of sigma.
 
     Both are taken in the shapes, and with the damping, that the candidate asks for: these move a calibrated structure a
-    little by themselves.
-    ``forces``: the present pull of force laws, taken as given where there are any.
+    little by themselves. The pull of force laws is taken as given where there are any.
     """
+    fit, frame, batch, states = ground.fit, ground.frame, stretch.batch, stretch.states
     extended = fit.hypothesis.adding(candidate)
     if not candidate.is_law:
         n, more = fit.hypothesis.size, extended.size - fit.hypothesis.size  # a released support brings a coordinate
         states = np.insert(states, [n] * more + [2 * n] * more, 0.0, axis=1)
         states = np.pad(states, ((0, 0), (0, extended.states - states.shape[1])))
     theta = np.append(fit.theta, start)
-    if candidate.changes is None and candidate.mode is None and not forces:
-        return _response(extended, theta[None], batch, frame, states)[0] - shown
+    if candidate.changes is None and candidate.mode is None and not stretch.forces:
+        return _response(extended, theta[None], batch, frame, states)[0] - stretch.shown
     thetas = np.stack([theta, np.append(fit.theta, candidate.without)])
-    if forces:
-        with_it, without = _forced_response(extended, thetas, batch, frame, states, forces)
+    if stretch.forces:
+        with_it, without = _forced_response(extended, thetas, batch, frame, states, stretch.forces)
     else:
         with_it, without = _response(extended, thetas, batch, frame, states)
     return np.asarray(with_it - without)
@@ -196,23 +212,14 @@ def _score(
     ground: _Ground, candidate: Candidate, start: tuple[float, ...], forced: list[FloatArray] | None = None
 ) -> Screened:
     """Return the score of one candidate; ``forced``: its response in each batch where that is known already."""
-    fit, frame = ground.fit, ground.frame
-    move = start[0] - candidate.without[0] if candidate.names and candidate.scalable else 1.0
-    along, size, still = 0.0, 0.0, np.zeros(len(fit.theta))
-    cross = np.zeros(len(fit.theta))
-    for number, (part, shown, forces, batch, states) in enumerate(
-        zip(ground.parts, ground.shown, ground.forces, fit.batches, fit.states, strict=True)
-    ):
-        if forced is not None:
-            column = forced[number] / move
-        else:
-            column = _effect(fit, candidate, start, batch, frame, states, shown, forces) / move  # (recording, value)
+    along, size, still = 0.0, 0.0, np.zeros(len(ground.fit.theta))
+    cross = still.copy()
+    for stretch, column in _columns(ground, candidate, start, forced):
         if not np.isfinite(column).all():
             return Screened(candidate, start, 0.0, still)
-        column = _project(column, part.basis)
-        along += float(np.sum(column * part.residual))
+        along += float(np.sum(column * stretch.part.residual))
         size += float(np.sum(column**2))
-        cross += np.einsum("prv,rv->p", part.slopes, column)
+        cross += np.einsum("prv,rv->p", stretch.part.slopes, column)
     projected = cross @ ground.inverse
     size_left = size - float(projected @ cross)
     along -= float(projected @ ground.gradient)
@@ -240,19 +247,12 @@ def amounts_by_recording(fit: Fit, candidates: list[Candidate], frame: Frame) ->
     forced = law_responses(fit, [candidate for candidate in candidates if candidate.is_law], frame)
     found = []
     for candidate in candidates:
-        start = candidate.first_starts[0]
-        move = start[0] - candidate.without[0]
+        known = forced[candidate.key][0] if candidate.is_law else None
         amounts, gains = [], []
-        for number, (part, shown, forces, batch, states) in enumerate(
-            zip(ground.parts, ground.shown, ground.forces, fit.batches, fit.states, strict=True)
-        ):
-            if candidate.is_law:
-                column = forced[candidate.key][0][number]
-            else:
-                column = _effect(fit, candidate, start, batch, frame, states, shown, forces)
-            column = _project(column / move, part.basis)
-            along = np.sum((column * part.residual).reshape(len(batch.names), -1), axis=1)
-            size = np.sum((column**2).reshape(len(batch.names), -1), axis=1) + 1e-300
+        for stretch, column in _columns(ground, candidate, candidate.first_starts[0], known):
+            recordings = len(stretch.batch.names)  # of one or more segments each
+            along = np.sum((column * stretch.part.residual).reshape(recordings, -1), axis=1)
+            size = np.sum((column**2).reshape(recordings, -1), axis=1) + 1e-300
             amounts.append(along / size)
             gains.append(along**2 / size)
         found.append((np.concatenate(amounts), np.concatenate(gains)))

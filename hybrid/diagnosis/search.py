@@ -32,6 +32,7 @@ LEFT = 0.3  # of what the best leaves beyond noise: by how much another may be b
 RACING = 5  # fits at most that are continued over longer segments
 RACING_LAWS = 3  # of them beside a force law, where each takes far longer
 RIVALS = 8  # candidates that are tried in the place of one of two causes
+HARDLY = 0.8  # of the pretension with which a cable never goes slack
 QUIET = 1e-3  # N: where the search for a harmonic force begins
 FORCES = 3  # harmonic forces that are fitted
 NEIGHBOURS = 10  # of a frame, where they are alike: if a harmonic force is the best of all
@@ -209,8 +210,9 @@ def _begun(
     begun: list[Step] = []
     for trial in trials:
         extended = hypothesis.adding(trial.candidate)
-        step = first_step(extended, trial.theta(short), short.batches, frame, padded(short.states, extended))
-        begun += [] if step is None else [step]
+        states = padded(short.states, extended)
+        steps = [first_step(extended, theta, short.batches, frame, states) for theta in _starts(trial, short)]
+        begun += sorted((step for step in steps if step is not None), key=lambda step: step.cost)[:1]
         advance()
     best: dict[str, Fit] = {}
     for step in _foremost(begun):
@@ -266,17 +268,27 @@ def _recordings(item: Fit) -> int:
 
 
 def _refined(base: Fit, trial: Screened, frame: Frame) -> Fit | None:
-    """Return the fit of a harmonic force over whole recordings, at rest in the initial states to begin with.
-
-    What is wrong may have led the base's calibration astray: then the drawn structure is a start, too.
-    """
-    extended, start = base.hypothesis.adding(trial.candidate), trial.theta(base)
-    states, count = padded(base.states, extended), base.hypothesis.nuisances
-    starts = [start]
-    if deviation_of(base) > DEVIATION:
-        starts.append(np.append(np.zeros(count), start[count:]))
-    fits = [fit(extended, theta, base.batches, frame, states) for theta in starts]
+    """Return the fit of a harmonic force over whole recordings, at rest in the initial states to begin with."""
+    extended = base.hypothesis.adding(trial.candidate)
+    states = padded(base.states, extended)
+    fits = [fit(extended, theta, base.batches, frame, states) for theta in _starts(trial, base)]
     return min((item for item in fits if item is not None), key=lambda item: item.cost, default=None)
+
+
+def _starts(trial: Screened, base: Fit) -> list[FloatArray]:
+    """Return where a fit of one candidate more may begin.
+
+    What is wrong may have led the calibration of the ``base`` astray: for a force the drawn structure is a start, too.
+    There a cable hardly goes slack at first: once it does, the structure moves further than the base lets it.
+    """
+    theta, candidate = trial.theta(base), trial.candidate
+    if candidate.pull is None or deviation_of(base) <= DEVIATION:
+        return [theta]
+    drawn = theta.copy()
+    drawn[: base.hypothesis.nuisances] = 0.0
+    if not candidate.scalable:
+        drawn[-1] = HARDLY * candidate.neutral[0]
+    return [theta, drawn]
 
 
 def _promising(ranked: list[list[Screened]], kept: int) -> list[Screened]:
