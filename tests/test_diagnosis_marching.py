@@ -67,10 +67,10 @@ def test_motion_is_that_of_an_independent_solver(forces: tuple[Force, ...], erro
     marched = march(system, start[None, None], 200)
     assert marched is not None
     expected = reference(system, start, 200)
-    assert np.abs(marched[0][:, 0, 0] - expected).max() < error * np.abs(expected).max()
+    assert np.abs(marched.states[0, 0] - expected).max() < error * np.abs(expected).max()
     seen = expected @ system.G[0].T
     pulls = np.stack([-f(seen[:, i], seen[:, len(forces) + i]) for i, f in enumerate(forces)], axis=-1)
-    assert np.abs(marched[1][:, 0, 0] - pulls).max() < 100 * error  # friction turns within a hundredth of the rates
+    assert np.abs(marched.forces[0, 0] - pulls).max() < 100 * error  # friction turns within a hundredth of the rates
 
 
 def test_order_is_four() -> None:
@@ -85,7 +85,7 @@ def test_order_is_four() -> None:
         marched = march(coarse, start[None, None], 100 // every + 1)
         assert marched is not None
         errors.append(
-            np.abs(marched[0][-1, 0, 0] - reference(two_masses(cubic), start, 100 // every * every + 1)[-1]).max()
+            np.abs(marched.states[0, 0, -1] - reference(two_masses(cubic), start, 100 // every * every + 1)[-1]).max()
         )
     assert expected.shape == (4,)
     assert errors[1] / errors[0] > 2**3
@@ -102,8 +102,8 @@ def test_every_variant_and_recording_moves_on_its_own() -> None:
     for recording in range(3):
         alone = march(two_masses(cubic), start[1:, [recording]], 50)
         assert alone is not None
-        assert marched[0][:, 1, recording] == pytest.approx(alone[0][:, 0, 0], abs=1e-8)  # their tables differ
-        assert np.all(marched[1][:, 0, recording] == 0.0)
+        assert marched.states[1, recording] == pytest.approx(alone.states[0, 0], abs=1e-8)  # their tables differ
+        assert np.all(marched.forces[0, recording] == 0.0)
 
 
 def test_motion_that_outgrows_its_tables_is_followed() -> None:
@@ -112,7 +112,7 @@ def test_motion_that_outgrows_its_tables_is_followed() -> None:
     assert marched is not None
     expected = reference(system, start, 300)
     assert np.abs(expected).max() > 50 * np.abs(start).max()
-    assert np.abs(marched[0][:, 0, 0] - expected).max() < 1e-3 * np.abs(expected).max()
+    assert np.abs(marched.states[0, 0] - expected).max() < 1e-3 * np.abs(expected).max()
 
 
 def test_motion_that_explodes_is_none() -> None:

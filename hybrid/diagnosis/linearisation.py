@@ -127,11 +127,12 @@ def _forced(
     change = (y[1:own] - y[0]) / moved[:, None, None]
     by_state = ((y[own:] - y[0]) / size[:, None, None]).transpose(1, 2, 0)  # (recording, value, state)
     basis, upper = orthonormal(by_state)
-    inside = np.einsum("prv,rvs->prs", change, basis, optimize=True)
-    along = np.einsum("rv,rvs->rs", residual, basis)
+    by_recording = change.swapaxes(0, 1)  # (recording, parameter, value), as `basis` is (recording, value, state)
+    inside = (by_recording @ basis).swapaxes(0, 1)
+    along = (residual[:, None] @ basis)[:, 0]  # (recording, state)
     return Linearisation(
-        residual - np.einsum("rs,rvs->rv", along, basis),
-        change - np.einsum("prs,rvs->prv", inside, basis, optimize=True),
+        residual - (along[:, None] @ basis.swapaxes(1, 2))[:, 0],
+        change - (inside.swapaxes(0, 1) @ basis.swapaxes(1, 2)).swapaxes(0, 1),
         states,
         -np.linalg.solve(upper, inside[..., None])[..., 0],
         np.linalg.solve(upper, along[..., None])[..., 0],

@@ -6,7 +6,9 @@ belongs (`fe_models.effects`).
 """
 
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -28,25 +30,40 @@ MARGIN = 2.0  # times what the linear motion can reach at most: how far tables g
 WIDER = 8.0  # times as far, where a motion leaves them
 SMOOTHED = 7  # samples of a force from which its derivatives are told
 ATTEMPTS = 4  # of that; a motion that goes further has exploded
+WORST = 1e6  # condition number of coordinates that are still told as well as slopes by finite differences need them
+THREADS = 2  # that share the variants; each holds a core only while it works
 
 
 def _compiled(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a function compiled to machine code, which is kept from one run to the next where that can be."""
+    """Return a function compiled to machine code, which is kept from one run to the next where that can be.
+
+    Sums may be taken in any order, so that the processor's vectors serve; what is not finite stays so.
+    """
+    options = {"nogil": True, "error_model": "numpy", "fastmath": {"reassoc", "contract", "nsz"}}
     try:
-        return njit(cache=True)(function)
+        return njit(cache=True, **options)(function)
     except RuntimeError:  # no folder that can be written to
-        return njit(function)
+        return njit(**options)(function)
+
+
+@dataclass(frozen=True)
+class Marched:
+    """``states`` (variant, recording, time, state) and ``forces`` -f (variant, recording, time, law)."""
+
+    states: FloatArray
+    forces: FloatArray
 
 
 @dataclass(frozen=True)
 class _Tables:
-    """Forces of all laws: ``values`` (variant, 2 law, node), of elongation, then of rate, from -``reach`` to ``reach``
-    (2 law,); ``felt`` (2 law,): 0 where a law does not depend on it.
+    """What laws are told by: of the elongations and rates (2 law,) those ``rows`` (row,) that any law depends on.
+
+    ``values`` (variant, row, node) of a force from -``reach`` to ``reach`` (row,).
     """
 
     values: FloatArray
     reach: FloatArray
-    felt: IntArray
+    rows: IntArray
 
 
 def _tables(system: System, reach: FloatArray) -> _Tables:
@@ -59,17 +76,16 @@ def _tables(system: System, reach: FloatArray) -> _Tables:
             for row, pair in ((number, (1, 0)), (laws + number, (0, 1))):
                 at = np.broadcast_to(reach[row] * nodes, still.shape)
                 values[:, row] = force(at if pair[0] else still, at if pair[1] else still)
-    return _Tables(values, reach, np.abs(values).max(axis=(0, 2)).astype(bool).astype(np.int64))
+    rows = np.flatnonzero(np.abs(values).max(axis=(0, 2)))
+    return _Tables(np.ascontiguousarray(values[:, rows]), reach[rows], rows)
 
 
-def march(
-    system: System, start: FloatArray, samples: int, loads: Loads | None = None
-) -> tuple[FloatArray, FloatArray] | None:
-    """Return states (time, variant, recording, state) and -f (time, variant, recording, law), None where they explode.
+def march(system: System, start: FloatArray, samples: int, loads: Loads | None = None) -> Marched | None:
+    """Return the motion from ``start`` (variant, recording, state), None where it explodes.
 
-    ``start`` (variant, recording, state). Order 4; only the elongations are needed within a substep, so that all four
-    stages cost one product with the state. Known ``loads`` and their derivatives are carried as states that each sample
-    sets anew, so that the linear part stays exact.
+    Order 4; only the elongations are needed within a substep, so that all four stages cost one product with the state.
+    Known ``loads`` and their derivatives are carried as states that each sample sets anew, so that the linear part
+    stays exact.
     """
     fastest = float(np.abs(np.linalg.eigvals(system.A[0])).max())
     substeps = max(FEWEST_SUBSTEPS, int(np.ceil(fastest * system.step / SUBSTEP)))
@@ -84,16 +100,27 @@ def march(
     if loads is not None:
         system, known = _with_loads(system, loads)
         start = np.pad(start, ((0, 0), (0, 0), (0, known.shape[2])))
-    scheme = _scheme(system, system.step / substeps)
-    history = np.empty((samples, *start.shape))
-    applied = np.empty((samples, variants, recordings, len(system.forces)))
-    begun = np.array(start, order="C")
+    history = np.empty((variants, recordings, samples, start.shape[2]))
+    applied = np.empty((variants, recordings, samples, len(system.forces)))
+    basis, inverse, half = _carried(system.A, system.step / substeps / 2)
+    begun = np.ascontiguousarray(start @ inverse.swapaxes(1, 2))
     for _ in range(ATTEMPTS):
-        if _marched(*scheme, tables.values, tables.reach, tables.felt, begun, known, substeps, history, applied):
-            return history[..., :states], applied
-        reach *= WIDER
+        scheme = _scheme(system, basis, inverse, half, system.step / substeps, tables.rows)
+        parts = (*scheme, tables.values, begun, history, applied)
+        whole = tables.reach, tables.rows % len(system.forces), known, substeps
+        if _all_marched(parts, whole):
+            return Marched(history[..., :states], applied)
+        reach = reach * WIDER
         tables = _tables(system, reach)
     return None
+
+
+def _all_marched(parts: tuple[FloatArray, ...], whole: tuple[Any, ...]) -> bool:
+    """Return whether all variants stay within their tables; threads share the ``parts``, whose first axis they are."""
+    bounds = np.linspace(0, len(parts[0]), THREADS + 1).astype(int)
+    shares = [[part[first:last] for part in parts] for first, last in pairwise(bounds)]
+    with ThreadPoolExecutor(THREADS) as pool:
+        return all(pool.map(lambda share: _marched(*share, *whole), shares))
 
 
 def _with_loads(system: System, loads: Loads) -> tuple[System, FloatArray]:
@@ -120,9 +147,10 @@ def _sharpest(system: System, tables: _Tables) -> float:
     """Return the largest rate (1/s) at which a law would bring its own place to rest: where friction holds it."""
     laws = len(system.forces)
     mobility = np.abs(np.einsum("ls,sl->l", system.G[0, laws:], system.B[0]))  # acceleration by a unit force
-    reached = tables.values[0, laws:, NODES // 4 : -NODES // 4]  # without the tables' margin
-    slopes = np.abs(np.diff(reached, axis=1)).max(axis=1) * NODES / (2 * tables.reach[laws:])
-    return float((slopes * mobility).max())
+    rates = tables.rows >= laws
+    reached = tables.values[0, rates, NODES // 4 : -NODES // 4]  # without the tables' margin
+    slopes = np.abs(np.diff(reached, axis=1)).max(axis=1) * NODES / (2 * tables.reach[rates])
+    return float((slopes * mobility[tables.rows[rates] - laws]).max(initial=0.0))
 
 
 def respond(system: System, start: FloatArray, samples: int, loads: Loads | None = None) -> FloatArray:
@@ -140,14 +168,14 @@ def respond(system: System, start: FloatArray, samples: int, loads: Loads | None
     return channels(system, marched, loads)
 
 
-def channels(system: System, marched: tuple[FloatArray, FloatArray], loads: Loads | None = None) -> FloatArray:
+def channels(system: System, marched: Marched, loads: Loads | None = None) -> FloatArray:
     """Return the channels (variant, recording, time, sensor) of what `march` returns under known ``loads``."""
     with np.errstate(over="ignore", invalid="ignore"):
-        y = np.einsum("tprn,psn->prts", marched[0], system.C, optimize=True)
-        y += np.einsum("tprm,psm->prts", marched[1], system.D, optimize=True)
+        y = marched.states @ system.C[:, None].swapaxes(2, 3)
+        y += marched.forces @ system.D[:, None].swapaxes(2, 3)
         for order, bent in enumerate(() if system.bent is None else system.bent):
             if bent.any():
-                y += np.einsum("tprm,sm->prts", _derivative(marched[1], order, system.step), bent, optimize=True)
+                y += _derivative(marched.forces, order, system.step) @ bent.T
         if loads is not None and system.loads is not None:
             courses = loads.at(system.loads.places)
             y += np.einsum("psl,rtl->prts", system.loads.direct, courses[0])
@@ -156,12 +184,15 @@ def channels(system: System, marched: tuple[FloatArray, FloatArray], loads: Load
 
 
 def _derivative(applied: FloatArray, order: int, step: float) -> FloatArray:
-    """Return a derivative of forces (time, ...), by Savitzky and Golay's filter: it follows no jump between samples."""
+    """Return a derivative of forces (..., time, law), by Savitzky and Golay's filter.
+
+    It follows no jump between samples.
+    """
     if order == 0:
         return applied
-    if len(applied) < SMOOTHED:
+    if applied.shape[-2] < SMOOTHED:
         return np.zeros_like(applied)
-    return np.asarray(savgol_filter(applied, SMOOTHED, polyorder=4, deriv=order, delta=step, axis=0))
+    return np.asarray(savgol_filter(applied, SMOOTHED, polyorder=4, deriv=order, delta=step, axis=-2))
 
 
 def _reach(system: System, start: FloatArray, loads: Loads | None) -> FloatArray:
@@ -175,104 +206,153 @@ def _reach(system: System, start: FloatArray, loads: Loads | None) -> FloatArray
     return np.maximum(MARGIN * most, np.finfo(float).tiny ** 0.25)
 
 
-def _scheme(system: System, h: float) -> tuple[FloatArray, ...]:
-    """Return the matrices of a substep ``h``, transposed so that columns are contiguous."""
-    half = expm(system.A * (h / 2))
+def _carried(A: FloatArray, time: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return coordinates (variant, state, coordinate) that hardly couple, their inverse, and what carries them on.
+
+    The real and imaginary parts of eigenvectors, which a ``time`` (s) turns in pairs; where these fall together, the
+    states themselves.
+    """
+    roots, vectors = np.linalg.eig(A)
+    basis = np.where(roots.imag[:, None] < 0, -vectors.imag, vectors.real)
+    if not np.isfinite(basis).all() or np.linalg.cond(basis).max() > WORST:
+        same = np.broadcast_to(np.eye(A.shape[1]), A.shape)
+        return same, same, expm(A * time)
+    turned = np.exp(roots * time)
+    carried = turned.real[:, None] * np.eye(A.shape[1])
+    variant, second = np.nonzero(roots.imag < 0)  # each follows the other of its pair
+    carried[variant, second - 1, second] = -turned.imag[variant, second]
+    carried[variant, second, second - 1] = turned.imag[variant, second]
+    return basis, np.linalg.inv(basis), carried
+
+
+def _scheme(
+    system: System, basis: FloatArray, inverse: FloatArray, half: FloatArray, h: float, rows: IntArray
+) -> tuple[Any, ...]:
+    """Return the matrices of a substep ``h`` for the ``rows`` of G that are felt.
+
+    ``near`` (variant, 3, coordinate): what the one before, the coordinate itself and the next bring to each; where
+    others do, too, ``near`` has no entries and ``whole`` serves, columns contiguous.
+    """
     whole = half @ half
-    G, half_B = system.G, half @ system.B
-    stack = np.concatenate([G, G @ half, G @ whole, whole], axis=1)  # (variant, 6 law + state, state)
-    parts = (
-        stack,
-        h * (G @ system.B),
-        h * (G @ half_B),
-        h / 6 * (whole @ system.B),
-        h / 3 * half_B,
-        h / 6 * system.B,
-    )
-    return tuple(np.ascontiguousarray(part.transpose(0, 2, 1)) for part in parts)
+    B, G = inverse @ system.B, system.G[:, rows] @ basis
+    half_B = half @ B
+    ahead = np.concatenate([G, G @ half, G @ whole], axis=1)  # (variant, 3 row, coordinate)
+    near = np.zeros((len(whole), 3, whole.shape[1]))
+    near[:, 0, 1:], near[:, 2, :-1] = (np.diagonal(whole, side, 1, 2) for side in (-1, 1))
+    near[:, 1] = np.diagonal(whole, 0, 1, 2)
+    if np.triu(whole, 2).any() or np.tril(whole, -2).any():
+        near = near[..., :0]
+    columns = (basis, whole, h * (G @ B), h * (G @ half_B), h / 6 * (whole @ B), h / 3 * half_B, h / 6 * B)
+    return ahead, near, *(np.ascontiguousarray(part.swapaxes(1, 2)) for part in columns)
 
 
 @_compiled
-def _force(values: FloatArray, reach: float, x: float) -> float:
-    """Return a table's value at ``x``: the cubic through its four nearest nodes (Lagrange)."""
-    place = (x + reach) / (2 * reach) * (len(values) - 1)
-    cell = min(max(int(place), 1), len(values) - 3)
+def _force(tables: FloatArray, row: int, place: float) -> float:
+    """Return a ``row``'s value at ``place``, counted in nodes: the cubic through its four nearest nodes (Lagrange)."""
+    cell = min(max(int(place), 1), tables.shape[1] - 3)
     t = place - cell
-    before, here, after, last = values[cell - 1], values[cell], values[cell + 1], values[cell + 2]
-    return (
-        -before * t * (t - 1) * (t - 2) / 6
-        + here * (t + 1) * (t - 1) * (t - 2) / 2
-        - after * (t + 1) * t * (t - 2) / 2
-        + last * (t + 1) * t * (t - 1) / 6
-    )
+    before, here = tables[row, cell - 1], tables[row, cell]
+    after, last = tables[row, cell + 1], tables[row, cell + 2]
+    low, high = (t - 1) * (t - 2), (t + 1) * t
+    return (low * (3 * here * (t + 1) - before * t) + high * (last * (t - 1) - 3 * after * (t - 2))) * (1 / 6)
+
+
+@_compiled
+def _add_columns(columns: FloatArray, amounts: FloatArray, to: FloatArray) -> None:
+    """Add the product of a matrix, given by its ``columns`` (column, entry), and ``amounts``."""
+    for j in range(len(amounts)):
+        amount = amounts[j]
+        for i in range(len(to)):
+            to[i] += columns[j, i] * amount
 
 
 @_compiled
 def _marched(
-    stack: FloatArray,
+    ahead: FloatArray,
+    near: FloatArray,
+    basis: FloatArray,
+    whole: FloatArray,
     direct: FloatArray,
     delayed: FloatArray,
     first: FloatArray,
     middle: FloatArray,
     last: FloatArray,
     values: FloatArray,
-    reach: FloatArray,
-    felt: IntArray,
     start: FloatArray,
-    known: FloatArray,
-    substeps: int,
     history: FloatArray,
     applied: FloatArray,
+    reach: FloatArray,
+    law_of: IntArray,
+    known: FloatArray,
+    substeps: int,
 ) -> bool:
-    """Fill ``history`` and ``applied``; return whether no elongation or rate left its table. The last states are
-    ``known`` at each sample (recording, time, known).
+    """Fill ``history`` and ``applied``; return whether no elongation or rate left its table.
+
+    Each row of the tables belongs to a law (``law_of``). The last states are ``known`` at each sample (recording, time,
+    known).
     """
-    samples, variants, recordings, states = history.shape
-    laws = applied.shape[3]
-    rows = 2 * laws
-    moved, at = np.empty(3 * rows + states), np.empty(rows)
-    f = np.empty((4, laws))
-    z = np.empty(states)
-    for variant in range(variants):
-        columns = stack[variant]
+    variants, recordings, samples, states = history.shape
+    laws, rows = applied.shape[3], len(reach)
+    own = states - known.shape[2]  # the states that are not known
+    middle_node = (values.shape[2] - 1) / 2
+    per_unit = middle_node / reach
+    seen, at, f = np.zeros(3 * rows), np.zeros(rows), np.zeros((4, laws))
+    z, moved = np.zeros(states), np.zeros(states)
+    for variant in range(variants):  # what is picked here need not be picked in the loops below
+        ahead_of, below, on, above = ahead[variant], near[variant, 0], near[variant, 1], near[variant, 2]
+        by_first, by_middle, by_last = first[variant], middle[variant], last[variant]
+        stage_direct, stage_delayed, table = direct[variant], delayed[variant], values[variant]
+        shapes, dense = basis[variant], whole[variant]
         for recording in range(recordings):
             z[:] = start[variant, recording]
             for k in range(samples):
-                for i in range(known.shape[2]):
-                    z[states - known.shape[2] + i] = known[recording, k, i]
+                for i in range(own, states):
+                    z[i] = known[recording, k, i - own]
                 for part in range(substeps):
-                    moved[:] = 0.0
-                    for j in range(states):
-                        column, amount = columns[j], z[j]
-                        for i in range(len(column)):
-                            moved[i] += column[i] * amount
+                    for row in range(3 * rows):
+                        total = 0.0
+                        for j in range(states):
+                            total += ahead_of[row, j] * z[j]
+                        seen[row] = total
                     for stage in range(4):
+                        place = 0 if stage == 0 else rows if stage < 3 else 2 * rows
                         for row in range(rows):
-                            at[row] = moved[row if stage == 0 else rows + row if stage < 3 else 2 * rows + row]
+                            at[row] = seen[place + row]
                             for law in range(laws):
                                 if stage == 1:
-                                    at[row] += 0.5 * f[0, law] * delayed[variant, law, row]
+                                    at[row] += 0.5 * f[0, law] * stage_delayed[law, row]
                                 elif stage == 2:
-                                    at[row] += 0.5 * f[1, law] * direct[variant, law, row]
+                                    at[row] += 0.5 * f[1, law] * stage_direct[law, row]
                                 elif stage == 3:
-                                    at[row] += f[2, law] * delayed[variant, law, row]
+                                    at[row] += f[2, law] * stage_delayed[law, row]
                         for law in range(laws):
                             f[stage, law] = 0.0
-                            for row in (law, laws + law):
-                                if not abs(at[row]) <= reach[row]:
-                                    return False
-                                if felt[row]:
-                                    f[stage, law] -= _force(values[variant, row], reach[row], at[row])
+                        for row in range(rows):
+                            if not abs(at[row]) <= reach[row]:
+                                return False
+                            f[stage, law_of[row]] -= _force(table, row, middle_node + at[row] * per_unit[row])
                         if stage == 0 and part == 0:
-                            history[k, variant, recording] = z
-                            applied[k, variant, recording] = f[0]
+                            shown = history[variant, recording, k]
+                            shown[:] = 0.0
+                            _add_columns(shapes, z, shown)
+                            applied[variant, recording, k] = f[0]
                             if k == samples - 1:
                                 break
                     if k == samples - 1:
                         break
-                    for i in range(states):
-                        z[i] = moved[3 * rows + i]
-                        for law in range(laws):
-                            z[i] += f[0, law] * first[variant, law, i] + f[3, law] * last[variant, law, i]
-                            z[i] += (f[1, law] + f[2, law]) * middle[variant, law, i]
+                    if near.shape[2]:
+                        for i in range(states):
+                            moved[i] = on[i] * z[i]
+                        for i in range(1, states):
+                            moved[i] += below[i] * z[i - 1]
+                        for i in range(states - 1):
+                            moved[i] += above[i] * z[i + 1]
+                    else:
+                        moved[:] = 0.0
+                        _add_columns(dense, z, moved)
+                    for law in range(laws):
+                        begun, between, ended = f[0, law], f[1, law] + f[2, law], f[3, law]
+                        for i in range(states):
+                            moved[i] += begun * by_first[law, i] + between * by_middle[law, i] + ended * by_last[law, i]
+                    z[:] = moved
     return True

@@ -78,10 +78,20 @@ class Plant:
         """Number of parts and damping ratios, whose factors are the first nuisances; the scatter's patterns follow."""
         return len(self.parts) + len(self.ratios)
 
+    @property
+    def matrices(self) -> tuple[csr_array, ...]:
+        """M, C, K, then what doubling each part adds and what a unit of each pattern of the scatter does."""
+        return (self.mass, self.damping, self.stiffness, *self.part_changes, *self.scatter.changes)
+
+    @cached_property
+    def projected(self) -> FloatArray:
+        """The ``matrices`` in the basis, (matrix, vector, vector)."""
+        return np.stack([self.basis.T @ (matrix @ self.basis) for matrix in self.matrices])
+
     @cached_property
     def modes(self) -> tuple[FloatArray, FloatArray]:
         """Natural frequencies (rad/s) and mass-normalised shapes (dof, mode) of the nominal modes that are followed."""
-        M, K = (self.basis.T @ (matrix @ self.basis) for matrix in (self.mass, self.stiffness))
+        M, _, K = self.projected[:3]
         omega2, shapes = eigh(K, M)
         return np.sqrt(np.maximum(omega2[: self.size], 0.0)), self.basis @ shapes[:, : self.size]
 

@@ -42,12 +42,19 @@ def basis_of(plant: Plant, candidates: tuple[Candidate, ...]) -> Basis:
     changes = tuple(
         None if c.changes is None else np.array([shapes.T @ (part @ shapes) for part in c.changes]) for c in candidates
     )
-    M, C, K = (shapes.T @ (matrix @ shapes) for matrix in (plant.mass, plant.damping, plant.stiffness))
-    parts, scattered = (
-        np.array([shapes.T @ (change @ shapes) for change in group]).reshape(-1, *M.shape)
-        for group in (plant.part_changes, plant.scatter.changes)
-    )
+    M, C, K, *others = (_bordered(plant, number, shapes) for number in range(len(plant.matrices)))
+    first, size = len(plant.parts), shapes.shape[1]
+    parts, scattered = (np.array(group).reshape(-1, size, size) for group in (others[:first], others[first:]))
     return Basis(shapes, M, C, K, parts, scattered, changes)
+
+
+def _bordered(plant: Plant, number: int, shapes: FloatArray) -> FloatArray:
+    """Return one of the plant's matrices in ``shapes`` (dof, vector), which begin with its own basis."""
+    known, own = plant.projected[number], plant.basis.shape[1]
+    if shapes.shape[1] == own:
+        return known
+    added = shapes.T @ (plant.matrices[number] @ shapes[:, own:])  # (vector, added vector)
+    return np.block([[known, added[:own]], [added.T]])
 
 
 def _static_shapes(plant: Plant, candidate: Candidate) -> FloatArray:

@@ -219,7 +219,7 @@ def _score(
             return Screened(candidate, start, 0.0, still)
         along += float(np.sum(column * stretch.part.residual))
         size += float(np.sum(column**2))
-        cross += np.einsum("prv,rv->p", stretch.part.slopes, column)
+        cross += stretch.part.slopes.reshape(len(cross), -1) @ column.ravel()
     projected = cross @ ground.inverse
     size_left = size - float(projected @ cross)
     along -= float(projected @ ground.gradient)
@@ -263,5 +263,5 @@ def _project(column: FloatArray, basis: FloatArray) -> FloatArray:
     """Return a column (recording, value) less what initial states do; ``basis`` (value, s) or (recording, value, s)."""
     if basis.ndim == 2:
         return np.asarray(column - (column @ basis) @ basis.T)
-    inside = np.einsum("rv,rvs->rs", column, basis)
-    return np.asarray(column - np.einsum("rs,rvs->rv", inside, basis))
+    inside = column[:, None] @ basis  # (recording, 1, state)
+    return np.asarray(column - (inside @ basis.swapaxes(1, 2))[:, 0])

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from math import ceil, sqrt
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -84,8 +85,13 @@ class ModalForm:
 
     def waves(self, samples: int, step: float) -> FloatArray:
         """Return exp(root t) side by side as real and negative imaginary part, (variant, time, 2 m)."""
-        growth = self.roots[:, None] * (step * np.arange(samples))[None, :, None]
-        waves = np.exp(np.minimum(growth.real, MOST_GROWTH) + 1j * growth.imag)
+        roots = np.minimum(self.roots.real, MOST_GROWTH / (step * samples)) + 1j * self.roots.imag
+        block = ceil(sqrt(samples))  # exp of each block's beginning times exp within it: two short tables
+        begin, within = (
+            np.exp(roots[:, None] * (step * times)[:, None])
+            for times in (block * np.arange(ceil(samples / block)), np.arange(block))
+        )
+        waves = (begin[:, :, None] * within[:, None]).reshape(len(roots), -1, roots.shape[1])[:, :samples]
         return np.concatenate([waves.real, -waves.imag], axis=2)
 
 
