@@ -1,6 +1,6 @@
 """Recordings far cleaner than the model is right: what the model lacks then counts as noise while causes are sought.
 
-Where the nominal model leaves a hundred times the noise, noise alone would let every nominal value run away from what
+Where the nominal model leaves fifty times the noise, noise alone would let every nominal value run away from what
 its owner knows, for gains that mean nothing. The noise is then taken as large as what is left, and its energy larger by
 the number of values that tell as much as one: errors of a model are slow, and repeat themselves (Bartlett).
 """
@@ -16,9 +16,8 @@ from hybrid.diagnosis.pairs import short_fit
 from hybrid.diagnosis.plant import Plant
 from hybrid.diagnosis.search import Lengths
 
-ASTRAY = (
-    1e4  # times the energy of noise: as much as all of the motion where noise is 1 % of it, and no model leaves all
-)
+ASTRAY = 3e3  # times the energy of noise: a third of all motion where noise is 1 % of it; one cause, however large,
+# leaves no fifth of short segments whose initial states are free
 ROUNDS = 3  # of taking the noise from the fit, which takes it from the noise
 
 
