@@ -19,6 +19,8 @@ ITERATIONS = 12
 LAW_ITERATIONS = 8  # with force laws, each of which takes a simulation of all variants
 ENOUGH = 0.05  # the fall in the sum of squares (a chi-square) below which a fit has converged, for each of noise's own
 WEAKER = (1.0, 0.5, 0.2)  # of force laws, one after the other, where the motion from the start grows for ever
+FIRST, FIRST_OF_LAWS = 1, 2  # steps that tell whether more are worth it: a law's initial states must leave those of the
+# motion without it
 FREE = 1e-10  # of Marquardt's damping: none; a cause and the uncertain factor it resembles need whole steps
 DAMPING = (1e-3, 30.0, 1e3)  # where a whole step fails: first, factor, give up
 
@@ -150,7 +152,7 @@ class _Problem:
 
 @dataclass(frozen=True)
 class Step:
-    """Where one step leads: ``theta`` (parameter,) of a ``hypothesis``, initial ``states``, and the ``cost``."""
+    """Where first steps lead: ``theta`` (parameter,) of a ``hypothesis``, initial ``states``, and the ``cost``."""
 
     hypothesis: Hypothesis
     theta: FloatArray
@@ -158,20 +160,24 @@ class Step:
     cost: float
 
 
-def first_step(
+def first_steps(
     hypothesis: Hypothesis,
     theta: FloatArray,
     batches: tuple[Batch, ...],
     frame: Frame,
     states: tuple[FloatArray, ...],
 ) -> Step | None:
-    """Return where the first step of a `fit` leads, without the slopes there, which take longest; None as of `fit`."""
+    """Return where the first steps of a `fit` lead, without the slopes there, which take longest; None as of `fit`."""
     problem = _Problem(hypothesis, batches, frame)
     point = problem.begun(theta, states)
     if point is None:
         return None
-    then = problem.improved(point, FREE, slopes=False)[0] or point
-    return Step(hypothesis, then.theta, then.states, then.cost)
+    for to_come in reversed(range(FIRST if hypothesis.is_linear else FIRST_OF_LAWS)):
+        then = problem.improved(point, FREE, slopes=to_come > 0)[0]
+        if then is None:
+            break
+        point = then
+    return Step(hypothesis, point.theta, point.states, point.cost)
 
 
 def fit(

@@ -92,13 +92,26 @@ def pair_fits(
         if ground is None or not seconds:
             continue
         best = seconds[0]
-        found += seconds
+        found += [*seconds, *each_alone(best, frame)]
         gained = (best.log_evidence - ground.whole.log_evidence) / posterior.temper
         if not left(best, frame, band).significant and not factors_off(best):
             return found + list(rivals_contest(best, candidates, lengths, frame, plain, advance))
         if gained >= SECOND:
             starts.insert(0, best)
     return found
+
+
+def each_alone(pair: Fit, frame: Frame) -> list[Fit]:
+    """Return fits of each cause of a ``pair`` without the other, which may only have led the search to it."""
+    found, both = [], pair.hypothesis
+    for number, candidate in enumerate(both.candidates):
+        own, n = replace(both, candidates=(candidate,)), both.size
+        theta = np.append(pair.theta[: own.nuisances], pair.theta[both.slices[number]])
+        first = 2 * n + 2 * sum(c.oscillator for c in both.candidates[:number])
+        waves = range(first, first + 2) if candidate.oscillator else ()
+        kept = [*range(own.size), *range(n, n + own.size), *waves]
+        found.append(fit(own, theta, pair.batches, frame, tuple(part[:, kept] for part in pair.states)))
+    return [item for item in found if item is not None]
 
 
 def misfit(item: Fit) -> float:

@@ -8,7 +8,7 @@ import numpy as np
 from fe_models.dofs import FloatArray
 from hybrid.calibration import nothing
 from hybrid.diagnosis.candidate import Candidate
-from hybrid.diagnosis.fitting import ENOUGH, Fit, Step, first_step, fit
+from hybrid.diagnosis.fitting import ENOUGH, Fit, Step, first_steps, fit
 from hybrid.diagnosis.force_screening import screen_forces
 from hybrid.diagnosis.forecasting import DEVIATION, deviation_of
 from hybrid.diagnosis.frame import Frame
@@ -22,7 +22,7 @@ PIECES = (10, 3, 1)  # segments that recordings are cut into, one after the othe
 FEWEST = 8  # values a segment at least, for each of its initial state's entries
 KEPT = 10  # candidates kept from the screening of each length
 SCANNED = 4  # times as many of a scan, which knows nothing of what the uncertain factors could do besides
-FOREMOST = 24  # of all without a force law, after one step: a large effect may need some more to show
+FOREMOST = 24  # of all without a force law, after their first step: a large effect may need some more to show
 KEPT_LAWS = 5  # force laws among either, which take far longer to fit
 HOPEFUL = 8.0  # fall in the sum of squares that the score test must promise; less cannot outweigh the prior odds
 FORCED = 5.0  # the same for each recording of a harmonic force, whose two entries of the initial state cost as much
@@ -205,13 +205,13 @@ def _begun(
 ) -> list[Fit]:
     """Return fits of one candidate more over the shortest segments; ``known``: one that others must come near.
 
-    One step of each tells more than any first guess; only the best after that go on.
+    The first steps of each tell more than any guess; only the best after that go on.
     """
     begun: list[Step] = []
     for trial in trials:
         extended = hypothesis.adding(trial.candidate)
         states = padded(short.states, extended)
-        steps = [first_step(extended, theta, short.batches, frame, states) for theta in _starts(trial, short)]
+        steps = [first_steps(extended, theta, short.batches, frame, states) for theta in _starts(trial, short)]
         begun += sorted((step for step in steps if step is not None), key=lambda step: step.cost)[:1]
         advance()
     best: dict[str, Fit] = {}
