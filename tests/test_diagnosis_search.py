@@ -14,11 +14,12 @@ from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.hypothesis import Hypothesis
 from hybrid.diagnosis.judging import judge
 from hybrid.diagnosis.noise import noise_of_recordings, structure_band
+from hybrid.diagnosis.pairs import each_alone
 from hybrid.diagnosis.places import Motion
 from hybrid.diagnosis.plant import plant_of
 from hybrid.diagnosis.posterior import posterior_of
 from hybrid.diagnosis.records import Batch, batches_of, columns_of
-from hybrid.diagnosis.search import fit_growing, lengths_of
+from hybrid.diagnosis.search import fit_growing, lengths_of, padded
 from hybrid.diagnosis.setting import setting_of
 from hybrid.diagnosis.switching import acting_recordings, fit_switched
 from hybrid.diagnosis.wave import wave
@@ -120,3 +121,26 @@ def test_stiffness_is_known_no_better_than_its_uncertainty_allows() -> None:
     # The calibrated stiffness of the element, uncertain by 1 %, does the same as the factor.
     assert np.sqrt(found.covariance[-1, -1]) > 0.99 * 0.01 * found.theta[-1]
     assert found.theta[-1] == pytest.approx(0.474, abs=3 * 0.01 * 0.474)
+
+
+def test_cable_that_is_slack_most_of_the_time_is_named_alone() -> None:
+    case = blind_case(90016, BlindConfig(("slack_cable",), off=True))
+    marks = judge(case, diagnose(case.dataset))
+    assert marks.named == marks.truth
+
+
+def test_each_of_two_causes_is_tried_alone() -> None:
+    case = blind_case(33021, BlindConfig(("cubic_spring",), size=0.6, train=4, test=1, duration=30.0))
+    (cause,) = case.truth
+    setting = setting_of(case.dataset)
+    force = candidate(case.dataset, "harmonic_force", node=2)
+    spring = candidate(case.dataset, "cubic_spring", **cause.location)
+    pair = Hypothesis(setting.plant, (force, spring))
+    start = np.concatenate([np.zeros(pair.nuisances), [0.3, cause.parameters["stiffness"]]])
+    states = padded(setting.short.states, pair)
+    both = fit(pair, start, setting.lengths.cut[0], setting.searched, states)
+    assert both is not None
+    alone = {item.hypothesis.candidates[0].key: item for item in each_alone(both, setting.searched)}
+    assert alone[spring.key].chi2 < 1.05 * both.chi2  # the force only takes up noise: two numbers in each segment
+    assert alone[spring.key].log_evidence > both.log_evidence
+    assert alone[force.key].chi2 > 1.5 * both.chi2

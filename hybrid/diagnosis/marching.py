@@ -201,6 +201,7 @@ def _reach(system: System, start: FloatArray, loads: Loads | None) -> FloatArray
     with np.errstate(all="ignore"):
         amplitudes = np.abs(np.linalg.pinv(vectors) @ start[0].T)  # (mode, recording)
         most = (np.abs(system.G[0] @ vectors) @ amplitudes).max(axis=1)
+        most = np.maximum(most, np.abs(system.G[0] @ start[0].T).max(axis=1))  # of a body that moves freely
         if loads is not None:
             most = most + np.abs(loaded_states(system, loads) @ system.G[0].T).max(axis=(0, 1))
     return np.maximum(MARGIN * most, np.finfo(float).tiny ** 0.25)
