@@ -16,8 +16,8 @@ from hybrid.diagnosis.pairs import short_fit
 from hybrid.diagnosis.plant import Plant
 from hybrid.diagnosis.search import Lengths
 
-ASTRAY = 3e3  # times the energy of noise: a third of all motion where noise is 1 % of it; one cause, however large,
-# leaves no fifth of short segments whose initial states are free
+ASTRAY = 3e3  # times the energy of noise: 0.3 of that of the motion where noise is 1 % of its amplitude; one cause,
+# however large, leaves less than 0.2 of it in short segments whose initial states are free
 ROUNDS = 3  # of taking the noise from the fit, which takes it from the noise
 
 

@@ -66,7 +66,10 @@ def pair_fits(
     band: Band,
     advance: Callable[[], object],
 ) -> list[Fit]:
-    """Return fits of two causes: the best single ones each with all others, and what may stand in the first's place."""
+    """Return fits of two causes: the best single ones each with all others, and what may stand in the first's place.
+
+    Each of the best two alone, too.
+    """
     singles = [
         item for item in posterior.fits if item.hypothesis.candidates and not any(batch.off for batch in item.batches)
     ]
@@ -102,7 +105,10 @@ def pair_fits(
 
 
 def each_alone(pair: Fit, frame: Frame) -> list[Fit]:
-    """Return fits of each cause of a ``pair`` without the other, which may only have led the search to it."""
+    """Return fits of each cause of a ``pair`` without the other, which may only have led the search to it.
+
+    Where two supports give way, the one kept begins with the other's motion; it matters beside force laws only.
+    """
     found, both = [], pair.hypothesis
     for number, candidate in enumerate(both.candidates):
         own, n = replace(both, candidates=(candidate,)), both.size

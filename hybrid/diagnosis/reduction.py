@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.sparse import csr_array
 
 from fe_models.dofs import FloatArray
 from hybrid.diagnosis.candidate import Candidate
@@ -42,18 +43,18 @@ def basis_of(plant: Plant, candidates: tuple[Candidate, ...]) -> Basis:
     changes = tuple(
         None if c.changes is None else np.array([shapes.T @ (part @ shapes) for part in c.changes]) for c in candidates
     )
-    M, C, K, *others = (_bordered(plant, number, shapes) for number in range(len(plant.matrices)))
+    M, C, K, *others = (_bordered(*pair, shapes) for pair in zip(plant.matrices, plant.projected, strict=True))
     first, size = len(plant.parts), shapes.shape[1]
     parts, scattered = (np.array(group).reshape(-1, size, size) for group in (others[:first], others[first:]))
     return Basis(shapes, M, C, K, parts, scattered, changes)
 
 
-def _bordered(plant: Plant, number: int, shapes: FloatArray) -> FloatArray:
-    """Return one of the plant's matrices in ``shapes`` (dof, vector), which begin with its own basis."""
-    known, own = plant.projected[number], plant.basis.shape[1]
+def _bordered(matrix: csr_array, known: FloatArray, shapes: FloatArray) -> FloatArray:
+    """Return a symmetric ``matrix`` in ``shapes`` (dof, vector), in the first of which it is ``known``."""
+    own = len(known)
     if shapes.shape[1] == own:
         return known
-    added = shapes.T @ (plant.matrices[number] @ shapes[:, own:])  # (vector, added vector)
+    added = shapes.T @ (matrix @ shapes[:, own:])  # (vector, added vector)
     return np.block([[known, added[:own]], [added.T]])
 
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fe_models.dofs import FloatArray
+from fe_models.effects import SlackCable
 from hybrid.calibration import nothing
 from hybrid.diagnosis.candidate import Candidate
 from hybrid.diagnosis.fitting import ENOUGH, Fit, Step, first_steps, fit
@@ -23,7 +24,7 @@ FEWEST = 8  # values a segment at least, for each of its initial state's entries
 KEPT = 10  # candidates kept from the screening of each length
 SCANNED = 4  # times as many of a scan, which knows nothing of what the uncertain factors could do besides
 FOREMOST = 24  # of all without a force law, after their first step: a large effect may need some more to show
-KEPT_LAWS = 5  # force laws among either, which take far longer to fit
+KEPT_LAWS = 5  # force laws at most, of a screening's and of those after their first steps: they take far longer
 HOPEFUL = 8.0  # fall in the sum of squares that the score test must promise; less cannot outweigh the prior odds
 FORCED = 5.0  # the same for each recording of a harmonic force, whose two entries of the initial state cost as much
 BEHIND = 20.0  # in half the tempered sum of squares: a fit that far behind another of the same recordings is given up
@@ -286,7 +287,7 @@ def _starts(trial: Screened, base: Fit) -> list[FloatArray]:
         return [theta]
     drawn = theta.copy()
     drawn[: base.hypothesis.nuisances] = 0.0
-    if not candidate.scalable:
+    if candidate.kind == SlackCable.kind:
         drawn[-1] = HARDLY * candidate.neutral[0]
     return [theta, drawn]
 
