@@ -143,4 +143,4 @@ def test_each_of_two_causes_is_tried_alone() -> None:
     alone = {item.hypothesis.candidates[0].key: item for item in each_alone(both, setting.searched)}
     assert alone[spring.key].chi2 < 1.05 * both.chi2  # the force only takes up noise: two numbers in each segment
     assert alone[spring.key].log_evidence > both.log_evidence
-    assert alone[force.key].chi2 > 1.5 * both.chi2
+    assert alone[force.key].chi2 > 1.5 * both.chi2  # the spring, nearly half of what is left, is missing

@@ -19,7 +19,7 @@ class Candidate:
     ``build`` makes the cause from its parameters (of arrays, one of arrays). ``names``: their words; ``neutral``:
     values at which it does nothing; ``width``: prior standard deviations about them; ``lower`` and ``upper`` (empty:
     none): bounds; ``starts``: values at which a search may begin; with ``scalable`` the first of them is small, and the
-    score test finds its size.
+    score test finds its size; ``hardly``: values at which it hardly acts, of what no small size makes weak.
     The cause is felt by what of the following is set: ``changes`` dM, dC, dK, sparse (dof, dof), for each unit of its
     `amount`, ``mode`` (from 0), ``pull`` (dof,) of a force law or of an ``oscillator``, ``sensor`` (position among the
     measured ones), or nothing (the time steps). ``released``: the row that a support holds in the nominal structure;
@@ -36,6 +36,7 @@ class Candidate:
     lower: tuple[float, ...]
     starts: tuple[tuple[float, ...], ...] = ()
     scalable: bool = True
+    hardly: tuple[float, ...] = ()
     changes: tuple[csr_array, csr_array, csr_array] | None = field(default=None, compare=False, repr=False)
     mode: int | None = None
     pull: FloatArray | None = field(default=None, compare=False, repr=False)

@@ -22,6 +22,7 @@ from hybrid.diagnosis.plant import Plant
 CREEP = (0.002, 0.01, 0.1)  # of the rms rate at its place: below it friction is a dashpot; at least, usual, at most
 REACHES = (0.1, 0.25, 0.45, 0.65, 0.85)  # of the largest elongation: where a search for a gap starts
 FARTHEST = 0.999  # quantile of an elongation that counts as its largest
+HARDLY = 0.8  # of the pretension with which a cable never goes slack
 LEAST = 1e-3  # of the rms elongation: what a gap, or the largest elongation of one side, is at least
 SIDES: tuple[Literal[1, -1], ...] = (1, -1)
 RUBBING = 0.3  # of a usual dashpot's force: the usual friction
@@ -111,17 +112,19 @@ def _slack_cables(plant: Plant, motion: Motion) -> list[Candidate]:
             pull = plant.pull(law)
             u = motion.displacement @ pull
             most = max(float(np.quantile(-u, FARTHEST)), LEAST * float(np.std(u))) * law.stiffness
+            taut = 2.0 * most  # never slack
             found.append(
                 Candidate(
                     kind=SlackCable.kind,
                     location={"element": number},
                     names=("pretension",),
                     build=partial(SlackCable, number),
-                    neutral=(2.0 * most,),  # never slack
+                    neutral=(taut,),
                     width=(most,),
                     lower=(LEAST * most,),
                     starts=tuple((reach * most,) for reach in REACHES),
                     scalable=False,
+                    hardly=(HARDLY * taut,),
                     pull=pull,
                     flexibility=plant.flexibility(pull),
                 )

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fe_models.dofs import FloatArray
-from fe_models.effects import SlackCable
 from hybrid.calibration import nothing
 from hybrid.diagnosis.candidate import Candidate
 from hybrid.diagnosis.fitting import ENOUGH, Fit, Step, first_steps, fit
@@ -33,7 +32,6 @@ LEFT = 0.3  # of what the best leaves beyond noise: by how much another may be b
 RACING = 5  # fits at most that are continued over longer segments
 RACING_LAWS = 3  # of them beside a force law, where each takes far longer
 RIVALS = 8  # candidates that are tried in the place of one of two causes
-HARDLY = 0.8  # of the pretension with which a cable never goes slack
 QUIET = 1e-3  # N: where the search for a harmonic force begins
 FORCES = 3  # harmonic forces that are fitted
 NEIGHBOURS = 10  # of a frame, where they are alike: if a harmonic force is the best of all
@@ -287,8 +285,8 @@ def _starts(trial: Screened, base: Fit) -> list[FloatArray]:
         return [theta]
     drawn = theta.copy()
     drawn[: base.hypothesis.nuisances] = 0.0
-    if candidate.kind == SlackCable.kind:
-        drawn[-1] = HARDLY * candidate.neutral[0]
+    if candidate.hardly:
+        drawn[len(base.theta) :] = candidate.hardly
     return [theta, drawn]
 
 
