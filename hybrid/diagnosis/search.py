@@ -208,10 +208,8 @@ def _begun(
     """
     begun: list[Step] = []
     for trial in trials:
-        extended = hypothesis.adding(trial.candidate)
-        states = padded(short.states, extended)
-        steps = [first_steps(extended, theta, short.batches, frame, states) for theta in _starts(trial, short)]
-        begun += sorted((step for step in steps if step is not None), key=lambda step: step.cost)[:1]
+        step = _first(hypothesis.adding(trial.candidate), _starts(trial, short), short, frame)
+        begun += [] if step is None else [step]
         advance()
     best: dict[str, Fit] = {}
     for step in _foremost(begun):
@@ -269,9 +267,15 @@ def _recordings(item: Fit) -> int:
 def _refined(base: Fit, trial: Screened, frame: Frame) -> Fit | None:
     """Return the fit of a harmonic force over whole recordings, at rest in the initial states to begin with."""
     extended = base.hypothesis.adding(trial.candidate)
+    step = _first(extended, _starts(trial, base), base, frame)
+    return None if step is None else fit(extended, step.theta, base.batches, frame, step.states)
+
+
+def _first(extended: Hypothesis, starts: list[FloatArray], base: Fit, frame: Frame) -> Step | None:
+    """Return where the first steps lead from the best of the ``starts``, over the segments of the ``base``."""
     states = padded(base.states, extended)
-    fits = [fit(extended, theta, base.batches, frame, states) for theta in _starts(trial, base)]
-    return min((item for item in fits if item is not None), key=lambda item: item.cost, default=None)
+    steps = [first_steps(extended, theta, base.batches, frame, states) for theta in starts]
+    return min((step for step in steps if step is not None), key=lambda step: step.cost, default=None)
 
 
 def _starts(trial: Screened, base: Fit) -> list[FloatArray]:
