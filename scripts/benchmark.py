@@ -77,7 +77,7 @@ def main(
     ] = "four_dof",
     off: Annotated[bool, typer.Option("--off", help="With --blind: models off by their uncertainty.")] = False,
     noise: Annotated[float, typer.Option(min=0.0, help="With --blind: standard deviation over each channel's.")] = 0.03,
-    changed: Annotated[int, typer.Option(min=0, help="With --blind: recordings made before the effect came.")] = 0,
+    changed: Annotated[int, typer.Option(min=0, help="With --blind: recordings made before the last effect.")] = 0,
     peers: Annotated[bool, typer.Option(help="With --blind: have the peers answer, too.")] = True,
     jobs: Annotated[int, typer.Option(min=1, help="With --blind or --rates: processes, one thread each.")] = 1,
     only: Annotated[list[Section] | None, typer.Option(help="This section only. Repeat for more.")] = None,

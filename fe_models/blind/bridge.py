@@ -48,7 +48,9 @@ def bridge_case(seed: int, config: BlindConfig) -> BlindCase:
             cause = draw_cause(kind, scene, rng, config.size)
         causes.append(cause)
     more = tuple(draw_outside(kind, scene, rng, config.size, campaign.duration) for kind in config.outside)
-    effects = tuple(cause for cause in causes if isinstance(cause, Effect))
+    lasting, effects = (
+        tuple(cause for cause in some if isinstance(cause, Effect)) for some in (config.lasting(causes), causes)
+    )
     built, ratios = design.without_prestress(), np.ones(len(scene.modal.omega))
     if config.off:
         built = off_by_uncertainty(built, rng)
@@ -56,17 +58,17 @@ def bridge_case(seed: int, config: BlindConfig) -> BlindCase:
     if config.rich:
         built = scattered(built, SCATTER_OFF if config.off else SCATTER, rng)
 
-    def recorded(which: slice, hidden: bool) -> FloatArray:
-        truth = Truth(built.with_effects(*effects) if hidden else built, ratios, config.rich)
-        shown = motion_at(truth, starts[which], SENSORS, campaign.duration, MARGIN, more if hidden else (), LOWPASS)
+    def recorded(which: slice, changed: bool) -> FloatArray:
+        truth = Truth(built.with_effects(*(effects if changed else lasting)), ratios, config.rich)
+        shown = motion_at(truth, starts[which], SENSORS, campaign.duration, MARGIN, more if changed else (), LOWPASS)
         every = round(OUTPUT_RATE / campaign.sampling_rate)
         first = round(MARGIN * OUTPUT_RATE)
         filtered = np.stack([lowpassed(part, OUTPUT_RATE, LOWPASS) for part in shown])
         return filtered[:, first::every][:, : campaign.samples]
 
-    clean = recorded(slice(config.changed, None), hidden=True)
+    clean = recorded(slice(config.changed, None), changed=True)
     if config.changed:
-        clean = np.concatenate([recorded(slice(config.changed), hidden=False), clean])
+        clean = np.concatenate([recorded(slice(config.changed), changed=False), clean])
     return as_recorded(design, SENSORS, clean, tuple(causes), config, rng, LOWPASS)
 
 

@@ -66,7 +66,7 @@ class BlindConfig:
     """What a case is like: ``kinds`` to hide, ``off`` by its uncertainty or exact, ``noise`` over each channel's rms.
 
     ``size``: from 0, barely detectable, to 1, large; None draws it. ``changed``: number of training recordings made
-    before the change, so that the effect is missing in them. ``train``, ``test``, ``duration`` (s) and
+    before the last of the kinds came; those before it act in all of them. ``train``, ``test``, ``duration`` (s) and
     ``sampling_rate`` (Hz): see `Campaign`; None leaves them to the ``structure``'s `CAMPAIGNS`. ``rich``, of the bridge
     alone: the truth is geometrically nonlinear, on a finer mesh, and all its parts differ a little from the drawing;
     without, it is the diagnosis' own linear model plus what is hidden.
@@ -103,13 +103,18 @@ class BlindConfig:
 
     @property
     def affected(self) -> BoolArray:
-        """Which recordings, (recording,), what is hidden acts in."""
+        """Which recordings, (recording,), what came last acts in."""
         return np.arange(self.campaign.count) >= self.changed
+
+    def lasting(self, causes: list[Cause]) -> tuple[Cause, ...]:
+        """Return which of the hidden ``causes`` act in all recordings, whatever comes between them."""
+        comes = bool(self.changed) and not self.outside
+        return tuple(causes[:-1] if comes else causes)
 
 
 @dataclass(frozen=True)
 class BlindCase:
-    """A ``dataset`` and, apart, its ``truth``: the hidden causes, and the names of the recordings where they act.
+    """A ``dataset`` and, apart, its ``truth``: the hidden causes, and the names of the recordings where the last acts.
 
     ``outside``: words of what was hidden that no cause of the list is. ``clean``: the test recordings without noise.
     """
@@ -150,7 +155,8 @@ def as_recorded(
     for cause in causes:
         if isinstance(cause, SensorEffect):
             faulty = cause.apply(shown, [s.name for s in sensors], campaign.sampling_rate)
-            shown = np.where(affected[:, None, None], faulty, shown)
+            acts = affected | (cause in config.lasting(list(causes)))
+            shown = np.where(acts[:, None, None], faulty, shown)
     white = rng.standard_normal(shown.shape)
     if lowpass is not None:
         white = np.stack([lowpassed(part, campaign.sampling_rate, lowpass) for part in white])

@@ -91,7 +91,8 @@ def chain_case(seed: int, config: BlindConfig) -> BlindCase:
     ratios = 1 + 0.1 * rng.standard_normal(len(design.nodes)) * config.off
     motion = _motion(built, effects, state, config, config.outside, rng, ratios)
     if config.changed:
-        before = _motion(built, (), state, config, (), rng, ratios)
+        lasting = tuple(effect for effect in effects if effect in config.lasting(causes))
+        before = _motion(built, lasting, state, config, (), rng, ratios)
         acts = config.affected[:, None, None]
         parts = [np.where(acts, a, b) for a, b in zip(_parts(motion), _parts(before), strict=True)]
         motion = replace(motion, displacement=parts[0], velocity=parts[1], acceleration=parts[2])

@@ -7,6 +7,7 @@ import numpy as np
 
 from fe_models.errors import InputError
 from hybrid.diagnosis.candidate import Candidate
+from hybrid.diagnosis.changes import changes_beside
 from hybrid.diagnosis.discrepancy import in_units_of
 from hybrid.diagnosis.fitting import Fit, fit
 from hybrid.diagnosis.forecasting import DEVIATION, forecast, model_of, within
@@ -79,6 +80,10 @@ def gather(setting: Setting, tell: Callable[[str], object]) -> Evidence:
         fits += fit_switched(ground.short, best, candidates, lengths, frame)
         posterior = posterior_of(tuple(fits), candidates)
         best = posterior.fits[0]
+        if factors_off(best) or not forecasts_well(judged(best), noise, WELL):
+            fits += changes_beside(ground, posterior, candidates, frame, lambda: tell("recordings apart"))
+            posterior = posterior_of(tuple(fits), candidates)
+            best = posterior.fits[0]
     enough = forecasts_well(judged(best), noise, WELL) and not factors_off(best)  # nothing more could matter
     if not enough and asks_for_more(judged(best), judged(fits[0]), noise, band):
         tell("two causes")

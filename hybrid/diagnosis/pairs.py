@@ -13,7 +13,7 @@ from hybrid.diagnosis.noise import Band, Excess, excess
 from hybrid.diagnosis.plant import Plant
 from hybrid.diagnosis.posterior import Posterior
 from hybrid.diagnosis.records import Batch
-from hybrid.diagnosis.search import Lengths, contest, ground_of, lengths_of, padded, rivals_contest
+from hybrid.diagnosis.search import Ground, Lengths, contest, ground_of, lengths_of, padded, rivals_contest
 
 SECOND = 10.0  # in tempered log evidence: what a second effect must gain for the first to be looked for again
 HELPLESS = 0.8  # of the misfit: where the best cause leaves more, a second one would only add to the guess
@@ -84,12 +84,7 @@ def pair_fits(
         if first.key in done:
             continue
         done.add(first.key)
-        hypothesis = replace(start.hypothesis, candidates=(first,))
-        theta = np.append(start.theta[: hypothesis.nuisances], start.theta[start.hypothesis.slices[-1]])
-        lengths = lengths_of(batches, hypothesis.states)
-        plain = short_fit(hypothesis.plant, lengths, frame)
-        quiet = replace(plain, states=padded(plain.states, hypothesis))
-        ground = ground_of(hypothesis, theta, lengths, frame, quiet)
+        ground, lengths, plain = ground_with(start, batches, frame)
         advance()
         seconds = () if ground is None else contest(ground, candidates, lengths, frame, advance, KEPT)
         if ground is None or not seconds:
@@ -102,6 +97,19 @@ def pair_fits(
         if gained >= SECOND:
             starts.insert(0, best)
     return found
+
+
+def ground_with(start: Fit, batches: tuple[Batch, ...], frame: Frame) -> tuple[Ground | None, Lengths, Fit]:
+    """Return what a second cause is held against: the last cause of a fit alone, in all recordings.
+
+    None where it has no fit; with the segments, and the nominal fit of the shortest.
+    """
+    hypothesis = replace(start.hypothesis, candidates=start.hypothesis.candidates[-1:])
+    theta = np.append(start.theta[: hypothesis.nuisances], start.theta[start.hypothesis.slices[-1]])
+    lengths = lengths_of(batches, hypothesis.states)
+    plain = short_fit(hypothesis.plant, lengths, frame)
+    quiet = replace(plain, states=padded(plain.states, hypothesis))
+    return ground_of(hypothesis, theta, lengths, frame, quiet), lengths, plain
 
 
 def each_alone(pair: Fit, frame: Frame) -> list[Fit]:

@@ -4,12 +4,14 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from fe_models.dofs import FloatArray
-from fe_models.structure import Direction
+from fe_models.structure import Direction, Spring, Structure
 from hybrid.diagnosis.plant import Plant
 
 UNMOVED = 1e-4  # of the largest entry of the mode shapes: a place that moves less feels no force
+NEAR = 0.5  # of the shortest element there: nearer nodes that no element joins are of two parts side by side
 ALIKE = 0.01  # of its motion in the modes: how far apart two places may be to count as one
 DAMPED = 0.2  # of the dashpot whose force is as large as a spring's at the usual rate
 
@@ -51,7 +53,8 @@ class Place:
 
 
 def places_of(plant: Plant, motion: Motion) -> list[Place]:
-    """Return where forces can act: each free translation, and, in a chain, each two joined nodes.
+    """Return where forces can act: each free translation, and between two nodes that springs join, or nothing does
+    though they are near.
 
     Of places that move alike in all modes (the nodes of a stiff deck along it) the first stands for all.
     """
@@ -84,12 +87,28 @@ def _elongations(plant: Plant) -> list[Elongation]:
         rows = [row for row in dofs.free_rows if dofs.direction[row] == direction]
         nodes = {int(dofs.node[row]): row for row in rows if dofs.node[row] <= len(structure.nodes)}
         found += [({"node": n, "direction": direction}, (n,), direction, units[row]) for n, row in nodes.items()]
-        if plant.is_chain:
-            pairs = [e.nodes for e in structure.elements if len(e.nodes) == 2 and all(n in nodes for n in e.nodes)]
-            for first, last in dict.fromkeys((min(pair), max(pair)) for pair in pairs):
+        for first, last in _pairs(structure, direction):
+            if first in nodes and last in nodes:
                 where = {"nodes": [first, last], "direction": direction}
                 found.append((where, (first, last), direction, units[nodes[last]] - units[nodes[first]]))
     return found
+
+
+def _pairs(structure: Structure, direction: Direction) -> list[tuple[int, int]]:
+    """Return every two nodes that springs join, and those of two parts so near that they may rub, knock or be tied."""
+    springs = [e.nodes for e in structure.elements if isinstance(e, Spring) and e.direction == direction]
+    joined = [(min(pair), max(pair)) for pair in springs if len(pair) == 2]
+    lines = [e for e in structure.elements if not isinstance(e, Spring)]
+    shortest = np.zeros(len(structure.nodes))  # m, of the elements at each node
+    for element in sorted(lines, key=structure.length, reverse=True):
+        shortest[[node - 1 for node in element.nodes]] = structure.length(element)
+    points = np.array(structure.nodes)
+    tree, ends = cKDTree(points), {frozenset(element.nodes) for element in lines}
+    for i, j in sorted(tree.query_pairs(NEAR * float(shortest.max()))) if lines else ():
+        near = np.linalg.norm(points[i] - points[j]) <= NEAR * min(shortest[i], shortest[j])
+        if near and {i + 1, j + 1} not in ends:
+            joined.append((i + 1, j + 1))
+    return list(dict.fromkeys(joined))
 
 
 def _felt(plant: Plant, pull: FloatArray, motion: Motion) -> tuple[float, float]:

@@ -23,10 +23,13 @@ ROUNDS = 3  # of sorting the recordings by the fit and fitting again
 SETTLING = 3  # steps of Newton's method in which initial states follow a law that comes or goes
 
 
-def fit_switched(short: Fit, best: Fit, candidates: tuple[Candidate, ...], lengths: Lengths, frame: Frame) -> list[Fit]:
+def fit_switched(
+    short: Fit, best: Fit, candidates: tuple[Candidate, ...], lengths: Lengths, frame: Frame, mixed: float = 1.0
+) -> list[Fit]:
     """Return fits of one more candidate each that acts in some of the recordings only.
 
-    ``short``: the fit without it, over the shortest segments of the recordings; ``best``: of what acts in all of them.
+    ``short``: the fit without it, over the shortest segments of the recordings; ``best``: of what acts in all of them;
+    ``mixed``: share of the variance of what recordings ask for that may be left within two groups of them.
     """
     if sum(len(batch.names) for batch in short.batches) < FEWEST:
         return []
@@ -37,7 +40,7 @@ def fit_switched(short: Fit, best: Fit, candidates: tuple[Candidate, ...], lengt
     sorted_fits: list[tuple[Fit, BoolArray]] = []
     for candidate, amounts in _unequal(short, candidates, frame):
         high, within = _two_groups(amounts)
-        if candidate.is_law and within > ONE_GROUP:
+        if within > (min(mixed, ONE_GROUP) if candidate.is_law else mixed):
             continue
         for acting in (high, ~high):
             bound = bound_of([*rivals, *(item for item, _ in sorted_fits)])
@@ -57,6 +60,27 @@ def fit_switched(short: Fit, best: Fit, candidates: tuple[Candidate, ...], lengt
     return [item for item, _ in sorted_fits]
 
 
+def groups_of(short: Fit, candidates: tuple[Candidate, ...], frame: Frame, mixed: float) -> BoolArray | None:
+    """Return which recordings (recording,) belong to the one of two groups that the most promising of the candidates
+    tell apart; None where none leaves at most the share ``mixed`` of the variance within them.
+    """
+    for _, amounts in _unequal(short, candidates, frame):
+        high, within = _two_groups(amounts)
+        if within <= mixed:
+            return high
+    return None
+
+
+def apart(batches: tuple[Batch, ...], high: BoolArray) -> tuple[tuple[Batch, ...], tuple[Batch, ...]]:
+    """Return the recordings of each of two groups."""
+    parts = [(batch, own) for batch, own in _apart(batches, high)]
+    lower, upper = (
+        tuple(batch.take(np.flatnonzero(own == side).tolist()) for batch, own in parts if (own == side).any())
+        for side in (False, True)
+    )
+    return lower, upper
+
+
 def acting_recordings(fit: Fit, number: int) -> tuple[str, ...]:
     """Return the names of the recordings where candidate ``number`` of a fit acts."""
     if fit.hypothesis.candidates[number].oscillator:
@@ -67,7 +91,10 @@ def acting_recordings(fit: Fit, number: int) -> tuple[str, ...]:
 
 def _unequal(short: Fit, candidates: tuple[Candidate, ...], frame: Frame) -> list[tuple[Candidate, FloatArray]]:
     """Return the most promising candidates with the amount of each that every recording asks for."""
-    usable = [candidate for candidate in candidates if candidate.names and not candidate.oscillator]
+    taken = {candidate.key for candidate in short.hypothesis.candidates}
+    usable = [c for c in candidates if c.names and not c.oscillator and c.key not in taken]
+    if not short.hypothesis.is_linear:  # whose initial states are searched, too: one size of them for all recordings
+        usable = [candidate for candidate in usable if candidate.released is None]
     middle = [replace(c, starts=(c.first_starts[len(c.first_starts) // 2],)) for c in usable]
     asked = amounts_by_recording(short, middle, frame)
     ranked = [
