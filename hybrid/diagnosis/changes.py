@@ -6,7 +6,8 @@ from dataclasses import replace
 from hybrid.diagnosis.candidate import Candidate
 from hybrid.diagnosis.fitting import Fit
 from hybrid.diagnosis.frame import Frame
-from hybrid.diagnosis.pairs import ground_with, misfit
+from hybrid.diagnosis.noise import Band
+from hybrid.diagnosis.pairs import ground_with, left, misfit
 from hybrid.diagnosis.posterior import Posterior
 from hybrid.diagnosis.records import Batch
 from hybrid.diagnosis.search import Ground, contest, ground_of, lengths_of
@@ -14,7 +15,7 @@ from hybrid.diagnosis.switching import apart, fit_switched, groups_of
 
 Groups = tuple[tuple[Batch, ...], tuple[Batch, ...]]
 
-CLEAR = 0.15  # of the variance of what recordings ask for: less within two groups of them is a change
+CLEAR = 0.3  # see `clear_share`
 
 
 def changes_beside(
@@ -22,6 +23,7 @@ def changes_beside(
     posterior: Posterior,
     candidates: tuple[Candidate, ...],
     frame: Frame,
+    band: Band,
     advance: Callable[[], object],
 ) -> list[Fit]:
     """Return fits of one cause in all recordings and another in some of them only, where these clearly differ.
@@ -31,9 +33,10 @@ def changes_beside(
     batches = nominal.whole.batches
     alone = [item for item in posterior.fits if item.hypothesis.candidates and not any(b.off for b in item.batches)]
     groups = _groups(nominal, posterior.fits[0], candidates, frame)
-    first = [] if groups is None else _seen_before(nominal, groups, candidates, frame, advance)
+    seen = [] if groups is None else _seen_before(nominal, groups, candidates, frame, advance)
+    first = [item for item in seen if not left(item, frame, band).significant]  # there nothing else acts
     found: list[Fit] = []
-    mixed = CLEAR if groups is None else 1.0
+    mixed = clear_share(sum(len(batch.names) for batch in batches)) if not first else 1.0
     for start in [*first, *alone[:1]]:
         ground, lengths, _ = ground_with(start, batches, frame)
         advance()
@@ -47,8 +50,16 @@ def _groups(nominal: Ground, best: Fit, candidates: tuple[Candidate, ...], frame
     if any(batch.off for batch in best.batches):
         acting, spared = (tuple(b for b in best.batches if bool(b.off) == off) for off in (False, True))
         return tuple(replace(b, off=()) for b in spared), acting
-    high = groups_of(nominal.short, candidates, frame, CLEAR)
-    return None if high is None else apart(nominal.whole.batches, high)
+    batches = nominal.whole.batches
+    high = groups_of(nominal.short, candidates, frame, clear_share(sum(len(batch.names) for batch in batches)))
+    return None if high is None else apart(batches, high)
+
+
+def clear_share(recordings: int) -> float:
+    """Return the share of the variance of normal draws that is less than this within the better two of all groups of
+    them in about 1 of 25 cases: 2e-4 for three recordings, 0.11 for nine.
+    """
+    return CLEAR ** (1 + 6 / (recordings - 2))
 
 
 def _seen_before(

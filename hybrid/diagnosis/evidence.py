@@ -73,19 +73,22 @@ def gather(setting: Setting, tell: Callable[[str], object]) -> Evidence:
     def judged(item: Fit) -> Fit:
         return in_units_of(noise, item, frame) if setting.is_astray else item
 
+    def enough(item: Fit) -> bool:  # then nothing more could matter
+        return forecasts_well(judged(item), noise, WELL) and not factors_off(item)
+
     posterior = posterior_of(tuple(fits), candidates)
     best = posterior.fits[0]
-    if left(judged(best), noise, band).significant and not plant.laws and not forecasts_well(judged(best), noise, WELL):
+    wanting = factors_off(best) or left(judged(best), noise, band).significant
+    if wanting and not plant.laws and not enough(best):
         tell("recordings apart")
         fits += fit_switched(ground.short, best, candidates, lengths, frame)
         posterior = posterior_of(tuple(fits), candidates)
         best = posterior.fits[0]
-        if factors_off(best) or not forecasts_well(judged(best), noise, WELL):
-            fits += changes_beside(ground, posterior, candidates, frame, lambda: tell("recordings apart"))
+        if not enough(best):
+            fits += changes_beside(ground, posterior, candidates, frame, band, lambda: tell("recordings apart"))
             posterior = posterior_of(tuple(fits), candidates)
             best = posterior.fits[0]
-    enough = forecasts_well(judged(best), noise, WELL) and not factors_off(best)  # nothing more could matter
-    if not enough and asks_for_more(judged(best), judged(fits[0]), noise, band):
+    if not enough(best) and asks_for_more(judged(best), judged(fits[0]), noise, band):
         tell("two causes")
         fits += pair_fits(posterior, candidates, lengths.whole, frame, band, lambda: tell("two causes"))
     if setting.is_astray:
