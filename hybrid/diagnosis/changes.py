@@ -11,33 +11,34 @@ from hybrid.diagnosis.pairs import ground_with, left, misfit
 from hybrid.diagnosis.posterior import Posterior
 from hybrid.diagnosis.records import Batch
 from hybrid.diagnosis.search import Ground, contest, ground_of, lengths_of
-from hybrid.diagnosis.switching import apart, fit_switched, groups_of
+from hybrid.diagnosis.switching import ONE_GROUP, apart, fit_switched, groups_of
 
 Groups = tuple[tuple[Batch, ...], tuple[Batch, ...]]
 
-CLEAR = 0.3  # see `clear_share`
+CLEAR = 0.2  # see `clear_share`
 
 
 def changes_beside(
     nominal: Ground,
-    posterior: Posterior,
+    groups: Groups | None,
+    alone: tuple[Fit, ...],
     candidates: tuple[Candidate, ...],
     frame: Frame,
     band: Band,
     advance: Callable[[], object],
 ) -> list[Fit]:
-    """Return fits of one cause in all recordings and another in some of them only, where these clearly differ.
+    """Return fits of one cause in all recordings and another in some of them only.
 
-    The first is the best alone and, where there are two groups, what one of them shows: elsewhere the other hides it.
+    Of two ``groups`` of recordings the first may be all that one of them shows: in all of them the other hides it. It
+    may be any of those ``alone`` in all recordings as well, where what these ask for beside it is clear.
     """
     batches = nominal.whole.batches
-    alone = [item for item in posterior.fits if item.hypothesis.candidates and not any(b.off for b in item.batches)]
-    groups = _groups(nominal, posterior.fits[0], candidates, frame)
     seen = [] if groups is None else _seen_before(nominal, groups, candidates, frame, advance)
-    first = [item for item in seen if not left(item, frame, band).significant]  # there nothing else acts
+    clear = clear_share(_count(batches))
+    surely = [item for item in seen if not left(item, frame, band).significant]  # there nothing else acts
+    starts = [(item, ONE_GROUP if item.hypothesis.is_linear else clear) for item in surely]  # two laws take too long
     found: list[Fit] = []
-    mixed = clear_share(sum(len(batch.names) for batch in batches)) if not first else 1.0
-    for start in [*first, *alone[:1]]:
+    for start, mixed in (*starts, *((item, clear) for item in alone)):
         ground, lengths, _ = ground_with(start, batches, frame)
         advance()
         if ground is not None:
@@ -45,19 +46,29 @@ def changes_beside(
     return found
 
 
-def _groups(nominal: Ground, best: Fit, candidates: tuple[Candidate, ...], frame: Frame) -> Groups | None:
-    """Return the recordings in two groups: as the best fit has them, or as what they ask for clearly has them."""
-    if any(batch.off for batch in best.batches):
-        acting, spared = (tuple(b for b in best.batches if bool(b.off) == off) for off in (False, True))
-        return tuple(replace(b, off=()) for b in spared), acting
+def clear_groups(nominal: Ground, candidates: tuple[Candidate, ...], frame: Frame) -> Groups | None:
+    """Return the recordings in two groups, if what they ask for beside the nominal fit clearly tells them apart."""
     batches = nominal.whole.batches
-    high = groups_of(nominal.short, candidates, frame, clear_share(sum(len(batch.names) for batch in batches)))
+    high = groups_of(nominal.short, candidates, frame, clear_share(_count(batches)))
     return None if high is None else apart(batches, high)
+
+
+def groups_in(posterior: Posterior) -> Groups | None:
+    """Return the recordings in two groups, as the best fit that has any has them: spared, and not."""
+    for item in posterior.fits:
+        spared, acting = (tuple(b for b in item.batches if bool(b.off) == off) for off in (True, False))
+        if spared:
+            return tuple(replace(batch, off=()) for batch in spared), acting
+    return None
+
+
+def _count(batches: tuple[Batch, ...]) -> int:
+    return sum(len(batch.names) for batch in batches)
 
 
 def clear_share(recordings: int) -> float:
     """Return the share of the variance of normal draws that is less than this within the better two of all groups of
-    them in about 1 of 25 cases: 2e-4 for three recordings, 0.11 for nine.
+    them in less than 1 of 100 cases: 1e-5 for three recordings, 0.05 for nine.
     """
     return CLEAR ** (1 + 6 / (recordings - 2))
 

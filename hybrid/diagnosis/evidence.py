@@ -7,7 +7,7 @@ import numpy as np
 
 from fe_models.errors import InputError
 from hybrid.diagnosis.candidate import Candidate
-from hybrid.diagnosis.changes import changes_beside
+from hybrid.diagnosis.changes import changes_beside, clear_groups, groups_in
 from hybrid.diagnosis.discrepancy import in_units_of
 from hybrid.diagnosis.fitting import Fit, fit
 from hybrid.diagnosis.forecasting import DEVIATION, forecast, model_of, within
@@ -81,16 +81,21 @@ def gather(setting: Setting, tell: Callable[[str], object]) -> Evidence:
     wanting = factors_off(best) or left(judged(best), noise, band).significant
     if wanting and not plant.laws and not enough(best):
         tell("recordings apart")
+        lasting = tuple(item for item in posterior.fits if item.hypothesis.candidates)[:1]
         fits += fit_switched(ground.short, best, candidates, lengths, frame)
         posterior = posterior_of(tuple(fits), candidates)
-        best = posterior.fits[0]
-        if not enough(best):
-            fits += changes_beside(ground, posterior, candidates, frame, band, lambda: tell("recordings apart"))
+        if not enough(posterior.fits[0]):
+            groups = clear_groups(ground, candidates, frame)
+            fits += changes_beside(ground, groups, lasting, candidates, frame, band, lambda: tell("recordings apart"))
             posterior = posterior_of(tuple(fits), candidates)
-            best = posterior.fits[0]
+    best = posterior.fits[0]
     if not enough(best) and asks_for_more(judged(best), judged(fits[0]), noise, band):
         tell("two causes")
         fits += pair_fits(posterior, candidates, lengths.whole, frame, band, lambda: tell("two causes"))
+        posterior = posterior_of(tuple(fits), candidates)
+    mixed = groups_in(posterior)
+    if mixed is not None and not enough(posterior.fits[0]):
+        fits += changes_beside(ground, mixed, (), candidates, frame, band, lambda: tell("recordings apart"))
     if setting.is_astray:
         posterior = posterior_of(tuple(fits), candidates)
         energy = float(np.mean((frame.sigma / noise.sigma) ** 2))

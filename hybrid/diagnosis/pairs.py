@@ -21,6 +21,7 @@ ONE_FACTOR = 3.5  # stated standard deviations of one calibrated factor: chance 
 TOGETHER = 3.0  # standard deviations of the mean square of all of them over its mean
 SORTED = 0.02  # of the misfit: what a cause that acts in some recordings may leave and still be the only one; a frame's
 # few modes leave as much beside a force law, whose local flexibility they lack
+HOPELESS = 0.3  # likewise, once two searches have found no better two
 CONTESTS = 3  # searches for a second cause, each on top of another first one
 FIRSTS = 2  # single causes that a second one is looked for
 KEPT = 6  # candidates kept from the screening of each length
@@ -50,7 +51,7 @@ def asks_for_more(item: Fit, base: Fit, frame: Frame, band: Band) -> bool:
     """
     if not item.hypothesis.candidates:
         return False
-    apart = any(batch.off for batch in item.batches)
+    apart = len(item.hypothesis.candidates) == 1 and any(batch.off for batch in item.batches)
     if (apart or not item.hypothesis.plant.is_chain) and misfit(item) < SORTED * misfit(base):
         return False
     if not left(item, frame, band).significant:
@@ -74,6 +75,7 @@ def pair_fits(
         item for item in posterior.fits if item.hypothesis.candidates and not any(batch.off for batch in item.batches)
     ]
     starts = singles[:FIRSTS]
+    nominal = max((misfit(item) for item in posterior.fits if not item.hypothesis.candidates), default=np.inf)
     found: list[Fit] = []
     done: set[str] = set()
     for _ in range(CONTESTS if posterior.fits[0].hypothesis.plant.is_chain else 1):  # of a frame each takes a minute
@@ -91,6 +93,8 @@ def pair_fits(
             continue
         best = seconds[0]
         found += [*seconds, *each_alone(best, frame)]
+        if len(done) > 1 and min(misfit(item) for item in found) > HOPELESS * nominal:
+            break
         gained = (best.log_evidence - ground.whole.log_evidence) / posterior.temper
         if not left(best, frame, band).significant and not factors_off(best):
             return found + list(rivals_contest(best, candidates, lengths, frame, plain, advance))

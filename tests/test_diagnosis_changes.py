@@ -1,0 +1,43 @@
+"""A change between recordings, alone or beside a cause that acts in all of them."""
+
+import numpy as np
+import pytest
+
+from fe_models.blind import BlindConfig, blind_case
+from hybrid.diagnosis.changes import clear_share
+from hybrid.diagnosis.diagnosis import diagnose
+from hybrid.diagnosis.judging import judge
+from hybrid.diagnosis.verdict import Verdict
+
+DRAWS = 20_000
+
+
+@pytest.mark.parametrize("recordings", [3, 5, 9, 12])
+def test_chance_hardly_makes_two_clear_groups(recordings: int) -> None:
+    drawn = np.sort(np.random.default_rng(recordings).standard_normal((DRAWS, recordings)), axis=1)
+    within = [
+        drawn[:, :k].var(axis=1) * k + drawn[:, k:].var(axis=1) * (recordings - k) for k in range(1, recordings)
+    ]
+    share = np.min(within, axis=0) / (drawn.var(axis=1) * recordings)
+    assert np.mean(share < clear_share(recordings)) < 0.01  # as its docstring says
+
+
+@pytest.mark.parametrize(
+    ("kinds", "seed"),
+    [
+        (("point_damper", "support_spring"), 150004),  # each alone leaves much: seen before the change only
+        (("stiffness_change", "added_mass"), 150001),  # a calibration far off would hide the first
+        (("stiffness_change", "cubic_spring"), 150018),  # a force law comes, which recordings feel by their size
+    ],
+    ids=lambda value: "+".join(value) if isinstance(value, tuple) else "",
+)
+def test_a_cause_beside_a_change_is_named_with_it(kinds: tuple[str, str], seed: int) -> None:
+    case = blind_case(seed, BlindConfig(kinds, off=True, changed=4))
+    found = diagnose(case.dataset)
+    marks = judge(case, found)
+    assert found.verdict is Verdict.EXPLAINED
+    assert set(marks.named) == set(marks.truth)
+    assert all(marks.within)  # 10 % or two standard deviations
+    lasting, comes = (next(f for f in found.findings if f.cause.kind == kind) for kind in kinds)
+    assert len(lasting.recordings) == len(case.dataset.recordings)
+    assert set(comes.recordings) <= set(case.recordings)  # a quiet recording may not show it
