@@ -29,6 +29,10 @@ from hybrid.diagnosis.verdict import Errors, Verdict, verdict_of
 
 RIVALS = 0.005  # least probability of an alternative that is told
 SUREST = 0.999  # no probability is said to be more
+UNSEEN = (
+    "the training recordings show nothing wrong, the test recordings do: what acts there is not felt in those; train on"
+    " recordings that show it"
+)
 
 
 @dataclass(frozen=True)
@@ -81,6 +85,8 @@ def concluded(setting: Setting, evidence: Evidence) -> Diagnosis:
         unexplained = 0.0
         if simulation.fit is base:  # else a cause may matter for the structure, if not for the user's modal model
             notes += [weak(best, number) for number in range(len(best.hypothesis.candidates))]
+    elif not left(best, frame, setting.band).significant:
+        notes.append(UNSEEN)
     if not named:
         extended = own if theta.any() else drawn
     notes += modal_notes(simulation, nominal, own, scorer, named)

@@ -12,6 +12,7 @@ from hybrid.diagnosis.discrepancy import in_units_of
 from hybrid.diagnosis.fitting import Fit, fit
 from hybrid.diagnosis.forecasting import DEVIATION, forecast, model_of, within
 from hybrid.diagnosis.frame import Frame
+from hybrid.diagnosis.neighbours import fits_beside
 from hybrid.diagnosis.noise import Band, excess
 from hybrid.diagnosis.pairs import asks_for_more, factors_off, left, pair_fits
 from hybrid.diagnosis.posterior import Posterior, posterior_of
@@ -96,6 +97,8 @@ def gather(setting: Setting, tell: Callable[[str], object]) -> Evidence:
     mixed = groups_in(posterior)
     if mixed is not None and not enough(posterior.fits[0]):
         fits += changes_beside(ground, mixed, (), candidates, frame, band, lambda: tell("recordings apart"))
+    nearest = posterior_of(tuple(fits), candidates).fits[0]
+    fits += fits_beside(nearest, fits[0], candidates, frame, lambda: tell("places next to it"))
     if setting.is_astray:
         posterior = posterior_of(tuple(fits), candidates)
         energy = float(np.mean((frame.sigma / noise.sigma) ** 2))

@@ -67,7 +67,8 @@ def verdict_of(best: Fit, base: Fit, frame: Frame, band: Band, errors: Errors) -
     if errors.nothing_to_gain:
         return Verdict.NOTHING_WRONG, DOUBT
     if not best.hypothesis.candidates and best.hypothesis.plant is base.hypothesis.plant:
-        return Verdict.UNEXPLAINED if significant else Verdict.NOTHING_WRONG, DOUBT
+        calm = errors.calibrated <= NEAR * errors.floor  # in recordings that were never fitted
+        return Verdict.NOTHING_WRONG if calm and not significant else Verdict.UNEXPLAINED, DOUBT
     wholly = min(share, errors.unexplained) < WHOLLY
     normal = deviation_of(best) <= ABNORMAL
     if normal and (errors.reached or (errors.near and wholly)):
