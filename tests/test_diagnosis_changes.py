@@ -39,3 +39,11 @@ def test_a_cause_beside_a_change_is_named_with_it(kinds: tuple[str, str], seed: 
     lasting, comes = (next(f for f in found.findings if f.cause.kind == kind) for kind in kinds)
     assert len(lasting.recordings) == len(case.dataset.recordings)
     assert len(set(comes.recordings) - set(case.recordings)) <= 1  # a weak law hardly shows in a quiet recording
+
+
+def test_what_only_test_recordings_show_is_unexplained() -> None:
+    config = BlindConfig(("stiffness_change",), size=0.8, train=4, test=2, duration=30.0, changed=4)
+    found = diagnose(blind_case(3, config).dataset)
+    assert found.verdict is Verdict.UNEXPLAINED
+    assert found.findings == ()
+    assert any("the test recordings do" in note for note in found.notes)

@@ -1,4 +1,4 @@
-"""Where forces are looked for on a frame: at its nodes, and between parts that stand side by side."""
+"""Where forces are looked for on a frame: at its nodes, at the next ones, between parts that stand side by side."""
 
 from dataclasses import replace
 from typing import Any
@@ -6,53 +6,21 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fe_models.assembly import linearise
 from fe_models.bridge import bridge
-from fe_models.effects import CoulombFriction, Effect, GapStop
-from fe_models.modes import natural_modes
-from fe_models.recordings import Assumptions, Dataset, Recording, Sensor
-from fe_models.sections import square_tube
-from fe_models.simulate import FreeConfig, simulate_free
-from fe_models.structure import Beam, Damping, PointMass, Spring, Structure, Support
+from fe_models.effects import CoulombFriction, CubicSpring, GapStop
+from fe_models.recordings import Dataset, Recording
+from fe_models.structure import Beam, Spring, Structure
 from hybrid.diagnosis.diagnosis import diagnose
+from hybrid.diagnosis.fitting import Fit, fit
+from hybrid.diagnosis.neighbours import fits_beside
 from hybrid.diagnosis.places import Motion, places_of
 from hybrid.diagnosis.plant import plant_of
+from hybrid.diagnosis.setting import setting_of
 from hybrid.diagnosis.verdict import Verdict
-
-TUBE = square_tube("tube", youngs_modulus=2.1e11, density=7850.0, side=0.1, wall=0.005)
-APART = 0.05  # m, between two masts
-COUNT = 4
-SENSORS = tuple(Sensor(f"a{node}", node, "x", "acceleration", "m/s^2") for node in (2, 3, 5, 6))
-RATE, DURATION = 100.0, 5.0
-NOISE = 0.02  # of each channel's rms
-MOVING = 4  # modes below a quarter of the sampling rate
+from tests.masts import RATE, SENSORS, TUBE, masts, recorded
 
 
-def masts(apart: float = APART) -> Structure:
-    """Two masts side by side, nodes 1-3 and 4-6 from the ground up, the second with heavier storeys."""
-    nodes = tuple((x, y) for x in (0.0, apart) for y in (0.0, 2.0, 4.0))
-    elements = tuple(Beam((i, i + 1), TUBE) for i in (1, 2, 4, 5))
-    masses = tuple(PointMass(node, mass) for node, mass in ((2, 200.0), (3, 150.0), (5, 320.0), (6, 300.0)))
-    supports = tuple(Support(node, ("x", "y", "rz")) for node in (1, 4))
-    damping = Damping(modal_ratios=(0.01,))
-    return Structure("masts", nodes, elements, masses, supports=supports, damping=damping)
-
-
-def recorded(structure: Structure, *effects: Effect) -> Dataset:
-    """The ``structure``'s recordings with ``effects``, in its modes that move, with noise."""
-    rng = np.random.default_rng(11)
-    modal = natural_modes(linearise(structure), MOVING)
-    begun = rng.standard_normal((2, COUNT, MOVING))  # modal velocities of 1 m kg^0.5 / s: centimetres at the tops
-    shapes = modal.shapes[modal.dofs.free].T
-    start = (begun[0] / modal.omega) @ shapes, begun[1] @ shapes
-    # A step of 0.5 ms, a 70th of the period of the highest mode that moves.
-    motion = simulate_free(
-        structure.with_effects(*effects), start[0], start[1], FreeConfig(DURATION, RATE, 5e-4), progress=False
-    )
-    clean = np.stack([motion.channel(s.node, s.direction, s.quantity) for s in SENSORS], axis=-1)
-    data = clean + NOISE * clean.std(axis=(0, 1)) * rng.standard_normal(clean.shape)
-    parts = tuple(Recording(f"r{i}", data[i : i + 1], "train" if i < COUNT - 1 else "test") for i in range(COUNT))
-    return Dataset(structure, RATE, SENSORS, parts, assumptions=Assumptions())
+STIFF = 5e7  # N/m^3: at 2 cm a seventh as stiff as a mast
 
 
 def pairs_of(structure: Structure) -> list[Any]:
@@ -99,3 +67,27 @@ def test_masts_that_knock_or_rub_are_told(effect: GapStop | CoulombFriction) -> 
     value = finding.parameters[word]
     assert value.value == pytest.approx(effect.parameters[word], rel=0.1)  # the contract's bound
     assert found.scores["extended"]["measured"] == pytest.approx(found.noise_floor, rel=0.05)
+
+
+def test_the_node_next_to_the_one_found_is_fitted_and_goes_on_to_the_right_one() -> None:
+    setting = setting_of(recorded(masts(middle=3.0), CubicSpring((3,), "x", STIFF)))
+    candidates = setting.candidates()
+    base = fitted(setting.short, setting.lengths.whole, setting.frame)
+    here, right = (
+        next(c for c in candidates if c.kind == "cubic_spring" and c.location == {"node": node, "direction": "x"})
+        for node in (2, 3)
+    )
+    hypothesis = setting.nominal.adding(here)
+    best = fit(hypothesis, np.append(base.theta, 0.1 * here.width[0]), base.batches, setting.frame, base.states)
+    assert best is not None
+    found = fits_beside(best, base, candidates, setting.frame, lambda: None)
+    assert [item.hypothesis.candidates[0].key for item in found] == [right.key]
+    assert found[0].log_evidence > best.log_evidence + 100
+    assert found[0].theta[-1] == pytest.approx(STIFF, rel=0.1)  # the contract's bound
+
+
+def fitted(short: Fit, batches: Any, frame: Any) -> Fit:
+    """The nominal fit of whole recordings."""
+    found = fit(short.hypothesis, short.theta, batches, frame)
+    assert found is not None
+    return found

@@ -40,14 +40,20 @@ def fits_beside(
 
 
 def _moved(item: Fit, candidates: tuple[Candidate, ...]) -> list[Fit]:
-    """Return a fit with one of its causes moved to a next place, as it is: where another may begin."""
+    """Return a fit with one of its causes moved to each next place: where another fit may begin.
+
+    The cause is as large there as it was, by what is felt at either place.
+    """
     moved, hypothesis = [], item.hypothesis
     for number, own in enumerate(hypothesis.candidates):
         for other in candidates:
             alike = other.kind == own.kind and (other.released is None) == (own.released is None)
             if alike and _is_next(own.location, other.location, hypothesis.plant.structure):
                 causes = (*hypothesis.candidates[:number], other, *hypothesis.candidates[number + 1 :])
-                moved.append(replace(item, hypothesis=replace(hypothesis, candidates=causes)))
+                theta, part = item.theta.copy(), hypothesis.slices[number]
+                size = (theta[part] - own.neutral) / own.width
+                theta[part] = other.neutral + size * other.width
+                moved.append(replace(item, hypothesis=replace(hypothesis, candidates=causes), theta=theta))
     return moved
 
 
