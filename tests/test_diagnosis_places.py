@@ -19,7 +19,6 @@ from hybrid.diagnosis.setting import setting_of
 from hybrid.diagnosis.verdict import Verdict
 from tests.masts import RATE, SENSORS, TUBE, masts, recorded
 
-
 STIFF = 5e7  # N/m^3: at 2 cm a seventh as stiff as a mast
 
 

@@ -11,7 +11,7 @@ from hybrid.diagnosis.pairs import ground_with, left, misfit
 from hybrid.diagnosis.posterior import Posterior
 from hybrid.diagnosis.records import Batch
 from hybrid.diagnosis.search import Ground, contest, ground_of, lengths_of
-from hybrid.diagnosis.switching import ONE_GROUP, apart, fit_switched, groups_of
+from hybrid.diagnosis.switching import FEWEST, ONE_GROUP, apart, fit_switched, groups_of
 
 Groups = tuple[tuple[Batch, ...], tuple[Batch, ...]]
 
@@ -33,6 +33,8 @@ def changes_beside(
     may be any of those ``alone`` in all recordings as well, where what these ask for beside it is clear.
     """
     batches = nominal.whole.batches
+    if _count(batches) < FEWEST:
+        return []
     seen = [] if groups is None else _seen_before(nominal, groups, candidates, frame, advance)
     clear = clear_share(_count(batches))
     surely = [item for item in seen if not left(item, frame, band).significant]  # there nothing else acts
@@ -49,7 +51,8 @@ def changes_beside(
 def clear_groups(nominal: Ground, candidates: tuple[Candidate, ...], frame: Frame) -> Groups | None:
     """Return the recordings in two groups, if what they ask for beside the nominal fit clearly tells them apart."""
     batches = nominal.whole.batches
-    high = groups_of(nominal.short, candidates, frame, clear_share(_count(batches)))
+    clear = clear_share(_count(batches))
+    high = groups_of(nominal.short, candidates, frame, clear) if clear > 0 else None
     return None if high is None else apart(batches, high)
 
 
@@ -68,9 +71,9 @@ def _count(batches: tuple[Batch, ...]) -> int:
 
 def clear_share(recordings: int) -> float:
     """Return the share of the variance of normal draws that is less than this within the better two of all groups of
-    them in less than 1 of 100 cases: 1e-5 for three recordings, 0.05 for nine.
+    them in less than 1 of 100 cases: 1e-5 for three recordings, 0.05 for nine; fewer than three are never two groups.
     """
-    return CLEAR ** (1 + 6 / (recordings - 2))
+    return float(CLEAR ** (1 + 6 / (recordings - 2))) if recordings >= FEWEST else 0.0
 
 
 def _seen_before(
