@@ -1,12 +1,17 @@
 """A change between recordings, alone or beside a cause that acts in all of them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from fe_models.blind import BlindConfig, blind_case
 from hybrid.diagnosis.changes import clear_share
 from hybrid.diagnosis.diagnosis import diagnose
+from hybrid.diagnosis.fitting import fit
+from hybrid.diagnosis.forecasting import forecast, model_of, without
 from hybrid.diagnosis.judging import judge
+from hybrid.diagnosis.setting import setting_of
 from hybrid.diagnosis.verdict import Verdict
 
 DRAWS = 20_000
@@ -47,3 +52,20 @@ def test_what_only_test_recordings_show_is_unexplained() -> None:
     assert found.verdict is Verdict.UNEXPLAINED
     assert found.findings == ()
     assert any("the test recordings do" in note for note in found.notes)
+
+
+def test_a_support_that_gives_way_between_recordings_is_forecast_with_and_without() -> None:
+    config = BlindConfig(("support_spring",), structure="bridge", rich=False, train=2, test=1, duration=4.0)
+    setting = setting_of(blind_case(0, config).dataset)
+    soft = next(c for c in setting.candidates() if c.released is not None)
+    hypothesis = setting.nominal.adding(soft)
+    batches = tuple(
+        replace(batch.take([number]), off=(0,) * number) for batch in setting.lengths.whole for number in (0, 1)
+    )
+    item = fit(hypothesis, np.append(np.zeros(hypothesis.nuisances), soft.width), batches, setting.frame)
+    assert item is not None
+    model = model_of(item, setting.frame)
+    with_it, without_it = (without(model, off) for off in ((), (0,)))
+    assert [len(part[2]) for part in (with_it, without_it)] == [part[0].states for part in (with_it, without_it)]
+    found = forecast(model, batches, setting.frame.sensors, setting.frame.positions, setting.frame)
+    assert np.isfinite(found.nrmse).all()

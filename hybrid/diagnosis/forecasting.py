@@ -124,8 +124,9 @@ def without(model: Model, off: tuple[int, ...]) -> tuple[Hypothesis, FloatArray,
     kept = [*range(hypothesis.nuisances)] + [k for i in on for k in range(len(model.theta))[hypothesis.slices[i]]]
     fewer = replace(hypothesis, candidates=tuple(hypothesis.candidates[i] for i in on))
     waves = [i for i, candidate in enumerate(hypothesis.candidates) if candidate.oscillator]
-    entries = [*range(2 * hypothesis.size)]
-    entries += [2 * hypothesis.size + 2 * k + part for k, i in enumerate(waves) if i not in off for part in (0, 1)]
+    n, m = hypothesis.size, fewer.size  # a support that gives way brings a coordinate, the last one
+    entries = [*range(m), *range(n, n + m)]
+    entries += [2 * n + 2 * k + part for k, i in enumerate(waves) if i not in off for part in (0, 1)]
     return fewer, model.theta[kept], model.size[entries]
 
 
