@@ -12,9 +12,11 @@ from fe_models.recordings import Dataset, Recording
 from fe_models.structure import Beam, Spring, Structure
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.fitting import Fit, fit
+from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.neighbours import fits_beside
 from hybrid.diagnosis.places import Motion, places_of
 from hybrid.diagnosis.plant import plant_of
+from hybrid.diagnosis.records import Batch
 from hybrid.diagnosis.setting import setting_of
 from hybrid.diagnosis.verdict import Verdict
 from tests.masts import RATE, SENSORS, TUBE, masts, recorded
@@ -85,7 +87,7 @@ def test_the_node_next_to_the_one_found_is_fitted_and_goes_on_to_the_right_one()
     assert found[0].theta[-1] == pytest.approx(STIFF, rel=0.1)  # the contract's bound
 
 
-def fitted(short: Fit, batches: Any, frame: Any) -> Fit:
+def fitted(short: Fit, batches: tuple[Batch, ...], frame: Frame) -> Fit:
     """The nominal fit of whole recordings."""
     found = fit(short.hypothesis, short.theta, batches, frame)
     assert found is not None

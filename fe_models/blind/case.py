@@ -1,5 +1,6 @@
 """What a blind case is: what may be asked of it, what it hands over, and what it keeps apart."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -106,7 +107,7 @@ class BlindConfig:
         """Which recordings, (recording,), what came last acts in."""
         return np.arange(self.campaign.count) >= self.changed
 
-    def lasting(self, causes: list[Cause]) -> tuple[Cause, ...]:
+    def lasting(self, causes: Sequence[Cause]) -> tuple[Cause, ...]:
         """Return which of the hidden ``causes`` act in all recordings, whatever comes between them."""
         comes = bool(self.changed) and not self.outside
         return tuple(causes[:-1] if comes else causes)
@@ -155,7 +156,7 @@ def as_recorded(
     for cause in causes:
         if isinstance(cause, SensorEffect):
             faulty = cause.apply(shown, [s.name for s in sensors], campaign.sampling_rate)
-            acts = affected | (cause in config.lasting(list(causes)))
+            acts = affected | (cause in config.lasting(causes))
             shown = np.where(acts[:, None, None], faulty, shown)
     white = rng.standard_normal(shown.shape)
     if lowpass is not None:

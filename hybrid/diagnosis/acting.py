@@ -5,7 +5,7 @@ import numpy as np
 from hybrid.diagnosis.fitting import Fit
 from hybrid.diagnosis.forecasting import Model, initial_states, without
 from hybrid.diagnosis.frame import Frame
-from hybrid.diagnosis.records import Batch, columns_of
+from hybrid.diagnosis.records import Batch, columns_of, count_of
 from hybrid.diagnosis.switching import acting_recordings
 
 TOLD = 12.0  # in the tempered sum of squares: by how much a test recording must do better with the cause than without
@@ -20,7 +20,7 @@ def recordings_of(
     ``model`` with the candidate and without; nothing but its initial state is fitted.
     """
     acting = acting_recordings(fit, number)
-    everywhere = len(acting) == sum(len(batch.names) for batch in fit.batches)
+    everywhere = len(acting) == count_of(fit.batches)
     names = list(acting)
     for batch in test:
         with_it = np.ones(len(batch.names), dtype=bool)

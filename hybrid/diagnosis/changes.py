@@ -9,7 +9,7 @@ from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.noise import Band
 from hybrid.diagnosis.pairs import ground_with, left, misfit
 from hybrid.diagnosis.posterior import Posterior
-from hybrid.diagnosis.records import Batch
+from hybrid.diagnosis.records import Batch, count_of
 from hybrid.diagnosis.search import Ground, contest, ground_of, lengths_of
 from hybrid.diagnosis.switching import FEWEST, ONE_GROUP, apart, fit_switched, groups_of
 
@@ -33,10 +33,10 @@ def changes_beside(
     may be any of those ``alone`` in all recordings as well, where what these ask for beside it is clear.
     """
     batches = nominal.whole.batches
-    if _count(batches) < FEWEST:
+    if count_of(batches) < FEWEST:
         return []
     seen = [] if groups is None else _seen_before(nominal, groups, candidates, frame, advance)
-    clear = clear_share(_count(batches))
+    clear = clear_share(count_of(batches))
     surely = [item for item in seen if not left(item, frame, band).significant]  # there nothing else acts
     starts = [(item, ONE_GROUP if item.hypothesis.is_linear else clear) for item in surely]  # two laws take too long
     found: list[Fit] = []
@@ -51,7 +51,7 @@ def changes_beside(
 def clear_groups(nominal: Ground, candidates: tuple[Candidate, ...], frame: Frame) -> Groups | None:
     """Return the recordings in two groups, if what they ask for beside the nominal fit clearly tells them apart."""
     batches = nominal.whole.batches
-    clear = clear_share(_count(batches))
+    clear = clear_share(count_of(batches))
     high = groups_of(nominal.short, candidates, frame, clear) if clear > 0 else None
     return None if high is None else apart(batches, high)
 
@@ -63,10 +63,6 @@ def groups_in(posterior: Posterior) -> Groups | None:
         if spared:
             return tuple(replace(batch, off=()) for batch in spared), acting
     return None
-
-
-def _count(batches: tuple[Batch, ...]) -> int:
-    return sum(len(batch.names) for batch in batches)
 
 
 def clear_share(recordings: int) -> float:

@@ -18,7 +18,7 @@ from hybrid.diagnosis.fitting import Fit, residuals_at
 from hybrid.diagnosis.forecasting import DEVIATION, Forecast, model_of, within
 from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.materiality import material, weak, without_weak
-from hybrid.diagnosis.pairs import left
+from hybrid.diagnosis.pairs import factors_off, left
 from hybrid.diagnosis.plant import Plant
 from hybrid.diagnosis.posterior import Posterior, of_candidate, rivals_of
 from hybrid.diagnosis.scorer import Scorer
@@ -85,7 +85,7 @@ def concluded(setting: Setting, evidence: Evidence) -> Diagnosis:
         unexplained = 0.0
         if simulation.fit is base:  # else a cause may matter for the structure, if not for the user's modal model
             notes += [weak(best, number) for number in range(len(best.hypothesis.candidates))]
-    elif not left(best, frame, setting.band).significant:
+    elif not left(base, frame, setting.band).significant and not factors_off(base):
         notes.append(UNSEEN)
     if not named:
         extended = own if theta.any() else drawn

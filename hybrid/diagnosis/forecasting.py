@@ -12,7 +12,7 @@ from hybrid.diagnosis.geometry_response import added
 from hybrid.diagnosis.hypothesis import Hypothesis
 from hybrid.diagnosis.loaded import loaded_channels, loaded_size
 from hybrid.diagnosis.marching import respond
-from hybrid.diagnosis.records import Batch, columns_of
+from hybrid.diagnosis.records import Batch, columns_of, count_of
 from hybrid.diagnosis.system import drift, observability
 
 SHOWN = 0.2  # of each recording: what its initial state is estimated from
@@ -78,7 +78,7 @@ def _pushed(item: Fit, frame: Frame) -> FloatArray:
     loaded = [batch for batch in item.batches if batch.loads is not None]
     system = item.hypothesis.system(item.theta[None], frame.sensors, frame.rate, frame.positions)
     sizes = [len(batch.names) * loaded_size(system, batch.loads) for batch in loaded if batch.loads is not None]
-    return np.sum(sizes, axis=0) / sum(len(batch.names) for batch in item.batches) if sizes else np.zeros(1)
+    return np.sum(sizes, axis=0) / count_of(item.batches) if sizes else np.zeros(1)
 
 
 def forecast(

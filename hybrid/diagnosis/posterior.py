@@ -9,6 +9,7 @@ from fe_models.dofs import FloatArray
 from hybrid.diagnosis.candidate import Candidate
 from hybrid.diagnosis.fitting import Fit
 from hybrid.diagnosis.noise import correlation_factor
+from hybrid.diagnosis.records import count_of
 
 NOTHING = 0.5  # prior probability that nothing is wrong; each further effect halves what is left
 FRAME = (
@@ -78,7 +79,7 @@ def _log_prior(fit: Fit, places: Counter[str]) -> float:
     for candidate in fit.hypothesis.candidates:
         total += float(np.log(NOTHING / len(places) / places[candidate.kind]))
     if any(batch.off for batch in fit.batches):
-        total -= sum(len(batch.names) for batch in fit.batches) * float(np.log(2))
+        total -= count_of(fit.batches) * float(np.log(2))
     return total
 
 

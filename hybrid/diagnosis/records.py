@@ -97,6 +97,11 @@ def batches_of(dataset: Dataset, role: Literal["train", "test"]) -> tuple[Batch,
     )
 
 
+def count_of(batches: tuple[Batch, ...]) -> int:
+    """Return the number of recordings, however many segments each was cut into."""
+    return sum(len(batch.names) for batch in batches)
+
+
 def measured_columns(dataset: Dataset) -> tuple[int, ...]:
     """Return the columns of the sensors that are fitted."""
     return tuple(column for column, sensor in enumerate(dataset.sensors) if sensor.role == "measured")

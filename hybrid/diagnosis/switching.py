@@ -10,7 +10,7 @@ from hybrid.diagnosis.fitting import ENOUGH, Fit, fit
 from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.hypothesis import Hypothesis
 from hybrid.diagnosis.linearisation import linearise_batch
-from hybrid.diagnosis.records import Batch
+from hybrid.diagnosis.records import Batch, count_of
 from hybrid.diagnosis.screening import amounts_by_recording
 from hybrid.diagnosis.search import CLOSE_ENOUGH, Lengths, bound_of, continued, padded
 from hybrid.diagnosis.wave import wave
@@ -31,7 +31,7 @@ def fit_switched(
     ``short``: the fit without it, over the shortest segments of the recordings; ``best``: of what acts in all of them;
     ``mixed``: share of the variance of what recordings ask for that may be left within two groups of them.
     """
-    if sum(len(batch.names) for batch in short.batches) < FEWEST:
+    if count_of(short.batches) < FEWEST:
         return []
     number = len(short.hypothesis.candidates)
     states = padded(short.states, best.hypothesis)
