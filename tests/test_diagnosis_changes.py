@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from fe_models.blind import BlindConfig, blind_case
-from hybrid.diagnosis.changes import clear_share
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.fitting import fit
 from hybrid.diagnosis.forecasting import forecast, model_of, without
 from hybrid.diagnosis.judging import judge
+from hybrid.diagnosis.recording_groups import clear_share
 from hybrid.diagnosis.setting import setting_of
 from hybrid.diagnosis.verdict import Verdict
 

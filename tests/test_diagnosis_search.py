@@ -18,6 +18,7 @@ from hybrid.diagnosis.pairs import each_alone
 from hybrid.diagnosis.places import Motion
 from hybrid.diagnosis.plant import plant_of
 from hybrid.diagnosis.posterior import posterior_of
+from hybrid.diagnosis.recording_groups import asked_for
 from hybrid.diagnosis.records import Batch, batches_of, columns_of
 from hybrid.diagnosis.search import fit_growing, lengths_of, padded
 from hybrid.diagnosis.setting import setting_of
@@ -86,7 +87,8 @@ def test_force_law_that_comes_is_found_in_its_recordings() -> None:
     short = nominal_fit(case.dataset, lengths.cut[0], frame)
     right = candidate(case.dataset, "cubic_spring", **cause.location)
     wrong = candidate(case.dataset, "added_mass", node=2)
-    best = max(fit_switched(short, base, (right, wrong), lengths, frame), key=lambda item: item.log_evidence)
+    asked = asked_for(short, (right, wrong), frame)
+    best = max(fit_switched(short, base, asked, lengths, frame), key=lambda item: item.log_evidence)
     assert best.hypothesis.candidates[-1].key == right.key
     assert acting_recordings(best, 0) == case.recordings[:3]
     assert best.theta[-1] == pytest.approx(cause.stiffness, rel=0.1)

@@ -9,13 +9,10 @@ from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.noise import Band
 from hybrid.diagnosis.pairs import ground_with, left, misfit
 from hybrid.diagnosis.posterior import Posterior
-from hybrid.diagnosis.records import Batch, count_of
+from hybrid.diagnosis.recording_groups import FEWEST, Groups, asked_for, clear_share
+from hybrid.diagnosis.records import count_of
 from hybrid.diagnosis.search import Ground, contest, ground_of, lengths_of
-from hybrid.diagnosis.switching import FEWEST, ONE_GROUP, apart, fit_switched, groups_of
-
-Groups = tuple[tuple[Batch, ...], tuple[Batch, ...]]
-
-CLEAR = 0.2  # see `clear_share`
+from hybrid.diagnosis.switching import ONE_GROUP, fit_switched
 
 
 def changes_beside(
@@ -44,16 +41,9 @@ def changes_beside(
         ground, lengths, _ = ground_with(start, batches, frame)
         advance()
         if ground is not None:
-            found += fit_switched(ground.short, ground.whole, candidates, lengths, frame, mixed)
+            asked = asked_for(ground.short, candidates, frame)
+            found += fit_switched(ground.short, ground.whole, asked, lengths, frame, mixed)
     return found
-
-
-def clear_groups(nominal: Ground, candidates: tuple[Candidate, ...], frame: Frame) -> Groups | None:
-    """Return the recordings in two groups, if what they ask for beside the nominal fit clearly tells them apart."""
-    batches = nominal.whole.batches
-    clear = clear_share(count_of(batches))
-    high = groups_of(nominal.short, candidates, frame, clear) if clear > 0 else None
-    return None if high is None else apart(batches, high)
 
 
 def groups_in(posterior: Posterior) -> Groups | None:
@@ -63,13 +53,6 @@ def groups_in(posterior: Posterior) -> Groups | None:
         if spared:
             return tuple(replace(batch, off=()) for batch in spared), acting
     return None
-
-
-def clear_share(recordings: int) -> float:
-    """Return the share of the variance of normal draws that is less than this within the better two of all groups of
-    them in less than 1 of 100 cases: 1e-5 for three recordings, 0.05 for nine; fewer than three are never two groups.
-    """
-    return float(CLEAR ** (1 + 6 / (recordings - 2))) if recordings >= FEWEST else 0.0
 
 
 def _seen_before(

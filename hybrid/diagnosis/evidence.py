@@ -7,15 +7,16 @@ import numpy as np
 
 from fe_models.errors import InputError
 from hybrid.diagnosis.candidate import Candidate
-from hybrid.diagnosis.changes import changes_beside, clear_groups, groups_in
+from hybrid.diagnosis.changes import changes_beside, groups_in
 from hybrid.diagnosis.discrepancy import in_units_of
 from hybrid.diagnosis.fitting import Fit, fit
 from hybrid.diagnosis.forecasting import DEVIATION, forecast, model_of, within
 from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.neighbours import fits_beside
 from hybrid.diagnosis.noise import Band, excess
-from hybrid.diagnosis.pairs import asks_for_more, factors_off, left, pair_fits
+from hybrid.diagnosis.pairs import asks_for_more, factors_off, is_hopeless, left, pair_fits
 from hybrid.diagnosis.posterior import Posterior, posterior_of
+from hybrid.diagnosis.recording_groups import asked_for, clear_groups
 from hybrid.diagnosis.search import contest, ground_of
 from hybrid.diagnosis.setting import Setting
 from hybrid.diagnosis.straightening import fitted_as, straighten
@@ -83,10 +84,11 @@ def gather(setting: Setting, tell: Callable[[str], object]) -> Evidence:
     if wanting and not plant.laws and not enough(best):
         tell("recordings apart")
         lasting = tuple(item for item in posterior.fits if item.hypothesis.candidates)[:1]
-        fits += fit_switched(ground.short, best, candidates, lengths, frame)
+        asked = asked_for(ground.short, candidates, frame)
+        fits += fit_switched(ground.short, best, asked, lengths, frame)
         posterior = posterior_of(tuple(fits), candidates)
         if not enough(posterior.fits[0]):
-            groups = clear_groups(ground, candidates, frame)
+            groups = clear_groups(asked, ground.whole.batches)
             fits += changes_beside(ground, groups, lasting, candidates, frame, band, lambda: tell("recordings apart"))
             posterior = posterior_of(tuple(fits), candidates)
     best = posterior.fits[0]
@@ -94,7 +96,7 @@ def gather(setting: Setting, tell: Callable[[str], object]) -> Evidence:
         tell("two causes")
         fits += pair_fits(posterior, candidates, lengths.whole, frame, band, lambda: tell("two causes"))
         posterior = posterior_of(tuple(fits), candidates)
-    mixed = groups_in(posterior)
+    mixed = None if is_hopeless(posterior.fits[0], fits[0]) else groups_in(posterior)
     if mixed is not None and not enough(posterior.fits[0]):
         fits += changes_beside(ground, mixed, (), candidates, frame, band, lambda: tell("recordings apart"))
     nearest = posterior_of(tuple(fits), candidates).fits[0]

@@ -21,7 +21,7 @@ ONE_FACTOR = 3.5  # stated standard deviations of one calibrated factor: chance 
 TOGETHER = 3.0  # standard deviations of the mean square of all of them over its mean
 SORTED = 0.02  # of the misfit: what a cause that acts in some recordings may leave and still be the only one; a frame's
 # few modes leave as much beside a force law, whose local flexibility they lack
-HOPELESS = 0.3  # likewise, once two searches have found no better two
+HOPELESS = 0.3  # likewise, once two causes were looked for
 CONTESTS = 3  # searches for a second cause, each on top of another first one
 FIRSTS = 2  # single causes that a second one is looked for
 KEPT = 6  # candidates kept from the screening of each length
@@ -75,7 +75,7 @@ def pair_fits(
         item for item in posterior.fits if item.hypothesis.candidates and not any(batch.off for batch in item.batches)
     ]
     starts = singles[:FIRSTS]
-    nominal = max((misfit(item) for item in posterior.fits if not item.hypothesis.candidates), default=np.inf)
+    nominal = next((item for item in posterior.fits if not item.hypothesis.candidates), None)
     found: list[Fit] = []
     done: set[str] = set()
     for _ in range(CONTESTS if posterior.fits[0].hypothesis.plant.is_chain else 1):  # of a frame each takes a minute
@@ -93,7 +93,7 @@ def pair_fits(
             continue
         best = seconds[0]
         found += [*seconds, *each_alone(best, frame)]
-        if len(done) > 1 and min(misfit(item) for item in found) > HOPELESS * nominal:
+        if len(done) > 1 and nominal is not None and is_hopeless(min(found, key=misfit), nominal):
             break
         gained = (best.log_evidence - ground.whole.log_evidence) / posterior.temper
         if not left(best, frame, band).significant and not factors_off(best):
@@ -135,6 +135,11 @@ def each_alone(pair: Fit, frame: Frame) -> list[Fit]:
 def misfit(item: Fit) -> float:
     """Return what a fit leaves beyond noise and the squares of its calibration's deviations, in units of variances."""
     return item.cost - item.values + sum(states.size for states in item.states)
+
+
+def is_hopeless(best: Fit, base: Fit) -> bool:
+    """Return whether the best of two causes leaves so much of what the ``base`` does that neither is likely right."""
+    return misfit(best) > HOPELESS * misfit(base)
 
 
 def factors_off(item: Fit) -> bool:

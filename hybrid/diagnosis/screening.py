@@ -238,8 +238,8 @@ def _score(
 
 
 def amounts_by_recording(fit: Fit, candidates: list[Candidate], frame: Frame) -> list[tuple[FloatArray, FloatArray]]:
-    """Return, for each candidate, how much of it each recording asks for, (recording,), and the fall in its sum of
-    squares.
+    """Return, for each candidate, how much of it each recording asks for, (recording,), and how much of one unit it
+    feels: the sum of squares. The first squared times the second is the fall in the recording's own.
 
     The uncertain factors are kept as they are: what they do is common to all recordings.
     """
@@ -248,14 +248,14 @@ def amounts_by_recording(fit: Fit, candidates: list[Candidate], frame: Frame) ->
     found = []
     for candidate in candidates:
         known = forced[candidate.key][0] if candidate.is_law else None
-        amounts, gains = [], []
+        amounts, sizes = [], []
         for stretch, column in _columns(ground, candidate, candidate.first_starts[0], known):
             recordings = len(stretch.batch.names)  # of one or more segments each
             along = np.sum((column * stretch.part.residual).reshape(recordings, -1), axis=1)
-            size = np.sum((column**2).reshape(recordings, -1), axis=1) + 1e-300
-            amounts.append(along / size)
-            gains.append(along**2 / size)
-        found.append((np.concatenate(amounts), np.concatenate(gains)))
+            size = np.sum((column**2).reshape(recordings, -1), axis=1)
+            amounts.append(along / (size + 1e-300))
+            sizes.append(size)
+        found.append((np.concatenate(amounts), np.concatenate(sizes)))
     return found
 
 

@@ -10,41 +10,37 @@ from hybrid.diagnosis.fitting import ENOUGH, Fit, fit
 from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.hypothesis import Hypothesis
 from hybrid.diagnosis.linearisation import linearise_batch
-from hybrid.diagnosis.records import Batch, count_of
-from hybrid.diagnosis.screening import amounts_by_recording
+from hybrid.diagnosis.recording_groups import Asked, each_with
+from hybrid.diagnosis.records import Batch
 from hybrid.diagnosis.search import CLOSE_ENOUGH, Lengths, bound_of, continued, padded
 from hybrid.diagnosis.wave import wave
 
-FEWEST = 3  # recordings in which two groups can be told
-TRIED = 4  # candidates, the most promising if each recording had its own amount
-TRIED_LAWS = 2  # of them force laws
 ONE_GROUP = 0.4  # of the variance within two groups: more is one group for a force law, whose fits take long
 ROUNDS = 3  # of sorting the recordings by the fit and fitting again
 SETTLING = 3  # steps of Newton's method in which initial states follow a law that comes or goes
 
 
 def fit_switched(
-    short: Fit, best: Fit, candidates: tuple[Candidate, ...], lengths: Lengths, frame: Frame, mixed: float = 1.0
+    short: Fit, best: Fit, asked: tuple[Asked, ...], lengths: Lengths, frame: Frame, mixed: float = 1.0
 ) -> list[Fit]:
     """Return fits of one more candidate each that acts in some of the recordings only.
 
-    ``short``: the fit without it, over the shortest segments of the recordings; ``best``: of what acts in all of them;
-    ``mixed``: share of the variance of what recordings ask for that may be left within two groups of them.
+    ``short``: the fit without it, over the shortest segments of the recordings, and what these have ``asked`` for
+    beside it; ``best``: of what acts in all of them; ``mixed``: share of the variance of what recordings ask for that
+    may be left within two groups of them.
     """
-    if count_of(short.batches) < FEWEST:
+    trials = [item for item in asked if item.within <= (min(mixed, ONE_GROUP) if item.candidate.is_law else mixed)]
+    if not trials:
         return []
     number = len(short.hypothesis.candidates)
     states = padded(short.states, best.hypothesis)
     again = fit(best.hypothesis, best.theta, short.batches, frame, states, enough=CLOSE_ENOUGH)
     rivals = [] if again is None else [again]
     sorted_fits: list[tuple[Fit, BoolArray]] = []
-    for candidate, amounts in _unequal(short, candidates, frame):
-        high, within = _two_groups(amounts)
-        if within > (min(mixed, ONE_GROUP) if candidate.is_law else mixed):
-            continue
-        for acting in (high, ~high):
+    for trial in trials:
+        for acting in (trial.high, ~trial.high):
             bound = bound_of([*rivals, *(item for item, _ in sorted_fits)])
-            found = _fit_sorted(short, candidate, acting, frame, bound)
+            found = _fit_sorted(short, trial.candidate, acting, frame, bound)
             sorted_fits += [] if found is None or found[0].cost > bound else [found]
     for longer in lengths.cut[1:]:
         enough = ENOUGH if longer is lengths.whole else CLOSE_ENOUGH
@@ -60,68 +56,12 @@ def fit_switched(
     return [item for item, _ in sorted_fits]
 
 
-def groups_of(short: Fit, candidates: tuple[Candidate, ...], frame: Frame, mixed: float) -> BoolArray | None:
-    """Return which recordings (recording,) belong to the one of two groups that the most promising of the candidates
-    tell apart; None where none leaves at most the share ``mixed`` of the variance within them.
-    """
-    for _, amounts in _unequal(short, candidates, frame):
-        high, within = _two_groups(amounts)
-        if within <= mixed:
-            return high
-    return None
-
-
-def apart(batches: tuple[Batch, ...], high: BoolArray) -> tuple[tuple[Batch, ...], tuple[Batch, ...]]:
-    """Return the recordings of each of two groups."""
-    parts = [(batch, own) for batch, own in _apart(batches, high)]
-    lower, upper = (
-        tuple(batch.take(np.flatnonzero(own == side).tolist()) for batch, own in parts if (own == side).any())
-        for side in (False, True)
-    )
-    return lower, upper
-
-
 def acting_recordings(fit: Fit, number: int) -> tuple[str, ...]:
     """Return the names of the recordings where candidate ``number`` of a fit acts."""
     if fit.hypothesis.candidates[number].oscillator:
         names = [name for batch in fit.batches for name in batch.names]
         return tuple(name for name, acts in zip(names, wave(fit, number).acting, strict=True) if acts)
     return tuple(name for batch in fit.batches if number not in batch.off for name in batch.names)
-
-
-def _unequal(short: Fit, candidates: tuple[Candidate, ...], frame: Frame) -> list[tuple[Candidate, FloatArray]]:
-    """Return the most promising candidates with the amount of each that every recording asks for."""
-    taken = {candidate.key for candidate in short.hypothesis.candidates}
-    usable = [c for c in candidates if c.names and not c.oscillator and c.key not in taken]
-    if not short.hypothesis.is_linear:  # whose initial states are searched, too: one size of them for all recordings
-        usable = [candidate for candidate in usable if candidate.released is None]
-    middle = [replace(c, starts=(c.first_starts[len(c.first_starts) // 2],)) for c in usable]
-    asked = amounts_by_recording(short, middle, frame)
-    ranked = [
-        (float(gains.sum()), candidate, amounts)
-        for candidate, (amounts, gains) in zip(usable, asked, strict=True)
-        if np.isfinite(amounts).all()
-    ]
-    ranked.sort(key=lambda item: -item[0])
-    chosen: list[tuple[Candidate, FloatArray]] = []
-    for _, candidate, amounts in ranked:
-        laws = sum(other.is_law for other, _ in chosen)
-        if len(chosen) < TRIED and not (candidate.is_law and laws >= TRIED_LAWS):
-            chosen.append((candidate, amounts))
-    return chosen
-
-
-def _two_groups(amounts: FloatArray) -> tuple[BoolArray, float]:
-    """Return which of the ``amounts`` (recording,) belong to the upper of two groups, split for the least variance.
-
-    Second: the share of the variance that is left within the groups.
-    """
-    order = np.argsort(amounts)
-    ranked = amounts[order]
-    spread = [np.var(ranked[:k]) * k + np.var(ranked[k:]) * (len(ranked) - k) for k in range(1, len(ranked))]
-    high = np.zeros(len(amounts), dtype=bool)
-    high[order[int(np.argmin(spread)) + 1 :]] = True
-    return high, float(min(spread) / (np.var(amounts) * len(amounts) + 1e-300))
 
 
 def _fit_sorted(
@@ -154,7 +94,7 @@ def _fit_sorted(
 def _split(batches: tuple[Batch, ...], acting: BoolArray, number: int) -> tuple[Batch, ...]:
     """Return each batch in two: the recordings where candidate ``number`` acts, and the others."""
     parts = []
-    for batch, own in _apart(batches, acting):
+    for batch, own in each_with(batches, acting):
         for chosen, off in ((own, batch.off), (~own, (*batch.off, number))):
             if chosen.any():
                 parts.append(replace(batch.take(np.flatnonzero(chosen).tolist()), off=off))
@@ -165,15 +105,10 @@ def _states(short: Fit, acting: BoolArray) -> tuple[FloatArray, ...]:
     """Return a fit's initial states, split as `_split` splits its batches."""
     return tuple(
         states[np.repeat(chosen, batch.pieces)]
-        for (batch, own), states in zip(_apart(short.batches, acting), short.states, strict=True)
+        for (batch, own), states in zip(each_with(short.batches, acting), short.states, strict=True)
         for chosen in (own, ~own)
         if chosen.any()
     )
-
-
-def _apart(batches: tuple[Batch, ...], acting: BoolArray) -> list[tuple[Batch, BoolArray]]:
-    ends = np.cumsum([len(batch.names) for batch in batches])
-    return list(zip(batches, np.split(acting, ends[:-1]), strict=True))
 
 
 def _preference(item: Fit, short: Fit, number: int, frame: Frame) -> BoolArray:
