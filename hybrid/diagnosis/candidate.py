@@ -69,6 +69,11 @@ class Candidate:
         return self.pull is not None and not self.oscillator
 
     @property
+    def is_structural(self) -> bool:
+        """Whether it changes the structure's own matrices or damping ratios."""
+        return self.changes is not None or self.mode is not None
+
+    @property
     def key(self) -> str:
         """Kind and place as one word, the same for the same candidate."""
         return f"{self.kind} {self.location}"

@@ -37,7 +37,7 @@ def changes_beside(
     surely = [item for item in seen if not left(item, frame, band).significant]  # there nothing else acts
     starts = [(item, ONE_GROUP if item.hypothesis.is_linear else clear) for item in surely]  # two laws take too long
     found: list[Fit] = []
-    for start, mixed in (*starts, *((item, clear) for item in alone)):
+    for start, mixed in (*starts, *((item, clear) for item in alone if clear > 0)):
         ground, lengths, _ = ground_with(start, batches, frame)
         advance()
         if ground is not None:

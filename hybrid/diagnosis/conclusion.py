@@ -92,7 +92,7 @@ def concluded(setting: Setting, evidence: Evidence) -> Diagnosis:
     notes += modal_notes(simulation, nominal, own, scorer, named)
     advice = advise(posterior, frame) if named else ()
     had = left(simulation.fit, frame, setting.band)
-    shown = show(dataset, simulation.fit, base, nominal, calibrated, had, frame)
+    shown = show(dataset, simulation.fit, final, nominal, calibrated, had, frame)
     return Diagnosis(
         verdict=verdict,
         findings=findings,

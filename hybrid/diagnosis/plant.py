@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 from scipy.linalg import eigh
-from scipy.sparse import csr_array
+from scipy.sparse import csr_array, vstack
 from scipy.sparse.linalg import SuperLU
 
 from fe_models.assembly import linearise, unsupported
@@ -82,6 +82,11 @@ class Plant:
     def matrices(self) -> tuple[csr_array, ...]:
         """M, C, K, then what doubling each part adds and what a unit of each pattern of the scatter does."""
         return (self.mass, self.damping, self.stiffness, *self.part_changes, *self.scatter.changes)
+
+    @cached_property
+    def stacked(self) -> csr_array:
+        """The ``matrices`` one below the other, (matrix times dof, dof)."""
+        return csr_array(vstack(self.matrices))
 
     @cached_property
     def projected(self) -> FloatArray:

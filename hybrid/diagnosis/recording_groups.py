@@ -74,15 +74,16 @@ def asked_for(short: Fit, candidates: tuple[Candidate, ...], frame: Frame) -> tu
 
 def clear_share(recordings: int) -> float:
     """Return the share of the variance of normal draws that is less than this within the better two of all groups of
-    them in less than 1 of 100 cases: 1e-5 for three recordings, 0.05 for nine; fewer than three are never two groups.
+    them in less than 1 of 100 cases: 0.0016 of four recordings, 0.05 of nine. Three would have to agree to 1e-5, which
+    noise forbids: for these, and for fewer, it is 0.
     """
-    return float(CLEAR ** (1 + 6 / (recordings - 2))) if recordings >= FEWEST else 0.0
+    return float(CLEAR ** (1 + 6 / (recordings - 2))) if recordings > FEWEST else 0.0
 
 
 def clear_groups(asked: tuple[Asked, ...], batches: tuple[Batch, ...]) -> Groups | None:
     """Return the recordings in the two groups that the most promising candidate tells clearly apart, if one does."""
     clear = clear_share(count_of(batches))
-    high = next((item.high for item in asked if item.within <= clear), None)
+    high = next((item.high for item in asked if item.within < clear), None)
     if high is None:
         return None
     parts = [(batch, own) for batch, own in each_with(batches, high)]

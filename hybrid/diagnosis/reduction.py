@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import csr_array
 
 from fe_models.dofs import FloatArray
 from hybrid.diagnosis.candidate import Candidate
@@ -43,19 +42,24 @@ def basis_of(plant: Plant, candidates: tuple[Candidate, ...]) -> Basis:
     changes = tuple(
         None if c.changes is None else np.array([shapes.T @ (part @ shapes) for part in c.changes]) for c in candidates
     )
-    M, C, K, *others = (_bordered(*pair, shapes) for pair in zip(plant.matrices, plant.projected, strict=True))
+    M, C, K, *others = _projected(plant, shapes)
     first, size = len(plant.parts), shapes.shape[1]
     parts, scattered = (np.array(group).reshape(-1, size, size) for group in (others[:first], others[first:]))
     return Basis(shapes, M, C, K, parts, scattered, changes)
 
 
-def _bordered(matrix: csr_array, known: FloatArray, shapes: FloatArray) -> FloatArray:
-    """Return a symmetric ``matrix`` in ``shapes`` (dof, vector), in the first of which it is ``known``."""
-    own = len(known)
-    if shapes.shape[1] == own:
+def _projected(plant: Plant, shapes: FloatArray) -> FloatArray:
+    """Return the plant's matrices, all symmetric, in ``shapes`` (dof, vector), the first of which are its own."""
+    known = plant.projected
+    own, size = known.shape[1], shapes.shape[1]
+    if size == own:
         return known
-    added = shapes.T @ (matrix @ shapes[:, own:])  # (vector, added vector)
-    return np.block([[known, added[:own]], [added.T]])
+    added = (plant.stacked @ shapes[:, own:]).reshape(len(known), len(shapes), size - own)
+    full = np.empty((len(known), size, size))
+    full[:, :own, :own] = known
+    full[:, :, own:] = shapes.T @ added
+    full[:, own:, :own] = full[:, :own, own:].swapaxes(1, 2)
+    return full
 
 
 def _static_shapes(plant: Plant, candidate: Candidate) -> FloatArray:

@@ -11,6 +11,7 @@ from hybrid.diagnosis.hypothesis import Hypothesis
 from hybrid.diagnosis.linearisation import EXPLODED, orthonormal
 from hybrid.diagnosis.loaded import given
 from hybrid.diagnosis.screening import Screened
+from hybrid.diagnosis.side_by_side import side_by_side
 from hybrid.diagnosis.system import drift, observability
 
 SIZES = (-2.0, -1.0, -0.5, -0.2, 0.2, 0.5, 1.0, 2.0)  # of a prior width, from doing nothing
@@ -30,24 +31,29 @@ def scan(fit: Fit, candidates: tuple[Candidate, ...], frame: Frame) -> list[Scre
     theta = fit.theta.copy()
     theta[: fit.hypothesis.nuisances] = 0.0
     plain = _left(fit.hypothesis, theta[None], fit, frame)[0]
-    found = []
-    for candidate in candidates:
-        if not candidate.names:  # it acts or it does not
-            left = _left(fit.hypothesis.adding(candidate), theta[None], fit, frame)
-            found.append(Screened(candidate, (), float(plain - left[0]), theta - fit.theta))
-        elif len(candidate.names) == 1 and candidate.scalable and not candidate.is_law and not candidate.oscillator:
-            far = FIRM if candidate.kind == SupportSpring.kind else ()
-            sizes = candidate.neutral[0] + np.array((*SIZES, *far)) * candidate.width[0]
-            most = candidate.upper[0] if candidate.upper else np.inf
-            sizes = sizes[(sizes > candidate.lower[0]) & (sizes < most)]
-            if candidate.kind == StiffnessChange.kind:
-                sizes = np.append(sizes, LEFT)
-            thetas = np.column_stack([np.repeat(theta[None], len(sizes), axis=0), sizes])
-            left = _left(fit.hypothesis.adding(candidate), thetas, fit, frame)
-            best = int(np.argmin(left))
-            shift = theta - fit.theta
-            found.append(Screened(candidate, (float(sizes[best]),), float(plain - left[best]), shift))
+
+    def best_of(candidate: Candidate) -> Screened:
+        sizes = _sizes(candidate)
+        thetas = np.column_stack([np.repeat(theta[None], len(sizes), axis=0), sizes])
+        left = _left(fit.hypothesis.adding(candidate), thetas, fit, frame)
+        best = int(np.argmin(left))
+        return Screened(candidate, tuple(sizes[best].tolist()), float(plain - left[best]), theta - fit.theta)
+
+    found = side_by_side(best_of, [candidate for candidate in candidates if len(_sizes(candidate))])
     return sorted(found, key=lambda trial: -trial.gain)
+
+
+def _sizes(candidate: Candidate) -> FloatArray:
+    """Return the sizes (size, parameter) that are tried of a candidate, none where a scan does not serve."""
+    if not candidate.names:
+        return np.zeros((1, 0))  # it acts or it does not
+    if len(candidate.names) > 1 or not candidate.scalable or candidate.is_law or candidate.oscillator:
+        return np.zeros((0, len(candidate.names)))
+    far = FIRM if candidate.kind == SupportSpring.kind else ()
+    sizes = candidate.neutral[0] + np.array((*SIZES, *far)) * candidate.width[0]
+    most = candidate.upper[0] if candidate.upper else np.inf
+    sizes = sizes[(sizes > candidate.lower[0]) & (sizes < most)]
+    return np.append(sizes, LEFT if candidate.kind == StiffnessChange.kind else ())[:, None]
 
 
 def _left(hypothesis: Hypothesis, thetas: FloatArray, fit: Fit, frame: Frame) -> FloatArray:

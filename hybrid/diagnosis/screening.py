@@ -5,6 +5,7 @@ Everything that initial states and the uncertain factors can do is projected out
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from hybrid.diagnosis.hypothesis import Hypothesis, Reduced
 from hybrid.diagnosis.linearisation import Linearisation, linearise_batch
 from hybrid.diagnosis.marching import respond
 from hybrid.diagnosis.records import Batch
+from hybrid.diagnosis.side_by_side import side_by_side
 from hybrid.diagnosis.system import ModalForm, System, drifted, free_form
 
 
@@ -64,14 +66,15 @@ def screen(fit: Fit, candidates: tuple[Candidate, ...], frame: Frame) -> list[Sc
     """Return each candidate with its best start, most promising first; harmonic forces apart (`force_screening`)."""
     ground = _ground(fit, frame)
     forced = law_responses(fit, [candidate for candidate in candidates if candidate.is_law], frame)
-    found = []
-    for candidate in candidates:
-        if not candidate.oscillator:
-            trials = []
-            for number, start in enumerate(candidate.first_starts):
-                known = forced[candidate.key][number] if candidate.is_law else None
-                trials.append(_score(ground, candidate, start, known))
-            found.append(max(trials, key=lambda trial: trial.gain))
+
+    def best_of(candidate: Candidate) -> Screened:
+        trials = []
+        for number, start in enumerate(candidate.first_starts):
+            known = forced[candidate.key][number] if candidate.is_law else None
+            trials.append(_score(ground, candidate, start, known))
+        return max(trials, key=lambda trial: trial.gain)
+
+    found = side_by_side(best_of, [candidate for candidate in candidates if not candidate.oscillator])
     return sorted(found, key=lambda trial: -trial.gain)
 
 
@@ -174,23 +177,26 @@ def law_responses(fit: Fit, laws: list[Candidate], frame: Frame) -> dict[str, li
     reduced = fit.hypothesis.reduced(fit.theta[None])
     for batch, states in zip(fit.batches, fit.states, strict=True):
         motion = fitted_motion(system, states, batch)
-        for law, number, start in trials:
-            y = _law_response(fit, law, start, motion, system, form, reduced, frame)
+        answers = side_by_side(partial(_law_response, fit, motion, system, form, reduced, frame), trials)
+        for (law, number, _), y in zip(trials, answers, strict=True):
             found[law.key][number].append((y / frame.sigma).reshape(len(states), -1))
     return found
 
 
 def _law_response(
     fit: Fit,
-    law: Candidate,
-    start: tuple[float, ...],
     motion: History,
     system: System,
     form: ModalForm,
     reduced: Reduced,
     frame: Frame,
+    trial: tuple[Candidate, int, tuple[float, ...]],
 ) -> FloatArray:
-    """Return the channels (recording, time, sensor) that the force of one law along the ``motion`` adds."""
+    """Return the channels (recording, time, sensor) that the force of one law along the ``motion`` adds.
+
+    ``trial``: the law, the number of the start, and the start.
+    """
+    law, _, start = trial
     hypothesis, theta = fit.hypothesis, fit.theta[None]
     n = hypothesis.size
     assert law.pull is not None  # as of every law

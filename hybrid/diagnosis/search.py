@@ -17,6 +17,7 @@ from hybrid.diagnosis.posterior import temper_of
 from hybrid.diagnosis.records import Batch
 from hybrid.diagnosis.scanning import scan
 from hybrid.diagnosis.screening import Screened, screen
+from hybrid.diagnosis.side_by_side import by_twos, side_by_side
 
 PIECES = (10, 3, 1)  # segments that recordings are cut into, one after the other: short ones forgive a wrong start
 FEWEST = 8  # values a segment at least, for each of its initial state's entries
@@ -206,19 +207,23 @@ def _begun(
 
     The first steps of each tell more than any guess; only the best after that go on.
     """
-    begun: list[Step] = []
-    for trial in trials:
-        step = _first(hypothesis.adding(trial.candidate), _starts(trial, short), short, frame)
-        begun += [] if step is None else [step]
-        advance()
+    steps = side_by_side(
+        lambda trial: _first(hypothesis.adding(trial.candidate), _starts(trial, short), short, frame), trials
+    )
+    begun = [step for step in steps if step is not None]
+    advance()
     best: dict[str, Fit] = {}
-    for step in _foremost(begun):
-        key, bound = step.hypothesis.candidates[-1].key, bound_of([*best.values(), *([] if known is None else [known])])
-        further = fit(
-            step.hypothesis, step.theta, short.batches, frame, step.states, SHORT_ITERATIONS, CLOSE_ENOUGH, bound
-        )
-        if further is not None and (key not in best or further.cost < best[key].cost):
-            best[key] = further
+    for two in by_twos(_foremost(begun)):
+        bound = bound_of([*best.values(), *([] if known is None else [known])])
+
+        def further(step: Step, bound: float = bound) -> Fit | None:
+            start = step.hypothesis, step.theta, short.batches, frame, step.states
+            return fit(*start, iterations=SHORT_ITERATIONS, enough=CLOSE_ENOUGH, bound=bound)
+
+        for item in side_by_side(further, two):
+            key = "" if item is None else item.hypothesis.candidates[-1].key
+            if item is not None and (key not in best or item.cost < best[key].cost):
+                best[key] = item
         advance()
     return list(best.values())
 
@@ -240,10 +245,13 @@ def _race(fits: list[Fit], longer: tuple[Batch, ...], frame: Frame, enough: floa
     racing = [item for item in ranked[: RACING_LAWS if beside_law else RACING] if item.cost <= limit]
     if not any(item.hypothesis.is_linear for item in racing):  # laws may take up what no cause explains, and hide it
         racing += [item for item in ranked if item.hypothesis.is_linear][:1]
-    for item in racing:
-        states, bound = continued(item, longer), bound_of(found) if item.cost <= limit else np.inf
-        further = fit(item.hypothesis, item.theta, longer, frame, states, enough=enough, bound=bound)
-        found += [] if further is None else [further]
+    for two in by_twos(racing):
+
+        def further(item: Fit, bound: float = bound_of(found)) -> Fit | None:
+            states, most = continued(item, longer), bound if item.cost <= limit else np.inf
+            return fit(item.hypothesis, item.theta, longer, frame, states, enough=enough, bound=most)
+
+        found += [item for item in side_by_side(further, two) if item is not None]
     return found
 
 

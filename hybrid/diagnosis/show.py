@@ -36,7 +36,8 @@ class Shown:
     """What is seen of a case before a cause is named.
 
     ``nominal``, ``calibrated`` (within the stated uncertainty) and ``observed``: modes; the last of the linear model
-    of this form that follows the recordings best, whatever its factors. ``mac`` (mode,) of nominal and observed shapes.
+    of this form, with the linear causes found, that follows the recordings best, whatever its factors. ``mac`` (mode,)
+    of nominal and observed shapes.
     ``motion_energy`` and ``error_energy`` (mode,): shares of the channels' energy, and of what the nominal model leaves
     of them, noise apart, that lie nearest to each observed frequency. ``errors`` (3, sensor): forecast NRMSE nominal,
     calibrated and floor; ``noise`` (sensor,) its standard deviation in the sensors' units; ``error_share`` (sensor,):
@@ -65,9 +66,10 @@ def show(
     """Return what is wrong before a cause is named.
 
     ``base``: the fit of what the user simulates with, of which ``nominal`` and ``calibrated`` are forecasts and ``had``
-    the excess energy; ``own``: that of the structure, which is something else where the user has a modal model.
+    the excess energy; ``own``: that of the structure with what was found, which the recordings alone may go on from: a
+    frequency that is far off in the nominal model is not reached from there.
     """
-    free = _free_fit(own, frame) or own
+    free = _free_fit(own, frame) or base
     hypothesis = base.hypothesis
     modes = [
         modes_of(each, theta, frame.rate)
@@ -125,10 +127,17 @@ def every_translation(plant: Plant) -> tuple[Sensor, ...]:
     )
 
 
-def _free_fit(base: Fit, frame: Frame) -> Fit | None:
-    """Return the fit of the linear model whose factors the recordings alone determine."""
-    plant = base.hypothesis.plant
+def _free_fit(own: Fit, frame: Frame) -> Fit | None:
+    """Return the fit of a linear model whose factors the recordings alone determine, from where ``own`` is.
+
+    Causes that are linear and everywhere the same stay in it; a support that gives way would bring a mode of its own.
+    """
+    plant, known = own.hypothesis.plant, own.hypothesis.candidates
+    off = {number for batch in own.batches for number in batch.off}
+    kept = [i for i, c in enumerate(known) if c.is_structural and c.released is None and i not in off]
     spread = np.where(np.arange(len(plant.spread)) < plant.factors, WIDE, plant.spread)
-    free = Hypothesis(replace(plant, laws=(), spread=spread))
+    free = Hypothesis(replace(plant, laws=(), spread=spread), tuple(known[i] for i in kept))
+    theta = np.concatenate([own.theta[: free.nuisances], *(own.theta[own.hypothesis.slices[i]] for i in kept)])
+    batches = tuple(replace(batch, off=()) for batch in own.batches)
     with np.errstate(over="ignore", invalid="ignore"):  # a step that goes too far is taken back
-        return fit_growing(free, free.centre, lengths_of(base.batches, free.states), frame)
+        return fit_growing(free, theta, lengths_of(batches, free.states), frame)
