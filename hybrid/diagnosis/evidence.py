@@ -17,7 +17,7 @@ from hybrid.diagnosis.noise import Band, excess
 from hybrid.diagnosis.pairs import asks_for_more, factors_off, is_hopeless, left, pair_fits
 from hybrid.diagnosis.posterior import Posterior, posterior_of
 from hybrid.diagnosis.recording_groups import asked_for, clear_groups
-from hybrid.diagnosis.search import contest, ground_of
+from hybrid.diagnosis.search import Ground, Lengths, contest, ground_of
 from hybrid.diagnosis.setting import Setting
 from hybrid.diagnosis.straightening import fitted_as, straighten
 from hybrid.diagnosis.switching import fit_switched
@@ -52,64 +52,121 @@ class Evidence:
         return replace(found, temper=max(found.temper / self.energy, 1.0))
 
 
+@dataclass(frozen=True)
+class _Search:
+    """What is searched beside the ``ground``, with the noise of its ``frame``; ``own``: with that of the recordings.
+
+    Each stage returns further fits, given all ``fits`` so far, the first of them without any cause; ``tell`` hears
+    which it is.
+    """
+
+    ground: Ground
+    lengths: Lengths
+    candidates: tuple[Candidate, ...]
+    frame: Frame
+    own: Frame
+    band: Band
+    tell: Callable[[str], object]
+
+    def singles(self) -> list[Fit]:
+        """Return fits of each cause alone."""
+        return list(contest(self.ground, self.candidates, self.lengths, self.frame, self._hears("single causes")))
+
+    def apart(self, fits: list[Fit]) -> list[Fit]:
+        """Return fits of causes that act in some recordings only, alone or beside another one."""
+        posterior = self.posterior(fits)
+        best = posterior.fits[0]
+        wanting = factors_off(best) or left(self.judged(best), self.own, self.band).significant
+        if not wanting or self.ground.hypothesis.plant.laws or self.is_enough(best):
+            return []
+        hears = self._hears("recordings apart")
+        hears()
+        asked = asked_for(self.ground.short, self.candidates, self.frame)
+        found = fit_switched(self.ground.short, best, asked, self.lengths, self.frame)
+        if self.is_enough(self.posterior([*fits, *found]).fits[0]):
+            return found
+        groups = clear_groups(asked, self.lengths.whole)
+        lasting = tuple(item for item in posterior.fits if item.hypothesis.candidates)[:1]
+        return found + changes_beside(self.ground, groups, lasting, self.candidates, self.frame, self.band, hears)
+
+    def together(self, fits: list[Fit]) -> list[Fit]:
+        """Return fits of two causes at once."""
+        posterior = self.posterior(fits)
+        best = posterior.fits[0]
+        if self.is_enough(best) or not asks_for_more(self.judged(best), self.judged(fits[0]), self.own, self.band):
+            return []
+        hears = self._hears("two causes")
+        hears()
+        return pair_fits(posterior, self.candidates, self.lengths.whole, self.frame, self.band, hears)
+
+    def in_groups(self, fits: list[Fit]) -> list[Fit]:
+        """Return fits of two causes where one of those found acts in some recordings only, which tells these apart."""
+        posterior = self.posterior(fits)
+        best, groups = posterior.fits[0], groups_in(posterior)
+        if groups is None or self.is_enough(best) or is_hopeless(best, fits[0]):
+            return []
+        hears = self._hears("recordings apart")
+        return changes_beside(self.ground, groups, (), self.candidates, self.frame, self.band, hears)
+
+    def beside(self, fits: list[Fit]) -> list[Fit]:
+        """Return fits of the causes found at the places next to theirs."""
+        best = self.posterior(fits).fits[0]
+        return fits_beside(best, fits[0], self.candidates, self.frame, self._hears("places next to it"))
+
+    def posterior(self, fits: list[Fit]) -> Posterior:
+        """Return the posterior over fits."""
+        return posterior_of(tuple(fits), self.candidates)
+
+    def judged(self, item: Fit) -> Fit:
+        """Return a fit in units of the recordings' own noise."""
+        return item if self.frame is self.own else in_units_of(self.own, item, self.frame)
+
+    def is_enough(self, item: Fit) -> bool:
+        """Return whether nothing beside a fit could matter."""
+        return forecasts_well(self.judged(item), self.own, WELL) and not factors_off(item)
+
+    def _hears(self, stage: str) -> Callable[[], object]:
+        return lambda: self.tell(stage)
+
+
 def gather(setting: Setting, tell: Callable[[str], object]) -> Evidence:
     """Return the evidence; ``tell`` hears what is being done, step by step."""
     tell("screening")
-    plant, frame, band, lengths = setting.plant, setting.searched, setting.band, setting.lengths
-    candidates, nominal = setting.candidates(), setting.nominal
-    ground = ground_of(nominal, nominal.centre, lengths, frame, setting.short)
-    if ground is None:
-        raise InputError("model: with its own force laws these recordings' motion grows beyond all bounds; check them")
-    ground, lengths = straighten(ground, ground.whole, lengths, frame, setting.geometry)
-    fits = [ground.whole]
-    if setting.is_astray or not _nothing_to_gain(ground.whole, frame, band):
-        fits += contest(ground, candidates, lengths, frame, lambda: tell("single causes"))
-        nearest = min(fits, key=lambda item: item.cost)
-        ground, lengths = straighten(ground, nearest, lengths, frame, setting.geometry)
-        fits = [ground.whole, *fitted_as(ground.whole, fits[1:], frame)]
-    notes = () if ground.hypothesis.plant.geometry is None else (GEOMETRIC,)
-    if not setting.is_astray:
-        frame, fits = _with_better_noise(fits, frame, band)
-    noise = setting.frame if setting.is_astray else frame
-
-    def judged(item: Fit) -> Fit:
-        return in_units_of(noise, item, frame) if setting.is_astray else item
-
-    def enough(item: Fit) -> bool:  # then nothing more could matter
-        return forecasts_well(judged(item), noise, WELL) and not factors_off(item)
-
-    posterior = posterior_of(tuple(fits), candidates)
-    best = posterior.fits[0]
-    wanting = factors_off(best) or left(judged(best), noise, band).significant
-    if wanting and not plant.laws and not enough(best):
-        tell("recordings apart")
-        lasting = tuple(item for item in posterior.fits if item.hypothesis.candidates)[:1]
-        asked = asked_for(ground.short, candidates, frame)
-        fits += fit_switched(ground.short, best, asked, lengths, frame)
-        posterior = posterior_of(tuple(fits), candidates)
-        if not enough(posterior.fits[0]):
-            groups = clear_groups(asked, ground.whole.batches)
-            fits += changes_beside(ground, groups, lasting, candidates, frame, band, lambda: tell("recordings apart"))
-            posterior = posterior_of(tuple(fits), candidates)
-    best = posterior.fits[0]
-    if not enough(best) and asks_for_more(judged(best), judged(fits[0]), noise, band):
-        tell("two causes")
-        fits += pair_fits(posterior, candidates, lengths.whole, frame, band, lambda: tell("two causes"))
-        posterior = posterior_of(tuple(fits), candidates)
-    mixed = None if is_hopeless(posterior.fits[0], fits[0]) else groups_in(posterior)
-    if mixed is not None and not enough(posterior.fits[0]):
-        fits += changes_beside(ground, mixed, (), candidates, frame, band, lambda: tell("recordings apart"))
-    nearest = posterior_of(tuple(fits), candidates).fits[0]
-    fits += fits_beside(nearest, fits[0], candidates, frame, lambda: tell("places next to it"))
+    search, fits = _single_causes(setting, tell)
+    for stage in (search.apart, search.together, search.in_groups, search.beside):
+        fits += stage(fits)
+    candidates, frame, own = search.candidates, search.frame, search.own
+    notes = () if search.ground.hypothesis.plant.geometry is None else (GEOMETRIC,)
     if setting.is_astray:
-        posterior = posterior_of(tuple(fits), candidates)
-        energy = float(np.mean((frame.sigma / noise.sigma) ** 2))
+        posterior = search.posterior(fits)
+        energy = float(np.mean((frame.sigma / own.sigma) ** 2))
         note = f"{FAR_FROM_NOISE} ({np.sqrt(energy):.0f} times the noise was taken as such)"
-        told = replace(posterior, fits=tuple(judged(item) for item in posterior.fits))
-        return Evidence(judged(fits[0]), told, noise, candidates, (*notes, note), energy)
-    frame, fits = _with_better_noise(fits, frame, band)
+        told = replace(posterior, fits=tuple(search.judged(item) for item in posterior.fits))
+        return Evidence(search.judged(fits[0]), told, own, candidates, (*notes, note), energy)
+    frame, fits = _with_better_noise(fits, frame, setting.band)
     posterior = _with_same_noise(posterior_of(tuple(fits), candidates), fits[0], frame, candidates)
     return Evidence(fits[0], posterior, frame, candidates, notes)
+
+
+def _single_causes(setting: Setting, tell: Callable[[str], object]) -> tuple[_Search, list[Fit]]:
+    """Return the search, and the fits without any cause and of each alone, in recordings less what geometry adds."""
+    frame, lengths, geometry = setting.searched, setting.lengths, setting.geometry
+    ground = ground_of(setting.nominal, setting.nominal.centre, lengths, frame, setting.short)
+    if ground is None:
+        raise InputError("model: with its own force laws these recordings' motion grows beyond all bounds; check them")
+    ground, lengths = straighten(ground, ground.whole, lengths, frame, geometry)
+    search = _Search(ground, lengths, setting.candidates(), frame, setting.frame, setting.band, tell)
+    fits = [ground.whole]
+    if setting.is_astray or not _nothing_to_gain(ground.whole, frame, setting.band):
+        fits += search.singles()
+        nearest = min(fits, key=lambda item: item.cost)
+        ground, lengths = straighten(ground, nearest, lengths, frame, geometry)
+        fits = [ground.whole, *fitted_as(ground.whole, fits[1:], frame)]
+    own = setting.frame
+    if not setting.is_astray:
+        frame, fits = _with_better_noise(fits, frame, setting.band)
+        own = frame
+    return replace(search, ground=ground, lengths=lengths, frame=frame, own=own), fits
 
 
 def _nothing_to_gain(base: Fit, frame: Frame, band: Band) -> bool:

@@ -18,6 +18,7 @@ SIZES = (-2.0, -1.0, -0.5, -0.2, 0.2, 0.5, 1.0, 2.0)  # of a prior width, from d
 FIRM = (-20.0, -5.0, 0.006, 0.012, 0.025, 0.05, 0.1, 5.0, 20.0)  # besides, of springs to the ground: supports may give
 # way by a hundredth of the usual or be all but lost, and a start must be within a third of the size
 LEFT = (0.02, 0.05, 0.12, 0.25)  # of a stiffness: what may be left; its compliance, which is felt, goes to infinity
+MUCH = 2.0  # times the energy of noise: what an element that is all but lost makes a fit without it leave
 
 
 def scan(fit: Fit, candidates: tuple[Candidate, ...], frame: Frame) -> list[Screened]:
@@ -28,19 +29,36 @@ def scan(fit: Fit, candidates: tuple[Candidate, ...], frame: Frame) -> list[Scre
     """
     if not fit.hypothesis.is_linear:
         return []
+    trials = {candidate.key: _sizes(candidate) for candidate in candidates}
+    found = _best_of(trials, fit, [candidate for candidate in candidates if len(trials[candidate.key])], frame)
+    return sorted(found, key=lambda trial: -trial.gain)
+
+
+def all_but_lost(fit: Fit, candidates: tuple[Candidate, ...], frame: Frame) -> list[Screened]:
+    """Return each element with the best of what may be `LEFT` of its stiffness; none where a ``fit`` leaves little.
+
+    What else is off may hide it until the first step of a fit: there its gain says nothing.
+    """
+    if not fit.hypothesis.is_linear or fit.chi2 < MUCH * fit.values:
+        return []
+    weakened = [c for c in candidates if c.kind == StiffnessChange.kind and "element" in c.location]
+    return _best_of({c.key: np.array(LEFT)[:, None] for c in weakened}, fit, weakened, frame)
+
+
+def _best_of(trials: dict[str, FloatArray], fit: Fit, candidates: list[Candidate], frame: Frame) -> list[Screened]:
+    """Return each candidate at the best of its ``trials`` (size, parameter), by its key."""
     theta = fit.theta.copy()
     theta[: fit.hypothesis.nuisances] = 0.0
-    plain = _left(fit.hypothesis, theta[None], fit, frame)[0]
+    plain = float(_left(fit.hypothesis, theta[None], fit, frame)[0])
 
-    def best_of(candidate: Candidate) -> Screened:
-        sizes = _sizes(candidate)
+    def best(candidate: Candidate) -> Screened:
+        sizes = trials[candidate.key]
         thetas = np.column_stack([np.repeat(theta[None], len(sizes), axis=0), sizes])
         left = _left(fit.hypothesis.adding(candidate), thetas, fit, frame)
-        best = int(np.argmin(left))
-        return Screened(candidate, tuple(sizes[best].tolist()), float(plain - left[best]), theta - fit.theta)
+        number = int(np.argmin(left))
+        return Screened(candidate, tuple(sizes[number].tolist()), float(plain - left[number]), theta - fit.theta)
 
-    found = side_by_side(best_of, [candidate for candidate in candidates if len(_sizes(candidate))])
-    return sorted(found, key=lambda trial: -trial.gain)
+    return side_by_side(best, candidates)
 
 
 def _sizes(candidate: Candidate) -> FloatArray:

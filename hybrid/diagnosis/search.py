@@ -15,7 +15,7 @@ from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.hypothesis import Hypothesis
 from hybrid.diagnosis.posterior import temper_of
 from hybrid.diagnosis.records import Batch
-from hybrid.diagnosis.scanning import scan
+from hybrid.diagnosis.scanning import all_but_lost, scan
 from hybrid.diagnosis.screening import Screened, screen
 from hybrid.diagnosis.side_by_side import by_twos, side_by_side
 
@@ -132,7 +132,8 @@ def contest(
     ranked = [screen(short, others, frame), screen(base, others, frame), scan(short, others, frame)]
     forces = [trial for trial in screen_forces(base, others, frame) if trial.gain > FORCED * _recordings(base)]
     advance()
-    present = _begun(ground.hypothesis, short, _promising(ranked, kept), frame, advance)
+    trials = [*_promising(ranked, kept), *all_but_lost(short, others, frame)]
+    present = _begun(ground.hypothesis, short, trials, frame, advance)
     for longer in lengths.cut[1:]:
         present = _race(present, longer, frame, CLOSE_ENOUGH if longer is not lengths.whole else ENOUGH)
         advance()
