@@ -166,13 +166,16 @@ def first_steps(
     batches: tuple[Batch, ...],
     frame: Frame,
     states: tuple[FloatArray, ...],
+    steps: int = FIRST,
 ) -> Step | None:
-    """Return where the first steps of a `fit` lead, without the slopes there, which take longest; None as of `fit`."""
+    """Return where the first ``steps`` of a `fit` lead, more under force laws, without the slopes there, which take
+    longest; None as of `fit`.
+    """
     problem = _Problem(hypothesis, batches, frame)
     point = problem.begun(theta, states)
     if point is None:
         return None
-    for to_come in reversed(range(FIRST if hypothesis.is_linear else FIRST_OF_LAWS)):
+    for to_come in reversed(range(steps if hypothesis.is_linear else FIRST_OF_LAWS)):
         then = problem.improved(point, FREE, slopes=to_come > 0)[0]
         if then is None:
             break

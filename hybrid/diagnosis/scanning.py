@@ -56,7 +56,8 @@ def _best_of(trials: dict[str, FloatArray], fit: Fit, candidates: list[Candidate
         thetas = np.column_stack([np.repeat(theta[None], len(sizes), axis=0), sizes])
         left = _left(fit.hypothesis.adding(candidate), thetas, fit, frame)
         number = int(np.argmin(left))
-        return Screened(candidate, tuple(sizes[number].tolist()), float(plain - left[number]), theta - fit.theta)
+        start, gain = tuple(sizes[number].tolist()), float(plain - left[number])
+        return Screened(candidate, start, gain, theta - fit.theta, is_drawn=True)
 
     return side_by_side(best, candidates)
 

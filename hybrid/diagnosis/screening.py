@@ -27,13 +27,15 @@ from hybrid.diagnosis.system import ModalForm, System, drifted, free_form
 class Screened:
     """A ``candidate``, parameters to ``start`` from, and the fall in the sum of squares that it promises (``gain``).
 
-    ``shift`` (parameter,): how far the parameters of the fit that it is held against should move with it.
+    ``shift`` (parameter,): how far the parameters of the fit that it is held against should move with it; ``is_drawn``:
+    whether back to the structure as drawn, where a start is worse than that fit and yet may lead further.
     """
 
     candidate: Candidate
     start: tuple[float, ...]
     gain: float
     shift: FloatArray
+    is_drawn: bool = False
 
     def theta(self, fit: Fit) -> FloatArray:
         """Return where the fit with this candidate begins, on top of ``fit``."""

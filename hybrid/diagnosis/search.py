@@ -2,13 +2,15 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from fe_models.dofs import FloatArray
 from hybrid.calibration import nothing
+from hybrid.diagnosis.absorbed import absorbed
 from hybrid.diagnosis.candidate import Candidate
-from hybrid.diagnosis.fitting import ENOUGH, Fit, Step, first_steps, fit
+from hybrid.diagnosis.fitting import ENOUGH, FIRST, Fit, Step, first_steps, fit
 from hybrid.diagnosis.force_screening import screen_forces
 from hybrid.diagnosis.forecasting import DEVIATION, deviation_of
 from hybrid.diagnosis.frame import Frame
@@ -23,7 +25,9 @@ PIECES = (10, 3, 1)  # segments that recordings are cut into, one after the othe
 FEWEST = 8  # values a segment at least, for each of its initial state's entries
 KEPT = 10  # candidates kept from the screening of each length
 SCANNED = 4  # times as many of a scan, which knows nothing of what the uncertain factors could do besides
-FOREMOST = 24  # of all without a force law, after their first step: a large effect may need some more to show
+FOREMOST = 16  # of all without a force law, after their first step: a large effect may need some more to show
+FOREMOST_DRAWN = 8  # besides, of those that start from the structure as drawn, where all else that is off shows, too
+FIRST_DRAWN = 2  # first steps of these: the first one mends all that is off besides
 KEPT_LAWS = 5  # force laws at most, of a screening's and of those after their first steps: they take far longer
 HOPEFUL = 8.0  # fall in the sum of squares that the score test must promise; less cannot outweigh the prior odds
 FORCED = 5.0  # the same for each recording of a harmonic force, whose two entries of the initial state cost as much
@@ -129,7 +133,8 @@ def contest(
     short, base = ground.short, ground.whole
     taken = {candidate.key for candidate in ground.hypothesis.candidates}
     others = tuple(candidate for candidate in candidates if candidate.key not in taken)
-    ranked = [screen(short, others, frame), screen(base, others, frame), scan(short, others, frame)]
+    known = absorbed(base, others)
+    ranked = [known, screen(short, others, frame), screen(base, others, frame), scan(short, others, frame)]
     forces = [trial for trial in screen_forces(base, others, frame) if trial.gain > FORCED * _recordings(base)]
     advance()
     trials = [*_promising(ranked, kept), *all_but_lost(short, others, frame)]
@@ -208,10 +213,8 @@ def _begun(
 
     The first steps of each tell more than any guess; only the best after that go on.
     """
-    steps = side_by_side(
-        lambda trial: _first(hypothesis.adding(trial.candidate), _starts(trial, short), short, frame), trials
-    )
-    begun = [step for step in steps if step is not None]
+    steps = side_by_side(partial(_first, hypothesis, short, frame), trials)
+    begun = [(trial.is_drawn, step) for trial, step in zip(trials, steps, strict=True) if step is not None]
     advance()
     best: dict[str, Fit] = {}
     for two in by_twos(_foremost(begun)):
@@ -229,12 +232,15 @@ def _begun(
     return list(best.values())
 
 
-def _foremost(begun: list[Step]) -> list[Step]:
-    """Return the best of the first steps, not too many with a force law more among them."""
-    ranked = sorted(begun, key=lambda item: item.cost)
-    laws = [item for item in ranked if item.hypothesis.candidates[-1].is_law][:KEPT_LAWS]
-    others = [item for item in ranked if not item.hypothesis.candidates[-1].is_law][:FOREMOST]
-    return sorted([*laws, *others], key=lambda item: item.cost)
+def _foremost(begun: list[tuple[bool, Step]]) -> list[Step]:
+    """Return the best of the first steps, of those as drawn and of others, not too many with a force law more."""
+    ranked = sorted(begun, key=lambda item: item[1].cost)
+    laws = [step for _, step in ranked if step.hypothesis.candidates[-1].is_law][:KEPT_LAWS]
+    drawn, others = (
+        [step for own, step in ranked if own == side and not step.hypothesis.candidates[-1].is_law]
+        for side in (True, False)
+    )
+    return sorted([*laws, *others[:FOREMOST], *drawn[:FOREMOST_DRAWN]], key=lambda step: step.cost)
 
 
 def _race(fits: list[Fit], longer: tuple[Batch, ...], frame: Frame, enough: float) -> list[Fit]:
@@ -275,15 +281,15 @@ def _recordings(item: Fit) -> int:
 
 def _refined(base: Fit, trial: Screened, frame: Frame) -> Fit | None:
     """Return the fit of a harmonic force over whole recordings, at rest in the initial states to begin with."""
-    extended = base.hypothesis.adding(trial.candidate)
-    step = _first(extended, _starts(trial, base), base, frame)
-    return None if step is None else fit(extended, step.theta, base.batches, frame, step.states)
+    step = _first(base.hypothesis, base, frame, trial)
+    return None if step is None else fit(step.hypothesis, step.theta, base.batches, frame, step.states)
 
 
-def _first(extended: Hypothesis, starts: list[FloatArray], base: Fit, frame: Frame) -> Step | None:
-    """Return where the first steps lead from the best of the ``starts``, over the segments of the ``base``."""
-    states = padded(base.states, extended)
-    steps = [first_steps(extended, theta, base.batches, frame, states) for theta in starts]
+def _first(hypothesis: Hypothesis, base: Fit, frame: Frame, trial: Screened) -> Step | None:
+    """Return where first steps lead with one candidate more, from its best start, over the segments of the ``base``."""
+    extended = hypothesis.adding(trial.candidate)
+    states, count = padded(base.states, extended), FIRST_DRAWN if trial.is_drawn else FIRST
+    steps = [first_steps(extended, theta, base.batches, frame, states, count) for theta in _starts(trial, base)]
     return min((step for step in steps if step is not None), key=lambda step: step.cost, default=None)
 
 
