@@ -14,10 +14,11 @@ from fe_models.blind.bridge import SENSORS
 from fe_models.blind.bridge_scene import free_motion
 from fe_models.bridge import bridge
 from fe_models.dofs import FloatArray
-from fe_models.effects import AddedMass, Effect, StiffnessChange, SupportSpring
+from fe_models.effects import AddedMass, Effect, ModalDamping, StiffnessChange, SupportSpring
 from fe_models.four_dof import four_dof
 from fe_models.modes import natural_modes
-from fe_models.recordings import Dataset, Recording
+from fe_models.recordings import Assumptions, Dataset, Recording
+from hybrid.diagnosis.absorbed import absorbed
 from hybrid.diagnosis.candidate import Candidate
 from hybrid.diagnosis.candidates import all_candidates
 from hybrid.diagnosis.fitting import Fit, fit
@@ -27,7 +28,7 @@ from hybrid.diagnosis.marching import respond
 from hybrid.diagnosis.places import Motion
 from hybrid.diagnosis.plant import Plant, plant_of
 from hybrid.diagnosis.records import Batch
-from hybrid.diagnosis.scanning import scan
+from hybrid.diagnosis.scanning import LEFT, all_but_lost, scan
 from hybrid.diagnosis.screening import screen
 from hybrid.diagnosis.search import Ground, Lengths, contest
 from hybrid.diagnosis.system import System, drift, modal_form, observability
@@ -39,7 +40,8 @@ NOISE = 0.01  # of each channel's rms
 
 @cache
 def bridge_plant() -> Plant:
-    return plant_of(Dataset(bridge(), RATE, FITTED, (Recording("r", np.ones((1, SAMPLES, len(FITTED)))),), 30.0))
+    recording = Recording("r", np.ones((1, SAMPLES, len(FITTED))))
+    return plant_of(Dataset(bridge(), RATE, FITTED, (recording,), 30.0, Assumptions(modes=MOVING)))
 
 
 @cache
@@ -178,3 +180,27 @@ def test_a_support_that_gives_way_far_is_found(node: int, stiffness: float) -> N
     assert best.hypothesis.candidates[-1].key == f"support_spring {{'node': {node}, 'direction': 'y'}}"
     assert 1 / best.theta[-1] == pytest.approx(stiffness, rel=0.03)  # noise of 1 % in 2100 values, ten frequencies
     assert best.log_evidence > second.log_evidence + 1000
+
+
+def test_an_element_that_is_all_but_lost_is_begun_as_such_where_much_is_wrong() -> None:
+    found, frame = recorded(StiffnessChange((9,), 0.05))
+    trials = all_but_lost(found, linear_candidates(), frame)
+    assert [trial.candidate.location["element"] for trial in trials] == list(range(1, len(bridge().elements) + 1))
+    assert all(trial.is_drawn and trial.start[0] in LEFT for trial in trials)
+    assert trials[8].start == (0.05,)
+    assert all_but_lost(*recorded(AddedMass(12, 1e-4))[:1], linear_candidates(), frame) == []  # little is left
+
+
+def test_a_cause_that_a_calibrated_factor_hides_takes_its_place() -> None:
+    """Damping four times as large leaves nothing, the calibration fourteen of its deviations off."""
+    base, frame = recorded(ModalDamping((3,), 4 * float(bridge_plant().own_ratios[2])))
+    first = absorbed(base, linear_candidates())[0]
+    assert first.candidate.key == "modal_damping {'modes': [3]}"
+    assert first.start[0] == pytest.approx(4 * bridge_plant().own_ratios[2], rel=0.05)  # noise of 1 % for a second
+    asked = screen(base, linear_candidates(), frame)
+    assert (
+        next(t.gain for t in asked if t.candidate.key == first.candidate.key) < 0.2 * first.gain
+    )  # no score test tells
+    best = contest(Ground(base, base), linear_candidates(), Lengths((base.batches,)), frame, kept=4)[0]
+    assert best.hypothesis.candidates[-1].key == first.candidate.key
+    assert np.abs(best.theta[: base.hypothesis.nuisances] / base.hypothesis.width).max() < 2.5

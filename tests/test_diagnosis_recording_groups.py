@@ -1,0 +1,65 @@
+"""Recordings in two groups: what chance makes of them, and what those say that hardly feel a cause."""
+
+import numpy as np
+import pytest
+
+from fe_models.blind import SENSORS
+from fe_models.four_dof import four_dof
+from fe_models.recordings import Dataset, Recording
+from fe_models.simulate import FreeConfig, simulate_free
+from hybrid.diagnosis.candidate import Candidate
+from hybrid.diagnosis.candidates import all_candidates
+from hybrid.diagnosis.fitting import fit
+from hybrid.diagnosis.frame import Frame
+from hybrid.diagnosis.hypothesis import Hypothesis
+from hybrid.diagnosis.places import Motion
+from hybrid.diagnosis.plant import plant_of
+from hybrid.diagnosis.recording_groups import Asked, asked_for, clear_share
+from hybrid.diagnosis.records import batches_of, columns_of
+
+DRAWS = 20_000
+NOISE = 0.01
+MEASURED = (0, 1, 2, 3)
+
+
+@pytest.mark.parametrize("recordings", [2, 3, 4, 5, 9, 12])
+def test_chance_hardly_makes_two_clear_groups(recordings: int) -> None:
+    drawn = np.sort(np.random.default_rng(recordings).standard_normal((DRAWS, recordings)), axis=1)
+    within = [drawn[:, :k].var(axis=1) * k + drawn[:, k:].var(axis=1) * (recordings - k) for k in range(1, recordings)]
+    share = np.min(within, axis=0) / (drawn.var(axis=1) * recordings)
+    assert np.mean(share < clear_share(recordings)) < 0.01  # as its docstring says
+
+
+def gap_stop() -> tuple[Dataset, Candidate]:
+    """Return five motions of the chain, two of them large, and a stop that only these touch, in one direction."""
+    rng = np.random.default_rng(2)
+    state = rng.standard_normal((2, 5, 4)) * np.array([0.1, 1.0, 0.1, 1.0, 0.1])[:, None]
+    motion = simulate_free(
+        four_dof(), state[0], state[1], FreeConfig(duration=20.0, sampling_rate=10.0), progress=False
+    )
+    data = np.stack([motion.channel(s.node, s.direction, s.quantity) for s in SENSORS], axis=-1)
+    data = data + NOISE * rng.standard_normal(data.shape)
+    dataset = Dataset(four_dof(), 10.0, SENSORS, tuple(Recording(f"r{i}", part[None]) for i, part in enumerate(data)))
+    plant = plant_of(dataset)
+    moved = Motion(*(motion.displacement.reshape(-1, 4), motion.velocity.reshape(-1, 4)))
+    stops = all_candidates(plant, dataset, moved, MEASURED)
+    return dataset, next(c for c in stops if c.kind == "gap_stop" and c.location.get("node") == 2)
+
+
+def test_a_stop_that_most_recordings_do_not_touch_tells_no_groups() -> None:
+    dataset, stop = gap_stop()
+    batches = columns_of(batches_of(dataset, "train"), MEASURED)
+    frame = Frame(SENSORS[:4], 10.0, np.full(4, NOISE))
+    nominal = Hypothesis(plant_of(dataset))
+    base = fit(nominal, nominal.centre, batches, frame)
+    assert base is not None
+    assert asked_for(base, (stop,), frame) == ()
+
+
+def test_groups_are_split_for_the_least_variance() -> None:
+    _, any_candidate = gap_stop()
+    asked = Asked(any_candidate, np.array([1.0, 5.0, np.nan, 1.2, 5.1]))
+    assert list(asked.high) == [False, True, False, False, True]  # what hardly feels it is not in the upper
+    ranked = np.array([1.0, 1.2, 5.0, 5.1])
+    left = 2 * np.var(ranked[:2]) + 2 * np.var(ranked[2:])
+    assert asked.within == pytest.approx(left / (4 * np.var(ranked)))
