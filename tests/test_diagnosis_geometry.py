@@ -7,7 +7,7 @@ import pytest
 
 from fe_models.blind import BlindConfig, blind_case
 from fe_models.four_dof import four_dof
-from fe_models.recordings import Assumptions, Dataset, Recording, Sensor
+from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.structure import Beam, Direction, Structure, Support
 from hybrid.diagnosis.fitting import fit
 from hybrid.diagnosis.forecasting import forecast, model_of
@@ -34,7 +34,7 @@ def hinged(*held_at_the_end: Direction) -> Plant:
         supports=(Support(1, ("x", "y")), Support(PIECES + 1, held_at_the_end)),
     )
     recording = Recording("r", np.zeros((1, 10, 1)))
-    plant = plant_of(Dataset(structure, 400.0, SENSOR, (recording,), 40.0, Assumptions(modes=1)))
+    plant = plant_of(Dataset(structure, 400.0, SENSOR, (recording,), 40.0))
     assert plant.kept == 1  # 11 Hz; the second is at 45 Hz
     return plant
 

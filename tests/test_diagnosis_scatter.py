@@ -74,7 +74,7 @@ def test_what_patterns_leave_moves_no_frequency() -> None:
 
 
 def test_the_extended_structure_has_the_frequencies_of_the_fit() -> None:
-    plant = plant_with(MOVING)
+    plant = plant_with(None)
     theta = np.concatenate(
         [np.zeros(plant.factors), 0.01 * np.random.default_rng(4).standard_normal(len(plant.scatter.weights))]
     )

@@ -4,7 +4,6 @@ Every law is a function of elongation plus one of rate; both are tabulated: so o
 laws, each defined where it belongs (`fe_models.effects`).
 """
 
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
@@ -15,6 +14,7 @@ from scipy.signal import savgol_filter
 from fe_models.dofs import FloatArray, IntArray
 from hybrid.diagnosis.loaded import loaded_channels, loaded_states
 from hybrid.diagnosis.loads import ORDERS, Loads
+from hybrid.diagnosis.side_by_side import THREADS, side_by_side
 from hybrid.diagnosis.stepping import Scheme, scheme_of, step_through
 from hybrid.diagnosis.system import System, as_shown, drift, linear_channels
 
@@ -28,7 +28,6 @@ WIDER = 8.0  # times as far, where a motion leaves them
 SMOOTHED = 7  # samples of a force from which its derivatives are told
 ATTEMPTS = 4  # of that; a motion that goes further has exploded
 SIZES = 10.0 ** np.arange(-12, 13)  # m, m/s: a law that answers to none of them does not depend on it
-THREADS = 2  # that share the variants; each holds a core only while it works
 
 
 @dataclass(frozen=True)
@@ -112,11 +111,8 @@ def _all_stepped(parts: tuple[FloatArray, ...], *common: Any) -> bool:
         scheme = Scheme(*(part[first:last] for part in parts[: len(Scheme._fields)]))
         return bool(step_through(scheme, *(part[first:last] for part in parts[len(Scheme._fields) :]), *common))
 
-    variants = len(parts[0])
-    if variants == 1:
-        return stepped((0, 1))
-    with ThreadPoolExecutor(THREADS) as pool:
-        return all(pool.map(stepped, pairwise(np.linspace(0, variants, THREADS + 1).astype(int).tolist())))
+    bounds = np.unique(np.linspace(0, len(parts[0]), THREADS + 1).astype(int))
+    return all(side_by_side(stepped, pairwise(bounds.tolist())))
 
 
 def _with_loads(system: System, loads: Loads) -> tuple[System, FloatArray]:

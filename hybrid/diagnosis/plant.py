@@ -28,7 +28,6 @@ from hybrid.diagnosis.scatter import NONE, OWN, Scatter, scatter_of
 
 CERTAIN = 1e-6  # the least standard deviation of a factor, so that a prior of zero stays a number
 MORE_MODES = 15  # in the basis of a frame, beyond those kept: they carry what a changed part does to the shapes
-NEXT = 1  # mode above the recordings' band that is followed, too: what is wrong may bring it down into the band
 NEGLIGIBLE = 1e-3  # of all mass: what a part must hold to be felt
 
 
@@ -245,7 +244,7 @@ def _basis(dataset: Dataset, linear: LinearModel) -> tuple[FloatArray, int | Non
     while modal.frequencies[-1] < highest and count < free:
         count = min(2 * count, free)
         modal = natural_modes(linear, count)
-    kept = dataset.assumptions.modes or int(np.sum(modal.frequencies < highest)) + NEXT
+    kept = dataset.assumptions.modes or max(int(np.sum(modal.frequencies < highest)), 1)
     wanted = min(kept + MORE_MODES, free)
     if wanted > count:
         modal = natural_modes(linear, wanted)
