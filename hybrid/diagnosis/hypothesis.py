@@ -234,7 +234,7 @@ class Hypothesis:
         square = np.linalg.cholesky(M)
         inverse = np.linalg.inv(square)
         omega2, shapes = np.linalg.eigh(inverse @ K @ inverse.transpose(0, 2, 1))
-        omega = np.sqrt(np.maximum(omega2, 1e-12 * omega2[:, -1:]))
+        omega = np.sqrt(np.maximum(omega2, 1e-12 * np.abs(omega2).max(axis=1, keepdims=True)))
         phi = inverse.transpose(0, 2, 1) @ shapes  # (variant, dof, mode)
         own = np.einsum("pdi,pde,pei->pi", phi, C, phi, optimize=True)  # 2 xi omega
         more = len(M[0]) - len(self.plant.ratios)  # modes that a released support adds
