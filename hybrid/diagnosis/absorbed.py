@@ -32,8 +32,7 @@ def _factor_of(candidate: Candidate, plant: Plant) -> int | None:
     if candidate.mode is not None:
         return len(plant.parts) + candidate.mode if candidate.mode < len(plant.ratios) else None
     if candidate.kind == StiffnessChange.kind:
-        own = candidate.location.get("elements", [candidate.location.get("element")])
         for number, part in enumerate(plant.parts):
-            if part.quantity == "stiffness" and list(part.elements) == own:
+            if part.quantity == "stiffness" and part.location == candidate.location:
                 return number
     return None

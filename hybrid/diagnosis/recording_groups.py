@@ -86,7 +86,7 @@ def clear_groups(asked: tuple[Asked, ...], batches: tuple[Batch, ...]) -> Groups
     high = next((item.high for item in asked if item.within < clear), None)
     if high is None:
         return None
-    parts = [(batch, own) for batch, own in each_with(batches, high)]
+    parts = each_with(batches, high)
     lower, upper = (
         tuple(batch.take(np.flatnonzero(own == side).tolist()) for batch, own in parts if (own == side).any())
         for side in (False, True)

@@ -126,7 +126,7 @@ def _effect(ground: _Ground, candidate: Candidate, start: tuple[float, ...], str
         states = np.insert(states, [n] * more + [2 * n] * more, 0.0, axis=1)
         states = np.pad(states, ((0, 0), (0, extended.states - states.shape[1])))
     theta = np.append(fit.theta, start)
-    if candidate.changes is None and candidate.mode is None and not stretch.forces:
+    if not candidate.is_structural and not stretch.forces:
         return _response(extended, theta[None], batch, frame, states)[0] - stretch.shown
     thetas = np.stack([theta, np.append(fit.theta, candidate.without)])
     if stretch.forces:

@@ -133,8 +133,8 @@ def contest(
     short, base = ground.short, ground.whole
     taken = {candidate.key for candidate in ground.hypothesis.candidates}
     others = tuple(candidate for candidate in candidates if candidate.key not in taken)
-    known = absorbed(base, others)
-    ranked = [known, screen(short, others, frame), screen(base, others, frame), scan(short, others, frame)]
+    tested = [screen(item, others, frame) for item in (short, base)]
+    ranked = [absorbed(base, others), *tested, scan(short, others, frame)]
     forces = [trial for trial in screen_forces(base, others, frame) if trial.gain > FORCED * _recordings(base)]
     advance()
     trials = [*_promising(ranked, kept), *all_but_lost(short, others, frame)]
