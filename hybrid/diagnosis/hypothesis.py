@@ -75,14 +75,14 @@ class Hypothesis:
 
     @property
     def size(self) -> int:
-        """Number of coordinates whose motion is followed; each support that gives way brings one more mode."""
+        """Number of coordinates whose motion is followed."""
         whole = self.basis.mass.shape[0]
-        return whole if self.plant.kept is None else min(self.plant.kept + self.released, whole)
+        return whole if self.plant.kept is None else min(self.plant.kept + self.brought, whole)
 
     @property
-    def released(self) -> int:
-        """Number of candidates that let a support give way."""
-        return sum(c.released is not None for c in self.candidates)
+    def brought(self) -> int:
+        """Number of modes that are followed beyond the plant's own: see `Candidate`."""
+        return sum(c.brings for c in self.candidates)
 
     @property
     def states(self) -> int:
@@ -93,7 +93,7 @@ class Hypothesis:
     def own_states(self) -> list[list[int]]:
         """Entries of an initial state that other hypotheses do not have, those of like size together."""
         n, forces = self.size, range(sum(c.oscillator for c in self.candidates))
-        modes = [[end - 1 - number] for number in range(self.released) for end in (n, 2 * n)]
+        modes = [[end - 1 - number] for number in range(self.brought) for end in (n, 2 * n)]
         return modes + [[2 * n + 2 * number, 2 * n + 2 * number + 1] for number in forces]
 
     def reduced(self, theta: FloatArray) -> "Reduced":
@@ -237,7 +237,7 @@ class Hypothesis:
         omega = np.sqrt(np.maximum(omega2, 1e-12 * np.abs(omega2).max(axis=1, keepdims=True)))
         phi = inverse.transpose(0, 2, 1) @ shapes  # (variant, dof, mode)
         own = np.einsum("pdi,pde,pei->pi", phi, C, phi, optimize=True)  # 2 xi omega
-        more = len(M[0]) - len(self.plant.ratios)  # modes that a released support adds
+        more = len(M[0]) - len(self.plant.ratios)  # modes that candidates bring
         ratios = np.pad(self.plant.ratios, (0, more), mode="edge")
         factor = np.pad(factor, ((0, 0), (0, more)), constant_values=1.0)
         assumed = 2 * ratios * omega

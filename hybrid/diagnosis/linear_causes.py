@@ -184,6 +184,7 @@ def _soft_supports(plant: Plant) -> list[Candidate]:
                 starts=((10 * FIRM * soft,),),
                 changes=(_zeros(plant), damped, here),
                 released=int(row),
+                brings=1,
             )
         )
     return found

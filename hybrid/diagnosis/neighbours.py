@@ -49,7 +49,8 @@ def _moved(item: Fit, candidates: tuple[Candidate, ...]) -> list[Fit]:
         for other in candidates:
             alike = other.kind == own.kind and (other.released is None) == (own.released is None)
             if alike and _is_next(own.location, other.location, hypothesis.plant.structure):
-                causes = (*hypothesis.candidates[:number], other, *hypothesis.candidates[number + 1 :])
+                moved_there = replace(other, brings=own.brings)
+                causes = (*hypothesis.candidates[:number], moved_there, *hypothesis.candidates[number + 1 :])
                 theta, part = item.theta.copy(), hypothesis.slices[number]
                 size = (theta[part] - own.neutral) / own.width
                 theta[part] = other.neutral + size * other.width

@@ -37,7 +37,8 @@ class Plant:
 
     ``mass``, ``damping``, ``stiffness``: sparse (dof, dof) over all degrees of freedom, as if no support held it.
     ``basis`` (dof, vector): a chain's free degrees of freedom, or a frame's first natural modes. ``kept``: number of
-    modes whose motion is followed, the others only bend along with them; None: all. ``parts``: what is uncertain as a
+    modes whose motion is followed, those below the ``highest`` frequency (Hz) that recordings show, if nothing else is
+    asked for; the others only bend along with them; None: all. ``parts``: what is uncertain as a
     whole, and ``part_changes`` (dof, dof): what the doubling of each adds to M or K. ``ratios``: assumed modal
     damping ratios (mode,) on top of ``damping``. ``scatter``: how elements are off by themselves. ``spread``: prior
     standard deviations of the log factors of parts and damping ratios and of the scatter's patterns, in this order
@@ -62,6 +63,7 @@ class Plant:
     integration: TimeIntegration | None
     loaded: tuple[LoadPlace, ...] = ()
     geometry: Geometry | None = None
+    highest: float = np.inf
 
     @property
     def size(self) -> int:
@@ -209,6 +211,7 @@ def plant_of(dataset: Dataset) -> Plant:
         laws=force_laws(structure),
         integration=TimeIntegration(float(assumed.step)) if newmark and assumed.step is not None else None,
         loaded=load_places(dataset),
+        highest=_highest(dataset),
     )
     return _scattered(plant, normal.stiffness)
 
@@ -232,13 +235,17 @@ def _is_chain(structure: Structure) -> bool:
     return all(isinstance(element, Spring) for element in structure.elements) and len(structure.directions) == 1
 
 
+def _highest(dataset: Dataset) -> float:
+    return min(dataset.lowpass or np.inf, dataset.sampling_rate / 2)
+
+
 def _basis(dataset: Dataset, linear: LinearModel) -> tuple[FloatArray, int | None]:
     """Return the basis (dof, vector) and how many of its modes are followed: those that the recordings can show."""
     assert isinstance(dataset.model, Structure)  # its caller has seen to that
     free = len(linear.dofs.free_rows)
     if _is_chain(dataset.model):
         return linear.dofs.expand(np.eye(free)), None
-    highest = min(dataset.lowpass or np.inf, dataset.sampling_rate / 2)
+    highest = _highest(dataset)
     count = min(MORE_MODES, free)
     modal = natural_modes(linear, count)
     while modal.frequencies[-1] < highest and count < free:

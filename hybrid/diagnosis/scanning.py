@@ -1,5 +1,7 @@
 """Large effects, which no first-order test sees: each linear cause at a few sizes, the rest as drawn."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from fe_models.dofs import FloatArray
@@ -10,6 +12,8 @@ from hybrid.diagnosis.frame import Frame
 from hybrid.diagnosis.hypothesis import Hypothesis
 from hybrid.diagnosis.linearisation import EXPLODED, orthonormal
 from hybrid.diagnosis.loaded import given
+from hybrid.diagnosis.plant import Plant
+from hybrid.diagnosis.reduction import basis_of
 from hybrid.diagnosis.screening import Screened
 from hybrid.diagnosis.side_by_side import side_by_side
 from hybrid.diagnosis.system import drift, observability
@@ -20,6 +24,9 @@ FIRM = (-20.0, -5.0, 0.006, 0.012, 0.025, 0.05, 0.1, 5.0, 20.0)  # besides, of s
 LEFT = (0.02, 0.05, 0.12, 0.25)  # of a stiffness: what may be left; its compliance, which is felt, goes to infinity
 MUCH = 2.0  # times the energy of noise: what an element that is all but lost makes a fit without it leave
 
+Trial = tuple[Candidate, FloatArray]
+"""A candidate and sizes (size, parameter) of it."""
+
 
 def scan(fit: Fit, candidates: tuple[Candidate, ...], frame: Frame) -> list[Screened]:
     """Return each linear candidate at the best of its sizes, with the fall in the sum of squares there.
@@ -29,37 +36,57 @@ def scan(fit: Fit, candidates: tuple[Candidate, ...], frame: Frame) -> list[Scre
     """
     if not fit.hypothesis.is_linear:
         return []
-    trials = {candidate.key: _sizes(candidate) for candidate in candidates}
-    found = _best_of(trials, fit, [candidate for candidate in candidates if len(trials[candidate.key])], frame)
+    trials = [(candidate, _sizes(candidate)) for candidate in candidates]
+    found = _best_of([trial for trial in trials if len(trial[1])], fit, frame)
     return sorted(found, key=lambda trial: -trial.gain)
 
 
 def all_but_lost(fit: Fit, candidates: tuple[Candidate, ...], frame: Frame) -> list[Screened]:
     """Return each element with the best of what may be `LEFT` of its stiffness; none where a ``fit`` leaves little.
 
-    What else is off may hide it until the first step of a fit: there its gain says nothing.
+    What else is off may hide it until the first step of a fit: there its gain says nothing. Modes that come down into
+    the recordings' band with it are followed.
     """
     if not fit.hypothesis.is_linear or fit.chi2 < MUCH * fit.values:
         return []
     weakened = [c for c in candidates if c.kind == StiffnessChange.kind and "element" in c.location]
-    return _best_of({c.key: np.array(LEFT)[:, None] for c in weakened}, fit, weakened, frame)
+    trials = [trial for c in weakened for trial in _bringing(c, np.array(LEFT)[:, None], fit.hypothesis.plant)]
+    best: dict[str, Screened] = {}
+    for found in sorted(_best_of(trials, fit, frame), key=lambda trial: -trial.gain):
+        best.setdefault(found.candidate.key, found)
+    return list(best.values())
 
 
-def _best_of(trials: dict[str, FloatArray], fit: Fit, candidates: list[Candidate], frame: Frame) -> list[Screened]:
-    """Return each candidate at the best of its ``trials`` (size, parameter), by its key."""
+def _bringing(candidate: Candidate, sizes: FloatArray, plant: Plant) -> list[Trial]:
+    """Return the ``sizes`` of a candidate by the number of modes that come down into the recordings' band there."""
+    if plant.kept is None:
+        return [(candidate, sizes)]
+    basis = basis_of(plant, (candidate,))
+    (change,) = basis.changes
+    assert change is not None  # of a stiffness
+    amounts = np.append(candidate.amount(sizes[:, 0]), 0.0)[:, None, None]
+    square = np.linalg.inv(np.linalg.cholesky(basis.mass + amounts * change[0]))
+    omega2 = np.linalg.eigvalsh(square @ (basis.stiffness + amounts * change[2]) @ square.transpose(0, 2, 1))
+    inside = np.sum(omega2 < (2 * np.pi * plant.highest) ** 2, axis=1)
+    more = np.maximum(inside[:-1] - inside[-1], 0)
+    return [(replace(candidate, brings=int(count)), sizes[more == count]) for count in np.unique(more)]
+
+
+def _best_of(trials: list[Trial], fit: Fit, frame: Frame) -> list[Screened]:
+    """Return each candidate at the best of its sizes."""
     theta = fit.theta.copy()
     theta[: fit.hypothesis.nuisances] = 0.0
     plain = float(_left(fit.hypothesis, theta[None], fit, frame)[0])
 
-    def best(candidate: Candidate) -> Screened:
-        sizes = trials[candidate.key]
+    def best(trial: Trial) -> Screened:
+        candidate, sizes = trial
         thetas = np.column_stack([np.repeat(theta[None], len(sizes), axis=0), sizes])
         left = _left(fit.hypothesis.adding(candidate), thetas, fit, frame)
         number = int(np.argmin(left))
         start, gain = tuple(sizes[number].tolist()), float(plain - left[number])
         return Screened(candidate, start, gain, theta - fit.theta, is_drawn=True)
 
-    return side_by_side(best, candidates)
+    return side_by_side(best, trials)
 
 
 def _sizes(candidate: Candidate) -> FloatArray:

@@ -71,13 +71,11 @@ def show(
     """
     free = _free_fit(own, frame) or base
     hypothesis = base.hypothesis
+    brought = free.hypothesis.brought
     modes = [
-        modes_of(each, theta, frame.rate)
-        for each, theta in (
-            (hypothesis, np.zeros_like(base.theta)),
-            (hypothesis, base.theta),
-            (free.hypothesis, free.theta),
-        )
+        modes_of(_following(hypothesis, brought), np.zeros_like(base.theta), frame.rate),
+        modes_of(_following(hypothesis, brought), base.theta, frame.rate),
+        modes_of(free.hypothesis, free.theta, frame.rate),
     ]
     names = tuple(name for batch in base.batches for name in batch.names)
     values = np.concatenate([np.square(part).sum(axis=(1, 2)) for part in base.residuals])
@@ -115,6 +113,12 @@ def modes_of(hypothesis: Hypothesis, theta: FloatArray, rate: float) -> Modes:
     roots, shapes = roots[order], system.C[0] @ vectors[:, order]  # (translation, mode)
     largest = shapes[np.argmax(np.abs(shapes), axis=0), np.arange(len(order))]
     return Modes(np.abs(roots) / (2 * np.pi), -roots.real / np.abs(roots), np.real(shapes / largest))
+
+
+def _following(hypothesis: Hypothesis, more: int) -> Hypothesis:
+    """Return the hypothesis with so many ``more`` modes followed."""
+    plant = hypothesis.plant
+    return hypothesis if plant.kept is None else replace(hypothesis, plant=replace(plant, kept=plant.kept + more))
 
 
 def every_translation(plant: Plant) -> tuple[Sensor, ...]:
