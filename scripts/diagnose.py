@@ -11,11 +11,11 @@ from fe_models.files.atomic import write_json
 from fe_models.files.dataset_file import load_dataset
 from fe_models.files.structure_file import save_structure
 from fe_models.recordings import Dataset
-from hybrid.diagnosis.conclusion import Diagnosis
 from hybrid.diagnosis.diagnosis import diagnose
-from hybrid.diagnosis.example import draw_example
-from hybrid.diagnosis.gain import Gain, hybrid_gain
+from hybrid.diagnosis.learned.gain import Gain, hybrid_gain
+from hybrid.diagnosis.outcome.conclusion import Diagnosis
 from hybrid.diagnosis.report import describe_diagnosis, report_table
+from hybrid.diagnosis.shown.example import draw_example
 
 app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
 

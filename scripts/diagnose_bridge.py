@@ -14,8 +14,8 @@ from fe_models.files.structure_file import save_structure
 from hybrid.decays.comparison import compare_recordings
 from hybrid.decays.report import describe_compared, draw_backbones, draw_spectra
 from hybrid.diagnosis.diagnosis import diagnose
-from hybrid.diagnosis.example import draw_example
 from hybrid.diagnosis.report import describe_diagnosis, report_table
+from hybrid.diagnosis.shown.example import draw_example
 
 ANOTHER = 2  # the recording of another structure, as the comparison shows
 ALIKE = tuple(number for number in RECORDINGS if number != ANOTHER)

@@ -10,10 +10,10 @@ from fe_models.effects import AddedMass, Cause, CubicSpring, StiffnessChange
 from fe_models.recordings import Dataset
 from hybrid.benchmarks.blind.cases import BlindResult, Task
 from hybrid.benchmarks.peers.answer import Answer, mark
-from hybrid.diagnosis.conclusion import Diagnosis
-from hybrid.diagnosis.findings import Finding, Parameter
 from hybrid.diagnosis.judging import judge, key_of
-from hybrid.diagnosis.verdict import Verdict
+from hybrid.diagnosis.outcome.conclusion import Diagnosis
+from hybrid.diagnosis.outcome.findings import Finding, Parameter
+from hybrid.diagnosis.outcome.verdict import Verdict
 
 WEAK_2, WEAK_3 = StiffnessChange((2,), 0.8), StiffnessChange((3,), 0.8)
 HEAVY = AddedMass(4, 0.5)

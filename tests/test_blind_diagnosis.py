@@ -9,10 +9,10 @@ import pytest
 
 from fe_models.blind import BRIDGE_KINDS, KINDS, OUTSIDE, BlindCase, BlindConfig, blind_case
 from fe_models.sensor_effects import SensorEffect
-from hybrid.diagnosis.conclusion import Diagnosis
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.judging import Judgement, judge
-from hybrid.diagnosis.verdict import Verdict
+from hybrid.diagnosis.outcome.conclusion import Diagnosis
+from hybrid.diagnosis.outcome.verdict import Verdict
 
 LARGE = 0.8  # of the way from barely detectable to large, in the logarithm
 GAINED = 0.5  # of the nominal forecast error: what the extended model must stay below

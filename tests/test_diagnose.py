@@ -17,7 +17,7 @@ from fe_models.recordings import Dataset, Recording
 from fe_models.structure import Structure
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.judging import judge
-from hybrid.diagnosis.verdict import Verdict
+from hybrid.diagnosis.outcome.verdict import Verdict
 from scripts.diagnose import app
 
 

@@ -14,7 +14,7 @@ from fe_models.dofs import FloatArray
 from fe_models.errors import InputError
 from fe_models.files.dataset_file import save_dataset
 from fe_models.recordings import Dataset
-from hybrid.diagnosis.channels import saturation_levels, usable
+from hybrid.diagnosis.recorded.channels import saturation_levels, usable
 from scripts.diagnose import app
 
 CASE = blind_case(31, BlindConfig(("added_mass",), size=0.8, train=3, test=1, duration=20.0)).dataset

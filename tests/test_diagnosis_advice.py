@@ -10,16 +10,16 @@ from fe_models.effects import AddedMass, StiffnessChange
 from fe_models.four_dof import four_dof
 from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.simulate import FreeConfig, simulate_free
-from hybrid.diagnosis.advice import Advice, advise, possible_sensors
-from hybrid.diagnosis.candidates import all_candidates
+from hybrid.diagnosis.causes.candidates import all_candidates
+from hybrid.diagnosis.causes.places import Motion
+from hybrid.diagnosis.contest.posterior import Posterior
 from hybrid.diagnosis.diagnosis import diagnose
-from hybrid.diagnosis.fitting import Fit, fit
-from hybrid.diagnosis.frame import Frame
-from hybrid.diagnosis.hypothesis import Hypothesis
-from hybrid.diagnosis.places import Motion
-from hybrid.diagnosis.plant import plant_of
-from hybrid.diagnosis.posterior import Posterior
-from hybrid.diagnosis.records import batches_of
+from hybrid.diagnosis.fitting.fitting import Fit, fit
+from hybrid.diagnosis.nominal.plant import plant_of
+from hybrid.diagnosis.outcome.advice import Advice, advise, possible_sensors
+from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.records import batches_of
+from hybrid.diagnosis.response.hypothesis import Hypothesis
 
 NOISE = 0.03
 

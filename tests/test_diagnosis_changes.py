@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from fe_models.blind import BlindConfig, blind_case
+from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.diagnosis import diagnose
-from hybrid.diagnosis.fitting import fit
-from hybrid.diagnosis.forecasting import forecast, model_of, without
+from hybrid.diagnosis.fitting.fitting import fit
+from hybrid.diagnosis.fitting.forecasting import forecast, model_of, without
 from hybrid.diagnosis.judging import judge
-from hybrid.diagnosis.setting import setting_of
-from hybrid.diagnosis.verdict import Verdict
+from hybrid.diagnosis.outcome.verdict import Verdict
 
 
 @pytest.mark.parametrize(

@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 
 from fe_models.blind import BlindConfig, blind_case
-from hybrid.diagnosis.crossvalidation import as_recordings, folds_of
-from hybrid.diagnosis.fitting import Fit, fit
-from hybrid.diagnosis.forecasting import Model
-from hybrid.diagnosis.frame import Frame
-from hybrid.diagnosis.hypothesis import Hypothesis
-from hybrid.diagnosis.plant import plant_of
-from hybrid.diagnosis.records import batches_of, columns_of, measured_columns
+from hybrid.diagnosis.fitting.crossvalidation import as_recordings, folds_of
+from hybrid.diagnosis.fitting.fitting import Fit, fit
+from hybrid.diagnosis.fitting.forecasting import Model
+from hybrid.diagnosis.nominal.plant import plant_of
+from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.records import batches_of, columns_of, measured_columns
+from hybrid.diagnosis.response.hypothesis import Hypothesis
 
 CASE = blind_case(3, BlindConfig(train=6, test=0, duration=20.0)).dataset
 

@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 
 from fe_models.blind import BlindConfig, blind_case
-from hybrid.diagnosis.discrepancy import in_units_of, repeated, search_frame
-from hybrid.diagnosis.frame import Frame
-from hybrid.diagnosis.hypothesis import Hypothesis
-from hybrid.diagnosis.noise import noise_of_recordings, structure_band
-from hybrid.diagnosis.pairs import short_fit
-from hybrid.diagnosis.plant import plant_of
-from hybrid.diagnosis.records import batches_of, columns_of, measured_columns
-from hybrid.diagnosis.search import lengths_of
+from hybrid.diagnosis.contest.discrepancy import in_units_of, repeated, search_frame
+from hybrid.diagnosis.contest.pairs import short_fit
+from hybrid.diagnosis.contest.search import lengths_of
+from hybrid.diagnosis.nominal.plant import plant_of
+from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.noise import noise_of_recordings, structure_band
+from hybrid.diagnosis.recorded.records import batches_of, columns_of, measured_columns
+from hybrid.diagnosis.response.hypothesis import Hypothesis
 
 
 def test_noise_repeats_nothing_and_a_tone_does() -> None:

@@ -10,8 +10,8 @@ from fe_models.dofs import FloatArray
 from fe_models.effects import SupportSpring
 from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset, Recording
-from hybrid.diagnosis.forces import yielding
-from hybrid.diagnosis.plant import plant_of
+from hybrid.diagnosis.nominal.plant import plant_of
+from hybrid.diagnosis.response.forces import yielding
 
 NODE, SPRING = 8, 1e4  # where a fifth of the flexibility is that of modes above the low-pass; N/m, a third as stiff
 HALF = 5  # modes below half the low-pass, far below those left out

@@ -9,15 +9,15 @@ from fe_models.blind import BlindConfig, blind_case
 from fe_models.four_dof import four_dof
 from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.structure import Beam, Direction, Structure, Support
-from hybrid.diagnosis.fitting import fit
-from hybrid.diagnosis.forecasting import forecast, model_of
-from hybrid.diagnosis.geometry_forces import geometry_of
-from hybrid.diagnosis.geometry_response import straightened
-from hybrid.diagnosis.plant import Plant, plant_of
-from hybrid.diagnosis.records import batches_of, columns_of
-from hybrid.diagnosis.search import fit_growing, ground_of
-from hybrid.diagnosis.setting import Setting, setting_of
-from hybrid.diagnosis.straightening import straighten
+from hybrid.diagnosis.contest.search import fit_growing, ground_of
+from hybrid.diagnosis.contest.setting import Setting, setting_of
+from hybrid.diagnosis.contest.straightening import straighten
+from hybrid.diagnosis.fitting.fitting import fit
+from hybrid.diagnosis.fitting.forecasting import forecast, model_of
+from hybrid.diagnosis.fitting.geometry_response import straightened
+from hybrid.diagnosis.nominal.geometry_forces import geometry_of
+from hybrid.diagnosis.nominal.plant import Plant, plant_of
+from hybrid.diagnosis.recorded.records import batches_of, columns_of
 from tests.problems import TIMBER
 
 LENGTH, PIECES = 2.0, 16

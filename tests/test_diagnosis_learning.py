@@ -18,9 +18,9 @@ from fe_models.recordings import Dataset, Recording
 from fe_models.sensor_effects import SensorDelay, SensorDrift, SensorGain
 from fe_models.simulate import FreeConfig, simulate_free
 from hybrid.config import Config, places_preset
-from hybrid.diagnosis import gain
-from hybrid.diagnosis.learning import PlaceForce, corrected, learn, learning_preset, undo
-from hybrid.diagnosis.projection import location_of, project
+from hybrid.diagnosis.learned import gain
+from hybrid.diagnosis.learned.learning import PlaceForce, corrected, learn, learning_preset, undo
+from hybrid.diagnosis.learned.projection import location_of, project
 from hybrid.preparation import prepare
 from hybrid.scoring import nrmse
 from scripts.diagnose import app

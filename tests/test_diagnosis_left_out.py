@@ -12,12 +12,12 @@ from fe_models.dofs import FloatArray
 from fe_models.effects import CubicSpring, HarmonicForce
 from fe_models.measurement import lowpassed
 from fe_models.recordings import Assumptions, Dataset, Recording
-from hybrid.diagnosis.candidate import Candidate
-from hybrid.diagnosis.candidates import all_candidates
-from hybrid.diagnosis.hypothesis import Hypothesis
-from hybrid.diagnosis.marching import respond
-from hybrid.diagnosis.places import Motion
-from hybrid.diagnosis.plant import Plant, plant_of
+from hybrid.diagnosis.causes.candidate import Candidate
+from hybrid.diagnosis.causes.candidates import all_candidates
+from hybrid.diagnosis.causes.places import Motion
+from hybrid.diagnosis.nominal.plant import Plant, plant_of
+from hybrid.diagnosis.response.hypothesis import Hypothesis
+from hybrid.diagnosis.response.marching import respond
 
 RATE, SAMPLES, MOVING = 100.0, 100, 10
 FITTED = tuple(sensor for sensor in SENSORS if sensor.role == "measured")

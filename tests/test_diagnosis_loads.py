@@ -23,23 +23,23 @@ from fe_models.modes import natural_modes
 from fe_models.recordings import Assumptions, Dataset, Load, Recording
 from fe_models.simulate import FreeConfig, simulate_free
 from hybrid.benchmarks.peers.certain import certain_of
-from hybrid.diagnosis.candidates import all_candidates
-from hybrid.diagnosis.conclusion import Diagnosis
-from hybrid.diagnosis.crossvalidation import as_recordings
+from hybrid.diagnosis.causes.candidates import all_candidates
+from hybrid.diagnosis.causes.places import Motion
+from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.diagnosis import diagnose
-from hybrid.diagnosis.driven import fitted_motion
-from hybrid.diagnosis.fitting import fit
-from hybrid.diagnosis.forecasting import forecast, model_of
-from hybrid.diagnosis.gain import hybrid_gain
-from hybrid.diagnosis.hypothesis import Hypothesis
-from hybrid.diagnosis.loaded import loaded_states
-from hybrid.diagnosis.marching import respond
-from hybrid.diagnosis.places import Motion
-from hybrid.diagnosis.plant import plant_of
-from hybrid.diagnosis.records import batches_of
-from hybrid.diagnosis.setting import setting_of
-from hybrid.diagnosis.system import System
-from hybrid.diagnosis.verdict import Verdict
+from hybrid.diagnosis.fitting.crossvalidation import as_recordings
+from hybrid.diagnosis.fitting.driven import fitted_motion
+from hybrid.diagnosis.fitting.fitting import fit
+from hybrid.diagnosis.fitting.forecasting import forecast, model_of
+from hybrid.diagnosis.learned.gain import hybrid_gain
+from hybrid.diagnosis.nominal.plant import plant_of
+from hybrid.diagnosis.outcome.conclusion import Diagnosis
+from hybrid.diagnosis.outcome.verdict import Verdict
+from hybrid.diagnosis.recorded.records import batches_of
+from hybrid.diagnosis.response.hypothesis import Hypothesis
+from hybrid.diagnosis.response.loaded import loaded_states
+from hybrid.diagnosis.response.marching import respond
+from hybrid.diagnosis.response.system import System
 
 RATE, SAMPLES = 10.0, 301
 FITTED = tuple(sensor for sensor in SENSORS if sensor.role == "measured")

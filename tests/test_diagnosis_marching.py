@@ -7,8 +7,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from fe_models.dofs import FloatArray
-from hybrid.diagnosis.marching import march
-from hybrid.diagnosis.system import Force, System
+from hybrid.diagnosis.response.marching import march
+from hybrid.diagnosis.response.system import Force, System
 
 STEP = 0.1  # s
 

@@ -3,15 +3,15 @@
 from functools import cache
 
 from fe_models.blind import BlindCase, BlindConfig, blind_case
-from hybrid.diagnosis.candidate import Candidate
-from hybrid.diagnosis.evidence import Evidence
-from hybrid.diagnosis.fitting import Fit, fit
-from hybrid.diagnosis.hypothesis import Hypothesis
+from hybrid.diagnosis.causes.candidate import Candidate
+from hybrid.diagnosis.contest.evidence import Evidence
+from hybrid.diagnosis.contest.posterior import posterior_of
+from hybrid.diagnosis.contest.setting import Setting, setting_of
+from hybrid.diagnosis.fitting.fitting import Fit, fit
 from hybrid.diagnosis.judging import key_of
-from hybrid.diagnosis.materiality import material
-from hybrid.diagnosis.posterior import posterior_of
-from hybrid.diagnosis.scorer import Scorer
-from hybrid.diagnosis.setting import Setting, setting_of
+from hybrid.diagnosis.outcome.materiality import material
+from hybrid.diagnosis.outcome.scorer import Scorer
+from hybrid.diagnosis.response.hypothesis import Hypothesis
 
 TWO = BlindConfig(("stiffness_change", "sensor_gain"), size=0.7, train=4, test=2, duration=25.0)
 

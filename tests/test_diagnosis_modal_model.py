@@ -26,18 +26,18 @@ from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.sensor_effects import SensorGain
 from fe_models.simulate import FreeConfig, simulate_free
 from fe_models.structure import Damping, Structure
+from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.diagnosis import diagnose
-from hybrid.diagnosis.forecasting import Model, predicted
-from hybrid.diagnosis.frame import Frame
-from hybrid.diagnosis.gain import hybrid_gain
-from hybrid.diagnosis.hypothesis import Hypothesis
-from hybrid.diagnosis.learning import learning_preset
-from hybrid.diagnosis.modal_plant import modal_plant
-from hybrid.diagnosis.plant import Plant, plant_of
-from hybrid.diagnosis.records import batches_of
-from hybrid.diagnosis.setting import setting_of
-from hybrid.diagnosis.show import modes_of
-from hybrid.diagnosis.verdict import Verdict
+from hybrid.diagnosis.fitting.forecasting import Model, predicted
+from hybrid.diagnosis.learned.gain import hybrid_gain
+from hybrid.diagnosis.learned.learning import learning_preset
+from hybrid.diagnosis.nominal.modal_plant import modal_plant
+from hybrid.diagnosis.nominal.plant import Plant, plant_of
+from hybrid.diagnosis.outcome.verdict import Verdict
+from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.records import batches_of
+from hybrid.diagnosis.response.hypothesis import Hypothesis
+from hybrid.diagnosis.shown.show import modes_of
 from scripts.diagnose import app
 
 RATE = 10.0

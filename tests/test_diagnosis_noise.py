@@ -7,9 +7,9 @@ import pytest
 
 from fe_models.blind import BlindConfig, blind_case
 from fe_models.measurement import lowpassed
-from hybrid.diagnosis.noise import Band, correlation_factor, excess, noise_of_recordings, structure_band
-from hybrid.diagnosis.plant import plant_of
-from hybrid.diagnosis.records import batches_of, columns_of, measured_columns
+from hybrid.diagnosis.nominal.plant import plant_of
+from hybrid.diagnosis.recorded.noise import Band, correlation_factor, excess, noise_of_recordings, structure_band
+from hybrid.diagnosis.recorded.records import batches_of, columns_of, measured_columns
 
 RATE, BAND = 10.0, Band(0.55, room=True)  # Hz
 WHITE = np.random.default_rng(0).standard_normal((9, 501, 4))

@@ -10,15 +10,15 @@ from fe_models.bridge import bridge
 from fe_models.effects import CoulombFriction, CubicSpring, GapStop
 from fe_models.recordings import Dataset, Recording
 from fe_models.structure import Beam, Spring, Structure
+from hybrid.diagnosis.causes.places import Motion, places_of
+from hybrid.diagnosis.contest.neighbours import fits_beside
+from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.diagnosis import diagnose
-from hybrid.diagnosis.fitting import Fit, fit
-from hybrid.diagnosis.frame import Frame
-from hybrid.diagnosis.neighbours import fits_beside
-from hybrid.diagnosis.places import Motion, places_of
-from hybrid.diagnosis.plant import plant_of
-from hybrid.diagnosis.records import Batch
-from hybrid.diagnosis.setting import setting_of
-from hybrid.diagnosis.verdict import Verdict
+from hybrid.diagnosis.fitting.fitting import Fit, fit
+from hybrid.diagnosis.nominal.plant import plant_of
+from hybrid.diagnosis.outcome.verdict import Verdict
+from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.records import Batch
 from tests.masts import RATE, SENSORS, TUBE, masts, recorded
 
 STIFF = 5e7  # N/m^3: at 2 cm a seventh as stiff as a mast

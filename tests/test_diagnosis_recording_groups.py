@@ -7,15 +7,15 @@ from fe_models.blind import SENSORS
 from fe_models.four_dof import four_dof
 from fe_models.recordings import Dataset, Recording
 from fe_models.simulate import FreeConfig, simulate_free
-from hybrid.diagnosis.candidate import Candidate
-from hybrid.diagnosis.candidates import all_candidates
-from hybrid.diagnosis.fitting import fit
-from hybrid.diagnosis.frame import Frame
-from hybrid.diagnosis.hypothesis import Hypothesis
-from hybrid.diagnosis.places import Motion
-from hybrid.diagnosis.plant import plant_of
-from hybrid.diagnosis.recording_groups import Asked, asked_for, clear_share
-from hybrid.diagnosis.records import batches_of, columns_of
+from hybrid.diagnosis.causes.candidate import Candidate
+from hybrid.diagnosis.causes.candidates import all_candidates
+from hybrid.diagnosis.causes.places import Motion
+from hybrid.diagnosis.contest.recording_groups import Asked, asked_for, clear_share
+from hybrid.diagnosis.fitting.fitting import fit
+from hybrid.diagnosis.nominal.plant import plant_of
+from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.records import batches_of, columns_of
+from hybrid.diagnosis.response.hypothesis import Hypothesis
 
 DRAWS = 20_000
 NOISE = 0.01

@@ -16,13 +16,13 @@ from fe_models.four_dof import four_dof
 from fe_models.linear import ModalModel
 from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset, Recording
-from hybrid.diagnosis import plant as plants
-from hybrid.diagnosis.candidate import Candidate
-from hybrid.diagnosis.candidates import all_candidates
-from hybrid.diagnosis.hypothesis import Hypothesis
-from hybrid.diagnosis.places import Motion
-from hybrid.diagnosis.plant import Plant, plant_of
-from hybrid.diagnosis.reduction import basis_of, turn
+from hybrid.diagnosis.causes.candidate import Candidate
+from hybrid.diagnosis.causes.candidates import all_candidates
+from hybrid.diagnosis.causes.places import Motion
+from hybrid.diagnosis.nominal import plant as plants
+from hybrid.diagnosis.nominal.plant import Plant, plant_of
+from hybrid.diagnosis.response.hypothesis import Hypothesis
+from hybrid.diagnosis.response.reduction import basis_of, turn
 
 WHITE = np.random.default_rng(0).standard_normal((1, 200, 8))  # the plant only asks for sensors and rates
 BRIDGE = Dataset(bridge(), 100.0, SENSORS, (Recording("r", WHITE),), 30.0)

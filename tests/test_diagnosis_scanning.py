@@ -18,21 +18,21 @@ from fe_models.effects import AddedMass, Effect, ModalDamping, StiffnessChange, 
 from fe_models.four_dof import four_dof
 from fe_models.modes import natural_modes
 from fe_models.recordings import Assumptions, Dataset, Recording
-from hybrid.diagnosis.absorbed import absorbed
-from hybrid.diagnosis.candidate import Candidate
-from hybrid.diagnosis.candidates import all_candidates
-from hybrid.diagnosis.fitting import Fit, fit
-from hybrid.diagnosis.forecasting import DEVIATION
-from hybrid.diagnosis.frame import Frame
-from hybrid.diagnosis.hypothesis import Hypothesis
-from hybrid.diagnosis.marching import respond
-from hybrid.diagnosis.places import Motion
-from hybrid.diagnosis.plant import Plant, plant_of
-from hybrid.diagnosis.records import Batch
-from hybrid.diagnosis.scanning import LEFT, all_but_lost, scan
-from hybrid.diagnosis.screening import screen
-from hybrid.diagnosis.search import Ground, Lengths, contest
-from hybrid.diagnosis.system import System, drift, modal_form, observability
+from hybrid.diagnosis.causes.candidate import Candidate
+from hybrid.diagnosis.causes.candidates import all_candidates
+from hybrid.diagnosis.causes.places import Motion
+from hybrid.diagnosis.contest.search import Ground, Lengths, contest
+from hybrid.diagnosis.fitting.fitting import Fit, fit
+from hybrid.diagnosis.fitting.forecasting import DEVIATION
+from hybrid.diagnosis.nominal.plant import Plant, plant_of
+from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.records import Batch
+from hybrid.diagnosis.response.hypothesis import Hypothesis
+from hybrid.diagnosis.response.marching import respond
+from hybrid.diagnosis.response.system import System, drift, modal_form, observability
+from hybrid.diagnosis.screening.absorbed import absorbed
+from hybrid.diagnosis.screening.scanning import LEFT, all_but_lost, scan
+from hybrid.diagnosis.screening.screening import screen
 
 RATE, SAMPLES, MOVING = 100.0, 100, 10
 FITTED = tuple(sensor for sensor in SENSORS if sensor.role == "measured")

@@ -14,13 +14,13 @@ from fe_models.four_dof import four_dof
 from fe_models.modes import natural_modes
 from fe_models.recordings import Assumptions, Dataset, Uncertainty
 from fe_models.structure import Beam, Cable, Structure
-from hybrid.diagnosis.extend import extended_structure
-from hybrid.diagnosis.fitting import fit
-from hybrid.diagnosis.frame import Frame
-from hybrid.diagnosis.hypothesis import Hypothesis
-from hybrid.diagnosis.plant import Plant, plant_of
-from hybrid.diagnosis.records import Batch
-from hybrid.diagnosis.scatter import NONE, OWN
+from hybrid.diagnosis.fitting.fitting import fit
+from hybrid.diagnosis.nominal.plant import Plant, plant_of
+from hybrid.diagnosis.nominal.scatter import NONE, OWN
+from hybrid.diagnosis.outcome.extend import extended_structure
+from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.records import Batch
+from hybrid.diagnosis.response.hypothesis import Hypothesis
 from tests.test_diagnosis_left_out import FITTED, MOVING, RATE, SAMPLES, chosen, plant_with
 
 

@@ -6,24 +6,24 @@ import pytest
 from fe_models.blind import BlindConfig, blind_case
 from fe_models.effects import CubicSpring, HarmonicForce
 from fe_models.recordings import Dataset
-from hybrid.diagnosis.candidate import Candidate
-from hybrid.diagnosis.candidates import all_candidates
+from hybrid.diagnosis.causes.candidate import Candidate
+from hybrid.diagnosis.causes.candidates import all_candidates
+from hybrid.diagnosis.causes.places import Motion
+from hybrid.diagnosis.contest.pairs import each_alone
+from hybrid.diagnosis.contest.posterior import posterior_of
+from hybrid.diagnosis.contest.recording_groups import asked_for
+from hybrid.diagnosis.contest.search import fit_growing, lengths_of, padded
+from hybrid.diagnosis.contest.setting import setting_of
+from hybrid.diagnosis.contest.switching import acting_recordings, fit_switched
 from hybrid.diagnosis.diagnosis import diagnose
-from hybrid.diagnosis.fitting import Fit, fit
-from hybrid.diagnosis.frame import Frame
-from hybrid.diagnosis.hypothesis import Hypothesis
+from hybrid.diagnosis.fitting.fitting import Fit, fit
+from hybrid.diagnosis.fitting.wave import wave
 from hybrid.diagnosis.judging import judge
-from hybrid.diagnosis.noise import noise_of_recordings, structure_band
-from hybrid.diagnosis.pairs import each_alone
-from hybrid.diagnosis.places import Motion
-from hybrid.diagnosis.plant import plant_of
-from hybrid.diagnosis.posterior import posterior_of
-from hybrid.diagnosis.recording_groups import asked_for
-from hybrid.diagnosis.records import Batch, batches_of, columns_of
-from hybrid.diagnosis.search import fit_growing, lengths_of, padded
-from hybrid.diagnosis.setting import setting_of
-from hybrid.diagnosis.switching import acting_recordings, fit_switched
-from hybrid.diagnosis.wave import wave
+from hybrid.diagnosis.nominal.plant import plant_of
+from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.noise import noise_of_recordings, structure_band
+from hybrid.diagnosis.recorded.records import Batch, batches_of, columns_of
+from hybrid.diagnosis.response.hypothesis import Hypothesis
 
 MEASURED = (0, 1, 2, 3)
 RATE = 10.0

@@ -14,18 +14,18 @@ from fe_models.four_dof import four_dof
 from fe_models.modes import mac, natural_modes
 from fe_models.recordings import Dataset, Recording
 from fe_models.simulate import FreeConfig, simulate_free
-from hybrid.diagnosis.amplitude import amplitude_dependence
-from hybrid.diagnosis.conclusion import Diagnosis
 from hybrid.diagnosis.diagnosis import diagnose
-from hybrid.diagnosis.example import Example, draw_example
-from hybrid.diagnosis.fitting import fit
-from hybrid.diagnosis.frame import Frame
-from hybrid.diagnosis.hypothesis import Hypothesis
-from hybrid.diagnosis.plant import plant_of
-from hybrid.diagnosis.records import batches_of, columns_of
-from hybrid.diagnosis.show import modes_of
-from hybrid.diagnosis.show_report import describe_shown, shown_table
-from hybrid.diagnosis.spectra import energy_near
+from hybrid.diagnosis.fitting.fitting import fit
+from hybrid.diagnosis.nominal.plant import plant_of
+from hybrid.diagnosis.outcome.conclusion import Diagnosis
+from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.records import batches_of, columns_of
+from hybrid.diagnosis.recorded.spectra import energy_near
+from hybrid.diagnosis.response.hypothesis import Hypothesis
+from hybrid.diagnosis.shown.amplitude import amplitude_dependence
+from hybrid.diagnosis.shown.example import Example, draw_example
+from hybrid.diagnosis.shown.show import modes_of
+from hybrid.diagnosis.shown.show_report import describe_shown, shown_table
 
 NOISE = 0.02
 MEASURED = (0, 1, 2, 3)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hybrid.diagnosis.spectra import combination_lines
+from hybrid.diagnosis.recorded.spectra import combination_lines
 
 
 def test_lines_are_sums_and_differences_of_the_strongest_modes() -> None:

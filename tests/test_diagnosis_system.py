@@ -23,17 +23,17 @@ from fe_models.effects import (
 from fe_models.four_dof import four_dof
 from fe_models.recordings import Assumptions, Dataset, Recording
 from fe_models.simulate import FreeConfig, simulate_free
-from hybrid.diagnosis.candidate import Candidate
-from hybrid.diagnosis.candidates import all_candidates
-from hybrid.diagnosis.fitting import Fit, fit
-from hybrid.diagnosis.frame import Frame
-from hybrid.diagnosis.hypothesis import Hypothesis
-from hybrid.diagnosis.marching import respond
-from hybrid.diagnosis.places import Motion
-from hybrid.diagnosis.plant import Plant, plant_of
-from hybrid.diagnosis.records import Batch
-from hybrid.diagnosis.screening import law_responses, screen
-from hybrid.diagnosis.system import observability
+from hybrid.diagnosis.causes.candidate import Candidate
+from hybrid.diagnosis.causes.candidates import all_candidates
+from hybrid.diagnosis.causes.places import Motion
+from hybrid.diagnosis.fitting.fitting import Fit, fit
+from hybrid.diagnosis.nominal.plant import Plant, plant_of
+from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.records import Batch
+from hybrid.diagnosis.response.hypothesis import Hypothesis
+from hybrid.diagnosis.response.marching import respond
+from hybrid.diagnosis.response.system import observability
+from hybrid.diagnosis.screening.screening import law_responses, screen
 
 RATE, SAMPLES = 10.0, 301
 FITTED = tuple(sensor for sensor in SENSORS if sensor.role == "measured")

@@ -2,7 +2,7 @@
 
 import pytest
 
-from hybrid.diagnosis.verdict import Errors
+from hybrid.diagnosis.outcome.verdict import Errors
 
 
 @pytest.mark.parametrize(

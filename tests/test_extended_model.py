@@ -20,11 +20,11 @@ from fe_models.recordings import Assumptions, Dataset, Recording
 from fe_models.simulate import FreeConfig, simulate_free
 from fe_models.structure import Structure
 from hybrid.diagnosis.diagnosis import diagnose
-from hybrid.diagnosis.extend import extended_structure
-from hybrid.diagnosis.findings import Finding
-from hybrid.diagnosis.marching import respond
-from hybrid.diagnosis.plant import plant_of
-from hybrid.diagnosis.verdict import Verdict
+from hybrid.diagnosis.nominal.plant import plant_of
+from hybrid.diagnosis.outcome.extend import extended_structure
+from hybrid.diagnosis.outcome.findings import Finding
+from hybrid.diagnosis.outcome.verdict import Verdict
+from hybrid.diagnosis.response.marching import respond
 from scripts.build_fe_model import app as build
 
 CONFIG = BlindConfig(off=True, size=0.8, train=3, test=1, duration=20.0)

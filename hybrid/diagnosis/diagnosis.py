@@ -7,9 +7,9 @@ from time import perf_counter
 from threadpoolctl import threadpool_limits
 
 from fe_models.recordings import Dataset
-from hybrid.diagnosis.conclusion import Diagnosis, concluded
-from hybrid.diagnosis.evidence import gather
-from hybrid.diagnosis.setting import setting_of
+from hybrid.diagnosis.contest.evidence import gather
+from hybrid.diagnosis.contest.setting import setting_of
+from hybrid.diagnosis.outcome.conclusion import Diagnosis, concluded
 
 THREADS = 1  # of linear algebra: the matrices are small, and more threads only wait for each other
 

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 from fe_models.blind import BlindCase
 from fe_models.effects import Cause
-from hybrid.diagnosis.conclusion import Diagnosis
-from hybrid.diagnosis.findings import Finding
-from hybrid.diagnosis.verdict import MATERIAL, Verdict
+from hybrid.diagnosis.outcome.conclusion import Diagnosis
+from hybrid.diagnosis.outcome.findings import Finding
+from hybrid.diagnosis.outcome.verdict import MATERIAL, Verdict
 
 CONFIDENT = 0.9
 CLOSE = 0.1  # relative error of a parameter that counts as right

@@ -2,12 +2,12 @@
 
 from typing import Any
 
-from hybrid.diagnosis.advice import Advice
-from hybrid.diagnosis.conclusion import Diagnosis
-from hybrid.diagnosis.findings import Finding, place_words
-from hybrid.diagnosis.gain import Gain, Trained
-from hybrid.diagnosis.show_report import describe_shown, shown_table
-from hybrid.diagnosis.verdict import Verdict
+from hybrid.diagnosis.learned.gain import Gain, Trained
+from hybrid.diagnosis.outcome.advice import Advice
+from hybrid.diagnosis.outcome.conclusion import Diagnosis
+from hybrid.diagnosis.outcome.findings import Finding, place_words
+from hybrid.diagnosis.outcome.verdict import Verdict
+from hybrid.diagnosis.shown.show_report import describe_shown, shown_table
 
 WORDS = {
     Verdict.NOTHING_WRONG: "Nothing is wrong: the simulation, calibrated within its uncertainty, reaches the noise.",

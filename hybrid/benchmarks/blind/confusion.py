@@ -7,7 +7,7 @@ import numpy as np
 
 from fe_models.dofs import IntArray
 from hybrid.benchmarks.blind.cases import NOTHING, BlindResult
-from hybrid.diagnosis.verdict import Verdict
+from hybrid.diagnosis.outcome.verdict import Verdict
 
 UNEXPLAINED = "unexplained"  # the word where something is wrong and nothing is named
 

@@ -7,16 +7,16 @@ import numpy as np
 from fe_models.dofs import FloatArray
 from fe_models.errors import raise_faults
 from fe_models.recordings import Dataset
-from hybrid.diagnosis.candidate import Candidate
-from hybrid.diagnosis.candidates import all_candidates
-from hybrid.diagnosis.fitting import Fit, fit
-from hybrid.diagnosis.frame import Frame
-from hybrid.diagnosis.hypothesis import Hypothesis
-from hybrid.diagnosis.noise import noise_of_recordings, structure_band
-from hybrid.diagnosis.places import Motion
-from hybrid.diagnosis.plant import CERTAIN, plant_of
-from hybrid.diagnosis.records import batches_of, columns_of, measured_columns
-from hybrid.diagnosis.search import Lengths, lengths_of
+from hybrid.diagnosis.causes.candidate import Candidate
+from hybrid.diagnosis.causes.candidates import all_candidates
+from hybrid.diagnosis.causes.places import Motion
+from hybrid.diagnosis.contest.search import Lengths, lengths_of
+from hybrid.diagnosis.fitting.fitting import Fit, fit
+from hybrid.diagnosis.nominal.plant import CERTAIN, plant_of
+from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.noise import noise_of_recordings, structure_band
+from hybrid.diagnosis.recorded.records import batches_of, columns_of, measured_columns
+from hybrid.diagnosis.response.hypothesis import Hypothesis
 
 
 @dataclass(frozen=True)

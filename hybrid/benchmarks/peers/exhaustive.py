@@ -12,11 +12,11 @@ import numpy as np
 from fe_models.recordings import Dataset
 from hybrid.benchmarks.peers.answer import Answer
 from hybrid.benchmarks.peers.certain import Certain, certain_of
-from hybrid.diagnosis.findings import reported_location
-from hybrid.diagnosis.fitting import Fit, fit
-from hybrid.diagnosis.force_screening import screen_forces
-from hybrid.diagnosis.screening import Screened, screen
-from hybrid.diagnosis.search import BEHIND, CLOSE_ENOUGH, Lengths, continued, fit_growing
+from hybrid.diagnosis.contest.search import BEHIND, CLOSE_ENOUGH, Lengths, continued, fit_growing
+from hybrid.diagnosis.fitting.fitting import Fit, fit
+from hybrid.diagnosis.outcome.findings import reported_location
+from hybrid.diagnosis.screening.force_screening import screen_forces
+from hybrid.diagnosis.screening.screening import Screened, screen
 
 WHOLE = 12  # candidates that are fitted over whole recordings: AIC decides among the first few
 WHOLE_LAWS = 5  # of them force laws, each of which takes seconds

@@ -18,10 +18,10 @@ from fe_models.recordings import Dataset
 from hybrid.benchmarks.peers.answer import Answer
 from hybrid.benchmarks.peers.certain import Certain, certain_of
 from hybrid.benchmarks.peers.latent_forces import LatentForces, latent_forces
-from hybrid.diagnosis.candidate import Candidate
-from hybrid.diagnosis.findings import reported_location
-from hybrid.diagnosis.forces import force_of
-from hybrid.diagnosis.plant import Plant
+from hybrid.diagnosis.causes.candidate import Candidate
+from hybrid.diagnosis.nominal.plant import Plant
+from hybrid.diagnosis.outcome.findings import reported_location
+from hybrid.diagnosis.response.forces import force_of
 
 THRESHOLDS = (0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)  # of the residual's norm
 RIDGE = 0.05  # PySINDy's own, for columns of norm one: forces at two places may look much alike

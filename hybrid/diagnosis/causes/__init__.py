@@ -1,0 +1,1 @@
+"""Every cause at every place that it can have."""

@@ -1,0 +1,208 @@
+"""Causes that change M, C or K, at every place: stiffness, axial forces, masses, springs, dashpots, soft supports."""
+
+from collections.abc import Callable
+from functools import partial
+from typing import cast
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from fe_models.dofs import FloatArray, IntArray
+from fe_models.effects import AddedMass, AxialForce, Cause, Effect, PointDamper, StiffnessChange, SupportSpring
+from fe_models.matrix_changes import matrix_changes
+from fe_models.structure import Direction, Element, Spring
+from hybrid.diagnosis.causes.candidate import Candidate
+from hybrid.diagnosis.causes.places import Place
+from hybrid.diagnosis.nominal.plant import Plant
+
+HEAVY = 0.05  # of the structure's mass: the prior standard deviation of an added mass
+HALF = 0.5  # of a chain's mean mass, of an element's stiffness, of what is felt at a place: the same for others
+LIGHTEST = 0.95  # of what a node weighs: as much may be missing there
+FIRM = 1e-4  # of a structure's own compliance at a support: as good as rigid
+SOFT = 5.0  # of it: the prior standard deviation of a support's own; at ten times as much it is as good as lost
+BUCKLING = 0.3  # of a squared frequency: what the usual axial force takes from it
+YIELDING = 2e-3  # the strain that no metal of a structure bears for long
+ANY = (-np.inf,)
+
+Changes = tuple[csr_array, csr_array, csr_array]
+
+
+def linear_causes(plant: Plant, places: list[Place]) -> list[Candidate]:
+    """Return them all; of an uncertain group of elements the whole may change, too."""
+    return [
+        *_stiffness_changes(plant),
+        *_axial_forces(plant),
+        *_added_masses(plant),
+        *(_support_spring(plant, place) for place in places if len(place.nodes) == 1),
+        *(_point_damper(plant, place) for place in places),
+        *_soft_supports(plant),
+    ]
+
+
+def _element_groups(plant: Plant) -> list[tuple[int, ...]]:
+    """Return each element alone, and those that are uncertain as a whole."""
+    groups = [part.elements for part in plant.parts if part.quantity == "stiffness" and len(part.elements) > 1]
+    return [(number,) for number in range(1, len(plant.structure.elements) + 1)] + groups
+
+
+def _unit(plant: Plant, effect: Effect) -> Changes:
+    moved = matrix_changes(plant.structure, effect)
+    return moved.mass, moved.damping, moved.stiffness
+
+
+def _stiffness_changes(plant: Plant) -> list[Candidate]:
+    return [
+        Candidate(
+            kind=StiffnessChange.kind,
+            location=StiffnessChange(numbers, 1.0).location,
+            names=("factor",),
+            build=partial(StiffnessChange, numbers),
+            neutral=(1.0,),
+            width=(HALF,),
+            lower=(0.0,),
+            changes=_unit(plant, StiffnessChange(numbers, 2.0)),
+        )
+        for numbers in _element_groups(plant)
+    ]
+
+
+def _axial_forces(plant: Plant) -> list[Candidate]:
+    found = []
+    for numbers in _element_groups(plant):
+        effect = AxialForce(numbers, 1.0)
+        if not effect.faults(plant.structure):
+            unit = _unit(plant, effect)
+            most = YIELDING * min(_axial_stiffness(plant.structure.elements[number - 1]) for number in numbers)
+            found.append(
+                Candidate(
+                    kind=AxialForce.kind,
+                    location=effect.location,
+                    names=("force",),
+                    build=partial(AxialForce, numbers),
+                    neutral=(0.0,),
+                    width=(min(_felt_force(plant, unit[2]), most),),
+                    lower=(-most,),
+                    upper=(most,),
+                    changes=unit,
+                )
+            )
+    return found
+
+
+def _axial_stiffness(element: Element) -> float:
+    """Return E A (N) of a beam or a cable; what has no section bears any force."""
+    return np.inf if isinstance(element, Spring) else element.section.axial_stiffness
+
+
+def _felt_force(plant: Plant, stiffness: csr_array) -> float:
+    """Return the axial force (N) that changes the square of some mode's frequency by 30 %: a third of buckling."""
+    omega, shapes = plant.modes
+    softened = np.abs(np.einsum("di,di->i", shapes, stiffness @ shapes))
+    return BUCKLING * float(np.min(omega**2 / np.maximum(softened, 1e-12 * omega**2)))
+
+
+def _added_masses(plant: Plant) -> list[Candidate]:
+    dofs, diagonal, nothing = plant.dofs, plant.mass.diagonal(), _zeros(plant)
+    shapes = plant.modes[1]
+    masses: dict[int, float] = {}
+    for node in range(1, len(plant.structure.nodes) + 1):
+        rows = _translations_of(plant, node)
+        if len(rows):
+            row = int(rows[np.argmax(np.abs(shapes[rows]).max(axis=1))])  # the direction in which it moves most
+            if dofs.free[row] and diagonal[row] > 0:
+                masses[node] = float(diagonal[row])
+    usual = HALF * float(np.mean(list(masses.values()))) if plant.is_chain else HEAVY * sum(masses.values())
+    return [
+        Candidate(
+            kind=AddedMass.kind,
+            location={"node": node},
+            names=("mass",),
+            build=partial(AddedMass, node),
+            neutral=(0.0,),
+            width=(usual,),
+            lower=(-LIGHTEST * mass,),
+            changes=(_diagonal(plant, _translations_of(plant, node)), nothing, nothing),
+        )
+        for node, mass in masses.items()
+    ]
+
+
+def _translations_of(plant: Plant, node: int) -> IntArray:
+    return np.flatnonzero((plant.dofs.node == node) & (plant.dofs.direction != "rz"))
+
+
+def _support_spring(plant: Plant, place: Place) -> Candidate:
+    spring = _outer(place.pull)
+    return _at(
+        place,
+        SupportSpring.kind,
+        "stiffness",
+        partial(SupportSpring, place.nodes[0], place.direction),
+        HALF * place.stiffness,
+        (_zeros(plant), csr_array(plant.structure.damping.stiffness_factor * spring), spring),
+    )
+
+
+def _point_damper(plant: Plant, place: Place) -> Candidate:
+    build = partial(PointDamper, place.nodes, place.direction)
+    changes = (_zeros(plant), _outer(place.pull), _zeros(plant))
+    return _at(place, PointDamper.kind, "coefficient", build, place.coefficient, changes)
+
+
+def _at(place: Place, kind: str, name: str, build: Callable[..., Cause], width: float, changes: Changes) -> Candidate:
+    return Candidate(
+        kind=kind,
+        location=place.location,
+        names=(name,),
+        build=build,
+        neutral=(0.0,),
+        width=(width,),
+        lower=ANY,
+        changes=changes,
+        twins=place.twins,
+    )
+
+
+def _soft_supports(plant: Plant) -> list[Candidate]:
+    """Return the supports that may be too soft, each by its compliance: 0 as drawn."""
+    found = []
+    for row in np.flatnonzero(~plant.dofs.free):
+        node, direction = int(plant.dofs.node[row]), cast(Direction, str(plant.dofs.direction[row]))
+        shape = plant.released(int(row))
+        soft = 1 / float(shape @ (plant.stiffness @ shape))  # of the structure itself, when this support gives
+        here = _diagonal(plant, np.array([row]))
+        damped = csr_array(plant.structure.damping.stiffness_factor * here)  # as all that is stiff
+        found.append(
+            Candidate(
+                kind=SupportSpring.kind,
+                location={"node": node, "direction": direction},
+                names=("stiffness",),
+                build=_by_compliance(node, direction),
+                neutral=(0.0,),
+                width=(SOFT * soft,),
+                lower=(FIRM * soft,),
+                starts=((10 * FIRM * soft,),),
+                changes=(_zeros(plant), damped, here),
+                released=int(row),
+                brings=1,
+            )
+        )
+    return found
+
+
+def _by_compliance(node: int, direction: Direction) -> Callable[..., Cause]:
+    return lambda compliance: SupportSpring(node, direction, 1 / compliance)
+
+
+def _outer(pull: FloatArray) -> csr_array:
+    """Return b b^T of a place's coefficients, sparse."""
+    column = csr_array(pull[:, None])
+    return csr_array(column @ column.T)
+
+
+def _diagonal(plant: Plant, rows: IntArray) -> csr_array:
+    return csr_array((np.ones(len(rows)), (rows, rows)), shape=plant.mass.shape)
+
+
+def _zeros(plant: Plant) -> csr_array:
+    return csr_array(plant.mass.shape)

@@ -1,0 +1,73 @@
+"""A change between recordings beside a cause that acts in all of them."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from hybrid.diagnosis.causes.candidate import Candidate
+from hybrid.diagnosis.contest.pairs import ground_with, left, misfit
+from hybrid.diagnosis.contest.posterior import Posterior
+from hybrid.diagnosis.contest.recording_groups import FEWEST, Groups, asked_for, clear_share
+from hybrid.diagnosis.contest.search import Ground, contest, ground_of, lengths_of
+from hybrid.diagnosis.contest.switching import ONE_GROUP, fit_switched
+from hybrid.diagnosis.fitting.fitting import Fit
+from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.noise import Band
+from hybrid.diagnosis.recorded.records import count_of
+
+
+def changes_beside(
+    nominal: Ground,
+    groups: Groups | None,
+    alone: tuple[Fit, ...],
+    candidates: tuple[Candidate, ...],
+    frame: Frame,
+    band: Band,
+    advance: Callable[[], object],
+) -> list[Fit]:
+    """Return fits of one cause in all recordings and another in some of them only.
+
+    Of two ``groups`` of recordings the first may be all that one of them shows: in all of them the other hides it. It
+    may be any of those ``alone`` in all recordings as well, where what these ask for beside it is clear.
+    """
+    batches = nominal.whole.batches
+    if count_of(batches) < FEWEST:
+        return []
+    seen = [] if groups is None else _seen_before(nominal, groups, candidates, frame, advance)
+    clear = clear_share(count_of(batches))
+    surely = [item for item in seen if not left(item, frame, band).significant]  # there nothing else acts
+    starts = [(item, ONE_GROUP if item.hypothesis.is_linear else clear) for item in surely]  # two laws take too long
+    found: list[Fit] = []
+    for start, mixed in (*starts, *((item, clear) for item in alone if clear > 0)):
+        ground, lengths, _ = ground_with(start, batches, frame)
+        advance()
+        if ground is not None:
+            asked = asked_for(ground.short, candidates, frame)
+            found += fit_switched(ground.short, ground.whole, asked, lengths, frame, mixed)
+    return found
+
+
+def groups_in(posterior: Posterior) -> Groups | None:
+    """Return the recordings in two groups, as the best fit that has any has them: spared, and not."""
+    for item in posterior.fits:
+        spared, acting = (tuple(b for b in item.batches if bool(b.off) == off) for off in (True, False))
+        if spared:
+            return tuple(replace(batch, off=()) for batch in spared), acting
+    return None
+
+
+def _seen_before(
+    nominal: Ground,
+    groups: Groups,
+    candidates: tuple[Candidate, ...],
+    frame: Frame,
+    advance: Callable[[], object],
+) -> list[Fit]:
+    """Return the best fit to those of two groups of recordings that are nearer to the nominal structure, if any."""
+    hypothesis = nominal.hypothesis
+    lengths = [lengths_of(group, hypothesis.states) for group in groups]
+    grounds = [ground_of(hypothesis, hypothesis.centre, own, frame) for own in lengths]
+    pairs = [(ground, own) for ground, own in zip(grounds, lengths, strict=True) if ground is not None]
+    ground, own = min(pairs, key=lambda pair: misfit(pair[0].whole) / pair[0].whole.values, default=(None, None))
+    if ground is None or own is None:
+        return []
+    return [item for item in contest(ground, candidates, own, frame, advance) if item.hypothesis.candidates][:1]

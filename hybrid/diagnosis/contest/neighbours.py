@@ -1,0 +1,74 @@
+"""The places next to those that were found: on a frame they look alike, and the right one may not have been fitted."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+from fe_models.structure import Structure
+from hybrid.diagnosis.causes.candidate import Candidate
+from hybrid.diagnosis.contest.pairs import misfit
+from hybrid.diagnosis.fitting.fitting import Fit, fit
+from hybrid.diagnosis.recorded.frame import Frame
+
+STEPS = 4  # at most, from place to place
+LITTLE = 0.2  # of what is wrong: where the best leaves more, its places are guesses
+
+
+def fits_beside(
+    best: Fit, base: Fit, candidates: tuple[Candidate, ...], frame: Frame, advance: Callable[[], object]
+) -> list[Fit]:
+    """Return fits with each cause of the ``best`` at the places next to its own, going on where one of them is better.
+
+    On frames, and where the best leaves little of what the ``base`` does.
+    """
+    found: list[Fit] = []
+    if best.hypothesis.plant.is_chain or misfit(best) > LITTLE * misfit(base):
+        return found
+    tried = {_keys(best)}
+    for _ in range(STEPS):
+        here = best
+        for other in _moved(here, candidates):
+            if _keys(other) not in tried:
+                tried.add(_keys(other))
+                moved = fit(other.hypothesis, other.theta, other.batches, frame, other.states)
+                found += [] if moved is None else [moved]
+                best = max((best, *found), key=lambda item: item.log_evidence)
+                advance()
+        if best is here:
+            break
+    return found
+
+
+def _moved(item: Fit, candidates: tuple[Candidate, ...]) -> list[Fit]:
+    """Return a fit with one of its causes moved to each next place: where another fit may begin.
+
+    The cause is as large there as it was, by what is felt at either place.
+    """
+    moved, hypothesis = [], item.hypothesis
+    for number, own in enumerate(hypothesis.candidates):
+        for other in candidates:
+            alike = other.kind == own.kind and (other.released is None) == (own.released is None)
+            if alike and _is_next(own.location, other.location, hypothesis.plant.structure):
+                moved_there = replace(other, brings=own.brings)
+                causes = (*hypothesis.candidates[:number], moved_there, *hypothesis.candidates[number + 1 :])
+                theta, part = item.theta.copy(), hypothesis.slices[number]
+                size = (theta[part] - own.neutral) / own.width
+                theta[part] = other.neutral + size * other.width
+                moved.append(replace(item, hypothesis=replace(hypothesis, candidates=causes), theta=theta))
+    return moved
+
+
+def _keys(item: Fit) -> tuple[str, ...]:
+    return tuple(candidate.key for candidate in item.hypothesis.candidates)
+
+
+def _is_next(one: dict[str, Any], other: dict[str, Any], structure: Structure) -> bool:
+    """Return whether two places are nodes that an element joins, or elements that meet, and alike in all else."""
+    if "element" in one and "element" in other:
+        ends = [set(structure.elements[place["element"] - 1].nodes) for place in (one, other)]
+        return one != other and not ends[0].isdisjoint(ends[1])
+    if "node" in one and "node" in other:
+        rest = [{key: value for key, value in place.items() if key != "node"} for place in (one, other)]
+        nodes = {one["node"], other["node"]}
+        return rest[0] == rest[1] and any(nodes == set(element.nodes) for element in structure.elements)
+    return False

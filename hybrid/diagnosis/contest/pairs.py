@@ -1,0 +1,150 @@
+"""Two causes at once: looked for where one leaves more than noise, or bends the calibration beyond what is normal."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from hybrid.diagnosis.causes.candidate import Candidate
+from hybrid.diagnosis.contest.posterior import Posterior
+from hybrid.diagnosis.contest.search import Ground, Lengths, contest, ground_of, lengths_of, padded, rivals_contest
+from hybrid.diagnosis.fitting.fitting import Fit, fit
+from hybrid.diagnosis.nominal.plant import Plant
+from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.noise import Band, Excess, excess
+from hybrid.diagnosis.recorded.records import Batch
+from hybrid.diagnosis.response.hypothesis import Hypothesis
+
+SECOND = 10.0  # in tempered log evidence: what a second effect must gain for the first to be looked for again
+HELPLESS = 0.8  # of the misfit: where the best cause leaves more, a second one would only add to the guess
+ONE_FACTOR = 3.5  # stated standard deviations of one calibrated factor: chance in 1 of 200 structures with 12 factors
+TOGETHER = 3.0  # standard deviations of the mean square of all of them over its mean
+SORTED = 0.02  # of the misfit: what a cause that acts in some recordings may leave and still be the only one; a frame's
+# few modes leave as much beside a force law, whose local flexibility they lack
+HOPELESS = 0.3  # likewise, once two causes were looked for
+CONTESTS = 3  # searches for a second cause, each on top of another first one
+FIRSTS = 2  # single causes that a second one is looked for
+KEPT = 6  # candidates kept from the screening of each length
+
+
+def left(item: Fit, frame: Frame, band: Band) -> Excess:
+    """Return what a fit leaves in the structure's band beyond noise."""
+    return excess(item.residuals, frame.rate, band)
+
+
+def short_fit(plant: Plant, lengths: Lengths, frame: Frame) -> Fit:
+    """Return the nominal fit of the shortest segments; force laws of the nominal model are left out where they fail."""
+    linear = Hypothesis(replace(plant, laws=()))
+    begun = fit(linear, linear.centre, lengths.cut[0], frame)
+    assert begun is not None  # a linear system always answers
+    if not plant.laws:
+        return begun
+    nominal = Hypothesis(plant)
+    return fit(nominal, begun.theta, lengths.cut[0], frame, begun.states) or begun
+
+
+def asks_for_more(item: Fit, base: Fit, frame: Frame, band: Band) -> bool:
+    """Return whether a second cause should be looked for: something is left, and the first took away enough.
+
+    What a fit fails by is its excess and the deviation of its calibration together: factors far beyond what their owner
+    thinks normal may hide any error.
+    """
+    if not item.hypothesis.candidates:
+        return False
+    apart = len(item.hypothesis.candidates) == 1 and any(batch.off for batch in item.batches)
+    if (apart or not item.hypothesis.plant.is_chain) and misfit(item) < SORTED * misfit(base):
+        return False
+    if not left(item, frame, band).significant:
+        return factors_off(item)
+    return misfit(item) <= HELPLESS * misfit(base)
+
+
+def pair_fits(
+    posterior: Posterior,
+    candidates: tuple[Candidate, ...],
+    batches: tuple[Batch, ...],
+    frame: Frame,
+    band: Band,
+    advance: Callable[[], object],
+) -> list[Fit]:
+    """Return fits of two causes: the best single ones each with all others, and what may stand in the first's place.
+
+    Each of the best two alone, too.
+    """
+    singles = [
+        item for item in posterior.fits if item.hypothesis.candidates and not any(batch.off for batch in item.batches)
+    ]
+    starts = singles[:FIRSTS]
+    nominal = next((item for item in posterior.fits if not item.hypothesis.candidates), None)
+    found: list[Fit] = []
+    done: set[str] = set()
+    for _ in range(CONTESTS if posterior.fits[0].hypothesis.plant.is_chain else 1):  # of a frame each takes a minute
+        if not starts:
+            break
+        start = starts.pop(0)
+        first = start.hypothesis.candidates[-1]
+        if first.key in done:
+            continue
+        done.add(first.key)
+        ground, lengths, plain = ground_with(start, batches, frame)
+        advance()
+        seconds = () if ground is None else contest(ground, candidates, lengths, frame, advance, KEPT)
+        if ground is None or not seconds:
+            continue
+        best = seconds[0]
+        found += [*seconds, *each_alone(best, frame)]
+        if len(done) > 1 and nominal is not None and is_hopeless(min(found, key=misfit), nominal):
+            break
+        gained = (best.log_evidence - ground.whole.log_evidence) / posterior.temper
+        if not left(best, frame, band).significant and not factors_off(best):
+            return found + list(rivals_contest(best, candidates, lengths, frame, plain, advance))
+        if gained >= SECOND:
+            starts.insert(0, best)
+    return found
+
+
+def ground_with(start: Fit, batches: tuple[Batch, ...], frame: Frame) -> tuple[Ground | None, Lengths, Fit]:
+    """Return what a second cause is held against: the last cause of a fit alone, in all recordings.
+
+    None where it has no fit; with the segments, and the nominal fit of the shortest.
+    """
+    hypothesis = replace(start.hypothesis, candidates=start.hypothesis.candidates[-1:])
+    theta = np.append(start.theta[: hypothesis.nuisances], start.theta[start.hypothesis.slices[-1]])
+    lengths = lengths_of(batches, hypothesis.states)
+    plain = short_fit(hypothesis.plant, lengths, frame)
+    quiet = replace(plain, states=padded(plain.states, hypothesis))
+    return ground_of(hypothesis, theta, lengths, frame, quiet), lengths, plain
+
+
+def each_alone(pair: Fit, frame: Frame) -> list[Fit]:
+    """Return fits of each cause of a ``pair`` without the other, which may only have led the search to it.
+
+    Where two supports give way, the one kept begins with the other's motion; it matters beside force laws only.
+    """
+    found, both = [], pair.hypothesis
+    for number, candidate in enumerate(both.candidates):
+        own, n = replace(both, candidates=(candidate,)), both.size
+        theta = np.append(pair.theta[: own.nuisances], pair.theta[both.slices[number]])
+        first = 2 * n + 2 * sum(c.oscillator for c in both.candidates[:number])
+        waves = range(first, first + 2) if candidate.oscillator else ()
+        kept = [*range(own.size), *range(n, n + own.size), *waves]
+        found.append(fit(own, theta, pair.batches, frame, tuple(part[:, kept] for part in pair.states)))
+    return [item for item in found if item is not None]
+
+
+def misfit(item: Fit) -> float:
+    """Return what a fit leaves beyond noise and the squares of its calibration's deviations, in units of variances."""
+    return item.cost - item.values + sum(states.size for states in item.states)
+
+
+def is_hopeless(best: Fit, base: Fit) -> bool:
+    """Return whether the best of two causes leaves so much of what the ``base`` does that neither is likely right."""
+    return misfit(best) > HOPELESS * misfit(base)
+
+
+def factors_off(item: Fit) -> bool:
+    """Return whether the calibrated factors are further off than their owner thinks normal: one, or all together."""
+    count = item.hypothesis.nuisances
+    deviation = item.theta[:count] / item.hypothesis.width[:count]
+    limit = 1 + TOGETHER * np.sqrt(2 / count)
+    return bool(np.abs(deviation).max() > ONE_FACTOR or np.mean(deviation**2) > limit)

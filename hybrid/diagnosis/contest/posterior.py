@@ -1,0 +1,117 @@
+"""How probable each hypothesis is among all that were considered, tempered by how well the best of them fits."""
+
+from collections import Counter
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fe_models.dofs import FloatArray
+from hybrid.diagnosis.causes.candidate import Candidate
+from hybrid.diagnosis.fitting.fitting import Fit
+from hybrid.diagnosis.recorded.noise import correlation_factor
+from hybrid.diagnosis.recorded.records import count_of
+
+NOTHING = 0.5  # prior probability that nothing is wrong; each further effect halves what is left
+FRAME = (
+    4.0  # values of a frame that tell as much as one: elements, joints and mesh are a little off everywhere; on blind
+)
+# bridges parameters were off by up to 3.7 of the standard deviations that noise alone leaves
+
+
+@dataclass(frozen=True)
+class Posterior:
+    """``fits``, best first, with the ``probability`` (fit,) that one is right, at its places or at any of their twins.
+
+    ``temper``: what the log evidences were divided by.
+    """
+
+    fits: tuple[Fit, ...]
+    probability: FloatArray
+    temper: float
+
+
+def posterior_of(fits: tuple[Fit, ...], candidates: tuple[Candidate, ...]) -> Posterior:
+    """Return the posterior over ``fits``; every kind is equally probable beforehand, and so is every place of a kind.
+
+    Where even the best fit leaves more than noise, its errors are no independent draws: the log evidences are divided
+    by the energy left over that of noise, times the number of values that tell as much as one. A model that fits leaves
+    them as they are, but for a frame's.
+    """
+    fits = _distinct(fits)
+    places = Counter[str]()
+    for candidate in candidates:
+        places[candidate.kind] += 1 + len(candidate.twins)
+    prior = np.array([_log_prior(fit, places) for fit in fits])
+    evidence = np.array([fit.log_evidence for fit in fits])
+    best = fits[int(np.argmax(evidence + prior))]
+    temper = temper_of(best) * (1.0 if best.hypothesis.plant.is_chain else FRAME)
+    score = evidence / temper + prior  # at these very places
+    probability = np.exp(score - score.max()) * [_alike(fit) for fit in fits]
+    probability /= probability.sum()
+    order = np.argsort(-score, kind="stable")
+    return Posterior(tuple(fits[int(i)] for i in order), probability[order], temper)
+
+
+def _alike(fit: Fit) -> float:
+    """Return at how many places, twins and all, the causes of a fit would do the same."""
+    return float(np.prod([1 + len(candidate.twins) for candidate in fit.hypothesis.candidates]))
+
+
+def _distinct(fits: tuple[Fit, ...]) -> tuple[Fit, ...]:
+    """Return the best fit of each hypothesis: searches may reach the same one from several starts."""
+    best: dict[tuple[object, ...], Fit] = {}
+    for fit in fits:
+        keys = [candidate.key for candidate in fit.hypothesis.candidates]
+        off = {(n, tuple(sorted(keys[i] for i in batch.off))) for batch in fit.batches for n in batch.names}
+        word = (frozenset(keys), frozenset(off))
+        if word not in best or best[word].log_evidence < fit.log_evidence:
+            best[word] = fit
+    return tuple(best.values())
+
+
+def temper_of(best: Fit) -> float:
+    """Return the energy that a fit leaves over that of noise, times the number of values that tell as much as one."""
+    return max(1.0, best.chi2 / best.values) * max(correlation_factor(best.residuals) * best.batches[0].share, 1.0)
+
+
+def _log_prior(fit: Fit, places: Counter[str]) -> float:
+    total = float(np.log(NOTHING))
+    for candidate in fit.hypothesis.candidates:
+        total += float(np.log(NOTHING / len(places) / places[candidate.kind]))
+    if any(batch.off for batch in fit.batches):
+        total -= count_of(fit.batches) * float(np.log(2))
+    return total
+
+
+def of_candidate(posterior: Posterior, candidate: Candidate) -> float:
+    """Return the probability that this kind acts at this very place, alone or with others.
+
+    Its twins, places that move alike, share what is said of all of them.
+    """
+    return float(
+        sum(
+            p
+            for fit, p in zip(posterior.fits, posterior.probability, strict=True)
+            if any(other.key == candidate.key for other in fit.hypothesis.candidates)
+        )
+    ) / (1 + len(candidate.twins))
+
+
+def rivals_of(posterior: Posterior, candidate: Candidate, least: float) -> list[tuple[Candidate, float]]:
+    """Return what may stand in a candidate's place in the best fit, with its probability, if that is ``least``."""
+    rest = {other.key for other in posterior.fits[0].hypothesis.candidates} - {candidate.key}
+    share = of_candidate(posterior, candidate)
+    found = {twin.key: (twin, share) for twin in _twins(candidate)}
+    for fit, p in zip(posterior.fits, posterior.probability, strict=True):
+        own = {other.key: other for other in fit.hypothesis.candidates}
+        extra = [other for key, other in own.items() if key not in rest]
+        if rest <= own.keys() and len(extra) == 1 and extra[0].key != candidate.key:
+            for place in (extra[0], *_twins(extra[0])):
+                known = found.get(place.key, (place, 0.0))
+                found[place.key] = (place, known[1] + float(p) / (1 + len(extra[0].twins)))
+    return sorted((item for item in found.values() if item[1] >= least), key=lambda item: -item[1])
+
+
+def _twins(candidate: Candidate) -> list[Candidate]:
+    """Return a candidate at each of the other places where it would do the same."""
+    return [replace(candidate, location=twin, twins=()) for twin in candidate.twins]

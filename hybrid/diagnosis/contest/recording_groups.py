@@ -1,0 +1,100 @@
+"""Recordings in two groups, told apart by how much of a cause each of them asks for."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fe_models.dofs import BoolArray, FloatArray
+from hybrid.diagnosis.causes.candidate import Candidate
+from hybrid.diagnosis.fitting.fitting import Fit
+from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.records import Batch, count_of
+from hybrid.diagnosis.screening.screening import amounts_by_recording
+
+Groups = tuple[tuple[Batch, ...], tuple[Batch, ...]]
+
+FEWEST = 3  # recordings in which two groups can be told
+TRIED = 4  # candidates, the most promising if each recording had its own amount
+TRIED_LAWS = 2  # of them force laws
+FELT = 1e-3  # of the most that a recording feels of a cause: one that feels less cannot tell whether it acts there
+CLEAR = 0.2  # see `clear_share`
+
+
+@dataclass(frozen=True)
+class Asked:
+    """How much of a ``candidate`` each recording asks for: ``amounts`` (recording,), nan where it hardly feels it."""
+
+    candidate: Candidate
+    amounts: FloatArray
+
+    @property
+    def high(self) -> BoolArray:
+        """Which recordings (recording,) belong to the upper of two groups, split for the least variance."""
+        return np.nan_to_num(self.amounts, nan=-np.inf) >= self._split()[0]
+
+    @property
+    def within(self) -> float:
+        """The share of the variance that is left within these groups."""
+        return self._split()[1]
+
+    def _split(self) -> tuple[float, float]:
+        """Return the least amount of the upper group, and the share of the variance within the groups."""
+        ranked = np.sort(self.amounts[np.isfinite(self.amounts)])
+        spread = [np.var(ranked[:k]) * k + np.var(ranked[k:]) * (len(ranked) - k) for k in range(1, len(ranked))]
+        first = int(np.argmin(spread)) + 1
+        return float(ranked[first]), float(min(spread) / (np.var(ranked) * len(ranked) + 1e-300))
+
+
+def asked_for(short: Fit, candidates: tuple[Candidate, ...], frame: Frame) -> tuple[Asked, ...]:
+    """Return the candidates that promise most beside a fit, if each recording had its own amount, best first.
+
+    Of fewer than three recordings, or where fewer feel a candidate, nothing is told.
+    """
+    if count_of(short.batches) < FEWEST:
+        return ()
+    taken = {candidate.key for candidate in short.hypothesis.candidates}
+    usable = [c for c in candidates if c.names and not c.oscillator and c.key not in taken]
+    if not short.hypothesis.is_linear:  # whose initial states are searched, too: one size of them for all recordings
+        usable = [candidate for candidate in usable if candidate.released is None]
+    middle = [replace(c, starts=(c.first_starts[len(c.first_starts) // 2],)) for c in usable]
+    ranked = []
+    for candidate, (amounts, sizes) in zip(usable, amounts_by_recording(short, middle, frame), strict=True):
+        felt = sizes >= FELT * np.max(sizes)
+        if np.isfinite(amounts).all() and felt.sum() >= FEWEST:
+            gain = float(np.sum(amounts**2 * sizes))
+            ranked.append((gain, Asked(candidate, np.where(felt, amounts, np.nan))))
+    ranked.sort(key=lambda item: -item[0])
+    chosen: list[Asked] = []
+    for _, item in ranked:
+        laws = sum(other.candidate.is_law for other in chosen)
+        if len(chosen) < TRIED and not (item.candidate.is_law and laws >= TRIED_LAWS):
+            chosen.append(item)
+    return tuple(chosen)
+
+
+def clear_share(recordings: int) -> float:
+    """Return the share of the variance of normal draws that is less than this within the better two of all groups of
+    them in less than 1 of 100 cases: 0.0016 of four recordings, 0.05 of nine. Three would have to agree to 1e-5, which
+    noise forbids: for these, and for fewer, it is 0.
+    """
+    return float(CLEAR ** (1 + 6 / (recordings - 2))) if recordings > FEWEST else 0.0
+
+
+def clear_groups(asked: tuple[Asked, ...], batches: tuple[Batch, ...]) -> Groups | None:
+    """Return the recordings in the two groups that the most promising candidate tells clearly apart, if one does."""
+    clear = clear_share(count_of(batches))
+    high = next((item.high for item in asked if item.within < clear), None)
+    if high is None:
+        return None
+    parts = each_with(batches, high)
+    lower, upper = (
+        tuple(batch.take(np.flatnonzero(own == side).tolist()) for batch, own in parts if (own == side).any())
+        for side in (False, True)
+    )
+    return lower, upper
+
+
+def each_with(batches: tuple[Batch, ...], chosen: BoolArray) -> list[tuple[Batch, BoolArray]]:
+    """Return each batch with the part of ``chosen`` (recording,) that tells of its recordings."""
+    ends = np.cumsum([len(batch.names) for batch in batches])
+    return list(zip(batches, np.split(chosen, ends[:-1]), strict=True))

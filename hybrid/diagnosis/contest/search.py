@@ -1,0 +1,334 @@
+"""The contest: every cause at every place is screened, the promising ones are fitted, and the fits compared."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from fe_models.dofs import FloatArray
+from hybrid.calibration import nothing
+from hybrid.diagnosis.causes.candidate import Candidate
+from hybrid.diagnosis.contest.posterior import temper_of
+from hybrid.diagnosis.fitting.fitting import ENOUGH, FIRST, Fit, Step, first_steps, fit
+from hybrid.diagnosis.fitting.forecasting import DEVIATION, deviation_of
+from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.records import Batch
+from hybrid.diagnosis.response.hypothesis import Hypothesis
+from hybrid.diagnosis.response.side_by_side import by_twos, side_by_side
+from hybrid.diagnosis.screening.absorbed import absorbed
+from hybrid.diagnosis.screening.force_screening import screen_forces
+from hybrid.diagnosis.screening.scanning import all_but_lost, scan
+from hybrid.diagnosis.screening.screening import Screened, screen
+
+PIECES = (10, 3, 1)  # segments that recordings are cut into, one after the other: short ones forgive a wrong start
+FEWEST = 8  # values a segment at least, for each of its initial state's entries
+KEPT = 10  # candidates kept from the screening of each length
+SCANNED = 4  # times as many of a scan, which knows nothing of what the uncertain factors could do besides
+FOREMOST = 16  # of all without a force law, after their first step: a large effect may need some more to show
+FOREMOST_DRAWN = 8  # besides, of those that start from the structure as drawn, where all else that is off shows, too
+FIRST_DRAWN = 2  # first steps of these: the first one mends all that is off besides
+KEPT_LAWS = 5  # force laws at most, of a screening's and of those after their first steps: they take far longer
+HOPEFUL = 8.0  # fall in the sum of squares that the score test must promise; less cannot outweigh the prior odds
+FORCED = 5.0  # the same for each recording of a harmonic force, whose two entries of the initial state cost as much
+BEHIND = 20.0  # in half the tempered sum of squares: a fit that far behind another of the same recordings is given up
+ALWAYS = 2  # candidates of each ranking that are fitted, however little they promise
+LEFT = 0.3  # of what the best leaves beyond noise: by how much another may be behind and still go on
+RACING = 5  # fits at most that are continued over longer segments
+RACING_LAWS = 3  # of them beside a force law, where each takes far longer
+RIVALS = 8  # candidates that are tried in the place of one of two causes
+QUIET = 1e-3  # N: where the search for a harmonic force begins
+FORCES = 3  # harmonic forces that are fitted
+NEIGHBOURS = 10  # of a frame, where they are alike: if a harmonic force is the best of all
+UNDERRATED = 2.0  # how much more a harmonic force may explain than it promises, once its frequency is refined
+SHORT_ITERATIONS = 8  # of the fits of the shortest segments
+CLOSE_ENOUGH = 1.0  # fall in the sum of squares at which fits of segments stop; they are only starts
+
+
+@dataclass(frozen=True)
+class Lengths:
+    """The recordings ``cut`` into ever longer segments; the last are whole."""
+
+    cut: tuple[tuple[Batch, ...], ...]
+
+    @property
+    def whole(self) -> tuple[Batch, ...]:
+        """The recordings."""
+        return self.cut[-1]
+
+
+def lengths_of(batches: tuple[Batch, ...], states: int) -> Lengths:
+    """Return the segments; those too short to tell an initial state are left out."""
+    shortest, sensors = min(batch.samples for batch in batches), batches[0].data.shape[2]
+    usable = [pieces for pieces in PIECES[:-1] if shortest // pieces * sensors >= FEWEST * states]
+    cut = []
+    for pieces in usable:
+        first = usable[0]
+        share = first // pieces  # of the shortest segments in one of these, so that they begin where a short one does
+        cut.append(tuple(batch.cut(batch.samples // first * share) for batch in batches))
+    return Lengths((*cut, batches))
+
+
+def continued(fit: Fit, longer: tuple[Batch, ...]) -> tuple[FloatArray, ...]:
+    """Return where the initial states of longer segments begin: at those of the short ones with the same start."""
+    states = []
+    for own, short, long in zip(fit.states, fit.batches, longer, strict=True):
+        by_recording = own.reshape(len(short.names), short.pieces, -1)
+        every = short.pieces // long.pieces
+        states.append(by_recording[:, ::every][:, : long.pieces].reshape(len(long.names) * long.pieces, -1))
+    return tuple(states)
+
+
+def fit_growing(
+    hypothesis: Hypothesis, theta: FloatArray, lengths: Lengths, frame: Frame, start: Fit | None = None
+) -> Fit | None:
+    """Return the fit over whole recordings, reached over segments of growing length; None where it fails.
+
+    ``start``: a fit of the shortest segments whose initial states to begin with.
+    """
+    present, states = None, None if start is None else start.states
+    for batches in lengths.cut:
+        if present is not None:
+            theta, states = present.theta, continued(present, batches)
+        last = batches is lengths.whole
+        present = fit(hypothesis, theta, batches, frame, states, enough=ENOUGH if last else CLOSE_ENOUGH)
+        if present is None:
+            return None
+    return present
+
+
+@dataclass(frozen=True)
+class Ground:
+    """What others are held against: one hypothesis fitted to the shortest segments (``short``) and to ``whole``
+    recordings.
+    """
+
+    short: Fit
+    whole: Fit
+
+    @property
+    def hypothesis(self) -> Hypothesis:
+        """What was fitted."""
+        return self.whole.hypothesis
+
+
+def ground_of(
+    hypothesis: Hypothesis, theta: FloatArray, lengths: Lengths, frame: Frame, start: Fit | None = None
+) -> Ground | None:
+    """Return the fits of a hypothesis from ``theta``, None where it has none; ``start``: as `fit_growing`'s."""
+    short = fit(hypothesis, theta, lengths.cut[0], frame, None if start is None else start.states)
+    whole = None if short is None else fit_growing(hypothesis, short.theta, lengths, frame, short)
+    return None if short is None or whole is None else Ground(short, whole)
+
+
+def contest(
+    ground: Ground,
+    candidates: tuple[Candidate, ...],
+    lengths: Lengths,
+    frame: Frame,
+    advance: Callable[[], object] = nothing,
+    kept: int = KEPT,
+) -> tuple[Fit, ...]:
+    """Return the fits of one of the ``candidates`` each on top of the ``ground``, best evidence first."""
+    short, base = ground.short, ground.whole
+    taken = {candidate.key for candidate in ground.hypothesis.candidates}
+    others = tuple(candidate for candidate in candidates if candidate.key not in taken)
+    tested = [screen(item, others, frame) for item in (short, base)]
+    ranked = [absorbed(base, others), *tested, scan(short, others, frame)]
+    forces = [trial for trial in screen_forces(base, others, frame) if trial.gain > FORCED * _recordings(base)]
+    advance()
+    trials = [*_promising(ranked, kept), *all_but_lost(short, others, frame)]
+    present = _begun(ground.hypothesis, short, trials, frame, advance)
+    for longer in lengths.cut[1:]:
+        present = _race(present, longer, frame, CLOSE_ENOUGH if longer is not lengths.whole else ENOUGH)
+        advance()
+    present += _forced(base, forces, present, frame, advance)
+    return tuple(sorted(present, key=lambda item: -item.log_evidence))
+
+
+def _forced(
+    base: Fit, forces: list[Screened], rivals: list[Fit], frame: Frame, advance: Callable[[], object]
+) -> list[Fit]:
+    """Return fits of the most promising harmonic forces; of more, their neighbours, where one of them is the best."""
+    found: list[Fit] = []
+    few = base.hypothesis.plant.is_chain or not base.hypothesis.is_linear
+    for number, trial in enumerate(forces[: FORCES if few else NEIGHBOURS]):
+        ahead = max(found, key=lambda item: item.log_evidence, default=None)
+        beaten = ahead is not None and any(item.log_evidence > ahead.log_evidence for item in rivals)
+        if number >= FORCES and (ahead is None or beaten):
+            break
+        if base.cost - UNDERRATED * trial.gain < bound_of([base, *rivals, *found]):
+            refined = _refined(base, trial, frame)
+            found += [] if refined is None else [refined]
+        advance()
+    return found
+
+
+def rivals_contest(
+    best: Fit,
+    candidates: tuple[Candidate, ...],
+    lengths: Lengths,
+    frame: Frame,
+    plain: Fit,
+    advance: Callable[[], object] = nothing,
+) -> tuple[Fit, ...]:
+    """Return fits with another cause in the place of the last but one of ``best``, which leaves nothing but noise.
+
+    Only what comes near it on short segments is followed; ``plain``: the fit of those without any cause.
+    """
+    causes = best.hypothesis.candidates
+    hypothesis = replace(best.hypothesis, candidates=(*causes[:-2], causes[-1]))
+    both = np.delete(best.theta, np.arange(len(best.theta))[best.hypothesis.slices[-2]])
+    short = fit(hypothesis, both, lengths.cut[0], frame, padded(plain.states, hypothesis), SHORT_ITERATIONS)
+    again = fit(best.hypothesis, best.theta, lengths.cut[0], frame, padded(plain.states, best.hypothesis))
+    if short is None or again is None:
+        return ()
+    taken = {candidate.key for candidate in causes}
+    others = tuple(candidate for candidate in candidates if candidate.key not in taken)
+    ranked = [screen(short, others, frame), scan(short, others, frame)]
+    present = [again, *_begun(hypothesis, short, _promising(ranked, RIVALS), frame, advance, again)]
+    for longer in lengths.cut[1:]:
+        present = _race(present, longer, frame, CLOSE_ENOUGH if longer is not lengths.whole else ENOUGH)
+        advance()
+    return tuple(item for item in present if item.hypothesis.candidates[-1].key not in taken)
+
+
+def padded(states: tuple[FloatArray, ...], hypothesis: Hypothesis) -> tuple[FloatArray, ...]:
+    """Return initial states (recording, state) with harmonic forces that hardly act, as the ``hypothesis`` has them."""
+    return tuple(
+        np.concatenate([part, np.full((len(part), hypothesis.states - part.shape[1]), QUIET)], axis=1)
+        for part in states
+    )
+
+
+def _begun(
+    hypothesis: Hypothesis,
+    short: Fit,
+    trials: list[Screened],
+    frame: Frame,
+    advance: Callable[[], object],
+    known: Fit | None = None,
+) -> list[Fit]:
+    """Return fits of one candidate more over the shortest segments; ``known``: one that others must come near.
+
+    The first steps of each tell more than any guess; only the best after that go on.
+    """
+    steps = side_by_side(partial(_first, hypothesis, short, frame), trials)
+    begun = [(trial.is_drawn, step) for trial, step in zip(trials, steps, strict=True) if step is not None]
+    advance()
+    best: dict[str, Fit] = {}
+    for two in by_twos(_foremost(begun)):
+        bound = bound_of([*best.values(), *([] if known is None else [known])])
+
+        def further(step: Step, bound: float = bound) -> Fit | None:
+            start = step.hypothesis, step.theta, short.batches, frame, step.states
+            return fit(*start, iterations=SHORT_ITERATIONS, enough=CLOSE_ENOUGH, bound=bound)
+
+        for item in side_by_side(further, two):
+            key = "" if item is None else item.hypothesis.candidates[-1].key
+            if item is not None and (key not in best or item.cost < best[key].cost):
+                best[key] = item
+        advance()
+    return list(best.values())
+
+
+def _foremost(begun: list[tuple[bool, Step]]) -> list[Step]:
+    """Return the best of the first steps, of those as drawn and of others, not too many with a force law more."""
+    ranked = sorted(begun, key=lambda item: item[1].cost)
+    laws = [step for _, step in ranked if step.hypothesis.candidates[-1].is_law][:KEPT_LAWS]
+    drawn, others = (
+        [step for own, step in ranked if own == side and not step.hypothesis.candidates[-1].is_law]
+        for side in (True, False)
+    )
+    return sorted([*laws, *others[:FOREMOST], *drawn[:FOREMOST_DRAWN]], key=lambda step: step.cost)
+
+
+def _race(fits: list[Fit], longer: tuple[Batch, ...], frame: Frame, enough: float) -> list[Fit]:
+    """Return the fits that are not too far behind, one of them linear in any case, continued over longer segments."""
+    limit = bound_of(fits)
+    found: list[Fit] = []
+    beside_law = any(candidate.is_law for item in fits for candidate in item.hypothesis.candidates[:-1])
+    ranked = sorted(fits, key=lambda item: item.cost)
+    racing = [item for item in ranked[: RACING_LAWS if beside_law else RACING] if item.cost <= limit]
+    if not any(item.hypothesis.is_linear for item in racing):  # laws may take up what no cause explains, and hide it
+        racing += [item for item in ranked if item.hypothesis.is_linear][:1]
+    for two in by_twos(racing):
+
+        def further(item: Fit, bound: float = bound_of(found)) -> Fit | None:
+            states, most = continued(item, longer), bound if item.cost <= limit else np.inf
+            return fit(item.hypothesis, item.theta, longer, frame, states, enough=enough, bound=most)
+
+        found += [item for item in side_by_side(further, two) if item is not None]
+    return found
+
+
+def bound_of(fits: list[Fit]) -> float:
+    """Return the cost beyond which a fit is too far behind the best of the others for its rank to matter.
+
+    Where the best leaves more than noise there may be a second cause, and the one of the two that matters more need
+    not be the best yet.
+    """
+    if not fits:
+        return np.inf
+    best = min(fits, key=lambda item: item.cost)
+    left = best.cost - best.values + sum(states.size for states in best.states)
+    return best.cost + max(2 * BEHIND * temper_of(best), LEFT * left)
+
+
+def _recordings(item: Fit) -> int:
+    return sum(len(batch.data) for batch in item.batches)
+
+
+def _refined(base: Fit, trial: Screened, frame: Frame) -> Fit | None:
+    """Return the fit of a harmonic force over whole recordings, at rest in the initial states to begin with."""
+    step = _first(base.hypothesis, base, frame, trial)
+    return None if step is None else fit(step.hypothesis, step.theta, base.batches, frame, step.states)
+
+
+def _first(hypothesis: Hypothesis, base: Fit, frame: Frame, trial: Screened) -> Step | None:
+    """Return where first steps lead with one candidate more, from its best start, over the segments of the ``base``."""
+    extended = hypothesis.adding(trial.candidate)
+    states, count = padded(base.states, extended), FIRST_DRAWN if trial.is_drawn else FIRST
+    steps = [first_steps(extended, theta, base.batches, frame, states, count) for theta in _starts(trial, base)]
+    return min((step for step in steps if step is not None), key=lambda step: step.cost, default=None)
+
+
+def _starts(trial: Screened, base: Fit) -> list[FloatArray]:
+    """Return where a fit of one candidate more may begin.
+
+    What is wrong may have led the calibration of the ``base`` astray: for a force the drawn structure is a start, too.
+    There a cable hardly goes slack at first: once it does, the structure moves further than the base lets it.
+    """
+    theta, candidate = trial.theta(base), trial.candidate
+    if candidate.pull is None or deviation_of(base) <= DEVIATION:
+        return [theta]
+    drawn = theta.copy()
+    drawn[: base.hypothesis.nuisances] = 0.0
+    if candidate.hardly:
+        drawn[len(base.theta) :] = candidate.hardly
+    return [theta, drawn]
+
+
+def _promising(ranked: list[list[Screened]], kept: int) -> list[Screened]:
+    """Return the best of each ranking, not too many force laws among them.
+
+    Each candidate once, from where the first ranking that has it starts, and as the last one has it: a scan, whose
+    starts are far from those of a score test where the effect is large.
+    """
+    chosen: dict[tuple[str, bool], Screened] = {}
+    for ranking in ranked:
+        laws, taken, far = 0, 0, ranking is ranked[-1]
+        most = SCANNED * kept if far else kept
+        for trial in ranking:
+            if trial.gain <= 0 or taken >= most or (taken >= ALWAYS and trial.gain < HOPEFUL):
+                break
+            if trial.candidate.is_law:
+                laws += 1
+                if laws > min(KEPT_LAWS, kept // 2):
+                    continue
+            taken += 1
+            chosen.setdefault((trial.candidate.key, far), trial)
+        for trial in ranking:
+            if not trial.candidate.names and trial.gain > 0:  # without a size to refine, its gain says little yet
+                chosen.setdefault((trial.candidate.key, far), trial)
+    return list(chosen.values())

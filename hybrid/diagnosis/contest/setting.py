@@ -1,0 +1,89 @@
+"""What a diagnosis starts from: the recordings as they are used, the nominal structure, and its first fit."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fe_models.recordings import Dataset
+from hybrid.diagnosis.causes.candidate import Candidate
+from hybrid.diagnosis.causes.candidates import all_candidates
+from hybrid.diagnosis.causes.places import Motion
+from hybrid.diagnosis.contest.discrepancy import search_frame
+from hybrid.diagnosis.contest.pairs import short_fit
+from hybrid.diagnosis.contest.search import Lengths, lengths_of
+from hybrid.diagnosis.fitting.crossvalidation import as_recordings
+from hybrid.diagnosis.fitting.driven import states_of
+from hybrid.diagnosis.fitting.fitting import Fit
+from hybrid.diagnosis.nominal.geometry import Geometry
+from hybrid.diagnosis.nominal.geometry_forces import geometry_of
+from hybrid.diagnosis.nominal.modal_plant import modal_plant, with_ratios_of_modal_model
+from hybrid.diagnosis.nominal.plant import Plant, plant_of
+from hybrid.diagnosis.recorded.channels import usable
+from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.noise import Band, noise_of_recordings, structure_band
+from hybrid.diagnosis.recorded.records import batches_of, columns_of, measured_columns
+from hybrid.diagnosis.response.hypothesis import Hypothesis
+from hybrid.diagnosis.response.unloaded import unloaded
+
+SEED = 0  # of the states at which geometric forces are taken: the same of the same recordings
+
+
+@dataclass(frozen=True)
+class Setting:
+    """A ``dataset`` less what is unusable in it, and its nominal ``plant``.
+
+    ``geometry``: what the structure may exert beyond its linear model; whether it does, the recordings tell.
+    ``modal``: the modal model that stands for the structure in the user's simulation, None where the structure does.
+    ``measured``: columns of the sensors that are fitted; ``frame``: with the noise that the recordings tell, and
+    ``searched``, with which causes are sought: mostly the same (see `discrepancy`); ``band``: where the structure's
+    motion shows; ``lengths``: the training recordings in segments; ``short``: the nominal fit of the shortest;
+    ``notes``: what the user should know about the data.
+    """
+
+    dataset: Dataset
+    plant: Plant
+    geometry: Geometry | None
+    modal: Plant | None
+    measured: tuple[int, ...]
+    frame: Frame
+    searched: Frame
+    band: Band
+    lengths: Lengths
+    short: Fit
+    notes: tuple[str, ...]
+
+    @property
+    def is_astray(self) -> bool:
+        """Whether the nominal model leaves so much that what it lacks counts as noise in the search."""
+        return self.searched is not self.frame
+
+    @property
+    def nominal(self) -> Hypothesis:
+        """The nominal structure, whose uncertain factors may move."""
+        return Hypothesis(self.plant)
+
+    def candidates(self) -> tuple[Candidate, ...]:
+        """Return every cause at every place that it can have."""
+        motion = Motion.of_states(np.concatenate(states_of(self.short, self.searched)), self.plant)
+        return all_candidates(self.plant, self.dataset, motion, self.measured)
+
+
+def setting_of(dataset: Dataset) -> Setting:
+    """Return the setting of a dataset; `InputError` where it cannot be diagnosed."""
+    plant = plant_of(with_ratios_of_modal_model(dataset))
+    modal = modal_plant(plant, dataset)
+    dataset, unusable = usable(dataset)
+    dataset, apart = as_recordings(dataset)
+    measured = measured_columns(dataset)
+    batches = columns_of(batches_of(dataset, "train"), measured)
+    rate = dataset.sampling_rate
+    band = structure_band(plant, rate, dataset.lowpass)
+    sensors = tuple(dataset.sensors[i] for i in measured)
+    noise = noise_of_recordings(unloaded(plant, batches, sensors, rate), rate, band)
+    frame = Frame(sensors, rate, noise)
+    lengths = lengths_of(batches, Hypothesis(plant).states)
+    searched, short = search_frame(plant, lengths, frame, short_fit(plant, lengths, frame))
+    motion = Motion.of_states(np.concatenate(states_of(short, searched)), plant).displacement
+    geometry = geometry_of(plant, motion, np.random.default_rng(SEED))
+    notes = (*unusable, *apart)
+    return Setting(dataset, plant, geometry, modal, measured, frame, searched, band, lengths, short, notes)

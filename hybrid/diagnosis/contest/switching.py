@@ -1,0 +1,141 @@
+"""Recordings that are not of one structure: a cause that acts in some of them only."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from fe_models.dofs import BoolArray, FloatArray
+from hybrid.diagnosis.causes.candidate import Candidate
+from hybrid.diagnosis.contest.recording_groups import Asked, each_with
+from hybrid.diagnosis.contest.search import CLOSE_ENOUGH, Lengths, bound_of, continued, padded
+from hybrid.diagnosis.fitting.fitting import ENOUGH, Fit, fit
+from hybrid.diagnosis.fitting.linearisation import linearise_batch
+from hybrid.diagnosis.fitting.wave import wave
+from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.records import Batch
+from hybrid.diagnosis.response.hypothesis import Hypothesis
+
+ONE_GROUP = 0.4  # of the variance within two groups: more is one group for a force law, whose fits take long
+ROUNDS = 3  # of sorting the recordings by the fit and fitting again
+SETTLING = 3  # steps of Newton's method in which initial states follow a law that comes or goes
+
+
+def fit_switched(
+    short: Fit, best: Fit, asked: tuple[Asked, ...], lengths: Lengths, frame: Frame, mixed: float = 1.0
+) -> list[Fit]:
+    """Return fits of one more candidate each that acts in some of the recordings only.
+
+    ``short``: the fit without it, over the shortest segments of the recordings, and what these have ``asked`` for
+    beside it; ``best``: of what acts in all of them; ``mixed``: share of the variance of what recordings ask for that
+    may be left within two groups of them.
+    """
+    trials = [item for item in asked if item.within <= (min(mixed, ONE_GROUP) if item.candidate.is_law else mixed)]
+    if not trials:
+        return []
+    number = len(short.hypothesis.candidates)
+    states = padded(short.states, best.hypothesis)
+    again = fit(best.hypothesis, best.theta, short.batches, frame, states, enough=CLOSE_ENOUGH)
+    rivals = [] if again is None else [again]
+    sorted_fits: list[tuple[Fit, BoolArray]] = []
+    for trial in trials:
+        for acting in (trial.high, ~trial.high):
+            bound = bound_of([*rivals, *(item for item, _ in sorted_fits)])
+            found = _fit_sorted(short, trial.candidate, acting, frame, bound)
+            sorted_fits += [] if found is None or found[0].cost > bound else [found]
+    for longer in lengths.cut[1:]:
+        enough = ENOUGH if longer is lengths.whole else CLOSE_ENOUGH
+        limit = bound_of([item for item, _ in sorted_fits])
+        further: list[tuple[Fit, BoolArray]] = []
+        for item, acting in sorted(sorted_fits, key=lambda pair: pair[0].cost):
+            if item.cost <= limit:
+                batches = _split(longer, acting, number)
+                states, bound = continued(item, batches), bound_of([other for other, _ in further])
+                then = fit(item.hypothesis, item.theta, batches, frame, states, enough=enough, bound=bound)
+                further += [] if then is None else [(then, acting)]
+        sorted_fits = further
+    return [item for item, _ in sorted_fits]
+
+
+def acting_recordings(fit: Fit, number: int) -> tuple[str, ...]:
+    """Return the names of the recordings where candidate ``number`` of a fit acts."""
+    if fit.hypothesis.candidates[number].oscillator:
+        names = [name for batch in fit.batches for name in batch.names]
+        return tuple(name for name, acts in zip(names, wave(fit, number).acting, strict=True) if acts)
+    return tuple(name for batch in fit.batches if number not in batch.off for name in batch.names)
+
+
+def _fit_sorted(
+    short: Fit, candidate: Candidate, acting: BoolArray, frame: Frame, bound: float
+) -> tuple[Fit, BoolArray] | None:
+    """Return the fit over the shortest segments and where it acts, the recordings sorted anew after each round.
+
+    None where it fails, or would act in all or none of the recordings.
+    """
+    hypothesis = short.hypothesis.adding(candidate)
+    number = len(hypothesis.candidates) - 1
+    starts = candidate.first_starts
+    theta = np.append(short.theta, starts[len(starts) // 2])
+    present: tuple[Fit, BoolArray] | None = None
+    for _ in range(ROUNDS):
+        if acting.all() or not acting.any():
+            return present
+        batches = _split(short.batches, acting, number)
+        item = fit(hypothesis, theta, batches, frame, _states(short, acting), enough=CLOSE_ENOUGH, bound=bound)
+        if item is None:
+            return present
+        present, theta = (item, acting), item.theta
+        better = _preference(item, short, number, frame)
+        if (better == acting).all():
+            break
+        acting = better
+    return present
+
+
+def _split(batches: tuple[Batch, ...], acting: BoolArray, number: int) -> tuple[Batch, ...]:
+    """Return each batch in two: the recordings where candidate ``number`` acts, and the others."""
+    parts = []
+    for batch, own in each_with(batches, acting):
+        for chosen, off in ((own, batch.off), (~own, (*batch.off, number))):
+            if chosen.any():
+                parts.append(replace(batch.take(np.flatnonzero(chosen).tolist()), off=off))
+    return tuple(parts)
+
+
+def _states(short: Fit, acting: BoolArray) -> tuple[FloatArray, ...]:
+    """Return a fit's initial states, split as `_split` splits its batches."""
+    return tuple(
+        states[np.repeat(chosen, batch.pieces)]
+        for (batch, own), states in zip(each_with(short.batches, acting), short.states, strict=True)
+        for chosen in (own, ~own)
+        if chosen.any()
+    )
+
+
+def _preference(item: Fit, short: Fit, number: int, frame: Frame) -> BoolArray:
+    """Return in which recordings the candidate does better acting than not, as it was fitted."""
+    with_it, without = (
+        np.concatenate(
+            [
+                _cost_by_recording(item.hypothesis, item.theta, replace(batch, off=(*batch.off, *off)), states, frame)
+                for batch, states in zip(short.batches, short.states, strict=True)
+            ]
+        )
+        for off in ((), (number,))
+    )
+    return np.asarray(with_it < without)
+
+
+def _cost_by_recording(
+    hypothesis: Hypothesis, theta: FloatArray, batch: Batch, states: FloatArray, frame: Frame
+) -> FloatArray:
+    """Return the sum of squares (recording,) at one theta, the initial states of all segments fitted."""
+    linear = not any(c.is_law for i, c in enumerate(hypothesis.candidates) if i not in batch.off)
+    for _ in range(0 if linear else SETTLING):
+        part = linearise_batch(hypothesis, theta, batch, frame, states)
+        if part is None:
+            return np.full(len(batch.names), np.inf)
+        states = part.states + part.state_step
+    part = linearise_batch(hypothesis, theta, batch, frame, states, slopes=False)
+    if part is None:
+        return np.full(len(batch.names), np.inf)
+    return np.sum(part.raw.reshape(len(batch.names), -1) ** 2, axis=1)

@@ -1,0 +1,1 @@
+"""The best parameters of one hypothesis, and what it forecasts."""

@@ -1,0 +1,82 @@
+"""Forecasts without test recordings: of each recording by what was fitted to the others."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fe_models.dofs import FloatArray
+from fe_models.files.recording_checks import FEWEST_SAMPLES
+from fe_models.recordings import Dataset, Recording, Sensor
+from hybrid.diagnosis.fitting.fitting import Fit, fit
+from hybrid.diagnosis.fitting.forecasting import Forecast, Model, forecast
+from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.records import Batch, batches_of
+
+FOLDS = 4  # groups of recordings, each forecast by the fit to the others; every fold costs a fit of each model
+ITERATIONS = 4  # of a fit that begins at the one of all recordings
+
+
+@dataclass(frozen=True)
+class Folds:
+    """``tests``: of each fold the batches (recording, time, sensor) that are forecast, of all ``sensors``."""
+
+    tests: tuple[tuple[Batch, ...], ...]
+    sensors: tuple[Sensor, ...]
+    measured: tuple[int, ...]
+
+    def forecast(self, item: Fit, model_of: Callable[[Fit], Model], frame: Frame) -> Forecast:
+        """Return the scores of all recordings, each by the ``model_of`` what was fitted without it."""
+        parts = []
+        for tests in self.tests:
+            own = [data[..., list(self.measured)] for batch in tests for data in batch.data]
+            fewer = _without(item, own, frame)
+            parts.append(forecast(model_of(fewer), tests, self.sensors, self.measured, frame))
+        nrmse, floor = (np.concatenate([getattr(part, word) for part in parts]) for word in ("nrmse", "floor"))
+        energy, floor_energy = (float(sum(getattr(part, w) for part in parts)) for w in ("energy", "floor_energy"))
+        return Forecast(nrmse, floor, energy, floor_energy)
+
+
+def as_recordings(dataset: Dataset) -> tuple[Dataset, list[str]]:
+    """Return a dataset without test recordings ready to be cross-validated, and a note that says so.
+
+    Several motions in one file become recordings of their own; a single one is cut into two, where it is long enough.
+    """
+    if dataset.select("test"):
+        return dataset, []
+    single: list[Recording] = [replace(r, data=part[None]) for r in dataset.recordings for part in r.data]
+    note = "no recording is for testing: each is forecast by what was fitted to the others"
+    if len(single) == 1:
+        (only,) = single
+        half = only.data.shape[1] // 2
+        if half < FEWEST_SAMPLES:
+            note = "one short recording and none for testing: the forecasts are scored on what was fitted"
+            return replace(dataset, recordings=(only, replace(only, role="test"))), [note]
+        single = [only.part(begin, begin + half) for begin in (0, half)]
+        note = "one recording and none for testing: each half of it is forecast by what was fitted to the other"
+    return replace(dataset, recordings=tuple(single)), [note]
+
+
+def folds_of(dataset: Dataset, measured: tuple[int, ...]) -> Folds | None:
+    """Return how the training recordings are left out one after the other, None where there are test recordings."""
+    recordings = dataset.select("train")
+    if dataset.select("test"):
+        return None
+    count = min(FOLDS, len(recordings))
+    tests = [batches_of(replace(dataset, recordings=recordings[number::count]), "train") for number in range(count)]
+    return Folds(tuple(tests), dataset.sensors, measured)
+
+
+def _without(item: Fit, left_out: list[FloatArray], frame: Frame) -> Fit:
+    """Return the fit to the recordings that are not ``left_out`` (time, sensor); as it is where that fails."""
+    batches, states = [], []
+    for batch, own in zip(item.batches, item.states, strict=True):
+        kept = [
+            i for i, data in enumerate(batch.recorded) if not any(np.array_equal(data, other) for other in left_out)
+        ]
+        if kept:
+            batches.append(batch.take(kept))
+            states.append(own[kept])
+    if not batches:
+        return item
+    return fit(item.hypothesis, item.theta, tuple(batches), frame, tuple(states), ITERATIONS) or item

@@ -1,0 +1,104 @@
+"""The linear channels of a system under forces whose history is known."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import expm
+from scipy.signal import lfilter
+
+from fe_models.dofs import FloatArray
+from hybrid.diagnosis.fitting.fitting import Fit
+from hybrid.diagnosis.nominal.loads import Loads
+from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.records import Batch
+from hybrid.diagnosis.response.loaded import loaded_states
+from hybrid.diagnosis.response.marching import march
+from hybrid.diagnosis.response.system import ModalForm, System
+
+ALONG = 4  # places of a segment, evenly spread from its beginning on
+
+
+@dataclass(frozen=True)
+class History:
+    """What acts along a motion, at samples and half a step after each: ``now`` and ``between``, alike in shape."""
+
+    now: FloatArray
+    between: FloatArray
+
+
+def motion_of(system: System, states: FloatArray, samples: int, loads: Loads | None = None) -> History | None:
+    """Return the states (time, recording, state) of the system's first variant from initial ones (recording, state)
+    under known ``loads``; None where they grow beyond all bounds.
+    """
+    half = expm(system.A[0] * system.step / 2)
+    if system.is_linear:
+        seen = np.empty((samples, *states.shape))
+        seen[0], whole = states, half @ half
+        for k in range(samples - 1):
+            seen[k + 1] = seen[k] @ whole.T
+        if loads is None:
+            return History(seen, seen @ half.T)
+        pushed = (loaded_states(system, loads, ahead) for ahead in (0.0, system.step / 2))
+        return History(*(part + more for part, more in zip((seen, seen @ half.T), pushed, strict=True)))
+    marched = march(system, states[None], samples, loads)
+    if marched is None:
+        return None
+    seen = marched.states[0].swapaxes(0, 1)
+    if loads is None:
+        return History(seen, seen @ half.T)
+    free = seen - loaded_states(system, loads)
+    return History(seen, free @ half.T + loaded_states(system, loads, system.step / 2))
+
+
+def fitted_motion(system: System, states: FloatArray, batch: Batch) -> History:
+    """Return the motion of a fit to a batch from its initial ``states`` (recording, state)."""
+    motion = motion_of(system, states, batch.samples, batch.loads)
+    assert motion is not None  # it was fitted
+    return motion
+
+
+def states_of(item: Fit, frame: Frame) -> tuple[FloatArray, ...]:
+    """Return states (n, state) of a fit that tell how large its motion is: the initial ones of each batch.
+
+    A recording under known loads may begin at rest: of its segments those at ``ALONG`` places are taken, too.
+    """
+    found = []
+    system = item.hypothesis.system(item.theta[None], frame.sensors, frame.rate, frame.positions)
+    for batch, states in zip(item.batches, item.states, strict=True):
+        if batch.loads is None:
+            found.append(states)
+        else:
+            motion = fitted_motion(system, states, batch).now
+            found.append(motion[:: max(batch.samples // ALONG, 1)].reshape(-1, states.shape[1]))
+    return tuple(found)
+
+
+def forces_along(system: System, motion: History) -> tuple[History, ...]:
+    """Return the pull (time, recording) of each of the system's force laws along a motion."""
+    laws = len(system.forces)
+
+    def pull(states: FloatArray, law: int) -> FloatArray:
+        u, v = (states @ system.G[0, row] for row in (law, laws + law))
+        return np.asarray(-system.forces[law](u[None], v[None])[0])
+
+    return tuple(History(pull(motion.now, law), pull(motion.between, law)) for law in range(laws))
+
+
+def driven(
+    form: ModalForm, variant: int, feed: FloatArray, direct: FloatArray, force: History, step: float
+) -> FloatArray:
+    """Return the channels (recording, time, sensor) from rest under a ``force`` (time, recording).
+
+    ``feed`` (state,): what a unit force adds to the rate of the state; ``direct`` (sensor,): what it shows at once.
+    Simpson's rule over each step, in each mode.
+    """
+    moved = form.left[variant] @ feed  # (mode,)
+    count, recordings = force.now.shape
+    x = np.zeros((len(moved), count, recordings), dtype=complex)
+    for mode, root in enumerate(form.roots[variant]):
+        whole, half = np.exp(root * step), np.exp(root * step / 2)
+        kick = whole * force.now[:-1] + 4 * half * force.between[:-1] + force.now[1:]
+        x[mode, 1:] = lfilter([step / 6 * moved[mode]], [1.0, -whole], kick, axis=0)
+    right, flat = form.right[variant], x.reshape(len(moved), -1)
+    y = (np.hstack([right.real, -right.imag]) @ np.vstack([flat.real, flat.imag])).reshape(-1, count, recordings)
+    return np.asarray(y.transpose(2, 1, 0) + direct * force.now.T[..., None])

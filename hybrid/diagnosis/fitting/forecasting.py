@@ -1,0 +1,227 @@
+"""Forecasts of recordings from their first fifth, for every model alike, and what a perfect model would score."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fe_models.dofs import FloatArray
+from fe_models.recordings import Sensor
+from hybrid.diagnosis.fitting.fitting import Fit
+from hybrid.diagnosis.fitting.geometry_response import added
+from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.records import Batch, columns_of, count_of
+from hybrid.diagnosis.response.hypothesis import Hypothesis
+from hybrid.diagnosis.response.loaded import loaded_channels, loaded_size
+from hybrid.diagnosis.response.marching import respond
+from hybrid.diagnosis.response.system import drift, observability
+
+SHOWN = 0.2  # of each recording: what its initial state is estimated from
+GROWTH = (0.25, 0.5, 1.0)  # of that, where force laws act: so that the search begins near
+ITERATIONS = 8
+STEP = 1e-4  # of a state's prior size
+ROUNDS = 3  # of taking away what geometry adds to a motion, which tells what it adds
+DEVIATION = 2.5  # of its stated standard deviations: how far a nominal value may be calibrated
+
+
+@dataclass(frozen=True)
+class Model:
+    """A hypothesis at one ``theta`` (parameter,), and the ``size`` (state,) that initial states had in training.
+
+    ``switched``: numbers of candidates that act in some recordings only; in each the better choice is taken.
+    """
+
+    hypothesis: Hypothesis
+    theta: FloatArray
+    size: FloatArray
+    switched: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True)
+class Forecast:
+    """``nrmse`` and ``floor`` (recording, sensor); ``energy`` and ``floor_energy``: of the measured channels' errors,
+    in units of the noise's variance, of the model and of a perfect one.
+    """
+
+    nrmse: FloatArray
+    floor: FloatArray
+    energy: float
+    floor_energy: float
+
+
+def within(item: Fit, most: float) -> FloatArray:
+    """Return the theta (parameter,) of a fit, nominal values no further off than ``most`` standard deviations."""
+    count = item.hypothesis.nuisances
+    farthest = most * item.hypothesis.width[:count]
+    return np.append(np.clip(item.theta[:count], -farthest, farthest), item.theta[count:])
+
+
+def deviation_of(item: Fit) -> float:
+    """Return how far the calibration of a fit goes, at most, in stated standard deviations."""
+    count = item.hypothesis.nuisances
+    return float(np.abs(item.theta[:count] / item.hypothesis.width[:count]).max())
+
+
+def model_of(item: Fit, frame: Frame, theta: FloatArray | None = None) -> Model:
+    """Return a fit's model for forecasts; the size of initial states is that of the training recordings.
+
+    Under known loads it is that of the motion: others may begin within it, though these began at rest.
+    """
+    most = max(range(len(item.states)), key=lambda i: item.states[i].shape[1])
+    full = [states for states in item.states if states.shape[1] == item.states[most].shape[1]]
+    size = np.sqrt(np.mean(np.concatenate(full) ** 2, axis=0) + _pushed(item, frame))
+    switched = tuple(sorted({number for batch in item.batches for number in batch.off}))
+    return Model(item.hypothesis, item.theta if theta is None else theta, np.maximum(size, 1e-6 * size.max()), switched)
+
+
+def _pushed(item: Fit, frame: Frame) -> FloatArray:
+    """Return the mean squares (state,) of the motion that known loads make of rest in a fit's recordings."""
+    loaded = [batch for batch in item.batches if batch.loads is not None]
+    system = item.hypothesis.system(item.theta[None], frame.sensors, frame.rate, frame.positions)
+    sizes = [len(batch.names) * loaded_size(system, batch.loads) for batch in loaded if batch.loads is not None]
+    return np.sum(sizes, axis=0) / count_of(item.batches) if sizes else np.zeros(1)
+
+
+def forecast(
+    model: Model, batches: tuple[Batch, ...], sensors: tuple[Sensor, ...], measured: tuple[int, ...], frame: Frame
+) -> Forecast:
+    """Return the scores over the last 80 % of the recordings, of all ``sensors``; ``measured``: those fitted."""
+    parts = [_one(model, batch, sensors, measured, frame) for batch in batches]
+    nrmse, floor = (np.concatenate([part[i] for part in parts]) for i in (0, 1))
+    return Forecast(nrmse, floor, float(sum(part[2] for part in parts)), float(sum(part[3] for part in parts)))
+
+
+def predicted(
+    model: Model, batch: Batch, sensors: tuple[Sensor, ...], measured: tuple[int, ...], frame: Frame
+) -> FloatArray:
+    """Return the channels (recording, time, sensor) forecast from the first fifth of the measured ones."""
+    faulty = [measured.index(i) if i in measured else -1 for i in range(len(sensors))]
+    best: FloatArray | None = None
+    least = np.full(len(batch.data), np.inf)
+    for off in ((), model.switched) if model.switched else ((),):
+        hypothesis, theta, size = without(model, off)
+        shown = max(int(np.ceil(SHOWN * batch.samples)), 2)
+        (own,) = columns_of((batch.first(shown),), measured)
+        geometric = np.zeros(batch.recorded.shape)
+        for _ in range(1 if hypothesis.plant.geometry is None else ROUNDS):
+            straight = own.less(geometric[:, :shown][..., list(measured)])
+            states, cost = initial_states(hypothesis, theta, size, straight, frame)
+            geometric = added(hypothesis, theta, states, batch, sensors, frame.rate, tuple(faulty))
+        system = hypothesis.system(theta[None], sensors, frame.rate, tuple(faulty))
+        y = respond(system, states[None], batch.samples, batch.loads)[0] + geometric
+        y = np.nan_to_num(y, nan=1e6, posinf=1e6, neginf=-1e6)
+        best = y if best is None else np.where((cost < least)[:, None, None], y, best)
+        least = np.minimum(least, cost)
+    assert best is not None  # there is at least one choice
+    return best
+
+
+def without(model: Model, off: tuple[int, ...]) -> tuple[Hypothesis, FloatArray, FloatArray]:
+    """Return hypothesis, theta and size of initial states of a model less the candidates whose numbers are ``off``."""
+    hypothesis = model.hypothesis
+    if not off:
+        return hypothesis, model.theta, model.size
+    on = [i for i in range(len(hypothesis.candidates)) if i not in off]
+    kept = [*range(hypothesis.nuisances)] + [k for i in on for k in range(len(model.theta))[hypothesis.slices[i]]]
+    fewer = replace(hypothesis, candidates=tuple(hypothesis.candidates[i] for i in on))
+    waves = [i for i, candidate in enumerate(hypothesis.candidates) if candidate.oscillator]
+    n, m = hypothesis.size, fewer.size  # a support that gives way brings a coordinate, the last one
+    entries = [*range(m), *range(n, n + m)]
+    entries += [2 * n + 2 * k + part for k, i in enumerate(waves) if i not in off for part in (0, 1)]
+    return fewer, model.theta[kept], model.size[entries]
+
+
+def initial_states(
+    hypothesis: Hypothesis, theta: FloatArray, size: FloatArray, batch: Batch, frame: Frame
+) -> tuple[FloatArray, FloatArray]:
+    """Return the most probable states (recording, state) given the fitted channels of a ``batch``, and their costs.
+
+    Prior: each entry normal with standard deviation ``size``.
+    """
+    recordings, samples, _ = batch.data.shape
+    system = hypothesis.system(theta[None], frame.sensors, frame.rate, frame.positions)
+    linear = replace(system, B=system.B[:, :, :0], D=system.D[:, :, :0], forces=(), G=system.G[:, :0])
+    free = batch.data if batch.loads is None else batch.data - loaded_channels(linear, batch.loads)[0]
+    if system.is_linear:
+        weight = np.tile(1 / frame.sigma, samples)
+        X = observability(system, samples)[0].reshape(-1, len(size)) * weight[:, None]
+        wanted = free.reshape(recordings, -1) * weight - drift(system, samples)[0].ravel() * weight
+        states = np.linalg.solve(X.T @ X + np.diag(size**-2.0), X.T @ wanted.T).T
+        cost = np.sum((wanted - states @ X.T) ** 2, axis=1) + np.sum((states / size) ** 2, axis=1)
+        return states, cost
+    count = max(round(GROWTH[0] * samples), 2)
+    weight = np.tile(1 / frame.sigma, count)
+    X = observability(linear, count)[0].reshape(-1, len(size)) * weight[:, None]
+    wanted = free[:, :count].reshape(recordings, -1) * weight
+    states = np.linalg.solve(X.T @ X + np.diag(size**-2.0), X.T @ wanted.T).T
+    cost = np.full(recordings, np.inf)
+    copies = hypothesis.system(
+        np.repeat(theta[None], len(size) + 1, axis=0), frame.sensors, frame.rate, frame.positions
+    )
+    for share in GROWTH:
+        count = max(round(share * samples), 2)
+        weight, loads = np.tile(1 / frame.sigma, count), batch.first(count).loads
+        wanted = batch.data[:, :count].reshape(recordings, -1) * weight
+        trial, damping = states, np.full(recordings, 1e-3)
+        cost = np.full(recordings, np.inf)
+        X, residual = np.zeros((recordings, wanted.shape[1], len(size))), wanted
+        for _ in range(ITERATIONS):
+            start = np.repeat(trial[None], len(size) + 1, axis=0)
+            start[1:] += np.diag(STEP * size)[:, None]
+            y = respond(copies, start, count, loads).reshape(len(start), recordings, -1) * weight
+            y = np.nan_to_num(y, nan=1e6, posinf=1e6, neginf=-1e6)
+            left = wanted - y[0]
+            new = np.sum(left**2, axis=1) + np.sum((trial / size) ** 2, axis=1)
+            better = new < cost
+            slopes = ((y[1:] - y[0]) / (STEP * size)[:, None, None]).transpose(1, 2, 0)
+            states = np.where(better[:, None], trial, states)
+            X = np.where(better[:, None, None], slopes, X)
+            residual = np.where(better[:, None], left, residual)
+            done = np.all(np.abs(cost - new)[better] < 0.01) if better.any() else True
+            cost = np.minimum(cost, new)
+            damping = np.where(better, damping / 10, damping * 10)
+            H = np.einsum("rvs,rvt->rst", X, X, optimize=True) + np.diag(size**-2.0)
+            H = H + damping[:, None, None] * np.einsum("rss->rs", H)[:, :, None] * np.eye(len(size))
+            g = np.einsum("rvs,rv->rs", X, residual) - states / size**2
+            if done and np.isfinite(cost).all():
+                break
+            trial = states + np.linalg.solve(H, g[..., None])[..., 0]
+    return states, cost
+
+
+def _one(
+    model: Model, batch: Batch, sensors: tuple[Sensor, ...], measured: tuple[int, ...], frame: Frame
+) -> tuple[FloatArray, FloatArray, float, float]:
+    first = max(int(np.ceil(SHOWN * batch.samples)), 2)
+    y = predicted(model, batch, sensors, measured, frame)[:, first:]
+    data = batch.recorded[:, first:]
+    span = np.maximum(np.ptp(data, axis=1), 1e-30)  # (recording, sensor)
+    square = np.mean((y - data) ** 2, axis=1)
+    leverage = _leverage(model, batch, sensors, measured, frame, first)
+    sigma = np.full(len(sensors), np.nan)
+    sigma[list(measured)] = frame.sigma
+    floor = sigma * np.sqrt(batch.share + leverage.mean(axis=0)) / span
+    own = list(measured)
+    energy = float(np.sum(square[:, own] / frame.sigma**2)) * data.shape[1]
+    floor_energy = float((batch.share + leverage[:, own]).sum()) * len(data)
+    return np.sqrt(square) / span, floor, energy, floor_energy
+
+
+def _leverage(
+    model: Model,
+    batch: Batch,
+    sensors: tuple[Sensor, ...],
+    measured: tuple[int, ...],
+    frame: Frame,
+    first: int,
+) -> FloatArray:
+    """Return the variance (time, sensor) that the uncertain initial state adds, over that of the measured noise."""
+    hypothesis = Hypothesis(model.hypothesis.plant)
+    theta = model.theta[: hypothesis.nuisances]
+    faulty = tuple(measured.index(i) if i in measured else -1 for i in range(len(sensors)))
+    rows = observability(hypothesis.system(theta[None], sensors, frame.rate, faulty), batch.samples)[0]
+    sigma = np.ones(len(sensors))
+    sigma[list(measured)] = frame.sigma
+    rows = rows / sigma[:, None]
+    X = rows[:first, list(measured)].reshape(-1, rows.shape[-1])
+    covariance = np.linalg.inv(X.T @ X + np.diag(model.size[: rows.shape[-1]] ** -2.0))
+    return np.asarray(np.einsum("tsn,nm,tsm->ts", rows[first:], covariance, rows[first:], optimize=True))

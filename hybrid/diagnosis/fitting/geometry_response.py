@@ -1,0 +1,61 @@
+"""What geometric forces add to the channels, to first order: they act along the motion as it would be without them."""
+
+import numpy as np
+
+from fe_models.dofs import FloatArray
+from fe_models.recordings import Sensor
+from hybrid.diagnosis.fitting.driven import History, driven, motion_of
+from hybrid.diagnosis.fitting.fitting import Fit
+from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.records import Batch
+from hybrid.diagnosis.response.hypothesis import Hypothesis
+from hybrid.diagnosis.response.system import free_form
+
+FELT = 0.01  # of noise's energy: where geometry adds less than that, or less more, it stays as it is
+
+
+def added(
+    hypothesis: Hypothesis,
+    theta: FloatArray,
+    states: FloatArray,
+    batch: Batch,
+    sensors: tuple[Sensor, ...],
+    rate: float,
+    faulty: tuple[int, ...],
+) -> FloatArray:
+    """Return what geometry adds to the channels (recording, time, sensor) of motions.
+
+    ``states`` (recording, state): where they begin; ``batch``: of which recordings; ``faulty``: as in
+    `Hypothesis.system`. Zero where the plant has no geometry, and where the motion explodes.
+    """
+    found, geometry = np.zeros((len(states), batch.samples, len(sensors))), hypothesis.plant.geometry
+    if geometry is None:
+        return found
+    system, n = hypothesis.system(theta[None], sensors, rate, faulty), hypothesis.size
+    motion = motion_of(system, states, batch.samples, batch.loads)
+    if motion is None:
+        return found
+    reduced, form = hypothesis.reduced(theta[None]), free_form(system, n)
+    shapes = reduced.shapes[0]  # (dof, vector)
+    picked = shapes.T @ geometry.weighted  # (vector, mode)
+    now, between = (geometry.at(part[..., :n] @ picked) for part in (motion.now, motion.between))
+    moved = np.linalg.solve(reduced.mass[0], picked)
+    accelerations = np.array([sensor.quantity == "acceleration" for sensor in sensors])
+    direct = np.where(accelerations[:, None], hypothesis.plant.rows(sensors) @ shapes @ moved, 0.0)
+    direct = direct * system.gain[0][:, None]
+    for mode in range(picked.shape[1]):
+        feed = np.zeros(system.A.shape[1])
+        feed[n : 2 * n] = moved[:, mode]
+        force = History(now[..., mode], between[..., mode])
+        found += driven(form, 0, feed, direct[:, mode], force, system.step)
+    return found
+
+
+def straightened(item: Fit, frame: Frame) -> tuple[Batch, ...] | None:
+    """Return what was recorded less what geometry adds to the motion of a fit; None where that hardly changes."""
+    batches, change = [], 0.0
+    for batch, states in zip(item.batches, item.states, strict=True):
+        y = added(item.hypothesis, item.theta, states, batch, frame.sensors, frame.rate, frame.positions)
+        change += float(np.square((batch.recorded - batch.data - y) / frame.sigma).sum())
+        batches.append(batch.less(y))
+    return tuple(batches) if change > FELT * item.values else None

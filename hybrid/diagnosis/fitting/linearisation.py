@@ -1,0 +1,194 @@
+"""Channels of a hypothesis near one theta, to first order, less what initial states can do.
+
+Where the channels are linear in the initial states z0 they are solved for at each theta (variable projection); where
+force laws act, z0 and theta move together, z0 eliminated by a QR factorisation of its part of the Jacobian.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fe_models.dofs import FloatArray, IntArray
+from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.records import Batch
+from hybrid.diagnosis.response.hypothesis import Hypothesis
+from hybrid.diagnosis.response.loaded import given, loaded_size
+from hybrid.diagnosis.response.marching import channels, march, respond
+from hybrid.diagnosis.response.system import drift, drifted, observability
+
+STEP = 1e-6  # of a prior width (of the rms of a state): finite differences, through thousands of radians
+RIDGE = 1e-6  # of the largest column of the initial state's Jacobian: what no sensor feels stays at rest
+EXPLODED = 1e30  # of a channel, in units of its noise: no structure, but a search gone astray
+FAR = 1e6  # times the largest datum: the same, of a motion under force laws
+LEAST = 1e-12  # of a state's rms, where it is at rest
+
+
+@dataclass(frozen=True)
+class Linearisation:
+    """One batch at one theta, in units of sigma and projected orthogonally to what initial states can do.
+
+    ``residual`` (recording, value), ``slopes`` (parameter, recording, value); ``states`` z0 (recording, state) and how
+    they move with theta, ``state_slopes`` (parameter, recording, state); ``state_step`` (recording, state) the move
+    that the residual asks for; ``raw`` (recording, time, sensor) the residual itself; ``basis`` what was projected out;
+    ``state_errors`` (recording, state) standard deviations of z0 at this theta.
+    """
+
+    residual: FloatArray
+    slopes: FloatArray
+    states: FloatArray
+    state_slopes: FloatArray
+    state_step: FloatArray
+    raw: FloatArray
+    basis: FloatArray
+    state_errors: FloatArray
+
+
+def linearise_batch(
+    hypothesis: Hypothesis,
+    theta: FloatArray,
+    batch: Batch,
+    frame: Frame,
+    states: FloatArray | None,
+    slopes: bool = True,
+) -> Linearisation | None:
+    """Return the linearisation of one batch, None where the motion grows beyond all bounds.
+
+    ``states`` (recording, state) is needed where force laws act; elsewhere it is solved for.
+    """
+    hypothesis, kept = _acting(hypothesis, batch)
+    if hypothesis.is_linear:
+        part = _linear(hypothesis, theta[kept], batch, frame, slopes)
+    else:
+        assert states is not None
+        part = _forced(hypothesis, theta[kept], batch, frame, states, slopes)
+    return None if part is None else _spread(part, kept, len(theta))
+
+
+def _linear(
+    hypothesis: Hypothesis, theta: FloatArray, batch: Batch, frame: Frame, slopes: bool
+) -> Linearisation | None:
+    """Return the linearisation with the best initial states at ``theta``."""
+    recordings, samples, _ = batch.data.shape
+    weight = np.tile(1 / frame.sigma, samples)  # (value,)
+    moved = STEP * hypothesis.width
+    thetas = np.vstack([theta, theta + np.diag(moved)]) if slopes else theta[None]
+    system = hypothesis.system(thetas, frame.sensors, frame.rate, frame.positions)
+    first = observability(system.only(0), samples).reshape(-1, hypothesis.states) * weight[:, None]
+    if not np.abs(first).max() < EXPLODED:
+        return None
+    basis, upper = orthonormal(first)
+    late = given(system, batch)
+    lines = drift(system, samples)[0].ravel() * weight
+    data = (batch.data - late[0]).reshape(recordings, -1) * weight - lines
+    z = np.linalg.solve(upper, basis.T @ data.T).T  # (recording, state)
+    residual = data - z @ first.T
+    shown = respond(system, np.broadcast_to(z, (len(thetas), *z.shape)), samples) + late
+    shown = shown.reshape(len(thetas), recordings, -1) * weight
+    change = (shown[1:] - shown[0]) / moved[: len(shown) - 1, None, None]  # (parameter, recording, value)
+    inside = change @ basis  # (parameter, recording, state)
+    return Linearisation(
+        residual,
+        change - inside @ basis.T,
+        z,
+        -np.linalg.solve(upper, inside[..., None])[..., 0],
+        np.zeros_like(z),
+        residual.reshape(batch.data.shape),
+        basis,
+        _errors(upper, z),
+    )
+
+
+def _forced(
+    hypothesis: Hypothesis, theta: FloatArray, batch: Batch, frame: Frame, states: FloatArray, slopes: bool
+) -> Linearisation | None:
+    """Return the linearisation from ``states`` under force laws; without ``slopes`` only what is left."""
+    recordings, samples, _ = batch.data.shape
+    weight = np.tile(1 / frame.sigma, samples)  # (value,)
+    data = batch.data.reshape(recordings, -1) * weight
+    moved = STEP * hypothesis.width
+    size = STEP * _size(hypothesis, theta, batch, frame, states)
+    own = 1 + len(theta)  # variants that differ in a parameter; those that differ in a state come after
+    thetas, start = theta[None], states[None]
+    if slopes:
+        thetas = np.vstack([theta, theta + np.diag(moved), np.repeat(theta[None], len(size), axis=0)])
+        start = np.repeat(start, len(thetas), axis=0)
+        start[own:] += np.diag(size)[:, None]
+    system = hypothesis.system(thetas, frame.sensors, frame.rate, frame.positions)
+    marched = march(system, start, samples, batch.loads)
+    if marched is None:
+        return None
+    y = channels(system, marched, batch.loads) + drifted(system, batch.begins)
+    y = y.reshape(len(thetas), recordings, -1) * weight
+    if not np.isfinite(y).all() or np.abs(y[0]).max() > FAR * np.abs(data).max():
+        return None
+    residual = data - y[0]
+    if not slopes:
+        return _left_over(residual, batch, states)
+    change = (y[1:own] - y[0]) / moved[:, None, None]
+    by_state = ((y[own:] - y[0]) / size[:, None, None]).transpose(1, 2, 0)  # (recording, value, state)
+    basis, upper = orthonormal(by_state)
+    by_recording = change.swapaxes(0, 1)  # (recording, parameter, value), as `basis` is (recording, value, state)
+    inside = (by_recording @ basis).swapaxes(0, 1)
+    along = (residual[:, None] @ basis)[:, 0]  # (recording, state)
+    return Linearisation(
+        residual - (along[:, None] @ basis.swapaxes(1, 2))[:, 0],
+        change - (inside.swapaxes(0, 1) @ basis.swapaxes(1, 2)).swapaxes(0, 1),
+        states,
+        -np.linalg.solve(upper, inside[..., None])[..., 0],
+        np.linalg.solve(upper, along[..., None])[..., 0],
+        residual.reshape(batch.data.shape),
+        basis,
+        _errors(upper, states),
+    )
+
+
+def _size(hypothesis: Hypothesis, theta: FloatArray, batch: Batch, frame: Frame, states: FloatArray) -> FloatArray:
+    """Return how large each entry of a state is (state,): the initial ones', and what loads make of them."""
+    square = np.mean(states**2, axis=0)
+    if batch.loads is not None:
+        system = hypothesis.system(theta[None], frame.sensors, frame.rate, frame.positions)
+        square = square + loaded_size(system, batch.loads)
+    return np.maximum(np.sqrt(square), LEAST)
+
+
+def _left_over(residual: FloatArray, batch: Batch, states: FloatArray) -> Linearisation:
+    """Return a linearisation that tells what is left, and no slopes."""
+    nothing, still = np.zeros((0, len(residual), 0)), np.zeros_like(states)
+    raw = residual.reshape(batch.data.shape)
+    return Linearisation(residual, nothing, states, nothing, still, raw, np.zeros((0, 0)), still)
+
+
+def _errors(upper: FloatArray, states: FloatArray) -> FloatArray:
+    """Return the standard deviations of ``states`` from the triangle of their Jacobian's QR factorisation."""
+    return np.broadcast_to(np.linalg.norm(np.linalg.inv(upper), axis=-1), states.shape)
+
+
+def _acting(hypothesis: Hypothesis, batch: Batch) -> tuple[Hypothesis, IntArray]:
+    """Return the hypothesis with those candidates that act in the batch, and the indices of its parameters."""
+    if not batch.off:
+        return hypothesis, np.arange(len(hypothesis.centre))
+    on = [i for i in range(len(hypothesis.candidates)) if i not in batch.off]
+    kept = [*range(hypothesis.nuisances)] + [k for i in on for k in range(len(hypothesis.centre))[hypothesis.slices[i]]]
+    return Hypothesis(hypothesis.plant, tuple(hypothesis.candidates[i] for i in on)), np.array(kept)
+
+
+def _spread(part: Linearisation, kept: IntArray, parameters: int) -> Linearisation:
+    """Return a linearisation by all ``parameters`` from that by the ``kept`` ones."""
+    if len(part.slopes) in (parameters, 0):
+        return part
+
+    def full(slopes: FloatArray) -> FloatArray:
+        every = np.zeros((parameters, *slopes.shape[1:]))
+        every[kept] = slopes
+        return every
+
+    return replace(part, slopes=full(part.slopes), state_slopes=full(part.state_slopes))
+
+
+def orthonormal(columns: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return Q and R of columns (..., value, state), with a ridge below them that keeps R from being singular."""
+    ridge = RIDGE * np.linalg.norm(columns, axis=-2).max()
+    states = columns.shape[-1]
+    below = np.broadcast_to(ridge * np.eye(states), (*columns.shape[:-2], states, states))
+    Q, R = np.linalg.qr(np.concatenate([columns, below], axis=-2))
+    return Q[..., :-states, :], R

@@ -1,0 +1,1 @@
+"""What a hybrid model learns on the nominal and on the extended structure."""

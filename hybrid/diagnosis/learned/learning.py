@@ -1,0 +1,177 @@
+"""What a hybrid model has left to learn: trained on a structure, its forecasts, and the force that it learned."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from fe_models.dofs import FloatArray
+from fe_models.recordings import Dataset
+from fe_models.sensor_effects import SensorDelay, SensorDrift, SensorEffect, SensorGain
+from fe_models.structure import Spring, Structure
+from hybrid.calibration import nothing
+from hybrid.config import Config, ModelConfig, places_preset
+from hybrid.connector_residual import ConnectorResidual
+from hybrid.diagnosis.fitting.forecasting import SHOWN
+from hybrid.linear_form import ConnectorForm
+from hybrid.model import NeuralModalODE
+from hybrid.preparation import Prepared, modal_damping_matrix, prepare
+from hybrid.state_estimation import StatePrior, smooth_state, trajectory
+from hybrid.trainers import trainer_for
+
+LEAST_VARIANCE = 0.1  # of the mean over a state's entries: few recordings may hardly move one that others do
+
+
+@dataclass(frozen=True)
+class PlaceForce:
+    """The force (n,) learned at the place ``name``, at its elongations ``u`` (n,) m and rates ``v`` (n,) m/s.
+
+    ``share``: what its mean square makes of that of the learned forces at all places, each as the acceleration it
+    gives.
+    """
+
+    name: str
+    u: FloatArray
+    v: FloatArray
+    force: FloatArray
+    share: float
+
+
+@dataclass(frozen=True)
+class Learned:
+    """A trained hybrid's forecasts: ``nrmse`` (recording, sensor) over the last 80 % of the test recordings.
+
+    ``share``: of the mean square acceleration of its own motion from the starts of the training recordings, what was
+    learned and is not the structure's. ``places``: the learned forces where the net is tied to places.
+    """
+
+    nrmse: FloatArray
+    share: float
+    places: tuple[PlaceForce, ...]
+    kept: tuple[str, ...]
+
+
+def learning_preset(structure: object) -> Config:
+    """Return the configuration for a structure: nets at a chain's places, one free net of all modes elsewhere."""
+    if not isinstance(structure, Structure) or structure.directions != ("x",):
+        return Config(ModelConfig(residual="backbone"))
+    chain = all(isinstance(element, Spring) for element in structure.elements)
+    return places_preset() if chain else Config(ModelConfig(residual="backbone"))
+
+
+def corrected(dataset: Dataset, faults: tuple[SensorEffect, ...]) -> Dataset:
+    """Return the dataset as sensors without these ``faults`` would have recorded it."""
+    names = [sensor.name for sensor in dataset.sensors]
+    recordings = dataset.recordings
+    for fault in faults:
+        undone = undo(fault)
+        recordings = tuple(replace(r, data=undone.apply(r.data, names, dataset.sampling_rate)) for r in recordings)
+    return replace(dataset, recordings=recordings)
+
+
+def undo(fault: SensorEffect) -> SensorEffect:
+    """Return the fault that takes another one back."""
+    if isinstance(fault, SensorGain):
+        return SensorGain(fault.sensor, 1 / fault.factor)
+    if isinstance(fault, SensorDelay):
+        return SensorDelay(fault.sensor, -fault.delay)
+    if isinstance(fault, SensorDrift):
+        return SensorDrift(fault.sensor, -fault.slope)
+    raise TypeError(f"{fault.kind} cannot be taken back")
+
+
+def learn(dataset: Dataset, config: Config, advance: Callable[[], object] = nothing) -> Learned:
+    """Train the hybrid on the dataset's training recordings and forecast its test recordings.
+
+    ``advance`` is called after each epoch. `InputError` where the dataset does not allow a training,
+    `TrainingDivergedError` where it fails.
+    """
+    torch.set_num_threads(config.training.threads)
+    prepared = prepare(dataset, config)
+    for _ in trainer_for(prepared.model, prepared.windows, config.training).epochs():
+        advance()
+    model = prepared.model
+    prior = _prior(model, prepared.windows)
+    scores = [_score(model, prior, recording.data) for recording in dataset.select("test")]
+    share, places = _learned(prepared, prior, dataset)
+    return Learned(np.concatenate(scores), share, places, prepared.kept)
+
+
+@torch.no_grad()
+def _prior(model: NeuralModalODE, windows: FloatArray) -> StatePrior:
+    """Return what the training windows say beforehand of initial states and of the noise.
+
+    Each entry of a state by itself: how they go together cannot be told from a few recordings, and those of a test
+    recording would be held to what the few happened to do.
+    """
+    seen = torch.tensor(windows, dtype=model.channel_scale.dtype)
+    if isinstance(model.encoder, StatePrior):
+        variance, noise = torch.linalg.inv(model.encoder.precision).diagonal(), model.encoder.noise_std
+    else:
+        states = model.initial_state(seen)
+        span = 2 * model.config.encoder_samples
+        error = (model.forecast(states, span).channels - seen[:, :span])[..., model.measured]
+        variance, noise = states.square().mean(dim=0), error.square().mean(dim=(0, 1)).sqrt()
+    return StatePrior(torch.diag(1 / variance.clamp(min=LEAST_VARIANCE * float(variance.mean()))), noise)
+
+
+@torch.no_grad()
+def _score(model: NeuralModalODE, prior: StatePrior, data: FloatArray) -> FloatArray:
+    """Return the NRMSE (realisation, sensor) over the last 80 % of recordings (realisation, time, sensor)."""
+    first = max(int(np.ceil(SHOWN * data.shape[1])), model.config.encoder_samples)
+    windows = torch.tensor(data, dtype=model.channel_scale.dtype)
+    states = smooth_state(model, prior, windows[:, :first]).mean
+    forecast = model.forecast(states, data.shape[1]).channels.double().numpy()[:, first:]
+    wanted = data[:, first:]
+    return np.sqrt(np.mean((forecast - wanted) ** 2, axis=1)) / np.maximum(np.ptp(wanted, axis=1), 1e-30)
+
+
+@torch.no_grad()
+def _learned(
+    prepared: Prepared[NeuralModalODE], prior: StatePrior, dataset: Dataset
+) -> tuple[float, tuple[PlaceForce, ...]]:
+    """Return the share of the acceleration that was learned, and the forces at places, along the training motion."""
+    model = prepared.model
+    dynamics, residual = model.dynamics, model.dynamics.residual
+    states = []
+    for recording in dataset.select("train"):
+        if recording.name in prepared.kept:
+            data = torch.tensor(recording.data, dtype=model.channel_scale.dtype)
+            first = max(int(np.ceil(SHOWN * data.shape[1])), model.config.encoder_samples)
+            start = smooth_state(model, prior, data[:, :first]).mean
+            states.append(trajectory(model, start, data.shape[1])[:: model.substeps].flatten(0, 1))
+    z = torch.cat(states)  # (n, 2 mode)
+    if isinstance(residual, ConnectorResidual) and prepared.connectors is not None:
+        form = ConnectorForm(prepared.modal, prepared.connectors, modal_damping_matrix(dataset, prepared.modal))
+        places = _at_places(residual, z, form.start().to(z.dtype), prepared.connectors.names)
+        learned = -sum(place @ feed[None] for place, feed in _pairs(places, residual))
+    else:
+        places = ()
+        learned = z @ residual.linear(dynamics.physical).T + residual(z)
+    total = dynamics.acceleration(z, dynamics.force(z))
+    share = float((learned * dynamics.b).square().sum() / total.square().sum())
+    return share, places
+
+
+def _pairs(places: tuple[PlaceForce, ...], residual: ConnectorResidual) -> list[tuple[Tensor, Tensor]]:
+    """Return the force (n, 1) and the feed (mode,) of each place."""
+    return [
+        (torch.tensor(place.force, dtype=feed.dtype)[:, None], feed)
+        for place, feed in zip(places, residual.feeds, strict=True)
+    ]
+
+
+def _at_places(residual: ConnectorResidual, z: Tensor, known: Tensor, names: tuple[str, ...]) -> tuple[PlaceForce, ...]:
+    """Return what was learned at each place beyond the ``known`` springs and dashpots (2, place)."""
+    z1, z2 = z.chunk(2, dim=-1)
+    u, v = residual.elongations @ z1.T, residual.rates @ z2.T  # (place, n)
+    k, c = (learned - own for learned, own in zip(residual.coefficients(), known, strict=True))
+    force = k[:, None] * u + c[:, None] * v + residual.laws(u, v)
+    size = force.square().mean(dim=1) * residual.feeds.square().sum(dim=1)
+    numbers = [part.double().numpy() for part in (u, v, force)]
+    return tuple(
+        PlaceForce(name, numbers[0][i], numbers[1][i], numbers[2][i], float(size[i] / size.sum()))
+        for i, name in enumerate(names)
+    )

@@ -1,0 +1,44 @@
+"""How far a modal model is from the modes of its structure, in words."""
+
+import numpy as np
+
+from fe_models.dofs import FloatArray
+from hybrid.diagnosis.nominal.modal_plant import pairs
+from hybrid.diagnosis.nominal.plant import Plant
+
+TOLD = 5e-4  # of a frequency, of a damping ratio of 1, of a MAC of 1: smaller differences are not worth a word
+COUPLED = 0.01  # of the product of two modes' own damping: the square of what dashpots add between them, told beyond
+TINY = 1e-300  # of a mode's damping: instead of a division by zero
+
+
+def difference(plant: Plant, modal: Plant) -> str:
+    """Return how far the modes of ``modal`` are from the ``plant``'s own, each beside the one most like it."""
+    (own_omega, own_shapes), (omega, shapes) = plant.modes, modal.modes
+    own, given, alike = pairs(own_shapes, shapes, plant)
+    frequency = omega[given] / own_omega[own] - 1
+    ratios, own_ratios = modal.own_ratios[given], plant.own_ratios[own]
+    words = []
+    if len(omega) != len(own_omega):
+        words.append(f"{len(omega)} modes instead of {len(own_omega)}")
+    if np.abs(frequency).max() > TOLD:
+        words.append(f"frequencies by {frequency.min():+.1%} to {frequency.max():+.1%}")
+    if np.abs(ratios - own_ratios).max() > TOLD:
+        words.append(f"damping ratios {_range(ratios)} instead of {_range(own_ratios)}")
+    if alike.min() < 1 - TOLD:
+        words.append(f"shapes with a MAC down to {alike.min():.3f}")
+    if _coupling(plant) > COUPLED:
+        words.append("no damping between modes, which the structure's dashpots couple")
+    return ", ".join(words) or "by little in each mode"
+
+
+def _coupling(plant: Plant) -> float:
+    """Return the largest C_ij^2 / (C_ii C_jj) of two of a plant's modes."""
+    shapes = plant.modes[1]
+    C = shapes.T @ (plant.damping @ shapes)
+    own = np.maximum(np.diag(C), TINY)
+    return float(np.max((C - np.diag(np.diag(C))) ** 2 / np.outer(own, own)))
+
+
+def _range(ratios: FloatArray) -> str:
+    least, most = f"{ratios.min():.2%}", f"{ratios.max():.2%}"
+    return least if least == most else f"{least} to {most}"

@@ -1,0 +1,272 @@
+"""The nominal structure with what its user considers uncertain, in a basis of natural modes where it is a frame."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from scipy.linalg import eigh
+from scipy.sparse import csr_array, vstack
+from scipy.sparse.linalg import SuperLU
+
+from fe_models.assembly import linearise, unsupported
+from fe_models.damping import full_damping, replace_ratios
+from fe_models.dofs import DofMap, FloatArray
+from fe_models.effects.base import ForceLaw
+from fe_models.effects.laws import force_laws, replaced_ratios
+from fe_models.errors import InputError, raise_faults
+from fe_models.linear import LinearModel
+from fe_models.mechanisms import factorise
+from fe_models.modes import natural_modes
+from fe_models.nominal import damping_ratios
+from fe_models.recordings import Dataset, Sensor
+from fe_models.structure import Damping, Spring, Structure
+from fe_models.time_integration import TimeIntegration
+from fe_models.uncertain_parts import UncertainPart, uncertain_parts
+from hybrid.diagnosis.nominal.geometry import Geometry
+from hybrid.diagnosis.nominal.loads import LoadPlace, load_places
+from hybrid.diagnosis.nominal.scatter import NONE, OWN, Scatter, scatter_of
+
+CERTAIN = 1e-6  # the least standard deviation of a factor, so that a prior of zero stays a number
+MORE_MODES = 15  # in the basis of a frame, beyond those kept: they carry what a changed part does to the shapes
+NEGLIGIBLE = 1e-3  # of all mass: what a part must hold to be felt
+
+
+@dataclass(frozen=True)
+class Plant:
+    """A structure and the basis in which it is searched.
+
+    ``mass``, ``damping``, ``stiffness``: sparse (dof, dof) over all degrees of freedom, as if no support held it.
+    ``basis`` (dof, vector): a chain's free degrees of freedom, or a frame's first natural modes. ``kept``: number of
+    modes whose motion is followed, those below the ``highest`` frequency (Hz) that recordings show, if nothing else is
+    asked for; the others only bend along with them; None: all. ``parts``: what is uncertain as a
+    whole, and ``part_changes`` (dof, dof): what the doubling of each adds to M or K. ``ratios``: assumed modal
+    damping ratios (mode,) on top of ``damping``. ``scatter``: how elements are off by themselves. ``spread``: prior
+    standard deviations of the log factors of parts and damping ratios and of the scatter's patterns, in this order
+    (nuisance,). ``laws``: forces that the nominal structure itself has. ``integration``: the error of the user's own
+    time steps, None where it integrates exactly. ``loaded``: where recordings are loaded. ``geometry``: forces beyond
+    the linear model's, None where there are none.
+    """
+
+    structure: Structure
+    mass: csr_array
+    damping: csr_array
+    stiffness: csr_array
+    dofs: DofMap
+    basis: FloatArray
+    kept: int | None
+    parts: tuple[UncertainPart, ...]
+    part_changes: tuple[csr_array, ...]
+    ratios: FloatArray
+    scatter: Scatter
+    spread: FloatArray
+    laws: tuple[ForceLaw, ...]
+    integration: TimeIntegration | None
+    loaded: tuple[LoadPlace, ...] = ()
+    geometry: Geometry | None = None
+    highest: float = np.inf
+
+    @property
+    def size(self) -> int:
+        """Number of modes that are followed."""
+        return self.basis.shape[1] if self.kept is None else self.kept
+
+    @property
+    def is_chain(self) -> bool:
+        """Whether all is springs and masses in one direction."""
+        return _is_chain(self.structure)
+
+    @property
+    def factors(self) -> int:
+        """Number of parts and damping ratios, whose factors are the first nuisances; the scatter's patterns follow."""
+        return len(self.parts) + len(self.ratios)
+
+    @property
+    def matrices(self) -> tuple[csr_array, ...]:
+        """M, C, K, then what doubling each part adds and what a unit of each pattern of the scatter does."""
+        return (self.mass, self.damping, self.stiffness, *self.part_changes, *self.scatter.changes)
+
+    @cached_property
+    def stacked(self) -> csr_array:
+        """The ``matrices`` one below the other, (matrix times dof, dof)."""
+        return csr_array(vstack(self.matrices))
+
+    @cached_property
+    def projected(self) -> FloatArray:
+        """The ``matrices`` in the basis, (matrix, vector, vector)."""
+        return np.stack([self.basis.T @ (matrix @ self.basis) for matrix in self.matrices])
+
+    @cached_property
+    def modes(self) -> tuple[FloatArray, FloatArray]:
+        """Natural frequencies (rad/s) and mass-normalised shapes (dof, mode) of the nominal modes that are followed."""
+        M, _, K = self.projected[:3]
+        omega2, shapes = eigh(K, M)
+        return np.sqrt(np.maximum(omega2[: self.size], 0.0)), self.basis @ shapes[:, : self.size]
+
+    @cached_property
+    def own_ratios(self) -> FloatArray:
+        """Damping ratios (mode,) of the nominal modes."""
+        omega, shapes = self.modes
+        own = np.einsum("di,di->i", shapes, self.damping @ shapes)
+        return np.asarray(own / (2 * np.maximum(omega, 1e-300)) + self.ratios)
+
+    def pull(self, law: ForceLaw) -> FloatArray:
+        """Return the coefficients (dof,) of a law's elongation."""
+        full = np.zeros(len(self.dofs))
+        for node, direction, coefficient in law.pulls:
+            full[self.dofs.row(node, direction)] += coefficient
+        return full
+
+    @cached_property
+    def load_pulls(self) -> FloatArray:
+        """What a unit of each known load pulls, (load, dof)."""
+        return np.eye(len(self.dofs))[[self.dofs.row(node, direction) for node, direction in self.loaded]]
+
+    @cached_property
+    def load_shapes(self) -> FloatArray:
+        """How far a unit of each known load bends modes that are not followed, (dof, load)."""
+        return np.stack([self.left_out(pull) for pull in self.load_pulls], axis=-1)
+
+    def rows(self, sensors: tuple[Sensor, ...]) -> FloatArray:
+        """Return what each sensor picks of the degrees of freedom, (sensor, dof)."""
+        picked = np.zeros((len(sensors), len(self.dofs)))
+        for position, sensor in enumerate(sensors):
+            picked[position, self.dofs.row(sensor.node, sensor.direction)] = 1.0
+        return picked
+
+    def static(self, forces: FloatArray) -> FloatArray:
+        """Return the displacements (dof, load) under ``forces`` (dof, load), supports holding."""
+        return self.dofs.expand(self._factors.solve(np.asarray(forces)[self.dofs.free]))
+
+    def left_out(self, pull: FloatArray) -> FloatArray:
+        """Return how far a unit force along ``pull`` (dof,) bends modes that are not followed, (dof,)."""
+        if self.kept is None:
+            return np.zeros(len(self.dofs))
+        omega, shapes = self.modes
+        return np.asarray(self.static(pull[:, None])[:, 0] - shapes @ (pull @ shapes / omega**2))
+
+    def flexibility(self, pull: FloatArray) -> float:
+        """Return how far a unit force along ``pull`` (dof,) moves its own place in the modes that are not followed."""
+        return max(float(pull @ self.left_out(pull)), 0.0)
+
+    def released(self, row: int) -> FloatArray:
+        """Return the displacements (dof,) when a held degree of freedom moves by one and the others stay held."""
+        free = self.dofs.free_rows
+        moved = -self._factors.solve(self.stiffness[free][:, [row]].toarray()[:, 0])
+        shape = self.dofs.expand(moved)
+        shape[row] = 1.0
+        return shape
+
+    @cached_property
+    def _factors(self) -> SuperLU:
+        free = self.dofs.free_rows
+        return factorise(self.stiffness[free][:, free])
+
+
+def plant_of(dataset: Dataset) -> Plant:
+    """Return the nominal plant of a dataset's structure; `InputError` where that is none that a diagnosis can take.
+
+    Its modal model, where it has one, is another plant: see `modal_plant`.
+    """
+    structure = dataset.model
+    if not isinstance(structure, Structure):
+        raise InputError(
+            "model: bare matrices say nothing of springs, beams and supports, where causes sit: give a structure file"
+        )
+    raise_faults(
+        f"model: its own {law.kind} depends on time, which no recording tells; the diagnosis looks for it: take it out"
+        for law in force_laws(structure)
+        if law.timed
+    )
+    assumed = dataset.assumptions
+    if assumed.damping_ratio is not None:  # its own stands aside, what effects do to it stays: see `assumed_structure`
+        structure = replace(structure, dashpots=(), damping=Damping())
+    linear = linearise(structure)
+    mass, damping, stiffness = unsupported(structure)
+    if linear.has_modal_damping:
+        more = csr_array(full_damping(linear) - linear.damping.toarray()).tocoo()
+        rows = linear.dofs.free_rows
+        damping = damping + csr_array((more.data, (rows[more.row], rows[more.col])), shape=damping.shape)
+    basis, kept = _basis(dataset, linear)
+    modes = len(linear.dofs.free_rows) if kept is None else kept
+    ratios = np.zeros(modes)
+    if assumed.damping_ratio is not None:
+        ratios = replace_ratios(damping_ratios(assumed.damping_ratio, modes), _settled(structure))
+    parts, changes = _felt_parts(structure, mass, stiffness)
+    normal = assumed.uncertainty
+    spread = [getattr(normal, part.quantity) for part in parts] + [normal.damping] * modes
+    newmark = assumed.integrator == "newmark" and assumed.step is not None
+    plant = Plant(
+        structure=structure,
+        mass=mass,
+        damping=damping,
+        stiffness=stiffness,
+        dofs=linear.dofs,
+        basis=basis,
+        kept=kept,
+        parts=parts,
+        part_changes=changes,
+        ratios=ratios,
+        scatter=NONE,
+        spread=np.maximum(spread, CERTAIN),
+        laws=force_laws(structure),
+        integration=TimeIntegration(float(assumed.step)) if newmark and assumed.step is not None else None,
+        loaded=load_places(dataset),
+        highest=_highest(dataset),
+    )
+    return _scattered(plant, normal.stiffness)
+
+
+def _scattered(plant: Plant, stiffness: float) -> Plant:
+    """Return a frame's plant with elements off by themselves; ``stiffness``: stated relative standard deviation."""
+    if plant.kept is None or not stiffness:
+        return plant
+    omega, shapes = plant.modes
+    scatter = scatter_of(plant.structure, plant.parts, shapes, omega, plant.own_ratios)
+    own = np.full(len(scatter.changes), max(OWN * stiffness, CERTAIN))
+    return replace(plant, scatter=scatter, spread=np.append(plant.spread, own))
+
+
+def _settled(structure: Structure) -> tuple[tuple[int, float], ...]:
+    """Return the modes whose damping ratio an effect has set: nothing comes on top there."""
+    return tuple((mode, 0.0) for mode, _ in replaced_ratios(structure))
+
+
+def _is_chain(structure: Structure) -> bool:
+    return all(isinstance(element, Spring) for element in structure.elements) and len(structure.directions) == 1
+
+
+def _highest(dataset: Dataset) -> float:
+    return min(dataset.lowpass or np.inf, dataset.sampling_rate / 2)
+
+
+def _basis(dataset: Dataset, linear: LinearModel) -> tuple[FloatArray, int | None]:
+    """Return the basis (dof, vector) and how many of its modes are followed: those that the recordings can show."""
+    assert isinstance(dataset.model, Structure)  # its caller has seen to that
+    free = len(linear.dofs.free_rows)
+    if _is_chain(dataset.model):
+        return linear.dofs.expand(np.eye(free)), None
+    highest = _highest(dataset)
+    count = min(MORE_MODES, free)
+    modal = natural_modes(linear, count)
+    while modal.frequencies[-1] < highest and count < free:
+        count = min(2 * count, free)
+        modal = natural_modes(linear, count)
+    kept = dataset.assumptions.modes or max(int(np.sum(modal.frequencies < highest)), 1)
+    wanted = min(kept + MORE_MODES, free)
+    if wanted > count:
+        modal = natural_modes(linear, wanted)
+    return modal.shapes[:, :wanted], min(kept, wanted)
+
+
+def _felt_parts(
+    structure: Structure, mass: csr_array, stiffness: csr_array
+) -> tuple[tuple[UncertainPart, ...], tuple[csr_array, ...]]:
+    """Return the uncertain parts and what doubling each adds to M or K, less those whose mass nothing feels."""
+    parts, changes = [], []
+    for part in uncertain_parts(structure):
+        doubled = unsupported(part.scaled(structure, 2.0))
+        change = csr_array(doubled[0] - mass if part.quantity == "mass" else doubled[2] - stiffness)
+        if part.quantity == "stiffness" or change.diagonal().sum() > NEGLIGIBLE * mass.diagonal().sum():
+            parts.append(part)
+            changes.append(change)
+    return tuple(parts), tuple(changes)

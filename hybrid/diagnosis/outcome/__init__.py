@@ -1,0 +1,1 @@
+"""What follows from the contest: verdict, findings, extended structure, scores, advice."""

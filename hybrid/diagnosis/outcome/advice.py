@@ -1,0 +1,160 @@
+"""What would decide: the added sensor that best tells a finding from the rivals that the present ones cannot rule out.
+
+The best hypothesis moves the structure as in the recordings; its rival is fitted to what the present sensors and one
+more would then show (to first order: one Gauss-Newton step from where the rival was fitted). What is left of the sum of
+squares is what the added sensor would tell.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from fe_models.dofs import FloatArray
+from fe_models.files.recording_checks import UNITS
+from fe_models.recordings import Quantity, Sensor
+from hybrid.diagnosis.causes.candidate import Candidate
+from hybrid.diagnosis.contest.posterior import Posterior, rivals_of
+from hybrid.diagnosis.fitting.fitting import Fit
+from hybrid.diagnosis.fitting.linearisation import linearise_batch
+from hybrid.diagnosis.nominal.plant import Plant
+from hybrid.diagnosis.outcome.findings import place_words, reported_location
+from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.response.marching import respond
+
+DOUBTFUL = 0.05  # least probability of a rival worth a sensor; one that falls below it is ruled out
+RIVALS = 3  # of each finding, the most probable
+TRIED = 3  # sensors at which the rival may move as it pleases; chosen by how far apart the two are if it does not
+QUANTITIES: tuple[Quantity, ...] = ("displacement", "acceleration")
+
+
+@dataclass(frozen=True)
+class Advice:
+    """A finding's ``kind`` and ``location``, its ``rival``'s and that one's ``probability``.
+
+    ``sensor``: the added one that tells most, None where none tells anything; ``then``: the rival's probability to
+    expect with it, if the finding is right.
+    """
+
+    kind: str
+    location: dict[str, Any]
+    rival: str
+    rival_location: dict[str, Any]
+    probability: float
+    sensor: Sensor | None
+    then: float
+
+    @property
+    def sentence(self) -> str:
+        """What to do, in words."""
+        what = f"{self.rival} at {place_words(self.rival_location)}"
+        told = f"{self.kind} at {place_words(self.location)} and {what}"
+        if self.sensor is None:
+            return f"no added sensor tells {told} apart; look at the structure there"
+        where = f"{self.sensor.quantity} at node {self.sensor.node} in {self.sensor.direction}"
+        if self.then < DOUBTFUL:
+            return f"a sensor of the {where} would tell {told} apart"
+        return (
+            f"even a sensor of the {where} hardly tells {told} apart"
+            f" ({self.probability:.2f} becomes {self.then:.2f}); record more or larger motions"
+        )
+
+
+def advise(posterior: Posterior, frame: Frame) -> tuple[Advice, ...]:
+    """Return advice for each cause of the best hypothesis and each of its rivals that is not improbable."""
+    best = posterior.fits[0]
+    added = possible_sensors(best.hypothesis.plant, frame.sensors)
+    found = []
+    for candidate in best.hypothesis.candidates:
+        for rival, probability in rivals_of(posterior, candidate, DOUBTFUL)[:RIVALS]:
+            if rival.location in candidate.twins:
+                sensor, log_odds = None, 0.0  # they move alike
+            else:
+                sensor, log_odds = _most_telling(best, _fit_with(posterior, candidate, rival), added, frame)
+            left = probability * float(np.exp(-log_odds / posterior.temper))
+            found.append(
+                Advice(
+                    candidate.kind,
+                    reported_location(candidate),
+                    rival.kind,
+                    reported_location(rival),
+                    probability,
+                    sensor,
+                    left / (1 - probability + left),
+                )
+            )
+    return tuple(found)
+
+
+def possible_sensors(plant: Plant, present: tuple[Sensor, ...]) -> tuple[Sensor, ...]:
+    """Return a displacement and an acceleration sensor for each translation that can move and has none yet."""
+    have = {(s.node, s.direction, s.quantity) for s in present}
+    found = []
+    for row in plant.dofs.free_rows:
+        node, direction = int(plant.dofs.node[row]), plant.dofs.direction[row]
+        for quantity in QUANTITIES:
+            if direction != "rz" and (node, direction, quantity) not in have:
+                name = f"{quantity} {node} {direction}"
+                found.append(Sensor(name, node, direction, quantity, UNITS[quantity, False]))
+    return tuple(found)
+
+
+def _fit_with(posterior: Posterior, candidate: Candidate, rival: Candidate) -> Fit:
+    """Return the most probable fit that has the rival in the candidate's place."""
+    wanted = {other.key for other in posterior.fits[0].hypothesis.candidates} - {candidate.key} | {rival.key}
+    return next(item for item in posterior.fits if {c.key for c in item.hypothesis.candidates} == wanted)
+
+
+def _most_telling(best: Fit, rival: Fit, added: tuple[Sensor, ...], frame: Frame) -> tuple[Sensor | None, float]:
+    """Return the sensor among those ``added`` that tells most, and the log odds that it adds; None where none does."""
+    ours, theirs = _motions(best, added, frame), _motions(rival, added, frame)
+    relative = float(np.median(frame.sigma / _size(_motions(best, frame.sensors, frame))))
+    sigma = relative * _size(ours)
+    if not all(np.isfinite(part).all() for part in (*ours.values(), *theirs.values())):
+        return None, 0.0
+    apart = np.sum([np.sum(((ours[key] - theirs[key]) / sigma) ** 2, axis=0) for key in ours], axis=0)  # (sensor,)
+    without = _left(best, rival, frame)
+    gains: list[tuple[float, int]] = []
+    for number in [int(i) for i in np.argsort(-apart)[:TRIED]]:
+        wider = Frame((*frame.sensors, added[number]), frame.rate, np.append(frame.sigma, sigma[number]))
+        gains.append((_left(best, rival, wider) - without, number))
+    gain, number = max(gains, default=(0.0, 0))
+    return (added[number], gain / 2) if gain > 1 else (None, 0.0)  # less than one is what chance alone makes
+
+
+def _left(best: Fit, rival: Fit, frame: Frame) -> float:
+    """Return the least cost (a chi-square) of the rival on what the sensors of ``frame`` show of the best fit."""
+    shown = _motions(best, frame.sensors, frame)
+    width, centre = rival.hypothesis.width, rival.hypothesis.centre
+    off = (rival.theta - centre) / width
+    H, g, cost = np.diag(width**-2.0), -off / width, float(off @ off)
+    for batch, states in zip(rival.batches, rival.states, strict=True):
+        data = np.stack([shown[data.tobytes()] for data in batch.data])
+        part = linearise_batch(rival.hypothesis, rival.theta, replace(batch, data=data), frame, states)
+        if part is None:
+            return 0.0
+        J, r = part.slopes.reshape(len(width), -1), part.residual.ravel()
+        H, g, cost = H + J @ J.T, g + J @ r, cost + float(r @ r)
+    return cost - float(g @ np.linalg.solve(H, g))
+
+
+def _motions(item: Fit, sensors: tuple[Sensor, ...], frame: Frame) -> dict[bytes, FloatArray]:
+    """Return what ``sensors`` would show of a fit without noise (time, sensor), by the recording's own data."""
+    present = {sensor.name: position for position, sensor in enumerate(frame.sensors)}
+    faulty = tuple(present.get(sensor.name, -1) for sensor in sensors)
+    found: dict[bytes, FloatArray] = {}
+    for batch, states in zip(item.batches, item.states, strict=True):
+        on = [i for i in range(len(item.hypothesis.candidates)) if i not in batch.off]
+        hypothesis = replace(item.hypothesis, candidates=tuple(item.hypothesis.candidates[i] for i in on))
+        kept = [*range(hypothesis.nuisances)] + [
+            k for i in on for k in range(len(item.theta))[item.hypothesis.slices[i]]
+        ]
+        system = hypothesis.system(item.theta[kept][None], sensors, frame.rate, faulty)
+        y = respond(system, states[None], batch.samples, batch.loads)[0]
+        found |= {data.tobytes(): motion for data, motion in zip(batch.data, y, strict=True)}
+    return found
+
+
+def _size(motions: dict[bytes, FloatArray]) -> FloatArray:
+    """Return the rms of each sensor's channel (sensor,) over all recordings."""
+    return np.sqrt(np.concatenate([part**2 for part in motions.values()]).mean(axis=0))

@@ -1,0 +1,35 @@
+"""The structure with what was found built in: findings as effects, calibrated factors in its parts."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from fe_models.damping import ratios_of_modes
+from fe_models.dofs import FloatArray
+from fe_models.effects import Effect
+from fe_models.structure import Structure
+from hybrid.diagnosis.nominal.plant import Plant
+from hybrid.diagnosis.outcome.findings import Finding
+
+
+def extended_structure(plant: Plant, theta: FloatArray, findings: tuple[Finding, ...]) -> Structure:
+    """Return the nominal structure, calibrated by ``theta`` (nuisance,), and the findings that are effects.
+
+    Parts get their own factors, and elements what they are off by themselves. What the factors of the damping ratios
+    change comes as modal ratios on top, negative ones where a mode is damped less: how dashpots couple the modes stays
+    as it was, as in the search. A damping ratio that the dataset assumes stands in place of the structure's own
+    damping, and is written into it.
+    """
+    factors, structure = np.exp(theta[: plant.factors]), plant.structure
+    for part, factor in zip(plant.parts, factors, strict=False):
+        structure = part.scaled(structure, float(factor))
+    structure = plant.scatter.applied(structure, theta[plant.factors :])
+    ratios = factors[len(plant.parts) :]
+    own = plant.own_ratios - plant.ratios
+    modal = own * (ratios - 1) + plant.ratios * ratios
+    if not plant.ratios.any():
+        modal = np.append(modal, 0.0)  # modes beyond those that are followed keep what they have
+    already = ratios_of_modes(structure.damping.modal_ratios, len(modal))
+    damping = replace(structure.damping, modal_ratios=tuple(float(ratio) for ratio in already + modal))
+    built = replace(structure, damping=damping)
+    return built.with_effects(*(f.cause for f in findings if isinstance(f.cause, Effect)))

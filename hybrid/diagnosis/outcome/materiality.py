@@ -1,0 +1,92 @@
+"""Which causes matter: those without which recordings that were never fitted are forecast worse."""
+
+from hybrid.diagnosis.contest.evidence import Evidence
+from hybrid.diagnosis.contest.pairs import factors_off, left
+from hybrid.diagnosis.contest.posterior import Posterior
+from hybrid.diagnosis.fitting.fitting import Fit
+from hybrid.diagnosis.fitting.forecasting import DEVIATION, Forecast, deviation_of
+from hybrid.diagnosis.outcome.findings import cause_of, sentence_of
+from hybrid.diagnosis.outcome.scorer import Scorer
+from hybrid.diagnosis.outcome.verdict import MATERIAL, Errors
+
+TRIFLES = (0.02, 0.005)  # of the energy that the nominal model gets wrong: what takes no more away explains nothing,
+# where it is the only cause, and beside another ...
+HALF = 0.5  # ... unless it takes that much away of what is wrong without it
+
+
+def material(evidence: Evidence, scorer: Scorer) -> tuple[Posterior, list[str]]:
+    """Return the posterior among hypotheses of no more causes than matter, and a note on each that does not.
+
+    What leaves no more than noise explains all. Otherwise a cause that takes hardly anything away is a guess.
+    """
+    posterior, notes = _with_cause(evidence, scorer), list[str]()
+    nominal = scorer.forecast(evidence.base, 0.0)
+    wrong = nominal.energy - nominal.floor_energy
+    floor = scorer.floor(nominal)
+    while posterior.fits[0].hypothesis.candidates:
+        best = posterior.fits[0]
+        count = len(best.hypothesis.candidates)
+        fewer = tuple(item for item in posterior.fits if _is_simpler(item, best))
+        if not fewer:
+            break
+        simpler = evidence.among(fewer)
+        most = max(DEVIATION, deviation_of(best))  # what the one needs, the other may have
+        before, after = (scorer.forecast(item, most) for item in (simpler.fits[0], best))
+        guess = left(best, evidence.frame, scorer.setting.band).significant
+        trifle = is_trifle(before, after, wrong, count > 1)
+        weaker = scorer.error(before) - scorer.error(after) <= MATERIAL * floor
+        if count == 1:
+            reached = scorer.error(before) <= (1 + MATERIAL) * floor  # then it is told as weak: see `verdict`
+            if reached or not (guess and trifle and weaker):
+                break
+        elif not weaker and not (guess and trifle):
+            break
+        kept = {candidate.key for candidate in simpler.fits[0].hypothesis.candidates}
+        notes += [weak(best, i) for i, c in enumerate(best.hypothesis.candidates) if c.key not in kept]
+        posterior = simpler
+    return posterior, notes
+
+
+def is_trifle(before: Forecast, after: Forecast, wrong: float, several: bool) -> bool:
+    """Return whether one of ``several`` causes takes hardly anything away of the energy that is ``wrong`` at first."""
+    taken = before.energy - after.energy
+    return taken <= TRIFLES[several] * wrong and taken <= HALF * (before.energy - before.floor_energy)
+
+
+def without_weak(posterior: Posterior, evidence: Evidence, scorer: Scorer) -> tuple[Posterior, list[str]]:
+    """Return the posterior without any cause, and a note on each, where the structure needs none to forecast well.
+
+    Beside a modal model that is wrong: `verdict` says that nothing is wrong only of the simulation as a whole.
+    """
+    base, best = evidence.base, posterior.fits[0]
+    own, extended = scorer.forecast(base, DEVIATION), scorer.forecast(best)
+    errors = Errors(scorer.error(own), scorer.error(extended), scorer.floor(own), 0.0)
+    if not errors.nothing_to_gain:
+        return posterior, []
+    return evidence.among((base,)), [weak(best, i) for i in range(len(best.hypothesis.candidates))]
+
+
+def _with_cause(evidence: Evidence, scorer: Scorer) -> Posterior:
+    """Return the posterior given that something is wrong, where it is: a calibration beyond all that is normal is none,
+    if within what is normal it forecasts worse than a cause does.
+    """
+    posterior = evidence.posterior
+    causes = tuple(item for item in posterior.fits if item.hypothesis.candidates)
+    best = posterior.fits[0]
+    if best.hypothesis.candidates or not causes or not factors_off(best):
+        return posterior
+    wrong = evidence.among(causes)
+    before, after = scorer.forecast(best, DEVIATION), scorer.forecast(wrong.fits[0], DEVIATION)
+    gained = scorer.error(before) - scorer.error(after)
+    return wrong if gained > MATERIAL * scorer.floor(before) else posterior
+
+
+def _is_simpler(item: Fit, than: Fit) -> bool:
+    """Return whether a fit has fewer causes than another, or as many without any force law, which that has."""
+    own, others = len(item.hypothesis.candidates), len(than.hypothesis.candidates)
+    return own < others or (own == others and item.hypothesis.is_linear and not than.hypothesis.is_linear)
+
+
+def weak(item: Fit, number: int) -> str:
+    """Return a note on candidate ``number`` of a fit."""
+    return f"significant, but too weak to matter for forecasts: {sentence_of(*cause_of(item, number)).rstrip('.')}"

@@ -1,0 +1,64 @@
+"""Fits of a modal model with the causes that were found in its structure."""
+
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from hybrid.diagnosis.causes.candidate import Candidate
+from hybrid.diagnosis.contest.discrepancy import in_units_of
+from hybrid.diagnosis.contest.evidence import Evidence
+from hybrid.diagnosis.contest.pairs import short_fit
+from hybrid.diagnosis.contest.search import ground_of, lengths_of, padded
+from hybrid.diagnosis.contest.setting import Setting
+from hybrid.diagnosis.fitting.fitting import Fit
+from hybrid.diagnosis.nominal.modal_plant import standing_for
+from hybrid.diagnosis.nominal.plant import Plant
+from hybrid.diagnosis.response.hypothesis import Hypothesis
+
+
+def fits_in_modal_model(item: Fit, modal: Plant, setting: Setting, evidence: Evidence) -> list[Fit]:
+    """Return the fits of a modal model with some or all of the causes of a fit, from where that is.
+
+    Some: a modal model that was measured may have in it already what the structure lacks. What a mode does not say (of
+    supports, of modes that it has not) is left out.
+    """
+    causes = item.hypothesis.candidates
+    said = [i for i, c in enumerate(causes) if c.released is None and (c.mode is None or c.mode < modal.size)]
+    counts = range(1, len(said) + 1)
+    if any(batch.off for batch in item.batches):  # what acts in some recordings only goes by its number among all
+        counts = range(len(causes), len(said) + 1)
+    chosen = [subset for count in counts for subset in combinations(said, count)]
+    fits = [fit_in_modal_model(item, subset, modal, setting, evidence) for subset in chosen]
+    return [found for found in fits if found is not None]
+
+
+def fit_in_modal_model(
+    item: Fit, chosen: tuple[int, ...], modal: Plant, setting: Setting, evidence: Evidence
+) -> Fit | None:
+    """Return the fit of a modal model with the ``chosen`` causes of a fit; None where it fails."""
+    T = standing_for(setting.plant, modal)
+    own = item.hypothesis
+    modal = replace(modal, geometry=own.plant.geometry)
+    hypothesis = Hypothesis(modal, tuple(_standing_for(own.candidates[i], T) for i in chosen))
+    parts = len(modal.parts)
+    damping = np.zeros(hypothesis.nuisances - parts)
+    theta = np.concatenate([item.theta[:parts], damping, *(item.theta[own.slices[i]] for i in chosen)])
+    frame = setting.searched if setting.is_astray else evidence.frame
+    lengths = lengths_of(item.batches, hypothesis.states)
+    with np.errstate(over="ignore", invalid="ignore"):  # a step that goes too far is taken back
+        short = short_fit(modal, lengths, frame)
+        start = replace(short, states=padded(short.states, hypothesis))
+        found = ground_of(hypothesis, theta, lengths, frame, start)
+    if found is None:
+        return None
+    return in_units_of(evidence.frame, found.whole, frame) if setting.is_astray else found.whole
+
+
+def _standing_for(cause: Candidate, T: csr_array) -> Candidate:
+    """Return a cause whose changes act on a modal model whose modes stand for the structure's; T (dof, dof)."""
+    if cause.changes is None:
+        return cause
+    mass, damping, stiffness = (csr_array(T.T @ change @ T) for change in cause.changes)
+    return replace(cause, changes=(mass, damping, stiffness))

@@ -1,0 +1,56 @@
+"""Forecasts of the recordings that were kept for testing, or left out one fold after the other, by any fit."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hybrid.diagnosis.contest.setting import Setting
+from hybrid.diagnosis.fitting.crossvalidation import Folds, folds_of
+from hybrid.diagnosis.fitting.fitting import Fit
+from hybrid.diagnosis.fitting.forecasting import Forecast, Model, forecast, model_of, within
+from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.records import Batch, batches_of
+
+
+@dataclass(frozen=True)
+class Scorer:
+    """``test``: batches with all sensors; ``folds``: where there are none, the training recordings in turn."""
+
+    setting: Setting
+    frame: Frame
+    test: tuple[Batch, ...]
+    folds: Folds | None
+
+    @classmethod
+    def of(cls, setting: Setting, frame: Frame) -> "Scorer":
+        """Return the scorer of a dataset, its noise that of the ``frame``."""
+        dataset = setting.dataset
+        return cls(setting, frame, batches_of(dataset, "test"), folds_of(dataset, setting.measured))
+
+    def forecast(self, item: Fit, most: float = np.inf) -> Forecast:
+        """Return the scores of a fit, nominal values calibrated by no more than ``most`` standard deviations."""
+
+        def model(one: Fit) -> Model:
+            return model_of(one, self.frame, within(one, most))
+
+        if self.folds is not None:
+            return self.folds.forecast(item, model, self.frame)
+        return forecast(model(item), self.test, self.setting.dataset.sensors, self.setting.measured, self.frame)
+
+    def error(self, found: Forecast) -> float:
+        """Return the NRMSE, mean over the measured channels."""
+        return float(found.nrmse[:, list(self.setting.measured)].mean())
+
+    def held_out_error(self, found: Forecast) -> float | None:
+        """Return the NRMSE of the sensors that were held out, None where there are none."""
+        apart = [i for i, sensor in enumerate(self.setting.dataset.sensors) if sensor.role == "held_out"]
+        return float(found.nrmse[:, apart].mean()) if apart else None
+
+    def floor(self, found: Forecast) -> float:
+        """Return the NRMSE that noise alone makes, mean over the measured channels."""
+        return float(found.floor[:, list(self.setting.measured)].mean())
+
+    @property
+    def shown(self) -> Batch:
+        """The batch whose first recording is forecast as an example."""
+        return (self.test if self.folds is None else self.folds.tests[0])[0]

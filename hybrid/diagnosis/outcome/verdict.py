@@ -1,0 +1,77 @@
+"""How a diagnosis ends: from what its best fit leaves, and from the forecasts before and after."""
+
+from dataclasses import dataclass
+from enum import Enum
+
+from hybrid.diagnosis.contest.pairs import left, misfit
+from hybrid.diagnosis.fitting.fitting import Fit
+from hybrid.diagnosis.fitting.forecasting import deviation_of
+from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.noise import Band
+
+MATERIAL = 0.05  # of the noise floor: by how much a cause must improve the forecast, and what counts as reaching it
+WHOLLY = 0.03  # of the excess energy: what may be left where all is called explained
+NEAR = 1.15  # times the noise floor: as near as a model that is off by its uncertainty must come
+PARTLY = 0.5  # of it: beyond, nothing is
+ABNORMAL = 4.0  # stated standard deviations: a calibration that far off takes the place of something else that is wrong
+DOUBT = 0.85  # most probability of a finding beside which something significant is left ...
+MORE_DOUBT = 0.5  # ... and where it explains a part only: something else may explain all
+
+
+class Verdict(Enum):
+    """How a diagnosis ends."""
+
+    NOTHING_WRONG = "nothing_wrong"
+    EXPLAINED = "explained"
+    PARTLY_EXPLAINED = "partly_explained"
+    UNEXPLAINED = "unexplained"
+
+
+@dataclass(frozen=True)
+class Errors:
+    """NRMSE of forecasts, mean over the measured channels: of the calibrated nominal model, of the extended one, and
+    the noise ``floor``. ``unexplained``: share of the nominal model's wrong energy that the extended one leaves.
+    """
+
+    calibrated: float
+    extended: float
+    floor: float
+    unexplained: float
+
+    @property
+    def nothing_to_gain(self) -> bool:
+        """Whether the nominal model, calibrated, is as good as noise lets it be, and no cause makes it better."""
+        gained = self.calibrated - self.extended
+        return self.calibrated <= (1 + MATERIAL) * self.floor and gained <= MATERIAL * self.floor
+
+    @property
+    def reached(self) -> bool:
+        """Whether the extended model is as good as noise lets it be."""
+        return self.extended <= (1 + MATERIAL) * self.floor
+
+    @property
+    def near(self) -> bool:
+        """Whether what the extended model still gets wrong is little beside noise."""
+        return self.extended <= NEAR * self.floor
+
+
+def verdict_of(best: Fit, base: Fit, frame: Frame, band: Band, errors: Errors) -> tuple[Verdict, float]:
+    """Return the verdict on the ``best`` fit, and the most that may be said of a finding's probability.
+
+    ``base``: the fit without any cause; that of the user's modal model, where this is wrong by itself.
+    """
+    significant = left(best, frame, band).significant
+    rest = max(left(best, frame, band).total, misfit(best))
+    share = rest / max(misfit(base), rest, 1e-300) if significant else 0.0
+    certain = errors.reached and not (significant and share > WHOLLY / 3)
+    if errors.nothing_to_gain:
+        return Verdict.NOTHING_WRONG, DOUBT
+    if not best.hypothesis.candidates and best.hypothesis.plant is base.hypothesis.plant:
+        calm = errors.calibrated <= NEAR * errors.floor  # in recordings that were never fitted
+        return Verdict.NOTHING_WRONG if calm and not significant else Verdict.UNEXPLAINED, DOUBT
+    wholly = min(share, errors.unexplained) < WHOLLY
+    normal = deviation_of(best) <= ABNORMAL
+    if normal and (errors.reached or (errors.near and wholly)):
+        return Verdict.EXPLAINED, 1.0 if certain else DOUBT
+    partly = min(share, errors.unexplained) < PARTLY  # a calibration gone astray may leave as little
+    return (Verdict.PARTLY_EXPLAINED if partly else Verdict.UNEXPLAINED), MORE_DOUBT

@@ -1,0 +1,1 @@
+"""The recordings as a diagnosis uses them: channels, batches, their noise."""

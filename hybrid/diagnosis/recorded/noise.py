@@ -1,0 +1,147 @@
+"""How much of a residual is noise: white at all frequencies, what a model lacks is at the structure's."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fe_models.dofs import ComplexArray, FloatArray
+from hybrid.diagnosis.nominal.plant import Plant
+from hybrid.diagnosis.recorded.records import Batch
+
+ABOVE = 1.6  # times the highest natural frequency: where noise alone is expected
+MOST = 0.7  # of half the sampling rate: at least this share of the band is taken as the structure's, where it must be
+UPPER = 0.5  # of half the sampling rate: where noise is told in the recordings themselves, which have harmonics, too
+
+
+QUIET = 0.4  # of a recording, from its end: by then all but the least damped modes have died away
+QUARTER = -np.log(0.75)  # the lower quartile of white noise's power over its mean
+QUARTILE_LOSS = 4.03  # variance of the density told by a quartile over that by the mean: q / (1 - q) / ln(1 - q)^2
+SERIES = 5  # powers of 1 / (i omega) in the response to a load far above all natural frequencies
+CUT = 0.9  # of a low-pass: up to there it takes nothing away
+
+
+@dataclass(frozen=True)
+class Band:
+    """Where a structure's motion shows in the spectra of its recordings, up to ``upper`` (Hz), and where noise does.
+
+    With ``room`` noise alone is above, up to half the sampling rate. Without, be it that a low-pass has taken it away
+    or that the structure has modes there, too, noise is what lies between the lines once most modes have died away.
+    """
+
+    upper: float
+    room: bool
+
+
+def structure_band(plant: Plant, rate: float, lowpass: float | None = None) -> Band:
+    """Return the band of a structure in recordings with a sampling ``rate`` and a ``lowpass`` (Hz)."""
+    highest = float(plant.modes[0][-1]) / (2 * np.pi)
+    upper = min(ABOVE * highest, MOST * rate / 2)
+    if plant.kept is None and (lowpass is None or lowpass >= rate / 2):
+        return Band(upper, room=True)
+    return Band(CUT * min(lowpass or rate / 2, rate / 2), room=False)
+
+
+def noise_of_recordings(batches: tuple[Batch, ...], rate: float, band: Band) -> FloatArray:
+    """Return the standard deviation of the noise (sensor,) as white noise of the same density would have it.
+
+    With a Hann window, so that a decay which the recording cuts off does not leak into all frequencies.
+    """
+    if not band.room:
+        return np.sqrt(_quiet_density(tuple(batch.data for batch in batches), rate, band))
+    lower = max(UPPER * rate / 2, min(2 * band.upper, 0.8 * rate / 2))
+    power, count = 0.0, 0
+    for batch in batches:
+        window = np.hanning(batch.samples)[:, None]
+        above = np.fft.rfftfreq(batch.samples, 1 / rate) > lower
+        spectra = np.asarray(np.fft.rfft(batch.data * window, axis=1)[:, above])
+        density = np.abs(spectra) ** 2 / np.sum(window**2)
+        share = 1.0
+        if batch.loads is not None:
+            pushes = np.asarray(np.fft.rfft(batch.loads.courses[0] * window, axis=1)[:, above])
+            left, share = _unexplained(spectra, pushes, np.asarray(np.fft.rfftfreq(batch.samples)[above]))
+            density = np.abs(left) ** 2 / np.sum(window**2)
+        power = power + density.sum(axis=(0, 1))
+        count += density.shape[0] * density.shape[1] * share
+    return np.asarray(np.sqrt(power / count))
+
+
+def _unexplained(spectra: ComplexArray, pushes: ComplexArray, frequencies: FloatArray) -> tuple[ComplexArray, float]:
+    """Return spectra (recording, frequency, sensor) less what loads explain, and the share of values that are left.
+
+    ``pushes`` (recording, frequency, load). Far above all natural frequencies omega a structure answers to a load as a
+    series in 1 / (i omega) with real coefficients, whatever its masses are; they are found by least squares.
+    """
+    turns = (0.5 / (1j * frequencies[:, None])) ** np.arange(SERIES)  # (frequency, power)
+    columns = (pushes[..., None] * turns[:, None]).reshape(-1, pushes.shape[2] * SERIES)
+    rows = spectra.reshape(-1, spectra.shape[2])
+    X, y = (np.concatenate([part.real, part.imag]) for part in (columns, rows))
+    size = np.linalg.norm(X, axis=0)
+    X = X[:, size > 0] / size[size > 0]
+    left = y - X @ np.linalg.lstsq(X, y, rcond=None)[0]
+    return (left[: len(rows)] + 1j * left[len(rows) :]).reshape(spectra.shape), max(1 - X.shape[1] / len(y), 0.1)
+
+
+def _quiet_density(parts: tuple[FloatArray, ...], rate: float, band: Band) -> FloatArray:
+    """Return the variance (sensor,) of white noise as dense as what lies between the lines, at recordings' ends."""
+    powers = []
+    for part in parts:
+        end = part[:, -max(int(QUIET * part.shape[1]), 2) :]
+        window = np.hanning(end.shape[1])[:, None]
+        density = np.abs(np.fft.rfft(end * window, axis=1)) ** 2 / np.sum(window**2)
+        frequencies = np.fft.rfftfreq(end.shape[1], 1 / rate)
+        powers.append(density[:, (frequencies > 0) & (frequencies <= band.upper)].reshape(-1, part.shape[2]))
+    return np.asarray(np.quantile(np.concatenate(powers), 0.25, axis=0) / QUARTER)
+
+
+@dataclass(frozen=True)
+class Excess:
+    """The energy of residuals in the structure's band beyond white noise, in units of the noise's variance.
+
+    ``total`` and its standard deviation ``std`` if there were none; ``by_recording`` (recording,), batch by batch;
+    ``sigma`` (sensor,) the noise, in units of the residuals.
+    """
+
+    total: float
+    std: float
+    by_recording: FloatArray
+    sigma: FloatArray
+
+    @property
+    def significant(self) -> bool:
+        """Whether chance alone hardly makes as much."""
+        return self.total > 4 * self.std
+
+
+def excess(residuals: tuple[FloatArray, ...], rate: float, band: Band) -> Excess:
+    """Return the structured part of residuals, one array (recording, time, sensor) for each batch."""
+    low, high, counts = [], 0.0, np.zeros(2)
+    for part in residuals:
+        samples = part.shape[1]
+        density = np.abs(np.fft.rfft(part, axis=1)) ** 2 / samples  # of white noise: its variance
+        weight = np.full(density.shape[1], 2.0)  # each frequency but the first stands for two
+        weight[0] = 1.0
+        within = np.fft.rfftfreq(samples, 1 / rate) <= band.upper
+        low.append((np.einsum("rfs,f->rs", density[:, within], weight[within]), float(weight[within].sum())))
+        high = high + density[:, ~within].sum(axis=(0, 1))
+        counts += len(part) * np.array([weight[within].sum(), (~within).sum()])
+    if not band.room:
+        counts[1] = QUIET * counts[0] / 2 / QUARTILE_LOSS
+    variance = high / counts[1] if band.room else _quiet_density(residuals, rate, band)  # (sensor,)
+    by_recording = np.concatenate([np.sum(energy / variance - bins, axis=1) for energy, bins in low])
+    sensors = len(variance)
+    std = float(np.sqrt(2 * counts[0] * sensors + (counts[0] ** 2) * sensors / counts[1]))
+    return Excess(float(by_recording.sum()), std, by_recording, np.sqrt(variance))
+
+
+def correlation_factor(residuals: tuple[FloatArray, ...]) -> float:
+    """Return 1 + 2 sum rho_k over the significant autocorrelations: how many values tell as much as one alone."""
+    most = min(100, min(part.shape[1] for part in residuals) // 3)
+    covariance, values = np.zeros(most), 0
+    for part in residuals:
+        scaled = part / np.sqrt(np.mean(part**2, axis=(0, 1)))
+        values += scaled.size
+        covariance += [float(np.sum(scaled[:, : scaled.shape[1] - k] * scaled[:, k:])) for k in range(most)]
+    rho = covariance / covariance[0]
+    small = np.flatnonzero(rho < 3 / np.sqrt(values))
+    first = int(small[0]) if len(small) else most
+    return float(1 + 2 * rho[1:first].sum())

@@ -1,0 +1,116 @@
+"""Recordings as arrays for fitting: batches of equal length, cut into segments with initial states of their own."""
+
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from fe_models.dofs import FloatArray
+from fe_models.recordings import Dataset, Load
+from hybrid.diagnosis.nominal.loads import Loads, loads_of
+
+
+@dataclass(frozen=True)
+class Batch:
+    """``data`` (recording, time, sensor) of recordings with the same length and ``names`` (recording,).
+
+    ``off``: numbers of the hypothesis' candidates that do not act in these recordings. ``pieces``: segments that each
+    recording was cut into, which follow one another along the first axis. ``share``: of all frequencies up to half the
+    sampling rate, those that a low-pass has left. ``loads``: what is known to act, None where nothing is. ``whole``:
+    what was recorded, where ``data`` are that less something known (see `geometry_response`); None where they are the
+    same.
+    """
+
+    data: FloatArray
+    names: tuple[str, ...]
+    off: tuple[int, ...] = ()
+    pieces: int = 1
+    share: float = 1.0
+    loads: Loads | None = None
+    whole: FloatArray | None = None
+
+    @property
+    def recorded(self) -> FloatArray:
+        """The recordings as they are, (recording, time, sensor)."""
+        return self.data if self.whole is None else self.whole
+
+    @property
+    def restored(self) -> "Batch":
+        """The batch of the recordings as they are."""
+        return replace(self, data=self.recorded, whole=None)
+
+    def less(self, known: FloatArray) -> "Batch":
+        """Return the batch of what was recorded less what is ``known`` of it (recording, time, sensor)."""
+        return replace(self, data=self.recorded - known, whole=self.recorded)
+
+    @property
+    def samples(self) -> int:
+        """Samples of each recording or segment."""
+        return self.data.shape[1]
+
+    @property
+    def begins(self) -> FloatArray:
+        """When each recording or segment begins in its recording, in samples."""
+        return np.tile(np.arange(self.pieces) * float(self.samples), len(self.data) // self.pieces)
+
+    def take(self, recordings: list[int]) -> "Batch":
+        """Return the batch with some of its recordings, each with all its segments."""
+        rows = np.concatenate([number * self.pieces + np.arange(self.pieces) for number in recordings])
+        names = tuple(self.names[number] for number in recordings)
+        whole = None if self.whole is None else self.whole[rows]
+        return replace(self, data=self.data[rows], names=names, loads=self.loads and self.loads.take(rows), whole=whole)
+
+    def first(self, samples: int) -> "Batch":
+        """Return the first ``samples`` of its recordings (uncut)."""
+        whole = None if self.whole is None else self.whole[:, :samples]
+        return replace(self, data=self.data[:, :samples], loads=self.loads and self.loads.first(samples), whole=whole)
+
+    def cut(self, length: int) -> "Batch":
+        """Return its recordings cut into segments of ``length`` samples; what is left at the end is dropped."""
+        recordings, samples, sensors = self.data.shape
+        pieces = max(samples // length, 1)
+        length = min(length, samples)
+        data = self.data[:, : pieces * length].reshape(recordings * pieces, length, sensors)
+        loads = self.loads and self.loads.cut(pieces, length)
+        return replace(self, data=data, pieces=pieces, loads=loads, whole=None)
+
+
+def batches_of(dataset: Dataset, role: Literal["train", "test"]) -> tuple[Batch, ...]:
+    """Return the recordings of one role, those of equal length together, loaded ones apart; several in one file share
+    its name.
+    """
+    alike: dict[tuple[int, bool], list[tuple[str, FloatArray, tuple[Load, ...]]]] = {}
+    for recording in dataset.select(role):
+        for data in recording.data:
+            key = len(data), bool(recording.loads)
+            alike.setdefault(key, []).append((recording.name, data, recording.loads))
+    rate, lowpass = dataset.sampling_rate, dataset.lowpass
+    share = min(lowpass / (rate / 2), 1.0) if lowpass else 1.0
+    return tuple(
+        Batch(
+            np.stack([data for _, data, _ in items]),
+            tuple(name for name, _, _ in items),
+            share=share,
+            loads=loads_of([loads for _, _, loads in items], samples, rate, lowpass),
+        )
+        for (samples, _), items in alike.items()
+    )
+
+
+def count_of(batches: tuple[Batch, ...]) -> int:
+    """Return the number of recordings, however many segments each was cut into."""
+    return sum(len(batch.names) for batch in batches)
+
+
+def measured_columns(dataset: Dataset) -> tuple[int, ...]:
+    """Return the columns of the sensors that are fitted."""
+    return tuple(column for column, sensor in enumerate(dataset.sensors) if sensor.role == "measured")
+
+
+def columns_of(batches: tuple[Batch, ...], columns: tuple[int, ...]) -> tuple[Batch, ...]:
+    """Return the batches with some of their channels."""
+    own = list(columns)
+    return tuple(
+        replace(batch, data=batch.data[..., own], whole=None if batch.whole is None else batch.whole[..., own])
+        for batch in batches
+    )

@@ -1,0 +1,1 @@
+"""What a hypothesis makes the sensors show."""

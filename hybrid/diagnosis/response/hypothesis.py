@@ -1,0 +1,276 @@
+"""A hypothesis: the plant, its uncertain factors and a few candidates; what system each parameter vector gives."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from fe_models.dofs import BoolArray, FloatArray
+from fe_models.recordings import Sensor
+from fe_models.time_integration import TimeIntegration
+from hybrid.diagnosis.causes.candidate import Candidate
+from hybrid.diagnosis.nominal.plant import Plant
+from hybrid.diagnosis.response.forces import force_of, law_in_motion
+from hybrid.diagnosis.response.reduction import Basis, basis_of, turn
+from hybrid.diagnosis.response.system import Entry, Force, System
+
+FARTHEST = 3.0  # of a log factor: twenty times as much or as little is no calibration
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """Parameter vectors theta (..., parameter): log factors of parts and of damping, scatter; then the candidates'."""
+
+    plant: Plant
+    candidates: tuple[Candidate, ...] = ()
+
+    def adding(self, candidate: Candidate) -> "Hypothesis":
+        """Return the hypothesis with one more candidate."""
+        return replace(self, candidates=(*self.candidates, candidate))
+
+    @property
+    def nuisances(self) -> int:
+        """Number of uncertain factors, the first entries of theta."""
+        return len(self.plant.spread)
+
+    @cached_property
+    def slices(self) -> tuple[slice, ...]:
+        """Where each candidate's parameters stand in theta."""
+        ends = np.cumsum([self.nuisances, *(len(c.names) for c in self.candidates)])
+        return tuple(slice(int(a), int(b)) for a, b in pairwise(ends))
+
+    @property
+    def centre(self) -> FloatArray:
+        """The prior mean (parameter,)."""
+        own = [value for c in self.candidates for value in c.neutral]
+        return np.array([0.0] * self.nuisances + own)
+
+    @property
+    def width(self) -> FloatArray:
+        """The prior standard deviation (parameter,)."""
+        return np.array([*self.plant.spread, *(value for c in self.candidates for value in c.width)])
+
+    @property
+    def lower(self) -> FloatArray:
+        """The least values (parameter,)."""
+        return np.array([-FARTHEST] * self.nuisances + [value for c in self.candidates for value in c.lower])
+
+    @property
+    def upper(self) -> FloatArray:
+        """The largest values (parameter,)."""
+        own = [value for c in self.candidates for value in c.upper or (np.inf,) * len(c.names)]
+        return np.array([FARTHEST] * self.nuisances + own)
+
+    @property
+    def is_linear(self) -> bool:
+        """Whether the channels are linear in the initial state."""
+        return not self.plant.laws and not any(c.is_law for c in self.candidates)
+
+    @cached_property
+    def basis(self) -> Basis:
+        """The shapes in which the hypothesis moves, and its matrices there."""
+        return basis_of(self.plant, self.candidates)
+
+    @property
+    def size(self) -> int:
+        """Number of coordinates whose motion is followed."""
+        whole = self.basis.mass.shape[0]
+        return whole if self.plant.kept is None else min(self.plant.kept + self.brought, whole)
+
+    @property
+    def brought(self) -> int:
+        """Number of modes that are followed beyond the plant's own: see `Candidate`."""
+        return sum(c.brings for c in self.candidates)
+
+    @property
+    def states(self) -> int:
+        """Number of entries of an initial state: displacements, velocities, two for each harmonic force."""
+        return 2 * self.size + 2 * sum(c.oscillator for c in self.candidates)
+
+    @property
+    def own_states(self) -> list[list[int]]:
+        """Entries of an initial state that other hypotheses do not have, those of like size together."""
+        n, forces = self.size, range(sum(c.oscillator for c in self.candidates))
+        modes = [[end - 1 - number] for number in range(self.brought) for end in (n, 2 * n)]
+        return modes + [[2 * n + 2 * number, 2 * n + 2 * number + 1] for number in forces]
+
+    def reduced(self, theta: FloatArray) -> "Reduced":
+        """Return M, C, K and the shapes of ``theta`` (variant, parameter)."""
+        plant, basis = self.plant, self.basis
+        parts, variants = len(plant.parts), len(theta)
+        factor = np.exp(theta[:, : plant.factors])
+        of_mass = np.array([part.quantity == "mass" for part in plant.parts], dtype=bool)
+        M, C, K = (np.repeat(matrix[None], variants, axis=0) for matrix in (basis.mass, basis.damping, basis.stiffness))
+        M += np.einsum("pe,eij->pij", factor[:, :parts][:, of_mass] - 1, basis.parts[of_mass])
+        K += np.einsum("pe,eij->pij", factor[:, :parts][:, ~of_mass] - 1, basis.parts[~of_mass])
+        K += np.einsum("pe,eij->pij", theta[:, plant.factors : self.nuisances], basis.scattered)
+        added, replaced = np.zeros_like(C), list[tuple[int, FloatArray]]()
+        for candidate, change, part in zip(self.candidates, basis.changes, self.slices, strict=True):
+            if change is not None:
+                dM, dC, dK = candidate.amount(theta[:, part.start])[:, None, None] * change[:, None]
+                M, added, K = M + dM, added + dC, K + dK
+            elif candidate.mode is not None:
+                replaced.append((candidate.mode, theta[:, part.start]))
+        shapes = np.broadcast_to(basis.shapes, (variants, *basis.shapes.shape))
+        if self.size < M.shape[1]:
+            T = turn(M, K, self.size)
+            M, C, K, added = (T.transpose(0, 2, 1) @ matrix @ T for matrix in (M, C, K, added))
+            shapes = basis.shapes @ T
+        return Reduced(M, self._damping(M, C, K, factor[:, parts:], replaced) + added, K, shapes)
+
+    def system(self, theta: FloatArray, sensors: tuple[Sensor, ...], rate: float, faulty: tuple[int, ...]) -> System:
+        """Return the systems of ``theta`` (variant, parameter).
+
+        ``faulty``: for each of the ``sensors`` its position among the measured ones, -1 where it is none of them.
+        """
+        plant, n, variants = self.plant, self.size, len(theta)
+        reduced, laws, waves = self.reduced(theta), self._laws(theta), self._waves(theta)
+        inverse = np.linalg.inv(reduced.mass)
+        lower = -inverse @ np.concatenate([reduced.stiffness, reduced.damping], axis=2)  # (variant, mode, state)
+        A = np.zeros((variants, self.states, self.states))
+        A[:, :n, n : 2 * n] = np.eye(n)
+        A[:, n : 2 * n, : 2 * n] = lower
+        accelerations = np.zeros((variants, n, self.states))
+        accelerations[:, :, : 2 * n] = lower
+        for number, (pull, _, frequency) in enumerate(waves):
+            first, omega = 2 * n + 2 * number, 2 * np.pi * frequency
+            A[:, n : 2 * n, first] = accelerations[:, :, first] = reduced.fed(pull, inverse)
+            A[:, first, first + 1], A[:, first + 1, first] = omega, -omega
+        if plant.integration is not None and not any(c.kind == TimeIntegration.kind for c in self.candidates):
+            A = _stepped(A, plant.integration)
+        B, G = np.zeros((variants, self.states, len(laws))), np.zeros((variants, 2 * len(laws), self.states))
+        B[:, n : 2 * n] = feed = reduced.feed([pull for pull, _, _ in laws], inverse)
+        for number, (pull, _, _) in enumerate(laws):
+            G[:, number, :n] = G[:, len(laws) + number, n : 2 * n] = pull @ reduced.shapes
+        rows = plant.rows(sensors)
+        picked = rows @ reduced.shapes  # (variant, sensor, mode)
+        seen = np.zeros((variants, len(sensors), self.states))
+        kinds = np.array([sensor.quantity for sensor in sensors], dtype=str)
+        at_rest, moving, pushed = (kinds == word for word in ("displacement", "velocity", "acceleration"))
+        seen[:, at_rest, :n] = picked[:, at_rest]
+        seen[:, moving, n : 2 * n] = picked[:, moving]
+        seen[:, pushed] = picked[:, pushed] @ accelerations
+        for number, (_, bent, frequency) in enumerate(waves):
+            first, omega = 2 * n + 2 * number, 2 * np.pi * frequency[:, None]
+            shown = rows @ bent  # (sensor,)
+            seen[:, at_rest, first] += shown[at_rest]
+            seen[:, moving, first + 1] += omega * shown[moving]
+            seen[:, pushed, first] -= omega**2 * shown[pushed]
+        direct = np.where(pushed[:, None], picked @ feed, 0.0)
+        also: FloatArray | None = None
+        if laws and plant.kept is not None:
+            orders = np.stack([at_rest, moving, pushed])[..., None]  # (derivative, sensor, 1)
+            also = orders * (rows @ np.stack([bent for _, bent, _ in laws], axis=-1))
+        forces = tuple(force for _, _, force in laws)
+        gain, delay, slope = self._faults(theta, faulty)
+        loads = self._loads(reduced, inverse, rows, np.stack([at_rest, moving, pushed]), [pull for pull, _, _ in laws])
+        return System(A, B, seen, direct, G, forces, gain, delay, slope, 1 / rate, also, loads)
+
+    def _loads(
+        self, reduced: "Reduced", inverse: Any, rows: FloatArray, kinds: BoolArray, laws: list[FloatArray]
+    ) -> Entry | None:
+        """Return how the plant's known loads enter: ``rows`` (sensor, dof) of sensors of three ``kinds`` (3, sensor),
+        pulls (dof,) of ``laws``; ``inverse`` of the mass. None where there are none.
+        """
+        plant, n = self.plant, self.size
+        if not plant.loaded:
+            return None
+        pulls, bent = plant.load_pulls, plant.load_shapes
+        feed = np.zeros((len(inverse), 2 * n, len(pulls)))
+        feed[:, n:] = reduced.feed(list(pulls), inverse)
+        direct = np.where(kinds[2][:, None], rows @ reduced.shapes @ feed[:, n:], 0.0)
+        stretch = np.array(laws).reshape(len(laws), len(bent)) @ bent
+        return Entry(plant.loaded, feed, direct, kinds[..., None] * (rows @ bent), stretch)
+
+    def _laws(self, theta: FloatArray) -> list[tuple[FloatArray, FloatArray, Force]]:
+        """Return pull (dof,), what it bends besides (dof,) and force of each law: the plant's, then the candidates'."""
+        plant, stiffnesses = self.plant, np.exp(theta[:, : len(self.plant.parts)])
+        pulls = [plant.pull(law) for law in plant.laws]
+        forces = [law_in_motion(law, plant.flexibility(pull)) for law, pull in zip(plant.laws, pulls, strict=True)]
+        bent = self._left_out
+        found = list(zip(pulls, bent, forces, strict=False))
+        for candidate, part, shape in zip(self.candidates, self.slices, bent[len(pulls) :], strict=True):
+            if candidate.pull is not None and candidate.is_law:
+                found.append((candidate.pull, shape, force_of(candidate, plant, theta[:, part], stiffnesses)))
+        return found
+
+    def _waves(self, theta: FloatArray) -> list[tuple[FloatArray, FloatArray, FloatArray]]:
+        """Return pull (dof,), what it bends besides (dof,) and frequency (variant,), Hz, of each harmonic force."""
+        bent = self._left_out[len(self.plant.laws) :]
+        return [
+            (candidate.pull, shape, theta[:, part.start])
+            for candidate, part, shape in zip(self.candidates, self.slices, bent, strict=True)
+            if candidate.oscillator and candidate.pull is not None
+        ]
+
+    def _faults(self, theta: FloatArray, faulty: tuple[int, ...]) -> FloatArray:
+        """Return gain, delay (s) and slope (1/s) of the sensors, (3, variant, sensor); ``faulty``: see `system`."""
+        faults = np.zeros((3, len(theta), len(faulty)))
+        faults[0] = 1.0
+        for candidate, part in zip(self.candidates, self.slices, strict=True):
+            if candidate.sensor is not None:
+                which = ("sensor_gain", "sensor_delay", "sensor_drift").index(candidate.kind)
+                faults[which][:, [i for i, s in enumerate(faulty) if s == candidate.sensor]] = theta[:, part]
+        return faults
+
+    @cached_property
+    def _left_out(self) -> list[FloatArray]:
+        """How far a unit of each law of the plant, then of each candidate, bends modes that are not followed (dof,)."""
+        plant, nothing = self.plant, np.zeros(len(self.plant.dofs))
+        pulls = [*(plant.pull(law) for law in plant.laws), *(c.pull for c in self.candidates)]
+        return [nothing if pull is None else plant.left_out(pull) for pull in pulls]
+
+    def _damping(
+        self,
+        M: FloatArray,
+        C: FloatArray,
+        K: FloatArray,
+        factor: FloatArray,
+        replaced: list[tuple[int, FloatArray]],
+    ) -> FloatArray:
+        """Return C (variant, mode, mode) with the damping ratio of each present mode multiplied by its ``factor``."""
+        square = np.linalg.cholesky(M)
+        inverse = np.linalg.inv(square)
+        omega2, shapes = np.linalg.eigh(inverse @ K @ inverse.transpose(0, 2, 1))
+        omega = np.sqrt(np.maximum(omega2, 1e-12 * np.abs(omega2).max(axis=1, keepdims=True)))
+        phi = inverse.transpose(0, 2, 1) @ shapes  # (variant, dof, mode)
+        own = np.einsum("pdi,pde,pei->pi", phi, C, phi, optimize=True)  # 2 xi omega
+        more = len(M[0]) - len(self.plant.ratios)  # modes that candidates bring
+        ratios = np.pad(self.plant.ratios, (0, more), mode="edge")
+        factor = np.pad(factor, ((0, 0), (0, more)), constant_values=1.0)
+        assumed = 2 * ratios * omega
+        added = (own + assumed) * factor - own
+        for mode, ratio in replaced:
+            added[:, mode] = 2 * ratio * omega[:, mode] - own[:, mode]
+        weighted = M @ phi
+        return np.asarray(C + (weighted * added[:, None]) @ weighted.transpose(0, 2, 1))
+
+
+@dataclass(frozen=True)
+class Reduced:
+    """``mass``, ``damping``, ``stiffness`` (variant, mode, mode) and ``shapes`` (variant, dof, mode) of the modes."""
+
+    mass: FloatArray
+    damping: FloatArray
+    stiffness: FloatArray
+    shapes: FloatArray
+
+    def feed(self, pulls: list[FloatArray], inverse: Any) -> FloatArray:
+        """Return the accelerations (variant, mode, force) by unit forces along ``pulls`` (dof,); see `fed`."""
+        feed = np.zeros((*self.mass.shape[:2], len(pulls)))
+        for number, pull in enumerate(pulls):
+            feed[:, :, number] = self.fed(pull, inverse)
+        return feed
+
+    def fed(self, pull: FloatArray, inverse: Any) -> FloatArray:
+        """Return the accelerations (variant, mode) by a unit force along ``pull`` (dof,); ``inverse`` of the mass."""
+        return np.asarray(np.einsum("pij,pj->pi", inverse, pull @ self.shapes))
+
+
+def _stepped(A: FloatArray, integration: TimeIntegration) -> FloatArray:
+    """Return A (variant, state, state) of the system that the user's own time steps show instead."""
+    roots, vectors = np.linalg.eig(A)
+    shown = integration.shown_root(roots)
+    return np.asarray(np.real((vectors * shown[:, None]) @ np.linalg.inv(vectors)))

@@ -1,0 +1,202 @@
+"""Motion under force laws: how finely to step, the laws as tables, and what the sensors show of it.
+
+Every law is a function of elongation plus one of rate; both are tabulated: so one compiled loop (`stepping`) serves all
+laws, each defined where it belongs (`fe_models.effects`).
+"""
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from scipy.signal import savgol_filter
+
+from fe_models.dofs import FloatArray, IntArray
+from hybrid.diagnosis.nominal.loads import ORDERS, Loads
+from hybrid.diagnosis.response.loaded import loaded_channels, loaded_states
+from hybrid.diagnosis.response.side_by_side import THREADS, side_by_side
+from hybrid.diagnosis.response.stepping import Scheme, scheme_of, step_through
+from hybrid.diagnosis.response.system import System, as_shown, drift, linear_channels
+
+SUBSTEP = 1.0  # largest omega times substep where a force law acts: its pull on that mode is then off by 5e-4
+FEWEST_SUBSTEPS = 2  # contacts and friction set in between samples
+MOST_SUBSTEPS = 40
+MOST_SUBSTEPS_OF_LAWS = 8  # where a law is sharp: friction that holds its place
+NODES = 8192  # of a table, an even number: its middle is at rest
+MARGIN = 2.0  # times what the linear motion can reach at most: how far tables go
+WIDER = 8.0  # times as far, where a motion leaves them
+SMOOTHED = 7  # samples of a force from which its derivatives are told
+ATTEMPTS = 4  # of that; a motion that goes further has exploded
+SIZES = 10.0 ** np.arange(-12, 13)  # m, m/s: a law that answers to none of them does not depend on it
+
+
+@dataclass(frozen=True)
+class Marched:
+    """``states`` (variant, recording, time, state) and ``forces`` -f (variant, recording, time, law)."""
+
+    states: FloatArray
+    forces: FloatArray
+
+
+@dataclass(frozen=True)
+class _Tables:
+    """What laws are told by: of the elongations and rates (2 law,) those ``rows`` (row,) that any law depends on.
+
+    ``values`` (variant, row, node) of a force from -``reach`` to ``reach`` (row,).
+    """
+
+    values: FloatArray
+    reach: FloatArray
+    rows: IntArray
+
+
+def _tables(system: System, reach: FloatArray) -> _Tables:
+    """Return the tables of a system's laws for elongations and rates up to ``reach`` (2 law,)."""
+    felt = _values(system, np.append(-SIZES, SIZES), np.ones_like(reach))
+    rows = np.flatnonzero(np.abs(felt).max(axis=(0, 2)))
+    values = _values(system, np.linspace(-1, 1, NODES + 1), reach)
+    return _Tables(np.ascontiguousarray(values[:, rows]), reach[rows], rows)
+
+
+def _values(system: System, at: FloatArray, reach: FloatArray) -> FloatArray:
+    """Return forces (variant, 2 law, value) of elongations, then of rates: ``at`` (value,) times ``reach`` (2 law,)."""
+    variants, laws = len(system.A), len(system.forces)
+    values, still = np.zeros((variants, 2 * laws, len(at))), np.zeros((variants, len(at)))
+    with np.errstate(over="ignore", invalid="ignore"):
+        for number, force in enumerate(system.forces):
+            for row, pair in ((number, (1, 0)), (laws + number, (0, 1))):
+                moved = np.broadcast_to(reach[row] * at, still.shape)
+                values[:, row] = force(moved if pair[0] else still, moved if pair[1] else still)
+    return values
+
+
+def march(system: System, start: FloatArray, samples: int, loads: Loads | None = None) -> Marched | None:
+    """Return the motion from ``start`` (variant, recording, state), None where it explodes.
+
+    Order 4; only the elongations are needed within a substep, so that all four stages cost one product with the state.
+    Known ``loads`` and their derivatives are carried as states that each sample sets anew, so that the linear part
+    stays exact.
+    """
+    fastest = float(np.abs(np.linalg.eigvals(system.A[0])).max())
+    substeps = max(FEWEST_SUBSTEPS, int(np.ceil(fastest * system.step / SUBSTEP)))
+    if substeps > MOST_SUBSTEPS or not np.isfinite(start).all():  # no structure, but a search gone astray
+        return None
+    reach = _reach(system, start, loads)
+    tables = _tables(system, reach)
+    wanted = int(np.ceil(min(_sharpest(system, tables) * system.step, MOST_SUBSTEPS_OF_LAWS)))
+    substeps = max(substeps, wanted)
+    variants, recordings, states = start.shape
+    known = np.zeros((recordings, samples, 0))
+    if loads is not None:
+        system, known = _with_loads(system, loads)
+        start = np.pad(start, ((0, 0), (0, 0), (0, known.shape[2])))
+    history = np.empty((variants, recordings, samples, start.shape[2]))
+    applied = np.empty((variants, recordings, samples, len(system.forces)))
+    scheme = scheme_of(system, system.step / substeps, tables.rows, apart=loads is None)
+    begun = np.ascontiguousarray(start @ scheme.inverse.swapaxes(1, 2))
+    for _ in range(ATTEMPTS):
+        parts = (*scheme, tables.values, begun, history, applied)
+        if _all_stepped(parts, tables.reach, tables.rows % len(system.forces), known, substeps):
+            return Marched(history[..., :states], applied)
+        reach = reach * WIDER
+        tables = _tables(system, reach)
+    return None
+
+
+def _all_stepped(parts: tuple[FloatArray, ...], *common: Any) -> bool:
+    """Return whether all variants stay within their tables; threads share the ``parts``, whose first axis they are."""
+
+    def stepped(bounds: tuple[int, int]) -> bool:
+        first, last = bounds
+        scheme = Scheme(*(part[first:last] for part in parts[: len(Scheme._fields)]))
+        return bool(step_through(scheme, *(part[first:last] for part in parts[len(Scheme._fields) :]), *common))
+
+    bounds = np.unique(np.linspace(0, len(parts[0]), THREADS + 1).astype(int))
+    return all(side_by_side(stepped, pairwise(bounds.tolist())))
+
+
+def _with_loads(system: System, loads: Loads) -> tuple[System, FloatArray]:
+    """Return a system whose states end with the loads' courses, and what these are, (recording, time, course)."""
+    entry = system.loads
+    assert entry is not None  # a plant knows its dataset's loads
+    courses = loads.at(entry.places)
+    variants, states, laws = system.B.shape
+    own, places = entry.feed.shape[1], len(entry.places)
+    more = ORDERS * places
+    A = np.zeros((variants, states + more, states + more))
+    A[:, :states, :states] = system.A
+    A[:, :own, states : states + places] = entry.feed
+    A[:, range(states, states + more - places), range(states + places, states + more)] = 1.0  # each order's derivative
+    G = np.pad(system.G, ((0, 0), (0, 0), (0, more)))
+    for order in (0, 1):
+        first = states + order * places
+        G[:, order * laws : (order + 1) * laws, first : first + places] = entry.stretch
+    known = courses.transpose(1, 2, 0, 3).reshape(*courses.shape[1:3], more)
+    return replace(system, A=A, B=np.pad(system.B, ((0, 0), (0, more), (0, 0))), G=G), np.ascontiguousarray(known)
+
+
+def _sharpest(system: System, tables: _Tables) -> float:
+    """Return the largest rate (1/s) at which a law would bring its own place to rest: where friction holds it."""
+    laws = len(system.forces)
+    mobility = np.abs(np.einsum("ls,sl->l", system.G[0, laws:], system.B[0]))  # acceleration by a unit force
+    rates = tables.rows >= laws
+    reached = tables.values[0, rates, NODES // 4 : -NODES // 4]  # without the tables' margin
+    slopes = np.abs(np.diff(reached, axis=1)).max(axis=1) * NODES / (2 * tables.reach[rates])
+    return float((slopes * mobility[tables.rows[rates] - laws]).max(initial=0.0))
+
+
+def respond(system: System, start: FloatArray, samples: int, loads: Loads | None = None) -> FloatArray:
+    """Return the channels (variant, recording, time, sensor) from initial states (variant, recording, state) under
+    known ``loads``.
+
+    NaN where the motion grows beyond all bounds.
+    """
+    if system.is_linear:
+        y = linear_channels(system, start, samples) + drift(system, samples)[:, None]
+        return y if loads is None else y + loaded_channels(system, loads)
+    marched = march(system, start, samples, loads)
+    if marched is None:
+        return np.full((*start.shape[:2], samples, system.C.shape[1]), np.nan)
+    return channels(system, marched, loads)
+
+
+def channels(system: System, marched: Marched, loads: Loads | None = None) -> FloatArray:
+    """Return the channels (variant, recording, time, sensor) of what `march` returns under known ``loads``."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        y = marched.states @ system.C[:, None].swapaxes(2, 3)
+        y += marched.forces @ system.D[:, None].swapaxes(2, 3)
+        for order, bent in enumerate(() if system.bent is None else system.bent):
+            if bent.any():
+                y += _derivative(marched.forces, order, system.step) @ bent.T
+        if loads is not None and system.loads is not None:
+            courses = loads.at(system.loads.places)
+            y += np.einsum("psl,rtl->prts", system.loads.direct, courses[0])
+            y += np.einsum("osl,ortl->rts", system.loads.bent, courses[:3])
+    return as_shown(system, y)
+
+
+def _derivative(applied: FloatArray, order: int, step: float) -> FloatArray:
+    """Return a derivative of forces (..., time, law), by Savitzky and Golay's filter.
+
+    It follows no jump between samples.
+    """
+    if order == 0:
+        return applied
+    if applied.shape[-2] < SMOOTHED:
+        return np.zeros_like(applied)
+    return np.asarray(savgol_filter(applied, SMOOTHED, polyorder=4, deriv=order, delta=step, axis=-2))
+
+
+def _reach(system: System, start: FloatArray, loads: Loads | None) -> FloatArray:
+    """Return elongations and rates (2 law,) twice as large as without the forces the first variant could reach.
+
+    Of a body that nothing holds: twice those that it begins with.
+    """
+    vectors = np.linalg.eig(system.A[0])[1]
+    with np.errstate(all="ignore"):
+        amplitudes = np.abs(np.linalg.pinv(vectors) @ start[0].T)  # (mode, recording)
+        most = (np.abs(system.G[0] @ vectors) @ amplitudes).max(axis=1)
+        most = np.maximum(most, np.abs(system.G[0] @ start[0].T).max(axis=1))
+        if loads is not None:
+            most = most + np.abs(loaded_states(system, loads) @ system.G[0].T).max(axis=(0, 1))
+    return np.maximum(MARGIN * most, np.finfo(float).tiny ** 0.25)

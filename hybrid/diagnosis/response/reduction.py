@@ -1,0 +1,107 @@
+"""A hypothesis' matrices in few coordinates: natural modes, enriched with what its candidates bend statically."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fe_models.dofs import FloatArray
+from hybrid.diagnosis.causes.candidate import Candidate
+from hybrid.diagnosis.nominal.plant import Plant
+
+SAME = 1e-6  # of its length: what must be left of a shape for it to add to the basis
+LEAST = 1e-12  # of the largest eigenvalue: what counts as a force that a change brings
+LOCAL = 6  # forces at most of a change that is local; one spread over a group of elements is served by the modes
+
+
+@dataclass(frozen=True)
+class Basis:
+    """``shapes`` (dof, vector), and M, C, K in it (vector, vector); ``parts`` (part, vector, vector): what doubling an
+    uncertain part adds, ``scattered`` (pattern, vector, vector) what a unit of each pattern of the scatter does;
+    ``changes`` (3, vector, vector) dM, dC, dK a unit of each candidate's amount, None without.
+    """
+
+    shapes: FloatArray
+    mass: FloatArray
+    damping: FloatArray
+    stiffness: FloatArray
+    parts: FloatArray
+    scattered: FloatArray
+    changes: tuple[FloatArray | None, ...]
+
+
+def basis_of(plant: Plant, candidates: tuple[Candidate, ...]) -> Basis:
+    """Return the plant's basis with the static response to each linear candidate, mass-orthogonal to all before it.
+
+    Exact in the limit of many modes, and already with few for a change that few forces make (Craig and Bampton's
+    fixed-interface modes and constraint modes, where a support is released).
+    """
+    shapes = plant.basis
+    for candidate in candidates:
+        for shape in _static_shapes(plant, candidate).T:
+            shapes = _appended(shapes, shape, plant)
+    changes = tuple(
+        None if c.changes is None else np.array([shapes.T @ (part @ shapes) for part in c.changes]) for c in candidates
+    )
+    M, C, K, *others = _projected(plant, shapes)
+    first, size = len(plant.parts), shapes.shape[1]
+    parts, scattered = (np.array(group).reshape(-1, size, size) for group in (others[:first], others[first:]))
+    return Basis(shapes, M, C, K, parts, scattered, changes)
+
+
+def _projected(plant: Plant, shapes: FloatArray) -> FloatArray:
+    """Return the plant's matrices, all symmetric, in ``shapes`` (dof, vector), the first of which are its own."""
+    known = plant.projected
+    own, size = known.shape[1], shapes.shape[1]
+    if size == own:
+        return known
+    added = (plant.stacked @ shapes[:, own:]).reshape(len(known), len(shapes), size - own)
+    full = np.empty((len(known), size, size))
+    full[:, :own, :own] = known
+    full[:, :, own:] = shapes.T @ added
+    full[:, own:, :own] = full[:, :own, own:].swapaxes(1, 2)
+    return full
+
+
+def _static_shapes(plant: Plant, candidate: Candidate) -> FloatArray:
+    """Return the shapes (dof, load) that a candidate needs beyond the plant's own."""
+    if candidate.released is not None:
+        return plant.released(candidate.released)[:, None]
+    if plant.kept is None or candidate.changes is None:
+        return np.zeros((len(plant.dofs), 0))
+    forces = []
+    for change in candidate.changes:
+        rows = np.unique(np.concatenate(change.nonzero()))
+        if len(rows):
+            values, vectors = np.linalg.eigh(change[rows][:, rows].toarray())
+            felt = np.abs(values) > LEAST * np.abs(values).max()
+            full = np.zeros((len(plant.dofs), int(felt.sum())))
+            full[rows] = vectors[:, felt]
+            if full.shape[1] <= LOCAL:
+                forces.append(full)
+    return plant.static(np.hstack(forces)) if forces else np.zeros((len(plant.dofs), 0))
+
+
+def _appended(shapes: FloatArray, shape: FloatArray, plant: Plant) -> FloatArray:
+    """Return ``shapes`` (dof, vector) with one more, made orthogonal to them and normalised by mass."""
+    length = float(np.sqrt(shape @ (plant.mass @ shape)))
+    rest = shape
+    for _ in range(2):  # once leaves rounding errors of what was taken away
+        weighted = plant.mass @ shapes
+        rest = rest - shapes @ np.linalg.solve(shapes.T @ weighted, weighted.T @ rest)
+    left = float(np.sqrt(max(rest @ (plant.mass @ rest), 0.0)))
+    if length == 0 or left <= SAME * length:
+        return shapes
+    return np.column_stack([shapes, rest / left])
+
+
+def turn(M: FloatArray, K: FloatArray, kept: int) -> FloatArray:
+    """Return T (variant, vector, mode): the ``kept`` lowest modes, turned as close as can be to the first shapes.
+
+    Coordinates then mean the same in all variants, however the modes mix (orthogonal Procrustes problem).
+    """
+    square = np.linalg.cholesky(M)
+    inverse = np.linalg.inv(square)
+    _, vectors = np.linalg.eigh(inverse @ K @ inverse.transpose(0, 2, 1))
+    lowest = vectors[:, :, :kept]
+    left, _, right = np.linalg.svd(lowest[:, :kept].transpose(0, 2, 1))
+    return np.asarray(inverse.transpose(0, 2, 1) @ lowest @ (left @ right))

@@ -1,0 +1,181 @@
+"""The state space of many parameter vectors at once: z' = A z + B f(u, v), y = C z + D f, with the sensors' faults."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from math import ceil, sqrt
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.linalg import expm
+
+from fe_models.dofs import FloatArray
+from hybrid.diagnosis.nominal.loads import LoadPlace
+
+Force = Callable[[FloatArray, FloatArray], FloatArray]
+"""Restoring force (variant, recording) of elongation and rate, each (variant, recording)."""
+
+MOST_GROWTH = 200.0  # in e-folds, of a motion without damping; more would overflow, and is as wrong
+DEFECTIVE = 1e9  # condition number of eigenvectors, beyond which matrix exponentials serve better
+SOFT = 1e-8  # of the highest eigenvalue: springs that hold a body that moves freely
+
+
+@dataclass(frozen=True)
+class Entry:
+    """How known loads at ``places`` enter a system.
+
+    ``feed`` (variant, state, place): what a unit of each adds to the rate of the structure's own states, those of
+    harmonic forces left out; ``direct`` (variant, sensor, place): what it shows at once. What it bends in modes that
+    are not followed: ``bent`` (3, sensor, place), shown of the load, its first and its second derivative; ``stretch``
+    (law, place), along the elongation of each force law.
+    """
+
+    places: tuple[LoadPlace, ...]
+    feed: FloatArray
+    direct: FloatArray
+    bent: FloatArray
+    stretch: FloatArray
+
+
+@dataclass(frozen=True)
+class System:
+    """``A`` (variant, state, state), ``C`` (variant, sensor, state); ``B`` (variant, state, law) and ``D`` (variant,
+    sensor, law) of the ``forces``; ``G`` (variant, 2 law, state) gives elongations, then rates; ``gain``, ``delay`` (s)
+    and ``slope`` (1/s): (variant, sensor); ``step`` (s) between samples. ``bent`` (3, sensor, law): how much of f, of
+    its first and of its second derivative each sensor shows, besides, of modes that are not followed; None of none.
+    ``loads``: how known ones enter, None where there are none.
+    """
+
+    A: FloatArray
+    B: FloatArray
+    C: FloatArray
+    D: FloatArray
+    G: FloatArray
+    forces: tuple[Force, ...]
+    gain: FloatArray
+    delay: FloatArray
+    slope: FloatArray
+    step: float
+    bent: FloatArray | None = None
+    loads: Entry | None = None
+
+    @property
+    def is_linear(self) -> bool:
+        """Whether no force law acts."""
+        return not self.forces
+
+    def only(self, variant: int) -> "System":
+        """Return one variant of a linear system."""
+        one = slice(variant, variant + 1)
+        parts = {name: getattr(self, name)[one] for name in ("A", "B", "C", "D", "G", "gain", "delay", "slope")}
+        own = self.loads
+        return replace(self, **parts, loads=own and replace(own, feed=own.feed[one], direct=own.direct[one]))
+
+
+@dataclass(frozen=True)
+class ModalForm:
+    """Linear channels as a sum of decaying oscillations: y = Re sum over m of c_m exp(root_m t) (left_m z0).
+
+    ``roots`` (variant, m), 1/s, one of each conjugate pair; ``right`` (variant, sensor, m), with gain, delay and the
+    factor 2 of a pair; ``left`` (variant, m, state).
+    """
+
+    roots: FloatArray
+    right: FloatArray
+    left: FloatArray
+
+    def waves(self, samples: int, step: float) -> FloatArray:
+        """Return exp(root t) side by side as real and negative imaginary part, (variant, time, 2 m)."""
+        roots = np.minimum(self.roots.real, MOST_GROWTH / (step * samples)) + 1j * self.roots.imag
+        block = ceil(sqrt(samples))  # exp of each block's beginning times exp within it: two short tables
+        begin, within = (
+            np.exp(roots[:, None] * (step * times)[:, None])
+            for times in (block * np.arange(ceil(samples / block)), np.arange(block))
+        )
+        waves = (begin[:, :, None] * within[:, None]).reshape(len(roots), -1, roots.shape[1])[:, :samples]
+        return np.concatenate([waves.real, -waves.imag], axis=2)
+
+
+def modal_form(system: System) -> ModalForm | None:
+    """Return the modal form, None where eigenvectors fall together (a body that moves freely, a resonance)."""
+    roots, vectors = np.linalg.eig(system.A)
+    if not np.isfinite(vectors).all() or np.linalg.cond(vectors).max() > DEFECTIVE:
+        return None
+    weight = np.where(roots.imag > 0, 2.0, np.where(roots.imag < 0, 0.0, 1.0))
+    order = np.argsort(-weight, axis=1)[:, : int((weight > 0).sum(axis=1).max())]
+    inverse = np.linalg.inv(vectors)
+    roots = np.take_along_axis(roots, order, axis=1)
+    right = system.C @ np.take_along_axis(vectors, order[:, None], axis=2)
+    right = right * (system.gain[..., None] * np.take_along_axis(weight, order, axis=1)[:, None])
+    if system.delay.any():
+        right = right * np.exp(-roots[:, None] * system.delay[..., None])
+    return ModalForm(roots, right, np.take_along_axis(inverse, order[..., None], axis=1))
+
+
+def free_form(system: System, n: int) -> ModalForm:
+    """Return the modal form of a system of ``n`` coordinates without its force laws; a body that moves freely is held
+    by soft springs, which part roots that fall together.
+    """
+    free = replace(system, forces=())
+    form = modal_form(free)
+    if form is None:
+        A = system.A.copy()
+        A[:, range(n, 2 * n), range(n)] -= SOFT * np.abs(np.linalg.eigvals(A)).max() ** 2
+        form = modal_form(replace(free, A=A))
+    assert form is not None  # nothing moves freely now
+    return form
+
+
+def observability(system: System, samples: int) -> FloatArray:
+    """Return what the sensors show of each initial state without force laws, (variant, time, sensor, state)."""
+    form = modal_form(system)
+    if form is not None:
+        c = form.right.transpose(0, 2, 1)[..., None] * form.left[:, :, None]  # (variant, m, sensor, state)
+        c = c.reshape(*c.shape[:2], -1)
+        rows = form.waves(samples, system.step) @ np.concatenate([c.real, c.imag], axis=1)
+        return rows.reshape(len(rows), samples, *system.C.shape[1:])
+    C = system.C * system.gain[..., None]
+    if system.delay.any():
+        back = expm(-system.A[:, None] * system.delay[..., None, None])  # (variant, sensor, state, state)
+        C = np.einsum("psn,psnm->psm", C, back)
+    power = expm(system.A * system.step)
+    rows = C[:, None]
+    while rows.shape[1] < samples:  # doubling: log2(samples) products instead of samples
+        rows = np.concatenate([rows, np.einsum("ptsn,pnm->ptsm", rows, power, optimize=True)], axis=1)
+        power = power @ power
+    return rows[:, :samples]
+
+
+def drift(system: System, samples: int) -> FloatArray:
+    """Return slope * t, (variant, time, sensor)."""
+    return np.asarray(system.slope[:, None] * (system.step * np.arange(samples))[None, :, None])
+
+
+def drifted(system: System, begins: FloatArray) -> FloatArray:
+    """Return how far each channel has drifted when its segment ``begins`` (recording,), in samples.
+
+    Shape (variant, recording, 1, sensor).
+    """
+    return np.asarray(system.slope[:, None, None] * (system.step * begins)[None, :, None, None])
+
+
+def linear_channels(system: System, start: FloatArray, samples: int) -> FloatArray:
+    """Return the channels (variant, recording, time, sensor) without force laws and drift, from initial states
+    (variant, recording, state).
+    """
+    form = modal_form(system)
+    if form is None:
+        return np.asarray(np.einsum("ptsn,prn->prts", observability(system, samples), start, optimize=True))
+    amplitudes = np.einsum("pmn,prn->pmr", form.left, start, optimize=True)
+    c = (form.right.transpose(0, 2, 1)[:, :, None] * amplitudes[..., None]).reshape(*amplitudes.shape[:2], -1)
+    y = form.waves(samples, system.step) @ np.concatenate([c.real, c.imag], axis=1)
+    return y.reshape(len(y), samples, start.shape[1], -1).transpose(0, 2, 1, 3)
+
+
+def as_shown(system: System, y: FloatArray) -> FloatArray:
+    """Return channels (variant, recording, time, sensor) with gain, delay and drift of the sensors."""
+    for variant, sensor in zip(*np.nonzero(system.delay), strict=True):
+        if np.isfinite(y[variant, :, :, sensor]).all():
+            samples = np.arange(y.shape[2], dtype=float)
+            curve = CubicSpline(samples, y[variant, :, :, sensor], axis=-1)
+            y[variant, :, :, sensor] = curve(samples - system.delay[variant, sensor] / system.step)
+    return np.asarray(y * system.gain[:, None, None] + drift(system, y.shape[2])[:, None])

@@ -1,0 +1,24 @@
+"""Recordings less what known loads make the nominal structure do: free motion and noise, nearly."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from fe_models.recordings import Sensor
+from hybrid.diagnosis.nominal.plant import Plant
+from hybrid.diagnosis.recorded.records import Batch
+from hybrid.diagnosis.response.hypothesis import Hypothesis
+from hybrid.diagnosis.response.loaded import loaded_channels
+
+
+def unloaded(plant: Plant, batches: tuple[Batch, ...], sensors: tuple[Sensor, ...], rate: float) -> tuple[Batch, ...]:
+    """Return the batches without the response to their loads from rest, but with the loads; force laws are left out."""
+    if not plant.loaded:
+        return batches
+    linear = Hypothesis(replace(plant, laws=()))
+    theta = np.zeros((1, linear.nuisances))
+    system = linear.system(theta, sensors, rate, tuple(range(len(sensors))))
+    return tuple(
+        batch if batch.loads is None else replace(batch, data=batch.data - loaded_channels(system, batch.loads)[0])
+        for batch in batches
+    )

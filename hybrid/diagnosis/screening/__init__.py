@@ -1,0 +1,1 @@
+"""Quick looks at all candidates, to choose those that are worth a fit."""

@@ -1,0 +1,97 @@
+"""The score test of harmonic forces: which frequency at which place explains most, by its steady state."""
+
+import numpy as np
+
+from fe_models.dofs import BoolArray, FloatArray
+from hybrid.diagnosis.causes.candidate import Candidate
+from hybrid.diagnosis.fitting.fitting import Fit
+from hybrid.diagnosis.fitting.linearisation import Linearisation, linearise_batch
+from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.spectra import WIDTH, combination_lines, energy_near
+from hybrid.diagnosis.response.system import System
+from hybrid.diagnosis.screening.screening import Screened
+
+FREQUENCIES_A_LINE = 2  # trial frequencies of a harmonic force within the resolution of a recording
+PEAKS = 2  # frequencies kept at each place
+SECONDARY = 2.5e-3  # of all energy: a line at a sum or difference of natural frequencies must be stronger on a frame
+
+
+def screen_forces(fit: Fit, candidates: tuple[Candidate, ...], frame: Frame) -> list[Screened]:
+    """Return harmonic forces with their best frequencies, from the steady state that each frequency would bring.
+
+    The transient is one of the initial states' motions, which are projected out. Amplitude and phase are each
+    recording's own. The fit should be of whole recordings: segments do not tell frequencies well.
+    """
+    forces = [candidate for candidate in candidates if candidate.oscillator]
+    if not forces:
+        return []
+    hypothesis = fit.hypothesis
+    system = hypothesis.system(fit.theta[None], frame.sensors, frame.rate, frame.positions)
+    n, states = hypothesis.size, hypothesis.states
+    reduced = hypothesis.reduced(fit.theta[None])
+    inverse = np.linalg.inv(reduced.mass)
+    accelerations = np.array([sensor.quantity == "acceleration" for sensor in frame.sensors])
+    longest = max(batch.samples for batch in fit.batches)
+    trials = np.arange(1, longest * FREQUENCIES_A_LINE // 2) * frame.rate / (longest * FREQUENCIES_A_LINE)
+    pulls = [candidate.pull for candidate in forces if candidate.pull is not None]  # of every force
+    feed = np.stack([reduced.fed(pull, inverse)[0] for pull in pulls], axis=1)  # (mode, place)
+    B = np.zeros((states, len(forces)))
+    B[n : 2 * n] = feed
+    D = np.where(accelerations[:, None], hypothesis.plant.rows(frame.sensors) @ reduced.shapes[0] @ feed, 0.0)
+    omega = 2j * np.pi * trials[:, None, None]
+    pushed = np.broadcast_to(B, (len(trials), *B.shape))
+    transfer = system.C[0] @ np.linalg.solve(omega * np.eye(states) - system.A[0], pushed) + D
+    transfer = transfer * (system.gain[0] / frame.sigma)[:, None]  # (frequency, sensor, place)
+    gains = np.zeros((len(trials), len(forces)))
+    for batch, states_found in zip(fit.batches, fit.states, strict=True):
+        part = linearise_batch(hypothesis, fit.theta, batch, frame, states_found)
+        assert part is not None  # it was fitted
+        gains += _wave_gains(part, batch.samples, transfer, trials / frame.rate)
+    if hypothesis.plant.kept is not None:
+        gains[_is_of_structure(trials, system, fit, frame)[:, None] & (gains < SECONDARY * _energy(fit, frame))] = 0.0
+    found = []
+    for place, candidate in enumerate(forces):
+        curve = gains[:, place].copy()
+        for _ in range(PEAKS):
+            peak = int(np.argmax(curve))
+            still = np.zeros(len(fit.theta))
+            found.append(Screened(candidate, (float(trials[peak]),), float(curve[peak]), still))
+            curve[max(0, peak - 2 * FREQUENCIES_A_LINE) : peak + 2 * FREQUENCIES_A_LINE + 1] = 0.0
+    return sorted(found, key=lambda trial: -trial.gain)
+
+
+def _is_of_structure(trials: FloatArray, system: System, fit: Fit, frame: Frame) -> BoolArray:
+    """Return whether each frequency (Hz) is a multiple, sum or difference of the strongest modes' frequencies."""
+    roots = np.linalg.eigvals(system.A[0])
+    frequencies = np.sort(np.abs(roots[roots.imag > 0])) / (2 * np.pi)
+    motion = tuple(batch.data / frame.sigma for batch in fit.batches)
+    lines = combination_lines(frequencies, energy_near(frequencies, motion, frame.rate))
+    resolution = frame.rate / max(batch.samples for batch in fit.batches)
+    return np.asarray(np.abs(trials[:, None] - lines).min(axis=1) <= WIDTH * resolution)
+
+
+def _energy(fit: Fit, frame: Frame) -> float:
+    return sum(float(np.square(batch.data / frame.sigma).sum()) for batch in fit.batches)
+
+
+def _wave_gains(part: Linearisation, samples: int, transfer: FloatArray, frequencies: FloatArray) -> FloatArray:
+    """Return the fall in the sum of squares (frequency, place) by waves of any amplitude and phase in each recording.
+
+    ``transfer`` (frequency, sensor, place) is what the sensors show of a unit force; ``frequencies`` in cycles a
+    sample. All products with the waves are Fourier transforms, of the residual and of what was projected out.
+    """
+    sensors = transfer.shape[1]
+    basis = part.basis[0] if part.basis.ndim == 3 else part.basis  # with laws, one recording's stands for all
+    turns = np.exp(2j * np.pi * np.outer(frequencies, np.arange(samples)))  # (frequency, time)
+    along = turns @ part.residual.reshape(-1, samples, sensors).transpose(1, 0, 2).reshape(samples, -1)
+    inside = turns @ basis.reshape(samples, -1)
+    along = along.reshape(len(turns), -1, sensors) @ transfer  # (frequency, recording, place)
+    inside = inside.reshape(len(turns), sensors, -1).transpose(0, 2, 1) @ transfer  # (frequency, state, place)
+    size = samples * np.sum(np.abs(transfer) ** 2, axis=1) - np.sum(np.abs(inside) ** 2, axis=1)
+    double = np.sum(turns**2, axis=1)[:, None] * np.sum(transfer**2, axis=1) - np.sum(inside**2, axis=1)
+    a, b, c = (size + double.real) / 2, (size - double.real) / 2, double.imag / 2  # of real and imaginary waves
+    ridge = 1e-9 * (a + b)
+    a, b = a + ridge, b + ridge
+    u, v = along.real, along.imag
+    fall = u**2 * b[:, None] - 2 * u * v * c[:, None] + v**2 * a[:, None]
+    return np.asarray(np.sum(fall, axis=1) / (a * b - c**2))

@@ -1,0 +1,121 @@
+"""Large effects, which no first-order test sees: each linear cause at a few sizes, the rest as drawn."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from fe_models.dofs import FloatArray
+from fe_models.effects import StiffnessChange, SupportSpring
+from hybrid.diagnosis.causes.candidate import Candidate
+from hybrid.diagnosis.fitting.fitting import Fit
+from hybrid.diagnosis.fitting.linearisation import EXPLODED, orthonormal
+from hybrid.diagnosis.nominal.plant import Plant
+from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.response.hypothesis import Hypothesis
+from hybrid.diagnosis.response.loaded import given
+from hybrid.diagnosis.response.reduction import basis_of
+from hybrid.diagnosis.response.side_by_side import side_by_side
+from hybrid.diagnosis.response.system import drift, observability
+from hybrid.diagnosis.screening.screening import Screened
+
+SIZES = (-2.0, -1.0, -0.5, -0.2, 0.2, 0.5, 1.0, 2.0)  # of a prior width, from doing nothing
+FIRM = (-20.0, -5.0, 0.006, 0.012, 0.025, 0.05, 0.1, 5.0, 20.0)  # besides, of springs to the ground: supports may give
+# way by a hundredth of the usual or be all but lost, and a start must be within a third of the size
+LEFT = (0.02, 0.05, 0.12, 0.25)  # of a stiffness: what may be left; its compliance, which is felt, goes to infinity
+MUCH = 2.0  # times the energy of noise: what an element that is all but lost makes a fit without it leave
+
+Trial = tuple[Candidate, FloatArray]
+"""A candidate and sizes (size, parameter) of it."""
+
+
+def scan(fit: Fit, candidates: tuple[Candidate, ...], frame: Frame) -> list[Screened]:
+    """Return each linear candidate at the best of its sizes, with the fall in the sum of squares there.
+
+    The uncertain factors stay as drawn, initial states are projected out. ``fit`` should be of short segments, in which
+    a motion with wrong frequencies still is in phase; under force laws there is no quick answer, and none is given.
+    """
+    if not fit.hypothesis.is_linear:
+        return []
+    trials = [(candidate, _sizes(candidate)) for candidate in candidates]
+    found = _best_of([trial for trial in trials if len(trial[1])], fit, frame)
+    return sorted(found, key=lambda trial: -trial.gain)
+
+
+def all_but_lost(fit: Fit, candidates: tuple[Candidate, ...], frame: Frame) -> list[Screened]:
+    """Return each element with the best of what may be `LEFT` of its stiffness; none where a ``fit`` leaves little.
+
+    What else is off may hide it until the first step of a fit: there its gain says nothing. Modes that come down into
+    the recordings' band with it are followed.
+    """
+    if not fit.hypothesis.is_linear or fit.chi2 < MUCH * fit.values:
+        return []
+    weakened = [c for c in candidates if c.kind == StiffnessChange.kind and "element" in c.location]
+    trials = [trial for c in weakened for trial in _bringing(c, np.array(LEFT)[:, None], fit.hypothesis.plant)]
+    best: dict[str, Screened] = {}
+    for found in sorted(_best_of(trials, fit, frame), key=lambda trial: -trial.gain):
+        best.setdefault(found.candidate.key, found)
+    return list(best.values())
+
+
+def _bringing(candidate: Candidate, sizes: FloatArray, plant: Plant) -> list[Trial]:
+    """Return the ``sizes`` of a candidate by the number of modes that come down into the recordings' band there."""
+    if plant.kept is None:
+        return [(candidate, sizes)]
+    basis = basis_of(plant, (candidate,))
+    (change,) = basis.changes
+    assert change is not None  # of a stiffness
+    amounts = np.append(candidate.amount(sizes[:, 0]), 0.0)[:, None, None]
+    square = np.linalg.inv(np.linalg.cholesky(basis.mass + amounts * change[0]))
+    omega2 = np.linalg.eigvalsh(square @ (basis.stiffness + amounts * change[2]) @ square.transpose(0, 2, 1))
+    inside = np.sum(omega2 < (2 * np.pi * plant.highest) ** 2, axis=1)
+    more = np.maximum(inside[:-1] - inside[-1], 0)
+    return [(replace(candidate, brings=int(count)), sizes[more == count]) for count in np.unique(more)]
+
+
+def _best_of(trials: list[Trial], fit: Fit, frame: Frame) -> list[Screened]:
+    """Return each candidate at the best of its sizes."""
+    theta = fit.theta.copy()
+    theta[: fit.hypothesis.nuisances] = 0.0
+    plain = float(_left(fit.hypothesis, theta[None], fit, frame)[0])
+
+    def best(trial: Trial) -> Screened:
+        candidate, sizes = trial
+        thetas = np.column_stack([np.repeat(theta[None], len(sizes), axis=0), sizes])
+        left = _left(fit.hypothesis.adding(candidate), thetas, fit, frame)
+        number = int(np.argmin(left))
+        start, gain = tuple(sizes[number].tolist()), float(plain - left[number])
+        return Screened(candidate, start, gain, theta - fit.theta, is_drawn=True)
+
+    return side_by_side(best, trials)
+
+
+def _sizes(candidate: Candidate) -> FloatArray:
+    """Return the sizes (size, parameter) that are tried of a candidate, none where a scan does not serve."""
+    if not candidate.names:
+        return np.zeros((1, 0))  # it acts or it does not
+    if len(candidate.names) > 1 or not candidate.scalable or candidate.is_law or candidate.oscillator:
+        return np.zeros((0, len(candidate.names)))
+    far = FIRM if candidate.kind == SupportSpring.kind else ()
+    sizes = candidate.neutral[0] + np.array((*SIZES, *far)) * candidate.width[0]
+    most = candidate.upper[0] if candidate.upper else np.inf
+    sizes = sizes[(sizes > candidate.lower[0]) & (sizes < most)]
+    return np.append(sizes, LEFT if candidate.kind == StiffnessChange.kind else ())[:, None]
+
+
+def _left(hypothesis: Hypothesis, thetas: FloatArray, fit: Fit, frame: Frame) -> FloatArray:
+    """Return the sum of squares (variant,) that initial states leave."""
+    system = hypothesis.system(thetas, frame.sensors, frame.rate, frame.positions)
+    total = np.zeros(len(thetas))
+    for batch in fit.batches:
+        weight = np.tile(1 / frame.sigma, batch.samples)
+        rows = observability(system, batch.samples)
+        rows = rows.reshape(len(thetas), -1, rows.shape[-1]) * weight[:, None]
+        usable = np.abs(rows).max(axis=(1, 2)) < EXPLODED
+        basis, _ = orthonormal(np.where(usable[:, None, None], rows, 0.0))
+        lines = drift(system, batch.samples).reshape(len(thetas), -1) * weight
+        data = batch.data - given(system, batch)  # (variant, recording, time, sensor)
+        wanted = data.reshape(len(thetas), len(batch.data), -1) * weight - lines[:, None]
+        inside = wanted @ basis
+        left = np.sum(wanted**2, axis=(1, 2)) - np.sum(inside**2, axis=(1, 2))
+        total += np.where(usable, left, np.inf)
+    return total

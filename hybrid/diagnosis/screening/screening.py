@@ -1,0 +1,275 @@
+"""The score test: how much of the residual each candidate's first-order response explains.
+
+Everything that initial states and the uncertain factors can do is projected out of both first.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from fe_models.dofs import FloatArray
+from hybrid.diagnosis.causes.candidate import Candidate
+from hybrid.diagnosis.fitting.driven import History, driven, fitted_motion, forces_along
+from hybrid.diagnosis.fitting.fitting import Fit
+from hybrid.diagnosis.fitting.linearisation import Linearisation, linearise_batch
+from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.records import Batch
+from hybrid.diagnosis.response.forces import force_of
+from hybrid.diagnosis.response.hypothesis import Hypothesis, Reduced
+from hybrid.diagnosis.response.marching import respond
+from hybrid.diagnosis.response.side_by_side import side_by_side
+from hybrid.diagnosis.response.system import ModalForm, System, drifted, free_form
+
+
+@dataclass(frozen=True)
+class Screened:
+    """A ``candidate``, parameters to ``start`` from, and the fall in the sum of squares that it promises (``gain``).
+
+    ``shift`` (parameter,): how far the parameters of the fit that it is held against should move with it; ``is_drawn``:
+    whether back to the structure as drawn, where a start is worse than that fit and yet may lead further.
+    """
+
+    candidate: Candidate
+    start: tuple[float, ...]
+    gain: float
+    shift: FloatArray
+    is_drawn: bool = False
+
+    def theta(self, fit: Fit) -> FloatArray:
+        """Return where the fit with this candidate begins, on top of ``fit``."""
+        return np.append(fit.theta + self.shift, self.start)
+
+
+@dataclass(frozen=True)
+class _Stretch:
+    """One batch of the present fit, linearised there."""
+
+    batch: Batch
+    states: FloatArray
+    part: Linearisation
+    shown: FloatArray  # the channels of the fit, in units of sigma
+    forces: tuple[History, ...]  # of the fit's force laws; of a frame's alone
+
+
+@dataclass(frozen=True)
+class _Ground:
+    """The present fit, linearised: what each candidate is held against."""
+
+    fit: Fit
+    frame: Frame
+    stretches: tuple[_Stretch, ...]
+    inverse: FloatArray  # of the normal matrix of the parameters
+    gradient: FloatArray
+
+
+def screen(fit: Fit, candidates: tuple[Candidate, ...], frame: Frame) -> list[Screened]:
+    """Return each candidate with its best start, most promising first; harmonic forces apart (`force_screening`)."""
+    ground = _ground(fit, frame)
+    forced = law_responses(fit, [candidate for candidate in candidates if candidate.is_law], frame)
+
+    def best_of(candidate: Candidate) -> Screened:
+        trials = []
+        for number, start in enumerate(candidate.first_starts):
+            known = forced[candidate.key][number] if candidate.is_law else None
+            trials.append(_score(ground, candidate, start, known))
+        return max(trials, key=lambda trial: trial.gain)
+
+    found = side_by_side(best_of, [candidate for candidate in candidates if not candidate.oscillator])
+    return sorted(found, key=lambda trial: -trial.gain)
+
+
+def _ground(fit: Fit, frame: Frame) -> _Ground:
+    stretches = []
+    system = fit.hypothesis.system(fit.theta[None], frame.sensors, frame.rate, frame.positions)
+    given = fit.hypothesis.plant.kept is not None and not system.is_linear  # too many modes to march for each
+    for batch, states in zip(fit.batches, fit.states, strict=True):
+        part = linearise_batch(fit.hypothesis, fit.theta, batch, frame, states)
+        assert part is not None  # it was fitted
+        shown = _response(fit.hypothesis, fit.theta[None], batch, frame, states)[0]
+        forces = forces_along(system, fitted_motion(system, states, batch)) if given else ()
+        stretches.append(_Stretch(batch, states, part, shown, forces))
+    J = np.concatenate([stretch.part.slopes.reshape(len(fit.theta), -1) for stretch in stretches], axis=1)
+    r = np.concatenate([stretch.part.residual.ravel() for stretch in stretches])
+    width = fit.hypothesis.width
+    gradient = J @ r - (fit.theta - fit.hypothesis.centre) / width**2
+    inverse = np.linalg.inv(J @ J.T + np.diag(1 / width**2))
+    return _Ground(fit, frame, tuple(stretches), inverse, gradient)
+
+
+def _columns(
+    ground: _Ground, candidate: Candidate, start: tuple[float, ...], forced: list[FloatArray] | None
+) -> Iterator[tuple[_Stretch, FloatArray]]:
+    """Yield each batch and what the candidate adds to it (recording, value), less what initial states do.
+
+    For one unit of a scalable candidate; ``forced``: the response in each batch to a law, which is known already.
+    """
+    move = start[0] - candidate.without[0] if candidate.names and candidate.scalable else 1.0
+    for number, stretch in enumerate(ground.stretches):
+        column = _effect(ground, candidate, start, stretch) if forced is None else forced[number]
+        with np.errstate(over="ignore", invalid="ignore"):  # of a start that makes the structure unstable
+            column = _project(column / move, stretch.part.basis)
+        yield stretch, column
+
+
+def _effect(ground: _Ground, candidate: Candidate, start: tuple[float, ...], stretch: _Stretch) -> FloatArray:
+    """Return what a candidate at ``start`` adds to the channels (recording, value) shown, in units of sigma.
+
+    Both are taken in the shapes, and with the damping, that the candidate asks for: these move a calibrated structure a
+    little by themselves. The pull of force laws is taken as given where there are any.
+    """
+    fit, frame, batch, states = ground.fit, ground.frame, stretch.batch, stretch.states
+    extended = fit.hypothesis.adding(candidate)
+    if not candidate.is_law:
+        n, more = fit.hypothesis.size, extended.size - fit.hypothesis.size  # a released support brings a coordinate
+        states = np.insert(states, [n] * more + [2 * n] * more, 0.0, axis=1)
+        states = np.pad(states, ((0, 0), (0, extended.states - states.shape[1])))
+    theta = np.append(fit.theta, start)
+    if not candidate.is_structural and not stretch.forces:
+        return _response(extended, theta[None], batch, frame, states)[0] - stretch.shown
+    thetas = np.stack([theta, np.append(fit.theta, candidate.without)])
+    if stretch.forces:
+        with_it, without = _forced_response(extended, thetas, batch, frame, states, stretch.forces)
+    else:
+        with_it, without = _response(extended, thetas, batch, frame, states)
+    return np.asarray(with_it - without)
+
+
+def _forced_response(
+    hypothesis: Hypothesis,
+    thetas: FloatArray,
+    batch: Batch,
+    frame: Frame,
+    states: FloatArray,
+    forces: tuple[History, ...],
+) -> FloatArray:
+    """Return the channels (variant, recording, value) under given forces, in units of sigma."""
+    system = hypothesis.system(thetas, frame.sensors, frame.rate, frame.positions)
+    form = free_form(system, hypothesis.size)
+    start = np.broadcast_to(states, (len(thetas), *states.shape))
+    y = respond(replace(system, forces=()), start, batch.samples, batch.loads) + drifted(system, batch.begins)
+    for variant in range(len(thetas)):
+        for law, force in enumerate(forces):
+            direct = system.D[variant, :, law] * system.gain[variant]
+            y[variant] += driven(form, variant, system.B[variant, :, law], direct, force, system.step)
+    return np.asarray((y / frame.sigma).reshape(len(thetas), len(states), -1))
+
+
+def _response(hypothesis: Hypothesis, thetas: FloatArray, batch: Batch, frame: Frame, states: FloatArray) -> FloatArray:
+    """Return the channels (variant, recording, value) in units of sigma."""
+    system = hypothesis.system(thetas, frame.sensors, frame.rate, frame.positions)
+    y = respond(system, np.broadcast_to(states, (len(thetas), *states.shape)), batch.samples, batch.loads)
+    y = (y + drifted(system, batch.begins)) / frame.sigma
+    return np.asarray(y.reshape(len(thetas), len(states), -1))
+
+
+def law_responses(fit: Fit, laws: list[Candidate], frame: Frame) -> dict[str, list[list[FloatArray]]]:
+    """Return what each law at each of its starts adds, to first order: by its key, start and batch (recording, value).
+
+    Its force along the present motion, at samples and between them, drives each mode of the linear system (Simpson's
+    rule).
+    """
+    found: dict[str, list[list[FloatArray]]] = {law.key: [[] for _ in law.first_starts] for law in laws}
+    trials = [(law, number, start) for law in laws for number, start in enumerate(law.first_starts)]
+    if not trials:
+        return found
+    system = fit.hypothesis.system(fit.theta[None], frame.sensors, frame.rate, frame.positions)
+    form = free_form(system, fit.hypothesis.size)
+    reduced = fit.hypothesis.reduced(fit.theta[None])
+    for batch, states in zip(fit.batches, fit.states, strict=True):
+        motion = fitted_motion(system, states, batch)
+        answers = side_by_side(partial(_law_response, fit, motion, system, form, reduced, frame), trials)
+        for (law, number, _), y in zip(trials, answers, strict=True):
+            found[law.key][number].append((y / frame.sigma).reshape(len(states), -1))
+    return found
+
+
+def _law_response(
+    fit: Fit,
+    motion: History,
+    system: System,
+    form: ModalForm,
+    reduced: Reduced,
+    frame: Frame,
+    trial: tuple[Candidate, int, tuple[float, ...]],
+) -> FloatArray:
+    """Return the channels (recording, time, sensor) that the force of one law along the ``motion`` adds.
+
+    ``trial``: the law, the number of the start, and the start.
+    """
+    law, _, start = trial
+    hypothesis, theta = fit.hypothesis, fit.theta[None]
+    n = hypothesis.size
+    assert law.pull is not None  # as of every law
+    pull = law.pull @ reduced.shapes[0]
+    force_at = force_of(law, hypothesis.plant, np.array([start]), np.exp(theta[:, : len(hypothesis.plant.parts)]))
+    force = History(
+        *(-force_at(part[..., :n] @ pull, part[..., n : 2 * n] @ pull) for part in (motion.now, motion.between))
+    )
+    moved = np.linalg.solve(reduced.mass[0], pull)
+    feed = np.zeros(hypothesis.states)
+    feed[n : 2 * n] = moved
+    accelerations = np.array([sensor.quantity == "acceleration" for sensor in frame.sensors])
+    picked = hypothesis.plant.rows(frame.sensors) @ reduced.shapes[0] @ moved
+    direct = np.where(accelerations, picked, 0.0) * system.gain[0]
+    return driven(form, 0, feed, direct, force, system.step)
+
+
+def _score(
+    ground: _Ground, candidate: Candidate, start: tuple[float, ...], forced: list[FloatArray] | None = None
+) -> Screened:
+    """Return the score of one candidate; ``forced``: its response in each batch where that is known already."""
+    along, size, still = 0.0, 0.0, np.zeros(len(ground.fit.theta))
+    cross = still.copy()
+    for stretch, column in _columns(ground, candidate, start, forced):
+        if not np.isfinite(column).all():
+            return Screened(candidate, start, 0.0, still)
+        along += float(np.sum(column * stretch.part.residual))
+        size += float(np.sum(column**2))
+        cross += stretch.part.slopes.reshape(len(cross), -1) @ column.ravel()
+    projected = cross @ ground.inverse
+    size_left = size - float(projected @ cross)
+    along -= float(projected @ ground.gradient)
+    if size_left <= 1e-9 * size or size == 0:
+        return Screened(candidate, start, 0.0, still)
+    value: float = along / size_left
+    gain, shift = along * value, still
+    if candidate.names and candidate.scalable:
+        found = max(candidate.neutral[0] + value, candidate.lower[0])
+        if found == candidate.lower[0] == candidate.neutral[0]:
+            gain = 0.0  # it would have to push the other way
+        start, shift = (found, *start[1:]), -projected * (found - candidate.neutral[0])
+    elif value < 0:
+        gain = 0.0
+    return Screened(candidate, start, float(gain), shift)
+
+
+def amounts_by_recording(fit: Fit, candidates: list[Candidate], frame: Frame) -> list[tuple[FloatArray, FloatArray]]:
+    """Return, for each candidate, how much of it each recording asks for, (recording,), and how much of one unit it
+    feels: the sum of squares. The first squared times the second is the fall in the recording's own.
+
+    The uncertain factors are kept as they are: what they do is common to all recordings.
+    """
+    ground = _ground(fit, frame)
+    forced = law_responses(fit, [candidate for candidate in candidates if candidate.is_law], frame)
+    found = []
+    for candidate in candidates:
+        known = forced[candidate.key][0] if candidate.is_law else None
+        amounts, sizes = [], []
+        for stretch, column in _columns(ground, candidate, candidate.first_starts[0], known):
+            recordings = len(stretch.batch.names)  # of one or more segments each
+            along = np.sum((column * stretch.part.residual).reshape(recordings, -1), axis=1)
+            size = np.sum((column**2).reshape(recordings, -1), axis=1)
+            amounts.append(along / (size + 1e-300))
+            sizes.append(size)
+        found.append((np.concatenate(amounts), np.concatenate(sizes)))
+    return found
+
+
+def _project(column: FloatArray, basis: FloatArray) -> FloatArray:
+    """Return a column (recording, value) less what initial states do; ``basis`` (value, s) or (recording, value, s)."""
+    if basis.ndim == 2:
+        return np.asarray(column - (column @ basis) @ basis.T)
+    inside = column[:, None] @ basis  # (recording, 1, state)
+    return np.asarray(column - (inside @ basis.swapaxes(1, 2))[:, 0])

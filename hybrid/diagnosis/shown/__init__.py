@@ -1,0 +1,1 @@
+"""What the nominal simulation gets wrong, before a cause is named."""

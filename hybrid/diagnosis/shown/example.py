@@ -1,0 +1,85 @@
+"""One recording as the nominal and the extended model forecast it, for a picture."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from fe_models.dofs import FloatArray
+from fe_models.recordings import Sensor
+from hybrid.diagnosis.fitting.forecasting import SHOWN, Model, predicted
+from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.records import Batch
+from hybrid.figures import channel_labels, figure
+
+COLOURS = {"nominal": "#E69F00", "extended": "#0072B2"}  # of Okabe & Ito: told apart by everyone
+CHANNELS = 5  # drawn at most
+ROOM = 0.25  # of a channel's range, above and below it
+WIDTH = 4.0  # times the highest natural frequency: how far the spectra go
+
+
+@dataclass(frozen=True)
+class Example:
+    """``recording``: its name. ``measured``, ``nominal``, ``extended``: channels (time, sensor) behind their first
+    fifth, which ends at ``first`` (s); ``rate`` and natural ``frequencies`` (mode,) in Hz.
+    """
+
+    recording: str
+    rate: float
+    first: float
+    sensors: tuple[Sensor, ...]
+    measured: FloatArray
+    nominal: FloatArray
+    extended: FloatArray
+    frequencies: FloatArray
+
+    def spectrum(self, name: str) -> tuple[FloatArray, FloatArray]:
+        """Return frequencies (Hz) and the error's amplitude spectrum, each channel over its size, all in one (rms)."""
+        error = (self.measured - getattr(self, name)) / self.measured.std(axis=0)
+        window = np.hanning(len(error))[:, None]
+        amplitude = 2 * np.abs(np.fft.rfft(error * window, axis=0)) / window.sum()
+        return np.asarray(np.fft.rfftfreq(len(error), 1 / self.rate)), np.asarray(np.sqrt((amplitude**2).mean(axis=1)))
+
+
+def example_of(
+    batch: Batch,
+    nominal: Model,
+    extended: Model,
+    sensors: tuple[Sensor, ...],
+    measured: tuple[int, ...],
+    frame: Frame,
+    frequencies: FloatArray,
+) -> Example:
+    """Return the first recording of a batch as two models forecast it."""
+    one = batch.take([0])
+    first = max(int(np.ceil(SHOWN * one.samples)), 2)
+    before, after = (predicted(model, one, sensors, measured, frame)[0, first:] for model in (nominal, extended))
+    return Example(
+        one.names[0], frame.rate, first / frame.rate, sensors, one.data[0, first:], before, after, frequencies
+    )
+
+
+def draw_example(path: Path, example: Example) -> Path:
+    """Draw the channels over time, and below them the spectra of the errors with the natural frequencies."""
+    shown = list(range(len(example.sensors)))[:CHANNELS]
+    labels = channel_labels([example.sensors[i] for i in shown])
+    time = example.first + np.arange(len(example.measured)) / example.rate
+    title = f"{example.recording}, forecast from its first fifth"
+    with figure(path, len(shown) + 1, 1, title) as (sheet, axes):
+        for axis, column, label in zip(axes, shown, labels, strict=False):
+            axis.plot(time, example.measured[:, column], label="measured", color="#555555", linewidth=2.2, alpha=0.55)
+            for name, colour in COLOURS.items():
+                axis.plot(time, getattr(example, name)[:, column], label=name, color=colour, linewidth=1.0)
+            axis.set_ylabel(label)
+            axis.margins(x=0)
+            low, high = example.measured[:, column].min(), example.measured[:, column].max()
+            axis.set_ylim(low - ROOM * (high - low), high + ROOM * (high - low))  # a forecast may run away
+        axes[-2].set_xlabel("time (s)")
+        for name, colour in COLOURS.items():
+            axes[-1].semilogy(*(part[1:] for part in example.spectrum(name)), color=colour, linewidth=1.0)
+        for frequency in example.frequencies:
+            axes[-1].axvline(frequency, color="#999999", linewidth=0.7, linestyle=":")
+        axes[-1].set(xlabel="frequency (Hz); dotted: natural frequencies", ylabel="error / size")
+        axes[-1].set_xlim(0, min(WIDTH * example.frequencies.max(), example.rate / 2))
+        sheet.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3, frameon=False)
+    return path

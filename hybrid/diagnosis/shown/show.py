@@ -1,0 +1,147 @@
+"""What the nominal simulation gets wrong, before any cause is named."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fe_models.dofs import FloatArray
+from fe_models.modes import mac
+from fe_models.recordings import Dataset, Sensor
+from hybrid.diagnosis.contest.search import fit_growing, lengths_of
+from hybrid.diagnosis.fitting.fitting import Fit, residuals_at
+from hybrid.diagnosis.fitting.forecasting import Forecast
+from hybrid.diagnosis.nominal.plant import Plant
+from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.noise import Excess
+from hybrid.diagnosis.recorded.spectra import energy_near
+from hybrid.diagnosis.response.hypothesis import Hypothesis
+from hybrid.diagnosis.shown.amplitude import Amplitude, amplitude_dependence
+
+WIDE = (
+    0.5  # standard deviation of every factor's logarithm where the recordings alone shall tell frequencies and shapes
+)
+
+
+@dataclass(frozen=True)
+class Modes:
+    """``frequencies`` (mode,) Hz, damping ``ratios`` (mode,) and ``shapes`` (translation, mode), by frequency."""
+
+    frequencies: FloatArray
+    ratios: FloatArray
+    shapes: FloatArray
+
+
+@dataclass(frozen=True)
+class Shown:
+    """What is seen of a case before a cause is named.
+
+    ``nominal``, ``calibrated`` (within the stated uncertainty) and ``observed``: modes; the last of the linear model
+    of this form, with the linear causes found, that follows the recordings best, whatever its factors. ``mac`` (mode,)
+    of nominal and observed shapes.
+    ``motion_energy`` and ``error_energy`` (mode,): shares of the channels' energy, and of what the nominal model leaves
+    of them, noise apart, that lie nearest to each observed frequency. ``errors`` (3, sensor): forecast NRMSE nominal,
+    calibrated and floor; ``noise`` (sensor,) its standard deviation in the sensors' units; ``error_share`` (sensor,):
+    of the energy that the nominal model leaves beyond noise; both NaN of sensors that are not fitted. ``structured``
+    (recording,): the share of each recording's residual that is no noise, the model calibrated.
+    """
+
+    nominal: Modes
+    calibrated: Modes
+    observed: Modes
+    mac: FloatArray
+    motion_energy: FloatArray
+    error_energy: FloatArray
+    amplitude: Amplitude | None
+    sensors: tuple[Sensor, ...]
+    errors: FloatArray
+    noise: FloatArray
+    error_share: FloatArray
+    recordings: tuple[str, ...]
+    structured: FloatArray
+
+
+def show(
+    dataset: Dataset, base: Fit, own: Fit, nominal: Forecast, calibrated: Forecast, had: Excess, frame: Frame
+) -> Shown:
+    """Return what is wrong before a cause is named.
+
+    ``base``: the fit of what the user simulates with, of which ``nominal`` and ``calibrated`` are forecasts and ``had``
+    the excess energy; ``own``: that of the structure with what was found, which the recordings alone may go on from: a
+    frequency that is far off in the nominal model is not reached from there.
+    """
+    free = _free_fit(own, frame) or base
+    hypothesis = base.hypothesis
+    brought = free.hypothesis.brought
+    modes = [
+        modes_of(_following(hypothesis, brought), np.zeros_like(base.theta), frame.rate),
+        modes_of(_following(hypothesis, brought), base.theta, frame.rate),
+        modes_of(free.hypothesis, free.theta, frame.rate),
+    ]
+    names = tuple(name for batch in base.batches for name in batch.names)
+    values = np.concatenate([np.square(part).sum(axis=(1, 2)) for part in base.residuals])
+    motion = tuple(batch.data / frame.sigma for batch in base.batches)
+    error = residuals_at(base, np.zeros_like(base.theta), frame)
+    by_mode = [energy_near(modes[2].frequencies, part, frame.rate) for part in (motion, error)]
+    fitted = [dataset.sensors.index(sensor) for sensor in frame.sensors]
+    noise, share = np.full((2, len(dataset.sensors)), np.nan)
+    noise[fitted] = frame.sigma
+    left = np.sum([np.square(part).sum(axis=(0, 1)) - part[..., 0].size for part in error], axis=0)
+    share[fitted] = np.maximum(left, 0) / max(float(np.maximum(left, 0).sum()), 1e-300)
+    return Shown(
+        nominal=modes[0],
+        calibrated=modes[1],
+        observed=modes[2],
+        mac=np.diag(mac(modes[0].shapes, modes[2].shapes)),
+        motion_energy=by_mode[0],
+        error_energy=by_mode[1],
+        amplitude=amplitude_dependence(free, frame),
+        sensors=dataset.sensors,
+        errors=np.stack([nominal.nrmse.mean(axis=0), calibrated.nrmse.mean(axis=0), calibrated.floor.mean(axis=0)]),
+        noise=noise,
+        error_share=share,
+        recordings=names,
+        structured=np.clip(had.by_recording / values, 0.0, 1.0),
+    )
+
+
+def modes_of(hypothesis: Hypothesis, theta: FloatArray, rate: float) -> Modes:
+    """Return the modes that a hypothesis has at ``theta`` (parameter,), force laws left out."""
+    sensors = every_translation(hypothesis.plant)
+    system = hypothesis.system(theta[None], sensors, rate, (-1,) * len(sensors))
+    roots, vectors = np.linalg.eig(system.A[0])
+    order = [i for i in np.argsort(np.abs(roots)) if roots[i].imag > 0]
+    roots, shapes = roots[order], system.C[0] @ vectors[:, order]  # (translation, mode)
+    largest = shapes[np.argmax(np.abs(shapes), axis=0), np.arange(len(order))]
+    return Modes(np.abs(roots) / (2 * np.pi), -roots.real / np.abs(roots), np.real(shapes / largest))
+
+
+def _following(hypothesis: Hypothesis, more: int) -> Hypothesis:
+    """Return the hypothesis with so many ``more`` modes followed."""
+    plant = hypothesis.plant
+    return hypothesis if plant.kept is None else replace(hypothesis, plant=replace(plant, kept=plant.kept + more))
+
+
+def every_translation(plant: Plant) -> tuple[Sensor, ...]:
+    """Return a displacement sensor for each translation that can move."""
+    places = [(int(plant.dofs.node[row]), plant.dofs.direction[row]) for row in plant.dofs.free_rows]
+    return tuple(
+        Sensor(f"{node} {direction}", node, direction, "displacement", "m")
+        for node, direction in places
+        if direction != "rz"
+    )
+
+
+def _free_fit(own: Fit, frame: Frame) -> Fit | None:
+    """Return the fit of a linear model whose factors the recordings alone determine, from where ``own`` is.
+
+    Causes that are linear and everywhere the same stay in it; a support that gives way would bring a mode of its own.
+    """
+    plant, known = own.hypothesis.plant, own.hypothesis.candidates
+    off = {number for batch in own.batches for number in batch.off}
+    kept = [i for i, c in enumerate(known) if c.is_structural and c.released is None and i not in off]
+    spread = np.where(np.arange(len(plant.spread)) < plant.factors, WIDE, plant.spread)
+    free = Hypothesis(replace(plant, laws=(), spread=spread), tuple(known[i] for i in kept))
+    theta = np.concatenate([own.theta[: free.nuisances], *(own.theta[own.hypothesis.slices[i]] for i in kept)])
+    batches = tuple(replace(batch, off=()) for batch in own.batches)
+    with np.errstate(over="ignore", invalid="ignore"):  # a step that goes too far is taken back
+        return fit_growing(free, theta, lengths_of(batches, free.states), frame)
