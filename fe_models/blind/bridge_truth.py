@@ -41,7 +41,8 @@ class Start:
 
 @dataclass(frozen=True)
 class Truth:
-    """A bridge to simulate: the ``structure`` with its effects, damping ``ratios`` (mode,) relative to its own.
+    """A bridge to simulate: the ``structure`` with its effects, ``ratios`` (mode,): its damping without dashpots relative to
+    the drawn one.
 
     ``rich``: with the geometric nonlinearity of its beams and cables.
     """
@@ -99,7 +100,7 @@ def motion_at(
     factors = np.ones(len(modal.omega))
     factors[: len(truth.ratios)] = truth.ratios[: len(factors)]
     factors[[mode - 1 for mode, _ in linear.replaced_ratios]] = 1.0  # what an effect says, it says of the truth
-    modal = replace(modal, damping_ratio=modal.damping_ratio * factors)
+    modal = replace(modal, damping_ratio=modal.damping_ratio + (factors - 1) * _own_ratios(truth.structure, modal))
     laws = (*force_laws(truth.structure), *more)
     others = _geometric(truth.structure, linear, modal) if truth.rich else _coupled_damping(linear, modal)
     states = [modal_state(modal, start, highest) for start in starts]
@@ -139,6 +140,12 @@ def modal_state(modal: ModalModel, start: Start, highest: float) -> tuple[FloatA
     count = min(len(start.rates), int(moving.sum()))
     p[:count] = start.rates[:count]
     return q, p
+
+
+def _own_ratios(structure: Structure, modal: ModalModel) -> FloatArray:
+    """Return the damping ratios (mode,) that the structure has without dashpots: Rayleigh's."""
+    own = structure.damping
+    return np.asarray(own.mass_factor / (2 * modal.omega) + own.stiffness_factor * modal.omega / 2)
 
 
 def _coupled_damping(linear: LinearModel, modal: ModalModel) -> Force | None:

@@ -28,6 +28,7 @@ from hybrid.diagnosis.nominal.scatter import NONE, OWN, Scatter, scatter_of
 
 CERTAIN = 1e-6  # the least standard deviation of a factor, so that a prior of zero stays a number
 MORE_MODES = 15  # in the basis of a frame, beyond those kept: they carry what a changed part does to the shapes
+SPARE = 1  # mode beyond those kept whose damping is uncertain, too: a cause may bring it
 NEGLIGIBLE = 1e-3  # of all mass: what a part must hold to be felt
 
 
@@ -40,7 +41,7 @@ class Plant:
     modes whose motion is followed, those below the ``highest`` frequency (Hz) that recordings show, if nothing else is
     asked for; the others only bend along with them; None: all. ``parts``: what is uncertain as a
     whole, and ``part_changes`` (dof, dof): what the doubling of each adds to M or K. ``ratios``: assumed modal
-    damping ratios (mode,) on top of ``damping``. ``scatter``: how elements are off by themselves. ``spread``: prior
+    damping ratios (mode,) on top of ``damping``, of the modes kept and of one that a cause may bring. ``scatter``: how elements are off by themselves. ``spread``: prior
     standard deviations of the log factors of parts and damping ratios and of the scatter's patterns, in this order
     (nuisance,). ``laws``: forces that the nominal structure itself has. ``integration``: the error of the user's own
     time steps, None where it integrates exactly. ``loaded``: where recordings are loaded. ``geometry``: forces beyond
@@ -98,16 +99,19 @@ class Plant:
     @cached_property
     def modes(self) -> tuple[FloatArray, FloatArray]:
         """Natural frequencies (rad/s) and mass-normalised shapes (dof, mode) of the nominal modes that are followed."""
-        M, _, K = self.projected[:3]
-        omega2, shapes = eigh(K, M)
-        return np.sqrt(np.maximum(omega2[: self.size], 0.0)), self.basis @ shapes[:, : self.size]
+        return self._lowest(self.size)
 
     @cached_property
     def own_ratios(self) -> FloatArray:
-        """Damping ratios (mode,) of the nominal modes."""
-        omega, shapes = self.modes
+        """Damping ratios (mode,) of the nominal modes, of as many as there are ``ratios``."""
+        omega, shapes = self._lowest(len(self.ratios))
         own = np.einsum("di,di->i", shapes, self.damping @ shapes)
         return np.asarray(own / (2 * np.maximum(omega, 1e-300)) + self.ratios)
+
+    def _lowest(self, count: int) -> tuple[FloatArray, FloatArray]:
+        M, _, K = self.projected[:3]
+        omega2, shapes = eigh(K, M)
+        return np.sqrt(np.maximum(omega2[:count], 0.0)), self.basis @ shapes[:, :count]
 
     def pull(self, law: ForceLaw) -> FloatArray:
         """Return the coefficients (dof,) of a law's elongation."""
@@ -187,7 +191,7 @@ def plant_of(dataset: Dataset) -> Plant:
         rows = linear.dofs.free_rows
         damping = damping + csr_array((more.data, (rows[more.row], rows[more.col])), shape=damping.shape)
     basis, kept = _basis(dataset, linear)
-    modes = len(linear.dofs.free_rows) if kept is None else kept
+    modes = basis.shape[1] if kept is None else min(kept + SPARE, basis.shape[1])
     ratios = np.zeros(modes)
     if assumed.damping_ratio is not None:
         ratios = replace_ratios(damping_ratios(assumed.damping_ratio, modes), _settled(structure))
@@ -221,7 +225,7 @@ def _scattered(plant: Plant, stiffness: float) -> Plant:
     if plant.kept is None or not stiffness:
         return plant
     omega, shapes = plant.modes
-    scatter = scatter_of(plant.structure, plant.parts, shapes, omega, plant.own_ratios)
+    scatter = scatter_of(plant.structure, plant.parts, shapes, omega, plant.own_ratios[: plant.size])
     own = np.full(len(scatter.changes), max(OWN * stiffness, CERTAIN))
     return replace(plant, scatter=scatter, spread=np.append(plant.spread, own))
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from fe_models.dofs import BoolArray, FloatArray
+from fe_models.effects import PointDamper
 from fe_models.recordings import Sensor
 from fe_models.time_integration import TimeIntegration
 from hybrid.diagnosis.causes.candidate import Candidate
@@ -106,11 +107,17 @@ class Hypothesis:
         M += np.einsum("pe,eij->pij", factor[:, :parts][:, of_mass] - 1, basis.parts[of_mass])
         K += np.einsum("pe,eij->pij", factor[:, :parts][:, ~of_mass] - 1, basis.parts[~of_mass])
         K += np.einsum("pe,eij->pij", theta[:, plant.factors : self.nuisances], basis.scattered)
+        rayleigh = plant.structure.damping
+        C += rayleigh.mass_factor * (M - basis.mass) + rayleigh.stiffness_factor * (K - basis.stiffness)
         added, replaced = np.zeros_like(C), list[tuple[int, FloatArray]]()
         for candidate, change, part in zip(self.candidates, basis.changes, self.slices, strict=True):
             if change is not None:
                 dM, dC, dK = candidate.amount(theta[:, part.start])[:, None, None] * change[:, None]
-                M, added, K = M + dM, added + dC, K + dK
+                M, K = M + dM, K + dK
+                if candidate.kind == PointDamper.kind:
+                    added = added + dC
+                else:  # the structure's own damping there, as uncertain as all of it
+                    C = C + dC
             elif candidate.mode is not None:
                 replaced.append((candidate.mode, theta[:, part.start]))
         shapes = np.broadcast_to(basis.shapes, (variants, *basis.shapes.shape))
@@ -237,9 +244,10 @@ class Hypothesis:
         omega = np.sqrt(np.maximum(omega2, 1e-12 * np.abs(omega2).max(axis=1, keepdims=True)))
         phi = inverse.transpose(0, 2, 1) @ shapes  # (variant, dof, mode)
         own = np.einsum("pdi,pde,pei->pi", phi, C, phi, optimize=True)  # 2 xi omega
-        more = len(M[0]) - len(self.plant.ratios)  # modes that candidates bring
-        ratios = np.pad(self.plant.ratios, (0, more), mode="edge")
-        factor = np.pad(factor, ((0, 0), (0, more)), constant_values=1.0)
+        count = len(M[0])
+        more = max(count - len(self.plant.ratios), 0)  # modes that candidates bring, beyond the spare one
+        ratios = np.pad(self.plant.ratios, (0, more), mode="edge")[:count]
+        factor = np.pad(factor, ((0, 0), (0, more)), constant_values=1.0)[:, :count]
         assumed = 2 * ratios * omega
         added = (own + assumed) * factor - own
         for mode, ratio in replaced:

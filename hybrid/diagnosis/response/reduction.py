@@ -65,7 +65,8 @@ def _projected(plant: Plant, shapes: FloatArray) -> FloatArray:
 def _static_shapes(plant: Plant, candidate: Candidate) -> FloatArray:
     """Return the shapes (dof, load) that a candidate needs beyond the plant's own."""
     if candidate.released is not None:
-        return plant.released(candidate.released)[:, None]
+        moved = plant.released(candidate.released)[:, None]
+        return np.hstack([moved, plant.static(plant.mass @ moved)])  # and how its own inertia bends it
     if plant.kept is None or candidate.changes is None:
         return np.zeros((len(plant.dofs), 0))
     forces = []
