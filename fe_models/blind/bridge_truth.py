@@ -41,8 +41,8 @@ class Start:
 
 @dataclass(frozen=True)
 class Truth:
-    """A bridge to simulate: the ``structure`` with its effects, ``ratios`` (mode,): its damping without dashpots relative to
-    the drawn one.
+    """A bridge to simulate: the ``structure`` with its effects, and ``ratios`` (mode,) of its damping, dashpots left
+    out, to the drawn one.
 
     ``rich``: with the geometric nonlinearity of its beams and cables.
     """

@@ -21,12 +21,12 @@ class Candidate:
     none): bounds; ``starts``: values at which a search may begin; with ``scalable`` the first of them is small, and the
     score test finds its size; ``hardly``: values at which it hardly acts, of what no small size makes weak.
     The cause is felt by what of the following is set: ``changes`` dM, dC, dK, sparse (dof, dof), for each unit of its
-    `amount`, ``mode`` (from 0), ``pull`` (dof,) of a force law or of an ``oscillator``, ``sensor`` (position among the
-    measured ones), or nothing (the time steps). ``released``: the row that a support holds in the nominal structure;
-    the parameter is then the compliance there. ``brings``: number of modes that are followed only with it: that of a
-    support which gives way, those that come down into the recordings' band. ``flexibility`` (m/N): how far a force
-    law's own pull moves its place in the modes that are not followed. ``twins``: other places where it would do the
-    same.
+    `amount`, times the factor of the plant's uncertain ``part`` if it has one, ``mode`` (from 0), ``pull`` (dof,) of a
+    force law or of an ``oscillator``, ``sensor`` (position among the measured ones), or nothing (the time steps).
+    ``released``: the row that a support holds in the nominal structure; the parameter is then the compliance there.
+    ``brings``: number of modes that are followed only with it: that of a support which gives way, those that come down
+    into the recordings' band. ``flexibility`` (m/N): how far a force law's own pull moves its place in the modes that
+    are not followed. ``twins``: other places where it would do the same.
     """
 
     kind: str
@@ -40,6 +40,7 @@ class Candidate:
     scalable: bool = True
     hardly: tuple[float, ...] = ()
     changes: tuple[csr_array, csr_array, csr_array] | None = field(default=None, compare=False, repr=False)
+    part: int | None = None
     mode: int | None = None
     pull: FloatArray | None = field(default=None, compare=False, repr=False)
     oscillator: bool = False

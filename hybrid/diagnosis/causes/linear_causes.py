@@ -61,9 +61,18 @@ def _stiffness_changes(plant: Plant) -> list[Candidate]:
             width=(HALF,),
             lower=(0.0,),
             changes=_unit(plant, StiffnessChange(numbers, 2.0)),
+            part=_part_of(plant, numbers),
         )
         for numbers in _element_groups(plant)
     ]
+
+
+def _part_of(plant: Plant, numbers: tuple[int, ...]) -> int | None:
+    """Return the uncertain stiffness that elements are of: what they lack, they lack of that."""
+    for number, part in enumerate(plant.parts):
+        if part.quantity == "stiffness" and set(numbers) <= set(part.elements):
+            return number
+    return None
 
 
 def _axial_forces(plant: Plant) -> list[Candidate]:

@@ -13,7 +13,7 @@ from hybrid.diagnosis.recorded.frame import Frame
 from hybrid.diagnosis.recorded.records import Batch
 from hybrid.diagnosis.response.loaded import loaded_states
 from hybrid.diagnosis.response.marching import march
-from hybrid.diagnosis.response.system import ModalForm, System
+from hybrid.diagnosis.response.system import ModalForm, System, passed
 
 ALONG = 4  # places of a segment, evenly spread from its beginning on
 
@@ -85,14 +85,16 @@ def forces_along(system: System, motion: History) -> tuple[History, ...]:
 
 
 def driven(
-    form: ModalForm, variant: int, feed: FloatArray, direct: FloatArray, force: History, step: float
+    form: ModalForm, variant: int, feed: FloatArray, direct: FloatArray, force: History, system: System
 ) -> FloatArray:
-    """Return the channels (recording, time, sensor) from rest under a ``force`` (time, recording).
+    """Return the channels (recording, time, sensor) of a ``system`` from rest under a ``force`` (time, recording).
+
+    ``form``: its `free_form`.
 
     ``feed`` (state,): what a unit force adds to the rate of the state; ``direct`` (sensor,): what it shows at once.
     Simpson's rule over each step, in each mode.
     """
-    moved = form.left[variant] @ feed  # (mode,)
+    moved, step = form.left[variant] @ feed, system.step  # (mode,)
     count, recordings = force.now.shape
     x = np.zeros((len(moved), count, recordings), dtype=complex)
     for mode, root in enumerate(form.roots[variant]):
@@ -101,4 +103,4 @@ def driven(
         x[mode, 1:] = lfilter([step / 6 * moved[mode]], [1.0, -whole], kick, axis=0)
     right, flat = form.right[variant], x.reshape(len(moved), -1)
     y = (np.hstack([right.real, -right.imag]) @ np.vstack([flat.real, flat.imag])).reshape(-1, count, recordings)
-    return np.asarray(y.transpose(2, 1, 0) + direct * force.now.T[..., None])
+    return passed(y.transpose(2, 1, 0) + direct * force.now.T[..., None], system)

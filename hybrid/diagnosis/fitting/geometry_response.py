@@ -47,7 +47,7 @@ def added(
         feed = np.zeros(system.A.shape[1])
         feed[n : 2 * n] = moved[:, mode]
         force = History(now[..., mode], between[..., mode])
-        found += driven(form, 0, feed, direct[:, mode], force, system.step)
+        found += driven(form, 0, feed, direct[:, mode], force, system)
     return found
 
 

@@ -29,6 +29,7 @@ from hybrid.diagnosis.nominal.scatter import NONE, OWN, Scatter, scatter_of
 CERTAIN = 1e-6  # the least standard deviation of a factor, so that a prior of zero stays a number
 MORE_MODES = 15  # in the basis of a frame, beyond those kept: they carry what a changed part does to the shapes
 SPARE = 1  # mode beyond those kept whose damping is uncertain, too: a cause may bring it
+ABOVE = 1.2  # times the low-pass: up to there it leaves a fifth of a motion
 NEGLIGIBLE = 1e-3  # of all mass: what a part must hold to be felt
 
 
@@ -38,14 +39,14 @@ class Plant:
 
     ``mass``, ``damping``, ``stiffness``: sparse (dof, dof) over all degrees of freedom, as if no support held it.
     ``basis`` (dof, vector): a chain's free degrees of freedom, or a frame's first natural modes. ``kept``: number of
-    modes whose motion is followed, those below the ``highest`` frequency (Hz) that recordings show, if nothing else is
-    asked for; the others only bend along with them; None: all. ``parts``: what is uncertain as a
-    whole, and ``part_changes`` (dof, dof): what the doubling of each adds to M or K. ``ratios``: assumed modal
-    damping ratios (mode,) on top of ``damping``, of the modes kept and of one that a cause may bring. ``scatter``: how elements are off by themselves. ``spread``: prior
-    standard deviations of the log factors of parts and damping ratios and of the scatter's patterns, in this order
-    (nuisance,). ``laws``: forces that the nominal structure itself has. ``integration``: the error of the user's own
-    time steps, None where it integrates exactly. ``loaded``: where recordings are loaded. ``geometry``: forces beyond
-    the linear model's, None where there are none.
+    modes whose motion is followed, those up to the ``highest`` frequency (Hz) that recordings behind a ``lowpass`` (Hz,
+    None without) show, if nothing else is asked for; the others only bend along with them; None: all. ``parts``: what
+    is uncertain as a whole, and ``part_changes`` (dof, dof): what the doubling of each adds to M or K. ``ratios``:
+    assumed modal damping ratios (mode,) on top of ``damping``, of the modes kept and of one that a cause may bring.
+    ``scatter``: how elements are off by themselves. ``spread``: prior standard deviations of the log factors of parts
+    and damping ratios and of the scatter's patterns, in this order (nuisance,). ``laws``: forces that the nominal
+    structure itself has. ``integration``: the error of the user's own time steps, None where it integrates exactly.
+    ``loaded``: where recordings are loaded. ``geometry``: forces beyond the linear model's, None where there are none.
     """
 
     structure: Structure
@@ -65,6 +66,7 @@ class Plant:
     loaded: tuple[LoadPlace, ...] = ()
     geometry: Geometry | None = None
     highest: float = np.inf
+    lowpass: float | None = None
 
     @property
     def size(self) -> int:
@@ -216,6 +218,7 @@ def plant_of(dataset: Dataset) -> Plant:
         integration=TimeIntegration(float(assumed.step)) if newmark and assumed.step is not None else None,
         loaded=load_places(dataset),
         highest=_highest(dataset),
+        lowpass=dataset.lowpass,
     )
     return _scattered(plant, normal.stiffness)
 
@@ -240,7 +243,7 @@ def _is_chain(structure: Structure) -> bool:
 
 
 def _highest(dataset: Dataset) -> float:
-    return min(dataset.lowpass or np.inf, dataset.sampling_rate / 2)
+    return min(ABOVE * (dataset.lowpass or np.inf), dataset.sampling_rate / 2)
 
 
 def _basis(dataset: Dataset, linear: LinearModel) -> tuple[FloatArray, int | None]:

@@ -112,7 +112,10 @@ class Hypothesis:
         added, replaced = np.zeros_like(C), list[tuple[int, FloatArray]]()
         for candidate, change, part in zip(self.candidates, basis.changes, self.slices, strict=True):
             if change is not None:
-                dM, dC, dK = candidate.amount(theta[:, part.start])[:, None, None] * change[:, None]
+                amount = candidate.amount(theta[:, part.start])
+                if candidate.part is not None:
+                    amount = amount * factor[:, candidate.part]
+                dM, dC, dK = amount[:, None, None] * change[:, None]
                 M, K = M + dM, K + dK
                 if candidate.kind == PointDamper.kind:
                     added = added + dC
@@ -173,7 +176,8 @@ class Hypothesis:
         forces = tuple(force for _, _, force in laws)
         gain, delay, slope = self._faults(theta, faulty)
         loads = self._loads(reduced, inverse, rows, np.stack([at_rest, moving, pushed]), [pull for pull, _, _ in laws])
-        return System(A, B, seen, direct, G, forces, gain, delay, slope, 1 / rate, also, loads)
+        lowpass = plant.lowpass if loads is None else None  # known loads have passed it before they act
+        return System(A, B, seen, direct, G, forces, gain, delay, slope, 1 / rate, also, loads, lowpass)
 
     def _loads(
         self, reduced: "Reduced", inverse: Any, rows: FloatArray, kinds: BoolArray, laws: list[FloatArray]

@@ -9,14 +9,16 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
+from scipy.linalg import expm
 from scipy.signal import savgol_filter
 
 from fe_models.dofs import FloatArray, IntArray
+from fe_models.measurement import lowpass_kernel
 from hybrid.diagnosis.nominal.loads import ORDERS, Loads
 from hybrid.diagnosis.response.loaded import loaded_channels, loaded_states
 from hybrid.diagnosis.response.side_by_side import THREADS, side_by_side
 from hybrid.diagnosis.response.stepping import Scheme, scheme_of, step_through
-from hybrid.diagnosis.response.system import System, as_shown, drift, linear_channels
+from hybrid.diagnosis.response.system import System, as_shown, drift, linear_channels, passed
 
 SUBSTEP = 1.0  # largest omega times substep where a force law acts: its pull on that mode is then off by 5e-4
 FEWEST_SUBSTEPS = 2  # contacts and friction set in between samples
@@ -172,7 +174,27 @@ def channels(system: System, marched: Marched, loads: Loads | None = None) -> Fl
             courses = loads.at(system.loads.places)
             y += np.einsum("psl,rtl->prts", system.loads.direct, courses[0])
             y += np.einsum("osl,ortl->rts", system.loads.bent, courses[:3])
+        if system.lowpass is not None:
+            y = passed(
+                y,
+                system,
+                _free(system, marched.states[:, :, 0], -1)[:, :, ::-1],
+                _free(system, marched.states[:, :, -1], 1),
+            )
     return as_shown(system, y)
+
+
+def _free(system: System, states: FloatArray, sign: int) -> FloatArray:
+    """Return what the sensors would show, (variant, recording, time, sensor), as far as the low-pass reaches after
+    ``states`` (variant, recording, state), or before them with ``sign`` -1, if no law acted.
+    """
+    assert system.lowpass is not None  # its caller has seen to that
+    turn, C = expm(sign * system.step * system.A).swapaxes(1, 2), system.C.swapaxes(1, 2)
+    shown = []
+    for _ in range(len(lowpass_kernel(1 / system.step, system.lowpass)) // 2):
+        states = states @ turn
+        shown.append(states @ C)
+    return np.stack(shown, axis=2)
 
 
 def _derivative(applied: FloatArray, order: int, step: float) -> FloatArray:

@@ -7,8 +7,10 @@ from math import ceil, sqrt
 import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.linalg import expm
+from scipy.signal import oaconvolve
 
 from fe_models.dofs import FloatArray
+from fe_models.measurement import lowpass_gain, lowpass_kernel
 from hybrid.diagnosis.nominal.loads import LoadPlace
 
 Force = Callable[[FloatArray, FloatArray], FloatArray]
@@ -42,7 +44,8 @@ class System:
     sensor, law) of the ``forces``; ``G`` (variant, 2 law, state) gives elongations, then rates; ``gain``, ``delay`` (s)
     and ``slope`` (1/s): (variant, sensor); ``step`` (s) between samples. ``bent`` (3, sensor, law): how much of f, of
     its first and of its second derivative each sensor shows, besides, of modes that are not followed; None of none.
-    ``loads``: how known ones enter, None where there are none.
+    ``loads``: how known ones enter, None where there are none. ``lowpass`` (Hz): what the sensors' signals have
+    passed, None without.
     """
 
     A: FloatArray
@@ -57,6 +60,7 @@ class System:
     step: float
     bent: FloatArray | None = None
     loads: Entry | None = None
+    lowpass: float | None = None
 
     @property
     def is_linear(self) -> bool:
@@ -108,14 +112,16 @@ def modal_form(system: System) -> ModalForm | None:
     right = right * (system.gain[..., None] * np.take_along_axis(weight, order, axis=1)[:, None])
     if system.delay.any():
         right = right * np.exp(-roots[:, None] * system.delay[..., None])
+    if system.lowpass is not None:
+        right = right * lowpass_gain(roots, system.lowpass)[:, None]
     return ModalForm(roots, right, np.take_along_axis(inverse, order[..., None], axis=1))
 
 
 def free_form(system: System, n: int) -> ModalForm:
-    """Return the modal form of a system of ``n`` coordinates without its force laws; a body that moves freely is held
-    by soft springs, which part roots that fall together.
+    """Return the modal form of a system of ``n`` coordinates without its force laws and low-pass, for motions that are
+    driven; a body that moves freely is held by soft springs, which part roots that fall together.
     """
-    free = replace(system, forces=())
+    free = replace(system, forces=(), lowpass=None)
     form = modal_form(free)
     if form is None:
         A = system.A.copy()
@@ -169,6 +175,23 @@ def linear_channels(system: System, start: FloatArray, samples: int) -> FloatArr
     c = (form.right.transpose(0, 2, 1)[:, :, None] * amplitudes[..., None]).reshape(*amplitudes.shape[:2], -1)
     y = form.waves(samples, system.step) @ np.concatenate([c.real, c.imag], axis=1)
     return y.reshape(len(y), samples, start.shape[1], -1).transpose(0, 2, 1, 3)
+
+
+def passed(
+    y: FloatArray, system: System, before: FloatArray | None = None, after: FloatArray | None = None
+) -> FloatArray:
+    """Return channels (..., time, sensor) through the system's low-pass, given what comes ``before`` and ``after``.
+
+    As far as the filter reaches; without these the channels go on there as they begin and end.
+    """
+    if system.lowpass is None:
+        return y
+    kernel = lowpass_kernel(1 / system.step, system.lowpass)
+    half = len(kernel) // 2
+    before = np.repeat(y[..., :1, :], half, axis=-2) if before is None else before
+    after = np.repeat(y[..., -1:, :], half, axis=-2) if after is None else after
+    long = np.concatenate([before, y, after], axis=-2)
+    return np.asarray(oaconvolve(long, kernel[:, None].reshape((1,) * (y.ndim - 2) + (-1, 1)), mode="valid", axes=-2))
 
 
 def as_shown(system: System, y: FloatArray) -> FloatArray:

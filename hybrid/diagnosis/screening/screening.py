@@ -152,7 +152,7 @@ def _forced_response(
     for variant in range(len(thetas)):
         for law, force in enumerate(forces):
             direct = system.D[variant, :, law] * system.gain[variant]
-            y[variant] += driven(form, variant, system.B[variant, :, law], direct, force, system.step)
+            y[variant] += driven(form, variant, system.B[variant, :, law], direct, force, system)
     return np.asarray((y / frame.sigma).reshape(len(thetas), len(states), -1))
 
 
@@ -213,7 +213,7 @@ def _law_response(
     accelerations = np.array([sensor.quantity == "acceleration" for sensor in frame.sensors])
     picked = hypothesis.plant.rows(frame.sensors) @ reduced.shapes[0] @ moved
     direct = np.where(accelerations, picked, 0.0) * system.gain[0]
-    return driven(form, 0, feed, direct, force, system.step)
+    return driven(form, 0, feed, direct, force, system)
 
 
 def _score(
