@@ -9,11 +9,13 @@ from typer.testing import CliRunner
 
 from fe_models.assembly import linearise
 from fe_models.blind import SENSORS, BlindConfig, blind_case
+from fe_models.effects import StiffnessChange
 from fe_models.errors import InputError
 from fe_models.files.dataset_file import save_dataset
 from fe_models.files.models import load_model
 from fe_models.four_dof import four_dof
 from fe_models.recordings import Dataset, Recording
+from fe_models.simulate import FreeConfig, simulate_free
 from fe_models.structure import Structure
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.judging import judge
@@ -44,6 +46,21 @@ def test_clean_case_is_called_clean() -> None:
     found = diagnose(case.dataset)
     assert found.verdict is Verdict.NOTHING_WRONG
     assert found.findings == ()
+
+
+def test_a_value_far_off_that_no_cause_explains_better_is_calibrated_and_told() -> None:
+    """A spring 3.5 of its stated deviations stiffer: one of some thousand is, and fewer have a cause there."""
+    truth = four_dof().with_effects(StiffnessChange((3,), 1.035))
+    states = np.random.default_rng(1).standard_normal((2, 8, 4))
+    motion = simulate_free(truth, states[0], states[1], FreeConfig(20.0, 10.0), progress=False)
+    data = np.stack([motion.channel(s.node, s.direction, s.quantity) for s in SENSORS], axis=-1)
+    data = data + 0.02 * np.random.default_rng(2).standard_normal(data.shape)
+    recordings = tuple(Recording(f"r{i}", part[None], "train" if i < 6 else "test") for i, part in enumerate(data))
+    found = diagnose(Dataset(four_dof(), 10.0, SENSORS, recordings))
+    assert found.verdict is Verdict.NOTHING_WRONG
+    assert [note.split(" is ")[0] for note in found.notes] == ["stiffness of element 3"]
+    assert found.scores["extended"]["measured"] < 1.05 * found.noise_floor  # type: ignore[operator]
+    assert found.scores["baseline"]["measured"] > 3 * found.noise_floor  # type: ignore[operator]
 
 
 def test_script_writes_report_and_a_model_that_loads(tmp_path: Path) -> None:

@@ -80,10 +80,11 @@ def test_the_extended_structure_has_the_frequencies_of_the_fit() -> None:
     )
     reduced = Hypothesis(plant).reduced(theta[None])
     omega2 = np.linalg.eigvals(np.linalg.solve(reduced.mass[0], reduced.stiffness[0])).real
+    omega2 = np.sort(omega2)[:MOVING]
     built = frequencies(extended_structure(plant, theta, ()), MOVING)
     moved = np.abs(built / frequencies(bridge(), MOVING) - 1).max()
     # The basis has 25 modes of the drawn bridge; what the others would change is of second order.
-    np.testing.assert_allclose(np.sqrt(np.sort(omega2)) / (2 * np.pi), built, rtol=0.01 * moved)
+    np.testing.assert_allclose(np.sqrt(omega2) / (2 * np.pi), built, rtol=0.01 * moved)
 
 
 def test_stated_deviation_holds_where_elements_are_off_by_themselves() -> None:

@@ -5,7 +5,7 @@ import pytest
 
 from fe_models.dofs import DofMap, FloatArray
 from fe_models.errors import InputError
-from fe_models.measurement import measure
+from fe_models.measurement import lowpass_gain, lowpass_kernel, lowpassed, measure
 from fe_models.recordings import Sensor
 from fe_models.response import Response
 
@@ -39,6 +39,26 @@ def test_slow_motion_passes_in_phase() -> None:
 def test_lowpass_halves_the_energy_at_its_frequency_twice() -> None:
     recorded = measure(response_of(sine(30.0)), (TOP,), 100.0, rng(), lowpass=30.0)[:, 0]
     assert recorded[100:-100].std() == pytest.approx(0.5 / np.sqrt(2), rel=0.01)  # 3 dB each way; bilinear warping
+
+
+@pytest.mark.parametrize("frequency", [10.0, 26.0, 33.0])
+def test_the_kernel_does_at_samples_what_the_filter_does_before_sampling(frequency: float) -> None:
+    before = lowpassed(sine(frequency)[:, None], RATE, 30.0)[::5, 0]
+    after = np.convolve(sine(frequency)[::5], lowpass_kernel(100.0, 30.0), mode="same")
+    np.testing.assert_allclose(after[50:-50], before[50:-50], atol=0.01)  # the filter's own bilinear warping at 500 Hz
+    run_after = lowpassed(sine(frequency)[::5, None], 100.0, 30.0)[:, 0]
+    if frequency > 20:  # at 100 Hz it is bent by far more
+        assert np.abs(run_after - before)[50:-50].max() > 0.05
+
+
+def test_decaying_motion_is_passed_by_its_complex_frequency() -> None:
+    time = np.arange(int(4 * RATE)) / RATE
+    root = -1.5 + 2j * np.pi * 28.0
+    motion = np.exp(root * time)
+    shown = lowpassed(np.stack([motion.real, motion.imag], axis=-1), RATE, 30.0) @ [1, 1j]
+    gain = lowpass_gain(np.array([root]), 30.0)[0]
+    inside = slice(200, -200)  # without the filter's ends
+    np.testing.assert_allclose(shown[inside], (gain * motion)[inside], atol=0.01)  # bilinear warping, as above
 
 
 def test_nothing_is_folded_down() -> None:

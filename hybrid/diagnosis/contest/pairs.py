@@ -144,7 +144,5 @@ def is_hopeless(best: Fit, base: Fit) -> bool:
 
 def factors_off(item: Fit) -> bool:
     """Return whether the calibrated factors are further off than their owner thinks normal: one, or all together."""
-    count = item.hypothesis.nuisances
-    deviation = item.theta[:count] / item.hypothesis.width[:count]
-    limit = 1 + TOGETHER * np.sqrt(2 / count)
-    return bool(np.abs(deviation).max() > ONE_FACTOR or np.mean(deviation**2) > limit)
+    limit = 1 + TOGETHER * np.sqrt(2 / len(item.deviations))
+    return bool(np.abs(item.deviations).max() > ONE_FACTOR or np.mean(item.deviations**2) > limit)

@@ -51,6 +51,12 @@ class Fit:
         return sum(part.size * batch.share for part, batch in zip(self.residuals, self.batches, strict=True))
 
     @property
+    def deviations(self) -> FloatArray:
+        """How far nominal values are off, (value,), in stated standard deviations; of those that recordings tell."""
+        count = self.hypothesis.nuisances
+        return (self.theta[:count] / self.hypothesis.width[:count])[self.hypothesis.plant.told]
+
+    @property
     def log_evidence(self) -> float:
         """Laplace's approximation: the fit, and how much of the prior of the candidates' parameters is left.
 

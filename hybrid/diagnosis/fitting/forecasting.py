@@ -57,8 +57,7 @@ def within(item: Fit, most: float) -> FloatArray:
 
 def deviation_of(item: Fit) -> float:
     """Return how far the calibration of a fit goes, at most, in stated standard deviations."""
-    count = item.hypothesis.nuisances
-    return float(np.abs(item.theta[:count] / item.hypothesis.width[:count]).max())
+    return float(np.abs(item.deviations).max())
 
 
 def model_of(item: Fit, frame: Frame, theta: FloatArray | None = None) -> Model:

@@ -22,7 +22,7 @@ from hybrid.diagnosis.outcome.findings import Finding, cause_of, place_words, re
 from hybrid.diagnosis.outcome.materiality import material, weak, without_weak
 from hybrid.diagnosis.outcome.scorer import Scorer
 from hybrid.diagnosis.outcome.simulation import Simulation, modal_finding, modal_notes, simulation_of
-from hybrid.diagnosis.outcome.verdict import Errors, Verdict, verdict_of
+from hybrid.diagnosis.outcome.verdict import ABNORMAL, Errors, Verdict, verdict_of
 from hybrid.diagnosis.recorded.frame import Frame
 from hybrid.diagnosis.shown.example import Example, example_of
 from hybrid.diagnosis.shown.show import Shown, show
@@ -64,25 +64,26 @@ def concluded(setting: Setting, evidence: Evidence) -> Diagnosis:
         notes += immaterial
     best = posterior.fits[0]
     simulation = simulation_of(setting, evidence, posterior, scorer)
+    normal = DEVIATION if best.hypothesis.candidates else ABNORMAL  # no cause is likelier than a value that far off
     nominal, calibrated, extended = (
-        scorer.forecast(item, most)
-        for item, most in ((simulation.fit, 0.0), (simulation.fit, DEVIATION), (best, np.inf))
+        scorer.forecast(item, most) for item, most in ((simulation.fit, 0.0), (simulation.fit, normal), (best, np.inf))
     )
     drawn, own = nominal, calibrated  # of the structure itself
     if simulation.fit is not base:
-        drawn, own = (scorer.forecast(base, most) for most in (0.0, DEVIATION))
+        drawn, own = (scorer.forecast(base, most) for most in (0.0, normal))
     unexplained = _share_left(extended, nominal)
     errors = Errors(scorer.error(calibrated), scorer.error(extended), scorer.floor(own), unexplained)
     wrong = simulation.fit if simulation.is_wrong else base
     verdict, doubt = verdict_of(best, wrong, frame, setting.band, errors)
     named = verdict in (Verdict.EXPLAINED, Verdict.PARTLY_EXPLAINED)
-    final, theta = (best, best.theta) if named else _as_drawn_or_calibrated(base, frame)
+    final, theta = (best, best.theta) if named else _as_drawn_or_calibrated(base, frame, normal)
     findings: tuple[Finding, ...] = ()
     if named:
         findings = _findings(setting, scorer, posterior, simulation, (nominal, drawn), doubt)
         notes += _apart(setting, findings)
     elif verdict is Verdict.NOTHING_WRONG:
         unexplained = 0.0
+        notes += _far_off(setting.plant, theta / base.hypothesis.width)
         if simulation.fit is base:  # else a cause may matter for the structure, if not for the user's modal model
             notes += [weak(best, number) for number in range(len(best.hypothesis.candidates))]
     elif not left(base, frame, setting.band).significant and not factors_off(base):
@@ -121,11 +122,23 @@ def concluded(setting: Setting, evidence: Evidence) -> Diagnosis:
     )
 
 
-def _as_drawn_or_calibrated(base: Fit, frame: Frame) -> tuple[Fit, FloatArray]:
-    """Return the fit without any cause and its theta: calibrated, or zero where what is wrong has led that astray."""
-    drawn, calibrated = np.zeros_like(base.theta), within(base, DEVIATION)
+def _as_drawn_or_calibrated(base: Fit, frame: Frame, most: float) -> tuple[Fit, FloatArray]:
+    """Return the fit without any cause and its theta: calibrated by no more than ``most`` standard deviations, or zero
+    where what is wrong has led that astray.
+    """
+    drawn, calibrated = np.zeros_like(base.theta), within(base, most)
     left_by = [sum(float(np.square(part).sum()) for part in residuals_at(base, t, frame)) for t in (drawn, calibrated)]
     return base, drawn if left_by[0] < left_by[1] else calibrated
+
+
+def _far_off(plant: Plant, deviations: FloatArray) -> list[str]:
+    """Return a note on each nominal value that is further off than usual, in stated standard deviations (nuisance,)."""
+    return [
+        f"{what} of {place_words(where)} is {abs(deviation):.1f} of its stated standard deviations"
+        f" {'below' if deviation < 0 else 'above'} its nominal value: rare, but likelier than any cause"
+        for (what, where), deviation in zip(_factors(plant), deviations, strict=False)
+        if abs(deviation) > DEVIATION
+    ]
 
 
 def _share_left(extended: Forecast, nominal: Forecast) -> float:
@@ -194,13 +207,17 @@ def _strongest_without(posterior: Posterior, candidate: Candidate) -> Fit | None
     return None
 
 
+def _factors(plant: Plant) -> list[tuple[str, dict[str, Any]]]:
+    """Return quantity and location of each uncertain factor."""
+    parts = [(part.quantity, part.location) for part in plant.parts]
+    return [*parts, *(("damping", {"modes": [mode + 1]}) for mode in range(len(plant.ratios)))]
+
+
 def _calibration(
     plant: Plant, theta: FloatArray, covariance: FloatArray
 ) -> list[tuple[str, dict[str, Any], float, float]]:
     """Return quantity, location, factor and its standard deviation; an element's comes on top of its group's."""
-    names: list[tuple[str, dict[str, Any]]] = [(part.quantity, part.location) for part in plant.parts]
-    names += [("damping", {"modes": [mode + 1]}) for mode in range(len(plant.ratios))]
-    names += [("stiffness", {"element": number}) for number in plant.scatter.elements]
+    names = [*_factors(plant), *(("stiffness", {"element": number}) for number in plant.scatter.elements)]
     own, rest = slice(0, plant.factors), slice(plant.factors, len(plant.spread))
     weights = plant.scatter.weights
     factors = np.append(np.exp(theta[own]), 1 + theta[rest] @ weights)

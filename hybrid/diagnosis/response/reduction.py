@@ -37,7 +37,10 @@ def basis_of(plant: Plant, candidates: tuple[Candidate, ...]) -> Basis:
     """
     shapes = plant.basis
     for candidate in candidates:
-        for shape in _static_shapes(plant, candidate).T:
+        bent = _static_shapes(plant, candidate)
+        if candidate.brings:  # so large a change that the inertia of these shapes bends them, too
+            bent = np.hstack([bent, plant.static(plant.mass @ bent)])
+        for shape in bent.T:
             shapes = _appended(shapes, shape, plant)
     changes = tuple(
         None if c.changes is None else np.array([shapes.T @ (part @ shapes) for part in c.changes]) for c in candidates
@@ -65,8 +68,7 @@ def _projected(plant: Plant, shapes: FloatArray) -> FloatArray:
 def _static_shapes(plant: Plant, candidate: Candidate) -> FloatArray:
     """Return the shapes (dof, load) that a candidate needs beyond the plant's own."""
     if candidate.released is not None:
-        moved = plant.released(candidate.released)[:, None]
-        return np.hstack([moved, plant.static(plant.mass @ moved)])  # and how its own inertia bends it
+        return plant.released(candidate.released)[:, None]
     if plant.kept is None or candidate.changes is None:
         return np.zeros((len(plant.dofs), 0))
     forces = []

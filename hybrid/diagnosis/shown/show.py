@@ -72,11 +72,12 @@ def show(
     free = _free_fit(own, frame) or base
     hypothesis = base.hypothesis
     brought = free.hypothesis.brought
-    modes = [
+    modes = _told(
         modes_of(_following(hypothesis, brought), np.zeros_like(base.theta), frame.rate),
         modes_of(_following(hypothesis, brought), base.theta, frame.rate),
         modes_of(free.hypothesis, free.theta, frame.rate),
-    ]
+        below=dataset.lowpass or np.inf,
+    )
     names = tuple(name for batch in base.batches for name in batch.names)
     values = np.concatenate([np.square(part).sum(axis=(1, 2)) for part in base.residuals])
     motion = tuple(batch.data / frame.sigma for batch in base.batches)
@@ -113,6 +114,12 @@ def modes_of(hypothesis: Hypothesis, theta: FloatArray, rate: float) -> Modes:
     roots, shapes = roots[order], system.C[0] @ vectors[:, order]  # (translation, mode)
     largest = shapes[np.argmax(np.abs(shapes), axis=0), np.arange(len(order))]
     return Modes(np.abs(roots) / (2 * np.pi), -roots.real / np.abs(roots), np.real(shapes / largest))
+
+
+def _told(*models: Modes, below: float) -> list[Modes]:
+    """Return those first modes of each that are ``below`` a low-pass (Hz) in any of them: of others little is seen."""
+    count = max(int(np.sum(modes.frequencies < below)) for modes in models)
+    return [Modes(m.frequencies[:count], m.ratios[:count], m.shapes[:, :count]) for m in models]
 
 
 def _following(hypothesis: Hypothesis, more: int) -> Hypothesis:
