@@ -85,8 +85,9 @@ class Plant:
 
     @cached_property
     def told(self) -> BoolArray:
-        """Which of the nuisances recordings tell, (nuisance,): not the damping of modes above the low-pass, which leaves
-        little more than noise of them.
+        """Which of the nuisances recordings tell, (nuisance,): not the damping of modes above the low-pass.
+
+        It leaves little more than noise of them.
         """
         below = self._lowest(len(self.ratios))[0] < 2 * np.pi * (self.lowpass or np.inf)
         return np.concatenate([np.ones(len(self.parts)), below, np.ones(len(self.spread) - self.factors)]) > 0
