@@ -34,7 +34,7 @@ def hinged(*held_at_the_end: Direction) -> Plant:
         supports=(Support(1, ("x", "y")), Support(PIECES + 1, held_at_the_end)),
     )
     recording = Recording("r", np.zeros((1, 10, 1)))
-    plant = plant_of(Dataset(structure, 400.0, SENSOR, (recording,), 40.0))
+    plant = plant_of(Dataset(structure, 400.0, SENSOR, (recording,), 30.0))
     assert plant.kept == 1  # 11 Hz; the second is at 45 Hz
     return plant
 

@@ -109,11 +109,11 @@ def test_own_modal_model_of_the_chain_forecasts_as_the_chain_does_however_calibr
 def test_own_modal_model_of_the_bridge_forecasts_as_the_bridge_does() -> None:
     dataset = noise(bridge(), BRIDGE_RATE, BRIDGE_SENSORS, LOWPASS)
     plant, own = both_plants(dataset, natural_modes(linearise(bridge()), 20))
-    assert own.size == plant.size < 20  # modes above the low-pass are not followed
+    assert own.size == plant.size < 20  # modes far above the low-pass are not followed
     wanted, found = (forecast_of(each, dataset) for each in (plant, own))
     np.testing.assert_allclose(
         found, wanted, atol=1e-5 * np.abs(wanted).max()
-    )  # ill-conditioned: six sensors, ten modes
+    )  # ill-conditioned: six sensors, eleven modes
 
 
 def test_scale_and_sign_of_shapes_mean_nothing_also_under_force_laws() -> None:

@@ -30,6 +30,7 @@ SENSORS = bridge_sensors("A2", "m/s^2")
 WEIGHTS = (1.0, 3.0)  # N: 3 N at mid-span are 2 mm
 LIVELINESS = 0.5  # m kg^0.5 / s^2, rms: acceleration of each mode on top of what the weights bring
 MOVING = 10  # modes below the low-pass
+LATEST = 5  # samples before and after each recording that a late or early sensor may show
 MARGIN = 0.3  # s before and after each recording, which the ends of the low-pass filter spoil
 
 
@@ -62,14 +63,14 @@ def bridge_case(seed: int, config: BlindConfig) -> BlindCase:
         truth = Truth(built.with_effects(*(effects if changed else lasting)), ratios, config.rich)
         shown = motion_at(truth, starts[which], SENSORS, campaign.duration, MARGIN, more if changed else (), LOWPASS)
         every = round(OUTPUT_RATE / campaign.sampling_rate)
-        first = round(MARGIN * OUTPUT_RATE)
+        first = round(MARGIN * OUTPUT_RATE) - LATEST * every
         filtered = np.stack([lowpassed(part, OUTPUT_RATE, LOWPASS) for part in shown])
-        return filtered[:, first::every][:, : campaign.samples]
+        return filtered[:, first::every][:, : campaign.samples + 2 * LATEST]
 
     clean = recorded(slice(config.changed, None), changed=True)
     if config.changed:
         clean = np.concatenate([recorded(slice(config.changed), changed=False), clean])
-    return as_recorded(design, SENSORS, clean, tuple(causes), config, rng, LOWPASS)
+    return as_recorded(design, SENSORS, clean, tuple(causes), config, rng, LOWPASS, LATEST)
 
 
 def _calm(config: BlindConfig, rng: np.random.Generator) -> tuple[tuple[Start, ...], Scene]:

@@ -11,7 +11,7 @@ from fe_models.effects import Cause
 from fe_models.errors import raise_faults
 from fe_models.measurement import lowpassed
 from fe_models.recordings import Assumptions, Dataset, Recording, Sensor, Uncertainty
-from fe_models.sensor_effects import SensorEffect
+from fe_models.sensor_effects import SensorDelay, SensorEffect
 from fe_models.structure import Structure
 from fe_models.time_integration import TimeIntegration
 
@@ -137,6 +137,14 @@ def check_config(config: BlindConfig) -> None:
     raise_faults(faults)
 
 
+def _faulty(
+    shown: FloatArray, cause: SensorEffect, sensors: tuple[Sensor, ...], config: BlindConfig, acts: BoolArray
+) -> FloatArray:
+    """Return what is ``shown`` (recording, time, sensor) with a fault in those recordings where it ``acts``."""
+    faulty = cause.apply(shown, [sensor.name for sensor in sensors], config.campaign.sampling_rate)
+    return np.where(acts[:, None, None], faulty, shown)
+
+
 def as_recorded(
     design: Structure,
     sensors: tuple[Sensor, ...],
@@ -145,19 +153,22 @@ def as_recorded(
     config: BlindConfig,
     rng: np.random.Generator,
     lowpass: float | None = None,
+    margin: int = 0,
 ) -> BlindCase:
     """Return the case of the motion at the sensors, ``clean`` (recording, time, sensor): sensor faults, noise, names.
 
     ``design`` is what the user believes in. Behind a ``lowpass`` (Hz), the noise has nothing above it either.
+    ``margin``: samples before and after each recording that are known, too: what a late sensor shows at its beginning.
     """
     campaign, affected = config.campaign, config.affected
     names = tuple(f"r{number:02d}" for number in range(1, campaign.count + 1))
-    shown = clean
-    for cause in causes:
-        if isinstance(cause, SensorEffect):
-            faulty = cause.apply(shown, [s.name for s in sensors], campaign.sampling_rate)
-            acts = affected | (cause in config.lasting(causes))
-            shown = np.where(acts[:, None, None], faulty, shown)
+    shown, faults = clean, [cause for cause in causes if isinstance(cause, SensorEffect)]
+    for late in (True, False):
+        for cause in faults:
+            if isinstance(cause, SensorDelay) is late:
+                shown = _faulty(shown, cause, sensors, config, affected | (cause in config.lasting(causes)))
+        if late:
+            shown = shown[:, margin : shown.shape[1] - margin]
     white = rng.standard_normal(shown.shape)
     if lowpass is not None:
         white = np.stack([lowpassed(part, campaign.sampling_rate, lowpass) for part in white])

@@ -43,7 +43,7 @@ def _modes(plant: Plant) -> list[Candidate]:
             lower=(0.0,),
             mode=mode,
         )
-        for mode, ratio in enumerate(plant.own_ratios[: plant.size])
+        for mode, ratio in enumerate(plant.own_ratios[: plant.below])
     ]
 
 

@@ -52,9 +52,9 @@ class Fit:
 
     @property
     def deviations(self) -> FloatArray:
-        """How far nominal values are off, (value,), in stated standard deviations; of those that recordings tell."""
+        """How far nominal values are off, (nuisance,), in stated standard deviations."""
         count = self.hypothesis.nuisances
-        return (self.theta[:count] / self.hypothesis.width[:count])[self.hypothesis.plant.told]
+        return np.asarray(self.theta[:count] / self.hypothesis.width[:count])
 
     @property
     def log_evidence(self) -> float:

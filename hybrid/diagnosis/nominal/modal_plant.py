@@ -32,8 +32,8 @@ def modal_plant(plant: Plant, dataset: Dataset) -> Plant | None:
     given = dataset.assumptions.modal_model
     if given is None:
         return None
-    if plant.is_chain:  # which is followed in all its modes, whatever a low-pass has taken away
-        dataset = replace(dataset, lowpass=None)
+    if dataset.lowpass is not None:  # as the structure, a chain in all its modes, a frame up to where something passes
+        dataset = replace(dataset, lowpass=None if plant.is_chain else plant.highest)
     modal = nominal_modes(dataset, len(given.omega))
     shapes = _normalised(modal.shapes, plant)
     P = _left_inverse(shapes)

@@ -10,7 +10,7 @@ from scipy.sparse.linalg import SuperLU
 
 from fe_models.assembly import linearise, unsupported
 from fe_models.damping import full_damping, replace_ratios
-from fe_models.dofs import BoolArray, DofMap, FloatArray
+from fe_models.dofs import DofMap, FloatArray
 from fe_models.effects.base import ForceLaw
 from fe_models.effects.laws import force_laws, replaced_ratios
 from fe_models.errors import InputError, raise_faults
@@ -84,13 +84,9 @@ class Plant:
         return len(self.parts) + len(self.ratios)
 
     @cached_property
-    def told(self) -> BoolArray:
-        """Which of the nuisances recordings tell, (nuisance,): not the damping of modes above the low-pass.
-
-        It leaves little more than noise of them.
-        """
-        below = self._lowest(len(self.ratios))[0] < 2 * np.pi * (self.lowpass or np.inf)
-        return np.concatenate([np.ones(len(self.parts)), below, np.ones(len(self.spread) - self.factors)]) > 0
+    def below(self) -> int:
+        """Number of nominal modes that are followed and lie below the low-pass."""
+        return int(np.sum(self.modes[0] < 2 * np.pi * (self.lowpass or np.inf)))
 
     @property
     def matrices(self) -> tuple[csr_array, ...]:

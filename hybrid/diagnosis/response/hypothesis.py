@@ -241,7 +241,10 @@ class Hypothesis:
         factor: FloatArray,
         replaced: list[tuple[int, FloatArray]],
     ) -> FloatArray:
-        """Return C (variant, mode, mode) with the damping ratio of each present mode multiplied by its ``factor``."""
+        """Return C (variant, mode, mode) with the damping ratio of each present mode multiplied by its ``factor``.
+
+        But for modes above a low-pass: what it leaves of them tells nothing of their damping, and would be told by it.
+        """
         square = np.linalg.cholesky(M)
         inverse = np.linalg.inv(square)
         omega2, shapes = np.linalg.eigh(inverse @ K @ inverse.transpose(0, 2, 1))
@@ -252,6 +255,7 @@ class Hypothesis:
         more = max(count - len(self.plant.ratios), 0)  # modes that candidates bring, beyond the spare one
         ratios = np.pad(self.plant.ratios, (0, more), mode="edge")[:count]
         factor = np.pad(factor, ((0, 0), (0, more)), constant_values=1.0)[:, :count]
+        factor = np.where(omega < 2 * np.pi * (self.plant.lowpass or np.inf), factor, 1.0)
         assumed = 2 * ratios * omega
         added = (own + assumed) * factor - own
         for mode, ratio in replaced:
