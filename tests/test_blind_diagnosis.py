@@ -5,9 +5,11 @@ Each test draws its case from the seed, diagnoses the dataset alone and only the
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
-from fe_models.blind import BRIDGE_KINDS, KINDS, OUTSIDE, BlindCase, BlindConfig, blind_case
+from fe_models.blind import BRIDGE_KINDS, KINDS, OUTSIDE, BlindCase, BlindConfig, blind_case, bridge
+from fe_models.dofs import FloatArray
 from fe_models.sensor_effects import SensorEffect
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.judging import Judgement, judge
@@ -126,3 +128,22 @@ def test_a_weak_cause_beside_one_that_takes_nearly_all_away_is_named_too() -> No
     assert set(marks.named) == set(marks.truth)
     assert min(finding.explains for finding in found.findings) < 0.01
     assert found.scores["extended"]["measured"] == pytest.approx(found.noise_floor, rel=0.05)
+
+
+@pytest.mark.parametrize(("kind", "seed"), [("gap_stop", 208), ("coulomb_friction", 206)])
+def test_a_low_pass_that_cuts_off_sharply_hides_no_force(kind: str, seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The diagnosis takes it for a Butterworth filter, which leaves half of a motion at 30 Hz."""
+    monkeypatch.setattr(bridge, "lowpassed", cut_off)
+    found, marks = diagnosed(blind_case(seed, replace(BRIDGE, kinds=(kind,), off=True)))
+    assert marks.first, marks
+    assert not marks.confidently_wrong
+    assert all(marks.within), found.findings
+    assert found.scores["extended"]["measured"] == pytest.approx(found.noise_floor, rel=NEAR - 1)
+
+
+def cut_off(channels: FloatArray, sampling_rate: float, lowpass: float) -> FloatArray:
+    """Return channels (time, sensor) without all that lies above ``lowpass`` (Hz), turned about both ends."""
+    long = np.concatenate([2 * channels[:1] - channels[:0:-1], channels, 2 * channels[-1:] - channels[-2::-1]])
+    spectrum = np.fft.rfft(long, axis=0)
+    spectrum[np.fft.rfftfreq(len(long), 1 / sampling_rate) > lowpass] = 0.0
+    return np.asarray(np.fft.irfft(spectrum, len(long), axis=0)[len(channels) - 1 : 2 * len(channels) - 1])
