@@ -4,20 +4,16 @@ Real recordings have passed an anti-aliasing filter, signal and noise alike: tho
 at 100 Hz behind a low-pass of 30 Hz.
 """
 
-from math import ceil
-
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
-from fe_models.dofs import ComplexArray, FloatArray
+from fe_models.dofs import FloatArray
 from fe_models.errors import raise_faults
 from fe_models.files.recording_checks import check_rates, check_sensor
 from fe_models.recordings import Sensor
 from fe_models.response import Response
 
 FILTER_ORDER = 4  # Butterworth, run forwards and backwards: order 8 in effect, and no phase shift
-SETTLED = 3.8  # periods of the low-pass, after which its impulse response is 1e-4 of its area
-FINE = 4096  # frequencies at which a kernel is told
 
 
 def measure(
@@ -50,25 +46,6 @@ def lowpassed(channels: FloatArray, sampling_rate: float, lowpass: float | None)
         return channels
     sections = butter(FILTER_ORDER, lowpass, fs=sampling_rate, output="sos")
     return np.asarray(sosfiltfilt(sections, channels, axis=0))
-
-
-def lowpass_gain(roots: ComplexArray, lowpass: float) -> ComplexArray:
-    """Return what the filter of `lowpassed` leaves of motions exp(root t); ``roots`` in 1/s, all shapes.
-
-    1 / (1 + (omega / omega_c)^8) at root = i omega; a motion that decays far slower than the filter is passed likewise.
-    """
-    return np.asarray(1 / (1 + (roots / (2 * np.pi * lowpass)) ** (2 * FILTER_ORDER)))
-
-
-def lowpass_kernel(sampling_rate: float, lowpass: float) -> FloatArray:
-    """Return the impulse response (2 half + 1,) of the filter of `lowpassed` at samples, for a convolution.
-
-    Of the filter as it acts before sampling: one run at this rate would bend its upper end.
-    """
-    roots = np.asarray(2j * np.pi * np.fft.fftfreq(FINE, 1 / sampling_rate), dtype=np.complex128)
-    response = np.fft.ifft(lowpass_gain(roots, lowpass)).real
-    half = min(ceil(SETTLED * sampling_rate / lowpass), FINE // 2 - 1)
-    return np.concatenate([response[-half:], response[: half + 1]])
 
 
 def _faults(

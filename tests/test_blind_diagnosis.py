@@ -9,10 +9,13 @@ import numpy as np
 import pytest
 
 from fe_models.blind import BRIDGE_KINDS, KINDS, OUTSIDE, BlindCase, BlindConfig, blind_case, bridge
+from fe_models.blind import case as blind_cases
 from fe_models.dofs import FloatArray
+from fe_models.lowpass import USUAL, LowPass
 from fe_models.sensor_effects import SensorEffect
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.judging import Judgement, judge
+from hybrid.diagnosis.nominal.lowpass import SHARP, lowpass_of
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
 from hybrid.diagnosis.outcome.verdict import Verdict
 
@@ -130,11 +133,21 @@ def test_a_weak_cause_beside_one_that_takes_nearly_all_away_is_named_too() -> No
     assert found.scores["extended"]["measured"] == pytest.approx(found.noise_floor, rel=0.05)
 
 
-@pytest.mark.parametrize(("kind", "seed"), [("gap_stop", 208), ("coulomb_friction", 206)])
-def test_a_low_pass_that_cuts_off_sharply_hides_no_force(kind: str, seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The diagnosis takes it for a Butterworth filter, which leaves half of a motion at 30 Hz."""
+@pytest.mark.parametrize(
+    ("kind", "seed", "is_told"),
+    [("coulomb_friction", 206, False), ("gap_stop", 208, True)],
+    ids=["noise behind another", "noise behind it, too"],
+)
+def test_a_low_pass_that_cuts_off_sharply_hides_no_force(
+    kind: str, seed: int, is_told: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Only noise tells how steep it is; else it is taken for a filter that leaves half of a motion at 30 Hz."""
     monkeypatch.setattr(bridge, "lowpassed", cut_off)
-    found, marks = diagnosed(blind_case(seed, replace(BRIDGE, kinds=(kind,), off=True)))
+    if is_told:
+        monkeypatch.setattr(blind_cases, "lowpassed", cut_off)
+    hidden = blind_case(seed, replace(BRIDGE, kinds=(kind,), off=True))
+    assert lowpass_of(hidden.dataset) == LowPass(30.0, SHARP if is_told else USUAL)
+    found, marks = diagnosed(hidden)
     assert marks.first, marks
     assert not marks.confidently_wrong
     assert all(marks.within), found.findings

@@ -7,6 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from fe_models.dofs import FloatArray
+from fe_models.lowpass import LowPass
 from fe_models.measurement import lowpassed
 from hybrid.diagnosis.response.marching import channels, march
 from hybrid.diagnosis.response.system import Force, System
@@ -90,14 +91,14 @@ def test_sensors_behind_a_low_pass_show_contacts_as_it_leaves_them() -> None:
     """Recorded 20 times as densely, filtered, then sampled; the motion goes on before and after what is compared."""
     cutoff, dense, start = 0.8, 20, np.array([1.0, 0.4, -0.3, 0.7])
     system = two_masses(lambda u, v: 20 * stop(u, v))
-    fine, coarse = replace(system, step=STEP / dense), replace(system, lowpass=cutoff)
+    fine, coarse = replace(system, step=STEP / dense), replace(system, lowpass=LowPass(cutoff))
     long = march(fine, start[None, None], 600 * dense)
     assert long is not None
     truth = lowpassed(channels(fine, long)[0, 0], dense / STEP, cutoff)[::dense]
     first = long.states[0, 0, 200 * dense]
     cut = march(coarse, first[None, None], 200)
     assert cut is not None
-    shown, bare = (channels(replace(coarse, lowpass=to), cut)[0, 0] for to in (cutoff, None))
+    shown, bare = (channels(replace(coarse, lowpass=to), cut)[0, 0] for to in (LowPass(cutoff), None))
     whole = np.abs(truth).max(axis=0)
     inside = slice(50, 150)  # beyond, the filter reaches to where free motion stands in for contacts
     off, unfiltered = (np.abs((y - truth[200:400])[inside]).max(axis=0) / whole for y in (shown, bare))

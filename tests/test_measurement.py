@@ -5,7 +5,8 @@ import pytest
 
 from fe_models.dofs import DofMap, FloatArray
 from fe_models.errors import InputError
-from fe_models.measurement import lowpass_gain, lowpass_kernel, lowpassed, measure
+from fe_models.lowpass import LowPass
+from fe_models.measurement import lowpassed, measure
 from fe_models.recordings import Sensor
 from fe_models.response import Response
 
@@ -44,7 +45,7 @@ def test_lowpass_halves_the_energy_at_its_frequency_twice() -> None:
 @pytest.mark.parametrize("frequency", [10.0, 26.0, 33.0])
 def test_the_kernel_does_at_samples_what_the_filter_does_before_sampling(frequency: float) -> None:
     before = lowpassed(sine(frequency)[:, None], RATE, 30.0)[::5, 0]
-    after = np.convolve(sine(frequency)[::5], lowpass_kernel(100.0, 30.0), mode="same")
+    after = np.convolve(sine(frequency)[::5], LowPass(30.0).kernel(100.0), mode="same")
     np.testing.assert_allclose(after[50:-50], before[50:-50], atol=0.01)  # the filter's own bilinear warping at 500 Hz
     run_after = lowpassed(sine(frequency)[::5, None], 100.0, 30.0)[:, 0]
     if frequency > 20:  # at 100 Hz it is bent by far more
@@ -56,7 +57,7 @@ def test_decaying_motion_is_passed_by_its_complex_frequency() -> None:
     root = -1.5 + 2j * np.pi * 28.0
     motion = np.exp(root * time)
     shown = lowpassed(np.stack([motion.real, motion.imag], axis=-1), RATE, 30.0) @ [1, 1j]
-    gain = lowpass_gain(np.array([root]), 30.0)[0]
+    gain = LowPass(30.0).gain(np.array([root]))[0]
     inside = slice(200, -200)  # without the filter's ends
     np.testing.assert_allclose(shown[inside], (gain * motion)[inside], atol=0.01)  # bilinear warping, as above
 

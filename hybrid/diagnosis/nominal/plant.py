@@ -15,6 +15,7 @@ from fe_models.effects.base import ForceLaw
 from fe_models.effects.laws import force_laws, replaced_ratios
 from fe_models.errors import InputError, raise_faults
 from fe_models.linear import LinearModel
+from fe_models.lowpass import LowPass
 from fe_models.mechanisms import factorise
 from fe_models.modes import natural_modes
 from fe_models.nominal import damping_ratios
@@ -24,12 +25,13 @@ from fe_models.time_integration import TimeIntegration
 from fe_models.uncertain_parts import UncertainPart, uncertain_parts
 from hybrid.diagnosis.nominal.geometry import Geometry
 from hybrid.diagnosis.nominal.loads import LoadPlace, load_places
+from hybrid.diagnosis.nominal.lowpass import lowpass_of
 from hybrid.diagnosis.nominal.scatter import NONE, OWN, Scatter, scatter_of
 
 CERTAIN = 1e-6  # the least standard deviation of a factor, so that a prior of zero stays a number
 MORE_MODES = 15  # in the basis of a frame, beyond those kept: they carry what a changed part does to the shapes
 SPARE = 1  # mode beyond those kept whose damping is uncertain, too: a cause may bring it
-ABOVE = 1.2  # times the low-pass: up to there it leaves a fifth of a motion
+PASSED = 0.2  # of a motion: what a low-pass leaves of the highest modes that are followed
 NEGLIGIBLE = 1e-3  # of all mass: what a part must hold to be felt
 
 
@@ -39,8 +41,8 @@ class Plant:
 
     ``mass``, ``damping``, ``stiffness``: sparse (dof, dof) over all degrees of freedom, as if no support held it.
     ``basis`` (dof, vector): a chain's free degrees of freedom, or a frame's first natural modes. ``kept``: number of
-    modes whose motion is followed, those up to the ``highest`` frequency (Hz) that recordings behind a ``lowpass`` (Hz,
-    None without) show, if nothing else is asked for; the others only bend along with them; None: all. ``parts``: what
+    modes whose motion is followed, those up to the ``highest`` frequency (Hz) that recordings behind a ``lowpass``
+    (None without) show, if nothing else is asked for; the others only bend along with them; None: all. ``parts``: what
     is uncertain as a whole, and ``part_changes`` (dof, dof): what the doubling of each adds to M or K. ``ratios``:
     assumed modal damping ratios (mode,) on top of ``damping``, of the modes kept and of one that a cause may bring.
     ``scatter``: how elements are off by themselves. ``spread``: prior standard deviations of the log factors of parts
@@ -66,7 +68,7 @@ class Plant:
     loaded: tuple[LoadPlace, ...] = ()
     geometry: Geometry | None = None
     highest: float = np.inf
-    lowpass: float | None = None
+    lowpass: LowPass | None = None
 
     @property
     def size(self) -> int:
@@ -83,10 +85,15 @@ class Plant:
         """Number of parts and damping ratios, whose factors are the first nuisances; the scatter's patterns follow."""
         return len(self.parts) + len(self.ratios)
 
+    @property
+    def cutoff(self) -> float:
+        """Of the low-pass, rad/s."""
+        return np.inf if self.lowpass is None else 2 * np.pi * self.lowpass.cutoff
+
     @cached_property
     def below(self) -> int:
         """Number of nominal modes that are followed and lie below the low-pass."""
-        return int(np.sum(self.modes[0] < 2 * np.pi * (self.lowpass or np.inf)))
+        return int(np.sum(self.modes[0] < self.cutoff))
 
     @property
     def matrices(self) -> tuple[csr_array, ...]:
@@ -223,7 +230,7 @@ def plant_of(dataset: Dataset) -> Plant:
         integration=TimeIntegration(float(assumed.step)) if newmark and assumed.step is not None else None,
         loaded=load_places(dataset),
         highest=_highest(dataset),
-        lowpass=dataset.lowpass,
+        lowpass=lowpass_of(dataset),
     )
     return _scattered(plant, normal.stiffness)
 
@@ -248,7 +255,8 @@ def _is_chain(structure: Structure) -> bool:
 
 
 def _highest(dataset: Dataset) -> float:
-    return min(ABOVE * (dataset.lowpass or np.inf), dataset.sampling_rate / 2)
+    low = lowpass_of(dataset)
+    return min(np.inf if low is None else low.reach(PASSED), dataset.sampling_rate / 2)
 
 
 def _basis(dataset: Dataset, linear: LinearModel) -> tuple[FloatArray, int | None]:

@@ -255,7 +255,7 @@ class Hypothesis:
         more = max(count - len(self.plant.ratios), 0)  # modes that candidates bring, beyond the spare one
         ratios = np.pad(self.plant.ratios, (0, more), mode="edge")[:count]
         factor = np.pad(factor, ((0, 0), (0, more)), constant_values=1.0)[:, :count]
-        factor = np.where(omega < 2 * np.pi * (self.plant.lowpass or np.inf), factor, 1.0)
+        factor = np.where(omega < self.plant.cutoff, factor, 1.0)
         assumed = 2 * ratios * omega
         added = (own + assumed) * factor - own
         for mode, ratio in replaced:

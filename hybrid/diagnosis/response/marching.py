@@ -13,7 +13,6 @@ from scipy.linalg import expm
 from scipy.signal import savgol_filter
 
 from fe_models.dofs import FloatArray, IntArray
-from fe_models.measurement import lowpass_kernel
 from hybrid.diagnosis.nominal.loads import ORDERS, Loads
 from hybrid.diagnosis.response.loaded import loaded_channels, loaded_states
 from hybrid.diagnosis.response.side_by_side import THREADS, side_by_side
@@ -191,7 +190,7 @@ def _free(system: System, states: FloatArray, sign: int) -> FloatArray:
     assert system.lowpass is not None  # its caller has seen to that
     turn, C = expm(sign * system.step * system.A).swapaxes(1, 2), system.C.swapaxes(1, 2)
     shown = []
-    for _ in range(len(lowpass_kernel(1 / system.step, system.lowpass)) // 2):
+    for _ in range(len(system.lowpass.kernel(1 / system.step)) // 2):
         states = states @ turn
         shown.append(states @ C)
     return np.stack(shown, axis=2)

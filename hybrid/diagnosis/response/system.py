@@ -10,7 +10,7 @@ from scipy.linalg import expm
 from scipy.signal import oaconvolve
 
 from fe_models.dofs import FloatArray
-from fe_models.measurement import lowpass_gain, lowpass_kernel
+from fe_models.lowpass import LowPass
 from hybrid.diagnosis.nominal.loads import LoadPlace
 
 Force = Callable[[FloatArray, FloatArray], FloatArray]
@@ -44,8 +44,8 @@ class System:
     sensor, law) of the ``forces``; ``G`` (variant, 2 law, state) gives elongations, then rates; ``gain``, ``delay`` (s)
     and ``slope`` (1/s): (variant, sensor); ``step`` (s) between samples. ``bent`` (3, sensor, law): how much of f, of
     its first and of its second derivative each sensor shows, besides, of modes that are not followed; None of none.
-    ``loads``: how known ones enter, None where there are none. ``lowpass`` (Hz): what the sensors' signals have
-    passed, None without.
+    ``loads``: how known ones enter, None where there are none. ``lowpass``: what the sensors' signals have passed,
+    None without.
     """
 
     A: FloatArray
@@ -60,7 +60,7 @@ class System:
     step: float
     bent: FloatArray | None = None
     loads: Entry | None = None
-    lowpass: float | None = None
+    lowpass: LowPass | None = None
 
     @property
     def is_linear(self) -> bool:
@@ -113,7 +113,7 @@ def modal_form(system: System) -> ModalForm | None:
     if system.delay.any():
         right = right * np.exp(-roots[:, None] * system.delay[..., None])
     if system.lowpass is not None:
-        right = right * lowpass_gain(roots, system.lowpass)[:, None]
+        right = right * system.lowpass.gain(roots)[:, None]
     return ModalForm(roots, right, np.take_along_axis(inverse, order[..., None], axis=1))
 
 
@@ -186,7 +186,7 @@ def passed(
     """
     if system.lowpass is None:
         return y
-    kernel = lowpass_kernel(1 / system.step, system.lowpass)
+    kernel = system.lowpass.kernel(1 / system.step)
     half = len(kernel) // 2
     before = np.repeat(y[..., :1, :], half, axis=-2) if before is None else before
     after = np.repeat(y[..., -1:, :], half, axis=-2) if after is None else after
