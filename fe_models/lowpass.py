@@ -6,8 +6,9 @@ from math import ceil
 import numpy as np
 
 from fe_models.dofs import ComplexArray, FloatArray
+from fe_models.measurement import FILTER_ORDER
 
-USUAL = 8  # steepness of a Butterworth filter of order 4, run forwards and backwards (see `measurement.lowpassed`)
+USUAL = 2 * FILTER_ORDER  # steepness of the filter of `measurement.lowpassed`, which runs forwards and backwards
 SETTLED = 30.0  # steepness times periods of the cutoff until the impulse response is 1e-4 of its area
 FINE = 4096  # frequencies at which a kernel is told
 
@@ -33,8 +34,12 @@ class LowPass:
         """
         roots = np.asarray(2j * np.pi * np.fft.fftfreq(FINE, 1 / sampling_rate), dtype=np.complex128)
         response = np.fft.ifft(self.gain(roots)).real
-        half = min(ceil(SETTLED * self.steepness / USUAL**2 * sampling_rate / self.cutoff), FINE // 2 - 1)
+        half = self.settled(sampling_rate)
         return np.concatenate([response[-half:], response[: half + 1]])
+
+    def settled(self, sampling_rate: float) -> int:
+        """Return the number of samples before and after one that the filter reaches to."""
+        return min(ceil(SETTLED * self.steepness / USUAL**2 * sampling_rate / self.cutoff), FINE // 2 - 1)
 
     def reach(self, left: float) -> float:
         """Return the frequency (Hz) at which a share ``left`` of a motion is left."""

@@ -106,16 +106,16 @@ def test_frequencies_and_shapes_are_those_of_the_whole_bridge(name: str) -> None
 
 @pytest.mark.parametrize("name", EFFECTS)
 def test_error_falls_with_the_modes_in_the_basis(name: str) -> None:
-    few, usual, many = (frequency_error(name, more) for more in (4, MORE, 2 * MORE))
+    few, usual, many = (frequency_error(name, more) for more in (3, MORE - 1, 2 * MORE - 1))
     if name == "soft support":  # whose own inertia counts, too: nothing but rounding is left
         assert usual < 0.1 * few
         assert max(usual, many) < 1e-6
     elif name in LOCAL:
         assert usual < 0.1 * few
-        assert many < 0.05 * usual
+        assert many < 0.01 * usual
     else:  # modes alone: slower, and an axial force hardly bends them
         assert usual < 0.5 * few
-        assert many < 0.7 * usual
+        assert many < 0.6 * usual
 
 
 @pytest.mark.parametrize("name", LOCAL)

@@ -138,11 +138,13 @@ def check_config(config: BlindConfig) -> None:
 
 
 def _faulty(
-    shown: FloatArray, cause: SensorEffect, sensors: tuple[Sensor, ...], config: BlindConfig, acts: BoolArray
+    shown: FloatArray, faults: list[tuple[SensorEffect, BoolArray]], sensors: tuple[Sensor, ...], rate: float
 ) -> FloatArray:
-    """Return what is ``shown`` (recording, time, sensor) with a fault in those recordings where it ``acts``."""
-    faulty = cause.apply(shown, [sensor.name for sensor in sensors], config.campaign.sampling_rate)
-    return np.where(acts[:, None, None], faulty, shown)
+    """Return what is ``shown`` (recording, time, sensor) with each fault where it acts (recording,)."""
+    for fault, acts in faults:
+        faulty = fault.apply(shown, [sensor.name for sensor in sensors], rate)
+        shown = np.where(acts[:, None, None], faulty, shown)
+    return shown
 
 
 def as_recorded(
@@ -162,13 +164,10 @@ def as_recorded(
     """
     campaign, affected = config.campaign, config.affected
     names = tuple(f"r{number:02d}" for number in range(1, campaign.count + 1))
-    shown, faults = clean, [cause for cause in causes if isinstance(cause, SensorEffect)]
-    for late in (True, False):
-        for cause in faults:
-            if isinstance(cause, SensorDelay) is late:
-                shown = _faulty(shown, cause, sensors, config, affected | (cause in config.lasting(causes)))
-        if late:
-            shown = shown[:, margin : shown.shape[1] - margin]
+    faults = [(c, affected | (c in config.lasting(causes))) for c in causes if isinstance(c, SensorEffect)]
+    late, others = ([item for item in faults if isinstance(item[0], SensorDelay) is side] for side in (True, False))
+    shown = _faulty(clean, late, sensors, campaign.sampling_rate)[:, margin : clean.shape[1] - margin]
+    shown = _faulty(shown, others, sensors, campaign.sampling_rate)
     white = rng.standard_normal(shown.shape)
     if lowpass is not None:
         white = np.stack([lowpassed(part, campaign.sampling_rate, lowpass) for part in white])

@@ -12,8 +12,8 @@ from hybrid.diagnosis.recorded.noise import correlation_factor
 from hybrid.diagnosis.recorded.records import count_of
 
 NOTHING = 0.5  # prior probability that nothing is wrong; each further effect halves what is left
-FRAME = 4.0  # values of a frame that tell as much as one: elements, joints and mesh are a little off everywhere; on 42
-# blind bridges linear causes were off by up to 2 of the standard deviations that noise alone leaves, forces by up to 6
+FRAME = 4.0  # values of a frame that tell as much as one: elements, joints and mesh are a little off everywhere; so
+# wide, intervals cover as many parameters of blind bridges as they should (README)
 
 
 @dataclass(frozen=True)

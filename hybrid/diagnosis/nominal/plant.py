@@ -204,7 +204,9 @@ def plant_of(dataset: Dataset) -> Plant:
         more = csr_array(full_damping(linear) - linear.damping.toarray()).tocoo()
         rows = linear.dofs.free_rows
         damping = damping + csr_array((more.data, (rows[more.row], rows[more.col])), shape=damping.shape)
-    basis, kept = _basis(dataset, linear)
+    lowpass = lowpass_of(dataset)
+    highest = min(np.inf if lowpass is None else lowpass.reach(PASSED), dataset.sampling_rate / 2)
+    basis, kept = _basis(dataset, linear, highest)
     modes = basis.shape[1] if kept is None else min(kept + SPARE, basis.shape[1])
     ratios = np.zeros(modes)
     if assumed.damping_ratio is not None:
@@ -229,8 +231,8 @@ def plant_of(dataset: Dataset) -> Plant:
         laws=force_laws(structure),
         integration=TimeIntegration(float(assumed.step)) if newmark and assumed.step is not None else None,
         loaded=load_places(dataset),
-        highest=_highest(dataset),
-        lowpass=lowpass_of(dataset),
+        highest=highest,
+        lowpass=lowpass,
     )
     return _scattered(plant, normal.stiffness)
 
@@ -254,18 +256,12 @@ def _is_chain(structure: Structure) -> bool:
     return all(isinstance(element, Spring) for element in structure.elements) and len(structure.directions) == 1
 
 
-def _highest(dataset: Dataset) -> float:
-    low = lowpass_of(dataset)
-    return min(np.inf if low is None else low.reach(PASSED), dataset.sampling_rate / 2)
-
-
-def _basis(dataset: Dataset, linear: LinearModel) -> tuple[FloatArray, int | None]:
+def _basis(dataset: Dataset, linear: LinearModel, highest: float) -> tuple[FloatArray, int | None]:
     """Return the basis (dof, vector) and how many of its modes are followed: those that the recordings can show."""
     assert isinstance(dataset.model, Structure)  # its caller has seen to that
     free = len(linear.dofs.free_rows)
     if _is_chain(dataset.model):
         return linear.dofs.expand(np.eye(free)), None
-    highest = _highest(dataset)
     count = min(MORE_MODES, free)
     modal = natural_modes(linear, count)
     while modal.frequencies[-1] < highest and count < free:

@@ -190,7 +190,7 @@ def _free(system: System, states: FloatArray, sign: int) -> FloatArray:
     assert system.lowpass is not None  # its caller has seen to that
     turn, C = expm(sign * system.step * system.A).swapaxes(1, 2), system.C.swapaxes(1, 2)
     shown = []
-    for _ in range(len(system.lowpass.kernel(1 / system.step)) // 2):
+    for _ in range(system.lowpass.settled(1 / system.step)):
         states = states @ turn
         shown.append(states @ C)
     return np.stack(shown, axis=2)
