@@ -25,8 +25,7 @@ class Candidate:
     force law or of an ``oscillator``, ``sensor`` (position among the measured ones), or nothing (the time steps).
     ``released``: the row that a support holds in the nominal structure; the parameter is then the compliance there.
     ``brings``: number of modes that are followed only with it: that of a support which gives way, those that come down
-    into the recordings' band. ``flexibility`` (m/N): how far a force law's own pull moves its place in the modes that
-    are not followed. ``twins``: other places where it would do the same.
+    into the recordings' band. ``twins``: other places where it would do the same.
     """
 
     kind: str
@@ -47,7 +46,6 @@ class Candidate:
     sensor: int | None = None
     released: int | None = None
     brings: int = 0
-    flexibility: float = 0.0
     upper: tuple[float, ...] = ()
     twins: tuple[dict[str, Any], ...] = ()
 

@@ -19,7 +19,7 @@ from hybrid.diagnosis.causes.candidate import SMALL, Candidate
 from hybrid.diagnosis.causes.places import Motion, Place
 from hybrid.diagnosis.nominal.plant import Plant
 
-CREEP = (0.002, 0.01, 0.1)  # of the rms rate at its place: below it friction is a dashpot; at least, usual, at most
+CREEP = (0.005, 0.01, 0.1)  # of the rms rate at its place: below it friction is a dashpot; at least, usual, at most
 REACHES = (0.1, 0.25, 0.45, 0.65, 0.85)  # of the largest elongation: where a search for a gap starts
 FARTHEST = 0.999  # quantile of an elongation that counts as its largest
 HARDLY = 0.8  # of the pretension with which a cable never goes slack
@@ -37,9 +37,8 @@ def _laws_at(plant: Plant, place: Place, motion: Motion) -> list[Candidate]:
     u, v = motion.displacement @ place.pull, motion.velocity @ place.pull
     size, rate = float(np.std(u)), float(np.std(v))
     at = place.nodes, place.direction
-    flexibility = plant.flexibility(place.pull)
     hardening = place.stiffness / (3 * size**2)
-    cubic = _law(place, ("stiffness",), partial(CubicSpring, *at), (hardening,), (-np.inf,), flexibility=flexibility)
+    cubic = _law(place, ("stiffness",), partial(CubicSpring, *at), (hardening,), (-np.inf,))
     drag = _law(place, ("coefficient",), partial(QuadraticDamper, *at), (place.coefficient / rate,), (0.0,))
     rubbing, (least, usual, most) = RUBBING * place.coefficient * rate, (share * rate for share in CREEP)
     dry = _law(
@@ -63,7 +62,6 @@ def _laws_at(plant: Plant, place: Place, motion: Motion) -> list[Candidate]:
                 width=(place.stiffness, size),
                 lower=(0.0, LEAST * size),
                 starts=tuple((SMALL * place.stiffness, reach * farthest) for reach in REACHES),
-                flexibility=flexibility,
                 side=side,
             )
         )
@@ -83,7 +81,6 @@ def _law(
     upper: tuple[float, ...] = (),
     neutral: tuple[float, ...] = (),
     starts: tuple[tuple[float, ...], ...] = (),
-    flexibility: float = 0.0,
     **more: int,
 ) -> Candidate:
     """Return a law at a place; ``more``: what tells apart two of a kind there."""
@@ -98,7 +95,6 @@ def _law(
         upper=upper,
         starts=starts,
         pull=place.pull,
-        flexibility=flexibility,
         twins=tuple(twin | more for twin in place.twins),
     )
 
@@ -126,7 +122,6 @@ def _slack_cables(plant: Plant, motion: Motion) -> list[Candidate]:
                     scalable=False,
                     hardly=(HARDLY * taut,),
                     pull=pull,
-                    flexibility=plant.flexibility(pull),
                 )
             )
     return found

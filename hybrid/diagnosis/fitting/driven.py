@@ -43,7 +43,7 @@ def motion_of(system: System, states: FloatArray, samples: int, loads: Loads | N
     marched = march(system, states[None], samples, loads)
     if marched is None:
         return None
-    seen = marched.states[0].swapaxes(0, 1)
+    seen = marched.states[0, ..., : states.shape[-1]].swapaxes(0, 1)
     if loads is None:
         return History(seen, seen @ half.T)
     free = seen - loaded_states(system, loads)

@@ -162,10 +162,6 @@ class Plant:
         omega, shapes = self.modes
         return np.asarray(self.static(pull[:, None])[:, 0] - shapes @ (pull @ shapes / omega**2))
 
-    def flexibility(self, pull: FloatArray) -> float:
-        """Return how far a unit force along ``pull`` (dof,) moves its own place in the modes that are not followed."""
-        return max(float(pull @ self.left_out(pull)), 0.0)
-
     def released(self, row: int) -> FloatArray:
         """Return the displacements (dof,) when a held degree of freedom moves by one and the others stay held."""
         free = self.dofs.free_rows

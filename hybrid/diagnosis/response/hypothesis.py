@@ -15,7 +15,8 @@ from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.response.forces import force_of, law_in_motion
 from hybrid.diagnosis.response.reduction import Basis, basis_of, turn
-from hybrid.diagnosis.response.system import Entry, Force, System
+from hybrid.diagnosis.response.residual import Residual, residual_of
+from hybrid.diagnosis.response.system import Entry, Force, Rest, System
 
 FARTHEST = 3.0  # of a log factor: twenty times as much or as little is no calibration
 
@@ -151,14 +152,15 @@ class Hypothesis:
         if plant.integration is not None and not any(c.kind == TimeIntegration.kind for c in self.candidates):
             A = _stepped(A, plant.integration)
         B, G = np.zeros((variants, self.states, len(laws))), np.zeros((variants, 2 * len(laws), self.states))
-        B[:, n : 2 * n] = feed = reduced.feed([pull for pull, _, _ in laws], inverse)
-        for number, (pull, _, _) in enumerate(laws):
+        B[:, n : 2 * n] = feed = reduced.feed([pull for pull, _ in laws], inverse)
+        for number, (pull, _) in enumerate(laws):
             G[:, number, :n] = G[:, len(laws) + number, n : 2 * n] = pull @ reduced.shapes
         rows = plant.rows(sensors)
         picked = rows @ reduced.shapes  # (variant, sensor, mode)
         seen = np.zeros((variants, len(sensors), self.states))
-        kinds = np.array([sensor.quantity for sensor in sensors], dtype=str)
-        at_rest, moving, pushed = (kinds == word for word in ("displacement", "velocity", "acceleration"))
+        quantities = np.array([sensor.quantity for sensor in sensors], dtype=str)
+        kinds = np.stack([quantities == word for word in ("displacement", "velocity", "acceleration")])
+        at_rest, moving, pushed = kinds
         seen[:, at_rest, :n] = picked[:, at_rest]
         seen[:, moving, n : 2 * n] = picked[:, moving]
         seen[:, pushed] = picked[:, pushed] @ accelerations
@@ -169,15 +171,25 @@ class Hypothesis:
             seen[:, moving, first + 1] += omega * shown[moving]
             seen[:, pushed, first] -= omega**2 * shown[pushed]
         direct = np.where(pushed[:, None], picked @ feed, 0.0)
-        also: FloatArray | None = None
-        if laws and plant.kept is not None:
-            orders = np.stack([at_rest, moving, pushed])[..., None]  # (derivative, sensor, 1)
-            also = orders * (rows @ np.stack([bent for _, bent, _ in laws], axis=-1))
-        forces = tuple(force for _, _, force in laws)
+        forces = tuple(force for _, force in laws)
         gain, delay, slope = self._faults(theta, faulty)
-        loads = self._loads(reduced, inverse, rows, np.stack([at_rest, moving, pushed]), [pull for pull, _, _ in laws])
+        loads = self._loads(reduced, inverse, rows, kinds, [pull for pull, _ in laws])
         lowpass = plant.lowpass if loads is None else None  # known loads have passed it before they act
-        return System(A, B, seen, direct, G, forces, gain, delay, slope, 1 / rate, also, loads, lowpass)
+        rest = self._rest(kinds, rows)
+        return System(A, B, seen, direct, G, forces, gain, delay, slope, 1 / rate, rest, loads, lowpass)
+
+    @cached_property
+    def _residual(self) -> Residual | None:
+        plant = self.plant
+        own = [candidate.pull for candidate in self.candidates if candidate.is_law]
+        return residual_of(plant, [plant.pull(law) for law in plant.laws] + [pull for pull in own if pull is not None])
+
+    def _rest(self, kinds: BoolArray, rows: FloatArray) -> Rest | None:
+        """Return how the residual coordinates of force laws show; ``kinds`` and ``rows`` as in `_loads`."""
+        residual = self._residual
+        if residual is None:
+            return None
+        return Rest(residual.omega, residual.ratio, residual.pulled, kinds[..., None] * (rows @ residual.shapes))
 
     def _loads(
         self, reduced: "Reduced", inverse: Any, rows: FloatArray, kinds: BoolArray, laws: list[FloatArray]
@@ -195,24 +207,20 @@ class Hypothesis:
         stretch = np.array(laws).reshape(len(laws), len(bent)) @ bent
         return Entry(plant.loaded, feed, direct, kinds[..., None] * (rows @ bent), stretch)
 
-    def _laws(self, theta: FloatArray) -> list[tuple[FloatArray, FloatArray, Force]]:
-        """Return pull (dof,), what it bends besides (dof,) and force of each law: the plant's, then the candidates'."""
+    def _laws(self, theta: FloatArray) -> list[tuple[FloatArray, Force]]:
+        """Return pull (dof,) and force of each law: the plant's, then the candidates'."""
         plant, stiffnesses = self.plant, np.exp(theta[:, : len(self.plant.parts)])
-        pulls = [plant.pull(law) for law in plant.laws]
-        forces = [law_in_motion(law, plant.flexibility(pull)) for law, pull in zip(plant.laws, pulls, strict=True)]
-        bent = self._left_out
-        found = list(zip(pulls, bent, forces, strict=False))
-        for candidate, part, shape in zip(self.candidates, self.slices, bent[len(pulls) :], strict=True):
+        found = [(plant.pull(law), law_in_motion(law)) for law in plant.laws]
+        for candidate, part in zip(self.candidates, self.slices, strict=True):
             if candidate.pull is not None and candidate.is_law:
-                found.append((candidate.pull, shape, force_of(candidate, plant, theta[:, part], stiffnesses)))
+                found.append((candidate.pull, force_of(candidate, plant, theta[:, part], stiffnesses)))
         return found
 
     def _waves(self, theta: FloatArray) -> list[tuple[FloatArray, FloatArray, FloatArray]]:
         """Return pull (dof,), what it bends besides (dof,) and frequency (variant,), Hz, of each harmonic force."""
-        bent = self._left_out[len(self.plant.laws) :]
         return [
             (candidate.pull, shape, theta[:, part.start])
-            for candidate, part, shape in zip(self.candidates, self.slices, bent, strict=True)
+            for candidate, part, shape in zip(self.candidates, self.slices, self._left_out, strict=True)
             if candidate.oscillator and candidate.pull is not None
         ]
 
@@ -228,10 +236,9 @@ class Hypothesis:
 
     @cached_property
     def _left_out(self) -> list[FloatArray]:
-        """How far a unit of each law of the plant, then of each candidate, bends modes that are not followed (dof,)."""
+        """How far a unit of each candidate's harmonic force bends modes that are not followed (dof,)."""
         plant, nothing = self.plant, np.zeros(len(self.plant.dofs))
-        pulls = [*(plant.pull(law) for law in plant.laws), *(c.pull for c in self.candidates)]
-        return [nothing if pull is None else plant.left_out(pull) for pull in pulls]
+        return [nothing if c.pull is None or c.is_law else plant.left_out(c.pull) for c in self.candidates]
 
     def _damping(
         self,

@@ -6,11 +6,11 @@ laws, each defined where it belongs (`fe_models.effects`).
 
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from math import ceil
 from typing import Any
 
 import numpy as np
 from scipy.linalg import expm
-from scipy.signal import savgol_filter
 
 from fe_models.dofs import FloatArray, IntArray
 from hybrid.diagnosis.nominal.loads import ORDERS, Loads
@@ -22,18 +22,21 @@ from hybrid.diagnosis.response.system import System, as_shown, drift, linear_cha
 SUBSTEP = 1.0  # largest omega times substep where a force law acts: its pull on that mode is then off by 5e-4
 FEWEST_SUBSTEPS = 2  # contacts and friction set in between samples
 MOST_SUBSTEPS = 40
-MOST_SUBSTEPS_OF_LAWS = 8  # where a law is sharp: friction that holds its place
+FINE_ENOUGH = 8  # substeps of a sharp law, friction that holds its place; but as many as keep it stable:
+STABLE = 2.5  # largest rate times substep at which the scheme is
+MOST_OF_LAWS = 32
 NODES = 8192  # of a table, an even number: its middle is at rest
 MARGIN = 2.0  # times what the linear motion can reach at most: how far tables go
 WIDER = 8.0  # times as far, where a motion leaves them
-SMOOTHED = 7  # samples of a force from which its derivatives are told
 ATTEMPTS = 4  # of that; a motion that goes further has exploded
 SIZES = 10.0 ** np.arange(-12, 13)  # m, m/s: a law that answers to none of them does not depend on it
 
 
 @dataclass(frozen=True)
 class Marched:
-    """``states`` (variant, recording, time, state) and ``forces`` -f (variant, recording, time, law)."""
+    """``states`` (variant, recording, time, state), those of `with_rest` last, and ``forces`` -f (variant, recording,
+    time, law).
+    """
 
     states: FloatArray
     forces: FloatArray
@@ -78,14 +81,15 @@ def march(system: System, start: FloatArray, samples: int, loads: Loads | None =
     Known ``loads`` and their derivatives are carried as states that each sample sets anew, so that the linear part
     stays exact.
     """
+    start, system = _settled(system, start), with_rest(system)
     fastest = float(np.abs(np.linalg.eigvals(system.A[0])).max())
-    substeps = max(FEWEST_SUBSTEPS, int(np.ceil(fastest * system.step / SUBSTEP)))
+    substeps = max(FEWEST_SUBSTEPS, ceil(fastest * system.step / SUBSTEP))
     if substeps > MOST_SUBSTEPS or not np.isfinite(start).all():  # no structure, but a search gone astray
         return None
     reach = _reach(system, start, loads)
     tables = _tables(system, reach)
-    wanted = int(np.ceil(min(_sharpest(system, tables) * system.step, MOST_SUBSTEPS_OF_LAWS)))
-    substeps = max(substeps, wanted)
+    sharp = _sharpest(system, tables) * system.step
+    substeps = max(substeps, ceil(max(min(sharp, FINE_ENOUGH), min(sharp / STABLE, MOST_OF_LAWS))))
     variants, recordings, states = start.shape
     known = np.zeros((recordings, samples, 0))
     if loads is not None:
@@ -102,6 +106,40 @@ def march(system: System, start: FloatArray, samples: int, loads: Loads | None =
         reach = reach * WIDER
         tables = _tables(system, reach)
     return None
+
+
+def with_rest(system: System) -> System:
+    """Return a system whose states end with its residual coordinates and their rates."""
+    rest = system.rest
+    if rest is None:
+        return system
+    (variants, states, laws), more = system.B.shape, len(rest.omega)
+    at, rates = range(states, states + more), range(states + more, states + 2 * more)
+    wider = (0, 2 * more)
+    A = np.pad(system.A, ((0, 0), wider, wider))
+    A[:, at, rates] = 1.0
+    A[:, rates, at] = -(rest.omega**2)
+    A[:, rates, rates] = -2 * rest.ratio * rest.omega
+    B, C, G = (np.pad(part, widths) for part, widths in (
+        (system.B, ((0, 0), wider, (0, 0))), (system.C, ((0, 0), (0, 0), wider)), (system.G, ((0, 0), (0, 0), wider))
+    ))
+    B[:, rates] = rest.pulled
+    G[:, :laws, at] = G[:, laws:, rates] = rest.pulled.T
+    displaced, moved, pushed = rest.picked
+    C[..., at] = displaced - pushed * rest.omega**2
+    C[..., rates] = moved - 2 * pushed * rest.ratio * rest.omega
+    return replace(system, A=A, B=B, C=C, D=system.D + pushed @ rest.pulled, G=G, rest=None)
+
+
+def _settled(system: System, start: FloatArray) -> FloatArray:
+    """Return initial states with those of `with_rest`: as far as the laws at rest there would bend them."""
+    rest, laws = system.rest, len(system.forces)
+    if rest is None:
+        return start
+    felt = np.einsum("vls,vrs->lvr", system.G, start)
+    f = np.stack([force(felt[number], felt[laws + number]) for number, force in enumerate(system.forces)], axis=-1)
+    bent = -(f @ rest.pulled.T) / rest.omega**2
+    return np.concatenate([start, bent, np.zeros_like(bent)], axis=-1)
 
 
 def _all_stepped(parts: tuple[FloatArray, ...], *common: Any) -> bool:
@@ -163,12 +201,10 @@ def respond(system: System, start: FloatArray, samples: int, loads: Loads | None
 
 def channels(system: System, marched: Marched, loads: Loads | None = None) -> FloatArray:
     """Return the channels (variant, recording, time, sensor) of what `march` returns under known ``loads``."""
+    system = with_rest(system)
     with np.errstate(over="ignore", invalid="ignore"):
         y = marched.states @ system.C[:, None].swapaxes(2, 3)
         y += marched.forces @ system.D[:, None].swapaxes(2, 3)
-        for order, bent in enumerate(() if system.bent is None else system.bent):
-            if bent.any():
-                y += _derivative(marched.forces, order, system.step) @ bent.T
         if loads is not None and system.loads is not None:
             courses = loads.at(system.loads.places)
             y += np.einsum("psl,rtl->prts", system.loads.direct, courses[0])
@@ -194,18 +230,6 @@ def _free(system: System, states: FloatArray, sign: int) -> FloatArray:
         states = states @ turn
         shown.append(states @ C)
     return np.stack(shown, axis=2)
-
-
-def _derivative(applied: FloatArray, order: int, step: float) -> FloatArray:
-    """Return a derivative of forces (..., time, law), by Savitzky and Golay's filter.
-
-    It follows no jump between samples.
-    """
-    if order == 0:
-        return applied
-    if applied.shape[-2] < SMOOTHED:
-        return np.zeros_like(applied)
-    return np.asarray(savgol_filter(applied, SMOOTHED, polyorder=4, deriv=order, delta=step, axis=-2))
 
 
 def _reach(system: System, start: FloatArray, loads: Loads | None) -> FloatArray:

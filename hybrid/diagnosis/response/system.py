@@ -39,12 +39,25 @@ class Entry:
 
 
 @dataclass(frozen=True)
+class Rest:
+    """Oscillators that nothing but force laws moves: residual coordinates, see `residual`.
+
+    ``omega`` (coordinate,), rad/s; ``ratio`` (coordinate,) of damping; ``pulled`` (coordinate, law), their part in each
+    elongation; ``picked`` (3, sensor, coordinate), what sensors of displacement, velocity and acceleration show.
+    """
+
+    omega: FloatArray
+    ratio: FloatArray
+    pulled: FloatArray
+    picked: FloatArray
+
+
+@dataclass(frozen=True)
 class System:
     """``A`` (variant, state, state), ``C`` (variant, sensor, state); ``B`` (variant, state, law) and ``D`` (variant,
     sensor, law) of the ``forces``; ``G`` (variant, 2 law, state) gives elongations, then rates; ``gain``, ``delay`` (s)
-    and ``slope`` (1/s): (variant, sensor); ``step`` (s) between samples. ``bent`` (3, sensor, law): how much of f, of
-    its first and of its second derivative each sensor shows, besides, of modes that are not followed; None of none.
-    ``loads``: how known ones enter, None where there are none. ``lowpass``: what the sensors' signals have passed,
+    and ``slope`` (1/s): (variant, sensor); ``step`` (s) between samples. ``rest``: what else gives way to the
+    laws, None where nothing does. ``loads``: how known ones enter, None where there are none. ``lowpass``: what the sensors' signals have passed,
     None without.
     """
 
@@ -58,7 +71,7 @@ class System:
     delay: FloatArray
     slope: FloatArray
     step: float
-    bent: FloatArray | None = None
+    rest: Rest | None = None
     loads: Entry | None = None
     lowpass: LowPass | None = None
 

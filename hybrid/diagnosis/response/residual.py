@@ -1,0 +1,50 @@
+"""Residual coordinates: how a frame gives way to force laws in the modes that are not followed.
+
+One for each place where a law pulls: the static shape of those modes under that pull (residual attachment modes: Craig,
+Structural Dynamics, 1981, ch. 19). Statically exact; a law that holds its place, as friction does, works against their
+flexibility, and without it sticks and slips at other times.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import eigh
+
+from fe_models.dofs import FloatArray
+from hybrid.diagnosis.nominal.plant import Plant
+
+HIGHEST = 2.0  # times the highest frequency that is followed: stiffer ones are slowed to it, which spares steps
+SAME = 1e-9  # of the largest generalised mass: shapes of laws at one place, which are one
+
+
+@dataclass(frozen=True)
+class Residual:
+    """Oscillators on their own, at rest but for the forces of laws.
+
+    ``omega`` (coordinate,), rad/s, ``ratio`` (coordinate,) of damping, ``shapes`` (dof, coordinate), mass-normalised
+    where not slowed, and ``pulled`` (coordinate, law), their part in each law's elongation.
+    """
+
+    omega: FloatArray
+    ratio: FloatArray
+    shapes: FloatArray
+    pulled: FloatArray
+
+
+def residual_of(plant: Plant, pulls: list[FloatArray]) -> Residual | None:
+    """Return the residual coordinates of laws with ``pulls`` (dof,) on the nominal plant; None where it needs none."""
+    if plant.kept is None or not pulls:
+        return None
+    bent = np.stack([plant.left_out(pull) for pull in pulls], axis=1)  # (dof, law)
+    mass, stiffness = bent.T @ (plant.mass @ bent), bent.T @ np.stack(pulls, axis=1)
+    weight, turned = np.linalg.eigh(mass)
+    felt = weight > SAME * weight[-1]
+    if not felt.any():
+        return None
+    white = turned[:, felt] / np.sqrt(weight[felt])
+    square, own = eigh(white.T @ stiffness @ white)
+    shapes, omega = bent @ (white @ own), np.sqrt(square)
+    ratio = np.einsum("dr,dr->r", shapes, plant.damping @ shapes) / (2 * omega) + plant.ratios[-1]
+    slowed = np.minimum(omega, HIGHEST * 2 * np.pi * plant.highest)
+    shapes = shapes * (slowed / omega)  # as soft as before
+    return Residual(slowed, np.asarray(ratio), shapes, np.asarray(shapes.T @ np.stack(pulls, axis=1)))
