@@ -1,5 +1,6 @@
 """The contest: every cause at every place is screened, the promising ones are fitted, and the fits compared."""
 
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
@@ -28,7 +29,8 @@ SCANNED = 4  # times as many of a scan, which knows nothing of what the uncertai
 FOREMOST = 16  # of all without a force law, after their first step: a large effect may need some more to show
 FOREMOST_DRAWN = 8  # besides, of those that start from the structure as drawn, where all else that is off shows, too
 FIRST_DRAWN = 2  # first steps of these: the first one mends all that is off besides
-KEPT_LAWS = 5  # force laws at most, of a screening's and of those after their first steps: they take far longer
+KEPT_LAWS = 5  # force laws at most after their first steps: they take far longer
+ALIKE = 2  # of these at most of one kind, which at all places near looks alike, and of a screening's
 HOPEFUL = 8.0  # fall in the sum of squares that the score test must promise; less cannot outweigh the prior odds
 FORCED = 5.0  # the same for each recording of a harmonic force, whose two entries of the initial state cost as much
 BEHIND = 20.0  # in half the tempered sum of squares: a fit that far behind another of the same recordings is given up
@@ -235,12 +237,21 @@ def _begun(
 def _foremost(begun: list[tuple[bool, Step]]) -> list[Step]:
     """Return the best of the first steps, of those as drawn and of others, not too many with a force law more."""
     ranked = sorted(begun, key=lambda item: item[1].cost)
-    laws = [step for _, step in ranked if step.hypothesis.candidates[-1].is_law][:KEPT_LAWS]
+    laws = _varied([(step.hypothesis.candidates[-1], step) for _, step in ranked])[:KEPT_LAWS]
     drawn, others = (
         [step for own, step in ranked if own == side and not step.hypothesis.candidates[-1].is_law]
         for side in (True, False)
     )
     return sorted([*laws, *others[:FOREMOST], *drawn[:FOREMOST_DRAWN]], key=lambda step: step.cost)
+
+
+def _varied(steps: list[tuple[Candidate, Step]]) -> list[Step]:
+    """Return the steps of force laws, in their order, the first `ALIKE` of each kind."""
+    seen, found = Counter[str](), []
+    for candidate, step in steps:
+        seen[candidate.kind] += 1
+        found += [step] if candidate.is_law and seen[candidate.kind] <= ALIKE else []
+    return found
 
 
 def _race(fits: list[Fit], longer: tuple[Batch, ...], frame: Frame, enough: float) -> list[Fit]:
@@ -317,14 +328,14 @@ def _promising(ranked: list[list[Screened]], kept: int) -> list[Screened]:
     """
     chosen: dict[tuple[str, bool], Screened] = {}
     for ranking in ranked:
-        laws, taken, far = 0, 0, ranking is ranked[-1]
+        taken, far, laws = 0, ranking is ranked[-1], Counter[str]()
         most = SCANNED * kept if far else kept
         for trial in ranking:
             if trial.gain <= 0 or taken >= most or (taken >= ALWAYS and trial.gain < HOPEFUL):
                 break
             if trial.candidate.is_law:
-                laws += 1
-                if laws > min(KEPT_LAWS, kept // 2):
+                laws[trial.candidate.kind] += 1
+                if laws[trial.candidate.kind] > ALIKE:
                     continue
             taken += 1
             chosen.setdefault((trial.candidate.key, far), trial)

@@ -12,7 +12,7 @@ from hybrid.diagnosis.contest.discrepancy import search_frame
 from hybrid.diagnosis.contest.pairs import short_fit
 from hybrid.diagnosis.contest.search import Lengths, lengths_of
 from hybrid.diagnosis.fitting.crossvalidation import as_recordings
-from hybrid.diagnosis.fitting.driven import states_of
+from hybrid.diagnosis.fitting.driven import states_along
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.nominal.geometry import Geometry
 from hybrid.diagnosis.nominal.geometry_forces import geometry_of
@@ -64,7 +64,7 @@ class Setting:
 
     def candidates(self) -> tuple[Candidate, ...]:
         """Return every cause at every place that it can have."""
-        motion = Motion.of_states(np.concatenate(states_of(self.short, self.searched)), self.plant)
+        motion = Motion.of_states(states_along(self.short, self.searched), self.plant)
         return all_candidates(self.plant, self.dataset, motion, self.measured)
 
 
@@ -83,7 +83,7 @@ def setting_of(dataset: Dataset) -> Setting:
     frame = Frame(sensors, rate, noise)
     lengths = lengths_of(batches, Hypothesis(plant).states)
     searched, short = search_frame(plant, lengths, frame, short_fit(plant, lengths, frame))
-    motion = Motion.of_states(np.concatenate(states_of(short, searched)), plant).displacement
+    motion = Motion.of_states(states_along(short, searched), plant).displacement
     geometry = geometry_of(plant, motion, np.random.default_rng(SEED))
     notes = (*unusable, *apart)
     return Setting(dataset, plant, geometry, modal, measured, frame, searched, band, lengths, short, notes)

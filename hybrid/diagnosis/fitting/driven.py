@@ -15,7 +15,7 @@ from hybrid.diagnosis.response.loaded import loaded_states
 from hybrid.diagnosis.response.marching import march
 from hybrid.diagnosis.response.system import ModalForm, System, passed
 
-ALONG = 4  # places of a segment, evenly spread from its beginning on
+ALONG = 40  # places of a segment, evenly spread from its beginning on: enough to tell how far a motion goes
 
 
 @dataclass(frozen=True)
@@ -57,20 +57,14 @@ def fitted_motion(system: System, states: FloatArray, batch: Batch) -> History:
     return motion
 
 
-def states_of(item: Fit, frame: Frame) -> tuple[FloatArray, ...]:
-    """Return states (n, state) of a fit that tell how large its motion is: the initial ones of each batch.
-
-    A recording under known loads may begin at rest: of its segments those at ``ALONG`` places are taken, too.
-    """
+def states_along(item: Fit, frame: Frame) -> FloatArray:
+    """Return states (n, state) of a fit that tell how large its motion is, at `ALONG` places of each segment."""
     found = []
     system = item.hypothesis.system(item.theta[None], frame.sensors, frame.rate, frame.positions)
     for batch, states in zip(item.batches, item.states, strict=True):
-        if batch.loads is None:
-            found.append(states)
-        else:
-            motion = fitted_motion(system, states, batch).now
-            found.append(motion[:: max(batch.samples // ALONG, 1)].reshape(-1, states.shape[1]))
-    return tuple(found)
+        motion = fitted_motion(system, states, batch).now
+        found.append(motion[:: max(batch.samples // ALONG, 1)].reshape(-1, states.shape[1]))
+    return np.concatenate(found)
 
 
 def forces_along(system: System, motion: History) -> tuple[History, ...]:
