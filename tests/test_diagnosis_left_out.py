@@ -9,15 +9,13 @@ from fe_models.assembly import linearise
 from fe_models.blind.bridge import SENSORS
 from fe_models.bridge import bridge
 from fe_models.dofs import FloatArray
-from fe_models.effects import CubicSpring, HarmonicForce
-from fe_models.measurement import lowpassed
+from fe_models.effects import HarmonicForce
 from fe_models.recordings import Assumptions, Dataset, Recording
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.causes.candidates import all_candidates
 from hybrid.diagnosis.causes.places import Motion
 from hybrid.diagnosis.nominal.plant import Plant, plant_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
-from hybrid.diagnosis.response.marching import respond
 
 RATE, SAMPLES, MOVING = 100.0, 100, 10
 FITTED = tuple(sensor for sensor in SENSORS if sensor.role == "measured")
@@ -71,26 +69,3 @@ def test_steady_motion_under_a_harmonic_force_is_that_of_the_whole_bridge(freque
     error, without = (np.abs(shown(h) - expected).max() for h in (felt, cut))
     assert error < left * without
     assert error < 0.01 * np.abs(expected).max()
-
-
-def test_sensors_feel_what_a_cubic_spring_bends_besides() -> None:
-    few, many = plant_with(None), plant_with(20)
-    law = chosen(CubicSpring.kind, node=10, direction="y")
-    start = np.zeros(2 * few.size)
-    start[few.size : few.size + 3] = 0.2, 0.3, 0.1  # of the lowest modes
-
-    def shown(plant: Plant, own: Candidate, forget: bool = False) -> FloatArray:
-        hypothesis = Hypothesis(plant, (own,))
-        if forget:
-            vars(hypothesis)["_left_out"] = [np.zeros(len(plant.dofs))]
-        theta = np.append(np.zeros(hypothesis.nuisances), 3 * law.width[0])[None]
-        states = np.zeros(2 * plant.size)
-        states[: few.size], states[plant.size : plant.size + few.size] = start[: few.size], start[few.size :]
-        system = hypothesis.system(theta, FITTED, RATE, EVERY)
-        return lowpassed(respond(system, states[None, None], 2 * SAMPLES)[0, 0], RATE, 30.0)[20:-20]  # without its ends
-
-    expected = shown(many, chosen(CubicSpring.kind, 20, node=10, direction="y"))
-    error, without = (np.abs(shown(few, law, forget) - expected).max() for forget in (False, True))
-    # The force's harmonics come near the next mode, at 33 Hz: there it does not just bend.
-    assert error < 0.25 * without
-    assert without < 0.01 * np.abs(expected).max()
