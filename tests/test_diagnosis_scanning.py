@@ -31,7 +31,7 @@ from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.marching import respond
 from hybrid.diagnosis.response.system import System, drift, modal_form, observability
 from hybrid.diagnosis.screening.absorbed import absorbed
-from hybrid.diagnosis.screening.scanning import LEFT, all_but_lost, scan
+from hybrid.diagnosis.screening.scanning import LEFT, unseen, scan
 from hybrid.diagnosis.screening.screening import screen
 
 RATE, SAMPLES, MOVING = 100.0, 100, 10
@@ -183,14 +183,14 @@ def test_a_support_that_gives_way_far_is_found(node: int, stiffness: float) -> N
     assert best.log_evidence > second.log_evidence + 1000
 
 
-def test_an_element_that_is_all_but_lost_is_begun_as_such_where_much_is_wrong() -> None:
+def test_an_element_that_is_unseen_is_begun_as_such_where_much_is_wrong() -> None:
     found, frame = recorded(StiffnessChange((9,), 0.05))
-    trials = all_but_lost(found, linear_candidates(), frame)
+    trials = unseen(found, linear_candidates(), frame)
     elements = sorted(trial.candidate.location["element"] for trial in trials)
     assert elements == list(range(1, len(bridge().elements) + 1))
     assert all(trial.is_drawn and trial.start[0] in LEFT for trial in trials)
     assert (trials[0].candidate.location, trials[0].start) == ({"element": 9}, (0.05,))
-    assert all_but_lost(*recorded(AddedMass(12, 1e-4))[:1], linear_candidates(), frame) == []  # little is left
+    assert unseen(*recorded(AddedMass(12, 1e-4))[:1], linear_candidates(), frame) == []  # little is left
 
 
 def test_a_lost_element_brings_the_mode_that_comes_down_into_the_band() -> None:
@@ -200,7 +200,7 @@ def test_a_lost_element_brings_the_mode_that_comes_down_into_the_band() -> None:
     )
     assert there[-1] < 30 < drawn[-1]  # Hz, of the low-pass
     base, frame = recorded(effect, moving=MOVING + 1)
-    trials = {trial.candidate.location["element"]: trial for trial in all_but_lost(base, linear_candidates(), frame)}
+    trials = {trial.candidate.location["element"]: trial for trial in unseen(base, linear_candidates(), frame)}
     assert (trials[3].start, trials[3].candidate.brings) == ((0.05,), 1)
     assert trials[60].candidate.brings == 0  # a cable has no part in a mode that close
     begun = {more: replace(trials[3].candidate, brings=more) for more in (0, 1)}

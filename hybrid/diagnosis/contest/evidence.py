@@ -10,7 +10,7 @@ from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.changes import changes_beside, groups_in
 from hybrid.diagnosis.contest.discrepancy import in_units_of
 from hybrid.diagnosis.contest.neighbours import fits_beside
-from hybrid.diagnosis.contest.pairs import asks_for_more, factors_off, is_hopeless, left, pair_fits
+from hybrid.diagnosis.contest.pairs import asks_for_more, each_alone, factors_off, is_hopeless, left, pair_fits
 from hybrid.diagnosis.contest.posterior import Posterior, posterior_of
 from hybrid.diagnosis.contest.recording_groups import asked_for, clear_groups
 from hybrid.diagnosis.contest.search import Ground, Lengths, contest, ground_of
@@ -113,6 +113,12 @@ class _Search:
         best = self.posterior(fits).fits[0]
         return fits_beside(best, fits[0], self.candidates, self.frame, self._hears("places next to it"))
 
+    def alone(self, fits: list[Fit]) -> list[Fit]:
+        """Return fits of each cause found without the others, which may only have led the search to it."""
+        best = self.posterior(fits).fits[0]
+        several = len(best.hypothesis.candidates) > 1 and not any(batch.off for batch in best.batches)
+        return each_alone(best, self.frame) if several else []
+
     def posterior(self, fits: list[Fit]) -> Posterior:
         """Return the posterior over fits."""
         return posterior_of(tuple(fits), self.candidates)
@@ -133,7 +139,7 @@ def gather(setting: Setting, tell: Callable[[str], object]) -> Evidence:
     """Return the evidence; ``tell`` hears what is being done, step by step."""
     tell("screening")
     search, fits = _single_causes(setting, tell)
-    for stage in (search.apart, search.together, search.in_groups, search.beside):
+    for stage in (search.apart, search.together, search.in_groups, search.beside, search.alone):
         fits += stage(fits)
     candidates, frame, own = search.candidates, search.frame, search.own
     notes = () if search.ground.hypothesis.plant.geometry is None else (GEOMETRIC,)

@@ -19,7 +19,7 @@ from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.side_by_side import by_twos, side_by_side
 from hybrid.diagnosis.screening.absorbed import absorbed
 from hybrid.diagnosis.screening.force_screening import screen_forces
-from hybrid.diagnosis.screening.scanning import all_but_lost, scan
+from hybrid.diagnosis.screening.scanning import unseen, scan
 from hybrid.diagnosis.screening.screening import Screened, screen
 
 PIECES = (10, 3, 1)  # segments that recordings are cut into, one after the other: short ones forgive a wrong start
@@ -28,7 +28,7 @@ KEPT = 10  # candidates kept from the screening of each length
 SCANNED = 4  # times as many of a scan, which knows nothing of what the uncertain factors could do besides
 FOREMOST = 16  # of all without a force law, after their first step: a large effect may need some more to show
 FOREMOST_DRAWN = 8  # besides, of those that start from the structure as drawn, where all else that is off shows, too
-FIRST_DRAWN = 2  # first steps of these: the first one mends all that is off besides
+FIRST_DRAWN = 3  # first steps of these: the first ones mend all that is off besides
 KEPT_LAWS = 5  # force laws at most after their first steps: they take far longer
 ALIKE = 2  # of these at most of one kind, which at all places near looks alike, and of a screening's
 HOPEFUL = 8.0  # fall in the sum of squares that the score test must promise; less cannot outweigh the prior odds
@@ -139,7 +139,7 @@ def contest(
     ranked = [absorbed(base, others), *tested, scan(short, others, frame)]
     forces = [trial for trial in screen_forces(base, others, frame) if trial.gain > FORCED * _recordings(base)]
     advance()
-    trials = [*_promising(ranked, kept), *all_but_lost(short, others, frame)]
+    trials = [*_promising(ranked, kept), *unseen(short, others, frame)]
     present = _begun(ground.hypothesis, short, trials, frame, advance)
     for longer in lengths.cut[1:]:
         present = _race(present, longer, frame, CLOSE_ENOUGH if longer is not lengths.whole else ENOUGH)

@@ -8,6 +8,7 @@ from fe_models.dofs import FloatArray
 from fe_models.effects import StiffnessChange, SupportSpring
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.fitting.fitting import Fit
+from hybrid.diagnosis.fitting.forecasting import DEVIATION, deviation_of
 from hybrid.diagnosis.fitting.linearisation import EXPLODED, orthonormal
 from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.recorded.frame import Frame
@@ -41,16 +42,19 @@ def scan(fit: Fit, candidates: tuple[Candidate, ...], frame: Frame) -> list[Scre
     return sorted(found, key=lambda trial: -trial.gain)
 
 
-def all_but_lost(fit: Fit, candidates: tuple[Candidate, ...], frame: Frame) -> list[Screened]:
-    """Return each element with the best of what may be `LEFT` of its stiffness; none where a ``fit`` leaves little.
+def unseen(fit: Fit, candidates: tuple[Candidate, ...], frame: Frame) -> list[Screened]:
+    """Return what other things that are off may hide until the first step of a fit, each at the best of its sizes.
 
-    What else is off may hide it until the first step of a fit: there its gain says nothing. Modes that come down into
-    the recordings' band with it are followed.
+    There its gain says nothing. These are supports that give way, which calibrated factors resemble, where these are
+    far off; and elements, with what may be `LEFT` of their stiffness, where a ``fit`` leaves much. Modes that come down
+    into the recordings' band with these are followed.
     """
-    if not fit.hypothesis.is_linear or fit.chi2 < MUCH * fit.values:
+    much = fit.chi2 > MUCH * fit.values
+    if not fit.hypothesis.is_linear or not (much or deviation_of(fit) > DEVIATION):
         return []
-    weakened = [c for c in candidates if c.kind == StiffnessChange.kind and "element" in c.location]
-    trials = [trial for c in weakened for trial in _bringing(c, np.array(LEFT)[:, None], fit.hypothesis.plant)]
+    trials = [(candidate, _sizes(candidate)) for candidate in candidates if candidate.released is not None]
+    weakened = [c for c in candidates if much and c.kind == StiffnessChange.kind and "element" in c.location]
+    trials += [trial for c in weakened for trial in _bringing(c, np.array(LEFT)[:, None], fit.hypothesis.plant)]
     best: dict[str, Screened] = {}
     for found in sorted(_best_of(trials, fit, frame), key=lambda trial: -trial.gain):
         best.setdefault(found.candidate.key, found)
