@@ -31,7 +31,7 @@ from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.marching import respond
 from hybrid.diagnosis.response.system import System, drift, modal_form, observability
 from hybrid.diagnosis.screening.absorbed import absorbed
-from hybrid.diagnosis.screening.scanning import LEFT, unseen, scan
+from hybrid.diagnosis.screening.scanning import LEFT, scan, unseen
 from hybrid.diagnosis.screening.screening import screen
 
 RATE, SAMPLES, MOVING = 100.0, 100, 10
@@ -183,14 +183,25 @@ def test_a_support_that_gives_way_far_is_found(node: int, stiffness: float) -> N
     assert best.log_evidence > second.log_evidence + 1000
 
 
-def test_an_element_that_is_unseen_is_begun_as_such_where_much_is_wrong() -> None:
+def test_an_element_that_is_all_but_lost_is_begun_as_such_where_much_is_wrong() -> None:
     found, frame = recorded(StiffnessChange((9,), 0.05))
     trials = unseen(found, linear_candidates(), frame)
-    elements = sorted(trial.candidate.location["element"] for trial in trials)
+    lost = [trial for trial in trials if trial.candidate.released is None]
+    elements = sorted(trial.candidate.location["element"] for trial in lost)
     assert elements == list(range(1, len(bridge().elements) + 1))
-    assert all(trial.is_drawn and trial.start[0] in LEFT for trial in trials)
+    assert all(trial.is_drawn and trial.start[0] in LEFT for trial in lost)
     assert (trials[0].candidate.location, trials[0].start) == ({"element": 9}, (0.05,))
     assert unseen(*recorded(AddedMass(12, 1e-4))[:1], linear_candidates(), frame) == []  # little is left
+
+
+def test_supports_that_give_way_are_begun_where_calibrated_factors_are_far_off() -> None:
+    base, frame = recorded(AddedMass(12, 1e-4))
+    astray = replace(base, theta=base.theta + 3 * base.hypothesis.width * (np.arange(len(base.theta)) == 0))
+    trials = unseen(astray, linear_candidates(), frame)
+    assert {(t.candidate.location["node"], t.candidate.location["direction"]) for t in trials} == {
+        (int(bridge_plant().dofs.node[row]), str(bridge_plant().dofs.direction[row]))
+        for row in np.flatnonzero(~bridge_plant().dofs.free)
+    }
 
 
 def test_a_lost_element_brings_the_mode_that_comes_down_into_the_band() -> None:
@@ -200,7 +211,7 @@ def test_a_lost_element_brings_the_mode_that_comes_down_into_the_band() -> None:
     )
     assert there[-1] < 30 < drawn[-1]  # Hz, of the low-pass
     base, frame = recorded(effect, moving=MOVING + 1)
-    trials = {trial.candidate.location["element"]: trial for trial in unseen(base, linear_candidates(), frame)}
+    trials = {trial.candidate.location.get("element"): trial for trial in unseen(base, linear_candidates(), frame)}
     assert (trials[3].start, trials[3].candidate.brings) == ((0.05,), 1)
     assert trials[60].candidate.brings == 0  # a cable has no part in a mode that close
     begun = {more: replace(trials[3].candidate, brings=more) for more in (0, 1)}

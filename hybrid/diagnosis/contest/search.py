@@ -19,7 +19,7 @@ from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.side_by_side import by_twos, side_by_side
 from hybrid.diagnosis.screening.absorbed import absorbed
 from hybrid.diagnosis.screening.force_screening import screen_forces
-from hybrid.diagnosis.screening.scanning import unseen, scan
+from hybrid.diagnosis.screening.scanning import scan, unseen
 from hybrid.diagnosis.screening.screening import Screened, screen
 
 PIECES = (10, 3, 1)  # segments that recordings are cut into, one after the other: short ones forgive a wrong start
