@@ -3,8 +3,6 @@
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
-
 from fe_models.dofs import FloatArray
 from fe_models.effects import SlackCable
 from fe_models.uncertain_parts import UncertainPart

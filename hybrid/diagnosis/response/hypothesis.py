@@ -16,7 +16,7 @@ from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.response.forces import force_of, law_in_motion
 from hybrid.diagnosis.response.reduction import Basis, basis_of, turn
 from hybrid.diagnosis.response.residual import Residual, residual_of
-from hybrid.diagnosis.response.system import Entry, Force, Rest, System
+from hybrid.diagnosis.response.system import Entry, Force, System
 
 FARTHEST = 3.0  # of a log factor: twenty times as much or as little is no calibration
 
@@ -175,21 +175,16 @@ class Hypothesis:
         gain, delay, slope = self._faults(theta, faulty)
         loads = self._loads(reduced, inverse, rows, kinds, [pull for pull, _ in laws])
         lowpass = plant.lowpass if loads is None else None  # known loads have passed it before they act
-        rest = self._rest(kinds, rows)
-        return System(A, B, seen, direct, G, forces, gain, delay, slope, 1 / rate, rest, loads, lowpass)
+        residual = self._residual
+        given = None if residual is None else kinds[..., None] * (rows @ residual.shapes)
+        return System(A, B, seen, direct, G, forces, gain, delay, slope, 1 / rate, residual, given, loads, lowpass)
 
     @cached_property
     def _residual(self) -> Residual | None:
+        """What gives way to the plant's laws and the candidates' in the modes that are not followed."""
         plant = self.plant
         own = [candidate.pull for candidate in self.candidates if candidate.is_law]
         return residual_of(plant, [plant.pull(law) for law in plant.laws] + [pull for pull in own if pull is not None])
-
-    def _rest(self, kinds: BoolArray, rows: FloatArray) -> Rest | None:
-        """Return how the residual coordinates of force laws show; ``kinds`` and ``rows`` as in `_loads`."""
-        residual = self._residual
-        if residual is None:
-            return None
-        return Rest(residual.omega, residual.ratio, residual.pulled, kinds[..., None] * (rows @ residual.shapes))
 
     def _loads(
         self, reduced: "Reduced", inverse: Any, rows: FloatArray, kinds: BoolArray, laws: list[FloatArray]

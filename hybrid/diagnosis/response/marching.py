@@ -14,6 +14,7 @@ from scipy.linalg import expm
 
 from fe_models.dofs import FloatArray, IntArray
 from hybrid.diagnosis.nominal.loads import ORDERS, Loads
+from hybrid.diagnosis.response.giving_way import held, with_residual
 from hybrid.diagnosis.response.loaded import loaded_channels, loaded_states
 from hybrid.diagnosis.response.side_by_side import THREADS, side_by_side
 from hybrid.diagnosis.response.stepping import Scheme, scheme_of, step_through
@@ -34,8 +35,8 @@ SIZES = 10.0 ** np.arange(-12, 13)  # m, m/s: a law that answers to none of them
 
 @dataclass(frozen=True)
 class Marched:
-    """``states`` (variant, recording, time, state), those of `with_rest` last, and ``forces`` -f (variant, recording,
-    time, law).
+    """``states`` (variant, recording, time, state), those of residual coordinates last, and ``forces`` -f (variant,
+    recording, time, law).
     """
 
     states: FloatArray
@@ -81,7 +82,7 @@ def march(system: System, start: FloatArray, samples: int, loads: Loads | None =
     Known ``loads`` and their derivatives are carried as states that each sample sets anew, so that the linear part
     stays exact.
     """
-    start, system = _settled(system, start), with_rest(system)
+    start, system = held(system, start), with_residual(system)
     fastest = float(np.abs(np.linalg.eigvals(system.A[0])).max())
     substeps = max(FEWEST_SUBSTEPS, ceil(fastest * system.step / SUBSTEP))
     if substeps > MOST_SUBSTEPS or not np.isfinite(start).all():  # no structure, but a search gone astray
@@ -106,40 +107,6 @@ def march(system: System, start: FloatArray, samples: int, loads: Loads | None =
         reach = reach * WIDER
         tables = _tables(system, reach)
     return None
-
-
-def with_rest(system: System) -> System:
-    """Return a system whose states end with its residual coordinates and their rates."""
-    rest = system.rest
-    if rest is None:
-        return system
-    (variants, states, laws), more = system.B.shape, len(rest.omega)
-    at, rates = range(states, states + more), range(states + more, states + 2 * more)
-    wider = (0, 2 * more)
-    A = np.pad(system.A, ((0, 0), wider, wider))
-    A[:, at, rates] = 1.0
-    A[:, rates, at] = -(rest.omega**2)
-    A[:, rates, rates] = -2 * rest.ratio * rest.omega
-    B, C, G = (np.pad(part, widths) for part, widths in (
-        (system.B, ((0, 0), wider, (0, 0))), (system.C, ((0, 0), (0, 0), wider)), (system.G, ((0, 0), (0, 0), wider))
-    ))
-    B[:, rates] = rest.pulled
-    G[:, :laws, at] = G[:, laws:, rates] = rest.pulled.T
-    displaced, moved, pushed = rest.picked
-    C[..., at] = displaced - pushed * rest.omega**2
-    C[..., rates] = moved - 2 * pushed * rest.ratio * rest.omega
-    return replace(system, A=A, B=B, C=C, D=system.D + pushed @ rest.pulled, G=G, rest=None)
-
-
-def _settled(system: System, start: FloatArray) -> FloatArray:
-    """Return initial states with those of `with_rest`: as far as the laws at rest there would bend them."""
-    rest, laws = system.rest, len(system.forces)
-    if rest is None:
-        return start
-    felt = np.einsum("vls,vrs->lvr", system.G, start)
-    f = np.stack([force(felt[number], felt[laws + number]) for number, force in enumerate(system.forces)], axis=-1)
-    bent = -(f @ rest.pulled.T) / rest.omega**2
-    return np.concatenate([start, bent, np.zeros_like(bent)], axis=-1)
 
 
 def _all_stepped(parts: tuple[FloatArray, ...], *common: Any) -> bool:
@@ -201,7 +168,7 @@ def respond(system: System, start: FloatArray, samples: int, loads: Loads | None
 
 def channels(system: System, marched: Marched, loads: Loads | None = None) -> FloatArray:
     """Return the channels (variant, recording, time, sensor) of what `march` returns under known ``loads``."""
-    system = with_rest(system)
+    system = with_residual(system)
     with np.errstate(over="ignore", invalid="ignore"):
         y = marched.states @ system.C[:, None].swapaxes(2, 3)
         y += marched.forces @ system.D[:, None].swapaxes(2, 3)

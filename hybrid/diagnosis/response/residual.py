@@ -14,6 +14,7 @@ from fe_models.dofs import FloatArray
 from hybrid.diagnosis.nominal.plant import Plant
 
 HIGHEST = 2.0  # times the highest frequency that is followed: stiffer ones are slowed to it, which spares steps
+NEGLIGIBLE = 1e-9  # of a place's flexibility: rounding
 SAME = 1e-9  # of the largest generalised mass: shapes of laws at one place, which are one
 
 
@@ -35,16 +36,18 @@ def residual_of(plant: Plant, pulls: list[FloatArray]) -> Residual | None:
     """Return the residual coordinates of laws with ``pulls`` (dof,) on the nominal plant; None where it needs none."""
     if plant.kept is None or not pulls:
         return None
-    bent = np.stack([plant.left_out(pull) for pull in pulls], axis=1)  # (dof, law)
-    mass, stiffness = bent.T @ (plant.mass @ bent), bent.T @ np.stack(pulls, axis=1)
-    weight, turned = np.linalg.eigh(mass)
-    felt = weight > SAME * weight[-1]
-    if not felt.any():
+    every = np.stack(pulls, axis=1)  # (dof, law)
+    bent, whole = np.stack([plant.left_out(pull) for pull in pulls], axis=1), plant.static(every)
+    bent = bent[:, np.sum(every * bent, axis=0) > NEGLIGIBLE * np.sum(every * whole, axis=0)]
+    if not bent.size:
         return None
+    mass, stiffness = bent.T @ (plant.mass @ bent), bent.T @ (plant.stiffness @ bent)
+    weight, turned = eigh(mass)
+    felt = weight > SAME * weight[-1]
     white = turned[:, felt] / np.sqrt(weight[felt])
     square, own = eigh(white.T @ stiffness @ white)
     shapes, omega = bent @ (white @ own), np.sqrt(square)
     ratio = np.einsum("dr,dr->r", shapes, plant.damping @ shapes) / (2 * omega) + plant.ratios[-1]
     slowed = np.minimum(omega, HIGHEST * 2 * np.pi * plant.highest)
     shapes = shapes * (slowed / omega)  # as soft as before
-    return Residual(slowed, np.asarray(ratio), shapes, np.asarray(shapes.T @ np.stack(pulls, axis=1)))
+    return Residual(slowed, np.asarray(ratio), shapes, np.asarray(shapes.T @ every))

@@ -12,6 +12,7 @@ from scipy.signal import oaconvolve
 from fe_models.dofs import FloatArray
 from fe_models.lowpass import LowPass
 from hybrid.diagnosis.nominal.loads import LoadPlace
+from hybrid.diagnosis.response.residual import Residual
 
 Force = Callable[[FloatArray, FloatArray], FloatArray]
 """Restoring force (variant, recording) of elongation and rate, each (variant, recording)."""
@@ -39,26 +40,13 @@ class Entry:
 
 
 @dataclass(frozen=True)
-class Rest:
-    """Oscillators that nothing but force laws moves: residual coordinates, see `residual`.
-
-    ``omega`` (coordinate,), rad/s; ``ratio`` (coordinate,) of damping; ``pulled`` (coordinate, law), their part in each
-    elongation; ``picked`` (3, sensor, coordinate), what sensors of displacement, velocity and acceleration show.
-    """
-
-    omega: FloatArray
-    ratio: FloatArray
-    pulled: FloatArray
-    picked: FloatArray
-
-
-@dataclass(frozen=True)
 class System:
     """``A`` (variant, state, state), ``C`` (variant, sensor, state); ``B`` (variant, state, law) and ``D`` (variant,
     sensor, law) of the ``forces``; ``G`` (variant, 2 law, state) gives elongations, then rates; ``gain``, ``delay`` (s)
-    and ``slope`` (1/s): (variant, sensor); ``step`` (s) between samples. ``rest``: what else gives way to the
-    laws, None where nothing does. ``loads``: how known ones enter, None where there are none. ``lowpass``: what the sensors' signals have passed,
-    None without.
+    and ``slope`` (1/s): (variant, sensor); ``step`` (s) between samples. ``residual``: what else gives way to
+    the laws, and ``picked`` (3, sensor, coordinate), what sensors of displacement, velocity and acceleration show of
+    it; None where nothing does. ``loads``: how known ones enter, None where there are none. ``lowpass``: what the
+    sensors' signals have passed, None without.
     """
 
     A: FloatArray
@@ -71,7 +59,8 @@ class System:
     delay: FloatArray
     slope: FloatArray
     step: float
-    rest: Rest | None = None
+    residual: Residual | None = None
+    picked: FloatArray | None = None
     loads: Entry | None = None
     lowpass: LowPass | None = None
 
