@@ -1,5 +1,7 @@
 """Residual coordinates: what a frame gives way by to force laws, in the modes that are not followed."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -95,7 +97,7 @@ def shown(plant: Plant, law: Candidate, values: tuple[float, ...], forget: bool 
     ],
 )
 def test_motion_in_few_modes_is_that_in_many(
-    kind: str, place: dict[str, object], values: tuple[float, ...] | None, left: float
+    kind: str, place: dict[str, Any], values: tuple[float, ...] | None, left: float
 ) -> None:
     few, law = plant_with(None), chosen(kind, **place)
     values = values or (3 * law.width[0],)
