@@ -7,7 +7,7 @@ from typing import Any
 from scipy.sparse import csr_array
 
 from fe_models.dofs import FloatArray
-from fe_models.effects import Cause
+from fe_models.effects import Cause, PointDamper
 
 SMALL = 1e-5  # of a prior width: the step at which a response counts as of first order, however long a recording is
 
@@ -69,6 +69,11 @@ class Candidate:
     def is_law(self) -> bool:
         """Whether it is a force that is not linear in the motion."""
         return self.pull is not None and not self.oscillator
+
+    @property
+    def is_dashpot(self) -> bool:
+        """Whether it is damping on top of the structure's own, whose ratios are uncertain."""
+        return self.kind == PointDamper.kind
 
     @property
     def is_structural(self) -> bool:

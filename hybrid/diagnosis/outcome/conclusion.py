@@ -226,4 +226,5 @@ def _calibration(
     return [
         (what, where, float(factor), float(std))
         for (what, where), factor, std in zip(names, factors, np.append(deviation, scattered), strict=True)
+        if what != "damping" or where["modes"][0] <= plant.below  # of modes beyond a low-pass nothing is told
     ]

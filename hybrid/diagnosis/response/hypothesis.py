@@ -8,13 +8,12 @@ from typing import Any
 import numpy as np
 
 from fe_models.dofs import BoolArray, FloatArray
-from fe_models.effects import PointDamper
 from fe_models.recordings import Sensor
 from fe_models.time_integration import TimeIntegration
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.response.forces import force_of, law_in_motion
-from hybrid.diagnosis.response.reduction import Basis, basis_of, turn
+from hybrid.diagnosis.response.reduction import Basis, basis_of, eigenmodes, turn
 from hybrid.diagnosis.response.residual import Residual, residual_of
 from hybrid.diagnosis.response.system import Entry, Force, System
 
@@ -118,7 +117,7 @@ class Hypothesis:
                     amount = amount * factor[:, candidate.part]
                 dM, dC, dK = amount[:, None, None] * change[:, None]
                 M, K = M + dM, K + dK
-                if candidate.kind == PointDamper.kind:
+                if candidate.is_dashpot:
                     added = added + dC
                 else:  # the structure's own damping there, as uncertain as all of it
                     C = C + dC
@@ -247,11 +246,8 @@ class Hypothesis:
 
         But for modes above a low-pass: what it leaves of them tells nothing of their damping, and would be told by it.
         """
-        square = np.linalg.cholesky(M)
-        inverse = np.linalg.inv(square)
-        omega2, shapes = np.linalg.eigh(inverse @ K @ inverse.transpose(0, 2, 1))
+        omega2, phi = eigenmodes(M, K)
         omega = np.sqrt(np.maximum(omega2, 1e-12 * np.abs(omega2).max(axis=1, keepdims=True)))
-        phi = inverse.transpose(0, 2, 1) @ shapes  # (variant, dof, mode)
         own = np.einsum("pdi,pde,pei->pi", phi, C, phi, optimize=True)  # 2 xi omega
         count = len(M[0])
         more = max(count - len(self.plant.ratios), 0)  # modes that candidates bring, beyond the spare one

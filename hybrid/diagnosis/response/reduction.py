@@ -97,14 +97,18 @@ def _appended(shapes: FloatArray, shape: FloatArray, plant: Plant) -> FloatArray
     return np.column_stack([shapes, rest / left])
 
 
+def eigenmodes(M: FloatArray, K: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return squared natural frequencies (variant, mode) and mass-normalised shapes (variant, vector, mode)."""
+    inverse = np.linalg.inv(np.linalg.cholesky(M))
+    omega2, vectors = np.linalg.eigh(inverse @ K @ inverse.swapaxes(-1, -2))
+    return omega2, np.asarray(inverse.swapaxes(-1, -2) @ vectors)
+
+
 def turn(M: FloatArray, K: FloatArray, kept: int) -> FloatArray:
     """Return T (variant, vector, mode): the ``kept`` lowest modes, turned as close as can be to the first shapes.
 
     Coordinates then mean the same in all variants, however the modes mix (orthogonal Procrustes problem).
     """
-    square = np.linalg.cholesky(M)
-    inverse = np.linalg.inv(square)
-    _, vectors = np.linalg.eigh(inverse @ K @ inverse.transpose(0, 2, 1))
-    lowest = vectors[:, :, :kept]
+    lowest = eigenmodes(M, K)[1][:, :, :kept]
     left, _, right = np.linalg.svd(lowest[:, :kept].transpose(0, 2, 1))
-    return np.asarray(inverse.transpose(0, 2, 1) @ lowest @ (left @ right))
+    return np.asarray(lowest @ (left @ right))

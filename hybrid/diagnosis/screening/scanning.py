@@ -14,7 +14,7 @@ from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.recorded.frame import Frame
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.loaded import given
-from hybrid.diagnosis.response.reduction import basis_of
+from hybrid.diagnosis.response.reduction import basis_of, eigenmodes
 from hybrid.diagnosis.response.side_by_side import side_by_side
 from hybrid.diagnosis.response.system import drift, observability
 from hybrid.diagnosis.screening.screening import Screened
@@ -69,8 +69,7 @@ def _bringing(candidate: Candidate, sizes: FloatArray, plant: Plant) -> list[Tri
     (change,) = basis.changes
     assert change is not None  # of a stiffness
     amounts = np.append(candidate.amount(sizes[:, 0]), 0.0)[:, None, None]
-    square = np.linalg.inv(np.linalg.cholesky(basis.mass + amounts * change[0]))
-    omega2 = np.linalg.eigvalsh(square @ (basis.stiffness + amounts * change[2]) @ square.transpose(0, 2, 1))
+    omega2, _ = eigenmodes(basis.mass + amounts * change[0], basis.stiffness + amounts * change[2])
     inside = np.sum(omega2 < (2 * np.pi * plant.highest) ** 2, axis=1)
     more = np.maximum(inside[:-1] - inside[-1], 0)
     return [(replace(candidate, brings=int(count)), sizes[more == count]) for count in np.unique(more)]

@@ -171,7 +171,8 @@ def law_responses(fit: Fit, laws: list[Candidate], frame: Frame) -> dict[str, li
     rule).
     """
     found: dict[str, list[list[FloatArray]]] = {law.key: [[] for _ in law.first_starts] for law in laws}
-    trials = [(law, number, start) for law in laws for number, start in enumerate(law.first_starts)]
+    trials = [(law, start) for law in laws for start in law.first_starts]
+    columns = [own for law in laws for own in found[law.key]]
     if not trials:
         return found
     system = fit.hypothesis.system(fit.theta[None], frame.sensors, frame.rate, frame.positions)
@@ -180,8 +181,8 @@ def law_responses(fit: Fit, laws: list[Candidate], frame: Frame) -> dict[str, li
     for batch, states in zip(fit.batches, fit.states, strict=True):
         motion = fitted_motion(system, states, batch)
         answers = side_by_side(partial(_law_response, fit, motion, system, form, reduced, frame), trials)
-        for (law, number, _), y in zip(trials, answers, strict=True):
-            found[law.key][number].append((y / frame.sigma).reshape(len(states), -1))
+        for own, y in zip(columns, answers, strict=True):
+            own.append((y / frame.sigma).reshape(len(states), -1))
     return found
 
 
@@ -192,13 +193,13 @@ def _law_response(
     form: ModalForm,
     reduced: Reduced,
     frame: Frame,
-    trial: tuple[Candidate, int, tuple[float, ...]],
+    trial: tuple[Candidate, tuple[float, ...]],
 ) -> FloatArray:
     """Return the channels (recording, time, sensor) that the force of one law along the ``motion`` adds.
 
-    ``trial``: the law, the number of the start, and the start.
+    ``trial``: the law and a start of it.
     """
-    law, _, start = trial
+    law, start = trial
     hypothesis, theta = fit.hypothesis, fit.theta[None]
     n = hypothesis.size
     assert law.pull is not None  # as of every law
