@@ -12,11 +12,12 @@ from hybrid.diagnosis.causes.places import Motion
 from hybrid.diagnosis.contest.pairs import each_alone
 from hybrid.diagnosis.contest.posterior import posterior_of
 from hybrid.diagnosis.contest.recording_groups import asked_for
-from hybrid.diagnosis.contest.search import fit_growing, lengths_of, padded
+from hybrid.diagnosis.contest.search import _foremost, fit_growing, lengths_of, padded
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.contest.switching import acting_recordings, fit_switched
 from hybrid.diagnosis.diagnosis import diagnose
-from hybrid.diagnosis.fitting.fitting import Fit, fit
+from hybrid.diagnosis.fitting.driven import states_along
+from hybrid.diagnosis.fitting.fitting import Fit, Step, fit
 from hybrid.diagnosis.fitting.wave import wave
 from hybrid.diagnosis.judging import judge
 from hybrid.diagnosis.nominal.plant import plant_of
@@ -146,3 +147,27 @@ def test_each_of_two_causes_is_tried_alone() -> None:
     assert alone[spring.key].chi2 < 1.05 * both.chi2  # the force only takes up noise: two numbers in each segment
     assert alone[spring.key].log_evidence > both.log_evidence
     assert alone[force.key].chi2 > 1.5 * both.chi2  # the spring, nearly half of what is left, is missing
+
+
+def test_motions_are_sized_between_the_beginnings_of_segments_too() -> None:
+    case = blind_case(33021, BlindConfig(train=4, test=1, duration=30.0))
+    setting = setting_of(case.dataset)
+    (number,) = (i for i, sensor in enumerate(setting.frame.sensors) if sensor.quantity == "displacement")
+    recorded = [batch.recorded for batch in setting.lengths.whole]
+    shown = max(float(np.abs(part[..., number]).max()) for part in recorded)
+    along, begun = (
+        float(np.abs(states[:, setting.frame.sensors[number].node - 1]).max())
+        for states in (states_along(setting.short, setting.searched), np.concatenate(setting.short.states))
+    )
+    assert along == pytest.approx(shown, rel=0.1)  # noise of 3 % of the rms in each value
+    assert begun < 0.9 * shown
+
+
+def test_one_kind_of_law_does_not_crowd_out_the_others() -> None:
+    dataset = blind_case(33021, BlindConfig()).dataset
+    plant = plant_of(dataset)
+    laws = [candidate(dataset, "cubic_spring", node=node) for node in (1, 2, 3, 4)]
+    laws.append(candidate(dataset, "gap_stop", node=2))
+    steps = [(False, Step(Hypothesis(plant, (law,)), np.zeros(1), (), float(cost))) for cost, law in enumerate(laws)]
+    kept = [step.hypothesis.candidates[0].key for step in _foremost(steps)]
+    assert kept == [laws[0].key, laws[1].key, laws[4].key]
