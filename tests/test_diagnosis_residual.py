@@ -14,9 +14,10 @@ from fe_models.modes import natural_modes
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.response import marching
+from hybrid.diagnosis.response.giving_way import held
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.marching import respond
-from hybrid.diagnosis.response.residual import HIGHEST, residual_of
+from hybrid.diagnosis.response.residual import residual_of
 from tests.test_diagnosis_left_out import EVERY, FITTED, RATE, SAMPLES, chosen, plant_with
 
 NODE, SPRING = 8, 1e4  # where a fifth of the flexibility is that of modes above the low-pass; N/m, a third as stiff
@@ -32,12 +33,13 @@ def pull_at(plant: Plant, node: int, direction: str) -> FloatArray:
 
 def test_residual_coordinates_are_statically_exact() -> None:
     plant = plant_with(None)
-    pulls = [pull_at(plant, *place) for place in ((NODE, "y"), (46, "x"))]
+    pulls = [pull_at(plant, *place) for place in ((NODE, "y"), (46, "x"), (46, "y"))]  # the last is far stiffer
     residual = residual_of(plant, pulls)
     assert residual is not None
     bent = np.stack([plant.left_out(pull) for pull in pulls], axis=1)
     given = residual.shapes @ (residual.pulled / residual.omega[:, None] ** 2)
-    assert given == pytest.approx(bent, abs=1e-9 * np.abs(bent).max())  # rounding
+    for law in range(len(pulls)):
+        assert given[:, law] == pytest.approx(bent[:, law], abs=1e-6 * np.abs(bent[:, law]).max())  # rounding
 
 
 def test_laws_at_one_place_share_a_coordinate() -> None:
@@ -51,7 +53,10 @@ def test_a_stiff_place_is_slowed_but_no_softer() -> None:
     plant, pull = plant_with(None), pull_at(plant_with(None), 46, "y")  # along a tower
     residual = residual_of(plant, [pull])
     assert residual is not None
-    assert residual.omega == pytest.approx(HIGHEST * 2 * np.pi * plant.highest)
+    shape = residual.shapes[:, 0]
+    assert residual.omega[0] < np.pi * 1.2 * RATE  # of half the sampling rate, nearly
+    assert shape @ (plant.mass @ shape) < 0.1  # of the mass that it moves with
+    assert 2 * residual.ratio * residual.omega == pytest.approx(shape @ (plant.damping @ shape))
     assert residual.pulled[0, 0] ** 2 / residual.omega[0] ** 2 == pytest.approx(pull @ plant.left_out(pull))
 
 
@@ -104,6 +109,23 @@ def test_motion_in_few_modes_is_that_in_many(
     expected = shown(plant_with(30), chosen(kind, 30, **place), values)
     error, without = (np.sqrt(np.mean((shown(few, law, values, forget) - expected) ** 2)) for forget in (False, True))
     assert error < left * without
+
+
+def test_residual_coordinates_begin_where_a_spring_holds_them() -> None:
+    plant, law = plant_with(None), chosen("gap_stop", node=NODE, direction="y", side=1)
+    hypothesis = Hypothesis(plant, (law,))
+    gap, states = 1e-9, np.zeros((1, 1, 2 * plant.size))
+    states[..., : len(STARTS)] = np.sign(plant.modes[1][plant.dofs.row(NODE, "y"), : len(STARTS)]) * STARTS
+    theta = np.append(np.zeros(hypothesis.nuisances), (10 * SPRING, gap))[None]
+    system = hypothesis.system(theta, FITTED, RATE, EVERY)
+    u, r = (float(x) for x in (system.G[0, 0] @ states[0, 0], held(system, states)[0, 0, 2 * plant.size]))
+    assert system.residual is not None
+    pulled, omega = float(system.residual.pulled[0, 0]), float(system.residual.omega[0])
+    force = 10 * SPRING * (u + pulled * r - gap)
+    assert force * pulled == pytest.approx(
+        -(omega**2) * r, rel=1e-4
+    )  # the stop sets in smoothly
+    assert -pulled * r > 0.1 * u  # it gives way
 
 
 def friction_at(substeps: int | None, monkeypatch: pytest.MonkeyPatch) -> FloatArray:

@@ -11,6 +11,7 @@ from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.causes.candidates import all_candidates
 from hybrid.diagnosis.causes.places import Motion
 from hybrid.diagnosis.contest.search import Lengths, lengths_of
+from hybrid.diagnosis.fitting.driven import states_along
 from hybrid.diagnosis.fitting.fitting import Fit, fit
 from hybrid.diagnosis.nominal.plant import CERTAIN, plant_of
 from hybrid.diagnosis.recorded.frame import Frame
@@ -54,5 +55,5 @@ def certain_of(dataset: Dataset) -> Certain:
     lengths = lengths_of(batches, nominal.states)
     short = fit(nominal, nominal.centre, lengths.cut[0], frame)
     assert short is not None  # a linear system always answers
-    motion = Motion.of_states(np.concatenate(short.states), plant)
+    motion = Motion.of_states(states_along(short, frame), plant)
     return Certain(nominal, frame, lengths, short, all_candidates(plant, dataset, motion, measured))

@@ -19,7 +19,8 @@ from hybrid.diagnosis.causes.candidate import SMALL, Candidate
 from hybrid.diagnosis.causes.places import Motion, Place
 from hybrid.diagnosis.nominal.plant import Plant
 
-CREEP = (0.005, 0.01, 0.1)  # of the rms rate at its place: below it friction is a dashpot; at least, usual, at most
+CREEP = (0.005, 0.01, 0.1)  # of the rms rate at its place: below it friction is a dashpot; at least (less would need
+# steps finer than a search can afford), usual, at most
 REACHES = (0.1, 0.25, 0.45, 0.65, 0.85)  # of the largest elongation: where a search for a gap starts
 FARTHEST = 0.999  # quantile of an elongation that counts as its largest
 HARDLY = 0.8  # of the pretension with which a cable never goes slack

@@ -116,8 +116,12 @@ class _Search:
     def alone(self, fits: list[Fit]) -> list[Fit]:
         """Return fits of each cause found without the others, which may only have led the search to it."""
         best = self.posterior(fits).fits[0]
-        several = len(best.hypothesis.candidates) > 1 and not any(batch.off for batch in best.batches)
-        return each_alone(best, self.frame) if several else []
+        causes = {candidate.key for candidate in best.hypothesis.candidates}
+        known = {item.hypothesis.candidates[0].key for item in fits if len(item.hypothesis.candidates) == 1}
+        if causes <= known or len(causes) < 2 or any(batch.off for batch in best.batches):
+            return []
+        self.tell("each cause alone")
+        return each_alone(best, self.frame)
 
     def posterior(self, fits: list[Fit]) -> Posterior:
         """Return the posterior over fits."""

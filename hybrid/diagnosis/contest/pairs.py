@@ -19,8 +19,7 @@ SECOND = 10.0  # in tempered log evidence: what a second effect must gain for th
 HELPLESS = 0.8  # of the misfit: where the best cause leaves more, a second one would only add to the guess
 ONE_FACTOR = 3.5  # stated standard deviations of one calibrated factor: chance in 1 of 200 structures with 12 factors
 TOGETHER = 3.0  # standard deviations of the mean square of all of them over its mean
-SORTED = 0.02  # of the misfit: what a cause that acts in some recordings may leave and still be the only one; a frame's
-# few modes leave as much beside a force law, whose local flexibility they lack
+SORTED = 0.02  # of the misfit: what a cause that acts in some recordings may leave and still be the only one
 HOPELESS = 0.3  # likewise, once two causes were looked for
 CONTESTS = 3  # searches for a second cause, each on top of another first one
 FIRSTS = 2  # single causes that a second one is looked for

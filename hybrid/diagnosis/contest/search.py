@@ -29,8 +29,8 @@ SCANNED = 4  # times as many of a scan, which knows nothing of what the uncertai
 FOREMOST = 16  # of all without a force law, after their first step: a large effect may need some more to show
 FOREMOST_DRAWN = 8  # besides, of those that start from the structure as drawn, where all else that is off shows, too
 FIRST_DRAWN = 3  # first steps of these: the first ones mend all that is off besides
-KEPT_LAWS = 5  # force laws at most after their first steps: they take far longer
-ALIKE = 2  # of these at most of one kind, which at all places near looks alike, and of a screening's
+KEPT_LAWS = 5  # force laws at most, of a screening's and of those after their first steps: they take far longer
+ALIKE = 2  # of these at most of one kind, which looks alike at all places near
 HOPEFUL = 8.0  # fall in the sum of squares that the score test must promise; less cannot outweigh the prior odds
 FORCED = 5.0  # the same for each recording of a harmonic force, whose two entries of the initial state cost as much
 BEHIND = 20.0  # in half the tempered sum of squares: a fit that far behind another of the same recordings is given up
@@ -139,7 +139,13 @@ def contest(
     ranked = [absorbed(base, others), *tested, scan(short, others, frame)]
     forces = [trial for trial in screen_forces(base, others, frame) if trial.gain > FORCED * _recordings(base)]
     advance()
-    trials = [*_promising(ranked, kept), *unseen(short, others, frame)]
+    trials = _promising(ranked, kept)
+    begun = {(trial.candidate.key, trial.candidate.brings, trial.start) for trial in trials if trial.is_drawn}
+    trials += [
+        trial
+        for trial in unseen(short, others, frame)
+        if (trial.candidate.key, trial.candidate.brings, trial.start) not in begun
+    ]
     present = _begun(ground.hypothesis, short, trials, frame, advance)
     for longer in lengths.cut[1:]:
         present = _race(present, longer, frame, CLOSE_ENOUGH if longer is not lengths.whole else ENOUGH)
@@ -237,7 +243,7 @@ def _begun(
 def _foremost(begun: list[tuple[bool, Step]]) -> list[Step]:
     """Return the best of the first steps, of those as drawn and of others, not too many with a force law more."""
     ranked = sorted(begun, key=lambda item: item[1].cost)
-    laws = _varied([(step.hypothesis.candidates[-1], step) for _, step in ranked])[:KEPT_LAWS]
+    laws = _laws_of_some_kinds([step for _, step in ranked])[:KEPT_LAWS]
     drawn, others = (
         [step for own, step in ranked if own == side and not step.hypothesis.candidates[-1].is_law]
         for side in (True, False)
@@ -245,10 +251,11 @@ def _foremost(begun: list[tuple[bool, Step]]) -> list[Step]:
     return sorted([*laws, *others[:FOREMOST], *drawn[:FOREMOST_DRAWN]], key=lambda step: step.cost)
 
 
-def _varied(steps: list[tuple[Candidate, Step]]) -> list[Step]:
-    """Return the steps of force laws, in their order, the first `ALIKE` of each kind."""
+def _laws_of_some_kinds(steps: list[Step]) -> list[Step]:
+    """Return those of force laws, in their order, the first `ALIKE` of each kind."""
     seen, found = Counter[str](), []
-    for candidate, step in steps:
+    for step in steps:
+        candidate = step.hypothesis.candidates[-1]
         seen[candidate.kind] += 1
         found += [step] if candidate.is_law and seen[candidate.kind] <= ALIKE else []
     return found
@@ -334,9 +341,9 @@ def _promising(ranked: list[list[Screened]], kept: int) -> list[Screened]:
             if trial.gain <= 0 or taken >= most or (taken >= ALWAYS and trial.gain < HOPEFUL):
                 break
             if trial.candidate.is_law:
-                laws[trial.candidate.kind] += 1
-                if laws[trial.candidate.kind] > ALIKE:
+                if laws[trial.candidate.kind] >= ALIKE or laws.total() >= min(KEPT_LAWS, kept // 2):
                     continue
+                laws[trial.candidate.kind] += 1
             taken += 1
             chosen.setdefault((trial.candidate.key, far), trial)
         for trial in ranking:

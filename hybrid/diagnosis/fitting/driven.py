@@ -11,11 +11,12 @@ from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.nominal.loads import Loads
 from hybrid.diagnosis.recorded.frame import Frame
 from hybrid.diagnosis.recorded.records import Batch
+from hybrid.diagnosis.response.giving_way import with_residual
 from hybrid.diagnosis.response.loaded import loaded_states
 from hybrid.diagnosis.response.marching import march
 from hybrid.diagnosis.response.system import ModalForm, System, passed
 
-ALONG = 40  # places of a segment, evenly spread from its beginning on: enough to tell how far a motion goes
+ALONG = 40  # places of a segment, evenly spread: as a thousandth of what a recording's segments show is told by one
 
 
 @dataclass(frozen=True)
@@ -28,26 +29,39 @@ class History:
 
 def motion_of(system: System, states: FloatArray, samples: int, loads: Loads | None = None) -> History | None:
     """Return the states (time, recording, state) of the system's first variant from initial ones (recording, state)
-    under known ``loads``; None where they grow beyond all bounds.
+    under known ``loads``, those of residual coordinates last; None where they grow beyond all bounds.
     """
-    half = expm(system.A[0] * system.step / 2)
     if system.is_linear:
+        half = expm(system.A[0] * system.step / 2)
         seen = np.empty((samples, *states.shape))
         seen[0], whole = states, half @ half
         for k in range(samples - 1):
             seen[k + 1] = seen[k] @ whole.T
-        if loads is None:
-            return History(seen, seen @ half.T)
-        pushed = (loaded_states(system, loads, ahead) for ahead in (0.0, system.step / 2))
-        return History(*(part + more for part, more in zip((seen, seen @ half.T), pushed, strict=True)))
-    marched = march(system, states[None], samples, loads)
-    if marched is None:
-        return None
-    seen = marched.states[0, ..., : states.shape[-1]].swapaxes(0, 1)
+        now, between = seen, seen @ half.T
+    else:
+        marched = march(system, states[None], samples, loads)
+        if marched is None:
+            return None
+        half, push = _half_a_step(with_residual(system))
+        now, pushed = marched.states[0].swapaxes(0, 1), marched.forces[0].swapaxes(0, 1)
+        between = now @ half.T + pushed @ push.T
     if loads is None:
-        return History(seen, seen @ half.T)
-    free = seen - loaded_states(system, loads)
-    return History(seen, free @ half.T + loaded_states(system, loads, system.step / 2))
+        return History(now, between)
+    own = states.shape[-1]  # known loads move the modes alone, and are in what was marched
+    start, later = (loaded_states(system, loads, ahead) for ahead in (0.0, system.step / 2))
+    if system.is_linear:
+        return History(now + start, between + later)
+    between[..., :own] += later - start @ half[:own, :own].T
+    return History(now, between)
+
+
+def _half_a_step(system: System) -> tuple[FloatArray, FloatArray]:
+    """Return what half a step makes of a state (state, state) and of forces that stay as they are (state, law)."""
+    states, laws = system.B.shape[1:]
+    both = np.zeros((states + laws, states + laws))
+    both[:states] = np.concatenate([system.A[0], system.B[0]], axis=1)
+    moved = expm(both * system.step / 2)
+    return moved[:states, :states], moved[:states, states:]
 
 
 def fitted_motion(system: System, states: FloatArray, batch: Batch) -> History:
@@ -58,18 +72,18 @@ def fitted_motion(system: System, states: FloatArray, batch: Batch) -> History:
 
 
 def states_along(item: Fit, frame: Frame) -> FloatArray:
-    """Return states (n, state) of a fit that tell how large its motion is, at `ALONG` places of each segment."""
+    """Return states (n, state) of a fit that tell how large its motion is, at `ALONG` places of a segment or more."""
     found = []
     system = item.hypothesis.system(item.theta[None], frame.sensors, frame.rate, frame.positions)
     for batch, states in zip(item.batches, item.states, strict=True):
         motion = fitted_motion(system, states, batch).now
-        found.append(motion[:: max(batch.samples // ALONG, 1)].reshape(-1, states.shape[1]))
+        found.append(motion[:: max(batch.samples // ALONG, 1)].reshape(-1, motion.shape[-1]))
     return np.concatenate(found)
 
 
 def forces_along(system: System, motion: History) -> tuple[History, ...]:
     """Return the pull (time, recording) of each of the system's force laws along a motion."""
-    laws = len(system.forces)
+    laws, system = len(system.forces), with_residual(system)
 
     def pull(states: FloatArray, law: int) -> FloatArray:
         u, v = (states @ system.G[0, row] for row in (law, laws + law))

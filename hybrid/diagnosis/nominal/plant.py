@@ -49,6 +49,7 @@ class Plant:
     and damping ratios and of the scatter's patterns, in this order (nuisance,). ``laws``: forces that the nominal
     structure itself has. ``integration``: the error of the user's own time steps, None where it integrates exactly.
     ``loaded``: where recordings are loaded. ``geometry``: forces beyond the linear model's, None where there are none.
+    ``rate``: of the recordings' samples, Hz.
     """
 
     structure: Structure
@@ -69,6 +70,7 @@ class Plant:
     geometry: Geometry | None = None
     highest: float = np.inf
     lowpass: LowPass | None = None
+    rate: float = np.inf
 
     @property
     def size(self) -> int:
@@ -229,6 +231,7 @@ def plant_of(dataset: Dataset) -> Plant:
         loaded=load_places(dataset),
         highest=highest,
         lowpass=lowpass,
+        rate=dataset.sampling_rate,
     )
     return _scattered(plant, normal.stiffness)
 

@@ -7,9 +7,14 @@ import numpy as np
 from fe_models.dofs import FloatArray
 from hybrid.diagnosis.response.system import System
 
+SOFTENED = 0.5  # of a force: as much as a softening spring may gain by what gives way behind it
+
 
 def with_residual(system: System) -> System:
-    """Return a system whose states end with its residual coordinates and their rates."""
+    """Return a system whose states end with its residual coordinates r (coordinate,) and their rates.
+
+    r'' + 2 ratio omega r' + omega^2 r = -pulled f under forces f (law,), whose elongations are u + pulled^T r.
+    """
     if system.residual is None or system.picked is None:
         return system
     residual, more = system.residual, len(system.residual.omega)
@@ -31,13 +36,20 @@ def with_residual(system: System) -> System:
 def held(system: System, start: FloatArray) -> FloatArray:
     """Return initial states (variant, recording, state) with those of residual coordinates behind them.
 
-    They begin where the forces that act then would hold them.
+    They begin where elongations alone would hold them: bent by each law's force f(u + r) with r = -flexibility f, of
+    which one step of Aitken's is exact for a spring, and bounded for all.
     """
     residual, laws = system.residual, len(system.forces)
     if residual is None:
         return start
-    felt = np.einsum("vls,vrs->lvr", system.G, start)
+    u = np.einsum("vls,vrs->lvr", system.G[:, :laws], start)
+    flexibility = np.sum((residual.pulled / residual.omega[:, None]) ** 2, axis=0)  # (law,)
+    felt, still = np.empty_like(u), np.zeros(u.shape[1:])
     with np.errstate(over="ignore", invalid="ignore"):  # of a search gone astray
-        f = np.stack([force(felt[number], felt[laws + number]) for number, force in enumerate(system.forces)], axis=-1)
-        bent = -(f @ residual.pulled.T) / residual.omega**2
+        for law, force in enumerate(system.forces):
+            stiff = force(u[law], still)
+            fall = stiff - force(u[law] - flexibility[law] * stiff, still)
+            share = np.divide(fall, stiff, out=np.zeros_like(fall), where=np.abs(stiff) > 0)
+            felt[law] = stiff / (1 + np.maximum(share, -SOFTENED))
+    bent = -np.einsum("lvr,cl->vrc", felt, residual.pulled) / residual.omega**2
     return np.concatenate([start, bent, np.zeros_like(bent)], axis=-1)

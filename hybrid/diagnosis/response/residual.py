@@ -13,17 +13,17 @@ from scipy.linalg import eigh
 from fe_models.dofs import FloatArray
 from hybrid.diagnosis.nominal.plant import Plant
 
-HIGHEST = 2.0  # times the highest frequency that is followed: stiffer ones are slowed to it, which spares steps
+FOLDED = 0.05  # of a motion: what a low-pass leaves where sampling folds the stiffest coordinates to
 NEGLIGIBLE = 1e-9  # of a place's flexibility: rounding
 SAME = 1e-9  # of the largest generalised mass: shapes of laws at one place, which are one
 
 
 @dataclass(frozen=True)
 class Residual:
-    """Oscillators on their own, at rest but for the forces of laws.
+    """Oscillators of the nominal structure, at rest but for the forces of laws.
 
     ``omega`` (coordinate,), rad/s, ``ratio`` (coordinate,) of damping, ``shapes`` (dof, coordinate), mass-normalised
-    where not slowed, and ``pulled`` (coordinate, law), their part in each law's elongation.
+    where not slowed (see `residual_of`), and ``pulled`` (coordinate, law), their part in each law's elongation.
     """
 
     omega: FloatArray
@@ -33,7 +33,11 @@ class Residual:
 
 
 def residual_of(plant: Plant, pulls: list[FloatArray]) -> Residual | None:
-    """Return the residual coordinates of laws with ``pulls`` (dof,) on the nominal plant; None where it needs none."""
+    """Return the residual coordinates of laws with ``pulls`` (dof,) on the nominal plant; None where it needs none.
+
+    Those too fast for the recordings' sampling are slowed, by more mass, and as soft as before: what they add hardly
+    moves then.
+    """
     if plant.kept is None or not pulls:
         return None
     every = np.stack(pulls, axis=1)  # (dof, law)
@@ -41,13 +45,19 @@ def residual_of(plant: Plant, pulls: list[FloatArray]) -> Residual | None:
     bent = bent[:, np.sum(every * bent, axis=0) > NEGLIGIBLE * np.sum(every * whole, axis=0)]
     if not bent.size:
         return None
-    mass, stiffness = bent.T @ (plant.mass @ bent), bent.T @ (plant.stiffness @ bent)
-    weight, turned = eigh(mass)
+    bent = bent / np.sqrt(np.sum(bent * (plant.mass @ bent), axis=0))
+    weight, turned = eigh(bent.T @ (plant.mass @ bent))
     felt = weight > SAME * weight[-1]
     white = turned[:, felt] / np.sqrt(weight[felt])
-    square, own = eigh(white.T @ stiffness @ white)
+    square, own = eigh(white.T @ (bent.T @ (plant.stiffness @ bent)) @ white)
     shapes, omega = bent @ (white @ own), np.sqrt(square)
-    ratio = np.einsum("dr,dr->r", shapes, plant.damping @ shapes) / (2 * omega) + plant.ratios[-1]
-    slowed = np.minimum(omega, HIGHEST * 2 * np.pi * plant.highest)
-    shapes = shapes * (slowed / omega)  # as soft as before
+    slowed = np.minimum(omega, 2 * np.pi * _fastest(plant))
+    shapes = shapes * (slowed / omega)
+    ratio = np.einsum("dr,dr->r", shapes, plant.damping @ shapes) / (2 * slowed) + plant.ratios[-1]
     return Residual(slowed, np.asarray(ratio), shapes, np.asarray(shapes.T @ every))
+
+
+def _fastest(plant: Plant) -> float:
+    """Return the frequency (Hz) from which on a motion, once sampled, would look like one that the low-pass leaves."""
+    clear = plant.rate / 2 if plant.lowpass is None else plant.rate - plant.lowpass.reach(FOLDED)
+    return max(clear, plant.highest)
