@@ -122,9 +122,7 @@ def test_residual_coordinates_begin_where_a_spring_holds_them() -> None:
     assert system.residual is not None
     pulled, omega = float(system.residual.pulled[0, 0]), float(system.residual.omega[0])
     force = 10 * SPRING * (u + pulled * r - gap)
-    assert force * pulled == pytest.approx(
-        -(omega**2) * r, rel=1e-4
-    )  # the stop sets in smoothly
+    assert force * pulled == pytest.approx(-(omega**2) * r, rel=1e-4)  # the stop sets in smoothly
     assert -pulled * r > 0.1 * u  # it gives way
 
 

@@ -108,10 +108,17 @@ class _Search:
         hears = self._hears("recordings apart")
         return changes_beside(self.ground, groups, (), self.candidates, self.frame, self.band, hears)
 
-    def beside(self, fits: list[Fit]) -> list[Fit]:
-        """Return fits of the causes found at the places next to theirs."""
+    def nearby(self, fits: list[Fit]) -> list[Fit]:
+        """Return fits of the causes found at the places next to theirs, where more would be looked for otherwise."""
         best = self.posterior(fits).fits[0]
-        return fits_beside(best, fits[0], self.candidates, self.frame, self._hears("places next to it"))
+        hears = self._hears("places next to it")
+        return [] if self.is_enough(best) else fits_beside(best, fits[0], self.candidates, self.frame, hears)
+
+    def beside(self, fits: list[Fit]) -> list[Fit]:
+        """Return fits of the causes found at the places next to theirs, but for those that are known."""
+        best = self.posterior(fits).fits[0]
+        hears = self._hears("places next to it")
+        return fits_beside(best, fits[0], self.candidates, self.frame, hears, fits)
 
     def alone(self, fits: list[Fit]) -> list[Fit]:
         """Return fits of each cause found without the others, which may only have led the search to it."""
@@ -143,7 +150,7 @@ def gather(setting: Setting, tell: Callable[[str], object]) -> Evidence:
     """Return the evidence; ``tell`` hears what is being done, step by step."""
     tell("screening")
     search, fits = _single_causes(setting, tell)
-    for stage in (search.apart, search.together, search.in_groups, search.beside, search.alone):
+    for stage in (search.apart, search.nearby, search.together, search.in_groups, search.beside, search.alone):
         fits += stage(fits)
     candidates, frame, own = search.candidates, search.frame, search.own
     notes = () if search.ground.hypothesis.plant.geometry is None else (GEOMETRIC,)

@@ -1,6 +1,6 @@
 """The places next to those that were found: on a frame they look alike, and the right one may not have been fitted."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -15,16 +15,21 @@ LITTLE = 0.2  # of what is wrong: where the best leaves more, its places are gue
 
 
 def fits_beside(
-    best: Fit, base: Fit, candidates: tuple[Candidate, ...], frame: Frame, advance: Callable[[], object]
+    best: Fit,
+    base: Fit,
+    candidates: tuple[Candidate, ...],
+    frame: Frame,
+    advance: Callable[[], object],
+    known: Sequence[Fit] = (),
 ) -> list[Fit]:
     """Return fits with each cause of the ``best`` at the places next to its own, going on where one of them is better.
 
-    On frames, and where the best leaves little of what the ``base`` does.
+    On frames, and where the best leaves little of what the ``base`` does; ``known`` ones are not fitted again.
     """
     found: list[Fit] = []
     if best.hypothesis.plant.is_chain or misfit(best) > LITTLE * misfit(base):
         return found
-    tried = {_keys(best)}
+    tried = {_keys(item) for item in (best, *known)}
     for _ in range(STEPS):
         here = best
         for other in _moved(here, candidates):
