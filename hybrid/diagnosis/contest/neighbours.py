@@ -11,7 +11,7 @@ from hybrid.diagnosis.fitting.fitting import Fit, fit
 from hybrid.diagnosis.recorded.frame import Frame
 
 STEPS = 4  # at most, from place to place
-LITTLE = 0.2  # of what is wrong: where the best leaves more, its places are guesses
+LITTLE = 0.5  # of what is wrong: where the best leaves more, its places are guesses; friction three nodes off: 0.25
 
 
 def fits_beside(
