@@ -152,3 +152,4 @@ def test_motion_that_outgrows_its_tables_is_followed() -> None:
 def test_motion_that_explodes_is_none() -> None:
     assert march(two_masses(lambda u, v: -(u**3)), np.array([[[5.0, 0.0, 0.0, 0.0]]]), 300) is None
     assert march(two_masses(cubic), np.full((1, 1, 4), np.nan), 5) is None
+    assert march(two_masses(cubic), np.full((1, 1, 4), 1e110), 5) is None  # its cube is more than a number can be

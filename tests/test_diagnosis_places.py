@@ -81,7 +81,7 @@ def test_the_node_next_to_the_one_found_is_fitted_and_goes_on_to_the_right_one()
     hypothesis = setting.nominal.adding(here)
     best = fit(hypothesis, np.append(base.theta, 0.1 * here.width[0]), base.batches, setting.frame, base.states)
     assert best is not None
-    found = fits_beside(best, base, candidates, setting.frame, lambda: None)
+    found = fits_beside(best, base, candidates, setting.frame, lambda: None, ())
     assert [item.hypothesis.candidates[0].key for item in found] == [right.key]
     assert found[0].log_evidence > best.log_evidence + 100
     assert found[0].theta[-1] == pytest.approx(STIFF, rel=0.1)  # the contract's bound

@@ -12,8 +12,9 @@ from hybrid.diagnosis.causes.places import Motion
 from hybrid.diagnosis.contest.pairs import each_alone
 from hybrid.diagnosis.contest.posterior import posterior_of
 from hybrid.diagnosis.contest.recording_groups import asked_for
-from hybrid.diagnosis.contest.search import _foremost, fit_growing, lengths_of, padded
+from hybrid.diagnosis.contest.search import fit_growing, lengths_of, padded
 from hybrid.diagnosis.contest.setting import setting_of
+from hybrid.diagnosis.contest.shortlist import foremost
 from hybrid.diagnosis.contest.switching import acting_recordings, fit_switched
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.fitting.driven import states_along
@@ -160,7 +161,7 @@ def test_motions_are_sized_between_the_beginnings_of_segments_too() -> None:
         for states in (states_along(setting.short, setting.searched), np.concatenate(setting.short.states))
     )
     assert along == pytest.approx(shown, rel=0.1)  # noise of 3 % of the rms in each value
-    assert begun < 0.9 * shown
+    assert begun < 0.9 * shown  # so the test can tell the two apart
 
 
 def test_one_kind_of_law_does_not_crowd_out_the_others() -> None:
@@ -169,5 +170,5 @@ def test_one_kind_of_law_does_not_crowd_out_the_others() -> None:
     laws = [candidate(dataset, "cubic_spring", node=node) for node in (1, 2, 3, 4)]
     laws.append(candidate(dataset, "gap_stop", node=2))
     steps = [(False, Step(Hypothesis(plant, (law,)), np.zeros(1), (), float(cost))) for cost, law in enumerate(laws)]
-    kept = [step.hypothesis.candidates[0].key for step in _foremost(steps)]
+    kept = [step.hypothesis.candidates[0].key for step in foremost(steps)]
     assert kept == [laws[0].key, laws[1].key, laws[2].key, laws[4].key]

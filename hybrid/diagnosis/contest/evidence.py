@@ -1,6 +1,6 @@
 """What the recordings say of all causes at all places, alone, in some recordings only, and two at once."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -110,15 +110,11 @@ class _Search:
 
     def nearby(self, fits: list[Fit]) -> list[Fit]:
         """Return fits of the causes found at the places next to theirs, where more would be looked for otherwise."""
-        best = self.posterior(fits).fits[0]
-        hears = self._hears("places next to it")
-        return [] if self.is_enough(best) else fits_beside(best, fits[0], self.candidates, self.frame, hears)
+        return [] if self.is_enough(self.posterior(fits).fits[0]) else self._beside(fits, ())
 
     def beside(self, fits: list[Fit]) -> list[Fit]:
         """Return fits of the causes found at the places next to theirs, but for those that are known."""
-        best = self.posterior(fits).fits[0]
-        hears = self._hears("places next to it")
-        return fits_beside(best, fits[0], self.candidates, self.frame, hears, fits)
+        return self._beside(fits, fits)
 
     def alone(self, fits: list[Fit]) -> list[Fit]:
         """Return fits of each cause found without the others, which may only have led the search to it."""
@@ -141,6 +137,10 @@ class _Search:
     def is_enough(self, item: Fit) -> bool:
         """Return whether nothing beside a fit could matter."""
         return forecasts_well(self.judged(item), self.own, WELL) and not factors_off(item)
+
+    def _beside(self, fits: list[Fit], known: Sequence[Fit]) -> list[Fit]:
+        best, hears = self.posterior(fits).fits[0], self._hears("places next to it")
+        return fits_beside(best, fits[0], self.candidates, self.frame, hears, known)
 
     def _hears(self, stage: str) -> Callable[[], object]:
         return lambda: self.tell(stage)

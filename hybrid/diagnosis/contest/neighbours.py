@@ -20,7 +20,7 @@ def fits_beside(
     candidates: tuple[Candidate, ...],
     frame: Frame,
     advance: Callable[[], object],
-    known: Sequence[Fit] = (),
+    known: Sequence[Fit],
 ) -> list[Fit]:
     """Return fits with each cause of the ``best`` at the places next to its own, going on where one of them is better.
 

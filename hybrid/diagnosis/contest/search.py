@@ -1,6 +1,5 @@
 """The contest: every cause at every place is screened, the promising ones are fitted, and the fits compared."""
 
-from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
@@ -11,6 +10,7 @@ from fe_models.dofs import FloatArray
 from hybrid.calibration import nothing
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.posterior import temper_of
+from hybrid.diagnosis.contest.shortlist import foremost, promising, with_others
 from hybrid.diagnosis.fitting.fitting import ENOUGH, FIRST, Fit, Step, first_steps, fit
 from hybrid.diagnosis.fitting.forecasting import DEVIATION, deviation_of
 from hybrid.diagnosis.recorded.frame import Frame
@@ -25,16 +25,9 @@ from hybrid.diagnosis.screening.screening import Screened, screen
 PIECES = (10, 3, 1)  # segments that recordings are cut into, one after the other: short ones forgive a wrong start
 FEWEST = 8  # values a segment at least, for each of its initial state's entries
 KEPT = 10  # candidates kept from the screening of each length
-SCANNED = 4  # times as many of a scan, which knows nothing of what the uncertain factors could do besides
-FOREMOST = 16  # of all without a force law, after their first step: a large effect may need some more to show
-FOREMOST_DRAWN = 8  # besides, of those that start from the structure as drawn, where all else that is off shows, too
 FIRST_DRAWN = 3  # first steps of these: the first ones mend all that is off besides
-KEPT_LAWS = 5  # force laws at most, of a screening's and of those after their first steps: they take far longer
-ALIKE = 3  # of these at most of one kind, which looks alike at all places near
-HOPEFUL = 8.0  # fall in the sum of squares that the score test must promise; less cannot outweigh the prior odds
 FORCED = 5.0  # the same for each recording of a harmonic force, whose two entries of the initial state cost as much
 BEHIND = 20.0  # in half the tempered sum of squares: a fit that far behind another of the same recordings is given up
-ALWAYS = 2  # candidates of each ranking that are fitted, however little they promise
 LEFT = 0.3  # of what the best leaves beyond noise: by how much another may be behind and still go on
 RACING = 5  # fits at most that are continued over longer segments
 RACING_LAWS = 3  # of them beside a force law, where each takes far longer
@@ -139,13 +132,7 @@ def contest(
     ranked = [absorbed(base, others), *tested, scan(short, others, frame)]
     forces = [trial for trial in screen_forces(base, others, frame) if trial.gain > FORCED * _recordings(base)]
     advance()
-    trials = _promising(ranked, kept)
-    begun = {(trial.candidate.key, trial.candidate.brings, trial.start) for trial in trials if trial.is_drawn}
-    trials += [
-        trial
-        for trial in unseen(short, others, frame)
-        if (trial.candidate.key, trial.candidate.brings, trial.start) not in begun
-    ]
+    trials = with_others(promising(ranked, kept), unseen(short, others, frame))
     present = _begun(ground.hypothesis, short, trials, frame, advance)
     for longer in lengths.cut[1:]:
         present = _race(present, longer, frame, CLOSE_ENOUGH if longer is not lengths.whole else ENOUGH)
@@ -194,7 +181,7 @@ def rivals_contest(
     taken = {candidate.key for candidate in causes}
     others = tuple(candidate for candidate in candidates if candidate.key not in taken)
     ranked = [screen(short, others, frame), scan(short, others, frame)]
-    present = [again, *_begun(hypothesis, short, _promising(ranked, RIVALS), frame, advance, again)]
+    present = [again, *_begun(hypothesis, short, promising(ranked, RIVALS), frame, advance, again)]
     for longer in lengths.cut[1:]:
         present = _race(present, longer, frame, CLOSE_ENOUGH if longer is not lengths.whole else ENOUGH)
         advance()
@@ -225,7 +212,7 @@ def _begun(
     begun = [(trial.is_drawn, step) for trial, step in zip(trials, steps, strict=True) if step is not None]
     advance()
     best: dict[str, Fit] = {}
-    for two in by_twos(_foremost(begun)):
+    for two in by_twos(foremost(begun)):
         bound = bound_of([*best.values(), *([] if known is None else [known])])
 
         def further(step: Step, bound: float = bound) -> Fit | None:
@@ -238,27 +225,6 @@ def _begun(
                 best[key] = item
         advance()
     return list(best.values())
-
-
-def _foremost(begun: list[tuple[bool, Step]]) -> list[Step]:
-    """Return the best of the first steps, of those as drawn and of others, not too many with a force law more."""
-    ranked = sorted(begun, key=lambda item: item[1].cost)
-    laws = _laws_of_some_kinds([step for _, step in ranked])[:KEPT_LAWS]
-    drawn, others = (
-        [step for own, step in ranked if own == side and not step.hypothesis.candidates[-1].is_law]
-        for side in (True, False)
-    )
-    return sorted([*laws, *others[:FOREMOST], *drawn[:FOREMOST_DRAWN]], key=lambda step: step.cost)
-
-
-def _laws_of_some_kinds(steps: list[Step]) -> list[Step]:
-    """Return those of force laws, in their order, the first `ALIKE` of each kind."""
-    seen, found = Counter[str](), []
-    for step in steps:
-        candidate = step.hypothesis.candidates[-1]
-        seen[candidate.kind] += 1
-        found += [step] if candidate.is_law and seen[candidate.kind] <= ALIKE else []
-    return found
 
 
 def _race(fits: list[Fit], longer: tuple[Batch, ...], frame: Frame, enough: float) -> list[Fit]:
@@ -325,28 +291,3 @@ def _starts(trial: Screened, base: Fit) -> list[FloatArray]:
     if candidate.hardly:
         drawn[len(base.theta) :] = candidate.hardly
     return [theta, drawn]
-
-
-def _promising(ranked: list[list[Screened]], kept: int) -> list[Screened]:
-    """Return the best of each ranking, not too many force laws among them.
-
-    Each candidate once, from where the first ranking that has it starts, and as the last one has it: a scan, whose
-    starts are far from those of a score test where the effect is large.
-    """
-    chosen: dict[tuple[str, bool], Screened] = {}
-    for ranking in ranked:
-        taken, far, laws = 0, ranking is ranked[-1], Counter[str]()
-        most = SCANNED * kept if far else kept
-        for trial in ranking:
-            if trial.gain <= 0 or taken >= most or (taken >= ALWAYS and trial.gain < HOPEFUL):
-                break
-            if trial.candidate.is_law:
-                if laws[trial.candidate.kind] >= ALIKE or laws.total() >= min(KEPT_LAWS, kept // 2):
-                    continue
-                laws[trial.candidate.kind] += 1
-            taken += 1
-            chosen.setdefault((trial.candidate.key, far), trial)
-        for trial in ranking:
-            if not trial.candidate.names and trial.gain > 0:  # without a size to refine, its gain says little yet
-                chosen.setdefault((trial.candidate.key, far), trial)
-    return list(chosen.values())

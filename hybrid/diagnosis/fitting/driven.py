@@ -16,7 +16,7 @@ from hybrid.diagnosis.response.loaded import loaded_states
 from hybrid.diagnosis.response.marching import march
 from hybrid.diagnosis.response.system import ModalForm, System, passed
 
-ALONG = 40  # places of a segment, evenly spread: as a thousandth of what a recording's segments show is told by one
+ALONG = 40  # places of a segment, evenly spread: of ten segments of three recordings enough to tell the farthest
 
 
 @dataclass(frozen=True)

@@ -90,6 +90,8 @@ def march(system: System, start: FloatArray, samples: int, loads: Loads | None =
     reach = _reach(system, start, loads)
     tables = _tables(system, reach)
     sharp = _sharpest(system, tables) * system.step
+    if not np.isfinite(sharp):  # forces beyond all bounds: likewise
+        return None
     substeps = max(substeps, ceil(max(min(sharp, FINE_ENOUGH), min(sharp / STABLE, MOST_OF_LAWS))))
     variants, recordings, states = start.shape
     known = np.zeros((recordings, samples, 0))
@@ -148,7 +150,8 @@ def _sharpest(system: System, tables: _Tables) -> float:
     laws = len(system.forces)
     mobility = np.abs(np.einsum("ls,sl->l", system.G[0, laws:], system.B[0]))  # acceleration by a unit force
     reached = tables.values[0, :, NODES // 4 : -NODES // 4]  # without the tables' margin
-    slopes = np.abs(np.diff(reached, axis=1)).max(axis=1) * NODES / (2 * tables.reach)
+    with np.errstate(over="ignore", invalid="ignore"):
+        slopes = np.abs(np.diff(reached, axis=1)).max(axis=1) * NODES / (2 * tables.reach)
     square = slopes * mobility[tables.rows % laws]
     return float(np.where(tables.rows < laws, np.sqrt(square), square).max(initial=0.0))
 

@@ -23,7 +23,7 @@ SIZES = (-2.0, -1.0, -0.5, -0.2, 0.2, 0.5, 1.0, 2.0)  # of a prior width, from d
 FIRM = (-20.0, -5.0, 0.006, 0.012, 0.025, 0.05, 0.1, 5.0, 20.0)  # besides, of springs to the ground: supports may give
 # way by a hundredth of the usual or be all but lost, and a start must be within a third of the size
 LEFT = (0.02, 0.05, 0.12, 0.25)  # of a stiffness: what may be left; its compliance, which is felt, goes to infinity
-MUCH = 2.0  # times the energy of noise: what an element that is all but lost makes a fit without it leave
+MUCH = 2.0  # times the energy of noise: what an element that is all but lost makes a fit without it leave, at least
 
 Trial = tuple[Candidate, FloatArray]
 """A candidate and sizes (size, parameter) of it."""
@@ -47,7 +47,7 @@ def unseen(fit: Fit, candidates: tuple[Candidate, ...], frame: Frame) -> list[Sc
 
     There its gain says nothing. These are supports that give way, which calibrated factors resemble, where these are
     far off; and elements, with what may be `LEFT` of their stiffness, where a ``fit`` leaves much. Modes that come down
-    into the recordings' band with these are followed.
+    into the recordings' band with an element are followed.
     """
     much = fit.chi2 > MUCH * fit.values
     if not fit.hypothesis.is_linear or not (much or deviation_of(fit) > DEVIATION):

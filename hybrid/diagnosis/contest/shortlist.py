@@ -1,0 +1,70 @@
+"""Which causes go on: of those that were screened, and of those that have made their first steps."""
+
+from collections import Counter
+
+from hybrid.diagnosis.fitting.fitting import Step
+from hybrid.diagnosis.screening.screening import Screened
+
+SCANNED = 4  # times as many candidates of a scan, which knows nothing of what the uncertain factors could do besides
+HOPEFUL = 8.0  # fall in the sum of squares that the score test must promise; less cannot outweigh the prior odds
+ALWAYS = 2  # candidates of each ranking that are fitted, however little they promise
+FOREMOST = 16  # of all without a force law, after their first step: a large effect may need some more to show
+FOREMOST_DRAWN = 8  # besides, of those that start from the structure as drawn, where all else that is off shows, too
+KEPT_LAWS = 5  # force laws at most, of a screening's and of those after their first steps: they take far longer
+ALIKE = 3  # of these at most of one kind, which looks alike at all places near
+
+
+def promising(ranked: list[list[Screened]], kept: int) -> list[Screened]:
+    """Return the best of each ranking, not too many force laws among them.
+
+    Each candidate once, from where the first ranking that has it starts, and as the last one has it: a scan, whose
+    starts are far from those of a score test where the effect is large.
+    """
+    chosen: dict[tuple[str, bool], Screened] = {}
+    for ranking in ranked:
+        taken, far, laws = 0, ranking is ranked[-1], Counter[str]()
+        most = SCANNED * kept if far else kept
+        for trial in ranking:
+            if trial.gain <= 0 or taken >= most or (taken >= ALWAYS and trial.gain < HOPEFUL):
+                break
+            if trial.candidate.is_law:
+                if laws[trial.candidate.kind] >= ALIKE or laws.total() >= min(KEPT_LAWS, kept // 2):
+                    continue
+                laws[trial.candidate.kind] += 1
+            taken += 1
+            chosen.setdefault((trial.candidate.key, far), trial)
+        for trial in ranking:
+            if not trial.candidate.names and trial.gain > 0:  # without a size to refine, its gain says little yet
+                chosen.setdefault((trial.candidate.key, far), trial)
+    return list(chosen.values())
+
+
+def with_others(chosen: list[Screened], others: list[Screened]) -> list[Screened]:
+    """Return the ``chosen`` trials and those ``others`` that would not begin where one of them does."""
+    begun = {_begin(trial) for trial in chosen if trial.is_drawn}
+    return chosen + [trial for trial in others if _begin(trial) not in begun]
+
+
+def _begin(trial: Screened) -> tuple[str, int, tuple[float, ...]]:
+    return trial.candidate.key, trial.candidate.brings, trial.start
+
+
+def foremost(begun: list[tuple[bool, Step]]) -> list[Step]:
+    """Return the best of the first steps, of those as drawn and of others, not too many with a force law more."""
+    ranked = sorted(begun, key=lambda item: item[1].cost)
+    laws = _laws_of_some_kinds([step for _, step in ranked])[:KEPT_LAWS]
+    drawn, others = (
+        [step for own, step in ranked if own == side and not step.hypothesis.candidates[-1].is_law]
+        for side in (True, False)
+    )
+    return sorted([*laws, *others[:FOREMOST], *drawn[:FOREMOST_DRAWN]], key=lambda step: step.cost)
+
+
+def _laws_of_some_kinds(steps: list[Step]) -> list[Step]:
+    """Return those of force laws, in their order, the first `ALIKE` of each kind."""
+    seen, found = Counter[str](), []
+    for step in steps:
+        candidate = step.hypothesis.candidates[-1]
+        seen[candidate.kind] += 1
+        found += [step] if candidate.is_law and seen[candidate.kind] <= ALIKE else []
+    return found
