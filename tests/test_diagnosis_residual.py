@@ -12,6 +12,7 @@ from fe_models.effects import CoulombFriction, CubicSpring, SupportSpring
 from fe_models.measurement import lowpassed
 from fe_models.modes import natural_modes
 from hybrid.diagnosis.causes.candidate import Candidate
+from hybrid.diagnosis.fitting.driven import forces_along, motion_of
 from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.response import marching
 from hybrid.diagnosis.response.giving_way import held
@@ -78,7 +79,7 @@ def errors_with_spring(forget: bool) -> FloatArray:
 def test_law_in_few_modes_feels_the_flexibility_of_the_others() -> None:
     error, without = errors_with_spring(forget=False), errors_with_spring(forget=True)
     assert np.all(error < 0.01 * without)  # what is left is how the inertia of the other modes is shared out
-    assert error.max() < 1e-5
+    assert error.max() < 1e-5  # a hundredth of what uncertain stiffnesses do
 
 
 def shown(plant: Plant, law: Candidate, values: tuple[float, ...], forget: bool = False) -> FloatArray:
@@ -149,5 +150,19 @@ def test_friction_that_holds_its_place_is_stepped_stably(monkeypatch: pytest.Mon
     own, rough = (
         np.sqrt(np.mean((friction_at(count, monkeypatch) - fine) ** 2) / np.mean(fine**2)) for count in (None, 8)
     )
-    assert own < 1e-3
+    assert own < 1e-3  # far below noise; ten times what the scheme leaves
     assert rough > 0.02  # eight substeps, too few, hunt about the place that is held
+
+
+def test_forces_along_a_motion_are_those_that_acted() -> None:
+    plant, law = plant_with(None), chosen(CoulombFriction.kind, node=34, direction="x")
+    hypothesis = Hypothesis(plant, (law,))
+    theta = np.append(np.zeros(hypothesis.nuisances), (STICKING, CREEP))[None]
+    system = hypothesis.system(theta, FITTED, RATE, EVERY)
+    states = np.zeros((1, 2 * plant.size))
+    states[:, : len(STARTS)] = STARTS
+    motion, marched = motion_of(system, states, SAMPLES), marching.march(system, states[None], SAMPLES)
+    assert motion is not None
+    assert marched is not None
+    (force,) = forces_along(system, motion)
+    assert force.now[:, 0] == pytest.approx(marched.forces[0, 0, :, 0], abs=0.01 * STICKING)  # a table against its law
