@@ -120,8 +120,9 @@ def test_residual_coordinates_begin_where_a_spring_holds_them() -> None:
     theta = np.append(np.zeros(hypothesis.nuisances), (10 * SPRING, gap))[None]
     system = hypothesis.system(theta, FITTED, RATE, EVERY)
     u, r = (float(x) for x in (system.G[0, 0] @ states[0, 0], held(system, states)[0, 0, 2 * plant.size]))
-    assert system.residual is not None
-    pulled, omega = float(system.residual.pulled[0, 0]), float(system.residual.omega[0])
+    assert system.behind is not None
+    residual = system.behind.residual
+    pulled, omega = float(residual.pulled[0, 0]), float(residual.omega[0])
     force = 10 * SPRING * (u + pulled * r - gap)
     assert force * pulled == pytest.approx(-(omega**2) * r, rel=1e-4)  # the stop sets in smoothly
     assert -pulled * r > 0.1 * u  # it gives way

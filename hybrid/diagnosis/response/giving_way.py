@@ -15,9 +15,10 @@ def with_residual(system: System) -> System:
 
     r'' + 2 ratio omega r' + omega^2 r = -pulled f under forces f (law,), whose elongations are u + pulled^T r.
     """
-    if system.residual is None or system.picked is None:
+    if system.behind is None:
         return system
-    residual, more = system.residual, len(system.residual.omega)
+    residual = system.behind.residual
+    more = len(residual.omega)
     states, laws = system.B.shape[1:]
     at, rates = range(states, states + more), range(states + more, states + 2 * more)
     A = np.pad(system.A, ((0, 0), (0, 2 * more), (0, 2 * more)))
@@ -27,10 +28,10 @@ def with_residual(system: System) -> System:
     A[:, at, rates], A[:, rates, at], A[:, rates, rates] = 1.0, -spring, -dashpot
     B[:, rates] = residual.pulled
     G[:, :laws, at] = G[:, laws:, rates] = residual.pulled.T
-    displaced, moved, pushed = system.picked
+    displaced, moved, pushed = system.behind.shown
     C[..., at], C[..., rates] = displaced - pushed * spring, moved - pushed * dashpot
     D = system.D + pushed @ residual.pulled
-    return replace(system, A=A, B=B, C=C, D=D, G=G, residual=None, picked=None)
+    return replace(system, A=A, B=B, C=C, D=D, G=G, behind=None)
 
 
 def held(system: System, start: FloatArray) -> FloatArray:
@@ -39,9 +40,9 @@ def held(system: System, start: FloatArray) -> FloatArray:
     They begin where elongations alone would hold them: bent by each law's force f(u + r) with r = -flexibility f, of
     which one step of Aitken's is exact for a spring, and bounded for all.
     """
-    residual, laws = system.residual, len(system.forces)
-    if residual is None:
+    if system.behind is None:
         return start
+    residual, laws = system.behind.residual, len(system.forces)
     u = np.einsum("vls,vrs->lvr", system.G[:, :laws], start)
     flexibility = np.sum((residual.pulled / residual.omega[:, None]) ** 2, axis=0)  # (law,)
     felt, still = np.empty_like(u), np.zeros(u.shape[1:])

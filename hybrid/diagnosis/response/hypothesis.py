@@ -15,7 +15,7 @@ from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.response.forces import force_of, law_in_motion
 from hybrid.diagnosis.response.reduction import Basis, basis_of, eigenmodes, turn
 from hybrid.diagnosis.response.residual import Residual, residual_of
-from hybrid.diagnosis.response.system import Entry, Force, System
+from hybrid.diagnosis.response.system import Behind, Entry, Force, System
 
 FARTHEST = 3.0  # of a log factor: twenty times as much or as little is no calibration
 
@@ -175,8 +175,8 @@ class Hypothesis:
         loads = self._loads(reduced, inverse, rows, kinds, [pull for pull, _ in laws])
         lowpass = plant.lowpass if loads is None else None  # known loads have passed it before they act
         residual = self._residual
-        given = None if residual is None else kinds[..., None] * (rows @ residual.shapes)
-        return System(A, B, seen, direct, G, forces, gain, delay, slope, 1 / rate, residual, given, loads, lowpass)
+        behind = None if residual is None else Behind(residual, kinds[..., None] * (rows @ residual.shapes))
+        return System(A, B, seen, direct, G, forces, gain, delay, slope, 1 / rate, behind, loads, lowpass)
 
     @cached_property
     def _residual(self) -> Residual | None:

@@ -40,12 +40,21 @@ class Entry:
 
 
 @dataclass(frozen=True)
+class Behind:
+    """``residual`` coordinates, and what sensors of displacement, velocity and acceleration show of them, ``shown`` (3,
+    sensor, coordinate).
+    """
+
+    residual: Residual
+    shown: FloatArray
+
+
+@dataclass(frozen=True)
 class System:
     """``A`` (variant, state, state), ``C`` (variant, sensor, state); ``B`` (variant, state, law) and ``D`` (variant,
     sensor, law) of the ``forces``; ``G`` (variant, 2 law, state) gives elongations, then rates; ``gain``, ``delay`` (s)
-    and ``slope`` (1/s): (variant, sensor); ``step`` (s) between samples. ``residual``: what else gives way to
-    the laws, and ``picked`` (3, sensor, coordinate), what sensors of displacement, velocity and acceleration show of
-    it; None where nothing does. ``loads``: how known ones enter, None where there are none. ``lowpass``: what the
+    and ``slope`` (1/s): (variant, sensor); ``step`` (s) between samples. ``behind``: what else gives way to the
+    laws, None where nothing does. ``loads``: how known ones enter, None where there are none. ``lowpass``: what the
     sensors' signals have passed, None without.
     """
 
@@ -59,8 +68,7 @@ class System:
     delay: FloatArray
     slope: FloatArray
     step: float
-    residual: Residual | None = None
-    picked: FloatArray | None = None
+    behind: Behind | None = None
     loads: Entry | None = None
     lowpass: LowPass | None = None
 
