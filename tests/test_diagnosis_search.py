@@ -167,8 +167,11 @@ def test_motions_are_sized_between_the_beginnings_of_segments_too() -> None:
 def test_one_kind_of_law_does_not_crowd_out_the_others() -> None:
     dataset = blind_case(33021, BlindConfig()).dataset
     plant = plant_of(dataset)
-    laws = [candidate(dataset, "cubic_spring", node=node) for node in (1, 2, 3, 4)]
-    laws.append(candidate(dataset, "gap_stop", node=2))
+    nodes = (1, 2, 3, 4)
+    cubic, drag = (
+        [candidate(dataset, kind, node=node) for node in nodes] for kind in ("cubic_spring", "quadratic_damper")
+    )
+    laws = [*cubic, *drag, candidate(dataset, "gap_stop", node=2)]
     steps = [(False, Step(Hypothesis(plant, (law,)), np.zeros(1), (), float(cost))) for cost, law in enumerate(laws)]
     kept = [step.hypothesis.candidates[0].key for step in foremost(steps)]
-    assert kept == [laws[0].key, laws[1].key, laws[2].key, laws[4].key]
+    assert kept == [law.key for law in (*cubic[:2], *drag[:2], laws[-1])]

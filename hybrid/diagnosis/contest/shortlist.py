@@ -52,7 +52,7 @@ def _begin(trial: Screened) -> tuple[str, int, tuple[float, ...]]:
 def foremost(begun: list[tuple[bool, Step]]) -> list[Step]:
     """Return the best of the first steps, of those as drawn and of others, not too many with a force law more."""
     ranked = sorted(begun, key=lambda item: item[1].cost)
-    laws = _laws_of_some_kinds([step for _, step in ranked])[:KEPT_LAWS]
+    laws = _first_of_each_kind([step for _, step in ranked])[:KEPT_LAWS]
     drawn, others = (
         [step for own, step in ranked if own == side and not step.hypothesis.candidates[-1].is_law]
         for side in (True, False)
@@ -60,11 +60,11 @@ def foremost(begun: list[tuple[bool, Step]]) -> list[Step]:
     return sorted([*laws, *others[:FOREMOST], *drawn[:FOREMOST_DRAWN]], key=lambda step: step.cost)
 
 
-def _laws_of_some_kinds(steps: list[Step]) -> list[Step]:
-    """Return those of force laws, in their order, the first `ALIKE` of each kind."""
-    seen, found = Counter[str](), []
+def _first_of_each_kind(steps: list[Step]) -> list[Step]:
+    """Return those of force laws: the first of each kind, which may start far off, then the second, up to `ALIKE`."""
+    seen, found = Counter[str](), list[tuple[int, Step]]()
     for step in steps:
         candidate = step.hypothesis.candidates[-1]
         seen[candidate.kind] += 1
-        found += [step] if candidate.is_law and seen[candidate.kind] <= ALIKE else []
-    return found
+        found += [(seen[candidate.kind], step)] if candidate.is_law and seen[candidate.kind] <= ALIKE else []
+    return [step for _, step in sorted(found, key=lambda item: item[0])]
