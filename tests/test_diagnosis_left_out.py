@@ -1,4 +1,4 @@
-"""What forces bend in modes that are not followed."""
+"""Harmonic forces on frames: what they bend in modes that are not followed, and how large they are."""
 
 from functools import cache
 
@@ -14,8 +14,12 @@ from fe_models.recordings import Assumptions, Dataset, Recording
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.causes.candidates import all_candidates
 from hybrid.diagnosis.causes.places import Motion
+from hybrid.diagnosis.fitting.linearisation import linearise_batch
 from hybrid.diagnosis.nominal.plant import Plant, plant_of
+from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.records import Batch
 from hybrid.diagnosis.response.hypothesis import Hypothesis
+from hybrid.diagnosis.response.marching import respond
 
 RATE, SAMPLES, MOVING = 100.0, 100, 10
 FITTED = tuple(sensor for sensor in SENSORS if sensor.role == "measured")
@@ -69,3 +73,17 @@ def test_steady_motion_under_a_harmonic_force_is_that_of_the_whole_bridge(freque
     error, without = (np.abs(shown(h) - expected).max() for h in (felt, cut))
     assert error < left * without
     assert error < 0.01 * np.abs(expected).max()
+
+
+def test_slow_force_is_as_large_as_it_was_beside_the_displacements_of_high_modes() -> None:
+    plant, samples = plant_with(None), 5 * SAMPLES
+    hypothesis = Hypothesis(plant, (chosen(HarmonicForce.kind, node=47, direction="x"),))
+    theta = np.append(np.zeros(hypothesis.nuisances), 1.1)  # Hz, below all modes
+    states = np.zeros((1, hypothesis.states))
+    states[0, hypothesis.size : -2] = 0.01  # m kg^0.5 / s
+    states[0, -2:] = 0.8, -0.6  # N: 1 N moves what is felt a million times less than 1 m kg^0.5 of the highest mode
+    data = respond(hypothesis.system(theta[None], FITTED, RATE, EVERY), states[None], samples)[0]
+    batch = Batch(data, ("r",))
+    part = linearise_batch(hypothesis, theta, batch, Frame(FITTED, RATE, np.ones(len(FITTED))), None)
+    assert part is not None
+    assert part.states[0, -2:] == pytest.approx(states[0, -2:], rel=1e-3)  # the ridge takes less of all that is felt

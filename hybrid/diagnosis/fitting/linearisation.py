@@ -17,7 +17,8 @@ from hybrid.diagnosis.response.marching import channels, march, respond
 from hybrid.diagnosis.response.system import drift, drifted, observability
 
 STEP = 1e-6  # of a prior width (of the rms of a state): finite differences, through thousands of radians
-RIDGE = 1e-6  # of the largest column of the initial state's Jacobian: what no sensor feels stays at rest
+RIDGE = 1e-6  # of each column of the initial state's Jacobian: what no sensor feels apart from the rest stays at rest
+UNFELT = 1e-9  # of the largest column: likewise, of what no sensor feels at all
 EXPLODED = 1e30  # of a channel, in units of its noise: no structure, but a search gone astray
 FAR = 1e6  # times the largest datum: the same, of a motion under force laws
 LEAST = 1e-12  # of a state's rms, where it is at rest
@@ -186,9 +187,12 @@ def _spread(part: Linearisation, kept: IntArray, parameters: int) -> Linearisati
 
 
 def orthonormal(columns: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return Q and R of columns (..., value, state), with a ridge below them that keeps R from being singular."""
-    ridge = RIDGE * np.linalg.norm(columns, axis=-2).max()
+    """Return Q and R of columns (..., value, state), with a ridge below them that keeps R from being singular.
+
+    In proportion to each: columns by displacements of high modes are millions of times those by a force.
+    """
+    sizes = np.linalg.norm(columns, axis=-2)
     states = columns.shape[-1]
-    below = np.broadcast_to(ridge * np.eye(states), (*columns.shape[:-2], states, states))
-    Q, R = np.linalg.qr(np.concatenate([columns, below], axis=-2))
+    ridge = RIDGE * np.maximum(sizes, UNFELT * sizes.max())
+    Q, R = np.linalg.qr(np.concatenate([columns, ridge[..., None] * np.eye(states)], axis=-2))
     return Q[..., :-states, :], R
