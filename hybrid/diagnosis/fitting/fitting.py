@@ -21,6 +21,9 @@ ENOUGH = 0.05  # the fall in the sum of squares (a chi-square) below which a fit
 WEAKER = (1.0, 0.5, 0.2)  # of force laws, one after the other, where the motion from the start grows for ever
 FIRST, FIRST_OF_LAWS = 1, 2  # steps that tell whether more are worth it: a law's initial states must leave those of the
 # motion without it
+STEEP = (
+    0.2  # share of the cost that a law's last step took away, where more are worth it in any case: it starts far off
+)
 FREE = 1e-10  # of Marquardt's damping: none; a cause and the uncertain factor it resembles need whole steps
 DAMPING = (1e-3, 30.0, 1e3)  # where a whole step fails: first, factor, give up
 
@@ -174,19 +177,23 @@ def first_steps(
     states: tuple[FloatArray, ...],
     steps: int = FIRST,
 ) -> Step | None:
-    """Return where the first ``steps`` of a `fit` lead, more under force laws, without the slopes there, which take
-    longest; None as of `fit`.
+    """Return where the first ``steps`` of a `fit` lead, more under force laws; None as of `fit`.
+
+    Without the slopes there, which take longest.
     """
     problem = _Problem(hypothesis, batches, frame)
-    point = problem.begun(theta, states)
-    if point is None:
-        return None
-    for to_come in reversed(range(steps if hypothesis.is_linear else FIRST_OF_LAWS)):
-        then = problem.improved(point, FREE, slopes=to_come > 0)[0]
+    least, most = (steps, steps) if hypothesis.is_linear else (FIRST_OF_LAWS, LAW_ITERATIONS)
+    taken, best = 0, problem.begun(theta, states)
+    point = best
+    while point is not None:
+        then = problem.improved(point, FREE, slopes=False)[0]
         if then is None:
             break
-        point = then
-    return Step(hypothesis, point.theta, point.states, point.cost)
+        taken, steep, best = taken + 1, then.cost < (1 - STEEP) * point.cost, then
+        if taken >= (most if steep else least):
+            break
+        point = problem.at(then.theta, then.states)  # the slopes, too
+    return None if best is None else Step(hypothesis, best.theta, best.states, best.cost)
 
 
 def fit(
