@@ -116,9 +116,9 @@ def test_residual_coordinates_begin_where_a_spring_holds_them() -> None:
     plant, law = plant_with(None), chosen("gap_stop", node=NODE, direction="y", side=1)
     hypothesis = Hypothesis(plant, (law,))
     gap, states = 1e-9, np.zeros((1, 1, 2 * plant.size))
-    states[..., : len(STARTS)] = np.sign(plant.modes[1][plant.dofs.row(NODE, "y"), : len(STARTS)]) * STARTS
     theta = np.append(np.zeros(hypothesis.nuisances), (10 * SPRING, gap))[None]
     system = hypothesis.system(theta, FITTED, RATE, EVERY)
+    states[..., : len(STARTS)] = np.sign(system.G[0, 0, : len(STARTS)]) * STARTS  # against the stop
     u, r = (float(x) for x in (system.G[0, 0] @ states[0, 0], held(system, states)[0, 0, 2 * plant.size]))
     assert system.behind is not None
     residual = system.behind.residual
