@@ -11,6 +11,7 @@ from fe_models.effects import CoulombFriction, CubicSpring, GapStop
 from fe_models.recordings import Dataset, Recording
 from fe_models.structure import Beam, Spring, Structure
 from hybrid.diagnosis.causes.places import Motion, places_of
+from hybrid.diagnosis.contest import neighbours
 from hybrid.diagnosis.contest.neighbours import fits_beside
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.diagnosis import diagnose
@@ -85,6 +86,18 @@ def test_the_node_next_to_the_one_found_is_fitted_and_goes_on_to_the_right_one()
     assert [item.hypothesis.candidates[0].key for item in found] == [right.key]
     assert found[0].log_evidence > best.log_evidence + 100
     assert found[0].theta[-1] == pytest.approx(STIFF, rel=0.1)  # the contract's bound
+
+
+def test_the_places_next_to_what_explains_little_are_not_fitted(monkeypatch: pytest.MonkeyPatch) -> None:
+    setting = setting_of(recorded(masts(middle=3.0), CubicSpring((3,), "x", STIFF)))
+    candidates = setting.candidates()
+    base = fitted(setting.short, setting.lengths.whole, setting.frame)
+    (damper,) = (c for c in candidates if c.kind == "point_damper" and c.location == {"node": 2, "direction": "x"})
+    guess = fit(setting.nominal.adding(damper), np.append(base.theta, 0.0), base.batches, setting.frame)
+    assert guess is not None
+    assert fits_beside(guess, base, candidates, setting.frame, lambda: None, ()) == []
+    monkeypatch.setattr(neighbours, "LITTLE", 1.0)
+    assert fits_beside(guess, base, candidates, setting.frame, lambda: None, ())
 
 
 def fitted(short: Fit, batches: tuple[Batch, ...], frame: Frame) -> Fit:
