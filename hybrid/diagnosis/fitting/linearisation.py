@@ -13,7 +13,7 @@ from hybrid.diagnosis.recorded.frame import Frame
 from hybrid.diagnosis.recorded.records import Batch
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.loaded import given, loaded_size
-from hybrid.diagnosis.response.marching import channels, march, respond
+from hybrid.diagnosis.response.marching import respond
 from hybrid.diagnosis.response.system import drift, drifted, observability
 
 STEP = 1e-6  # of a prior width (of the rms of a state): finite differences, through thousands of radians
@@ -115,10 +115,7 @@ def _forced(
         start = np.repeat(start, len(thetas), axis=0)
         start[own:] += np.diag(size)[:, None]
     system = hypothesis.system(thetas, frame.sensors, frame.rate, frame.positions)
-    marched = march(system, start, samples, batch.loads)
-    if marched is None:
-        return None
-    y = channels(system, marched, batch.loads) + drifted(system, batch.begins)
+    y = respond(system, start, samples, batch.loads) + drifted(system, batch.begins)
     y = y.reshape(len(thetas), recordings, -1) * weight
     if not np.isfinite(y).all() or np.abs(y[0]).max() > FAR * np.abs(data).max():
         return None
