@@ -43,7 +43,7 @@ def motion_of(system: System, states: FloatArray, samples: int, loads: Loads | N
         if marched is None:
             return None
         half, push = _half_a_step(with_residual(system))
-        now, pushed = marched.states[0].swapaxes(0, 1), marched.forces[0].swapaxes(0, 1)
+        now, pushed = marched.watched[0].swapaxes(0, 1), marched.forces[0].swapaxes(0, 1)
         between = now @ half.T + pushed @ push.T
     if loads is None:
         return History(now, between)

@@ -91,7 +91,7 @@ def _linear(
         residual,
         change - inside @ basis.T,
         z,
-        -np.linalg.solve(upper, inside[..., None])[..., 0],
+        -_in_states(upper, inside),
         np.zeros_like(z),
         residual.reshape(batch.data.shape),
         basis,
@@ -103,27 +103,19 @@ def _forced(
     hypothesis: Hypothesis, theta: FloatArray, batch: Batch, frame: Frame, states: FloatArray, slopes: bool
 ) -> Linearisation | None:
     """Return the linearisation from ``states`` under force laws; without ``slopes`` only what is left."""
-    recordings, samples, _ = batch.data.shape
-    weight = np.tile(1 / frame.sigma, samples)  # (value,)
-    data = batch.data.reshape(recordings, -1) * weight
-    moved = STEP * hypothesis.width
-    size = STEP * _size(hypothesis, theta, batch, frame, states)
-    own = 1 + len(theta)  # variants that differ in a parameter; those that differ in a state come after
-    thetas, start = theta[None], states[None]
-    if slopes:
-        thetas = np.vstack([theta, theta + np.diag(moved), np.repeat(theta[None], len(size), axis=0)])
-        start = np.repeat(start, len(thetas), axis=0)
-        start[own:] += np.diag(size)[:, None]
-    system = hypothesis.system(thetas, frame.sensors, frame.rate, frame.positions)
-    y = respond(system, start, samples, batch.loads) + drifted(system, batch.begins)
-    y = y.reshape(len(thetas), recordings, -1) * weight
-    if not np.isfinite(y).all() or np.abs(y[0]).max() > FAR * np.abs(data).max():
+    weight = np.tile(1 / frame.sigma, batch.samples)  # (value,)
+    data = batch.data.reshape(len(states), -1) * weight
+    system = hypothesis.system(theta[None], frame.sensors, frame.rate, frame.positions)
+    y = respond(system, states[None], batch.samples, batch.loads) + drifted(system, batch.begins)
+    residual = data - y.reshape(data.shape) * weight
+    if not np.isfinite(residual).all() or np.abs(residual).max() > FAR * np.abs(data).max():
         return None
-    residual = data - y[0]
     if not slopes:
         return _left_over(residual, batch, states)
-    change = (y[1:own] - y[0]) / moved[:, None, None]
-    by_state = ((y[own:] - y[0]) / size[:, None, None]).transpose(1, 2, 0)  # (recording, value, state)
+    changes = _changes(hypothesis, theta, batch, frame, states)
+    if changes is None:
+        return None
+    change, by_state = changes
     basis, upper = orthonormal(by_state)
     by_recording = change.swapaxes(0, 1)  # (recording, parameter, value), as `basis` is (recording, value, state)
     inside = (by_recording @ basis).swapaxes(0, 1)
@@ -132,12 +124,33 @@ def _forced(
         residual - (along[:, None] @ basis.swapaxes(1, 2))[:, 0],
         change - (inside.swapaxes(0, 1) @ basis.swapaxes(1, 2)).swapaxes(0, 1),
         states,
-        -np.linalg.solve(upper, inside[..., None])[..., 0],
-        np.linalg.solve(upper, along[..., None])[..., 0],
+        -_in_states(upper, inside),
+        _in_states(upper, along),
         residual.reshape(batch.data.shape),
         basis,
         _errors(upper, states),
     )
+
+
+def _changes(
+    hypothesis: Hypothesis, theta: FloatArray, batch: Batch, frame: Frame, states: FloatArray
+) -> tuple[FloatArray, FloatArray] | None:
+    """Return what parameters change, (parameter, recording, value), and entries of a state, (recording, value, state).
+
+    Of motions told once a sample: the little that folds matters to what is left of recordings, not to slopes.
+    """
+    moved, size = STEP * hypothesis.width, STEP * _size(hypothesis, theta, batch, frame, states)
+    own = 1 + len(theta)  # variants that differ in a parameter; those that differ in a state come after
+    thetas = np.vstack([theta, theta + np.diag(moved), np.repeat(theta[None], len(size), axis=0)])
+    start = np.repeat(states[None], len(thetas), axis=0)
+    start[own:] += np.diag(size)[:, None]
+    system = hypothesis.system(thetas, frame.sensors, frame.rate, frame.positions)
+    y = respond(system, start, batch.samples, batch.loads, often=1) + drifted(system, batch.begins)
+    y = y.reshape(len(thetas), len(states), -1) * np.tile(1 / frame.sigma, batch.samples)
+    if not np.isfinite(y).all():
+        return None
+    by_state = ((y[own:] - y[0]) / size[:, None, None]).transpose(1, 2, 0)
+    return (y[1:own] - y[0]) / moved[:, None, None], by_state
 
 
 def _size(hypothesis: Hypothesis, theta: FloatArray, batch: Batch, frame: Frame, states: FloatArray) -> FloatArray:
@@ -154,6 +167,11 @@ def _left_over(residual: FloatArray, batch: Batch, states: FloatArray) -> Linear
     nothing, still = np.zeros((0, len(residual), 0)), np.zeros_like(states)
     raw = residual.reshape(batch.data.shape)
     return Linearisation(residual, nothing, states, nothing, still, raw, np.zeros((0, 0)), still)
+
+
+def _in_states(upper: FloatArray, inside: FloatArray) -> FloatArray:
+    """Return the initial states (..., state) that show what lies ``inside`` the basis of the triangle ``upper``."""
+    return np.asarray(np.linalg.solve(upper, inside[..., None])[..., 0], dtype=np.float64)
 
 
 def _errors(upper: FloatArray, states: FloatArray) -> FloatArray:

@@ -36,12 +36,16 @@ SIZES = 10.0 ** np.arange(-12, 13)  # m, m/s: a law that answers to none of them
 
 @dataclass(frozen=True)
 class Marched:
-    """``states`` (variant, recording, time, state), those of residual coordinates last, and ``forces`` -f (variant,
-    recording, time, law).
+    """What was ``watched`` of a motion, (variant, recording, time, row), and ``forces`` -f, (variant, recording, time,
+    law).
+
+    States (variant, recording, state) at its ``first`` and ``last`` sample, those of residual coordinates last.
     """
 
-    states: FloatArray
+    watched: FloatArray
     forces: FloatArray
+    first: FloatArray
+    last: FloatArray
 
 
 @dataclass(frozen=True)
@@ -76,8 +80,11 @@ def _values(system: System, at: FloatArray, reach: FloatArray) -> FloatArray:
     return values
 
 
-def march(system: System, start: FloatArray, samples: int, loads: Loads | None = None) -> Marched | None:
-    """Return the motion from ``start`` (variant, recording, state), None where it explodes.
+def march(
+    system: System, start: FloatArray, samples: int, loads: Loads | None = None, channels: bool = False
+) -> Marched | None:
+    """Return the motion from ``start`` (variant, recording, state), None where it explodes: all states, or with
+    ``channels`` just what the system's C picks of them, which are far fewer.
 
     Order 4; only the elongations are needed within a substep, so that all four stages cost one product with the state.
     Known ``loads`` and their derivatives are carried as states that each sample sets anew, so that the linear part
@@ -95,18 +102,20 @@ def march(system: System, start: FloatArray, samples: int, loads: Loads | None =
         return None
     substeps = max(substeps, ceil(max(min(sharp, FINE_ENOUGH), min(sharp / STABLE, MOST_OF_LAWS))))
     variants, recordings, states = start.shape
-    known = np.zeros((recordings, samples, 0))
+    watch = system.C if channels else np.broadcast_to(np.eye(states), (variants, states, states))
+    begun, known = start, np.zeros((recordings, samples, 0))
     if loads is not None:
         system, known = _with_loads(system, loads)
-        start = np.pad(start, ((0, 0), (0, 0), (0, known.shape[2])))
-    history = np.empty((variants, recordings, samples, start.shape[2]))
+        begun, watch = (np.pad(part, ((0, 0), (0, 0), (0, known.shape[2]))) for part in (start, watch))
+    watched = np.empty((variants, recordings, samples, watch.shape[1]))
     applied = np.empty((variants, recordings, samples, len(system.forces)))
-    scheme = scheme_of(system, system.step / substeps, tables.rows, apart=loads is None)
-    begun = np.ascontiguousarray(start @ scheme.inverse.swapaxes(1, 2))
+    scheme = scheme_of(system, system.step / substeps, tables.rows, watch, apart=loads is None)
+    begun = np.ascontiguousarray(begun @ scheme.inverse.swapaxes(1, 2))
+    final = np.empty_like(begun)
     for _ in range(ATTEMPTS):
-        parts = (*scheme, tables.values, begun, history, applied)
+        parts = (*scheme, tables.values, begun, final, watched, applied)
         if _all_stepped(parts, tables.reach, tables.rows % len(system.forces), known, substeps):
-            return Marched(history[..., :states], applied)
+            return Marched(watched, applied, start, (final @ scheme.basis.swapaxes(1, 2))[..., :states])
         reach = reach * WIDER
         tables = _tables(system, reach)
     return None
@@ -157,30 +166,33 @@ def _sharpest(system: System, tables: _Tables) -> float:
     return float(np.where(tables.rows < laws, np.sqrt(square), square).max(initial=0.0))
 
 
-def respond(system: System, start: FloatArray, samples: int, loads: Loads | None = None) -> FloatArray:
+def respond(
+    system: System, start: FloatArray, samples: int, loads: Loads | None = None, often: int = OFTEN
+) -> FloatArray:
     """Return the channels (variant, recording, time, sensor) from initial states (variant, recording, state) under
     known ``loads``.
 
     NaN where the motion grows beyond all bounds. What contacts make beyond half the sampling rate a low-pass took away
-    before the recording was sampled: it acts on a motion that is told `OFTEN` as often.
+    before the recording was sampled: it acts on a motion that is told ``often`` as often.
     """
     if system.is_linear:
         y = linear_channels(system, start, samples) + drift(system, samples)[:, None]
         return y if loads is None else y + loaded_channels(system, loads)
-    often = 1 if system.lowpass is None else OFTEN
+    often = 1 if system.lowpass is None else often
     fine = replace(system, step=system.step / often)
-    marched = march(fine, start, often * samples, loads)  # no low-pass acts under known loads: see `Hypothesis.system`
+    marched = march(fine, start, often * samples, loads, channels=True)
     if marched is None:
         return np.full((*start.shape[:2], samples, system.C.shape[1]), np.nan)
-    return channels(fine, marched, loads)[:, :, ::often]
+    return as_shown(system, _channels(fine, marched, loads)[:, :, ::often])
 
 
-def channels(system: System, marched: Marched, loads: Loads | None = None) -> FloatArray:
-    """Return the channels (variant, recording, time, sensor) of what `march` returns under known ``loads``."""
+def _channels(system: System, marched: Marched, loads: Loads | None = None) -> FloatArray:
+    """Return the channels (variant, recording, time, sensor) of what `march` returns of them under known ``loads``, as
+    sensors without fault show them. No low-pass acts under known loads: see `Hypothesis.system`.
+    """
     system = with_residual(system)
     with np.errstate(over="ignore", invalid="ignore"):
-        y = marched.states @ system.C[:, None].swapaxes(2, 3)
-        y += marched.forces @ system.D[:, None].swapaxes(2, 3)
+        y = marched.watched + marched.forces @ system.D[:, None].swapaxes(2, 3)
         if loads is not None and system.loads is not None:
             courses = loads.at(system.loads.places)
             y += np.einsum("psl,rtl->prts", system.loads.direct, courses[0])
@@ -189,10 +201,10 @@ def channels(system: System, marched: Marched, loads: Loads | None = None) -> Fl
             y = passed(
                 y,
                 system,
-                _free(system, marched.states[:, :, 0], -1)[:, :, ::-1],
-                _free(system, marched.states[:, :, -1], 1),
+                _free(system, marched.first, -1)[:, :, ::-1],
+                _free(system, marched.last, 1),
             )
-    return as_shown(system, y)
+    return y
 
 
 def _free(system: System, states: FloatArray, sign: int) -> FloatArray:

@@ -19,16 +19,18 @@ WORST = 1e6  # condition number of coordinates that are still told as well as sl
 class Scheme(NamedTuple):
     """The matrices of a substep, of each variant, in coordinates; those of B by law, columns contiguous.
 
-    ``inverse`` (coordinate, state) of the ``basis``; ``ahead`` (3 row, coordinate): the felt rows of G now, half a
+    ``basis`` (state, coordinate) and its ``inverse``; ``ahead`` (3 row, coordinate): the felt rows of G now, half a
     substep ahead and one ahead; ``near`` (3, coordinate): what the one before, the coordinate itself and the next bring
-    to each in a substep; where others do, too, it has no entries, and ``whole`` serves. ``direct`` and ``delayed``
-    (law, row): what forces move within the substep; ``first``, ``middle`` and ``last`` (law, coordinate): at its end.
+    to each in a substep; where others do, too, it has no entries, and ``whole`` serves; ``watch`` (coordinate, row):
+    what is told of the motion. ``direct`` and ``delayed`` (law, row): what forces move within the substep; ``first``,
+    ``middle`` and ``last`` (law, coordinate): at its end.
     """
 
+    basis: FloatArray
     inverse: FloatArray
     ahead: FloatArray
     near: FloatArray
-    basis: FloatArray
+    watch: FloatArray
     whole: FloatArray
     direct: FloatArray
     delayed: FloatArray
@@ -37,8 +39,9 @@ class Scheme(NamedTuple):
     last: FloatArray
 
 
-def scheme_of(system: System, h: float, rows: IntArray, apart: bool) -> Scheme:
-    """Return the scheme of a substep ``h`` (s) for the ``rows`` of G that are felt.
+def scheme_of(system: System, h: float, rows: IntArray, watch: FloatArray, apart: bool) -> Scheme:
+    """Return the scheme of a substep ``h`` (s) for the ``rows`` of G that are felt, and for what is to be told of the
+    states, ``watch`` (variant, row, state).
 
     ``apart``: in coordinates that hardly couple; otherwise in the states themselves, some of which are known.
     """
@@ -52,8 +55,8 @@ def scheme_of(system: System, h: float, rows: IntArray, apart: bool) -> Scheme:
     near[:, 1] = np.diagonal(whole, 0, 1, 2)
     if np.triu(whole, 2).any() or np.tril(whole, -2).any():
         near = near[..., :0]
-    columns = (basis, whole, h * (G @ B), h * (G @ half_B), h / 6 * (whole @ B), h / 3 * half_B, h / 6 * B)
-    return Scheme(inverse, ahead, near, *(np.ascontiguousarray(part.swapaxes(1, 2)) for part in columns))
+    columns = (watch @ basis, whole, h * (G @ B), h * (G @ half_B), h / 6 * (whole @ B), h / 3 * half_B, h / 6 * B)
+    return Scheme(basis, inverse, ahead, near, *(np.ascontiguousarray(part.swapaxes(1, 2)) for part in columns))
 
 
 def _same(A: FloatArray, time: float) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -118,20 +121,22 @@ def step_through(
     scheme: Scheme,
     values: FloatArray,
     start: FloatArray,
-    history: FloatArray,
+    final: FloatArray,
+    watched: FloatArray,
     applied: FloatArray,
     reach: FloatArray,
     law_of: IntArray,
     known: FloatArray,
     substeps: int,
 ) -> bool:
-    """Fill ``history`` and ``applied``; return whether no elongation or rate left its table.
+    """Fill ``watched``, ``applied`` and ``final``, the last sample's coordinates; return whether no elongation or rate
+    left its table.
 
     Each row of the tables belongs to a law (``law_of``). The last states are ``known`` at each sample (recording, time,
     known).
     """
-    variants, recordings, samples, states = history.shape
-    laws, rows = applied.shape[3], len(reach)
+    variants, recordings, samples, laws = applied.shape
+    states, rows = start.shape[2], len(reach)
     own = states - known.shape[2]  # the states that are not known
     middle_node = (values.shape[2] - 1) / 2
     per_unit = middle_node / reach
@@ -142,7 +147,7 @@ def step_through(
         below, on, above = near[0], near[1], near[2]
         first, middle, last = scheme.first[variant], scheme.middle[variant], scheme.last[variant]
         direct, delayed, table = scheme.direct[variant], scheme.delayed[variant], values[variant]
-        basis, whole = scheme.basis[variant], scheme.whole[variant]
+        watch, whole = scheme.watch[variant], scheme.whole[variant]
         for recording in range(recordings):
             z[:] = start[variant, recording]
             for k in range(samples):
@@ -172,9 +177,9 @@ def step_through(
                                 return False
                             f[stage, law_of[row]] -= _force(table, row, middle_node + at[row] * per_unit[row])
                         if stage == 0 and part == 0:
-                            shown = history[variant, recording, k]
-                            shown[:] = 0.0
-                            _add_columns(basis, z, shown)
+                            told = watched[variant, recording, k]
+                            told[:] = 0.0
+                            _add_columns(watch, z, told)
                             applied[variant, recording, k] = f[0]
                             if k == samples - 1:
                                 break
@@ -195,4 +200,5 @@ def step_through(
                         for i in range(states):
                             moved[i] += begun * first[law, i] + between * middle[law, i] + ended * last[law, i]
                     z[:] = moved
+            final[variant, recording] = z
     return True
