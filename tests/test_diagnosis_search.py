@@ -1,5 +1,7 @@
 """The search: slopes of law fits, harmonic forces, causes that come and go, two causes at once."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -17,8 +19,9 @@ from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.contest.shortlist import foremost
 from hybrid.diagnosis.contest.switching import acting_recordings, fit_switched
 from hybrid.diagnosis.diagnosis import diagnose
+from hybrid.diagnosis.fitting import fitting
 from hybrid.diagnosis.fitting.driven import states_along
-from hybrid.diagnosis.fitting.fitting import Fit, Step, fit
+from hybrid.diagnosis.fitting.fitting import Fit, Step, first_steps, fit
 from hybrid.diagnosis.fitting.wave import wave
 from hybrid.diagnosis.judging import judge
 from hybrid.diagnosis.nominal.plant import plant_of
@@ -65,6 +68,27 @@ def test_harmonic_force_has_its_amplitude_where_it_acts() -> None:
     assert acting_recordings(found, 0) == case.recordings[:4]
 
 
+def test_first_steps_of_a_law_go_on_while_they_fall(monkeypatch: pytest.MonkeyPatch) -> None:
+    case = blind_case(2, BlindConfig(("slack_cable",), size=1.0, train=3, test=1, duration=30.0))
+    (cause,) = case.truth
+    batches, frame = frame_of(case.dataset)
+    base = nominal_fit(case.dataset, batches, frame)
+    law = candidate(case.dataset, "slack_cable", **cause.location)
+    short = lengths_of(batches, base.hypothesis.states).cut[0]
+    without = fit(base.hypothesis, base.theta, short, frame)
+    assert without is not None
+    extended = base.hypothesis.adding(law)
+    start = extended, np.append(base.theta, law.first_starts[0]), short, frame, padded(without.states, extended)
+    noise = sum(batch.data.size for batch in short)
+    led = first_steps(*start)
+    monkeypatch.setattr(fitting, "STEEP", 1.0)  # two steps and no more
+    stopped = first_steps(*start)
+    assert led is not None
+    assert stopped is not None
+    assert led.cost < 1.2 * noise  # the initial states take some of it up, the prior adds little
+    assert stopped.cost > 2 * noise  # told as hopeless, though it is the truth
+
+
 def test_drift_goes_on_from_segment_to_segment() -> None:
     case = blind_case(5, BlindConfig(("sensor_drift",), size=0.8, train=3, test=1, duration=30.0))
     (cause,) = case.truth
@@ -102,6 +126,20 @@ def test_one_hypothesis_reached_twice_counts_once() -> None:
     found = posterior_of((base, base), all_candidates(plant_of(dataset), dataset, MOTION, MEASURED))
     assert len(found.fits) == 1
     assert found.probability[0] == 1.0
+
+
+def test_place_that_is_less_probable_beforehand_is_so_afterwards() -> None:
+    dataset = blind_case(3, BlindConfig(train=2, test=1, duration=15.0)).dataset
+    batches, frame = frame_of(dataset)
+    usual = candidate(dataset, "added_mass", node=2)
+    hypothesis = Hypothesis(plant_of(dataset), (usual,))
+    found = fit(hypothesis, hypothesis.centre, batches, frame)
+    assert found is not None
+    rare = replace(usual, location={"node": 9}, share=0.1)  # as good in every other way
+    other = replace(found, hypothesis=replace(found.hypothesis, candidates=(rare,)))
+    posterior = posterior_of((other, found), (usual, rare))
+    assert posterior.fits[0] is found
+    assert posterior.probability[1] / posterior.probability[0] == pytest.approx(0.1)
 
 
 @pytest.mark.parametrize(

@@ -12,6 +12,7 @@ from fe_models.effects import AddedMass, AxialForce, Cause, Effect, PointDamper,
 from fe_models.matrix_changes import matrix_changes
 from fe_models.structure import Direction, Element, Spring
 from hybrid.diagnosis.causes.candidate import Candidate
+from hybrid.diagnosis.causes.equilibrium import is_borne
 from hybrid.diagnosis.causes.places import Place
 from hybrid.diagnosis.nominal.plant import Plant
 
@@ -21,6 +22,7 @@ LIGHTEST = 0.95  # of what a node weighs: as much may be missing there
 FIRM = 1e-4  # of a structure's own compliance at a support: as good as rigid
 SOFT = 5.0  # of it: the prior standard deviation of a support's own; at ten times as much it is as good as lost
 BUCKLING = 0.3  # of a squared frequency: what the usual axial force takes from it
+UNBORNE = 0.1  # how probable an axial force is that nothing takes off where its element ends, to one that is borne
 YIELDING = 2e-3  # the strain that no metal of a structure bears for long
 ANY = (-np.inf,)
 
@@ -81,7 +83,8 @@ def _axial_forces(plant: Plant) -> list[Candidate]:
         effect = AxialForce(numbers, 1.0)
         if not effect.faults(plant.structure):
             unit = _unit(plant, effect)
-            most = YIELDING * min(_axial_stiffness(plant.structure.elements[number - 1]) for number in numbers)
+            own = [plant.structure.elements[number - 1] for number in numbers]
+            most = YIELDING * min(_axial_stiffness(element) for element in own)
             found.append(
                 Candidate(
                     kind=AxialForce.kind,
@@ -93,6 +96,7 @@ def _axial_forces(plant: Plant) -> list[Candidate]:
                     lower=(-most,),
                     upper=(most,),
                     changes=unit,
+                    share=1.0 if len(numbers) > 1 or is_borne(plant.structure, own[0]) else UNBORNE,
                 )
             )
     return found

@@ -1,6 +1,6 @@
 """How probable each hypothesis is among all that were considered, tempered by how well the best of them fits."""
 
-from collections import Counter
+from collections import defaultdict
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -29,16 +29,16 @@ class Posterior:
 
 
 def posterior_of(fits: tuple[Fit, ...], candidates: tuple[Candidate, ...]) -> Posterior:
-    """Return the posterior over ``fits``; every kind is equally probable beforehand, and so is every place of a kind.
+    """Return the posterior over ``fits``; every kind is equally probable beforehand, places of a kind by their share.
 
     Where even the best fit leaves more than noise, its errors are no independent draws: the log evidences are divided
     by the energy left over that of noise, times the number of values that tell as much as one. A model that fits leaves
     them as they are, but for a frame's.
     """
     fits = _distinct(fits)
-    places = Counter[str]()
+    places: dict[str, float] = defaultdict(float)  # of each kind
     for candidate in candidates:
-        places[candidate.kind] += 1 + len(candidate.twins)
+        places[candidate.kind] += candidate.share * (1 + len(candidate.twins))
     prior = np.array([_log_prior(fit, places) for fit in fits])
     evidence = np.array([fit.log_evidence for fit in fits])
     best = fits[int(np.argmax(evidence + prior))]
@@ -72,10 +72,10 @@ def temper_of(best: Fit) -> float:
     return max(1.0, best.chi2 / best.values) * max(correlation_factor(best.residuals) * best.batches[0].share, 1.0)
 
 
-def _log_prior(fit: Fit, places: Counter[str]) -> float:
+def _log_prior(fit: Fit, places: dict[str, float]) -> float:
     total = float(np.log(NOTHING))
     for candidate in fit.hypothesis.candidates:
-        total += float(np.log(NOTHING / len(places) / places[candidate.kind]))
+        total += float(np.log(NOTHING / len(places) * candidate.share / places[candidate.kind]))
     if any(batch.off for batch in fit.batches):
         total -= count_of(fit.batches) * float(np.log(2))
     return total

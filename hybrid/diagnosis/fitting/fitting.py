@@ -19,11 +19,9 @@ ITERATIONS = 12
 LAW_ITERATIONS = 8  # with force laws, each of which takes a simulation of all variants
 ENOUGH = 0.05  # the fall in the sum of squares (a chi-square) below which a fit has converged, for each of noise's own
 WEAKER = (1.0, 0.5, 0.2)  # of force laws, one after the other, where the motion from the start grows for ever
-FIRST, FIRST_OF_LAWS = 1, 2  # steps that tell whether more are worth it: a law's initial states must leave those of the
-# motion without it
-STEEP = (
-    0.2  # share of the cost that a law's last step took away, where more are worth it in any case: it starts far off
-)
+# Steps that tell whether more are worth it: a law's initial states must leave those of the motion without it.
+FIRST, FIRST_OF_LAWS = 1, 2
+STEEP = 0.2  # share of the cost: a law whose last step took as much away starts far off, and goes on in any case
 FREE = 1e-10  # of Marquardt's damping: none; a cause and the uncertain factor it resembles need whole steps
 DAMPING = (1e-3, 30.0, 1e3)  # where a whole step fails: first, factor, give up
 

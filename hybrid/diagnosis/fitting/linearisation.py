@@ -86,10 +86,10 @@ def _linear(
     shown = respond(system, np.broadcast_to(z, (len(thetas), *z.shape)), samples) + late
     shown = shown.reshape(len(thetas), recordings, -1) * weight
     change = (shown[1:] - shown[0]) / moved[: len(shown) - 1, None, None]  # (parameter, recording, value)
-    inside = change @ basis  # (parameter, recording, state)
+    rest, inside = projected(change, basis)
     return Linearisation(
         residual,
-        change - inside @ basis.T,
+        rest,
         z,
         -_in_states(upper, inside),
         np.zeros_like(z),
@@ -117,12 +117,11 @@ def _forced(
         return None
     change, by_state = changes
     basis, upper = orthonormal(by_state)
-    by_recording = change.swapaxes(0, 1)  # (recording, parameter, value), as `basis` is (recording, value, state)
-    inside = (by_recording @ basis).swapaxes(0, 1)
-    along = (residual[:, None] @ basis)[:, 0]  # (recording, state)
+    left, along = projected(residual, basis)
+    rest, inside = projected(change, basis)
     return Linearisation(
-        residual - (along[:, None] @ basis.swapaxes(1, 2))[:, 0],
-        change - (inside.swapaxes(0, 1) @ basis.swapaxes(1, 2)).swapaxes(0, 1),
+        left,
+        rest,
         states,
         -_in_states(upper, inside),
         _in_states(upper, along),
@@ -167,6 +166,19 @@ def _left_over(residual: FloatArray, batch: Batch, states: FloatArray) -> Linear
     nothing, still = np.zeros((0, len(residual), 0)), np.zeros_like(states)
     raw = residual.reshape(batch.data.shape)
     return Linearisation(residual, nothing, states, nothing, still, raw, np.zeros((0, 0)), still)
+
+
+def projected(columns: FloatArray, basis: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return what a ``basis`` (value, state) or (recording, value, state) leaves of columns (..., recording, value),
+    and how much of each vector it takes, (..., recording, state).
+    """
+    if basis.ndim == 2:
+        inside = columns @ basis
+        return np.asarray(columns - inside @ basis.T), inside
+    of_recording = columns.reshape(-1, *columns.shape[-2:]).swapaxes(0, 1)  # (recording, column, value)
+    inside = of_recording @ basis
+    left = of_recording - inside @ basis.swapaxes(1, 2)
+    return left.swapaxes(0, 1).reshape(columns.shape), inside.swapaxes(0, 1).reshape(*columns.shape[:-1], -1)
 
 
 def _in_states(upper: FloatArray, inside: FloatArray) -> FloatArray:
