@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
@@ -208,9 +207,13 @@ def _begun(
 
     The first steps of each tell more than any guess; only the best after that go on.
     """
-    steps = side_by_side(partial(_first, hypothesis, short, frame), trials)
+
+    def first(trial: Screened) -> Step | None:
+        advance()
+        return _first(hypothesis, short, frame, trial)
+
+    steps = side_by_side(first, trials)
     begun = [(trial.is_drawn, step) for trial, step in zip(trials, steps, strict=True) if step is not None]
-    advance()
     best: dict[str, Fit] = {}
     for two in by_twos(foremost(begun)):
         bound = bound_of([*best.values(), *([] if known is None else [known])])

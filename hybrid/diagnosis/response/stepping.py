@@ -117,6 +117,27 @@ def _add_columns(columns: FloatArray, amounts: FloatArray, to: FloatArray) -> No
 
 
 @_compiled
+def _multiply(matrix: FloatArray, vector: FloatArray, to: FloatArray) -> None:
+    """Set the product of a matrix and a vector."""
+    for i in range(len(to)):
+        total = 0.0
+        for j in range(len(vector)):
+            total += matrix[i, j] * vector[j]
+        to[i] = total
+
+
+@_compiled
+def _multiply_near(below: FloatArray, on: FloatArray, above: FloatArray, vector: FloatArray, to: FloatArray) -> None:
+    """Set the product of a matrix that has entries ``on`` its diagonal and next to it alone, and a vector."""
+    for i in range(len(to)):
+        to[i] = on[i] * vector[i]
+    for i in range(1, len(to)):
+        to[i] += below[i] * vector[i - 1]
+    for i in range(len(to) - 1):
+        to[i] += above[i] * vector[i + 1]
+
+
+@_compiled
 def step_through(
     scheme: Scheme,
     values: FloatArray,
@@ -154,11 +175,7 @@ def step_through(
                 for i in range(own, states):
                     z[i] = known[recording, k, i - own]
                 for part in range(substeps):
-                    for row in range(3 * rows):
-                        total = 0.0
-                        for j in range(states):
-                            total += ahead[row, j] * z[j]
-                        seen[row] = total
+                    _multiply(ahead, z, seen)
                     for stage in range(4):
                         place = 0 if stage == 0 else rows if stage < 3 else 2 * rows
                         for row in range(rows):
@@ -186,12 +203,7 @@ def step_through(
                     if k == samples - 1:
                         break
                     if near.shape[1]:
-                        for i in range(states):
-                            moved[i] = on[i] * z[i]
-                        for i in range(1, states):
-                            moved[i] += below[i] * z[i - 1]
-                        for i in range(states - 1):
-                            moved[i] += above[i] * z[i + 1]
+                        _multiply_near(below, on, above, z, moved)
                     else:
                         moved[:] = 0.0
                         _add_columns(whole, z, moved)
