@@ -5,9 +5,12 @@ from dataclasses import replace
 import pytest
 
 from fe_models.bridge import bridge
+from fe_models.recordings import Assumptions, Dataset
 from fe_models.sections import round_wire, square_tube
 from fe_models.structure import Beam, Cable, Element, Spring, Structure, Support
 from hybrid.diagnosis.causes.equilibrium import is_borne
+from hybrid.diagnosis.causes.linear_causes import linear_causes
+from hybrid.diagnosis.nominal.plant import plant_of
 
 TUBE = square_tube("tube", 2.1e11, 7850.0, 0.1, 0.004)
 WIRE = round_wire("wire", 2.1e11, 7850.0, 0.01)
@@ -20,24 +23,41 @@ def column(*more: Element, upper: float = 0.0) -> Structure:
     return Structure("column", nodes, (Beam((1, 2), TUBE), Beam((2, 3), TUBE), *more), supports=(held,))
 
 
+def resting(lean: float = 0.0) -> Structure:
+    """A column of two elements that is held along it below and half-way up, and sideways at its top."""
+    nodes = ((0.0, 0.0), (lean, 2.0), (2 * lean, 4.0), (3.0, 4.0))
+    held = Support(1, ("y",)), Support(2, ("y",)), Support(3, ("x",))
+    return replace(column(), nodes=nodes, supports=held)
+
+
 @pytest.mark.parametrize(
     ("structure", "borne"),
     [
         (column(), [False, False]),  # the support bears it below, but nothing above
         (column(Beam((3, 4), TUBE)), [False, False, False]),
         (column(Cable((2, 4), WIRE), Beam((3, 4), TUBE)), [True, True, True, True]),
-        (column(Spring((2, 4), "y", 1e3)), [True, False, False]),
-        (column(upper=2.0), [True, False]),  # a knee
-        (column(upper=0.1), [False, False]),  # hardly one
-        (replace(column(), supports=(Support(1, ("y",)), Support(2, ("y",)), Support(3, ("x",)))), [True, False]),
+        (column(Spring((2,), "y", 1e3)), [True, False, False]),
+        (column(Spring((2,), "x", 1e3)), [False, False, False]),
+        (column(Spring((2,), "rz", 1e3)), [False, False, False]),
+        (column(upper=0.5), [True, False]),  # a kink of 14 degrees
+        (column(upper=0.3), [False, False]),  # of 9 degrees
+        (resting(), [True, False]),
+        (resting(lean=0.5), [True, True]),  # 14 degrees off what holds the top
+        (resting(lean=0.3), [True, False]),  # 9 degrees
     ],
-    ids=["free top", "beam", "cable", "spring", "knee", "kink", "roller across"],
+    ids=["free", "beam", "cable", "spring", "across", "twisting", "knee", "kink", "roller", "leaning", "hardly"],
 )
 def test_element_bears_an_axial_force_where_both_ends_are_held(structure: Structure, borne: list[bool]) -> None:
     assert [is_borne(structure, element) for element in structure.elements] == borne
 
 
-def test_cables_of_the_bridge_bear_axial_forces_by_themselves() -> None:
+def test_axial_forces_are_weighed_by_what_bears_them() -> None:
     structure = bridge()
-    borne = [number for number, element in enumerate(structure.elements, start=1) if is_borne(structure, element)]
-    assert borne == list(range(53, 61))  # deck and towers carry theirs on from element to element
+    plant = plant_of(Dataset(structure, 100.0, (), (), assumptions=Assumptions()))
+    found = {tuple(c.location["elements"]): c.weight for c in linear_causes(plant, []) if c.kind == "axial_force"}
+    assert {numbers for numbers, weight in found.items() if len(numbers) == 1 and weight == 1.0} == {
+        (number,)
+        for number in range(53, 61)  # the cables: deck and towers carry theirs on from element to element
+    }
+    assert all(weight == (1.0 if len(numbers) > 1 or numbers[0] > 52 else 0.1) for numbers, weight in found.items())
+    assert tuple(range(29, 41)) in found

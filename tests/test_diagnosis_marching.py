@@ -107,6 +107,30 @@ def test_sensors_behind_a_low_pass_show_contacts_as_it_leaves_them() -> None:
     assert (np.abs(shown - truth[200:400]).max(axis=0) / whole).max() < 0.1  # nor is the rest left to chance
 
 
+def test_channels_are_what_sensors_pick_of_states_and_forces() -> None:
+    rng = np.random.default_rng(1)
+    C, D = rng.standard_normal((1, 3, 4)), rng.standard_normal((1, 3, 2))
+    none = np.zeros((1, 3))
+    system = replace(two_masses(cubic, drag), C=C, D=D, gain=none + 1.0, delay=none, slope=none)
+    start = np.array([1.0, 0.4, -0.3, 0.7])[None, None]
+    marched = march(system, start, 100)
+    assert marched is not None
+    expected = marched.watched[0, 0] @ C[0].T + marched.forces[0, 0] @ D[0].T
+    assert respond(system, start, 100)[0, 0] == pytest.approx(expected, abs=1e-9)  # sums in another order
+    assert marched.last[0, 0] == pytest.approx(marched.watched[0, 0, -1], abs=1e-9)
+
+
+def test_late_sensor_behind_a_low_pass_is_as_late_beside_a_force() -> None:
+    step = 1.2  # s: the second mode has 3.2 samples a period, too few for a curve through them
+    late = np.array([[0.0, 0.5 * step, 0.0, 0.0]])
+    linear = replace(two_masses(), step=step, delay=late, lowpass=LowPass(0.4))
+    beside = replace(two_masses(lambda u, v: 0.0 * u), step=step, delay=late, lowpass=LowPass(0.4))
+    start = np.array([1.0, -1.0, 0.3, -0.3])[None, None]
+    exact, told = (respond(system, start, 100)[0, 0] for system in (linear, beside))
+    off = np.abs(told - exact)[20:80].max(axis=0) / np.abs(exact).max(axis=0)  # free of what a curve does at its ends
+    assert off.max() < 1e-3  # a curve through twice as many samples; through these it would be 0.03 off
+
+
 def test_order_is_four() -> None:
     start = np.array([1.0, 0.4, -0.3, 0.7])
     expected = reference(two_masses(cubic), start, 101)[-1]

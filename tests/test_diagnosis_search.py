@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from fe_models.blind import BlindConfig, blind_case
+from fe_models.dofs import FloatArray
 from fe_models.effects import CubicSpring, HarmonicForce
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.causes.candidate import Candidate
@@ -19,16 +20,20 @@ from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.contest.shortlist import foremost
 from hybrid.diagnosis.contest.switching import acting_recordings, fit_switched
 from hybrid.diagnosis.diagnosis import diagnose
-from hybrid.diagnosis.fitting import fitting
+from hybrid.diagnosis.fitting import fitting, linearisation
 from hybrid.diagnosis.fitting.driven import states_along
 from hybrid.diagnosis.fitting.fitting import Fit, Step, first_steps, fit
+from hybrid.diagnosis.fitting.linearisation import linearise_batch
 from hybrid.diagnosis.fitting.wave import wave
 from hybrid.diagnosis.judging import judge
+from hybrid.diagnosis.nominal.loads import Loads
 from hybrid.diagnosis.nominal.plant import plant_of
 from hybrid.diagnosis.recorded.frame import Frame
 from hybrid.diagnosis.recorded.noise import noise_of_recordings, structure_band
 from hybrid.diagnosis.recorded.records import Batch, batches_of, columns_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
+from hybrid.diagnosis.response.marching import respond
+from hybrid.diagnosis.response.system import System
 
 MEASURED = (0, 1, 2, 3)
 RATE = 10.0
@@ -68,6 +73,30 @@ def test_harmonic_force_has_its_amplitude_where_it_acts() -> None:
     assert acting_recordings(found, 0) == case.recordings[:4]
 
 
+@pytest.mark.parametrize("kind", ["cubic_spring", "gap_stop"])
+def test_slopes_behind_a_low_pass_need_no_finer_motion(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    case = blind_case(2, BlindConfig((kind,), size=1.0, train=2, test=1, duration=30.0))
+    (cause,) = case.truth
+    dataset = replace(case.dataset, lowpass=3.0)  # Hz, of 5 that are sampled
+    batches, frame = frame_of(dataset)
+    base = nominal_fit(dataset, batches, frame)
+    law = candidate(dataset, kind, **cause.location)
+    extended = base.hypothesis.adding(law)
+    theta = np.append(base.theta, [cause.parameters[name] for name in law.names])
+    near = extended, theta, batches[0], frame, padded(base.states, extended)[0]
+    usual = linearise_batch(*near)
+
+    def finely(system: System, start: FloatArray, samples: int, loads: Loads | None = None, **_: int) -> FloatArray:
+        return respond(system, start, samples, loads, often=8)
+
+    monkeypatch.setattr(linearisation, "respond", finely)
+    finer = linearise_batch(*near)
+    assert usual is not None
+    assert finer is not None
+    # A hundredth of a step is then left to the next one; measured: 0.003 and 0.006.
+    assert np.linalg.norm(usual.slopes - finer.slopes) < 0.01 * np.linalg.norm(finer.slopes)
+
+
 def test_first_steps_of_a_law_go_on_while_they_fall(monkeypatch: pytest.MonkeyPatch) -> None:
     case = blind_case(2, BlindConfig(("slack_cable",), size=1.0, train=3, test=1, duration=30.0))
     (cause,) = case.truth
@@ -85,8 +114,8 @@ def test_first_steps_of_a_law_go_on_while_they_fall(monkeypatch: pytest.MonkeyPa
     stopped = first_steps(*start)
     assert led is not None
     assert stopped is not None
-    assert led.cost < 1.2 * noise  # the initial states take some of it up, the prior adds little
-    assert stopped.cost > 2 * noise  # told as hopeless, though it is the truth
+    assert led.cost < 1.2 * noise  # measured: 0.92, as the initial states take some of it up
+    assert stopped.cost > 2 * noise  # measured: 2.7, and others would have gone on before it
 
 
 def test_drift_goes_on_from_segment_to_segment() -> None:
@@ -135,11 +164,14 @@ def test_place_that_is_less_probable_beforehand_is_so_afterwards() -> None:
     hypothesis = Hypothesis(plant_of(dataset), (usual,))
     found = fit(hypothesis, hypothesis.centre, batches, frame)
     assert found is not None
-    rare = replace(usual, location={"node": 9}, share=0.1)  # as good in every other way
+    rare = replace(usual, location={"node": 9}, weight=0.1)  # as good in every other way
     other = replace(found, hypothesis=replace(found.hypothesis, candidates=(rare,)))
-    posterior = posterior_of((other, found), (usual, rare))
-    assert posterior.fits[0] is found
-    assert posterior.probability[1] / posterior.probability[0] == pytest.approx(0.1)
+    none = nominal_fit(dataset, batches, frame)
+    posterior = posterior_of((other, found, none), (usual, rare))
+    known = {id(item): p for item, p in zip(posterior.fits, posterior.probability, strict=True)}
+    assert known[id(other)] / known[id(found)] == pytest.approx(0.1)
+    weighed = np.exp((found.log_evidence - none.log_evidence) / posterior.temper)
+    assert known[id(found)] / known[id(none)] == pytest.approx(0.5 / 1.1 * weighed)  # a half, shared by 1 + 0.1 places
 
 
 @pytest.mark.parametrize(

@@ -82,7 +82,7 @@ def _inert_faults(structure: Structure, number: int) -> list[str]:
         return [f"element {number} is a spring to the ground, without length: no axial force acts across it"]
     if isinstance(element, Spring) and element.direction == "rz":
         return [f"element {number} is a spring in rz: it carries no axial force"]
-    vector = _vector(structure, element)
+    vector = line_of(structure, element)
     if not vector.any():
         return [f"element {number} has no length: no axial force acts across it"]
     item = GeometricStiffness(element.nodes, 1.0, isinstance(element, Beam))
@@ -93,6 +93,7 @@ def _inert_faults(structure: Structure, number: int) -> list[str]:
     return [f"element {number}: its nodes move in {can} only, along its line, where an axial force changes nothing"]
 
 
-def _vector(structure: Structure, element: Element) -> NDArray[np.float64]:
+def line_of(structure: Structure, element: Element) -> NDArray[np.float64]:
+    """Return the vector (x, y), in m, from an element's first node to its last, zero of a spring to the ground."""
     start, end = (np.array(structure.nodes[node - 1], dtype=float) for node in (element.nodes[0], element.nodes[-1]))
     return np.asarray(end - start)

@@ -25,7 +25,7 @@ class Candidate:
     force law or of an ``oscillator``, ``sensor`` (position among the measured ones), or nothing (the time steps).
     ``released``: the row that a support holds in the nominal structure; the parameter is then the compliance there.
     ``brings``: number of modes that are followed only with it: that of a support which gives way, those that come down
-    into the recordings' band. ``twins``: other places where it would do the same. ``share``: how probable its place is
+    into the recordings' band. ``twins``: other places where it would do the same. ``weight``: how probable its place is
     beforehand, to the usual one of its kind.
     """
 
@@ -49,7 +49,7 @@ class Candidate:
     brings: int = 0
     upper: tuple[float, ...] = ()
     twins: tuple[dict[str, Any], ...] = ()
-    share: float = 1.0
+    weight: float = 1.0
 
     def amount(self, values: FloatArray) -> FloatArray:
         """Return how many of its ``changes`` a parameter (variant,) stands for."""

@@ -1,31 +1,36 @@
-"""Where an axial force can be at all: along a member it passes from element to element until something takes it off."""
+"""Whether something takes off an axial force where its element ends: else it would pass on to the next element.
+
+Looks one element far. What weights or friction at a node take off along a member is not counted.
+"""
 
 import numpy as np
 
 from fe_models.dofs import FloatArray
+from fe_models.effects.axial_force import line_of
 from fe_models.structure import Element, Spring, Structure
 
-IN_LINE = 0.98  # cosine of the angle up to which an element carries on the axial force of its neighbour
-ACROSS = 0.2  # of that up to which a support holds nothing along an element
+BEND = 0.2  # sine of 11.5 degrees: up to such a kink the next element takes it on, and no support holds along it
 
 
 def is_borne(structure: Structure, element: Element) -> bool:
-    """Return whether an axial force in this element alone is taken off at both ends: by a support that holds along it,
-    or by an element that is not in line.
+    """Return whether an axial force in this element alone is taken off at both ends: by a support or a spring that
+    holds along it, or by an element that is not in line.
     """
     return all(_is_taken_off(structure, element, node) for node in element.nodes)
 
 
 def _is_taken_off(structure: Structure, element: Element, node: int) -> bool:
-    along = _line(structure, element)
+    along = _direction(structure, element)
     held = {direction for support in structure.supports if support.node == node for direction in support.directions}
-    if any(abs(share) > ACROSS for share, direction in zip(along, "xy", strict=True) if direction in held):
-        return True
     others = [other for other in structure.elements if node in other.nodes and other is not element]
-    return any(isinstance(other, Spring) or abs(_line(structure, other) @ along) < IN_LINE for other in others)
+    held |= {other.direction for other in others if isinstance(other, Spring)}
+    if any(abs(share) > BEND for share, direction in zip(along, "xy", strict=True) if direction in held):
+        return True
+    beside = [_direction(structure, other) for other in others if not isinstance(other, Spring)]
+    return any(abs(along[0] * line[1] - along[1] * line[0]) > BEND for line in beside)
 
 
-def _line(structure: Structure, element: Element) -> FloatArray:
+def _direction(structure: Structure, element: Element) -> FloatArray:
     """Return the unit vector (x, y) along an element; zero where it has no length."""
-    vector = np.subtract(structure.nodes[element.nodes[-1] - 1], structure.nodes[element.nodes[0] - 1])
-    return np.asarray(vector / max(float(np.hypot(*vector)), np.finfo(float).tiny))
+    line = line_of(structure, element)
+    return np.asarray(line / max(float(np.hypot(*line)), np.finfo(float).tiny))

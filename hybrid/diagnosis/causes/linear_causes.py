@@ -9,8 +9,9 @@ from scipy.sparse import csr_array
 
 from fe_models.dofs import FloatArray, IntArray
 from fe_models.effects import AddedMass, AxialForce, Cause, Effect, PointDamper, StiffnessChange, SupportSpring
+from fe_models.effects.laws import with_parts
 from fe_models.matrix_changes import matrix_changes
-from fe_models.structure import Direction, Element, Spring
+from fe_models.structure import Direction, Element, Spring, Structure
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.causes.equilibrium import is_borne
 from hybrid.diagnosis.causes.places import Place
@@ -22,7 +23,8 @@ LIGHTEST = 0.95  # of what a node weighs: as much may be missing there
 FIRM = 1e-4  # of a structure's own compliance at a support: as good as rigid
 SOFT = 5.0  # of it: the prior standard deviation of a support's own; at ten times as much it is as good as lost
 BUCKLING = 0.3  # of a squared frequency: what the usual axial force takes from it
-UNBORNE = 0.1  # how probable an axial force is that nothing takes off where its element ends, to one that is borne
+UNBORNE = 0.1  # how probable an axial force is that nothing takes off where its element ends, to one that is borne:
+# possible, for weights and friction are not drawn, but of two that sensors hardly tell apart not the first to think of
 YIELDING = 2e-3  # the strain that no metal of a structure bears for long
 ANY = (-np.inf,)
 
@@ -96,10 +98,15 @@ def _axial_forces(plant: Plant) -> list[Candidate]:
                     lower=(-most,),
                     upper=(most,),
                     changes=unit,
-                    share=1.0 if len(numbers) > 1 or is_borne(plant.structure, own[0]) else UNBORNE,
+                    weight=_weight(plant.structure, own),
                 )
             )
     return found
+
+
+def _weight(structure: Structure, elements: list[Element]) -> float:
+    """Return how probable an axial force in these elements is, to another; several are what the user calls a member."""
+    return 1.0 if len(elements) > 1 or is_borne(with_parts(structure), elements[0]) else UNBORNE
 
 
 def _axial_stiffness(element: Element) -> float:

@@ -1,6 +1,5 @@
 """How probable each hypothesis is among all that were considered, tempered by how well the best of them fits."""
 
-from collections import defaultdict
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -29,17 +28,17 @@ class Posterior:
 
 
 def posterior_of(fits: tuple[Fit, ...], candidates: tuple[Candidate, ...]) -> Posterior:
-    """Return the posterior over ``fits``; every kind is equally probable beforehand, places of a kind by their share.
+    """Return the posterior over ``fits``; every kind is equally probable beforehand, places of a kind by their weight.
 
     Where even the best fit leaves more than noise, its errors are no independent draws: the log evidences are divided
     by the energy left over that of noise, times the number of values that tell as much as one. A model that fits leaves
     them as they are, but for a frame's.
     """
     fits = _distinct(fits)
-    places: dict[str, float] = defaultdict(float)  # of each kind
+    weights: dict[str, float] = {}  # of all places of a kind
     for candidate in candidates:
-        places[candidate.kind] += candidate.share * (1 + len(candidate.twins))
-    prior = np.array([_log_prior(fit, places) for fit in fits])
+        weights[candidate.kind] = weights.get(candidate.kind, 0.0) + candidate.weight * (1 + len(candidate.twins))
+    prior = np.array([_log_prior(fit, weights) for fit in fits])
     evidence = np.array([fit.log_evidence for fit in fits])
     best = fits[int(np.argmax(evidence + prior))]
     temper = temper_of(best) * (1.0 if best.hypothesis.plant.is_chain else FRAME)
@@ -72,10 +71,10 @@ def temper_of(best: Fit) -> float:
     return max(1.0, best.chi2 / best.values) * max(correlation_factor(best.residuals) * best.batches[0].share, 1.0)
 
 
-def _log_prior(fit: Fit, places: dict[str, float]) -> float:
+def _log_prior(fit: Fit, weights: dict[str, float]) -> float:
     total = float(np.log(NOTHING))
     for candidate in fit.hypothesis.candidates:
-        total += float(np.log(NOTHING / len(places) * candidate.share / places[candidate.kind]))
+        total += float(np.log(NOTHING / len(weights) * candidate.weight / weights[candidate.kind]))
     if any(batch.off for batch in fit.batches):
         total -= count_of(fit.batches) * float(np.log(2))
     return total

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -207,12 +208,7 @@ def _begun(
 
     The first steps of each tell more than any guess; only the best after that go on.
     """
-
-    def first(trial: Screened) -> Step | None:
-        advance()
-        return _first(hypothesis, short, frame, trial)
-
-    steps = side_by_side(first, trials)
+    steps = side_by_side(partial(_first, hypothesis, short, frame), trials, advance)
     begun = [(trial.is_drawn, step) for trial, step in zip(trials, steps, strict=True) if step is not None]
     best: dict[str, Fit] = {}
     for two in by_twos(foremost(begun)):

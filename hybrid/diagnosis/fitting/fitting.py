@@ -21,7 +21,7 @@ ENOUGH = 0.05  # the fall in the sum of squares (a chi-square) below which a fit
 WEAKER = (1.0, 0.5, 0.2)  # of force laws, one after the other, where the motion from the start grows for ever
 # Steps that tell whether more are worth it: a law's initial states must leave those of the motion without it.
 FIRST, FIRST_OF_LAWS = 1, 2
-STEEP = 0.2  # share of the cost: a law whose last step took as much away starts far off, and goes on in any case
+STEEP = 0.2  # share of the cost: a law whose last step took as much away starts far off, and goes on
 FREE = 1e-10  # of Marquardt's damping: none; a cause and the uncertain factor it resembles need whole steps
 DAMPING = (1e-3, 30.0, 1e3)  # where a whole step fails: first, factor, give up
 
@@ -175,7 +175,8 @@ def first_steps(
     states: tuple[FloatArray, ...],
     steps: int = FIRST,
 ) -> Step | None:
-    """Return where the first ``steps`` of a `fit` lead, more under force laws; None as of `fit`.
+    """Return where the first ``steps`` of a `fit` lead; under force laws two, or more while they fall steeply; None as
+    of `fit`.
 
     Without the slopes there, which take longest.
     """

@@ -20,7 +20,7 @@ STEP = 1e-6  # of a prior width (of the rms of a state): finite differences, thr
 RIDGE = 1e-6  # of each column of the initial state's Jacobian: what no sensor feels apart from the rest stays at rest
 UNFELT = 1e-9  # of the largest column: likewise, of what no sensor feels at all
 EXPLODED = 1e30  # of a channel, in units of its noise: no structure, but a search gone astray
-FAR = 1e6  # times the largest datum: the same, of a motion under force laws
+FAR = 1e6  # times the largest datum: the same, of what a motion under force laws leaves
 LEAST = 1e-12  # of a state's rms, where it is at rest
 
 
@@ -30,7 +30,7 @@ class Linearisation:
 
     ``residual`` (recording, value), ``slopes`` (parameter, recording, value); ``states`` z0 (recording, state) and how
     they move with theta, ``state_slopes`` (parameter, recording, state); ``state_step`` (recording, state) the move
-    that the residual asks for; ``raw`` (recording, time, sensor) the residual itself; ``basis`` what was projected out;
+    that the residual asks for; ``raw`` (recording, time, sensor) the residual itself; ``basis`` what was split off;
     ``state_errors`` (recording, state) standard deviations of z0 at this theta.
     """
 
@@ -86,7 +86,7 @@ def _linear(
     shown = respond(system, np.broadcast_to(z, (len(thetas), *z.shape)), samples) + late
     shown = shown.reshape(len(thetas), recordings, -1) * weight
     change = (shown[1:] - shown[0]) / moved[: len(shown) - 1, None, None]  # (parameter, recording, value)
-    rest, inside = projected(change, basis)
+    rest, inside = split_off(change, basis)
     return Linearisation(
         residual,
         rest,
@@ -117,8 +117,8 @@ def _forced(
         return None
     change, by_state = changes
     basis, upper = orthonormal(by_state)
-    left, along = projected(residual, basis)
-    rest, inside = projected(change, basis)
+    left, along = split_off(residual, basis)
+    rest, inside = split_off(change, basis)
     return Linearisation(
         left,
         rest,
@@ -136,7 +136,8 @@ def _changes(
 ) -> tuple[FloatArray, FloatArray] | None:
     """Return what parameters change, (parameter, recording, value), and entries of a state, (recording, value, state).
 
-    Of motions told once a sample: the little that folds matters to what is left of recordings, not to slopes.
+    Of motions told as if nothing folded (`respond`), which changes what is left of recordings, but hardly the direction
+    of a step. Differences are taken from one such motion, lest they see it.
     """
     moved, size = STEP * hypothesis.width, STEP * _size(hypothesis, theta, batch, frame, states)
     own = 1 + len(theta)  # variants that differ in a parameter; those that differ in a state come after
@@ -168,21 +169,21 @@ def _left_over(residual: FloatArray, batch: Batch, states: FloatArray) -> Linear
     return Linearisation(residual, nothing, states, nothing, still, raw, np.zeros((0, 0)), still)
 
 
-def projected(columns: FloatArray, basis: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return what a ``basis`` (value, state) or (recording, value, state) leaves of columns (..., recording, value),
-    and how much of each vector it takes, (..., recording, state).
+def split_off(columns: FloatArray, basis: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return what a ``basis`` (value, vector) or (recording, value, vector) leaves of columns (..., recording, value),
+    and how much of each vector it takes off, (..., recording, vector).
     """
     if basis.ndim == 2:
         inside = columns @ basis
         return np.asarray(columns - inside @ basis.T), inside
-    of_recording = columns.reshape(-1, *columns.shape[-2:]).swapaxes(0, 1)  # (recording, column, value)
-    inside = of_recording @ basis
-    left = of_recording - inside @ basis.swapaxes(1, 2)
-    return left.swapaxes(0, 1).reshape(columns.shape), inside.swapaxes(0, 1).reshape(*columns.shape[:-1], -1)
+    inside = (columns[..., None, :] @ basis)[..., 0, :]
+    return np.asarray(columns - (basis @ inside[..., None])[..., 0]), inside
 
 
 def _in_states(upper: FloatArray, inside: FloatArray) -> FloatArray:
-    """Return the initial states (..., state) that show what lies ``inside`` the basis of the triangle ``upper``."""
+    """Return the initial states (..., state) that show what lies ``inside`` (..., vector) the basis of the triangle
+    ``upper`` (..., vector, state).
+    """
     return np.asarray(np.linalg.solve(upper, inside[..., None])[..., 0], dtype=np.float64)
 
 

@@ -36,8 +36,8 @@ SIZES = 10.0 ** np.arange(-12, 13)  # m, m/s: a law that answers to none of them
 
 @dataclass(frozen=True)
 class Marched:
-    """What was ``watched`` of a motion, (variant, recording, time, row), and ``forces`` -f, (variant, recording, time,
-    law).
+    """What was ``watched`` of a motion, (variant, recording, time, watched), and ``forces`` -f, (variant, recording,
+    time, law): its states, or C z for each sensor, without what forces show at once.
 
     States (variant, recording, state) at its ``first`` and ``last`` sample, those of residual coordinates last.
     """
@@ -81,10 +81,16 @@ def _values(system: System, at: FloatArray, reach: FloatArray) -> FloatArray:
 
 
 def march(
-    system: System, start: FloatArray, samples: int, loads: Loads | None = None, channels: bool = False
+    system: System,
+    start: FloatArray,
+    samples: int,
+    loads: Loads | None = None,
+    only_channels: bool = False,
+    finer: int = 1,
 ) -> Marched | None:
-    """Return the motion from ``start`` (variant, recording, state), None where it explodes: all states, or with
-    ``channels`` just what the system's C picks of them, which are far fewer.
+    """Return the motion from ``start`` (variant, recording, state), None where it explodes: all states, or
+    ``only_channels``, what the system's C picks of them, which are far fewer. ``finer``: times as many substeps at most
+    for a law that is sharp.
 
     Order 4; only the elongations are needed within a substep, so that all four stages cost one product with the state.
     Known ``loads`` and their derivatives are carried as states that each sample sets anew, so that the linear part
@@ -100,22 +106,23 @@ def march(
     sharp = _sharpest(system, tables) * system.step
     if not np.isfinite(sharp):  # forces beyond all bounds: likewise
         return None
-    substeps = max(substeps, ceil(max(min(sharp, FINE_ENOUGH), min(sharp / STABLE, MOST_OF_LAWS))))
+    fine = max(min(sharp, finer * FINE_ENOUGH), min(sharp / STABLE, finer * MOST_OF_LAWS))
+    substeps = max(substeps, ceil(fine))
     variants, recordings, states = start.shape
-    watch = system.C if channels else np.broadcast_to(np.eye(states), (variants, states, states))
-    begun, known = start, np.zeros((recordings, samples, 0))
+    watch = system.C if only_channels else np.broadcast_to(np.eye(states), (variants, states, states))
+    known = np.zeros((recordings, samples, 0))
     if loads is not None:
         system, known = _with_loads(system, loads)
-        begun, watch = (np.pad(part, ((0, 0), (0, 0), (0, known.shape[2]))) for part in (start, watch))
+    whole, watch = (np.pad(part, ((0, 0), (0, 0), (0, known.shape[2]))) for part in (start, watch))
     watched = np.empty((variants, recordings, samples, watch.shape[1]))
     applied = np.empty((variants, recordings, samples, len(system.forces)))
-    scheme = scheme_of(system, system.step / substeps, tables.rows, watch, apart=loads is None)
-    begun = np.ascontiguousarray(begun @ scheme.inverse.swapaxes(1, 2))
+    scheme, coordinates = scheme_of(system, system.step / substeps, tables.rows, watch, apart=loads is None)
+    begun = np.ascontiguousarray(whole @ coordinates.inverse.swapaxes(1, 2))
     final = np.empty_like(begun)
     for _ in range(ATTEMPTS):
         parts = (*scheme, tables.values, begun, final, watched, applied)
         if _all_stepped(parts, tables.reach, tables.rows % len(system.forces), known, substeps):
-            return Marched(watched, applied, start, (final @ scheme.basis.swapaxes(1, 2))[..., :states])
+            return Marched(watched, applied, start, (final @ coordinates.basis.swapaxes(1, 2))[..., :states])
         reach = reach * WIDER
         tables = _tables(system, reach)
     return None
@@ -173,20 +180,21 @@ def respond(
     known ``loads``.
 
     NaN where the motion grows beyond all bounds. What contacts make beyond half the sampling rate a low-pass took away
-    before the recording was sampled: it acts on a motion that is told ``often`` as often.
+    before the recording was sampled: it acts on a motion that is told ``often`` times as often. Once is enough for
+    slopes, where sharp laws are stepped as finely nevertheless; without a low-pass it is once.
     """
     if system.is_linear:
         y = linear_channels(system, start, samples) + drift(system, samples)[:, None]
         return y if loads is None else y + loaded_channels(system, loads)
-    often = 1 if system.lowpass is None else often
+    often, most = (1, 1) if system.lowpass is None else (often, OFTEN)
     fine = replace(system, step=system.step / often)
-    marched = march(fine, start, often * samples, loads, channels=True)
+    marched = march(fine, start, often * samples, loads, only_channels=True, finer=most // often)
     if marched is None:
         return np.full((*start.shape[:2], samples, system.C.shape[1]), np.nan)
-    return as_shown(system, _channels(fine, marched, loads)[:, :, ::often])
+    return as_shown(fine, _channels(fine, marched, loads))[:, :, ::often]  # late sensors are told between samples
 
 
-def _channels(system: System, marched: Marched, loads: Loads | None = None) -> FloatArray:
+def _channels(system: System, marched: Marched, loads: Loads | None) -> FloatArray:
     """Return the channels (variant, recording, time, sensor) of what `march` returns of them under known ``loads``, as
     sensors without fault show them. No low-pass acts under known loads: see `Hypothesis.system`.
     """

@@ -5,19 +5,29 @@ from concurrent.futures import ThreadPoolExecutor
 from contextvars import copy_context
 from typing import TypeVar
 
+from hybrid.calibration import nothing
+
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 THREADS = 2  # each holds a core only while it works
 
 
-def side_by_side(function: Callable[[Item], Result], items: Iterable[Item]) -> list[Result]:
-    """Return the results for all ``items``, in their order; NumPy's error state is the caller's."""
-    known = list(items)
+def side_by_side(
+    function: Callable[[Item], Result], items: Iterable[Item], advance: Callable[[], object] = nothing
+) -> list[Result]:
+    """Return the results for all ``items``, in their order; NumPy's error state is the caller's.
+
+    ``advance`` is called, by the caller's thread, as each result comes.
+    """
+    known, found = list(items), []
     if len(known) < 2:
         return [function(item) for item in known]
     with ThreadPoolExecutor(THREADS) as pool:
-        return [task.result() for task in [pool.submit(copy_context().run, function, item) for item in known]]
+        for task in [pool.submit(copy_context().run, function, item) for item in known]:
+            found.append(task.result())
+            advance()
+    return found
 
 
 def by_twos(items: Sequence[Item]) -> Iterator[Sequence[Item]]:

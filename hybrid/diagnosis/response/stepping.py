@@ -19,15 +19,13 @@ WORST = 1e6  # condition number of coordinates that are still told as well as sl
 class Scheme(NamedTuple):
     """The matrices of a substep, of each variant, in coordinates; those of B by law, columns contiguous.
 
-    ``basis`` (state, coordinate) and its ``inverse``; ``ahead`` (3 row, coordinate): the felt rows of G now, half a
-    substep ahead and one ahead; ``near`` (3, coordinate): what the one before, the coordinate itself and the next bring
-    to each in a substep; where others do, too, it has no entries, and ``whole`` serves; ``watch`` (coordinate, row):
-    what is told of the motion. ``direct`` and ``delayed`` (law, row): what forces move within the substep; ``first``,
-    ``middle`` and ``last`` (law, coordinate): at its end.
+    ``ahead`` (3 row, coordinate): the felt rows of G now, half a substep ahead and one ahead; ``near`` (3, coordinate):
+    what the one before, the coordinate itself and the next bring to each in a substep; where others do, too, it has no
+    entries, and ``whole`` (from, to) serves; ``watch`` (coordinate, watched): what is told of the motion. ``direct``
+    and ``delayed`` (law, row): what forces move within the substep; ``first``, ``middle`` and ``last`` (law,
+    coordinate): at its end.
     """
 
-    basis: FloatArray
-    inverse: FloatArray
     ahead: FloatArray
     near: FloatArray
     watch: FloatArray
@@ -39,9 +37,16 @@ class Scheme(NamedTuple):
     last: FloatArray
 
 
-def scheme_of(system: System, h: float, rows: IntArray, watch: FloatArray, apart: bool) -> Scheme:
-    """Return the scheme of a substep ``h`` (s) for the ``rows`` of G that are felt, and for what is to be told of the
-    states, ``watch`` (variant, row, state).
+class Coordinates(NamedTuple):
+    """What motions are stepped in: their ``basis`` (variant, state, coordinate) and its ``inverse``."""
+
+    basis: FloatArray
+    inverse: FloatArray
+
+
+def scheme_of(system: System, h: float, rows: IntArray, watch: FloatArray, apart: bool) -> tuple[Scheme, Coordinates]:
+    """Return the scheme of a substep ``h`` (s), and its coordinates, for the ``rows`` of G that are felt and for what
+    is to be told of the states, ``watch`` (variant, watched, state).
 
     ``apart``: in coordinates that hardly couple; otherwise in the states themselves, some of which are known.
     """
@@ -56,7 +61,8 @@ def scheme_of(system: System, h: float, rows: IntArray, watch: FloatArray, apart
     if np.triu(whole, 2).any() or np.tril(whole, -2).any():
         near = near[..., :0]
     columns = (watch @ basis, whole, h * (G @ B), h * (G @ half_B), h / 6 * (whole @ B), h / 3 * half_B, h / 6 * B)
-    return Scheme(basis, inverse, ahead, near, *(np.ascontiguousarray(part.swapaxes(1, 2)) for part in columns))
+    scheme = Scheme(ahead, near, *(np.ascontiguousarray(part.swapaxes(1, 2)) for part in columns))
+    return scheme, Coordinates(basis, inverse)
 
 
 def _same(A: FloatArray, time: float) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -108,8 +114,9 @@ def _force(tables: FloatArray, row: int, place: float) -> float:
 
 
 @_compiled
-def _add_columns(columns: FloatArray, amounts: FloatArray, to: FloatArray) -> None:
-    """Add the product of a matrix, given by its ``columns`` (column, entry), and ``amounts``."""
+def _multiply_columns(columns: FloatArray, amounts: FloatArray, to: FloatArray) -> None:
+    """Set the product of a matrix, given by its ``columns`` (column, entry), and ``amounts``."""
+    to[:] = 0.0
     for j in range(len(amounts)):
         amount = amounts[j]
         for i in range(len(to)):
@@ -150,8 +157,8 @@ def step_through(
     known: FloatArray,
     substeps: int,
 ) -> bool:
-    """Fill ``watched``, ``applied`` and ``final``, the last sample's coordinates; return whether no elongation or rate
-    left its table.
+    """Fill ``watched`` and ``applied`` (variant, recording, sample, ...) and ``final``, the last sample's coordinates,
+    from those of ``start`` (variant, recording, coordinate); return whether no elongation or rate left its table.
 
     Each row of the tables belongs to a law (``law_of``). The last states are ``known`` at each sample (recording, time,
     known).
@@ -194,9 +201,7 @@ def step_through(
                                 return False
                             f[stage, law_of[row]] -= _force(table, row, middle_node + at[row] * per_unit[row])
                         if stage == 0 and part == 0:
-                            told = watched[variant, recording, k]
-                            told[:] = 0.0
-                            _add_columns(watch, z, told)
+                            _multiply_columns(watch, z, watched[variant, recording, k])
                             applied[variant, recording, k] = f[0]
                             if k == samples - 1:
                                 break
@@ -205,8 +210,7 @@ def step_through(
                     if near.shape[1]:
                         _multiply_near(below, on, above, z, moved)
                     else:
-                        moved[:] = 0.0
-                        _add_columns(whole, z, moved)
+                        _multiply_columns(whole, z, moved)
                     for law in range(laws):
                         begun, between, ended = f[0, law], f[1, law] + f[2, law], f[3, law]
                         for i in range(states):

@@ -13,7 +13,7 @@ from fe_models.dofs import FloatArray
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.fitting.driven import History, driven, fitted_motion, forces_along
 from hybrid.diagnosis.fitting.fitting import Fit
-from hybrid.diagnosis.fitting.linearisation import Linearisation, linearise_batch, projected
+from hybrid.diagnosis.fitting.linearisation import Linearisation, linearise_batch, split_off
 from hybrid.diagnosis.recorded.frame import Frame
 from hybrid.diagnosis.recorded.records import Batch
 from hybrid.diagnosis.response.forces import force_of
@@ -109,7 +109,7 @@ def _columns(
     for number, stretch in enumerate(ground.stretches):
         column = _effect(ground, candidate, start, stretch) if forced is None else forced[number]
         with np.errstate(over="ignore", invalid="ignore"):  # of a start that makes the structure unstable
-            column, _ = projected(column / move, stretch.part.basis)
+            column, _ = split_off(column / move, stretch.part.basis)
         yield stretch, column
 
 
