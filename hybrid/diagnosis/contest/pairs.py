@@ -143,5 +143,9 @@ def is_hopeless(best: Fit, base: Fit) -> bool:
 
 def factors_off(item: Fit) -> bool:
     """Return whether the calibrated factors are further off than their owner thinks normal: one, or all together."""
-    limit = 1 + TOGETHER * np.sqrt(2 / len(item.deviations))
-    return bool(np.abs(item.deviations).max() > ONE_FACTOR or np.mean(item.deviations**2) > limit)
+    return bool(np.abs(item.deviations).max() > ONE_FACTOR) or off_together(item)
+
+
+def off_together(item: Fit) -> bool:
+    """Return whether the calibrated factors are off by more than chance has it of so many."""
+    return bool(np.mean(item.deviations**2) > 1 + TOGETHER * np.sqrt(2 / len(item.deviations)))

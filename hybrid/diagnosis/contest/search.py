@@ -30,6 +30,8 @@ FORCED = 5.0  # the same for each recording of a harmonic force, whose two entri
 BEHIND = 20.0  # in half the tempered sum of squares: a fit that far behind another of the same recordings is given up
 LEFT = 0.3  # of what the best leaves beyond noise: by how much another may be behind and still go on
 RACING = 5  # fits at most that are continued over longer segments
+TIED = 10.0  # in the sum of squares: those without a force law that near the best all go on, up to ...
+RACING_TIED = 10  # ... so many: what is known beforehand may decide between them
 RACING_LAWS = 3  # of them beside a force law, where each takes far longer
 RIVALS = 8  # candidates that are tried in the place of one of two causes
 QUIET = 1e-3  # N: where the search for a harmonic force begins
@@ -232,7 +234,9 @@ def _race(fits: list[Fit], longer: tuple[Batch, ...], frame: Frame, enough: floa
     found: list[Fit] = []
     beside_law = any(candidate.is_law for item in fits for candidate in item.hypothesis.candidates[:-1])
     ranked = sorted(fits, key=lambda item: item.cost)
-    racing = [item for item in ranked[: RACING_LAWS if beside_law else RACING] if item.cost <= limit]
+    tied = [item for item in ranked if item.hypothesis.is_linear and item.cost <= ranked[0].cost + TIED]
+    most = RACING_LAWS if beside_law else max(RACING, min(len(tied), RACING_TIED))
+    racing = [item for item in ranked[:most] if item.cost <= limit]
     if not any(item.hypothesis.is_linear for item in racing):  # laws may take up what no cause explains, and hide it
         racing += [item for item in ranked if item.hypothesis.is_linear][:1]
     for two in by_twos(racing):

@@ -1,13 +1,13 @@
 """Which causes matter: those without which recordings that were never fitted are forecast worse."""
 
 from hybrid.diagnosis.contest.evidence import Evidence
-from hybrid.diagnosis.contest.pairs import factors_off, left
+from hybrid.diagnosis.contest.pairs import factors_off, left, off_together
 from hybrid.diagnosis.contest.posterior import Posterior
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.fitting.forecasting import DEVIATION, Forecast, deviation_of
 from hybrid.diagnosis.outcome.findings import cause_of, sentence_of
 from hybrid.diagnosis.outcome.scorer import Scorer
-from hybrid.diagnosis.outcome.verdict import MATERIAL, Errors
+from hybrid.diagnosis.outcome.verdict import ABNORMAL, MATERIAL, Errors
 
 TRIFLES = (0.02, 0.005)  # of the energy that the nominal model gets wrong: what takes no more away explains nothing,
 # where it is the only cause, and beside another ...
@@ -68,7 +68,7 @@ def without_weak(posterior: Posterior, evidence: Evidence, scorer: Scorer) -> tu
 
 def _with_cause(evidence: Evidence, scorer: Scorer) -> Posterior:
     """Return the posterior given that something is wrong, where it is: a calibration beyond all that is normal is none,
-    if within what is normal it forecasts worse than a cause does.
+    if within what is normal it forecasts worse than a cause does: normal for one value, or for as many as are off.
     """
     posterior = evidence.posterior
     causes = tuple(item for item in posterior.fits if item.hypothesis.candidates)
@@ -76,7 +76,8 @@ def _with_cause(evidence: Evidence, scorer: Scorer) -> Posterior:
     if best.hypothesis.candidates or not causes or not factors_off(best):
         return posterior
     wrong = evidence.among(causes)
-    before, after = scorer.forecast(best, DEVIATION), scorer.forecast(wrong.fits[0], DEVIATION)
+    most = DEVIATION if off_together(best) else ABNORMAL  # no cause is likelier than one value that far off
+    before, after = scorer.forecast(best, most), scorer.forecast(wrong.fits[0], most)
     gained = scorer.error(before) - scorer.error(after)
     return wrong if gained > MATERIAL * scorer.floor(before) else posterior
 
