@@ -17,7 +17,7 @@ from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.judging import Judgement, judge
 from hybrid.diagnosis.nominal.lowpass import SHARP, lowpass_of
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
-from hybrid.diagnosis.outcome.verdict import Verdict
+from hybrid.diagnosis.outcome.verdict import LISTED_IN_PART, Verdict
 
 LARGE = 0.8  # of the way from barely detectable to large, in the logarithm
 GAINED = 0.5  # of the nominal forecast error: what the extended model must stay below
@@ -109,6 +109,8 @@ def test_what_no_cause_explains_is_said_to_be_unexplained(config: BlindConfig, k
     found, marks = diagnosed(blind_case(seed, replace(config, kinds=(kind,), off=is_off(seed))))
     assert found.verdict in (Verdict.UNEXPLAINED, Verdict.PARTLY_EXPLAINED)
     assert not marks.confidently_wrong
+    for finding in found.findings:  # of a part; all rivals together are no surer
+        assert finding.probability + sum(p for *_, p in finding.alternatives) <= LISTED_IN_PART
 
 
 def test_two_causes_in_the_chain_are_both_named() -> None:

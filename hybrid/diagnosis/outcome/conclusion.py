@@ -74,12 +74,12 @@ def concluded(setting: Setting, evidence: Evidence) -> Diagnosis:
     unexplained = _share_left(extended, nominal)
     errors = Errors(scorer.error(calibrated), scorer.error(extended), scorer.floor(own), unexplained)
     wrong = simulation.fit if simulation.is_wrong else base
-    verdict, doubt = verdict_of(best, wrong, frame, setting.band, errors)
+    verdict, listed = verdict_of(best, wrong, frame, setting.band, errors)
     named = verdict in (Verdict.EXPLAINED, Verdict.PARTLY_EXPLAINED)
     final, theta = (best, best.theta) if named else _as_drawn_or_calibrated(base, frame, normal)
     findings: tuple[Finding, ...] = ()
     if named:
-        findings = _findings(setting, scorer, posterior, simulation, (nominal, drawn), doubt)
+        findings = _findings(setting, scorer, posterior, simulation, (nominal, drawn), listed)
         notes += _apart(setting, findings)
     elif verdict is Verdict.NOTHING_WRONG:
         unexplained = 0.0
@@ -153,11 +153,12 @@ def _findings(
     posterior: Posterior,
     simulation: Simulation,
     before: tuple[Forecast, Forecast],
-    doubt: float,
+    listed: float,
 ) -> tuple[Finding, ...]:
     """Return the causes of the best fit and a wrong modal model, what explains most first.
 
-    ``before``: forecasts of the user's simulation and of the structure itself.
+    ``before``: forecasts of the user's simulation and of the structure itself. ``listed``: how probable it is that what
+    is wrong is on the list at all; given that, the posterior tells how probable each cause is.
     """
     best, findings = posterior.fits[0], list[Finding]()
     whole, model = scorer.forecast(best), model_of(best, scorer.frame)
@@ -165,7 +166,7 @@ def _findings(
     had = max(nominal.energy - nominal.floor_energy, 1e-300)
     if simulation.is_wrong:
         names = tuple(recording.name for recording in setting.dataset.recordings)
-        findings.append(modal_finding(simulation, nominal, whole, min(doubt, SUREST), names))
+        findings.append(modal_finding(simulation, nominal, whole, SUREST * listed, names))
     for number, candidate in enumerate(best.hypothesis.candidates):
         cause, parameters = cause_of(best, number, posterior.temper)
         without = _strongest_without(posterior, candidate)
@@ -174,11 +175,12 @@ def _findings(
             Finding(
                 cause,
                 parameters,
-                min(of_candidate(posterior, candidate), doubt, SUREST),
+                min(of_candidate(posterior, candidate), SUREST) * listed,
                 float(np.clip((lost - whole.energy) / had, 0.0, 1.0)),
                 recordings_of(best, number, model, scorer.test, setting.measured, scorer.frame, posterior.temper),
                 tuple(
-                    (rival.kind, reported_location(rival), p) for rival, p in rivals_of(posterior, candidate, RIVALS)
+                    (rival.kind, reported_location(rival), p * listed)
+                    for rival, p in rivals_of(posterior, candidate, RIVALS)
                 ),
                 sentence_of(cause, parameters),
             )

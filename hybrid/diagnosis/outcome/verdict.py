@@ -14,8 +14,8 @@ WHOLLY = 0.03  # of the excess energy: what may be left where all is called expl
 NEAR = 1.15  # times the noise floor: as near as a model that is off by its uncertainty must come
 PARTLY = 0.5  # of it: beyond, nothing is
 ABNORMAL = 4.0  # stated standard deviations: a calibration that far off takes the place of something else that is wrong
-DOUBT = 0.85  # most probability of a finding beside which something significant is left ...
-MORE_DOUBT = 0.5  # ... and where it explains a part only: something else may explain all
+LISTED = 0.85  # probability that the list has what is wrong, where something significant is left ...
+LISTED_IN_PART = 0.25  # ... and where a part only is explained: of 72 names in such blind cases nine were right
 
 
 class Verdict(Enum):
@@ -56,7 +56,7 @@ class Errors:
 
 
 def verdict_of(best: Fit, base: Fit, frame: Frame, band: Band, errors: Errors) -> tuple[Verdict, float]:
-    """Return the verdict on the ``best`` fit, and the most that may be said of a finding's probability.
+    """Return the verdict on the ``best`` fit, and how probable it is that the list has what is wrong.
 
     ``base``: the fit without any cause; that of the user's modal model, where this is wrong by itself.
     """
@@ -65,13 +65,13 @@ def verdict_of(best: Fit, base: Fit, frame: Frame, band: Band, errors: Errors) -
     share = rest / max(misfit(base), rest, 1e-300) if significant else 0.0
     certain = errors.reached and not (significant and share > WHOLLY / 3)
     if errors.nothing_to_gain:
-        return Verdict.NOTHING_WRONG, DOUBT
+        return Verdict.NOTHING_WRONG, LISTED
     if not best.hypothesis.candidates and best.hypothesis.plant is base.hypothesis.plant:
         calm = errors.calibrated <= NEAR * errors.floor  # in recordings that were never fitted
-        return Verdict.NOTHING_WRONG if calm and not significant else Verdict.UNEXPLAINED, DOUBT
+        return Verdict.NOTHING_WRONG if calm and not significant else Verdict.UNEXPLAINED, LISTED
     wholly = min(share, errors.unexplained) < WHOLLY
     normal = deviation_of(best) <= ABNORMAL
     if normal and (errors.reached or (errors.near and wholly)):
-        return Verdict.EXPLAINED, 1.0 if certain else DOUBT
+        return Verdict.EXPLAINED, 1.0 if certain else LISTED
     partly = min(share, errors.unexplained) < PARTLY  # a calibration gone astray may leave as little
-    return (Verdict.PARTLY_EXPLAINED if partly else Verdict.UNEXPLAINED), MORE_DOUBT
+    return (Verdict.PARTLY_EXPLAINED if partly else Verdict.UNEXPLAINED), LISTED_IN_PART
