@@ -1,13 +1,13 @@
 """Which causes matter: those without which recordings that were never fitted are forecast worse."""
 
 from hybrid.diagnosis.contest.evidence import Evidence
-from hybrid.diagnosis.contest.pairs import factors_off, left, off_together
+from hybrid.diagnosis.contest.pairs import ONE_FACTOR, factors_off, left, off_together
 from hybrid.diagnosis.contest.posterior import Posterior
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.fitting.forecasting import DEVIATION, Forecast, deviation_of
 from hybrid.diagnosis.outcome.findings import cause_of, sentence_of
 from hybrid.diagnosis.outcome.scorer import Scorer
-from hybrid.diagnosis.outcome.verdict import ABNORMAL, MATERIAL, Errors
+from hybrid.diagnosis.outcome.verdict import MATERIAL, Errors
 
 TRIFLES = (0.02, 0.005)  # of the energy that the nominal model gets wrong: what takes no more away explains nothing,
 # where it is the only cause, and beside another ...
@@ -76,7 +76,7 @@ def _with_cause(evidence: Evidence, scorer: Scorer) -> Posterior:
     if best.hypothesis.candidates or not causes or not factors_off(best):
         return posterior
     wrong = evidence.among(causes)
-    most = DEVIATION if off_together(best) else ABNORMAL  # no cause is likelier than one value that far off
+    most = DEVIATION if off_together(best) else ONE_FACTOR  # of one value: chance has it further off in few structures
     before, after = scorer.forecast(best, most), scorer.forecast(wrong.fits[0], most)
     gained = scorer.error(before) - scorer.error(after)
     return wrong if gained > MATERIAL * scorer.floor(before) else posterior
