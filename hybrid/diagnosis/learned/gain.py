@@ -67,8 +67,8 @@ def hybrid_gain(
     nominal, better = trained
     if nominal and better:
         notes.append(
-            f"learned forces make {nominal.share:.1%} of the mean square acceleration of the hybrid on the nominal"
-            f" structure, and {better.share:.1%} on the extended one"
+            f"learned forces make {100 * nominal.share:.3g} % of the mean square acceleration of the hybrid on the"
+            f" nominal structure, and {100 * better.share:.3g} % on the extended one"
         )
     if nominal and nominal.places:
         notes.append(_evidence(nominal.places, found.findings, found.extended))
