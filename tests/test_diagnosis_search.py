@@ -93,7 +93,7 @@ def test_slopes_behind_a_low_pass_need_no_finer_motion(kind: str, monkeypatch: p
     finer = linearise_batch(*near)
     assert usual is not None
     assert finer is not None
-    # A hundredth of a step is then left to the next one; measured: 0.003 and 0.006.
+    # A hundredth of a step is then left to the next one; measured: 0.004 and 0.009.
     assert np.linalg.norm(usual.slopes - finer.slopes) < 0.01 * np.linalg.norm(finer.slopes)
 
 

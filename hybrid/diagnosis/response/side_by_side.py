@@ -21,8 +21,10 @@ def side_by_side(
     ``advance`` is called, by the caller's thread, as each result comes.
     """
     known, found = list(items), []
-    if len(known) < 2:
-        return [function(item) for item in known]
+    if len(known) == 1:  # which needs no thread
+        found.append(function(known[0]))
+        advance()
+        return found
     with ThreadPoolExecutor(THREADS) as pool:
         for task in [pool.submit(copy_context().run, function, item) for item in known]:
             found.append(task.result())
