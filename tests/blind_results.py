@@ -42,9 +42,9 @@ def finding(cause: Cause, probability: float, off: float = 0.0, std: float = 0.0
     return Finding(cause, parameters, probability, 1.0, (), alternatives, "")
 
 
-def diagnosis(verdict: Verdict, *findings: Finding, seconds: float = 5.0) -> Diagnosis:
+def diagnosis(verdict: Verdict, *findings: Finding, seconds: float = 5.0, over_floor: float = 1.1) -> Diagnosis:
     """A diagnosis of which only what is judged is there."""
-    scores: dict[str, Any] = {"extended": {"measured": 0.011}}
+    scores: dict[str, Any] = {"extended": {"measured": 0.01 * over_floor}}
     made = SimpleNamespace(verdict=verdict, findings=findings, scores=scores, noise_floor=0.01, seconds=seconds)
     return cast(Diagnosis, made)
 

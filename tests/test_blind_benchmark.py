@@ -81,6 +81,24 @@ def test_rates_count_what_they_say() -> None:
     assert "two at once: both found" not in found
 
 
+def test_second_cause_that_forecasts_do_not_need_is_told_apart() -> None:
+    pair, named = case_of(WEAK_2, HEAVY), finding(WEAK_2, 0.99)
+    found = by_name(
+        rates(
+            [
+                result(pair, diagnosis(EXPLAINED, named, finding(HEAVY, 0.99))),
+                result(pair, diagnosis(EXPLAINED, named, over_floor=1.005)),  # as good as without noise's share
+                result(pair, diagnosis(EXPLAINED, named, over_floor=1.02)),
+                result(pair, diagnosis(UNEXPLAINED, over_floor=1.005)),
+                result(pair, diagnosis(EXPLAINED, finding(CUBIC, 0.6), over_floor=1.005)),
+            ],
+            False,
+        )
+    )
+    assert found["two at once: both found"].measured == Share(1, 5)
+    assert found["the same, where forecasts to 1 % of the floor need both"].measured == Share(1, 4)
+
+
 def test_a_peer_without_probabilities_is_not_called_unsure() -> None:
     found = by_name(rates([result(case_of(CUBIC), diagnosis(FINE), answer(HEAVY))], off=True))
     assert found["wrong name at >= 0.9"].peers == (None,)

@@ -6,10 +6,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from fe_models.blind import SENSORS as CHAIN_SENSORS
 from fe_models.bridge import bridge
 from fe_models.effects import CoulombFriction, CubicSpring, GapStop
+from fe_models.four_dof import four_dof
 from fe_models.recordings import Dataset, Recording
 from fe_models.structure import Beam, Spring, Structure
+from hybrid.diagnosis.causes.linear_causes import ECHOED, linear_causes
 from hybrid.diagnosis.causes.places import Motion, places_of
 from hybrid.diagnosis.contest import neighbours
 from hybrid.diagnosis.contest.neighbours import fits_beside
@@ -20,8 +23,11 @@ from hybrid.diagnosis.nominal.plant import plant_of
 from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.diagnosis.recorded.frame import Frame
 from hybrid.diagnosis.recorded.records import Batch
+from hybrid.diagnosis.screening.force_screening import screen_forces
 from tests.masts import RATE, SENSORS, TUBE, masts, recorded
 
+WHITE = np.random.default_rng(0).standard_normal((1, 200, 5))
+CHAIN = Dataset(four_dof(), 10.0, CHAIN_SENSORS, (Recording("r", WHITE),))
 STIFF = 5e7  # N/m^3: at 2 cm a seventh as stiff as a mast
 
 
@@ -32,6 +38,23 @@ def pairs_of(structure: Structure) -> list[Any]:
     plant = plant_of(Dataset(structure, RATE, SENSORS, (recording,)))
     motion = Motion.of_states(rng.standard_normal((50, 2 * plant.size)), plant)
     return [(place.location["nodes"], place.direction) for place in places_of(plant, motion) if len(place.nodes) == 2]
+
+
+def test_spring_beside_one_to_the_ground_is_less_probable_than_that_one_off() -> None:
+    plant = plant_of(CHAIN)
+    motion = Motion(*np.random.default_rng(0).standard_normal((2, 50, 4)))
+    springs = [c for c in linear_causes(plant, places_of(plant, motion)) if c.kind == "support_spring"]
+    assert [(c.location["node"], c.weight) for c in springs] == [(1, ECHOED), (2, 1.0), (3, 1.0), (4, 1.0)]
+
+
+def test_harmonic_forces_turn_once_in_a_recording_at_least() -> None:
+    setting = setting_of(CHAIN)
+    forces = tuple(c for c in setting.candidates() if c.oscillator)
+    slowest = 10.0 / setting.lengths.whole[0].samples  # Hz
+    assert [c.lower for c in forces] == [(slowest,)] * 4
+    base = fit(setting.nominal, setting.nominal.centre, setting.lengths.whole, setting.frame)
+    assert base is not None
+    assert min(trial.start[0] for trial in screen_forces(base, forces, setting.frame)) >= slowest
 
 
 def test_nodes_of_parts_side_by_side_are_pairs() -> None:

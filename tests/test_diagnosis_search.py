@@ -183,6 +183,13 @@ def test_two_causes_are_both_named(kinds: tuple[str, ...], seed: int) -> None:
     assert set(marks.named) == set(marks.truth)
 
 
+def test_what_is_rare_is_found_though_segments_hide_it() -> None:
+    """A stop that is hit now and then beside a late sensor, which is the only one of them that a few seconds show."""
+    case = blind_case(54017, BlindConfig(("sensor_delay", "gap_stop")))
+    marks = judge(case, diagnose(case.dataset))
+    assert set(marks.named) == set(marks.truth)
+
+
 def test_stiffness_is_known_no_better_than_its_uncertainty_allows() -> None:
     case = blind_case(33016, BlindConfig(("coulomb_friction", "stiffness_change"), off=True))
     setting = setting_of(case.dataset)

@@ -6,7 +6,7 @@ from fe_models.blind import BlindCase
 from fe_models.effects import Cause
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
 from hybrid.diagnosis.outcome.findings import Finding
-from hybrid.diagnosis.outcome.verdict import MATERIAL, Verdict
+from hybrid.diagnosis.outcome.verdict import BESIDE, MATERIAL, Verdict
 
 CONFIDENT = 0.9
 CLOSE = 0.1  # relative error of a parameter that counts as right
@@ -35,8 +35,13 @@ class Judgement:
 
     @property
     def is_immaterial(self) -> bool:
-        """Whether something was hidden that forecasts do not need: what the report's rules ask not to be named."""
-        return bool(self.truth) and self.verdict is Verdict.NOTHING_WRONG and self.over_floor <= 1 + MATERIAL
+        """Whether something was hidden that forecasts do not need, alone or beside what was named: what the report's
+        rules ask not to be named.
+        """
+        if self.verdict is Verdict.NOTHING_WRONG:
+            return bool(self.truth) and self.over_floor <= 1 + MATERIAL
+        beside = bool(self.named) and set(self.named) < set(self.truth)
+        return beside and self.verdict is Verdict.EXPLAINED and self.over_floor <= 1 + BESIDE
 
 
 def key_of(cause: Cause) -> str:

@@ -87,7 +87,7 @@ def rates(results: Sequence[BlindResult], off: bool) -> list[Rate]:
         return Rate(what, share(own(r) for r in chosen), target, tuple(others))
 
     limit = FLOOR_AIMS[off]
-    felt = [r for r in single if not r.judgement.is_immaterial]
+    felt, both = ([r for r in group if not r.judgement.is_immaterial] for group in (single, pairs))
     forces = [r for r in single if r.task.hidden not in SENSOR_KINDS]
     found = [
         line("kind and place right, first", single, lambda r: r.judgement.first, aim(">= 99 %", ">= 95 %"), _first),
@@ -95,6 +95,7 @@ def rates(results: Sequence[BlindResult], off: bool) -> list[Rate]:
         line("the same, of causes that are forces", forces, lambda r: r.judgement.first, "", _first),
         line("first or among the alternatives", single, lambda r: r.judgement.listed, aim("100 %", ">= 99 %")),
         line("two at once: both found", pairs, lambda r: r.judgement.first, aim(">= 90 %", ">= 80 %"), _first),
+        line("the same, where forecasts to 1 % of the floor need both", both, lambda r: r.judgement.first, ""),
         Rate(
             "wrong name at >= 0.9",
             share(r.judgement.confidently_wrong for r in results),

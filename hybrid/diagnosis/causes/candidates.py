@@ -21,11 +21,12 @@ LATE = 0.03  # that of its delay, of a period
 def all_candidates(plant: Plant, dataset: Dataset, motion: Motion, measured: tuple[int, ...]) -> tuple[Candidate, ...]:
     """Return every cause at every place that it can have; ``measured``: columns of the sensors that are fitted."""
     places = places_of(plant, motion)
+    longest = max(recording.data.shape[-2] for recording in dataset.select("train"))  # samples
     return (
         *linear_causes(plant, places),
         *_modes(plant),
         *force_laws_of(plant, places, motion),
-        *harmonic_forces(places),
+        *harmonic_forces(places, dataset.sampling_rate / longest),
         *_sensors(dataset, motion, measured),
         *_steps(plant),
     )

@@ -128,8 +128,11 @@ def _slack_cables(plant: Plant, motion: Motion) -> list[Candidate]:
     return found
 
 
-def harmonic_forces(places: list[Place]) -> list[Candidate]:
-    """Return a harmonic force at every place against the ground; amplitude and phase are each recording's own."""
+def harmonic_forces(places: list[Place], slowest: float) -> list[Candidate]:
+    """Return a harmonic force at every place against the ground; amplitude and phase are each recording's own.
+
+    ``slowest``: the lowest frequency (Hz); below one cycle in a recording it would be any constant force or drift.
+    """
     return [
         Candidate(
             kind=HarmonicForce.kind,
@@ -138,7 +141,7 @@ def harmonic_forces(places: list[Place]) -> list[Candidate]:
             build=partial(HarmonicForce, place.nodes[0], place.direction, 1.0),
             neutral=(0.0,),
             width=(1.0,),
-            lower=(1e-6,),
+            lower=(slowest,),
             pull=place.pull,
             oscillator=True,
             twins=place.twins,

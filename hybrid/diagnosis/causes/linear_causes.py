@@ -1,6 +1,7 @@
 """Causes that change M, C or K, at every place: stiffness, axial forces, masses, springs, dashpots, soft supports."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from typing import cast
 
@@ -25,6 +26,7 @@ SOFT = 5.0  # of it: the prior standard deviation of a support's own; at ten tim
 BUCKLING = 0.3  # of a squared frequency: what the usual axial force takes from it
 UNBORNE = 0.1  # how probable an axial force is that nothing takes off where its element ends, to one that is borne:
 # possible, for weights and friction are not drawn, but of two that sensors hardly tell apart not the first to think of
+ECHOED = 0.1  # likewise a spring to the ground beside one that the structure has: that one would be off instead
 YIELDING = 2e-3  # the strain that no metal of a structure bears for long
 ANY = (-np.inf,)
 
@@ -152,8 +154,9 @@ def _translations_of(plant: Plant, node: int) -> IntArray:
 
 
 def _support_spring(plant: Plant, place: Place) -> Candidate:
-    spring = _outer(place.pull)
-    return _at(
+    spring, own = _outer(place.pull), (*place.nodes, place.direction)
+    springs = [e for e in plant.structure.elements if isinstance(e, Spring)]
+    found = _at(
         place,
         SupportSpring.kind,
         "stiffness",
@@ -161,6 +164,7 @@ def _support_spring(plant: Plant, place: Place) -> Candidate:
         HALF * place.stiffness,
         (_zeros(plant), csr_array(plant.structure.damping.stiffness_factor * spring), spring),
     )
+    return replace(found, weight=ECHOED) if own in [(*e.nodes, e.direction) for e in springs] else found
 
 
 def _point_damper(plant: Plant, place: Place) -> Candidate:

@@ -13,7 +13,7 @@ from hybrid.diagnosis.contest.neighbours import fits_beside
 from hybrid.diagnosis.contest.pairs import asks_for_more, each_alone, factors_off, is_hopeless, left, pair_fits
 from hybrid.diagnosis.contest.posterior import Posterior, posterior_of
 from hybrid.diagnosis.contest.recording_groups import asked_for, clear_groups
-from hybrid.diagnosis.contest.search import Ground, Lengths, contest, ground_of
+from hybrid.diagnosis.contest.search import Ground, Lengths, contest, fit_growing, ground_of, padded
 from hybrid.diagnosis.contest.setting import Setting
 from hybrid.diagnosis.contest.straightening import fitted_as, straighten
 from hybrid.diagnosis.contest.switching import fit_switched
@@ -93,7 +93,8 @@ class _Search:
         """Return fits of two causes at once."""
         posterior = self.posterior(fits)
         best = posterior.fits[0]
-        if self.is_enough(best) or not asks_for_more(self.judged(best), self.judged(fits[0]), self.own, self.band):
+        ample = self.is_enough(best) and not best.hypothesis.plant.is_chain  # of a frame each search takes a minute
+        if ample or not asks_for_more(self.judged(best), self.judged(fits[0]), self.own, self.band):
             return []
         hears = self._hears("two causes")
         hears()
@@ -126,6 +127,21 @@ class _Search:
         self.tell("each cause alone")
         return each_alone(best, self.frame)
 
+    def anew(self, fits: list[Fit]) -> list[Fit]:
+        """Return the best fit begun anew on short segments, where a force law is in it and it leaves more than noise.
+
+        Over a whole recording the sum of squares has many minima: a stop that is hit a little early or late the first
+        time is hit at the wrong times ever after.
+        """
+        best = self.posterior(fits).fits[0]
+        if best.hypothesis.is_linear or self.is_enough(best) or any(batch.off for batch in best.batches):
+            return []
+        self.tell("the best anew")
+        short = self.ground.short
+        start = replace(short, states=padded(short.states, best.hypothesis))
+        again = fit_growing(best.hypothesis, best.theta, self.lengths, self.frame, start)
+        return [] if again is None else [again]
+
     def posterior(self, fits: list[Fit]) -> Posterior:
         """Return the posterior over fits."""
         return posterior_of(tuple(fits), self.candidates)
@@ -150,7 +166,8 @@ def gather(setting: Setting, tell: Callable[[str], object]) -> Evidence:
     """Return the evidence; ``tell`` hears what is being done, step by step."""
     tell("screening")
     search, fits = _single_causes(setting, tell)
-    for stage in (search.apart, search.nearby, search.together, search.in_groups, search.beside, search.alone):
+    stages = search.apart, search.nearby, search.together, search.in_groups, search.beside, search.alone, search.anew
+    for stage in stages:
         fits += stage(fits)
     candidates, frame, own = search.candidates, search.frame, search.own
     notes = () if search.ground.hypothesis.plant.geometry is None else (GEOMETRIC,)

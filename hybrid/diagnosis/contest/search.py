@@ -38,6 +38,7 @@ QUIET = 1e-3  # N: where the search for a harmonic force begins
 FORCES = 3  # harmonic forces that are fitted
 NEIGHBOURS = 10  # of a frame, where they are alike: if a harmonic force is the best of all
 UNDERRATED = 2.0  # how much more a harmonic force may explain than it promises, once its frequency is refined
+FORETOLD = 2  # causes at most that go on however far behind on segments, where whole recordings promise more of them
 SHORT_ITERATIONS = 8  # of the fits of the shortest segments
 CLOSE_ENOUGH = 1.0  # fall in the sum of squares at which fits of segments stop; they are only starts
 
@@ -135,12 +136,35 @@ def contest(
     forces = [trial for trial in screen_forces(base, others, frame) if trial.gain > FORCED * _recordings(base)]
     advance()
     trials = with_others(promising(ranked, kept), unseen(short, others, frame))
-    present = _begun(ground.hypothesis, short, trials, frame, advance)
+    begun = present = _begun(ground.hypothesis, short, trials, frame, advance)
     for longer in lengths.cut[1:]:
         present = _race(present, longer, frame, CLOSE_ENOUGH if longer is not lengths.whole else ENOUGH)
         advance()
+    present += _foretold(base, tested[-1], begun, present, lengths, frame)
     present += _forced(base, forces, present, frame, advance)
     return tuple(sorted(present, key=lambda item: -item.log_evidence))
+
+
+def _foretold(
+    base: Fit, ranked: list[Screened], begun: list[Fit], present: list[Fit], lengths: Lengths, frame: Frame
+) -> list[Fit]:
+    """Return fits of causes that promise more over whole recordings than the best of the ``present`` takes away.
+
+    They were behind on segments, which hide what is rare: a stop that is hit now and then beside a late sensor.
+    """
+    best = min((item.cost for item in present), default=base.cost)
+    wanted = base.cost - best + LEFT * (best - base.values)
+    known, short = ({item.hypothesis.candidates[-1].key: item for item in items} for items in (present, begun))
+    keys = [trial.candidate.key for trial in ranked if trial.gain > wanted]
+    found = []
+    for key in [key for key in dict.fromkeys(keys) if key in short and key not in known][:FORETOLD]:
+        item: Fit | None = short[key]
+        for longer in lengths.cut[1:]:
+            enough = CLOSE_ENOUGH if longer is not lengths.whole else ENOUGH
+            states = None if item is None else continued(item, longer)
+            item = None if item is None else fit(item.hypothesis, item.theta, longer, frame, states, enough=enough)
+        found += [] if item is None else [item]
+    return found
 
 
 def _forced(

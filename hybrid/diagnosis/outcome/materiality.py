@@ -7,7 +7,7 @@ from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.fitting.forecasting import DEVIATION, Forecast, deviation_of
 from hybrid.diagnosis.outcome.findings import cause_of, sentence_of
 from hybrid.diagnosis.outcome.scorer import Scorer
-from hybrid.diagnosis.outcome.verdict import MATERIAL, Errors
+from hybrid.diagnosis.outcome.verdict import BESIDE, MATERIAL, Errors
 
 TRIFLES = (0.02, 0.005)  # of the energy that the nominal model gets wrong: what takes no more away explains nothing,
 # where it is the only cause, and beside another ...
@@ -34,7 +34,7 @@ def material(evidence: Evidence, scorer: Scorer) -> tuple[Posterior, list[str]]:
         before, after = (scorer.forecast(item, most) for item in (simpler.fits[0], best))
         guess = left(best, evidence.frame, scorer.setting.band).significant
         trifle = is_trifle(before, after, wrong, count > 1)
-        weaker = scorer.error(before) - scorer.error(after) <= MATERIAL * floor
+        weaker = scorer.error(before) - scorer.error(after) <= (MATERIAL if count == 1 else BESIDE) * floor
         if count == 1:
             reached = scorer.error(before) <= (1 + MATERIAL) * floor  # then it is told as weak: see `verdict`
             if reached or not (guess and trifle and weaker):

@@ -10,6 +10,7 @@ from hybrid.diagnosis.recorded.frame import Frame
 from hybrid.diagnosis.recorded.noise import Band
 
 MATERIAL = 0.05  # of the noise floor: by how much a cause must improve the forecast, and what counts as reaching it
+BESIDE = 0.01  # likewise of a second cause: that the simulation is wrong is no longer asked, but in what
 WHOLLY = 0.03  # of the excess energy: what may be left where all is called explained
 NEAR = 1.15  # times the noise floor: as near as a model that is off by its uncertainty must come
 PARTLY = 0.5  # of it: beyond, nothing is

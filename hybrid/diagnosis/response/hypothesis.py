@@ -12,8 +12,9 @@ from fe_models.recordings import Sensor
 from fe_models.time_integration import TimeIntegration
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.nominal.plant import Plant
+from hybrid.diagnosis.response.damping import assumed_damping, more_damping
 from hybrid.diagnosis.response.forces import force_of, law_in_motion
-from hybrid.diagnosis.response.reduction import Basis, basis_of, eigenmodes, turn
+from hybrid.diagnosis.response.reduction import Basis, basis_of, turn
 from hybrid.diagnosis.response.residual import Residual, residual_of
 from hybrid.diagnosis.response.system import Behind, Entry, Force, System
 
@@ -109,7 +110,8 @@ class Hypothesis:
         K += np.einsum("pe,eij->pij", theta[:, plant.factors : self.nuisances], basis.scattered)
         rayleigh = plant.structure.damping
         C += rayleigh.mass_factor * (M - basis.mass) + rayleigh.stiffness_factor * (K - basis.stiffness)
-        added, replaced = np.zeros_like(C), list[tuple[int, FloatArray]]()
+        before = M, C, K  # of the structure whose modes the damping factors are of
+        dashpots, replaced = np.zeros_like(C), list[tuple[int, FloatArray]]()
         for candidate, change, part in zip(self.candidates, basis.changes, self.slices, strict=True):
             if change is not None:
                 amount = candidate.amount(theta[:, part.start])
@@ -118,17 +120,22 @@ class Hypothesis:
                 dM, dC, dK = amount[:, None, None] * change[:, None]
                 M, K = M + dM, K + dK
                 if candidate.is_dashpot:
-                    added = added + dC
-                else:  # the structure's own damping there, as uncertain as all of it
+                    dashpots = dashpots + dC
+                else:  # the structure's own damping there
                     C = C + dC
+                if candidate.released is not None:  # without it there are other modes
+                    before = before[0] + dM, before[1] + dC, before[2] + dK
             elif candidate.mode is not None:
                 replaced.append((candidate.mode, theta[:, part.start]))
+        more = more_damping(plant, *before, factor[:, parts:])
         shapes = np.broadcast_to(basis.shapes, (variants, *basis.shapes.shape))
         if self.size < M.shape[1]:
             T = turn(M, K, self.size)
-            M, C, K, added = (T.transpose(0, 2, 1) @ matrix @ T for matrix in (M, C, K, added))
+            M, C, K, more, dashpots = (T.transpose(0, 2, 1) @ matrix @ T for matrix in (M, C, K, more, dashpots))
             shapes = basis.shapes @ T
-        return Reduced(M, self._damping(M, C, K, factor[:, parts:], replaced) + added, K, shapes)
+        C = C + more
+        C = C + assumed_damping(plant, M, C, K, factor[:, parts:], replaced) + dashpots
+        return Reduced(M, C, K, shapes)
 
     def system(self, theta: FloatArray, sensors: tuple[Sensor, ...], rate: float, faulty: tuple[int, ...]) -> System:
         """Return the systems of ``theta`` (variant, parameter).
@@ -233,33 +240,6 @@ class Hypothesis:
         """How far a unit of each candidate's harmonic force bends modes that are not followed (dof,)."""
         plant, nothing = self.plant, np.zeros(len(self.plant.dofs))
         return [nothing if c.pull is None or c.is_law else plant.left_out(c.pull) for c in self.candidates]
-
-    def _damping(
-        self,
-        M: FloatArray,
-        C: FloatArray,
-        K: FloatArray,
-        factor: FloatArray,
-        replaced: list[tuple[int, FloatArray]],
-    ) -> FloatArray:
-        """Return C (variant, mode, mode) with the damping ratio of each present mode multiplied by its ``factor``.
-
-        But for modes above a low-pass: what it leaves of them tells nothing of their damping, and would be told by it.
-        """
-        omega2, phi = eigenmodes(M, K)
-        omega = np.sqrt(np.maximum(omega2, 1e-12 * np.abs(omega2).max(axis=1, keepdims=True)))
-        own = np.einsum("pdi,pde,pei->pi", phi, C, phi, optimize=True)  # 2 xi omega
-        count = len(M[0])
-        more = max(count - len(self.plant.ratios), 0)  # modes that candidates bring, beyond the spare one
-        ratios = np.pad(self.plant.ratios, (0, more), mode="edge")[:count]
-        factor = np.pad(factor, ((0, 0), (0, more)), constant_values=1.0)[:, :count]
-        factor = np.where(omega < self.plant.cutoff, factor, 1.0)
-        assumed = 2 * ratios * omega
-        added = (own + assumed) * factor - own
-        for mode, ratio in replaced:
-            added[:, mode] = 2 * ratio * omega[:, mode] - own[:, mode]
-        weighted = M @ phi
-        return np.asarray(C + (weighted * added[:, None]) @ weighted.transpose(0, 2, 1))
 
 
 @dataclass(frozen=True)

@@ -32,7 +32,8 @@ def screen_forces(fit: Fit, candidates: tuple[Candidate, ...], frame: Frame) -> 
     inverse = np.linalg.inv(reduced.mass)
     accelerations = np.array([sensor.quantity == "acceleration" for sensor in frame.sensors])
     longest = max(batch.samples for batch in fit.batches)
-    trials = np.arange(1, longest * FREQUENCIES_A_LINE // 2) * frame.rate / (longest * FREQUENCIES_A_LINE)
+    count = longest * FREQUENCIES_A_LINE
+    trials = np.arange(FREQUENCIES_A_LINE, count // 2) * frame.rate / count
     pulls = [candidate.pull for candidate in forces if candidate.pull is not None]  # of every force
     feed = np.stack([reduced.fed(pull, inverse)[0] for pull in pulls], axis=1)  # (mode, place)
     B = np.zeros((states, len(forces)))

@@ -1,0 +1,61 @@
+"""What the uncertain factors of the damping ratios, and ratios that are assumed or replaced, are of C."""
+
+import numpy as np
+
+from fe_models.dofs import FloatArray
+from hybrid.diagnosis.nominal.plant import Plant
+from hybrid.diagnosis.response.reduction import eigenmodes
+
+
+def more_damping(plant: Plant, M: FloatArray, C: FloatArray, K: FloatArray, factor: FloatArray) -> FloatArray:
+    """Return what the ``factor`` (variant, mode) of each mode's own damping ratio adds to C.
+
+    The modes are those of M, C and K (variant, vector, vector) without what causes change: whatever else dissipates in
+    a structure stays there when a cause turns its modes.
+    """
+    omega, phi = _modes(M, K)
+    own = np.einsum("pdi,pde,pei->pi", phi, C, phi, optimize=True)  # 2 xi omega
+    return _of_modes(M, phi, own * (_factors(plant, factor, omega) - 1))
+
+
+def assumed_damping(
+    plant: Plant,
+    M: FloatArray,
+    C: FloatArray,
+    K: FloatArray,
+    factor: FloatArray,
+    replaced: list[tuple[int, FloatArray]],
+) -> FloatArray:
+    """Return what is added to C by the damping ratios that are assumed of a plant, each times its ``factor``, and by
+    those ``replaced``: modes of M and K (from 0), each with its ratio (variant,), whatever C says.
+    """
+    omega, phi = _modes(M, K)
+    more = max(len(M[0]) - len(plant.ratios), 0)  # modes that candidates bring, beyond the spare one
+    ratios = np.pad(plant.ratios, (0, more), mode="edge")[: len(M[0])]
+    added = 2 * ratios * omega * _factors(plant, factor, omega)
+    for mode, ratio in replaced:
+        shape = phi[:, :, mode]
+        added[:, mode] = 2 * ratio * omega[:, mode] - np.einsum("pd,pde,pe->p", shape, C, shape)
+    return _of_modes(M, phi, added)
+
+
+def _factors(plant: Plant, factor: FloatArray, omega: FloatArray) -> FloatArray:
+    """Return the factor (variant, mode) of each mode's damping ratio, 1 of those beyond the ones that are uncertain.
+
+    Above a low-pass, too: what it leaves of a mode tells nothing of its damping, and would be told by it.
+    """
+    count = omega.shape[1]
+    known = np.pad(factor, ((0, 0), (0, max(count - factor.shape[1], 0))), constant_values=1.0)[:, :count]
+    return np.where(omega < plant.cutoff, known, 1.0)
+
+
+def _modes(M: FloatArray, K: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return natural frequencies (variant, mode) in rad/s and shapes (variant, vector, mode)."""
+    omega2, phi = eigenmodes(M, K)
+    return np.sqrt(np.maximum(omega2, 1e-12 * np.abs(omega2).max(axis=1, keepdims=True))), phi
+
+
+def _of_modes(M: FloatArray, phi: FloatArray, added: FloatArray) -> FloatArray:
+    """Return what modal damping 2 xi omega (variant, mode) is of C (variant, vector, vector)."""
+    weighted = M @ phi
+    return np.asarray((weighted * added[:, None]) @ weighted.transpose(0, 2, 1))

@@ -1,0 +1,78 @@
+"""Uncertain damping ratios: what their factors add to C, with and without a cause that turns the modes."""
+
+import numpy as np
+import pytest
+from scipy.linalg import eigh
+
+from fe_models.blind import SENSORS as CHAIN_SENSORS
+from fe_models.blind.bridge import SENSORS
+from fe_models.bridge import bridge
+from fe_models.dofs import FloatArray
+from fe_models.four_dof import four_dof
+from fe_models.recordings import Dataset, Recording
+from hybrid.diagnosis.causes.candidate import Candidate
+from hybrid.diagnosis.causes.candidates import all_candidates
+from hybrid.diagnosis.causes.places import Motion
+from hybrid.diagnosis.nominal.plant import Plant, plant_of
+from hybrid.diagnosis.response.hypothesis import Hypothesis, Reduced
+
+WHITE = np.random.default_rng(0).standard_normal((1, 200, 8))  # a plant only asks for sensors and rates
+CHAIN = Dataset(four_dof(), 10.0, CHAIN_SENSORS, (Recording("r", WHITE[..., :5]),))
+BRIDGE = Dataset(bridge(), 100.0, SENSORS, (Recording("r", WHITE),), 30.0)
+MORE = 1.3  # times the first mode's damping ratio
+LOST = 0.4  # of a spring's stiffness
+
+
+def candidate(plant: Plant, dataset: Dataset, kind: str, **where: object) -> Candidate:
+    q = np.random.default_rng(1).standard_normal((2, 10, plant.size))
+    shapes = plant.basis[:, : plant.size]
+    measured = tuple(i for i, sensor in enumerate(dataset.sensors) if sensor.role == "measured")
+    found = all_candidates(plant, dataset, Motion(q[0] @ shapes.T, q[1] @ shapes.T), measured)
+    return next(c for c in found if c.kind == kind and where.items() <= c.location.items())
+
+
+def reduced(hypothesis: Hypothesis, factor: float, *values: float) -> Reduced:
+    """With a factor of the first mode's damping ratio, and the candidates' parameters."""
+    theta = np.concatenate([np.zeros(hypothesis.nuisances), values])
+    theta[len(hypothesis.plant.parts)] = np.log(factor)
+    return hypothesis.reduced(theta[None])
+
+
+def own_damping(found: Reduced) -> FloatArray:
+    """2 xi omega (mode,)."""
+    phi = eigh(found.stiffness[0], found.mass[0])[1]
+    return np.einsum("di,de,ei->i", phi, found.damping[0], phi)
+
+
+def test_damping_beyond_the_nominal_stays_where_a_cause_turns_the_modes() -> None:
+    plant = plant_of(CHAIN)
+    spring = Hypothesis(plant, (candidate(plant, CHAIN, "stiffness_change", element=2),))
+    added = [
+        reduced(h, MORE, *v).damping - reduced(h, 1.0, *v).damping
+        for h, v in ((Hypothesis(plant), ()), (spring, (LOST,)))
+    ]
+    usual = reduced(Hypothesis(plant), 1.0)
+    M, phi = usual.mass[0], eigh(usual.stiffness[0], usual.mass[0])[1][:, :1]
+    wanted = (MORE - 1) * own_damping(usual)[0] * M @ phi @ phi.T @ M
+    for found in added:
+        np.testing.assert_allclose(found[0], wanted, atol=1e-12)  # rounding
+    turned = eigh(reduced(spring, 1.0, LOST).stiffness[0], M)[1][:, 0]
+    assert abs(turned @ M @ phi[:, 0]) < 0.999  # turned by 3 degrees, so the test can tell the two apart
+
+
+def test_ratio_that_a_cause_replaces_is_what_it_says_whatever_the_factor() -> None:
+    plant = plant_of(CHAIN)
+    mode = Hypothesis(plant, (candidate(plant, CHAIN, "modal_damping", modes=[1]),))
+    found = reduced(mode, MORE, 0.05)
+    omega = np.sqrt(eigh(found.stiffness[0], found.mass[0], eigvals_only=True)[0])
+    assert own_damping(found)[0] == pytest.approx(2 * 0.05 * omega)
+
+
+def test_support_that_gives_way_has_its_own_modes_damped() -> None:
+    plant = plant_of(BRIDGE)
+    support = candidate(plant, BRIDGE, "support_spring", node=7, direction="y")
+    assert support.released is not None
+    loose = Hypothesis(plant, (support,))
+    values = (1 / 2e4,)  # m/N: so soft that a mode more comes into the band
+    usual, more = (own_damping(reduced(loose, factor, *values)) for factor in (1.0, MORE))
+    np.testing.assert_allclose(more / usual, [MORE] + [1.0] * (len(usual) - 1), rtol=1e-3)  # the basis has more modes
