@@ -2,9 +2,12 @@
 
 from functools import cache
 
+import numpy as np
+
 from fe_models.blind import BlindCase, BlindConfig, blind_case
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.evidence import Evidence
+from hybrid.diagnosis.contest.pairs import ONE_FACTOR
 from hybrid.diagnosis.contest.posterior import posterior_of
 from hybrid.diagnosis.contest.search import fit_growing
 from hybrid.diagnosis.contest.setting import Setting, setting_of
@@ -72,6 +75,17 @@ def test_second_cause_may_matter_less_than_a_first() -> None:
     found, notes = named(setting, fitted(setting), fitted(setting, gain), fitted(setting, gain, spring))
     assert found[0] == {gain.key, spring.key}
     assert notes == []
+
+
+def test_calibration_beyond_what_is_normal_gives_way_beside_a_cause_too() -> None:
+    case = blind_case(55035, BlindConfig(("gap_stop", "modal_damping"), off=True))  # 1.5 times its ratio: 5 deviations
+    setting = setting_of(case.dataset)
+    stop = candidate(setting, f"gap_stop {case.truth[0].location | {'side': -1}}")
+    damping = candidate(setting, key_of(case.truth[1]))
+    one, both = fitted(setting, stop), fitted(setting, stop, damping)
+    assert np.abs(one.deviations).max() > ONE_FACTOR
+    found, _ = named(setting, fitted(setting), one, both)
+    assert found[0] == {stop.key, damping.key}
 
 
 def test_only_cause_of_a_model_that_is_right_otherwise_stays() -> None:

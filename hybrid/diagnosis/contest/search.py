@@ -136,33 +136,32 @@ def contest(
     forces = [trial for trial in screen_forces(base, others, frame) if trial.gain > FORCED * _recordings(base)]
     advance()
     trials = with_others(promising(ranked, kept), unseen(short, others, frame))
-    begun = present = _begun(ground.hypothesis, short, trials, frame, advance)
+    present = _begun(ground.hypothesis, short, trials, frame, advance)
     for longer in lengths.cut[1:]:
         present = _race(present, longer, frame, CLOSE_ENOUGH if longer is not lengths.whole else ENOUGH)
         advance()
-    present += _foretold(base, tested[-1], begun, present, lengths, frame)
+    present += _foretold(ground, tested[-1], present, lengths, frame)
     present += _forced(base, forces, present, frame, advance)
     return tuple(sorted(present, key=lambda item: -item.log_evidence))
 
 
-def _foretold(
-    base: Fit, ranked: list[Screened], begun: list[Fit], present: list[Fit], lengths: Lengths, frame: Frame
-) -> list[Fit]:
+def _foretold(ground: Ground, ranked: list[Screened], present: list[Fit], lengths: Lengths, frame: Frame) -> list[Fit]:
     """Return fits of causes that promise more over whole recordings than the best of the ``present`` takes away.
 
-    They were behind on segments, which hide what is rare: a stop that is hit now and then beside a late sensor.
+    They were behind on segments, which hide what is rare (a stop that is hit now and then beside a late sensor), or
+    lead astray (a cable that is slack most of the time).
     """
+    base = ground.whole
     best = min((item.cost for item in present), default=base.cost)
     wanted = base.cost - best + LEFT * (best - base.values)
-    known, short = ({item.hypothesis.candidates[-1].key: item for item in items} for items in (present, begun))
-    keys = [trial.candidate.key for trial in ranked if trial.gain > wanted]
-    found = []
-    for key in [key for key in dict.fromkeys(keys) if key in short and key not in known][:FORETOLD]:
-        item: Fit | None = short[key]
-        for longer in lengths.cut[1:]:
-            enough = CLOSE_ENOUGH if longer is not lengths.whole else ENOUGH
-            states = None if item is None else continued(item, longer)
-            item = None if item is None else fit(item.hypothesis, item.theta, longer, frame, states, enough=enough)
+    known, found = {item.hypothesis.candidates[-1].key for item in present}, list[Fit]()
+    trials = {trial.candidate.key: trial for trial in reversed(ranked) if trial.gain > wanted}
+    for trial in sorted(trials.values(), key=lambda item: -item.gain)[:FORETOLD]:
+        hypothesis = ground.hypothesis.adding(trial.candidate)
+        start = replace(ground.short, states=padded(ground.short.states, hypothesis))
+        item = (
+            None if trial.candidate.key in known else fit_growing(hypothesis, trial.theta(base), lengths, frame, start)
+        )
         found += [] if item is None else [item]
     return found
 

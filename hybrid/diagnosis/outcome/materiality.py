@@ -67,19 +67,22 @@ def without_weak(posterior: Posterior, evidence: Evidence, scorer: Scorer) -> tu
 
 
 def _with_cause(evidence: Evidence, scorer: Scorer) -> Posterior:
-    """Return the posterior given that something is wrong, where it is: a calibration beyond all that is normal is none,
-    if within what is normal it forecasts worse than a cause does: normal for one value, or for as many as are off.
+    """Return the posterior given that something (more) is wrong, where it is.
+
+    A calibration beyond all that is normal is none, if within what is normal it forecasts worse than a cause (more)
+    does: normal for one value, or for as many as are off.
     """
     posterior = evidence.posterior
-    causes = tuple(item for item in posterior.fits if item.hypothesis.candidates)
     best = posterior.fits[0]
-    if best.hypothesis.candidates or not causes or not factors_off(best):
+    count = len(best.hypothesis.candidates)
+    causes = tuple(item for item in posterior.fits if len(item.hypothesis.candidates) > count)
+    if not causes or not factors_off(best):
         return posterior
     wrong = evidence.among(causes)
     most = DEVIATION if off_together(best) else ONE_FACTOR  # of one value: chance has it further off in few structures
     before, after = scorer.forecast(best, most), scorer.forecast(wrong.fits[0], most)
     gained = scorer.error(before) - scorer.error(after)
-    return wrong if gained > MATERIAL * scorer.floor(before) else posterior
+    return wrong if gained > (BESIDE if count else MATERIAL) * scorer.floor(before) else posterior
 
 
 def _is_simpler(item: Fit, than: Fit) -> bool:
