@@ -20,6 +20,9 @@ from hybrid.diagnosis.outcome.verdict import Verdict
         (("point_damper", "support_spring"), 150004),  # each alone leaves much: seen before the change only
         (("stiffness_change", "added_mass"), 150001),  # a calibration far off would hide the first
         (("stiffness_change", "cubic_spring"), 150018),  # a force law comes, which recordings feel by their size
+        (("harmonic_force", "stiffness_change"), 170003),  # what no single cause explains is no noise
+        (("sensor_gain", "cubic_spring"), 170002),  # no amounts but their order tells the change
+        (("added_mass", "point_damper"), 170011),  # segments alone would sort a recording wrongly
     ],
     ids=lambda value: "+".join(value) if isinstance(value, tuple) else "",
 )

@@ -10,7 +10,7 @@ from fe_models.simulate import FreeConfig, simulate_free
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.causes.candidates import all_candidates
 from hybrid.diagnosis.causes.places import Motion
-from hybrid.diagnosis.contest.recording_groups import Asked, asked_for, clear_share
+from hybrid.diagnosis.contest.recording_groups import BY_CHANCE, Asked, asked_for, clear_share
 from hybrid.diagnosis.fitting.fitting import fit
 from hybrid.diagnosis.nominal.plant import plant_of
 from hybrid.diagnosis.recorded.frame import Frame
@@ -58,8 +58,26 @@ def test_a_stop_that_most_recordings_do_not_touch_tells_no_groups() -> None:
 
 def test_groups_are_split_for_the_least_variance() -> None:
     _, any_candidate = gap_stop()
-    asked = Asked(any_candidate, np.array([1.0, 5.0, np.nan, 1.2, 5.1]))
+    asked = Asked(any_candidate, np.array([1.0, 5.0, np.nan, 1.2, 5.1]), np.ones(5))
+    assert not asked.is_change
     assert list(asked.high) == [False, True, False, False, True]  # what hardly feels it is not in the upper
     ranked = np.array([1.0, 1.2, 5.0, 5.1])
     left = 2 * np.var(ranked[:2]) + 2 * np.var(ranked[2:])
     assert asked.within == pytest.approx(left / (4 * np.var(ranked)))
+
+
+def test_chance_makes_a_change_as_often_as_it_says() -> None:
+    _, any_candidate = gap_stop()
+    drawn = np.random.default_rng(4).standard_normal((400, 9))
+    changes = [Asked(any_candidate, amounts, np.ones(9)).is_change for amounts in drawn]
+    assert np.mean(changes) == pytest.approx(BY_CHANCE, abs=0.05)  # three standard deviations of 400 draws
+
+
+def test_a_change_is_told_by_what_feels_it() -> None:
+    _, any_candidate = gap_stop()
+    amounts = np.array([0.0, 0.9, 0.1, -0.1, 1.0, 0.9, 1.1, 0.2])  # the second and the last hardly feel it
+    sizes = np.array([9.0, 0.1, 9.0, 9.0, 9.0, 9.0, 9.0, 0.1])
+    asked = Asked(any_candidate, amounts, sizes)
+    assert asked.is_change
+    assert list(asked.high) == [False] * 4 + [True] * 4
+    assert not Asked(any_candidate, amounts, np.ones(8)).is_change

@@ -76,17 +76,20 @@ class _Search:
         """Return fits of causes that act in some recordings only, alone or beside another one."""
         posterior = self.posterior(fits)
         best = posterior.fits[0]
-        wanting = factors_off(best) or left(self.judged(best), self.own, self.band).significant
-        if not wanting or self.ground.hypothesis.plant.laws or self.is_enough(best):
+        if not self.is_wanting(best) or self.ground.hypothesis.plant.laws or self.is_enough(best):
             return []
         hears = self._hears("recordings apart")
         hears()
         asked = asked_for(self.ground.short, self.candidates, self.frame)
         found = fit_switched(self.ground.short, best, asked, self.lengths, self.frame)
-        if self.is_enough(self.posterior([*fits, *found]).fits[0]):
+        after = self.posterior([*fits, *found])
+        best = after.fits[0]
+        if not self.is_wanting(best) or (self.is_enough(best) and not best.hypothesis.plant.is_chain):
             return found
-        groups = clear_groups(asked, self.lengths.whole)
-        lasting = tuple(item for item in posterior.fits if item.hypothesis.candidates)[:1]
+        groups = (
+            groups_in(after) if any(batch.off for batch in best.batches) else clear_groups(asked, self.lengths.whole)
+        )
+        lasting = _lasting(posterior)
         return found + changes_beside(self.ground, groups, lasting, self.candidates, self.frame, self.band, hears)
 
     def together(self, fits: list[Fit]) -> list[Fit]:
@@ -150,6 +153,10 @@ class _Search:
         """Return a fit in units of the recordings' own noise."""
         return item if self.frame is self.own else in_units_of(self.own, item, self.frame)
 
+    def is_wanting(self, item: Fit) -> bool:
+        """Return whether a fit leaves more than noise, or bends the calibration beyond what is normal."""
+        return factors_off(item) or left(self.judged(item), self.own, self.band).significant
+
     def is_enough(self, item: Fit) -> bool:
         """Return whether nothing beside a fit could matter."""
         return forecasts_well(self.judged(item), self.own, WELL) and not factors_off(item)
@@ -203,6 +210,15 @@ def _single_causes(setting: Setting, tell: Callable[[str], object]) -> tuple[_Se
     return replace(search, ground=ground, lengths=lengths, frame=frame, own=own), fits
 
 
+def _lasting(posterior: Posterior) -> tuple[Fit, ...]:
+    """Return the best single causes that may act in all recordings beside a change: of all, and of those that are no
+    harmonic force, whose waves of any size in each recording take up what changes, too.
+    """
+    single = [item for item in posterior.fits if item.hypothesis.candidates]
+    others = [item for item in single if not item.hypothesis.candidates[0].oscillator]
+    return tuple({id(item): item for item in (*single[:1], *others[:1])}.values())
+
+
 def _nothing_to_gain(base: Fit, frame: Frame, band: Band) -> bool:
     """Return whether the nominal model, calibrated within its uncertainty, fits and forecasts as noise lets it."""
     own_frame, (own,) = _with_better_noise([base], frame, band)
@@ -222,6 +238,8 @@ def _with_better_noise(fits: list[Fit], frame: Frame, band: Band) -> tuple[Frame
     """Return the frame with the noise that the best fit leaves above the structure's band, and fits rescaled to it."""
     best = min(fits, key=lambda item: item.cost)
     scale = np.clip(excess(best.residuals, frame.rate, band).sigma, *NOISE_OFF)
+    if left(best, frame, band).significant:  # of what the best fit leaves there some is no noise
+        scale = np.minimum(scale, 1.0)
 
     def rescaled(item: Fit) -> Fit:
         residuals = tuple(part / scale for part in item.residuals)

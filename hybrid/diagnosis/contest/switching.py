@@ -17,6 +17,7 @@ from hybrid.diagnosis.response.hypothesis import Hypothesis
 
 ONE_GROUP = 0.4  # of the variance within two groups: more is one group for a force law, whose fits take long
 ROUNDS = 3  # of sorting the recordings by the fit and fitting again
+ENDLESS = 1e12  # a sum of squares beyond all that is compared, of motions that explode
 SETTLING = 3  # steps of Newton's method in which initial states follow a law that comes or goes
 
 
@@ -27,9 +28,9 @@ def fit_switched(
 
     ``short``: the fit without it, over the shortest segments of the recordings, and what these have ``asked`` for
     beside it; ``best``: of what acts in all of them; ``mixed``: share of the variance of what recordings ask for that
-    may be left within two groups of them.
+    may be left within two groups of them, unless these are those before and after a change.
     """
-    trials = [item for item in asked if item.within <= (min(mixed, ONE_GROUP) if item.candidate.is_law else mixed)]
+    trials = _trials(asked, mixed)
     if not trials:
         return []
     number = len(short.hypothesis.candidates)
@@ -37,10 +38,10 @@ def fit_switched(
     again = fit(best.hypothesis, best.theta, short.batches, frame, states, enough=CLOSE_ENOUGH)
     rivals = [] if again is None else [again]
     sorted_fits: list[tuple[Fit, BoolArray]] = []
-    for trial in trials:
-        for acting in (trial.high, ~trial.high):
+    for candidate, high in trials:
+        for acting in (high, ~high):
             bound = bound_of([*rivals, *(item for item, _ in sorted_fits)])
-            found = _fit_sorted(short, trial.candidate, acting, frame, bound)
+            found = _fit_sorted(short, candidate, acting, frame, bound)
             sorted_fits += [] if found is None or found[0].cost > bound else [found]
     for longer in lengths.cut[1:]:
         enough = ENOUGH if longer is lengths.whole else CLOSE_ENOUGH
@@ -51,9 +52,22 @@ def fit_switched(
                 batches = _split(longer, acting, number)
                 states, bound = continued(item, batches), bound_of([other for other, _ in further])
                 then = fit(item.hypothesis, item.theta, batches, frame, states, enough=enough, bound=bound)
-                further += [] if then is None else [(then, acting)]
+                further += [] if then is None else [_sorted_anew(then, acting, longer, number, frame)]
         sorted_fits = further
     return [item for item, _ in sorted_fits]
+
+
+def _trials(asked: tuple[Asked, ...], mixed: float) -> list[tuple[Candidate, BoolArray]]:
+    """Return the candidates to fit, each with one of two groups of recordings (recording,) to begin with: its own.
+
+    Where one tells a change, that is where all others begin which tell none: one thing changed, and they are rivals.
+    """
+    most = [min(mixed, ONE_GROUP) if item.candidate.is_law else mixed for item in asked]
+    change = next((item.high for item in asked if item.is_change), None)
+    if mixed < 1.0 and change is not None:
+        return [(item.candidate, item.high if item.is_change else change) for item in asked]
+    telling = [item.within <= share or item.is_change for item, share in zip(asked, most, strict=True)]
+    return [(item.candidate, item.high) for item, tells in zip(asked, telling, strict=True) if tells]
 
 
 def acting_recordings(fit: Fit, number: int) -> tuple[str, ...]:
@@ -84,7 +98,7 @@ def _fit_sorted(
         if item is None:
             return present
         present, theta = (item, acting), item.theta
-        better = _preference(item, short, number, frame)
+        better = _preference(item, short.batches, short.states, number, frame)
         if (better == acting).all():
             break
         acting = better
@@ -111,18 +125,54 @@ def _states(short: Fit, acting: BoolArray) -> tuple[FloatArray, ...]:
     )
 
 
-def _preference(item: Fit, short: Fit, number: int, frame: Frame) -> BoolArray:
-    """Return in which recordings the candidate does better acting than not, as it was fitted."""
+def _sorted_anew(
+    item: Fit, acting: BoolArray, whole: tuple[Batch, ...], number: int, frame: Frame
+) -> tuple[Fit, BoolArray]:
+    """Return a fit and where the candidate acts, with the recordings sorted by it, if that is better.
+
+    ``whole``: its batches before they were split. Longer segments tell more than those by which they were sorted.
+    """
+    begun = {
+        name: own
+        for batch, states in zip(item.batches, item.states, strict=True)
+        for name, own in zip(batch.names, states.reshape(len(batch.names), batch.pieces, -1), strict=True)
+    }
+
+    def states_of(batches: tuple[Batch, ...]) -> tuple[FloatArray, ...]:
+        return tuple(np.concatenate([begun[name] for name in batch.names]) for batch in batches)
+
+    better = _preference(item, whole, states_of(whole), number, frame)
+    if better.all() or not better.any() or (better == acting).all():
+        return item, acting
+    batches = _split(whole, better, number)
+    again = fit(item.hypothesis, item.theta, batches, frame, states_of(batches))
+    return (item, acting) if again is None or again.cost > item.cost else (again, better)
+
+
+def _preference(
+    item: Fit, batches: tuple[Batch, ...], states: tuple[FloatArray, ...], number: int, frame: Frame
+) -> BoolArray:
+    """Return in which recordings the candidate does better acting than not, as it was fitted; ``states`` of the
+    ``batches``, where there are laws, to begin with.
+
+    Those before or after a change, unless the recordings are surer of other groups than all groups are many.
+    """
     with_it, without = (
         np.concatenate(
             [
-                _cost_by_recording(item.hypothesis, item.theta, replace(batch, off=(*batch.off, *off)), states, frame)
-                for batch, states in zip(short.batches, short.states, strict=True)
+                _cost_by_recording(item.hypothesis, item.theta, replace(batch, off=(*batch.off, *off)), begun, frame)
+                for batch, begun in zip(batches, states, strict=True)
             ]
         )
         for off in ((), (number,))
     )
-    return np.asarray(with_it < without)
+    told = np.minimum(without, ENDLESS) - np.minimum(with_it, ENDLESS)  # by each recording, for its acting there
+    count = len(told)
+    after = np.arange(count) >= np.arange(1, count)[:, None]  # (change, recording)
+    ordered = np.concatenate([after, ~after])
+    best = ordered[np.argmax(ordered @ told)]
+    surer = 2 * (count * np.log(2) - np.log(len(ordered)))
+    return best if told[told > 0].sum() - told[best].sum() < surer else np.asarray(told > 0)
 
 
 def _cost_by_recording(
