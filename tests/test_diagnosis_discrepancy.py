@@ -6,8 +6,8 @@ import numpy as np
 
 from fe_models.blind import BlindConfig, blind_case
 from hybrid.diagnosis.contest.discrepancy import in_units_of, repeated, search_frame
+from hybrid.diagnosis.contest.growing import lengths_of
 from hybrid.diagnosis.contest.pairs import short_fit
-from hybrid.diagnosis.contest.search import lengths_of
 from hybrid.diagnosis.nominal.plant import plant_of
 from hybrid.diagnosis.recorded.frame import Frame
 from hybrid.diagnosis.recorded.noise import noise_of_recordings, structure_band

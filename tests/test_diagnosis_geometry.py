@@ -9,7 +9,7 @@ from fe_models.blind import BlindConfig, blind_case
 from fe_models.four_dof import four_dof
 from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.structure import Beam, Direction, Structure, Support
-from hybrid.diagnosis.contest.search import fit_growing, ground_of
+from hybrid.diagnosis.contest.growing import fit_growing, ground_of
 from hybrid.diagnosis.contest.setting import Setting, setting_of
 from hybrid.diagnosis.contest.straightening import straighten
 from hybrid.diagnosis.fitting.fitting import fit

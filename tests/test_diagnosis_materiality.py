@@ -7,9 +7,9 @@ import numpy as np
 from fe_models.blind import BlindCase, BlindConfig, blind_case
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.evidence import Evidence
+from hybrid.diagnosis.contest.growing import fit_growing
 from hybrid.diagnosis.contest.pairs import ONE_FACTOR
 from hybrid.diagnosis.contest.posterior import posterior_of
-from hybrid.diagnosis.contest.search import fit_growing
 from hybrid.diagnosis.contest.setting import Setting, setting_of
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.judging import key_of

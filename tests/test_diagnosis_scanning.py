@@ -21,7 +21,8 @@ from fe_models.recordings import Assumptions, Dataset, Recording
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.causes.candidates import all_candidates
 from hybrid.diagnosis.causes.places import Motion
-from hybrid.diagnosis.contest.search import Ground, Lengths, contest
+from hybrid.diagnosis.contest.growing import Ground, Lengths
+from hybrid.diagnosis.contest.search import contest
 from hybrid.diagnosis.fitting.fitting import Fit, fit
 from hybrid.diagnosis.fitting.forecasting import DEVIATION
 from hybrid.diagnosis.nominal.plant import Plant, plant_of

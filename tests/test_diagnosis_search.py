@@ -12,10 +12,10 @@ from fe_models.recordings import Dataset
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.causes.candidates import all_candidates
 from hybrid.diagnosis.causes.places import Motion
+from hybrid.diagnosis.contest.growing import fit_growing, lengths_of, padded
 from hybrid.diagnosis.contest.pairs import each_alone
 from hybrid.diagnosis.contest.posterior import posterior_of
 from hybrid.diagnosis.contest.recording_groups import asked_for
-from hybrid.diagnosis.contest.search import fit_growing, lengths_of, padded
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.contest.shortlist import foremost
 from hybrid.diagnosis.contest.switching import acting_recordings, fit_switched

@@ -10,7 +10,7 @@ from fe_models.recordings import Dataset
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.causes.candidates import all_candidates
 from hybrid.diagnosis.causes.places import Motion
-from hybrid.diagnosis.contest.search import Lengths, lengths_of
+from hybrid.diagnosis.contest.growing import Lengths, lengths_of
 from hybrid.diagnosis.fitting.driven import states_along
 from hybrid.diagnosis.fitting.fitting import Fit, fit
 from hybrid.diagnosis.nominal.plant import CERTAIN, plant_of

@@ -4,10 +4,11 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from hybrid.diagnosis.causes.candidate import Candidate
+from hybrid.diagnosis.contest.growing import Ground, ground_of, lengths_of
 from hybrid.diagnosis.contest.pairs import ground_with, left, misfit
 from hybrid.diagnosis.contest.posterior import Posterior
 from hybrid.diagnosis.contest.recording_groups import FEWEST, Groups, asked_for, clear_share
-from hybrid.diagnosis.contest.search import Ground, contest, ground_of, lengths_of
+from hybrid.diagnosis.contest.search import contest
 from hybrid.diagnosis.contest.switching import ONE_GROUP, fit_switched
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.recorded.frame import Frame
@@ -37,7 +38,12 @@ def changes_beside(
     surely = [item for item in seen if not left(item, frame, band).significant]  # there nothing else acts
     starts = [(item, ONE_GROUP if item.hypothesis.is_linear else clear) for item in surely]  # two laws take too long
     found: list[Fit] = []
+    done: set[str] = set()
     for start, mixed in (*starts, *((item, clear) for item in alone if clear > 0)):
+        cause = start.hypothesis.candidates[-1].key
+        if cause in done or any(not left(item, frame, band).significant for item in found):
+            continue
+        done.add(cause)
         ground, lengths, _ = ground_with(start, batches, frame)
         advance()
         if ground is not None:

@@ -10,8 +10,8 @@ from dataclasses import replace
 import numpy as np
 
 from fe_models.dofs import FloatArray
+from hybrid.diagnosis.contest.growing import Lengths
 from hybrid.diagnosis.contest.pairs import short_fit
-from hybrid.diagnosis.contest.search import Lengths
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.recorded.frame import Frame

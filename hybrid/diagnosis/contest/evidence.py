@@ -9,11 +9,21 @@ from fe_models.errors import InputError
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.changes import changes_beside, groups_in
 from hybrid.diagnosis.contest.discrepancy import in_units_of
+from hybrid.diagnosis.contest.growing import Ground, Lengths, fit_growing, ground_of, padded
 from hybrid.diagnosis.contest.neighbours import fits_beside
-from hybrid.diagnosis.contest.pairs import asks_for_more, each_alone, factors_off, is_hopeless, left, pair_fits
+from hybrid.diagnosis.contest.pairs import (
+    HELPLESS,
+    asks_for_more,
+    each_alone,
+    factors_off,
+    is_hopeless,
+    left,
+    misfit,
+    pair_fits,
+)
 from hybrid.diagnosis.contest.posterior import Posterior, posterior_of
 from hybrid.diagnosis.contest.recording_groups import asked_for, clear_groups
-from hybrid.diagnosis.contest.search import Ground, Lengths, contest, fit_growing, ground_of, padded
+from hybrid.diagnosis.contest.search import contest
 from hybrid.diagnosis.contest.setting import Setting
 from hybrid.diagnosis.contest.straightening import fitted_as, straighten
 from hybrid.diagnosis.contest.switching import fit_switched
@@ -84,20 +94,18 @@ class _Search:
         found = fit_switched(self.ground.short, best, asked, self.lengths, self.frame)
         after = self.posterior([*fits, *found])
         best = after.fits[0]
-        if not self.is_wanting(best) or (self.is_enough(best) and not best.hypothesis.plant.is_chain):
+        if not self.is_wanting(best) or self.is_ample(best):
             return found
-        groups = (
-            groups_in(after) if any(batch.off for batch in best.batches) else clear_groups(asked, self.lengths.whole)
-        )
-        lasting = _lasting(posterior)
+        parted = any(batch.off for batch in best.batches)
+        groups = groups_in(after) if parted else clear_groups(asked, self.lengths.whole)
+        lasting = _lasting(posterior, fits[0])
         return found + changes_beside(self.ground, groups, lasting, self.candidates, self.frame, self.band, hears)
 
     def together(self, fits: list[Fit]) -> list[Fit]:
         """Return fits of two causes at once."""
         posterior = self.posterior(fits)
         best = posterior.fits[0]
-        ample = self.is_enough(best) and not best.hypothesis.plant.is_chain  # of a frame each search takes a minute
-        if ample or not asks_for_more(self.judged(best), self.judged(fits[0]), self.own, self.band):
+        if self.is_ample(best) or not asks_for_more(self.judged(best), self.judged(fits[0]), self.own, self.band):
             return []
         hears = self._hears("two causes")
         hears()
@@ -161,6 +169,10 @@ class _Search:
         """Return whether nothing beside a fit could matter."""
         return forecasts_well(self.judged(item), self.own, WELL) and not factors_off(item)
 
+    def is_ample(self, item: Fit) -> bool:
+        """Return whether what may be wrong beside a fit is not worth a search, which takes a minute of a frame."""
+        return self.is_enough(item) and not item.hypothesis.plant.is_chain
+
     def _beside(self, fits: list[Fit], known: Sequence[Fit]) -> list[Fit]:
         best, hears = self.posterior(fits).fits[0], self._hears("places next to it")
         return fits_beside(best, fits[0], self.candidates, self.frame, hears, known)
@@ -210,11 +222,14 @@ def _single_causes(setting: Setting, tell: Callable[[str], object]) -> tuple[_Se
     return replace(search, ground=ground, lengths=lengths, frame=frame, own=own), fits
 
 
-def _lasting(posterior: Posterior) -> tuple[Fit, ...]:
+def _lasting(posterior: Posterior, base: Fit) -> tuple[Fit, ...]:
     """Return the best single causes that may act in all recordings beside a change: of all, and of those that are no
     harmonic force, whose waves of any size in each recording take up what changes, too.
+
+    No law that leaves most of what the ``base`` does: what else changes beside it takes long to fit.
     """
-    single = [item for item in posterior.fits if item.hypothesis.candidates]
+    most = HELPLESS * misfit(base)
+    single = [f for f in posterior.fits if f.hypothesis.candidates and (f.hypothesis.is_linear or misfit(f) <= most)]
     others = [item for item in single if not item.hypothesis.candidates[0].oscillator]
     return tuple({id(item): item for item in (*single[:1], *others[:1])}.values())
 

@@ -6,8 +6,9 @@ from dataclasses import replace
 import numpy as np
 
 from hybrid.diagnosis.causes.candidate import Candidate
+from hybrid.diagnosis.contest.growing import Ground, Lengths, ground_of, lengths_of, padded
 from hybrid.diagnosis.contest.posterior import Posterior
-from hybrid.diagnosis.contest.search import Ground, Lengths, contest, ground_of, lengths_of, padded, rivals_contest
+from hybrid.diagnosis.contest.search import contest, rivals_contest
 from hybrid.diagnosis.fitting.fitting import Fit, fit
 from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.recorded.frame import Frame

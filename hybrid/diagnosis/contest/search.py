@@ -1,7 +1,7 @@
 """The contest: every cause at every place is screened, the promising ones are fitted, and the fits compared."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -9,6 +9,7 @@ import numpy as np
 from fe_models.dofs import FloatArray
 from hybrid.calibration import nothing
 from hybrid.diagnosis.causes.candidate import Candidate
+from hybrid.diagnosis.contest.growing import CLOSE_ENOUGH, Ground, Lengths, continued, fit_growing, padded
 from hybrid.diagnosis.contest.posterior import temper_of
 from hybrid.diagnosis.contest.shortlist import foremost, promising, with_others
 from hybrid.diagnosis.fitting.fitting import ENOUGH, FIRST, Fit, Step, first_steps, fit
@@ -22,11 +23,10 @@ from hybrid.diagnosis.screening.force_screening import screen_forces
 from hybrid.diagnosis.screening.scanning import scan, unseen
 from hybrid.diagnosis.screening.screening import Screened, screen
 
-PIECES = (10, 3, 1)  # segments that recordings are cut into, one after the other: short ones forgive a wrong start
-FEWEST = 8  # values a segment at least, for each of its initial state's entries
 KEPT = 10  # candidates kept from the screening of each length
 FIRST_DRAWN = 3  # first steps of these: the first ones mend all that is off besides
-FORCED = 5.0  # the same for each recording of a harmonic force, whose two entries of the initial state cost as much
+FORCED = 5.0  # fall in the sum of squares that a harmonic force must promise for each recording: its two entries of the
+# initial state cost as much
 BEHIND = 20.0  # in half the tempered sum of squares: a fit that far behind another of the same recordings is given up
 LEFT = 0.3  # of what the best leaves beyond noise: by how much another may be behind and still go on
 RACING = 5  # fits at most that are continued over longer segments
@@ -34,89 +34,11 @@ TIED = 10.0  # in the sum of squares: those without a force law that near the be
 RACING_TIED = 10  # ... so many: what is known beforehand may decide between them
 RACING_LAWS = 3  # of them beside a force law, where each takes far longer
 RIVALS = 8  # candidates that are tried in the place of one of two causes
-QUIET = 1e-3  # N: where the search for a harmonic force begins
 FORCES = 3  # harmonic forces that are fitted
 NEIGHBOURS = 10  # of a frame, where they are alike: if a harmonic force is the best of all
 UNDERRATED = 2.0  # how much more a harmonic force may explain than it promises, once its frequency is refined
 FORETOLD = 2  # causes at most that go on however far behind on segments, where whole recordings promise more of them
 SHORT_ITERATIONS = 8  # of the fits of the shortest segments
-CLOSE_ENOUGH = 1.0  # fall in the sum of squares at which fits of segments stop; they are only starts
-
-
-@dataclass(frozen=True)
-class Lengths:
-    """The recordings ``cut`` into ever longer segments; the last are whole."""
-
-    cut: tuple[tuple[Batch, ...], ...]
-
-    @property
-    def whole(self) -> tuple[Batch, ...]:
-        """The recordings."""
-        return self.cut[-1]
-
-
-def lengths_of(batches: tuple[Batch, ...], states: int) -> Lengths:
-    """Return the segments; those too short to tell an initial state are left out."""
-    shortest, sensors = min(batch.samples for batch in batches), batches[0].data.shape[2]
-    usable = [pieces for pieces in PIECES[:-1] if shortest // pieces * sensors >= FEWEST * states]
-    cut = []
-    for pieces in usable:
-        first = usable[0]
-        share = first // pieces  # of the shortest segments in one of these, so that they begin where a short one does
-        cut.append(tuple(batch.cut(batch.samples // first * share) for batch in batches))
-    return Lengths((*cut, batches))
-
-
-def continued(fit: Fit, longer: tuple[Batch, ...]) -> tuple[FloatArray, ...]:
-    """Return where the initial states of longer segments begin: at those of the short ones with the same start."""
-    states = []
-    for own, short, long in zip(fit.states, fit.batches, longer, strict=True):
-        by_recording = own.reshape(len(short.names), short.pieces, -1)
-        every = short.pieces // long.pieces
-        states.append(by_recording[:, ::every][:, : long.pieces].reshape(len(long.names) * long.pieces, -1))
-    return tuple(states)
-
-
-def fit_growing(
-    hypothesis: Hypothesis, theta: FloatArray, lengths: Lengths, frame: Frame, start: Fit | None = None
-) -> Fit | None:
-    """Return the fit over whole recordings, reached over segments of growing length; None where it fails.
-
-    ``start``: a fit of the shortest segments whose initial states to begin with.
-    """
-    present, states = None, None if start is None else start.states
-    for batches in lengths.cut:
-        if present is not None:
-            theta, states = present.theta, continued(present, batches)
-        last = batches is lengths.whole
-        present = fit(hypothesis, theta, batches, frame, states, enough=ENOUGH if last else CLOSE_ENOUGH)
-        if present is None:
-            return None
-    return present
-
-
-@dataclass(frozen=True)
-class Ground:
-    """What others are held against: one hypothesis fitted to the shortest segments (``short``) and to ``whole``
-    recordings.
-    """
-
-    short: Fit
-    whole: Fit
-
-    @property
-    def hypothesis(self) -> Hypothesis:
-        """What was fitted."""
-        return self.whole.hypothesis
-
-
-def ground_of(
-    hypothesis: Hypothesis, theta: FloatArray, lengths: Lengths, frame: Frame, start: Fit | None = None
-) -> Ground | None:
-    """Return the fits of a hypothesis from ``theta``, None where it has none; ``start``: as `fit_growing`'s."""
-    short = fit(hypothesis, theta, lengths.cut[0], frame, None if start is None else start.states)
-    whole = None if short is None else fit_growing(hypothesis, short.theta, lengths, frame, short)
-    return None if short is None or whole is None else Ground(short, whole)
 
 
 def contest(
@@ -211,14 +133,6 @@ def rivals_contest(
         present = _race(present, longer, frame, CLOSE_ENOUGH if longer is not lengths.whole else ENOUGH)
         advance()
     return tuple(item for item in present if item.hypothesis.candidates[-1].key not in taken)
-
-
-def padded(states: tuple[FloatArray, ...], hypothesis: Hypothesis) -> tuple[FloatArray, ...]:
-    """Return initial states (recording, state) with harmonic forces that hardly act, as the ``hypothesis`` has them."""
-    return tuple(
-        np.concatenate([part, np.full((len(part), hypothesis.states - part.shape[1]), QUIET)], axis=1)
-        for part in states
-    )
 
 
 def _begun(

@@ -6,8 +6,9 @@ import numpy as np
 
 from fe_models.dofs import BoolArray, FloatArray
 from hybrid.diagnosis.causes.candidate import Candidate
+from hybrid.diagnosis.contest.growing import CLOSE_ENOUGH, Lengths, continued, padded
 from hybrid.diagnosis.contest.recording_groups import Asked, each_with
-from hybrid.diagnosis.contest.search import CLOSE_ENOUGH, Lengths, bound_of, continued, padded
+from hybrid.diagnosis.contest.search import TIED, bound_of
 from hybrid.diagnosis.fitting.fitting import ENOUGH, Fit, fit
 from hybrid.diagnosis.fitting.linearisation import linearise_batch
 from hybrid.diagnosis.fitting.wave import wave
@@ -39,10 +40,12 @@ def fit_switched(
     rivals = [] if again is None else [again]
     sorted_fits: list[tuple[Fit, BoolArray]] = []
     for candidate, high in trials:
+        either: list[tuple[Fit, BoolArray]] = []
         for acting in (high, ~high):
             bound = bound_of([*rivals, *(item for item, _ in sorted_fits)])
             found = _fit_sorted(short, candidate, acting, frame, bound)
-            sorted_fits += [] if found is None or found[0].cost > bound else [found]
+            either += [] if found is None or found[0].cost > bound else [found]
+        sorted_fits += [pair for pair in either if pair[0].cost <= min(item.cost for item, _ in either) + TIED]
     for longer in lengths.cut[1:]:
         enough = ENOUGH if longer is lengths.whole else CLOSE_ENOUGH
         limit = bound_of([item for item, _ in sorted_fits])

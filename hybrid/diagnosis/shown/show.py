@@ -7,7 +7,7 @@ import numpy as np
 from fe_models.dofs import FloatArray
 from fe_models.modes import mac
 from fe_models.recordings import Dataset, Sensor
-from hybrid.diagnosis.contest.search import fit_growing, lengths_of
+from hybrid.diagnosis.contest.growing import fit_growing, lengths_of
 from hybrid.diagnosis.fitting.fitting import Fit, residuals_at
 from hybrid.diagnosis.fitting.forecasting import Forecast
 from hybrid.diagnosis.nominal.plant import Plant

@@ -1,0 +1,100 @@
+"""Segments of growing length, and fits that are reached over them: short ones forgive a wrong start."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fe_models.dofs import FloatArray
+from hybrid.diagnosis.fitting.fitting import ENOUGH, Fit, fit
+from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.records import Batch
+from hybrid.diagnosis.response.hypothesis import Hypothesis
+
+PIECES = (10, 3, 1)  # segments that recordings are cut into, one after the other: short ones forgive a wrong start
+FEWEST = 8  # values a segment at least, for each of its initial state's entries
+QUIET = 1e-3  # N: where the search for a harmonic force begins
+CLOSE_ENOUGH = 1.0  # fall in the sum of squares at which fits of segments stop; they are only starts
+
+
+@dataclass(frozen=True)
+class Lengths:
+    """The recordings ``cut`` into ever longer segments; the last are whole."""
+
+    cut: tuple[tuple[Batch, ...], ...]
+
+    @property
+    def whole(self) -> tuple[Batch, ...]:
+        """The recordings."""
+        return self.cut[-1]
+
+
+def lengths_of(batches: tuple[Batch, ...], states: int) -> Lengths:
+    """Return the segments; those too short to tell an initial state are left out."""
+    shortest, sensors = min(batch.samples for batch in batches), batches[0].data.shape[2]
+    usable = [pieces for pieces in PIECES[:-1] if shortest // pieces * sensors >= FEWEST * states]
+    cut = []
+    for pieces in usable:
+        first = usable[0]
+        share = first // pieces  # of the shortest segments in one of these, so that they begin where a short one does
+        cut.append(tuple(batch.cut(batch.samples // first * share) for batch in batches))
+    return Lengths((*cut, batches))
+
+
+def continued(fit: Fit, longer: tuple[Batch, ...]) -> tuple[FloatArray, ...]:
+    """Return where the initial states of longer segments begin: at those of the short ones with the same start."""
+    states = []
+    for own, short, long in zip(fit.states, fit.batches, longer, strict=True):
+        by_recording = own.reshape(len(short.names), short.pieces, -1)
+        every = short.pieces // long.pieces
+        states.append(by_recording[:, ::every][:, : long.pieces].reshape(len(long.names) * long.pieces, -1))
+    return tuple(states)
+
+
+def fit_growing(
+    hypothesis: Hypothesis, theta: FloatArray, lengths: Lengths, frame: Frame, start: Fit | None = None
+) -> Fit | None:
+    """Return the fit over whole recordings, reached over segments of growing length; None where it fails.
+
+    ``start``: a fit of the shortest segments whose initial states to begin with.
+    """
+    present, states = None, None if start is None else start.states
+    for batches in lengths.cut:
+        if present is not None:
+            theta, states = present.theta, continued(present, batches)
+        last = batches is lengths.whole
+        present = fit(hypothesis, theta, batches, frame, states, enough=ENOUGH if last else CLOSE_ENOUGH)
+        if present is None:
+            return None
+    return present
+
+
+@dataclass(frozen=True)
+class Ground:
+    """What others are held against: one hypothesis fitted to the shortest segments (``short``) and to ``whole``
+    recordings.
+    """
+
+    short: Fit
+    whole: Fit
+
+    @property
+    def hypothesis(self) -> Hypothesis:
+        """What was fitted."""
+        return self.whole.hypothesis
+
+
+def ground_of(
+    hypothesis: Hypothesis, theta: FloatArray, lengths: Lengths, frame: Frame, start: Fit | None = None
+) -> Ground | None:
+    """Return the fits of a hypothesis from ``theta``, None where it has none; ``start``: as `fit_growing`'s."""
+    short = fit(hypothesis, theta, lengths.cut[0], frame, None if start is None else start.states)
+    whole = None if short is None else fit_growing(hypothesis, short.theta, lengths, frame, short)
+    return None if short is None or whole is None else Ground(short, whole)
+
+
+def padded(states: tuple[FloatArray, ...], hypothesis: Hypothesis) -> tuple[FloatArray, ...]:
+    """Return initial states (recording, state) with harmonic forces that hardly act, as the ``hypothesis`` has them."""
+    return tuple(
+        np.concatenate([part, np.full((len(part), hypothesis.states - part.shape[1]), QUIET)], axis=1)
+        for part in states
+    )
