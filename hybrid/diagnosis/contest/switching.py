@@ -175,7 +175,8 @@ def _preference(
     ordered = np.concatenate([after, ~after])
     best = ordered[np.argmax(ordered @ told)]
     surer = 2 * (count * np.log(2) - np.log(len(ordered)))
-    return best if told[told > 0].sum() - told[best].sum() < surer else np.asarray(told > 0)
+    free = np.asarray(told > 0)
+    return free if len(set(free)) == 1 or told[free].sum() - told[best].sum() > surer else best
 
 
 def _cost_by_recording(
