@@ -139,13 +139,15 @@ class _Search:
         return each_alone(best, self.frame)
 
     def anew(self, fits: list[Fit]) -> list[Fit]:
-        """Return the best fit begun anew on short segments, where a force law is in it and it leaves more than noise.
+        """Return the best fit begun anew on short segments, where a force law is in it and it leaves more than noise,
+        but not most.
 
         Over a whole recording the sum of squares has many minima: a stop that is hit a little early or late the first
         time is hit at the wrong times ever after.
         """
         best = self.posterior(fits).fits[0]
-        if best.hypothesis.is_linear or self.is_enough(best) or any(batch.off for batch in best.batches):
+        fitting = best.hypothesis.is_linear or self.is_enough(best) or any(batch.off for batch in best.batches)
+        if fitting or is_hopeless(best, fits[0]):
             return []
         self.tell("the best anew")
         short = self.ground.short

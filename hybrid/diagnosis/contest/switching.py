@@ -133,8 +133,11 @@ def _sorted_anew(
 ) -> tuple[Fit, BoolArray]:
     """Return a fit and where the candidate acts, with the recordings sorted by it, if that is better.
 
-    ``whole``: its batches before they were split. Longer segments tell more than those by which they were sorted.
+    ``whole``: its batches before they were split. Longer segments tell more than those by which they were sorted. Not
+    of a frame's force laws, which would take too long.
     """
+    if not (item.hypothesis.is_linear or item.hypothesis.plant.is_chain):
+        return item, acting
     begun = {
         name: own
         for batch, states in zip(item.batches, item.states, strict=True)
