@@ -15,6 +15,9 @@ from hybrid.diagnosis.recorded.frame import Frame
 from hybrid.diagnosis.recorded.noise import Band
 from hybrid.diagnosis.recorded.records import count_of
 
+ALIKE = 20.0  # in log evidence: what some of the recordings cannot tell apart all of them may
+MOST_ALIKE = 3  # of these
+
 
 def changes_beside(
     nominal: Ground,
@@ -41,7 +44,10 @@ def changes_beside(
     done: set[str] = set()
     for start, mixed in (*starts, *((item, clear) for item in alone if clear > 0)):
         cause = start.hypothesis.candidates[-1].key
-        if cause in done or any(not left(item, frame, band).significant for item in found):
+        explained = any(start is item for item in alone) and any(
+            not left(item, frame, band).significant for item in found
+        )
+        if cause in done or explained:
             continue
         done.add(cause)
         ground, lengths, _ = ground_with(start, batches, frame)
@@ -68,7 +74,9 @@ def _seen_before(
     frame: Frame,
     advance: Callable[[], object],
 ) -> list[Fit]:
-    """Return the best fit to those of two groups of recordings that are nearer to the nominal structure, if any."""
+    """Return the best fit to those of two groups of recordings that are nearer to the nominal structure, if any, and
+    what these recordings alone hardly tell from it.
+    """
     hypothesis = nominal.hypothesis
     lengths = [lengths_of(group, hypothesis.states) for group in groups]
     grounds = [ground_of(hypothesis, hypothesis.centre, own, frame) for own in lengths]
@@ -76,4 +84,5 @@ def _seen_before(
     ground, own = min(pairs, key=lambda pair: misfit(pair[0].whole) / pair[0].whole.values, default=(None, None))
     if ground is None or own is None:
         return []
-    return [item for item in contest(ground, candidates, own, frame, advance) if item.hypothesis.candidates][:1]
+    ranked = contest(ground, candidates, own, frame, advance)
+    return [item for item in ranked[:MOST_ALIKE] if item.log_evidence > ranked[0].log_evidence - ALIKE]
