@@ -42,11 +42,9 @@ def changes_beside(
     starts = [(item, ONE_GROUP if item.hypothesis.is_linear else clear) for item in surely]  # two laws take too long
     found: list[Fit] = []
     done: set[str] = set()
-    for start, mixed in (*starts, *((item, clear) for item in alone if clear > 0)):
+    for number, (start, mixed) in enumerate((*starts, *((item, clear) for item in alone if clear > 0))):
         cause = start.hypothesis.candidates[-1].key
-        explained = any(start is item for item in alone) and any(
-            not left(item, frame, band).significant for item in found
-        )
+        explained = number >= len(starts) and any(not left(item, frame, band).significant for item in found)
         if cause in done or explained:
             continue
         done.add(cause)
