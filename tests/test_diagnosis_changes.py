@@ -21,6 +21,7 @@ from hybrid.diagnosis.outcome.verdict import Verdict
         (("stiffness_change", "added_mass"), 150001),  # a calibration far off would hide the first
         (("stiffness_change", "cubic_spring"), 150018),  # a force law comes, which recordings feel by their size
         (("harmonic_force", "stiffness_change"), 170003),  # what no single cause explains is no noise
+        (("coulomb_friction", "stiffness_change"), 200006),  # a first step cut short tells nothing of the next
         (("harmonic_force", "stiffness_change"), 190003),  # before the change two places of the force are alike
         (("sensor_gain", "cubic_spring"), 170002),  # no amounts but their order tells the change
         (("added_mass", "point_damper"), 170011),  # segments alone would sort a recording wrongly

@@ -125,8 +125,11 @@ class _Search:
         return [] if self.is_enough(self.posterior(fits).fits[0]) else self._beside(fits, ())
 
     def beside(self, fits: list[Fit]) -> list[Fit]:
-        """Return fits of the causes found at the places next to theirs, but for those that are known."""
-        return self._beside(fits, fits)
+        """Return fits of the causes found at the places next to theirs, but for those that are known.
+
+        Not where they leave so much that they are hardly the right ones.
+        """
+        return [] if is_hopeless(self.posterior(fits).fits[0], fits[0]) else self._beside(fits, fits)
 
     def alone(self, fits: list[Fit]) -> list[Fit]:
         """Return fits of each cause found without the others, which may only have led the search to it."""

@@ -24,7 +24,7 @@ SORTED = 0.02  # of the misfit: what a cause that acts in some recordings may le
 HOPELESS = 0.3  # likewise, once two causes were looked for
 CONTESTS = 3  # searches for a second cause, each on top of another first one
 FIRSTS = 2  # single causes that a second one is looked for
-KEPT = 6  # candidates kept from the screening of each length
+KEPT = 10  # candidates kept from the screening of each length
 
 
 def left(item: Fit, frame: Frame, band: Band) -> Excess:
@@ -52,10 +52,11 @@ def asks_for_more(item: Fit, base: Fit, frame: Frame, band: Band) -> bool:
     if not item.hypothesis.candidates:
         return False
     apart = len(item.hypothesis.candidates) == 1 and any(batch.off for batch in item.batches)
-    if (apart or not item.hypothesis.plant.is_chain) and misfit(item) < SORTED * misfit(base):
+    astray = factors_off(item)
+    if (apart or not item.hypothesis.plant.is_chain) and not astray and misfit(item) < SORTED * misfit(base):
         return False
     if not left(item, frame, band).significant:
-        return factors_off(item)
+        return astray
     return misfit(item) <= HELPLESS * misfit(base)
 
 

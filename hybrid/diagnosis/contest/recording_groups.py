@@ -35,6 +35,11 @@ class Asked:
     sizes: FloatArray
 
     @property
+    def gain(self) -> float:
+        """The fall in the sum of squares that these amounts promise."""
+        return float(np.nansum(self.amounts**2 * self.sizes))
+
+    @property
     def high(self) -> BoolArray:
         """Which recordings (recording,) are of one of two groups: those after a change, or those that ask for more."""
         if self.is_change:
@@ -87,15 +92,14 @@ def asked_for(short: Fit, candidates: tuple[Candidate, ...], frame: Frame) -> tu
     if not short.hypothesis.is_linear:  # whose initial states are searched, too: one size of them for all recordings
         usable = [candidate for candidate in usable if candidate.released is None]
     middle = [replace(c, starts=(c.first_starts[len(c.first_starts) // 2],)) for c in usable]
-    ranked = []
+    ranked: list[Asked] = []
     for candidate, (amounts, sizes) in zip(usable, amounts_by_recording(short, middle, frame), strict=True):
         felt = sizes >= FELT * np.max(sizes)
         if np.isfinite(amounts).all() and felt.sum() >= FEWEST:
-            gain = float(np.sum(amounts**2 * sizes))
-            ranked.append((gain, Asked(candidate, np.where(felt, amounts, np.nan), sizes)))
-    ranked.sort(key=lambda item: -item[0])
+            ranked.append(Asked(candidate, np.where(felt, amounts, np.nan), sizes))
+    ranked.sort(key=lambda item: -item.gain)
     chosen: list[Asked] = []
-    for _, item in ranked:
+    for item in ranked:
         laws = sum(other.candidate.is_law for other in chosen)
         if len(chosen) < TRIED and not (item.candidate.is_law and laws >= TRIED_LAWS):
             chosen.append(item)

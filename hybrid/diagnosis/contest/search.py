@@ -22,6 +22,7 @@ from hybrid.diagnosis.screening.absorbed import absorbed
 from hybrid.diagnosis.screening.force_screening import screen_forces
 from hybrid.diagnosis.screening.scanning import scan, unseen
 from hybrid.diagnosis.screening.screening import Screened, screen
+from hybrid.diagnosis.screening.taken_back import taken_back
 
 KEPT = 10  # candidates kept from the screening of each length
 FIRST_DRAWN = 3  # first steps of these: the first ones mend all that is off besides
@@ -54,7 +55,8 @@ def contest(
     taken = {candidate.key for candidate in ground.hypothesis.candidates}
     others = tuple(candidate for candidate in candidates if candidate.key not in taken)
     tested = [screen(item, others, frame) for item in (short, base)]
-    ranked = [absorbed(base, others), *tested, scan(short, others, frame)]
+    far = scan(short, others, frame) if short.hypothesis.is_linear else taken_back(short, others, frame)
+    ranked = [absorbed(base, others), *tested, far]
     forces = [trial for trial in screen_forces(base, others, frame) if trial.gain > FORCED * _recordings(base)]
     advance()
     trials = with_others(promising(ranked, kept), unseen(short, others, frame))
@@ -93,14 +95,16 @@ def _forced(
 ) -> list[Fit]:
     """Return fits of the most promising harmonic forces; of more, their neighbours, where one of them is the best."""
     found: list[Fit] = []
-    few = base.hypothesis.plant.is_chain or not base.hypothesis.is_linear
-    for number, trial in enumerate(forces[: FORCES if few else NEIGHBOURS]):
+    is_chain, linear = base.hypothesis.plant.is_chain, base.hypothesis.is_linear
+    least = FORCES if is_chain or linear else 1  # beside a frame's law each takes five seconds, and they are alike
+    for number, trial in enumerate(forces[: FORCES if is_chain or not linear else NEIGHBOURS]):
         ahead = max(found, key=lambda item: item.log_evidence, default=None)
         beaten = ahead is not None and any(item.log_evidence > ahead.log_evidence for item in rivals)
-        if number >= FORCES and (ahead is None or beaten):
+        if number >= least and (ahead is None or beaten):
             break
-        if base.cost - UNDERRATED * trial.gain < bound_of([base, *rivals, *found]):
-            refined = _refined(base, trial, frame)
+        bound = bound_of([base, *rivals, *found])
+        if base.cost - UNDERRATED * trial.gain < bound:
+            refined = _refined(base, trial, frame, bound)
             found += [] if refined is None else [refined]
         advance()
     return found
@@ -203,10 +207,12 @@ def _recordings(item: Fit) -> int:
     return sum(len(batch.data) for batch in item.batches)
 
 
-def _refined(base: Fit, trial: Screened, frame: Frame) -> Fit | None:
+def _refined(base: Fit, trial: Screened, frame: Frame, bound: float) -> Fit | None:
     """Return the fit of a harmonic force over whole recordings, at rest in the initial states to begin with."""
     step = _first(base.hypothesis, base, frame, trial)
-    return None if step is None else fit(step.hypothesis, step.theta, base.batches, frame, step.states)
+    if step is None:
+        return None
+    return fit(step.hypothesis, step.theta, base.batches, frame, step.states, bound=bound)
 
 
 def _first(hypothesis: Hypothesis, base: Fit, frame: Frame, trial: Screened) -> Step | None:

@@ -7,6 +7,7 @@ import numpy as np
 from fe_models.dofs import BoolArray, FloatArray
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.growing import CLOSE_ENOUGH, Lengths, continued, padded
+from hybrid.diagnosis.contest.pairs import misfit
 from hybrid.diagnosis.contest.recording_groups import Asked, each_with
 from hybrid.diagnosis.contest.search import TIED, bound_of
 from hybrid.diagnosis.fitting.fitting import ENOUGH, Fit, fit
@@ -17,6 +18,9 @@ from hybrid.diagnosis.recorded.records import Batch
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 
 ONE_GROUP = 0.4  # of the variance within two groups: more is one group for a force law, whose fits take long
+ASKING = 0.2  # of a chain's misfit over short segments: what the best must promise; where something else is wrong it
+# promises 0.05 to 0.2. Of a frame, whose calibration goes further astray, the right one may promise as little.
+BY_CHANCE = 3.0  # standard deviations of noise's sum of squares: what a misfit may be by chance
 ROUNDS = 3  # of sorting the recordings by the fit and fitting again
 ENDLESS = 1e12  # a sum of squares beyond all that is compared, of motions that explode
 SETTLING = 3  # steps of Newton's method in which initial states follow a law that comes or goes
@@ -32,7 +36,7 @@ def fit_switched(
     may be left within two groups of them, unless these are those before and after a change.
     """
     trials = _trials(asked, mixed)
-    if not trials:
+    if not trials or _asks_little(short, asked):
         return []
     number = len(short.hypothesis.candidates)
     states = padded(short.states, best.hypothesis)
@@ -58,6 +62,12 @@ def fit_switched(
                 further += [] if then is None else [_sorted_anew(then, acting, longer, number, frame)]
         sorted_fits = further
     return [item for item, _ in sorted_fits]
+
+
+def _asks_little(short: Fit, asked: tuple[Asked, ...]) -> bool:
+    """Return whether the recordings of a chain hardly ask for any candidate in amounts of their own."""
+    misfitting = misfit(short) - BY_CHANCE * np.sqrt(2 * short.values)
+    return short.hypothesis.plant.is_chain and max(item.gain for item in asked) < ASKING * misfitting
 
 
 def _trials(asked: tuple[Asked, ...], mixed: float) -> list[tuple[Candidate, BoolArray]]:

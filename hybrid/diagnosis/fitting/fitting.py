@@ -222,8 +222,9 @@ def fit(
         if then is None:
             break
         gain, point = point.cost - then.cost, then
+        tells = damping == FREE or to_come < iterations - 1  # a first step cut short may be small before large ones
         damping = damping / DAMPING[1] if damping > DAMPING[0] else FREE
-        if gain < enough * max(1.0, point.cost / values) or point.cost - to_come * gain > bound:
+        if gain < enough * max(1.0, point.cost / values) or (tells and point.cost - to_come * gain > bound):
             break
     return Fit(
         hypothesis,
