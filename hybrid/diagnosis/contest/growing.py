@@ -27,6 +27,10 @@ class Lengths:
         """The recordings."""
         return self.cut[-1]
 
+    def enough(self, batches: tuple[Batch, ...]) -> float:
+        """Return the fall in the sum of squares at which fits of one of the lengths stop; of segments early."""
+        return ENOUGH if batches is self.whole else CLOSE_ENOUGH
+
 
 def lengths_of(batches: tuple[Batch, ...], states: int) -> Lengths:
     """Return the segments; those too short to tell an initial state are left out."""
@@ -61,8 +65,7 @@ def fit_growing(
     for batches in lengths.cut:
         if present is not None:
             theta, states = present.theta, continued(present, batches)
-        last = batches is lengths.whole
-        present = fit(hypothesis, theta, batches, frame, states, enough=ENOUGH if last else CLOSE_ENOUGH)
+        present = fit(hypothesis, theta, batches, frame, states, enough=lengths.enough(batches))
         if present is None:
             return None
     return present

@@ -12,7 +12,7 @@ from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.growing import CLOSE_ENOUGH, Ground, Lengths, continued, fit_growing, padded
 from hybrid.diagnosis.contest.posterior import temper_of
 from hybrid.diagnosis.contest.shortlist import foremost, promising, with_others
-from hybrid.diagnosis.fitting.fitting import ENOUGH, FIRST, Fit, Step, first_steps, fit
+from hybrid.diagnosis.fitting.fitting import FIRST, Fit, Step, first_steps, fit
 from hybrid.diagnosis.fitting.forecasting import DEVIATION, deviation_of
 from hybrid.diagnosis.recorded.frame import Frame
 from hybrid.diagnosis.recorded.records import Batch
@@ -62,7 +62,7 @@ def contest(
     trials = with_others(promising(ranked, kept), unseen(short, others, frame))
     present = _begun(ground.hypothesis, short, trials, frame, advance)
     for longer in lengths.cut[1:]:
-        present = _race(present, longer, frame, CLOSE_ENOUGH if longer is not lengths.whole else ENOUGH)
+        present = _race(present, longer, frame, lengths.enough(longer))
         advance()
     present += _foretold(ground, tested[-1], present, lengths, frame)
     present += _forced(base, forces, present, frame, advance)
@@ -79,13 +79,12 @@ def _foretold(ground: Ground, ranked: list[Screened], present: list[Fit], length
     best = min((item.cost for item in present), default=base.cost)
     wanted = base.cost - best + LEFT * (best - base.values)
     known, found = {item.hypothesis.candidates[-1].key for item in present}, list[Fit]()
-    trials = {trial.candidate.key: trial for trial in reversed(ranked) if trial.gain > wanted}
-    for trial in sorted(trials.values(), key=lambda item: -item.gain)[:FORETOLD]:
+    promised = {trial.candidate.key: trial for trial in reversed(ranked) if trial.gain > wanted}
+    trials = [trial for key, trial in promised.items() if key not in known]
+    for trial in sorted(trials, key=lambda item: -item.gain)[:FORETOLD]:
         hypothesis = ground.hypothesis.adding(trial.candidate)
         start = replace(ground.short, states=padded(ground.short.states, hypothesis))
-        item = (
-            None if trial.candidate.key in known else fit_growing(hypothesis, trial.theta(base), lengths, frame, start)
-        )
+        item = fit_growing(hypothesis, trial.theta(base), lengths, frame, start)
         found += [] if item is None else [item]
     return found
 
@@ -134,7 +133,7 @@ def rivals_contest(
     ranked = [screen(short, others, frame), scan(short, others, frame)]
     present = [again, *_begun(hypothesis, short, promising(ranked, RIVALS), frame, advance, again)]
     for longer in lengths.cut[1:]:
-        present = _race(present, longer, frame, CLOSE_ENOUGH if longer is not lengths.whole else ENOUGH)
+        present = _race(present, longer, frame, lengths.enough(longer))
         advance()
     return tuple(item for item in present if item.hypothesis.candidates[-1].key not in taken)
 

@@ -10,7 +10,7 @@ from hybrid.diagnosis.contest.growing import CLOSE_ENOUGH, Lengths, continued, p
 from hybrid.diagnosis.contest.pairs import misfit
 from hybrid.diagnosis.contest.recording_groups import Asked, each_with
 from hybrid.diagnosis.contest.search import TIED, bound_of
-from hybrid.diagnosis.fitting.fitting import ENOUGH, Fit, fit
+from hybrid.diagnosis.fitting.fitting import Fit, fit
 from hybrid.diagnosis.fitting.linearisation import linearise_batch
 from hybrid.diagnosis.fitting.wave import wave
 from hybrid.diagnosis.recorded.frame import Frame
@@ -51,14 +51,14 @@ def fit_switched(
             either += [] if found is None or found[0].cost > bound else [found]
         sorted_fits += [pair for pair in either if pair[0].cost <= min(item.cost for item, _ in either) + TIED]
     for longer in lengths.cut[1:]:
-        enough = ENOUGH if longer is lengths.whole else CLOSE_ENOUGH
         limit = bound_of([item for item, _ in sorted_fits])
         further: list[tuple[Fit, BoolArray]] = []
         for item, acting in sorted(sorted_fits, key=lambda pair: pair[0].cost):
             if item.cost <= limit:
                 batches = _split(longer, acting, number)
                 states, bound = continued(item, batches), bound_of([other for other, _ in further])
-                then = fit(item.hypothesis, item.theta, batches, frame, states, enough=enough, bound=bound)
+                start, enough = (item.hypothesis, item.theta, batches, frame, states), lengths.enough(longer)
+                then = fit(*start, enough=enough, bound=bound)
                 further += [] if then is None else [_sorted_anew(then, acting, longer, number, frame)]
         sorted_fits = further
     return [item for item, _ in sorted_fits]
