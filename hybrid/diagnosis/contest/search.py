@@ -172,7 +172,7 @@ def _race(fits: list[Fit], longer: tuple[Batch, ...], frame: Frame, enough: floa
     """Return the fits that are not too far behind, one of them linear in any case, continued over longer segments."""
     limit = bound_of(fits)
     found: list[Fit] = []
-    beside_law = any(candidate.is_law for item in fits for candidate in item.hypothesis.candidates[:-1])
+    beside_law = any(item.hypothesis.is_beside_law for item in fits)
     ranked = sorted(fits, key=lambda item: item.cost)
     tied = [item for item in ranked if item.hypothesis.is_linear and item.cost <= ranked[0].cost + TIED]
     most = RACING_LAWS if beside_law else max(RACING, min(len(tied), RACING_TIED))

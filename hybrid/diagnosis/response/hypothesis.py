@@ -70,6 +70,11 @@ class Hypothesis:
         """Whether the channels are linear in the initial state."""
         return not self.plant.laws and not any(c.is_law for c in self.candidates)
 
+    @property
+    def is_beside_law(self) -> bool:
+        """Whether the last candidate stands beside a force law."""
+        return any(candidate.is_law for candidate in self.candidates[:-1])
+
     @cached_property
     def basis(self) -> Basis:
         """The shapes in which the hypothesis moves, and its matrices there."""
