@@ -175,15 +175,16 @@ def first_steps(
     states: tuple[FloatArray, ...],
     steps: int = FIRST,
 ) -> Step | None:
-    """Return where the first ``steps`` of a `fit` lead; of a force law two, beside one no more than that; under them
-    more while they fall steeply. None as of `fit`.
+    """Return where the first ``steps`` of a `fit` lead; None as of `fit`.
 
-    Without the slopes there, which take longest.
+    A force law takes two; another candidate beside one two at most; both more while they fall steeply. Without the
+    slopes there, which take longest.
     """
     problem = _Problem(hypothesis, batches, frame)
-    is_law = bool(hypothesis.candidates) and hypothesis.candidates[-1].is_law
-    least, most = (steps, steps) if hypothesis.is_linear else (min(steps, FIRST_OF_LAWS), LAW_ITERATIONS)
-    least = FIRST_OF_LAWS if is_law else least
+    least = most = steps
+    if not hypothesis.is_linear:
+        comes = hypothesis.candidates[-1].is_law
+        least, most = FIRST_OF_LAWS if comes else min(steps, FIRST_OF_LAWS), LAW_ITERATIONS
     taken, best = 0, problem.begun(theta, states)
     point = best
     while point is not None:
