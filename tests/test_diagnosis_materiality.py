@@ -8,7 +8,7 @@ from fe_models.blind import BlindCase, BlindConfig, blind_case
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.evidence import Evidence
 from hybrid.diagnosis.contest.growing import fit_growing
-from hybrid.diagnosis.contest.pairs import ONE_FACTOR
+from hybrid.diagnosis.contest.pairs import farthest_of
 from hybrid.diagnosis.contest.posterior import posterior_of
 from hybrid.diagnosis.contest.setting import Setting, setting_of
 from hybrid.diagnosis.fitting.fitting import Fit
@@ -83,7 +83,7 @@ def test_calibration_beyond_what_is_normal_gives_way_beside_a_cause_too() -> Non
     stop = candidate(setting, f"gap_stop {case.truth[0].location | {'side': -1}}")
     damping = candidate(setting, key_of(case.truth[1]))
     one, both = fitted(setting, stop), fitted(setting, stop, damping)
-    assert np.abs(one.deviations).max() > ONE_FACTOR
+    assert np.abs(one.deviations).max() > farthest_of(len(one.deviations))
     found, _ = named(setting, fitted(setting), one, both)
     assert found[0] == {stop.key, damping.key}
 

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 
 from fe_models.blind import BlindConfig, blind_case
 from fe_models.dofs import FloatArray
@@ -13,7 +14,7 @@ from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.causes.candidates import all_candidates
 from hybrid.diagnosis.causes.places import Motion
 from hybrid.diagnosis.contest.growing import fit_growing, ground_of, lengths_of, padded
-from hybrid.diagnosis.contest.pairs import asks_for_more, each_alone, misfit
+from hybrid.diagnosis.contest.pairs import asks_for_more, each_alone, farthest_of, misfit
 from hybrid.diagnosis.contest.posterior import posterior_of
 from hybrid.diagnosis.contest.recording_groups import asked_for
 from hybrid.diagnosis.contest.setting import setting_of
@@ -257,9 +258,11 @@ def test_second_cause_is_asked_for_on_a_frame_where_one_leaves_noise_but_a_calib
     item = fit(hypothesis, np.append(base.theta, cause.neutral), base.batches, setting.frame, base.states)
     assert item is not None
     wrong = replace(base, cost=base.cost + 1e6)
-    assert not asks_for_more(item, wrong, setting.frame, setting.band)
-    astray = replace(item, theta=np.concatenate([[5 * hypothesis.width[0]], item.theta[1:]]))
-    assert asks_for_more(astray, wrong, setting.frame, setting.band)
+    assert len(item.deviations) == 42
+    assert 42 * 2 * norm.sf(farthest_of(42)) == pytest.approx(1 / 200)  # 3.85
+    for deviation, asks in ((0.0, False), (3.7, False), (4.0, True)):
+        off = replace(item, theta=np.concatenate([[deviation * hypothesis.width[0]], item.theta[1:]]))
+        assert asks_for_more(off, wrong, setting.frame, setting.band) == asks
 
 
 def test_each_of_two_causes_is_tried_alone() -> None:

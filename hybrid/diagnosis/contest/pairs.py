@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
+from scipy.stats import norm
 
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.growing import Ground, Lengths, ground_of, lengths_of, padded
@@ -18,7 +19,7 @@ from hybrid.diagnosis.response.hypothesis import Hypothesis
 
 SECOND = 10.0  # in tempered log evidence: what a second effect must gain for the first to be looked for again
 HELPLESS = 0.8  # of the misfit: where the best cause leaves more, a second one would only add to the guess
-ONE_FACTOR = 3.5  # stated standard deviations of one calibrated factor: chance in 1 of 200 structures with 12 factors
+ONE_IN = 200  # structures: in which chance has one calibrated factor as far off as `farthest_of`
 TOGETHER = 3.0  # standard deviations of the mean square of all of them over its mean
 SORTED = 0.02  # of the misfit: what a cause that acts in some recordings may leave and still be the only one
 HOPELESS = 0.3  # likewise, once two causes were looked for
@@ -143,9 +144,14 @@ def is_hopeless(best: Fit, base: Fit) -> bool:
     return misfit(best) > HOPELESS * misfit(base)
 
 
+def farthest_of(factors: int) -> float:
+    """Return how many stated standard deviations off one of so many factors is by chance: 3.5 of 12, 3.9 of 42."""
+    return float(norm.isf(0.5 / ONE_IN / factors))
+
+
 def factors_off(item: Fit) -> bool:
     """Return whether the calibrated factors are further off than their owner thinks normal: one, or all together."""
-    return bool(np.abs(item.deviations).max() > ONE_FACTOR) or off_together(item)
+    return bool(np.abs(item.deviations).max() > farthest_of(len(item.deviations))) or off_together(item)
 
 
 def off_together(item: Fit) -> bool:

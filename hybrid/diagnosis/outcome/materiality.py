@@ -1,7 +1,7 @@
 """Which causes matter: those without which recordings that were never fitted are forecast worse."""
 
 from hybrid.diagnosis.contest.evidence import Evidence
-from hybrid.diagnosis.contest.pairs import ONE_FACTOR, factors_off, left, off_together
+from hybrid.diagnosis.contest.pairs import factors_off, farthest_of, left, off_together
 from hybrid.diagnosis.contest.posterior import Posterior
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.fitting.forecasting import DEVIATION, Forecast, deviation_of
@@ -79,7 +79,7 @@ def _with_cause(evidence: Evidence, scorer: Scorer) -> Posterior:
     if not causes or not factors_off(best):
         return posterior
     wrong = evidence.among(causes)
-    most = DEVIATION if off_together(best) else ONE_FACTOR  # of one value: chance has it further off in few structures
+    most = DEVIATION if off_together(best) else farthest_of(len(best.deviations))
     before, after = scorer.forecast(best, most), scorer.forecast(wrong.fits[0], most)
     gained = scorer.error(before) - scorer.error(after)
     return wrong if gained > (BESIDE if count else MATERIAL) * scorer.floor(before) else posterior
