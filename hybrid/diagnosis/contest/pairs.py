@@ -25,7 +25,6 @@ SORTED = 0.02  # of the misfit: what a cause that acts in some recordings may le
 HOPELESS = 0.3  # likewise, once two causes were looked for
 CONTESTS = 3  # searches for a second cause, each on top of another first one
 FIRSTS = 2  # single causes that a second one is looked for
-KEPT = 10  # candidates kept from the screening of each length
 
 
 def left(item: Fit, frame: Frame, band: Band) -> Excess:
@@ -90,7 +89,7 @@ def pair_fits(
         done.add(first.key)
         ground, lengths, plain = ground_with(start, batches, frame)
         advance()
-        seconds = () if ground is None else contest(ground, candidates, lengths, frame, advance, KEPT)
+        seconds = () if ground is None else contest(ground, candidates, lengths, frame, advance)
         if ground is None or not seconds:
             continue
         best = seconds[0]

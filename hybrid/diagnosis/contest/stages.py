@@ -90,14 +90,16 @@ class Search:
 
     def nearby(self, fits: list[Fit]) -> list[Fit]:
         """Return fits of the causes found at the places next to theirs, where more would be looked for otherwise."""
-        return [] if self.is_enough(self.posterior(fits).fits[0]) else self._beside(fits, ())
+        best = self.posterior(fits).fits[0]
+        return [] if self.is_enough(best) else self._beside(best, fits[0], ())
 
     def beside(self, fits: list[Fit]) -> list[Fit]:
         """Return fits of the causes found at the places next to theirs, but for those that are known.
 
         Not where they leave so much that they are hardly the right ones.
         """
-        return [] if is_hopeless(self.posterior(fits).fits[0], fits[0]) else self._beside(fits, fits)
+        best = self.posterior(fits).fits[0]
+        return [] if is_hopeless(best, fits[0]) else self._beside(best, fits[0], fits)
 
     def alone(self, fits: list[Fit]) -> list[Fit]:
         """Return fits of each cause found without the others, which may only have led the search to it."""
@@ -117,8 +119,8 @@ class Search:
         time is hit at the wrong times ever after.
         """
         best = self.posterior(fits).fits[0]
-        fitting = best.hypothesis.is_linear or self.is_enough(best) or any(batch.off for batch in best.batches)
-        if fitting or is_hopeless(best, fits[0]):
+        settled = best.hypothesis.is_linear or self.is_enough(best) or any(batch.off for batch in best.batches)
+        if settled or is_hopeless(best, fits[0]):
             return []
         self.tell("the best anew")
         short = self.ground.short
@@ -146,9 +148,8 @@ class Search:
         """Return whether what may be wrong beside a fit is not worth a search, which takes a minute of a frame."""
         return self.is_enough(item) and not item.hypothesis.plant.is_chain
 
-    def _beside(self, fits: list[Fit], known: Sequence[Fit]) -> list[Fit]:
-        best, hears = self.posterior(fits).fits[0], self._hears("places next to it")
-        return fits_beside(best, fits[0], self.candidates, self.frame, hears, known)
+    def _beside(self, best: Fit, base: Fit, known: Sequence[Fit]) -> list[Fit]:
+        return fits_beside(best, base, self.candidates, self.frame, self._hears("places next to it"), known)
 
     def _hears(self, stage: str) -> Callable[[], object]:
         return lambda: self.tell(stage)

@@ -20,7 +20,7 @@ from hybrid.diagnosis.response.hypothesis import Hypothesis
 ONE_GROUP = 0.4  # of the variance within two groups: more is one group for a force law, whose fits take long
 ASKING = 0.2  # of a chain's misfit over short segments: what the best must promise; where something else is wrong it
 # promises 0.05 to 0.2. Of a frame, whose calibration goes further astray, the right one may promise as little.
-BY_CHANCE = 3.0  # standard deviations of noise's sum of squares: what a misfit may be by chance
+NOISE = 3.0  # standard deviations of noise's sum of squares: a misfit may be as large without anything wrong
 ROUNDS = 3  # of sorting the recordings by the fit and fitting again
 ENDLESS = 1e12  # a sum of squares beyond all that is compared, of motions that explode
 SETTLING = 3  # steps of Newton's method in which initial states follow a law that comes or goes
@@ -66,7 +66,7 @@ def fit_switched(
 
 def _asks_little(short: Fit, asked: tuple[Asked, ...]) -> bool:
     """Return whether the recordings of a chain hardly ask for any candidate in amounts of their own."""
-    misfitting = misfit(short) - BY_CHANCE * np.sqrt(2 * short.values)
+    misfitting = misfit(short) - NOISE * np.sqrt(2 * short.values)
     return short.hypothesis.plant.is_chain and max(item.gain for item in asked) < ASKING * misfitting
 
 
