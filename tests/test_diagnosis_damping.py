@@ -31,10 +31,11 @@ def candidate(plant: Plant, dataset: Dataset, kind: str, **where: object) -> Can
     return next(c for c in found if c.kind == kind and where.items() <= c.location.items())
 
 
-def reduced(hypothesis: Hypothesis, factor: float, *values: float) -> Reduced:
-    """With a factor of the first mode's damping ratio, and the candidates' parameters."""
+def reduced(hypothesis: Hypothesis, factor: float, *values: float, turning: float = -1.0) -> Reduced:
+    """With a factor of the first mode's damping ratio, which stays or turns, and the candidates' parameters."""
     theta = np.concatenate([np.zeros(hypothesis.nuisances), values])
     theta[len(hypothesis.plant.parts)] = np.log(factor)
+    theta[hypothesis.plant.values] = turning
     return hypothesis.reduced(theta[None])
 
 
@@ -58,6 +59,20 @@ def test_damping_beyond_the_nominal_stays_where_a_cause_turns_the_modes() -> Non
         np.testing.assert_allclose(found[0], wanted, atol=1e-12)  # rounding
     turned = eigh(reduced(spring, 1.0, LOST).stiffness[0], M)[1][:, 0]
     assert abs(turned @ M @ phi[:, 0]) < 0.999  # turned by 3 degrees, so the test can tell the two apart
+
+
+@pytest.mark.parametrize(
+    ("kind", "where", "amount"), [("stiffness_change", {"element": 2}, LOST), ("added_mass", {"node": 3}, 0.5)]
+)
+def test_damping_beyond_the_nominal_may_turn_with_the_modes_in_part_or_wholly(
+    kind: str, where: dict[str, int], amount: float
+) -> None:
+    plant = plant_of(CHAIN)
+    cause = Hypothesis(plant, (candidate(plant, CHAIN, kind, **where),))
+    turning, half, staying = (reduced(cause, MORE, amount, turning=share).damping for share in (1.0, 0.0, -1.0))
+    np.testing.assert_allclose(half, (turning + staying) / 2, atol=1e-12)  # rounding
+    usual, more = (own_damping(reduced(cause, factor, amount, turning=1.0)) for factor in (1.0, MORE))
+    np.testing.assert_allclose(more / usual, [MORE, 1, 1, 1])
 
 
 def test_ratio_that_a_cause_replaces_is_what_it_says_whatever_the_factor() -> None:

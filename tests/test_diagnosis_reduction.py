@@ -154,11 +154,12 @@ def test_what_an_effect_stiffens_it_damps_as_exudyn_does(name: str) -> None:
     ],
     ids=["lost element", "soft support", "restraint"],
 )
+@pytest.mark.parametrize("turning", [False, True], ids=["damping stays", "damping turns"])
 def test_frequencies_and_damping_of_an_off_structure_are_those_that_exudyn_gives_it(
-    effect: Effect, amount: float, error: float
+    effect: Effect, amount: float, error: float, turning: bool
 ) -> None:
-    """Every part off by several times the usual, and each damping ratio: of the modes without the effect, but for a
-    support that gives way, whose own they are.
+    """Every part off by several times the usual, and each damping ratio: of the modes without the effect or with it,
+    which they are for a support that gives way in any case.
     """
     plant = bridge_plant()
     candidate = chosen(bridge_candidates(), effect)
@@ -166,6 +167,7 @@ def test_frequencies_and_damping_of_an_off_structure_are_those_that_exudyn_gives
     hypothesis = Hypothesis(plant, (lost,))
     rng, theta = np.random.default_rng(5), np.append(np.zeros(hypothesis.nuisances), amount)
     theta[: plant.factors] = 3 * plant.spread[: plant.factors] * rng.standard_normal(plant.factors)
+    theta[plant.values] = 1.0 if turning else -1.0
     built = bridge()
     for part, factor in zip(plant.parts, np.exp(theta[: plant.factors]), strict=False):
         built = part.scaled(built, float(factor))
@@ -175,7 +177,7 @@ def test_frequencies_and_damping_of_an_off_structure_are_those_that_exudyn_gives
     true = natural_modes(model, len(omega2))
     assert np.abs(np.sqrt(omega2) / true.omega - 1).max() < error
     ratios = np.einsum("vm,vw,wm->m", vectors, reduced.damping[0], vectors) / (2 * np.sqrt(omega2))
-    before = true if lost.released is not None else natural_modes(linearise(built), len(omega2))
+    before = true if turning or lost.released is not None else natural_modes(linearise(built), len(omega2))
     factors = np.exp(theta[len(plant.parts) : plant.factors])[: len(before.omega)]
     more = np.where(before.frequencies[: len(factors)] < 30, factors - 1, 0.0)  # beyond the low-pass as drawn
     added = 2 * before.damping_ratio[: len(factors)] * before.omega[: len(factors)] * more

@@ -11,8 +11,6 @@ from hybrid.diagnosis.recorded.noise import correlation_factor
 from hybrid.diagnosis.recorded.records import count_of
 
 NOTHING = 0.5  # prior probability that nothing is wrong; each further effect halves what is left
-FRAME = 4.0  # values of a frame that tell as much as one: elements, joints and mesh are a little off everywhere; so
-# wide, intervals cover as many parameters of blind bridges as they should (README)
 
 
 @dataclass(frozen=True)
@@ -41,7 +39,7 @@ def posterior_of(fits: tuple[Fit, ...], candidates: tuple[Candidate, ...]) -> Po
     prior = np.array([_log_prior(fit, weights) for fit in fits])
     evidence = np.array([fit.log_evidence for fit in fits])
     best = fits[int(np.argmax(evidence + prior))]
-    temper = temper_of(best) * (1.0 if best.hypothesis.plant.is_chain else FRAME)
+    temper = temper_of(best) * best.hypothesis.plant.alike
     score = evidence / temper + prior  # at these very places
     probability = np.exp(score - score.max()) * [_alike(fit) for fit in fits]
     probability /= probability.sum()

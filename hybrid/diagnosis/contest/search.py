@@ -20,9 +20,9 @@ from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.side_by_side import by_twos, side_by_side
 from hybrid.diagnosis.screening.absorbed import absorbed
 from hybrid.diagnosis.screening.force_screening import screen_forces
+from hybrid.diagnosis.screening.modal_scan import modal_scan
 from hybrid.diagnosis.screening.scanning import scan, unseen
 from hybrid.diagnosis.screening.screening import Screened, screen
-from hybrid.diagnosis.screening.taken_back import taken_back
 
 KEPT = 10  # candidates kept from the screening of each length
 FIRST_DRAWN = 3  # first steps of these: the first ones mend all that is off besides
@@ -55,8 +55,9 @@ def contest(
     taken = {candidate.key for candidate in ground.hypothesis.candidates}
     others = tuple(candidate for candidate in candidates if candidate.key not in taken)
     tested = [screen(item, others, frame) for item in (short, base)]
-    far = scan(short, others, frame) if short.hypothesis.is_linear else taken_back(short, others, frame)
-    ranked = [absorbed(base, others), *tested, far]
+    if short.hypothesis.plant.kept is not None:
+        tested.append(modal_scan(base, others, frame, short))
+    ranked = [absorbed(base, others), *tested, scan(short, others, frame)]
     forces = [trial for trial in screen_forces(base, others, frame) if trial.gain > FORCED * _recordings(base)]
     advance()
     trials = with_others(promising(ranked, kept), unseen(short, others, frame))
@@ -64,7 +65,7 @@ def contest(
     for longer in lengths.cut[1:]:
         present = _race(present, longer, frame, lengths.enough(longer))
         advance()
-    present += _foretold(ground, tested[-1], present, lengths, frame)
+    present += _foretold(ground, tested[1], present, lengths, frame)
     present += _forced(base, forces, present, frame, advance)
     return tuple(sorted(present, key=lambda item: -item.log_evidence))
 

@@ -18,10 +18,10 @@ ALIKE = 3  # of these at most of one kind, which looks alike at all places near
 def promising(ranked: list[list[Screened]], kept: int) -> list[Screened]:
     """Return the best of each ranking, not too many force laws among them.
 
-    Each candidate once, from where the first ranking that has it starts, and as the last one has it: a scan, whose
-    starts are far from those of a score test where the effect is large.
+    Each candidate once from where the first ranking that has it starts, once from the structure as drawn, and as the
+    last one has it: a scan, whose starts are far from the others' where the effect is large.
     """
-    chosen: dict[tuple[str, bool], Screened] = {}
+    chosen: dict[tuple[str, bool, bool], Screened] = {}
     for ranking in ranked:
         taken, far, laws = 0, ranking is ranked[-1], Counter[str]()
         most = SCANNED * kept if far else kept
@@ -33,10 +33,10 @@ def promising(ranked: list[list[Screened]], kept: int) -> list[Screened]:
                     continue
                 laws[trial.candidate.kind] += 1
             taken += 1
-            chosen.setdefault((trial.candidate.key, far), trial)
+            chosen.setdefault((trial.candidate.key, trial.is_drawn, far), trial)
         for trial in ranking:
             if not trial.candidate.names and trial.gain > 0:  # without a size to refine, its gain says little yet
-                chosen.setdefault((trial.candidate.key, far), trial)
+                chosen.setdefault((trial.candidate.key, trial.is_drawn, far), trial)
     return list(chosen.values())
 
 

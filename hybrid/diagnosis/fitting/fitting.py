@@ -1,7 +1,7 @@
 """Fits of a hypothesis: Gauss-Newton with the initial states projected out and the user's uncertainties as priors.
 
-Minimises sum of squares of (y - y(theta, z0)) / sigma plus those of (theta - centre) / width, by Levenberg and
-Marquardt's steps in theta; the initial states z0 follow (see `linearisation`).
+Minimises sum of squares of (y - y(theta, z0)) / sigma plus those of theta - centre times their `precision`, by
+Levenberg and Marquardt's steps in theta; the initial states z0 follow (see `linearisation`).
 """
 
 from dataclasses import dataclass
@@ -53,8 +53,8 @@ class Fit:
 
     @property
     def deviations(self) -> FloatArray:
-        """How far nominal values are off, (nuisance,), in stated standard deviations."""
-        count = self.hypothesis.nuisances
+        """How far nominal values are off, (value,), in stated standard deviations."""
+        count = self.hypothesis.plant.values
         return np.asarray(self.theta[:count] / self.hypothesis.width[:count])
 
     @property
@@ -119,7 +119,7 @@ class _Problem:
                 return None
             parts.append(part)
         data = sum(float(np.square(part.raw).sum()) for part in parts)
-        prior = float(np.sum(((theta - self.hypothesis.centre) / self.hypothesis.width) ** 2))
+        prior = float(np.sum(self.hypothesis.precision * (theta - self.hypothesis.centre) ** 2))
         return _Point(theta, tuple(parts), data + prior)
 
     def begun(self, theta: FloatArray, states: tuple[FloatArray, ...] | None) -> _Point | None:
@@ -135,7 +135,7 @@ class _Problem:
         """Return J J^T (parameter, parameter) and J r (parameter,), the prior's part in both."""
         J = np.concatenate([part.slopes.reshape(len(point.theta), -1) for part in point.parts], axis=1)
         r = np.concatenate([part.residual.ravel() for part in point.parts])
-        precision = 1 / self.hypothesis.width**2
+        precision = self.hypothesis.precision
         return J @ J.T + np.diag(precision), J @ r - precision * (point.theta - self.hypothesis.centre)
 
     def improved(self, point: _Point, damping: float, slopes: bool = True) -> tuple[_Point | None, float]:

@@ -41,6 +41,7 @@ def modal_plant(plant: Plant, dataset: Dataset) -> Plant | None:
     diagonals = np.ones(count), 2 * modal.damping_ratio * modal.omega, modal.omega**2
     mass, damping, stiffness = (P.T @ diags_array(values) @ P for values in diagonals)
     normal = np.maximum(dataset.assumptions.uncertainty.damping, CERTAIN)
+    asked = plant.spread[: len(plant.parts)], np.full(count, normal), plant.spread[plant.values :]
     modal_alone = replace(
         plant,
         mass=csr_array(mass),
@@ -50,7 +51,7 @@ def modal_plant(plant: Plant, dataset: Dataset) -> Plant | None:
         kept=None,
         ratios=np.zeros(count),
         scatter=NONE,
-        spread=np.append(plant.spread[: len(plant.parts)], np.full(count, normal)),
+        spread=np.concatenate(asked),
     )
     T = standing_for(plant, modal_alone)
     return replace(modal_alone, part_changes=tuple(csr_array(T.T @ change @ T) for change in plant.part_changes))

@@ -32,7 +32,11 @@ CERTAIN = 1e-6  # the least standard deviation of a factor, so that a prior of z
 MORE_MODES = 15  # in the basis of a frame, beyond those kept: they carry what a changed part does to the shapes
 SPARE = 1  # mode beyond those kept whose damping is uncertain, too: a cause may bring it
 PASSED = 0.2  # of a motion: what a low-pass leaves of the highest modes that are followed
+TURNING = 1.0  # of damping ratios that are off: they are those of the modes without any cause (-1), as causes turn them
+# (1) or between: what else dissipates may stay where it is or go with the modes, and recordings tell
 NEGLIGIBLE = 1e-3  # of all mass: what a part must hold to be felt
+FRAME = 4.0  # values of a frame that tell as much as one: elements, joints and mesh are a little off everywhere; so
+# wide, intervals cover as many parameters of blind bridges as they should (README)
 
 
 @dataclass(frozen=True)
@@ -46,10 +50,10 @@ class Plant:
     is uncertain as a whole, and ``part_changes`` (dof, dof): what the doubling of each adds to M or K. ``ratios``:
     assumed modal damping ratios (mode,) on top of ``damping``, of the modes kept and of one that a cause may bring.
     ``scatter``: how elements are off by themselves. ``spread``: prior standard deviations of the log factors of parts
-    and damping ratios and of the scatter's patterns, in this order (nuisance,). ``laws``: forces that the nominal
-    structure itself has. ``integration``: the error of the user's own time steps, None where it integrates exactly.
-    ``loaded``: where recordings are loaded. ``geometry``: forces beyond the linear model's, None where there are none.
-    ``rate``: of the recordings' samples, Hz.
+    and damping ratios, of the scatter's patterns and of the damping's `TURNING`, where the structure has damping of its
+    own, in this order (nuisance,). ``laws``: forces that the nominal structure itself has. ``integration``: the error of
+    the user's own time steps, None where it integrates exactly. ``loaded``: where recordings are loaded. ``geometry``:
+    forces beyond the linear model's, None where there are none. ``rate``: of the recordings' samples, Hz.
     """
 
     structure: Structure
@@ -83,9 +87,19 @@ class Plant:
         return _is_chain(self.structure)
 
     @property
+    def alike(self) -> float:
+        """Number of recorded values that tell as much as one."""
+        return 1.0 if self.is_chain else FRAME
+
+    @property
     def factors(self) -> int:
         """Number of parts and damping ratios, whose factors are the first nuisances; the scatter's patterns follow."""
         return len(self.parts) + len(self.ratios)
+
+    @property
+    def values(self) -> int:
+        """Number of nominal values that may be off: the factors, then the scatter's patterns."""
+        return self.factors + len(self.scatter.changes)
 
     @property
     def cutoff(self) -> float:
@@ -233,7 +247,9 @@ def plant_of(dataset: Dataset) -> Plant:
         lowpass=lowpass,
         rate=dataset.sampling_rate,
     )
-    return _scattered(plant, normal.stiffness)
+    plant = _scattered(plant, normal.stiffness)
+    has_own = assumed.damping_ratio is None
+    return replace(plant, spread=np.append(plant.spread, TURNING)) if has_own else plant
 
 
 def _scattered(plant: Plant, stiffness: float) -> Plant:

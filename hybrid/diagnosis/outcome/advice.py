@@ -125,15 +125,14 @@ def _most_telling(best: Fit, rival: Fit, added: tuple[Sensor, ...], frame: Frame
 def _left(best: Fit, rival: Fit, frame: Frame) -> float:
     """Return the least cost (a chi-square) of the rival on what the sensors of ``frame`` show of the best fit."""
     shown = _motions(best, frame.sensors, frame)
-    width, centre = rival.hypothesis.width, rival.hypothesis.centre
-    off = (rival.theta - centre) / width
-    H, g, cost = np.diag(width**-2.0), -off / width, float(off @ off)
+    precision, off = rival.hypothesis.precision, rival.theta - rival.hypothesis.centre
+    H, g, cost = np.diag(precision), -precision * off, float(off @ (precision * off))
     for batch, states in zip(rival.batches, rival.states, strict=True):
         data = np.stack([shown[data.tobytes()] for data in batch.data])
         part = linearise_batch(rival.hypothesis, rival.theta, replace(batch, data=data), frame, states)
         if part is None:
             return 0.0
-        J, r = part.slopes.reshape(len(width), -1), part.residual.ravel()
+        J, r = part.slopes.reshape(len(off), -1), part.residual.ravel()
         H, g, cost = H + J @ J.T, g + J @ r, cost + float(r @ r)
     return cost - float(g @ np.linalg.solve(H, g))
 

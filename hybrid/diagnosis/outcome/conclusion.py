@@ -220,7 +220,7 @@ def _calibration(
 ) -> list[tuple[str, dict[str, Any], float, float]]:
     """Return quantity, location, factor and its standard deviation; an element's comes on top of its group's."""
     names = [*_factors(plant), *(("stiffness", {"element": number}) for number in plant.scatter.elements)]
-    own, rest = slice(0, plant.factors), slice(plant.factors, len(plant.spread))
+    own, rest = slice(0, plant.factors), slice(plant.factors, plant.values)
     weights = plant.scatter.weights
     factors = np.append(np.exp(theta[own]), 1 + theta[rest] @ weights)
     deviation = np.sqrt(np.diag(covariance))[own] * factors[: plant.factors]

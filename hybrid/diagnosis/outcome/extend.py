@@ -23,7 +23,7 @@ def extended_structure(plant: Plant, theta: FloatArray, findings: tuple[Finding,
     factors, structure = np.exp(theta[: plant.factors]), plant.structure
     for part, factor in zip(plant.parts, factors, strict=False):
         structure = part.scaled(structure, float(factor))
-    structure = plant.scatter.applied(structure, theta[plant.factors :])
+    structure = plant.scatter.applied(structure, theta[plant.factors : plant.values])
     ratios = factors[len(plant.parts) :]
     own = plant.own_ratios - plant.ratios
     modal = own * (ratios - 1) + plant.ratios * ratios

@@ -10,8 +10,7 @@ from hybrid.diagnosis.response.reduction import eigenmodes
 def more_damping(plant: Plant, M: FloatArray, C: FloatArray, K: FloatArray, factor: FloatArray) -> FloatArray:
     """Return what the ``factor`` (variant, mode) of each mode's own damping ratio adds to C.
 
-    The modes are those of M, C and K (variant, vector, vector) without what causes change: whatever else dissipates in
-    a structure stays there when a cause turns its modes.
+    The modes are those of M, C and K (variant, vector, vector).
     """
     omega, phi = _modes(M, K)
     own = np.einsum("pdi,pde,pei->pi", phi, C, phi, optimize=True)  # 2 xi omega

@@ -23,7 +23,7 @@ FARTHEST = 3.0  # of a log factor: twenty times as much or as little is no calib
 
 @dataclass(frozen=True)
 class Hypothesis:
-    """Parameter vectors theta (..., parameter): log factors of parts and of damping, scatter; then the candidates'."""
+    """Parameter vectors theta (..., parameter): those of the plant (see its ``spread``), then the candidates'."""
 
     plant: Plant
     candidates: tuple[Candidate, ...] = ()
@@ -53,6 +53,17 @@ class Hypothesis:
     def width(self) -> FloatArray:
         """The prior standard deviation (parameter,)."""
         return np.array([*self.plant.spread, *(value for c in self.candidates for value in c.width)])
+
+    @property
+    def precision(self) -> FloatArray:
+        """What the square of a deviation from the centre costs, (parameter,), beside squares of what is left.
+
+        Of what the user knows as many times more as there are values that tell as much as one. The scatter is why these
+        are alike.
+        """
+        counts = np.ones(len(self.centre))
+        counts[: self.plant.factors] = self.plant.alike
+        return np.asarray(counts / self.width**2)
 
     @property
     def lower(self) -> FloatArray:
@@ -112,10 +123,10 @@ class Hypothesis:
         M, C, K = (np.repeat(matrix[None], variants, axis=0) for matrix in (basis.mass, basis.damping, basis.stiffness))
         M += np.einsum("pe,eij->pij", factor[:, :parts][:, of_mass] - 1, basis.parts[of_mass])
         K += np.einsum("pe,eij->pij", factor[:, :parts][:, ~of_mass] - 1, basis.parts[~of_mass])
-        K += np.einsum("pe,eij->pij", theta[:, plant.factors : self.nuisances], basis.scattered)
+        K += np.einsum("pe,eij->pij", theta[:, plant.factors : plant.values], basis.scattered)
         rayleigh = plant.structure.damping
         C += rayleigh.mass_factor * (M - basis.mass) + rayleigh.stiffness_factor * (K - basis.stiffness)
-        before = M, C, K  # of the structure whose modes the damping factors are of
+        before = M, C, K  # without the causes that turn the modes
         dashpots, replaced = np.zeros_like(C), list[tuple[int, FloatArray]]()
         for candidate, change, part in zip(self.candidates, basis.changes, self.slices, strict=True):
             if change is not None:
@@ -133,6 +144,9 @@ class Hypothesis:
             elif candidate.mode is not None:
                 replaced.append((candidate.mode, theta[:, part.start]))
         more = more_damping(plant, *before, factor[:, parts:])
+        if before[0] is not M and self.nuisances > plant.values:
+            turned = 0.5 * (1 + theta[:, plant.values, None, None])
+            more = (1 - turned) * more + turned * more_damping(plant, M, C, K, factor[:, parts:])
         shapes = np.broadcast_to(basis.shapes, (variants, *basis.shapes.shape))
         if self.size < M.shape[1]:
             T = turn(M, K, self.size)

@@ -23,7 +23,7 @@ def absorbed(fit: Fit, candidates: tuple[Candidate, ...]) -> list[Screened]:
             amount, shift = float(fit.theta[number]), np.zeros_like(fit.theta)
             shift[number] = -amount
             start = (candidate.neutral[0] * float(np.exp(amount)),)
-            found.append(Screened(candidate, start, (amount / float(fit.hypothesis.width[number])) ** 2, shift))
+            found.append(Screened(candidate, start, amount**2 * float(fit.hypothesis.precision[number]), shift))
     return sorted(found, key=lambda trial: -trial.gain)
 
 

@@ -37,7 +37,7 @@ def scan(fit: Fit, candidates: tuple[Candidate, ...], frame: Frame) -> list[Scre
     """
     if not fit.hypothesis.is_linear:
         return []
-    trials = [(candidate, _sizes(candidate)) for candidate in candidates]
+    trials = [(candidate, sizes_of(candidate)) for candidate in candidates]
     found = _best_of([trial for trial in trials if len(trial[1])], fit, frame)
     return sorted(found, key=lambda trial: -trial.gain)
 
@@ -52,7 +52,7 @@ def unseen(fit: Fit, candidates: tuple[Candidate, ...], frame: Frame) -> list[Sc
     much = fit.chi2 > MUCH * fit.values
     if not fit.hypothesis.is_linear or not (much or deviation_of(fit) > DEVIATION):
         return []
-    trials = [(candidate, _sizes(candidate)) for candidate in candidates if candidate.released is not None]
+    trials = [(candidate, sizes_of(candidate)) for candidate in candidates if candidate.released is not None]
     weakened = [c for c in candidates if much and c.kind == StiffnessChange.kind and "element" in c.location]
     trials += [trial for c in weakened for trial in _bringing(c, np.array(LEFT)[:, None], fit.hypothesis.plant)]
     best: dict[str, Screened] = {}
@@ -92,7 +92,7 @@ def _best_of(trials: list[Trial], fit: Fit, frame: Frame) -> list[Screened]:
     return side_by_side(best, trials)
 
 
-def _sizes(candidate: Candidate) -> FloatArray:
+def sizes_of(candidate: Candidate) -> FloatArray:
     """Return the sizes (size, parameter) that are tried of a candidate, none where a scan does not serve."""
     if not candidate.names:
         return np.zeros((1, 0))  # it acts or it does not

@@ -92,9 +92,9 @@ def _ground(fit: Fit, frame: Frame) -> _Ground:
         stretches.append(_Stretch(batch, states, part, shown, forces))
     J = np.concatenate([stretch.part.slopes.reshape(len(fit.theta), -1) for stretch in stretches], axis=1)
     r = np.concatenate([stretch.part.residual.ravel() for stretch in stretches])
-    width = fit.hypothesis.width
-    gradient = J @ r - (fit.theta - fit.hypothesis.centre) / width**2
-    inverse = np.linalg.inv(J @ J.T + np.diag(1 / width**2))
+    precision = fit.hypothesis.precision
+    gradient = J @ r - precision * (fit.theta - fit.hypothesis.centre)
+    inverse = np.linalg.inv(J @ J.T + np.diag(precision))
     return _Ground(fit, frame, tuple(stretches), inverse, gradient)
 
 

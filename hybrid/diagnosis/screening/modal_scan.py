@@ -1,0 +1,93 @@
+"""Causes behind a calibration gone astray, ranked by the modes that it was needed for.
+
+What would make the modes that recordings tell with all factors near nominal may have led these astray. Frequencies are
+all but linear in a factor where the phase of a long motion is not, so that this ranks what the score test cannot.
+"""
+
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from fe_models.dofs import FloatArray
+from hybrid.diagnosis.causes.candidate import Candidate
+from hybrid.diagnosis.fitting.fitting import Fit
+from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.response.hypothesis import Hypothesis
+from hybrid.diagnosis.response.side_by_side import side_by_side
+from hybrid.diagnosis.screening.scanning import sizes_of
+from hybrid.diagnosis.screening.screening import Screened
+from hybrid.diagnosis.screening.seen_modes import SeenModes, modes_of, seen_modes
+
+STEP = 1e-3  # of a prior width: finite differences of frequencies and shapes
+FINE = (-0.1, -0.05, -0.02, 0.02, 0.05, 0.1)  # of a prior width: small effects, besides those of a scan
+CLOSER = 9  # sizes that are tried between the two next to the best
+
+
+@dataclass(frozen=True)
+class _Calibration:
+    """What nominal values can do about modes, to first order: ``slopes`` (nominal value, value), and the ``inverse`` of
+    their normal matrix, prior and all. ``plain`` (1, value): what they leave of the modes seen where they are as drawn.
+    """
+
+    slopes: FloatArray
+    inverse: FloatArray
+    plain: FloatArray
+
+    @classmethod
+    def of(cls, hypothesis: Hypothesis, drawn: FloatArray, seen: SeenModes, frame: Frame) -> "_Calibration":
+        """Return the calibration of a hypothesis about ``drawn``, its theta (parameter,)."""
+        values = hypothesis.plant.values
+        moved = STEP * hypothesis.width[:values]
+        thetas = drawn + np.vstack([np.zeros(len(drawn)), np.eye(values, len(drawn)) * moved[:, None]])
+        plain, left = np.split(seen.less(modes_of(hypothesis, thetas, frame)), [1])
+        slopes = (plain - left) / moved[:, None]
+        normal = slopes @ slopes.T + np.diag(hypothesis.precision[:values])
+        return cls(slopes, np.asarray(np.linalg.inv(normal), dtype=np.float64), plain)
+
+    def best(self, left: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the least cost (variant,) of what is ``left`` (variant, value), prior and all, and the nominal values
+        (variant, nominal value) there.
+        """
+        along = left @ self.slopes.T
+        found = along @ self.inverse
+        return np.sum(left**2, axis=1) - np.sum(along * found, axis=1), found
+
+
+def modal_scan(item: Fit, candidates: tuple[Candidate, ...], frame: Frame, start: Fit) -> list[Screened]:
+    """Return candidates that change M or K, each at the best of its sizes, most promising first.
+
+    ``item``: a fit of whole recordings. The calibration that each asks for goes with it, as a shift from ``start``.
+    """
+    hypothesis, seen = item.hypothesis, seen_modes(item, frame)
+    drawn = item.theta.copy()
+    drawn[: hypothesis.nuisances] = 0.0
+    calibration = _Calibration.of(hypothesis, drawn, seen, frame)
+    plain = float(calibration.best(calibration.plain)[0][0])
+
+    def best(candidate: Candidate) -> Screened:
+        left_at = partial(_left_at, hypothesis.adding(candidate), drawn, seen, frame)
+        sizes = _sizes(candidate)
+        number = int(np.argmin(calibration.best(left_at(sizes))[0]))
+        closer = np.linspace(sizes[max(number - 1, 0)], sizes[min(number + 1, len(sizes) - 1)], CLOSER)
+        costs, values = calibration.best(left_at(closer))
+        number = int(np.argmin(costs))
+        shift = np.zeros_like(start.theta)
+        shift[: hypothesis.nuisances] = -start.theta[: hypothesis.nuisances]
+        shift[: values.shape[1]] += values[number]
+        return Screened(candidate, (float(closer[number]),), plain - float(costs[number]), shift, is_drawn=True)
+
+    turning = [c for c in candidates if c.changes is not None and not c.is_dashpot and c.released is None]
+    return sorted(side_by_side(best, turning), key=lambda trial: -trial.gain)
+
+
+def _left_at(hypothesis: Hypothesis, drawn: FloatArray, seen: SeenModes, frame: Frame, sizes: FloatArray) -> FloatArray:
+    """Return what the structure as drawn leaves of the modes seen, (size, value), with one candidate more."""
+    thetas = np.column_stack([np.repeat(drawn[None], len(sizes), axis=0), sizes])
+    return seen.less(modes_of(hypothesis, thetas, frame, len(seen.omega)))
+
+
+def _sizes(candidate: Candidate) -> FloatArray:
+    """Return the sizes (size,) that are tried first, in their order."""
+    fine = candidate.neutral[0] + np.array(FINE) * candidate.width[0]
+    return np.sort(np.concatenate([sizes_of(candidate)[:, 0], fine[fine > candidate.lower[0]]]))
