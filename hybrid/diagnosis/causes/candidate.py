@@ -83,6 +83,11 @@ class Candidate:
         return self.changes is not None or self.mode is not None
 
     @property
+    def turns_modes(self) -> bool:
+        """Whether it changes M or K of a structure whose supports hold."""
+        return self.changes is not None and not self.is_dashpot and self.released is None
+
+    @property
     def key(self) -> str:
         """Kind and place as one word, the same for the same candidate."""
         return f"{self.kind} {self.location}"

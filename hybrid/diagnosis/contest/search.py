@@ -54,10 +54,12 @@ def contest(
     short, base = ground.short, ground.whole
     taken = {candidate.key for candidate in ground.hypothesis.candidates}
     others = tuple(candidate for candidate in candidates if candidate.key not in taken)
-    tested = [screen(item, others, frame) for item in (short, base)]
-    if short.hypothesis.plant.kept is not None:
-        tested.append(modal_scan(base, others, frame, short))
-    ranked = [absorbed(base, others), *tested, scan(short, others, frame)]
+    by_modes, rest = list[Screened](), others
+    if short.hypothesis.plant.kept is not None:  # a frame's modes tell more than its phases
+        by_modes = modal_scan(base, others, frame, short)
+        rest = tuple(candidate for candidate in others if not candidate.turns_modes)
+    tested = screen(base, rest, frame)
+    ranked = [absorbed(base, others), screen(short, others, frame), tested, by_modes, scan(short, others, frame)]
     forces = [trial for trial in screen_forces(base, others, frame) if trial.gain > FORCED * _recordings(base)]
     advance()
     trials = with_others(promising(ranked, kept), unseen(short, others, frame))
@@ -65,7 +67,7 @@ def contest(
     for longer in lengths.cut[1:]:
         present = _race(present, longer, frame, lengths.enough(longer))
         advance()
-    present += _foretold(ground, tested[1], present, lengths, frame)
+    present += _foretold(ground, tested, present, lengths, frame)
     present += _forced(base, forces, present, frame, advance)
     return tuple(sorted(present, key=lambda item: -item.log_evidence))
 

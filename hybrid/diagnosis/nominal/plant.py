@@ -51,9 +51,9 @@ class Plant:
     assumed modal damping ratios (mode,) on top of ``damping``, of the modes kept and of one that a cause may bring.
     ``scatter``: how elements are off by themselves. ``spread``: prior standard deviations of the log factors of parts
     and damping ratios, of the scatter's patterns and of the damping's `TURNING`, where the structure has damping of its
-    own, in this order (nuisance,). ``laws``: forces that the nominal structure itself has. ``integration``: the error of
-    the user's own time steps, None where it integrates exactly. ``loaded``: where recordings are loaded. ``geometry``:
-    forces beyond the linear model's, None where there are none. ``rate``: of the recordings' samples, Hz.
+    own, in this order (nuisance,). ``laws``: forces that the nominal structure itself has. ``integration``: the error
+    of the user's own time steps, None where it integrates exactly. ``loaded``: where recordings are loaded.
+    ``geometry``: forces beyond the linear model's, None where there are none. ``rate``: of the recordings' samples, Hz.
     """
 
     structure: Structure

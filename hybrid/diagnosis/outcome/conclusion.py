@@ -30,8 +30,8 @@ from hybrid.diagnosis.shown.show import Shown, show
 RIVALS = 0.005  # least probability of an alternative that is told
 SUREST = 0.999  # no probability is said to be more
 UNSEEN = (
-    "the training recordings show nothing wrong, the test recordings do: what acts there is not felt in those; train on"
-    " recordings that show it"
+    "the training recordings show nothing{more} wrong, the test recordings do: what acts there is not felt in those;"
+    " train on recordings that show it"
 )
 
 
@@ -81,13 +81,15 @@ def concluded(setting: Setting, evidence: Evidence) -> Diagnosis:
     if named:
         findings = _findings(setting, scorer, posterior, simulation, (nominal, drawn), listed)
         notes += _apart(setting, findings)
+        if not errors.near and not left(best, frame, setting.band).significant and not factors_off(best):
+            notes.append(UNSEEN.format(more=" more"))
     elif verdict is Verdict.NOTHING_WRONG:
         unexplained = 0.0
         notes += _far_off(setting.plant, theta / base.hypothesis.width)
         if simulation.fit is base:  # else a cause may matter for the structure, if not for the user's modal model
             notes += [weak(best, number) for number in range(len(best.hypothesis.candidates))]
     elif not left(base, frame, setting.band).significant and not factors_off(base):
-        notes.append(UNSEEN)
+        notes.append(UNSEEN.format(more=""))
     if not named:
         extended = own if theta.any() else drawn
     notes += modal_notes(simulation, nominal, own, scorer, named)

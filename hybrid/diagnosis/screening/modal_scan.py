@@ -77,7 +77,7 @@ def modal_scan(item: Fit, candidates: tuple[Candidate, ...], frame: Frame, start
         shift[: values.shape[1]] += values[number]
         return Screened(candidate, (float(closer[number]),), plain - float(costs[number]), shift, is_drawn=True)
 
-    turning = [c for c in candidates if c.changes is not None and not c.is_dashpot and c.released is None]
+    turning = [candidate for candidate in candidates if candidate.turns_modes]
     return sorted(side_by_side(best, turning), key=lambda trial: -trial.gain)
 
 
