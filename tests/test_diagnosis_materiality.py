@@ -1,8 +1,10 @@
 """What is named must matter: a second cause that forecasts no better goes, one that does stays."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
+import pytest
 
 from fe_models.blind import BlindCase, BlindConfig, blind_case
 from hybrid.diagnosis.causes.candidate import Candidate
@@ -12,6 +14,7 @@ from hybrid.diagnosis.contest.pairs import farthest_of
 from hybrid.diagnosis.contest.posterior import posterior_of
 from hybrid.diagnosis.contest.setting import Setting, setting_of
 from hybrid.diagnosis.fitting.fitting import Fit
+from hybrid.diagnosis.fitting.forecasting import within
 from hybrid.diagnosis.judging import key_of
 from hybrid.diagnosis.outcome.materiality import material
 from hybrid.diagnosis.outcome.scorer import Scorer
@@ -104,3 +107,20 @@ def test_calibration_beyond_what_is_normal_gives_way_to_a_cause() -> None:
     sure = Fit(**{**vars(right), "cost": base.cost + 20.0})  # as if the evidence had been against it
     found, _ = named(setting, base, sure)
     assert found[0] == {right.hypothesis.candidates[0].key}
+
+
+def test_values_are_as_far_off_as_the_kinder_reading_of_their_uncertainty_has_it() -> None:
+    """A standard deviation of 10 % may be of a damping ratio or of its logarithm."""
+    _, setting = two_causes()
+    item = fitted(setting)
+    damping = len(setting.plant.parts)
+    for factor, deviation in ((0.7, -3.0), (np.exp(0.3), 3.0), (1.0, 0.0)):
+        theta = np.zeros_like(item.theta)
+        theta[damping] = np.log(factor)
+        off = replace(item, theta=theta)
+        assert off.deviations[damping] == pytest.approx(deviation)
+        np.testing.assert_allclose(within(off, 3.01), theta)
+        clipped = replace(off, theta=within(off, 2.0)).deviations[damping]
+        assert clipped == pytest.approx(np.clip(deviation, -2.0, 2.0))
+    assert not within(item, 0.0)[: setting.plant.values].any()
+    np.testing.assert_array_equal(within(item, np.inf), item.theta)

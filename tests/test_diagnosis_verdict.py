@@ -30,7 +30,9 @@ def test_near_the_floor_is_within_fifteen_per_cent(extended: float, near: bool) 
     assert Errors(3.0, extended, 1.0, 0.01).near is near
 
 
-@pytest.mark.parametrize(("kinds", "words"), [((), "show nothing wrong"), (("sensor_gain",), "show nothing more wrong")])
+@pytest.mark.parametrize(
+    ("kinds", "words"), [((), "show nothing wrong"), (("sensor_gain",), "show nothing more wrong")]
+)
 def test_what_only_test_recordings_feel_is_told(kinds: tuple[str, ...], words: str) -> None:
     config = BlindConfig(kinds, size=0.8, train=4, test=2, duration=25.0)
     trained = blind_case(31, config).dataset

@@ -54,11 +54,10 @@ def contest(
     short, base = ground.short, ground.whole
     taken = {candidate.key for candidate in ground.hypothesis.candidates}
     others = tuple(candidate for candidate in candidates if candidate.key not in taken)
-    by_modes, rest = list[Screened](), others
-    if short.hypothesis.plant.kept is not None:  # a frame's modes tell more than its phases
-        by_modes = modal_scan(base, others, frame, short)
-        rest = tuple(candidate for candidate in others if not candidate.turns_modes)
-    tested = screen(base, rest, frame)
+    is_frame = short.hypothesis.plant.kept is not None
+    by_modes = modal_scan(base, others, frame, short) if is_frame else []
+    slow = is_frame and not short.hypothesis.is_linear
+    tested = screen(base, tuple(c for c in others if not (slow and c.turns_modes)), frame)
     ranked = [absorbed(base, others), screen(short, others, frame), tested, by_modes, scan(short, others, frame)]
     forces = [trial for trial in screen_forces(base, others, frame) if trial.gain > FORCED * _recordings(base)]
     advance()

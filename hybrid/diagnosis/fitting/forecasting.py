@@ -49,10 +49,15 @@ class Forecast:
 
 
 def within(item: Fit, most: float) -> FloatArray:
-    """Return the theta (parameter,) of a fit, nominal values no further off than ``most`` standard deviations."""
-    count = item.hypothesis.nuisances
+    """Return the theta (parameter,) of a fit, nominal values no further off than ``most`` standard deviations.
+
+    As far as its ``deviations`` tell them.
+    """
+    count, factors = item.hypothesis.nuisances, item.hypothesis.plant.factors
     farthest = most * item.hypothesis.width[:count]
-    return np.append(np.clip(item.theta[:count], -farthest, farthest), item.theta[count:])
+    least, whole = -farthest, farthest[:factors] >= 1  # which no factor can be below nominal
+    least[:factors] = np.where(whole, -np.inf, np.log1p(-np.where(whole, 0.0, farthest[:factors])))
+    return np.append(np.clip(item.theta[:count], least, farthest), item.theta[count:])
 
 
 def deviation_of(item: Fit) -> float:

@@ -1,6 +1,6 @@
 """From evidence to what a report says: verdict, findings, extended structure, and forecasts before and after."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -85,7 +85,7 @@ def concluded(setting: Setting, evidence: Evidence) -> Diagnosis:
             notes.append(UNSEEN.format(more=" more"))
     elif verdict is Verdict.NOTHING_WRONG:
         unexplained = 0.0
-        notes += _far_off(setting.plant, theta / base.hypothesis.width)
+        notes += _far_off(setting.plant, replace(base, theta=theta).deviations)
         if simulation.fit is base:  # else a cause may matter for the structure, if not for the user's modal model
             notes += [weak(best, number) for number in range(len(best.hypothesis.candidates))]
     elif not left(base, frame, setting.band).significant and not factors_off(base):
@@ -134,7 +134,7 @@ def _as_drawn_or_calibrated(base: Fit, frame: Frame, most: float) -> tuple[Fit, 
 
 
 def _far_off(plant: Plant, deviations: FloatArray) -> list[str]:
-    """Return a note on each nominal value that is further off than usual, in stated standard deviations (nuisance,)."""
+    """Return a note on each nominal value that is further off than usual, in stated standard deviations (value,)."""
     return [
         f"{what} of {place_words(where)} is {abs(deviation):.1f} of its stated standard deviations"
         f" {'below' if deviation < 0 else 'above'} its nominal value: rare, but likelier than any cause"
