@@ -228,7 +228,8 @@ def _starts(trial: Screened, base: Fit) -> list[FloatArray]:
     """Return where a fit of one candidate more may begin.
 
     What is wrong may have led the calibration of the ``base`` astray: for a force the drawn structure is a start, too.
-    There a cable hardly goes slack at first: once it does, the structure moves further than the base lets it.
+    There a cable hardly goes slack at first: once it does, the structure moves further than the base lets it. And where
+    a stop is hit there, the motion of the base does not tell: from one gap of five the steps lead to the right one.
     """
     theta, candidate = trial.theta(base), trial.candidate
     if candidate.pull is None or deviation_of(base) <= DEVIATION:
@@ -237,4 +238,5 @@ def _starts(trial: Screened, base: Fit) -> list[FloatArray]:
     drawn[: base.hypothesis.nuisances] = 0.0
     if candidate.hardly:
         drawn[len(base.theta) :] = candidate.hardly
-    return [theta, drawn]
+    elsewhere = candidate.first_starts if len(candidate.first_starts) > 1 else ()
+    return [theta, drawn, *(np.append(drawn[: len(base.theta)], start) for start in elsewhere)]
