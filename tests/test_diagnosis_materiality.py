@@ -18,7 +18,6 @@ from hybrid.diagnosis.fitting.forecasting import within
 from hybrid.diagnosis.judging import key_of
 from hybrid.diagnosis.outcome.materiality import material
 from hybrid.diagnosis.outcome.scorer import Scorer
-from hybrid.diagnosis.outcome.verdict import LISTED_IN_PART, Errors, Verdict, verdict_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 
 TWO = BlindConfig(("stiffness_change", "sensor_gain"), size=0.7, train=4, test=2, duration=25.0)
@@ -125,21 +124,3 @@ def test_values_are_as_far_off_as_the_kinder_reading_of_their_uncertainty_has_it
         assert clipped == pytest.approx(np.clip(deviation, -2.0, 2.0))
     assert not within(item, 0.0)[: setting.plant.values].any()
     np.testing.assert_array_equal(within(item, np.inf), item.theta)
-
-
-def test_calibration_beyond_the_normal_counts_where_forecasts_need_it() -> None:
-    """A damping ratio five deviations off is a part that the causes leave, unless forecasts do without it."""
-    case, setting = two_causes()
-    base = fitted(setting)
-    best = fitted(setting, *(candidate(setting, key_of(cause)) for cause in case.truth))
-    theta = best.theta.copy()
-    errors = Errors(calibrated=2.0, extended=1.0, floor=1.0, unexplained=0.0)
-    for off, held, expected in (
-        (0.0, np.inf, (Verdict.EXPLAINED, 1.0)),
-        (0.5, 1.06, (Verdict.PARTLY_EXPLAINED, LISTED_IN_PART)),
-        (0.5, 1.04, (Verdict.EXPLAINED, 1.0)),
-    ):
-        theta[len(setting.plant.parts)] = off
-        astray = replace(best, theta=theta.copy())
-        found = verdict_of(astray, base, setting.frame, setting.band, replace(errors, held=held))
-        assert found == expected

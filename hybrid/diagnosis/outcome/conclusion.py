@@ -13,7 +13,7 @@ from hybrid.diagnosis.contest.pairs import factors_off, left
 from hybrid.diagnosis.contest.posterior import Posterior, of_candidate, rivals_of
 from hybrid.diagnosis.contest.setting import Setting
 from hybrid.diagnosis.fitting.fitting import Fit, residuals_at
-from hybrid.diagnosis.fitting.forecasting import DEVIATION, Forecast, deviation_of, model_of, within
+from hybrid.diagnosis.fitting.forecasting import DEVIATION, Forecast, model_of, within
 from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.outcome.acting import recordings_of
 from hybrid.diagnosis.outcome.advice import Advice, advise
@@ -72,8 +72,7 @@ def concluded(setting: Setting, evidence: Evidence) -> Diagnosis:
     if simulation.fit is not base:
         drawn, own = (scorer.forecast(base, most) for most in (0.0, normal))
     unexplained = _share_left(extended, nominal)
-    held = scorer.error(scorer.forecast(best, DEVIATION)) if deviation_of(best) > ABNORMAL else np.inf
-    errors = Errors(scorer.error(calibrated), scorer.error(extended), scorer.floor(own), unexplained, held)
+    errors = Errors(scorer.error(calibrated), scorer.error(extended), scorer.floor(own), unexplained)
     wrong = simulation.fit if simulation.is_wrong else base
     verdict, listed = verdict_of(best, wrong, frame, setting.band, errors)
     named = verdict in (Verdict.EXPLAINED, Verdict.PARTLY_EXPLAINED)

@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 from enum import Enum
-from math import inf
 
 from hybrid.diagnosis.contest.pairs import left, misfit
 from hybrid.diagnosis.fitting.fitting import Fit
@@ -33,14 +32,12 @@ class Verdict(Enum):
 class Errors:
     """NRMSE of forecasts, mean over the measured channels: of the calibrated nominal model, of the extended one, and
     the noise ``floor``. ``unexplained``: share of the nominal model's wrong energy that the extended one leaves.
-    ``held``: of the extended one with its calibration held within what is normal, where it is not.
     """
 
     calibrated: float
     extended: float
     floor: float
     unexplained: float
-    held: float = inf
 
     @property
     def nothing_to_gain(self) -> bool:
@@ -52,11 +49,6 @@ class Errors:
     def reached(self) -> bool:
         """Whether the extended model is as good as noise lets it be."""
         return self.extended <= (1 + MATERIAL) * self.floor
-
-    @property
-    def reached_held(self) -> bool:
-        """Whether it is so without what a calibration beyond the normal may stand for."""
-        return self.held <= (1 + MATERIAL) * self.floor
 
     @property
     def near(self) -> bool:
@@ -79,7 +71,7 @@ def verdict_of(best: Fit, base: Fit, frame: Frame, band: Band, errors: Errors) -
         calm = errors.calibrated <= NEAR * errors.floor  # in recordings that were never fitted
         return Verdict.NOTHING_WRONG if calm and not significant else Verdict.UNEXPLAINED, LISTED
     wholly = min(share, errors.unexplained) < WHOLLY
-    normal = deviation_of(best) <= ABNORMAL or errors.reached_held
+    normal = deviation_of(best) <= ABNORMAL
     if normal and (errors.reached or (errors.near and wholly)):
         return Verdict.EXPLAINED, 1.0 if certain else LISTED
     partly = min(share, errors.unexplained) < PARTLY  # a calibration gone astray may leave as little
