@@ -8,6 +8,7 @@ from fe_models.linear import LinearModel, ModalModel
 from fe_models.structure import Direction, Structure
 
 Quantity = Literal["displacement", "velocity", "acceleration"]
+QUANTITIES: tuple[Quantity, ...] = ("displacement", "velocity", "acceleration")  # each the rate of the one before
 
 
 @dataclass(frozen=True)

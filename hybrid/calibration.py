@@ -15,9 +15,9 @@ from torch import Tensor
 
 from fe_models.dofs import FloatArray
 from fe_models.linear import ModalModel
-from fe_models.recordings import Sensor
+from fe_models.recordings import QUANTITIES, Sensor
 from hybrid.connectors import Connectors
-from hybrid.decoder import QUANTITIES, sensor_shapes
+from hybrid.decoder import sensor_shapes
 from hybrid.linear_form import ConnectorForm, ModalForm
 
 GROWTH = (0.1, 0.2, 0.4, 1.0)  # of the whole window, one after the other

@@ -8,9 +8,7 @@ from torch import Tensor, nn
 
 from fe_models.errors import raise_faults
 from fe_models.linear import ModalModel
-from fe_models.recordings import Sensor
-
-QUANTITIES = ("displacement", "velocity", "acceleration")
+from fe_models.recordings import QUANTITIES, Sensor
 
 
 def sensor_shapes(modal: ModalModel, sensors: Sequence[Sensor]) -> np.ndarray:

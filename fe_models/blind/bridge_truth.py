@@ -17,7 +17,7 @@ from fe_models.effects import ForceLaw
 from fe_models.effects.laws import force_laws
 from fe_models.linear import LinearModel, ModalModel
 from fe_models.modes import natural_modes
-from fe_models.recordings import Sensor, Uncertainty
+from fe_models.recordings import QUANTITIES, Sensor, Uncertainty
 from fe_models.structure import Beam, Element, Spring, Structure
 
 OUTPUT_RATE = 500.0  # Hz; far enough above the recordings' rate for their low-pass to act first
@@ -110,7 +110,7 @@ def motion_at(
     grid = Grid(-margin, 1 / OUTPUT_RATE, outputs, steps)
     rows = [modal.dofs.row(sensor.node, sensor.direction) for sensor in sensors]
     motion = march(modal, (q, p), grid, rows, laws, others)
-    which = [("displacement", "velocity", "acceleration").index(sensor.quantity) for sensor in sensors]
+    which = [QUANTITIES.index(sensor.quantity) for sensor in sensors]
     return motion[which, :, range(len(sensors))].transpose(2, 1, 0)  # (motion, time, sensor)
 
 

@@ -56,8 +56,8 @@ def contest(
     others = tuple(candidate for candidate in candidates if candidate.key not in taken)
     is_frame = short.hypothesis.plant.kept is not None
     by_modes = modal_scan(base, others, frame, short) if is_frame else []
-    slow = is_frame and not short.hypothesis.is_linear
-    tested = screen(base, tuple(c for c in others if not (slow and c.turns_modes)), frame)
+    ranked_by_modes = is_frame and not base.hypothesis.is_linear  # beside a law each takes a march of whole recordings
+    tested = screen(base, tuple(c for c in others if not (ranked_by_modes and c.turns_modes)), frame)
     ranked = [absorbed(base, others), screen(short, others, frame), tested, by_modes, scan(short, others, frame)]
     forces = [trial for trial in screen_forces(base, others, frame) if trial.gain > FORCED * _recordings(base)]
     advance()

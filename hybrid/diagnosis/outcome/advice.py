@@ -25,7 +25,7 @@ from hybrid.diagnosis.response.marching import respond
 DOUBTFUL = 0.05  # least probability of a rival worth a sensor; one that falls below it is ruled out
 RIVALS = 3  # of each finding, the most probable
 TRIED = 3  # sensors at which the rival may move as it pleases; chosen by how far apart the two are if it does not
-QUANTITIES: tuple[Quantity, ...] = ("displacement", "acceleration")
+OFFERED: tuple[Quantity, ...] = ("displacement", "acceleration")
 
 
 @dataclass(frozen=True)
@@ -92,7 +92,7 @@ def possible_sensors(plant: Plant, present: tuple[Sensor, ...]) -> tuple[Sensor,
     found = []
     for row in plant.dofs.free_rows:
         node, direction = int(plant.dofs.node[row]), plant.dofs.direction[row]
-        for quantity in QUANTITIES:
+        for quantity in OFFERED:
             if direction != "rz" and (node, direction, quantity) not in have:
                 name = f"{quantity} {node} {direction}"
                 found.append(Sensor(name, node, direction, quantity, UNITS[quantity, False]))

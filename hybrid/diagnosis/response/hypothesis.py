@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from fe_models.dofs import BoolArray, FloatArray
-from fe_models.recordings import Sensor
+from fe_models.recordings import QUANTITIES, Sensor
 from fe_models.time_integration import TimeIntegration
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.nominal.plant import Plant
@@ -58,8 +58,8 @@ class Hypothesis:
     def precision(self) -> FloatArray:
         """What the square of a deviation from the centre costs, (parameter,), beside squares of what is left.
 
-        Of what the user knows as many times more as there are values that tell as much as one. The scatter is why these
-        are alike.
+        Of the factors, which the user knows, as many times more as there are values that tell as much as one. The
+        scatter is why these are alike, and how damping turns nobody stated: both count once.
         """
         counts = np.ones(len(self.centre))
         counts[: self.plant.factors] = self.plant.alike
@@ -144,7 +144,7 @@ class Hypothesis:
             elif candidate.mode is not None:
                 replaced.append((candidate.mode, theta[:, part.start]))
         more = more_damping(plant, *before, factor[:, parts:])
-        if before[0] is not M and self.nuisances > plant.values:
+        if self.nuisances > plant.values and any(candidate.turns_modes for candidate in self.candidates):
             turned = 0.5 * (1 + theta[:, plant.values, None, None])
             more = (1 - turned) * more + turned * more_damping(plant, M, C, K, factor[:, parts:])
         shapes = np.broadcast_to(basis.shapes, (variants, *basis.shapes.shape))
@@ -184,7 +184,7 @@ class Hypothesis:
         picked = rows @ reduced.shapes  # (variant, sensor, mode)
         seen = np.zeros((variants, len(sensors), self.states))
         quantities = np.array([sensor.quantity for sensor in sensors], dtype=str)
-        kinds = np.stack([quantities == word for word in ("displacement", "velocity", "acceleration")])
+        kinds = np.stack([quantities == word for word in QUANTITIES])
         at_rest, moving, pushed = kinds
         seen[:, at_rest, :n] = picked[:, at_rest]
         seen[:, moving, n : 2 * n] = picked[:, moving]

@@ -17,7 +17,7 @@ from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.side_by_side import side_by_side
 from hybrid.diagnosis.screening.scanning import sizes_of
 from hybrid.diagnosis.screening.screening import Screened
-from hybrid.diagnosis.screening.seen_modes import SeenModes, modes_of, seen_modes
+from hybrid.diagnosis.screening.seen_modes import SeenModes, picked_modes, seen_modes
 
 STEP = 1e-3  # of a prior width: finite differences of frequencies and shapes
 FINE = (-0.1, -0.05, -0.02, 0.02, 0.05, 0.1)  # of a prior width: small effects, besides those of a scan
@@ -40,7 +40,7 @@ class _Calibration:
         values = hypothesis.plant.values
         moved = STEP * hypothesis.width[:values]
         thetas = drawn + np.vstack([np.zeros(len(drawn)), np.eye(values, len(drawn)) * moved[:, None]])
-        plain, left = np.split(seen.less(modes_of(hypothesis, thetas, frame)), [1])
+        plain, left = np.split(seen.less(picked_modes(hypothesis, thetas, frame)), [1])
         slopes = (plain - left) / moved[:, None]
         normal = slopes @ slopes.T + np.diag(hypothesis.precision[:values])
         return cls(slopes, np.asarray(np.linalg.inv(normal), dtype=np.float64), plain)
@@ -84,7 +84,7 @@ def modal_scan(item: Fit, candidates: tuple[Candidate, ...], frame: Frame, start
 def _left_at(hypothesis: Hypothesis, drawn: FloatArray, seen: SeenModes, frame: Frame, sizes: FloatArray) -> FloatArray:
     """Return what the structure as drawn leaves of the modes seen, (size, value), with one candidate more."""
     thetas = np.column_stack([np.repeat(drawn[None], len(sizes), axis=0), sizes])
-    return seen.less(modes_of(hypothesis, thetas, frame, len(seen.omega)))
+    return seen.less(picked_modes(hypothesis, thetas, frame, len(seen.omega)))
 
 
 def _sizes(candidate: Candidate) -> FloatArray:

@@ -6,6 +6,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from fe_models.dofs import FloatArray
+from fe_models.recordings import QUANTITIES
 from hybrid.diagnosis.fitting.driven import fitted_motion
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.recorded.frame import Frame
@@ -14,11 +15,10 @@ from hybrid.diagnosis.response.reduction import eigenmodes
 
 FREQUENCY, SHAPE = 3e-4, 0.01  # relative errors besides: of first order, in factors that are off by a few deviations
 TINY = 1e-300
-ORDER = {"displacement": 0, "velocity": 1, "acceleration": 2}
 
 
 @dataclass(frozen=True)
-class Modes:
+class PickedModes:
     """``omega`` (variant, mode), rad/s, mass-normalised ``shapes`` (variant, dof, mode), and what the measured
     ``sensors`` (variant, sensor, mode) pick of them.
     """
@@ -27,7 +27,7 @@ class Modes:
     shapes: FloatArray
     sensors: FloatArray
 
-    def like(self, mass_shapes: FloatArray) -> "Modes":
+    def like(self, mass_shapes: FloatArray) -> "PickedModes":
         """Return the modes in the order, and with the signs, of others, given as M Phi (dof, mode)."""
         alike = np.einsum("dm,vdn->vmn", mass_shapes, self.shapes)
         order = np.stack([linear_sum_assignment(-np.abs(part))[1] for part in alike])
@@ -36,7 +36,7 @@ class Modes:
         def chosen(shapes: FloatArray) -> FloatArray:
             return np.take_along_axis(shapes, order[:, None], axis=2) * sign[:, None]
 
-        return Modes(np.take_along_axis(self.omega, order, axis=1), chosen(self.shapes), chosen(self.sensors))
+        return PickedModes(np.take_along_axis(self.omega, order, axis=1), chosen(self.shapes), chosen(self.sensors))
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class SeenModes:
     of_sensors: FloatArray
     mass_shapes: FloatArray
 
-    def less(self, modes: Modes) -> FloatArray:
+    def less(self, modes: PickedModes) -> FloatArray:
         """Return what ``modes`` leave of those seen, (variant, value), in standard deviations."""
         modes, weight = modes.like(self.mass_shapes), self.of_sensors
         scale = np.einsum("sm,sm,vsm->vm", weight, self.sensors, modes.sensors)  # initial states scale each shape
@@ -60,13 +60,11 @@ class SeenModes:
         return np.concatenate([np.sqrt(self.of_omega) * (self.omega - modes.omega), shapes.reshape(len(scale), -1)], 1)
 
 
-def modes_of(hypothesis: Hypothesis, thetas: FloatArray, frame: Frame, count: int | None = None) -> Modes:
+def picked_modes(hypothesis: Hypothesis, thetas: FloatArray, frame: Frame, count: int | None = None) -> PickedModes:
     """Return the first ``count`` modes of ``thetas`` (variant, parameter), or all that are followed."""
     reduced = hypothesis.reduced(thetas)
     omega2, vectors = eigenmodes(reduced.mass, reduced.stiffness)
-    shapes = (reduced.shapes @ vectors)[..., :count]
-    sensors = hypothesis.plant.rows(frame.sensors) @ shapes
-    return Modes(np.sqrt(np.maximum(omega2, 0.0))[:, :count], shapes, sensors)
+    return _picked(hypothesis, omega2[:, :count], (reduced.shapes @ vectors)[..., :count], frame)
 
 
 def seen_modes(item: Fit, frame: Frame) -> SeenModes:
@@ -76,10 +74,11 @@ def seen_modes(item: Fit, frame: Frame) -> SeenModes:
     that of (t f shape q)^2, the time t from its centre, as the phase is free.
     """
     hypothesis, theta = item.hypothesis, item.theta[None]
-    modes = modes_of(hypothesis, theta, frame)
-    omega, shapes, sensors = modes.omega[0], modes.shapes[0], modes.sensors[0]
     reduced = hypothesis.reduced(theta)
-    own = reduced.mass[0] @ eigenmodes(reduced.mass, reduced.stiffness)[1][0]  # q = own^T (the followed coordinates)
+    omega2, vectors = eigenmodes(reduced.mass, reduced.stiffness)
+    modes = _picked(hypothesis, omega2, reduced.shapes @ vectors, frame)
+    omega, shapes, sensors = modes.omega[0], modes.shapes[0], modes.sensors[0]
+    own = reduced.mass[0] @ vectors[0]  # q = own^T (the followed coordinates)
     system = hypothesis.system(theta, frame.sensors, frame.rate, frame.positions)
     energy, late = np.zeros(len(omega)), np.zeros(len(omega))
     for batch, states in zip(item.batches, item.states, strict=True):
@@ -88,7 +87,7 @@ def seen_modes(item: Fit, frame: Frame) -> SeenModes:
         centre = np.sum(time * square, axis=0) / (np.sum(square, axis=0) + TINY)
         energy += np.sum(square, axis=(0, 1))
         late += np.sum((time - centre) ** 2 * square, axis=(0, 1))
-    order = np.array([ORDER[sensor.quantity] for sensor in frame.sensors])
+    order = np.array([QUANTITIES.index(sensor.quantity) for sensor in frame.sensors])
     factor = omega ** order[:, None] / frame.sigma[:, None]  # (sensor, mode)
     of_omega, of_sensors = np.sum((sensors * factor) ** 2, axis=0) * late, factor**2 * energy
     return SeenModes(
@@ -98,3 +97,8 @@ def seen_modes(item: Fit, frame: Frame) -> SeenModes:
         1 / (1 / (of_sensors + TINY) + (SHAPE * np.abs(sensors).max(axis=0)) ** 2),
         hypothesis.plant.mass @ shapes,
     )
+
+
+def _picked(hypothesis: Hypothesis, omega2: FloatArray, shapes: FloatArray, frame: Frame) -> PickedModes:
+    sensors = hypothesis.plant.rows(frame.sensors) @ shapes
+    return PickedModes(np.sqrt(np.maximum(omega2, 0.0)), shapes, sensors)
