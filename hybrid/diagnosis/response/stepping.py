@@ -145,6 +145,24 @@ def _multiply_near(below: FloatArray, on: FloatArray, above: FloatArray, vector:
 
 
 @_compiled
+def _meet(stage: int, seen: FloatArray, f: FloatArray, direct: FloatArray, delayed: FloatArray, at: FloatArray) -> None:
+    """Set ``at`` (row,), what the laws meet at a ``stage`` of four: ``seen`` (time of three times row,) of the motion
+    without them, and what the forces ``f`` (stage, law) before did at once (``direct``) or half a step ago.
+    """
+    rows = len(at)
+    place = 0 if stage == 0 else rows if stage < 3 else 2 * rows
+    for row in range(rows):
+        at[row] = seen[place + row]
+        for law in range(f.shape[1]):
+            if stage == 1:
+                at[row] += 0.5 * f[0, law] * delayed[law, row]
+            elif stage == 2:
+                at[row] += 0.5 * f[1, law] * direct[law, row]
+            elif stage == 3:
+                at[row] += f[2, law] * delayed[law, row]
+
+
+@_compiled
 def step_through(
     scheme: Scheme,
     values: FloatArray,
@@ -184,16 +202,7 @@ def step_through(
                 for part in range(substeps):
                     _multiply(ahead, z, seen)
                     for stage in range(4):
-                        place = 0 if stage == 0 else rows if stage < 3 else 2 * rows
-                        for row in range(rows):
-                            at[row] = seen[place + row]
-                            for law in range(laws):
-                                if stage == 1:
-                                    at[row] += 0.5 * f[0, law] * delayed[law, row]
-                                elif stage == 2:
-                                    at[row] += 0.5 * f[1, law] * direct[law, row]
-                                elif stage == 3:
-                                    at[row] += f[2, law] * delayed[law, row]
+                        _meet(stage, seen, f, direct, delayed, at)
                         for law in range(laws):
                             f[stage, law] = 0.0
                         for row in range(rows):
