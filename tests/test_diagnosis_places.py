@@ -15,8 +15,10 @@ from fe_models.structure import Beam, Spring, Structure
 from hybrid.diagnosis.causes.linear_causes import ECHOED, linear_causes
 from hybrid.diagnosis.causes.places import Motion, places_of
 from hybrid.diagnosis.contest import neighbours
+from hybrid.diagnosis.contest.growing import ground_of
 from hybrid.diagnosis.contest.neighbours import fits_beside
 from hybrid.diagnosis.contest.setting import setting_of
+from hybrid.diagnosis.contest.stages import Search
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.fitting.fitting import Fit, fit
 from hybrid.diagnosis.nominal.plant import plant_of
@@ -128,3 +130,14 @@ def fitted(short: Fit, batches: tuple[Batch, ...], frame: Frame) -> Fit:
     found = fit(short.hypothesis, short.theta, batches, frame)
     assert found is not None
     return found
+
+
+def test_frame_that_forecasts_well_is_searched_further_where_it_leaves_half_as_much_again_as_noise() -> None:
+    setting = setting_of(recorded(masts()))
+    ground = ground_of(setting.nominal, setting.nominal.centre, setting.lengths, setting.frame)
+    assert ground is not None
+    search = Search(ground, setting.lengths, (), setting.frame, setting.frame, setting.band, str)
+    base = ground.whole
+    more = tuple(1.4 * part for part in base.residuals)  # twice the energy
+    assert search.is_ample(base)
+    assert not search.is_ample(replace(base, residuals=more, chi2=1.96 * base.chi2))

@@ -2,11 +2,17 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from fe_models.blind import BlindConfig, blind_case
+from hybrid.diagnosis.causes.candidate import Candidate
+from hybrid.diagnosis.contest.growing import fit_growing
+from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.diagnosis import diagnose
-from hybrid.diagnosis.outcome.verdict import Errors
+from hybrid.diagnosis.fitting.fitting import Fit
+from hybrid.diagnosis.outcome.verdict import Errors, Verdict, verdict_of
+from hybrid.diagnosis.response.hypothesis import Hypothesis
 
 
 @pytest.mark.parametrize(
@@ -43,3 +49,40 @@ def test_what_only_test_recordings_feel_is_told(kinds: tuple[str, ...], words: s
     found = diagnose(replace(trained, recordings=tuple(recordings)))
     assert tuple(finding.cause.kind for finding in found.findings) == kinds
     assert [words in note for note in found.notes].count(True) == 1
+
+
+def test_calibration_astray_may_stand_for_weak_causes_that_are_known() -> None:
+    setting = setting_of(
+        blind_case(31, BlindConfig(("sensor_gain",), size=0.8, train=4, test=2, duration=25.0)).dataset
+    )
+    gain, damping, mass = (
+        next(
+            c
+            for c in setting.candidates()
+            if c.kind == kind and c.location in ({"sensor": "a1"}, {"modes": [4]}, {"node": 1})
+        )
+        for kind in ("sensor_gain", "modal_damping", "added_mass")
+    )
+
+    def fitted(*candidates: Candidate) -> Fit:
+        hypothesis = Hypothesis(setting.plant, candidates)
+        found = fit_growing(hypothesis, hypothesis.centre, setting.lengths, setting.frame, setting.short)
+        assert found is not None
+        return found
+
+    def astray(item: Fit) -> Fit:
+        off = np.zeros_like(item.theta)
+        last = item.hypothesis.plant.factors - 1
+        off[last] = 5 * item.hypothesis.width[last]
+        return replace(item, theta=item.theta + off)
+
+    def verdict(best: Fit, all_causes: Fit) -> Verdict:
+        errors = Errors(3.0, 1.0, 1.0, 0.0)  # forecasts are at the noise floor
+        return verdict_of(best, all_causes, base, setting.frame, setting.band, errors)[0]
+
+    base, one, both = fitted(), fitted(gain), fitted(gain, damping)
+    assert verdict(one, one) is Verdict.EXPLAINED
+    assert verdict(astray(one), one) is Verdict.PARTLY_EXPLAINED
+    assert verdict(astray(one), both) is Verdict.EXPLAINED
+    assert verdict(astray(one), astray(both)) is Verdict.PARTLY_EXPLAINED
+    assert verdict(astray(one), fitted(mass, damping)) is Verdict.PARTLY_EXPLAINED  # which has not what is named

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 from fe_models.structure import Structure
@@ -9,6 +10,7 @@ from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.pairs import misfit
 from hybrid.diagnosis.fitting.fitting import Fit, fit
 from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.response.side_by_side import side_by_side
 
 STEPS = 4  # at most, from place to place
 LITTLE = 0.5  # of what is wrong: where the best leaves more, its places are guesses; friction three nodes off: 0.25
@@ -31,14 +33,10 @@ def fits_beside(
         return found
     tried = {_keys(item) for item in (best, *known)}
     for _ in range(STEPS):
-        here = best
-        for other in _moved(here, candidates):
-            if _keys(other) not in tried:
-                tried.add(_keys(other))
-                moved = fit(other.hypothesis, other.theta, other.batches, frame, other.states)
-                found += [] if moved is None else [moved]
-                best = max((best, *found), key=lambda item: item.log_evidence)
-                advance()
+        moved = [item for item in _moved(best, candidates) if _keys(item) not in tried]
+        tried |= {_keys(item) for item in moved}
+        found += [item for item in side_by_side(partial(_settled, frame), moved, advance) if item is not None]
+        here, best = best, max((best, *found), key=lambda item: item.log_evidence)
         if best is here:
             break
     return found
@@ -61,6 +59,10 @@ def _moved(item: Fit, candidates: tuple[Candidate, ...]) -> list[Fit]:
                 theta[part] = other.neutral + size * other.width
                 moved.append(replace(item, hypothesis=replace(hypothesis, candidates=causes), theta=theta))
     return moved
+
+
+def _settled(frame: Frame, start: Fit) -> Fit | None:
+    return fit(start.hypothesis, start.theta, start.batches, frame, start.states)
 
 
 def _keys(item: Fit) -> tuple[str, ...]:

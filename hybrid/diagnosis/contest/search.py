@@ -152,6 +152,7 @@ def _begun(
 
     The first steps of each tell more than any guess; only the best after that go on.
     """
+    trials = sorted(trials, key=lambda trial: -len(_starts(trial, short)))  # what takes longest not last of all
     steps = side_by_side(partial(_first, hypothesis, short, frame), trials, advance)
     begun = [(trial.is_drawn, step) for trial, step in zip(trials, steps, strict=True) if step is not None]
     best: dict[str, Fit] = {}
@@ -220,7 +221,9 @@ def _first(hypothesis: Hypothesis, base: Fit, frame: Frame, trial: Screened) -> 
     """Return where first steps lead with one candidate more, from its best start, over the segments of the ``base``."""
     extended = hypothesis.adding(trial.candidate)
     states, count = padded(base.states, extended), FIRST_DRAWN if trial.is_drawn else FIRST
-    steps = [first_steps(extended, theta, base.batches, frame, states, count) for theta in _starts(trial, base)]
+    steps = [
+        first_steps(extended, theta, base.batches, frame, states, count, base.cost) for theta in _starts(trial, base)
+    ]
     return min((step for step in steps if step is not None), key=lambda step: step.cost, default=None)
 
 
@@ -238,5 +241,6 @@ def _starts(trial: Screened, base: Fit) -> list[FloatArray]:
     drawn[: base.hypothesis.nuisances] = 0.0
     if candidate.hardly:
         drawn[len(base.theta) :] = candidate.hardly
+        return [theta, drawn]
     elsewhere = candidate.first_starts if len(candidate.first_starts) > 1 else ()
     return [theta, drawn, *(np.append(drawn[: len(base.theta)], start) for start in elsewhere)]

@@ -1,6 +1,7 @@
 """Recordings that are not of one structure: a cause that acts in some of them only."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from hybrid.diagnosis.fitting.wave import wave
 from hybrid.diagnosis.recorded.frame import Frame
 from hybrid.diagnosis.recorded.records import Batch
 from hybrid.diagnosis.response.hypothesis import Hypothesis
+from hybrid.diagnosis.response.side_by_side import side_by_side
 
 ONE_GROUP = 0.4  # of the variance within two groups: more is one group for a force law, whose fits take long
 ASKING = 0.2  # of a chain's misfit over short segments: what the best must promise; where something else is wrong it
@@ -44,11 +46,9 @@ def fit_switched(
     rivals = [] if again is None else [again]
     sorted_fits: list[tuple[Fit, BoolArray]] = []
     for candidate, high in trials:
-        either: list[tuple[Fit, BoolArray]] = []
-        for acting in (high, ~high):
-            bound = bound_of([*rivals, *(item for item, _ in sorted_fits)])
-            found = _fit_sorted(short, candidate, acting, frame, bound)
-            either += [] if found is None or found[0].cost > bound else [found]
+        bound = bound_of([*rivals, *(item for item, _ in sorted_fits)])
+        begun = side_by_side(partial(_fit_sorted, short, candidate, frame, bound), (high, ~high))
+        either = [found for found in begun if found is not None and found[0].cost <= bound]
         sorted_fits += [pair for pair in either if pair[0].cost <= min(item.cost for item, _ in either) + TIED]
     for longer in lengths.cut[1:]:
         limit = bound_of([item for item, _ in sorted_fits])
@@ -92,7 +92,7 @@ def acting_recordings(fit: Fit, number: int) -> tuple[str, ...]:
 
 
 def _fit_sorted(
-    short: Fit, candidate: Candidate, acting: BoolArray, frame: Frame, bound: float
+    short: Fit, candidate: Candidate, frame: Frame, bound: float, acting: BoolArray
 ) -> tuple[Fit, BoolArray] | None:
     """Return the fit over the shortest segments and where it acts, the recordings sorted anew after each round.
 

@@ -178,24 +178,28 @@ def first_steps(
     frame: Frame,
     states: tuple[FloatArray, ...],
     steps: int = FIRST,
+    bound: float = inf,
 ) -> Step | None:
     """Return where the first ``steps`` of a `fit` lead; None as of `fit`.
 
-    A force law takes two; another candidate beside one two at most; both more while they fall steeply. Without the
-    slopes there, which take longest.
+    A force law takes two; another candidate beside one two at most; both more while they fall steeply, the other
+    candidate only if that would lead below the cost ``bound``. Without the slopes there, which take longest.
     """
     problem = _Problem(hypothesis, batches, frame)
     least = most = steps
     if not hypothesis.is_linear:
         comes = hypothesis.candidates[-1].is_law
         least, most = FIRST_OF_LAWS if comes else min(steps, FIRST_OF_LAWS), LAW_ITERATIONS
+        bound = inf if comes else bound  # how a law that starts far off falls tells nothing of where it ends
     taken, best = 0, problem.begun(theta, states)
     point = best
     while point is not None:
         then = problem.improved(point, FREE, slopes=False)[0]
         if then is None:
             break
-        taken, steep, best = taken + 1, then.cost < (1 - STEEP) * point.cost, then
+        fall = then.cost / point.cost
+        taken, best = taken + 1, then
+        steep = fall < 1 - STEEP and then.cost * fall ** (most - taken) < bound
         if taken >= (most if steep else least):
             break
         point = problem.at(then.theta, then.states)  # the slopes, too

@@ -74,7 +74,7 @@ def concluded(setting: Setting, evidence: Evidence) -> Diagnosis:
     unexplained = _share_left(extended, nominal)
     errors = Errors(scorer.error(calibrated), scorer.error(extended), scorer.floor(own), unexplained)
     wrong = simulation.fit if simulation.is_wrong else base
-    verdict, listed = verdict_of(best, wrong, frame, setting.band, errors)
+    verdict, listed = verdict_of(best, evidence.posterior.fits[0], wrong, frame, setting.band, errors)
     named = verdict in (Verdict.EXPLAINED, Verdict.PARTLY_EXPLAINED)
     final, theta = (best, best.theta) if named else _as_drawn_or_calibrated(base, frame, normal)
     findings: tuple[Finding, ...] = ()

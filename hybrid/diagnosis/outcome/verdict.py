@@ -56,10 +56,13 @@ class Errors:
         return self.extended <= NEAR * self.floor
 
 
-def verdict_of(best: Fit, base: Fit, frame: Frame, band: Band, errors: Errors) -> tuple[Verdict, float]:
+def verdict_of(
+    best: Fit, all_causes: Fit, base: Fit, frame: Frame, band: Band, errors: Errors
+) -> tuple[Verdict, float]:
     """Return the verdict on the ``best`` fit, and how probable it is that the list has what is wrong.
 
-    ``base``: the fit without any cause; that of the user's modal model, where this is wrong by itself.
+    ``all_causes``: the best fit with those, too, that hardly matter for forecasts. ``base``: the fit without any cause;
+    that of the user's modal model, where this is wrong by itself.
     """
     significant = left(best, frame, band).significant
     rest = max(left(best, frame, band).total, misfit(best))
@@ -71,8 +74,16 @@ def verdict_of(best: Fit, base: Fit, frame: Frame, band: Band, errors: Errors) -
         calm = errors.calibrated <= NEAR * errors.floor  # in recordings that were never fitted
         return Verdict.NOTHING_WRONG if calm and not significant else Verdict.UNEXPLAINED, LISTED
     wholly = min(share, errors.unexplained) < WHOLLY
-    normal = deviation_of(best) <= ABNORMAL
+    normal = deviation_of(best) <= ABNORMAL or _is_explained(best, all_causes, frame, band)
     if normal and (errors.reached or (errors.near and wholly)):
         return Verdict.EXPLAINED, 1.0 if certain else LISTED
     partly = min(share, errors.unexplained) < PARTLY  # a calibration gone astray may leave as little
     return (Verdict.PARTLY_EXPLAINED if partly else Verdict.UNEXPLAINED), LISTED_IN_PART
+
+
+def _is_explained(best: Fit, all_causes: Fit, frame: Frame, band: Band) -> bool:
+    """Return whether the best fit's causes, with weak ones, leave nothing but noise, the calibration normal: what is
+    astray without those stands for them.
+    """
+    named, more = ({candidate.key for candidate in item.hypothesis.candidates} for item in (best, all_causes))
+    return named < more and deviation_of(all_causes) <= ABNORMAL and not left(all_causes, frame, band).significant
