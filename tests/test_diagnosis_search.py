@@ -119,6 +119,26 @@ def test_first_steps_of_a_law_go_on_while_they_fall(monkeypatch: pytest.MonkeyPa
     assert stopped.cost > 2 * noise  # measured: 2.7, and others would have gone on before it
 
 
+@pytest.mark.parametrize(("seed", "leads"), [(6, True), (3, False)])
+def test_first_steps_beside_a_law_go_on_only_where_they_may_lead_low(seed: int, leads: bool) -> None:
+    kinds = ("cubic_spring", "stiffness_change")
+    case = blind_case(seed, BlindConfig(kinds, size=0.8, train=3, test=1, duration=30.0))
+    law, change = (candidate(case.dataset, cause.kind, **cause.location) for cause in case.truth)
+    batches, frame = frame_of(case.dataset)
+    base = nominal_fit(case.dataset, batches, frame)
+    short = lengths_of(batches, base.hypothesis.states).cut[0]
+    without = fit(base.hypothesis, base.theta, short, frame)
+    assert without is not None
+    both = base.hypothesis.adding(law).adding(change)
+    far = np.concatenate([base.theta, list(case.truth[0].parameters.values()), [4.0]])  # four times as stiff
+    start = both, far, short, frame, padded(without.states, both)
+    led, ended = first_steps(*start), first_steps(*start, bound=without.cost)
+    assert led is not None
+    assert ended is not None
+    assert (led.cost < without.cost) is leads
+    assert (ended.cost == led.cost) is leads
+
+
 def test_drift_goes_on_from_segment_to_segment() -> None:
     case = blind_case(5, BlindConfig(("sensor_drift",), size=0.8, train=3, test=1, duration=30.0))
     (cause,) = case.truth

@@ -21,6 +21,7 @@ ENOUGH = 0.05  # the fall in the sum of squares (a chi-square) below which a fit
 WEAKER = (1.0, 0.5, 0.2)  # of force laws, one after the other, where the motion from the start grows for ever
 # Steps that tell whether more are worth it: a law's initial states must leave those of the motion without it.
 FIRST, FIRST_OF_LAWS = 1, 2
+TELLING = 5  # steps until it shows whether a start that is far off leads low: a second one may still be short
 STEEP = 0.2  # share of the cost: a law whose last step took as much away starts far off, and goes on
 FREE = 1e-10  # of Marquardt's damping: none; a cause and the uncertain factor it resembles need whole steps
 DAMPING = (1e-3, 30.0, 1e3)  # where a whole step fails: first, factor, give up
@@ -199,7 +200,7 @@ def first_steps(
             break
         fall = then.cost / point.cost
         taken, best = taken + 1, then
-        steep = fall < 1 - STEEP and then.cost * fall ** (most - taken) < bound
+        steep = fall < 1 - STEEP and (taken < TELLING or then.cost * fall ** (most - taken) < bound)
         if taken >= (most if steep else least):
             break
         point = problem.at(then.theta, then.states)  # the slopes, too
