@@ -20,7 +20,7 @@ from hybrid.diagnosis.response.side_by_side import side_by_side
 
 SECOND = 10.0  # in tempered log evidence: what a second effect must gain for the first to be looked for again
 HELPLESS = 0.8  # of the misfit: where the best cause leaves more, a second one would only add to the guess
-HELPLESS_FRAME = 0.6  # likewise of a frame: the first of two causes left up to 0.47 in 22 pairs hidden in a bridge
+HELPLESS_FRAME = 0.6  # likewise of a frame: the first of two causes left up to 0.47 in 23 pairs hidden in a bridge
 ONE_IN = 200  # structures: in which chance has one calibrated factor as far off as `farthest_of`
 TOGETHER = 3.0  # standard deviations of the mean square of all of them over its mean
 SORTED = 0.02  # of the misfit: what a cause that acts in some recordings may leave and still be the only one
