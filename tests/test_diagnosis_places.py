@@ -17,6 +17,7 @@ from hybrid.diagnosis.causes.places import Motion, places_of
 from hybrid.diagnosis.contest import neighbours
 from hybrid.diagnosis.contest.growing import ground_of
 from hybrid.diagnosis.contest.neighbours import fits_beside
+from hybrid.diagnosis.contest.pairs import asks_for_more, misfit
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.contest.stages import Search
 from hybrid.diagnosis.diagnosis import diagnose
@@ -141,3 +142,19 @@ def test_frame_that_forecasts_well_is_searched_further_where_it_leaves_half_as_m
     more = tuple(1.4 * part for part in base.residuals)  # twice the energy
     assert search.is_ample(base)
     assert not search.is_ample(replace(base, residuals=more, chi2=1.96 * base.chi2))
+
+
+@pytest.mark.parametrize(("rest", "asks"), [(0.5, True), (0.7, False)])
+def test_second_cause_of_a_frame_is_looked_for_where_the_first_leaves_little_more_than_half(
+    rest: float, asks: bool
+) -> None:
+    setting = setting_of(recorded(masts()))
+    ground = ground_of(setting.nominal, setting.nominal.centre, setting.lengths, setting.frame)
+    assert ground is not None
+    base = ground.whole
+    loud = tuple(part + 10 * np.sin(0.3 * np.arange(part.shape[1]))[:, None] for part in base.residuals)  # 5 Hz
+    single = replace(base.hypothesis, candidates=setting.candidates()[:1])
+    first = replace(base, hypothesis=single, residuals=loud, cost=base.cost - misfit(base) + rest * 1e6)
+    wrong = replace(base, cost=base.cost - misfit(base) + 1e6)
+    assert misfit(first) == pytest.approx(rest * misfit(wrong))
+    assert asks_for_more(first, wrong, setting.frame, setting.band) is asks
