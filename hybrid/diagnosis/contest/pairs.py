@@ -7,6 +7,7 @@ import numpy as np
 from scipy.stats import norm
 
 from hybrid.diagnosis.causes.candidate import Candidate
+from hybrid.diagnosis.contest.effort import effort_of
 from hybrid.diagnosis.contest.growing import Ground, Lengths, ground_of, lengths_of, padded
 from hybrid.diagnosis.contest.posterior import Posterior
 from hybrid.diagnosis.contest.search import contest, rivals_contest
@@ -19,13 +20,10 @@ from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.side_by_side import side_by_side
 
 SECOND = 10.0  # in tempered log evidence: what a second effect must gain for the first to be looked for again
-HELPLESS = 0.8  # of the misfit: where the best cause leaves more, a second one would only add to the guess
-HELPLESS_FRAME = 0.6  # likewise of a frame: the first of two causes left up to 0.47 in 23 pairs hidden in a bridge
 ONE_IN = 200  # structures: in which chance has one calibrated factor as far off as `farthest_of`
 TOGETHER = 3.0  # standard deviations of the mean square of all of them over its mean
 SORTED = 0.02  # of the misfit: what a cause that acts in some recordings may leave and still be the only one
-HOPELESS = 0.3  # likewise, once two causes were looked for
-CONTESTS = 3  # searches for a second cause, each on top of another first one
+HOPELESS = 0.3  # likewise, of two causes: the best of them leave so much that neither is likely right
 FIRSTS = 2  # single causes that a second one is looked for
 
 
@@ -54,12 +52,12 @@ def asks_for_more(item: Fit, base: Fit, frame: Frame, band: Band) -> bool:
     if not item.hypothesis.candidates:
         return False
     apart = len(item.hypothesis.candidates) == 1 and any(batch.off for batch in item.batches)
-    astray = factors_off(item)
-    if (apart or not item.hypothesis.plant.is_chain) and not astray and misfit(item) < SORTED * misfit(base):
+    astray, effort = factors_off(item), effort_of(item.hypothesis.plant)
+    if (apart or not effort.thorough) and not astray and misfit(item) < SORTED * misfit(base):
         return False
     if not left(item, frame, band).significant:
         return astray
-    return misfit(item) <= (HELPLESS if item.hypothesis.plant.is_chain else HELPLESS_FRAME) * misfit(base)
+    return misfit(item) <= effort.helpless * misfit(base)
 
 
 def pair_fits(
@@ -81,7 +79,7 @@ def pair_fits(
     nominal = next((item for item in posterior.fits if not item.hypothesis.candidates), None)
     found: list[Fit] = []
     done: set[str] = set()
-    for _ in range(CONTESTS if posterior.fits[0].hypothesis.plant.is_chain else 1):  # of a frame each takes a minute
+    for _ in range(effort_of(posterior.fits[0].hypothesis.plant).contests):
         if not starts:
             break
         start = starts.pop(0)

@@ -2,6 +2,7 @@
 
 from collections import Counter
 
+from hybrid.diagnosis.contest.effort import effort_of
 from hybrid.diagnosis.fitting.fitting import Step
 from hybrid.diagnosis.screening.screening import Screened
 
@@ -10,7 +11,6 @@ HOPEFUL = 8.0  # fall in the sum of squares that the score test must promise; le
 ALWAYS = 2  # candidates of each ranking that are fitted, however little they promise
 FOREMOST = 16  # of all without a force law, after their first step: a large effect may need some more to show
 FOREMOST_DRAWN = 8  # besides, of those that start from the structure as drawn, where all else that is off shows, too
-BESIDE_LAW = 2  # times fewer of both beside a frame's force law, where each takes a second
 KEPT_LAWS = 5  # force laws at most, of a screening's and of those after their first steps: they take far longer
 ALIKE = 3  # of these at most of one kind, which looks alike at all places near
 
@@ -53,14 +53,15 @@ def _begin(trial: Screened) -> tuple[str, int, tuple[float, ...]]:
 def foremost(begun: list[tuple[bool, Step]]) -> list[Step]:
     """Return the best of the first steps, of those as drawn and of others, not too many with a force law more."""
     ranked = sorted(begun, key=lambda item: item[1].cost)
-    slow = any(step.hypothesis.is_beside_law and not step.hypothesis.plant.is_chain for _, step in begun)
-    share = BESIDE_LAW if slow else 1
+    share = min((effort_of(s.hypothesis.plant).beside_law for _, s in begun if s.hypothesis.is_beside_law), default=1.0)
     laws = _first_of_each_kind([step for _, step in ranked])[:KEPT_LAWS]
     drawn, others = (
         [step for own, step in ranked if own == side and not step.hypothesis.candidates[-1].is_law]
         for side in (True, False)
     )
-    return sorted([*laws, *others[: FOREMOST // share], *drawn[: FOREMOST_DRAWN // share]], key=lambda step: step.cost)
+    return sorted(
+        [*laws, *others[: int(share * FOREMOST)], *drawn[: int(share * FOREMOST_DRAWN)]], key=lambda step: step.cost
+    )
 
 
 def _first_of_each_kind(steps: list[Step]) -> list[Step]:

@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.changes import changes_beside, groups_in
 from hybrid.diagnosis.contest.discrepancy import in_units_of
+from hybrid.diagnosis.contest.effort import effort_of
 from hybrid.diagnosis.contest.growing import Ground, Lengths, fit_growing, padded
 from hybrid.diagnosis.contest.neighbours import fits_beside
 from hybrid.diagnosis.contest.pairs import (
-    HELPLESS,
     asks_for_more,
     each_alone,
     factors_off,
@@ -29,6 +29,7 @@ from hybrid.diagnosis.recorded.noise import Band
 
 LITTLE_LEFT = 1.5  # energy left over that of noise: right causes of blind frames leave 1.2 to 1.3, a stop without the
 # late sensor beside it 2
+MOST = 0.8  # of the misfit: a law that leaves more has no change beside it
 WELL = (1.05, 1.25)  # times the noise floor: mean and largest error of forecasts in which a second cause would not show
 
 
@@ -91,7 +92,7 @@ class Search:
         if groups is None or self.is_enough(best) or is_hopeless(best, fits[0]):
             return []
         alone = next((item for item in posterior.fits if len(item.hypothesis.candidates) == 1), best)
-        if not (best.hypothesis.plant.is_chain or any(batch.off for batch in alone.batches)):
+        if not (effort_of(best.hypothesis.plant).thorough or any(batch.off for batch in alone.batches)):
             return []
         hears = self._hears("recordings apart")
         return changes_beside(self.ground, groups, (), self.candidates, self.frame, self.band, hears)
@@ -154,8 +155,8 @@ class Search:
 
     def is_ample(self, item: Fit) -> bool:
         """Return whether what may be wrong beside a fit is not worth a search, which takes a minute of a frame."""
-        judged = self.judged(item)
-        return self.is_enough(item) and temper_of(judged) < LITTLE_LEFT and not item.hypothesis.plant.is_chain
+        thorough = effort_of(item.hypothesis.plant).thorough
+        return not thorough and self.is_enough(item) and temper_of(self.judged(item)) < LITTLE_LEFT
 
     def _beside(self, best: Fit, base: Fit, known: Sequence[Fit]) -> list[Fit]:
         return fits_beside(best, base, self.candidates, self.frame, self._hears("places next to it"), known)
@@ -170,7 +171,7 @@ def _lasting(posterior: Posterior, base: Fit) -> tuple[Fit, ...]:
 
     No law that leaves most of what the ``base`` does: what else changes beside it takes long to fit.
     """
-    most = HELPLESS * misfit(base)
+    most = MOST * misfit(base)
     single = [f for f in posterior.fits if f.hypothesis.candidates and (f.hypothesis.is_linear or misfit(f) <= most)]
     others = [item for item in single if not item.hypothesis.candidates[0].oscillator]
     return tuple({id(item): item for item in (*single[:1], *others[:1])}.values())

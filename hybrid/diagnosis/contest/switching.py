@@ -7,6 +7,7 @@ import numpy as np
 
 from fe_models.dofs import BoolArray, FloatArray
 from hybrid.diagnosis.causes.candidate import Candidate
+from hybrid.diagnosis.contest.effort import effort_of
 from hybrid.diagnosis.contest.growing import CLOSE_ENOUGH, Lengths, continued, padded
 from hybrid.diagnosis.contest.pairs import misfit
 from hybrid.diagnosis.contest.recording_groups import Asked, each_with
@@ -146,7 +147,7 @@ def _sorted_anew(
     ``whole``: its batches before they were split. Longer segments tell more than those by which they were sorted. Not
     of a frame's force laws, which would take too long.
     """
-    if not (item.hypothesis.is_linear or item.hypothesis.plant.is_chain):
+    if not (item.hypothesis.is_linear or effort_of(item.hypothesis.plant).thorough):
         return item, acting
     begun = {
         name: own
