@@ -14,7 +14,7 @@ from fe_models.recordings import Dataset, Recording
 from fe_models.structure import Beam, Spring, Structure
 from hybrid.diagnosis.causes.linear_causes import ECHOED, linear_causes
 from hybrid.diagnosis.causes.places import Motion, places_of
-from hybrid.diagnosis.contest import neighbours
+from hybrid.diagnosis.contest import neighbours, stages
 from hybrid.diagnosis.contest.growing import ground_of
 from hybrid.diagnosis.contest.neighbours import fits_beside
 from hybrid.diagnosis.contest.pairs import asks_for_more, misfit
@@ -158,3 +158,34 @@ def test_second_cause_of_a_frame_is_looked_for_where_the_first_leaves_little_mor
     wrong = replace(base, cost=base.cost - misfit(base) + 1e6)
     assert misfit(first) == pytest.approx(rest * misfit(wrong))
     assert asks_for_more(first, wrong, setting.frame, setting.band) is asks
+
+
+@pytest.mark.parametrize(("better", "asks"), [("in some recordings", True), ("in all recordings", False)])
+def test_change_of_a_frame_is_looked_for_beside_a_cause_unless_one_in_all_recordings_does_better_alone(
+    better: str, asks: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(stages, "changes_beside", lambda *_: ["looked for"])
+    monkeypatch.setattr(Search, "is_enough", lambda *_: False)
+    monkeypatch.setattr(stages, "is_hopeless", lambda *_: False)
+    setting = setting_of(recorded(masts()))
+    ground = ground_of(setting.nominal, setting.nominal.centre, setting.lengths, setting.frame)
+    assert ground is not None
+    search = Search(ground, setting.lengths, setting.candidates(), setting.frame, setting.frame, setting.band, str)
+    base = ground.whole
+    (batch,) = base.batches
+    before, after = (batch.take([i for i in range(len(batch.names)) if (i > 0) is late]) for late in (False, True))
+
+    def with_causes(count: int, parted: bool, gain: float) -> Fit:
+        hypothesis = replace(base.hypothesis, candidates=search.candidates[:count])
+        found = replace(base, hypothesis=hypothesis, covariance=np.diag(hypothesis.width**2), cost=base.cost - gain)
+        if not parted:
+            return found
+        residuals, states = ((part[:1], part[1:]) for (part,) in (base.residuals, base.states))
+        return replace(found, batches=(replace(before, off=(0,)), after), residuals=residuals, states=states)
+
+    known = [base, with_causes(2, parted=True, gain=1e5)]
+    known += [
+        with_causes(1, parted, 9e4 if parted is (better == "in some recordings") else 8e4) for parted in (False, True)
+    ]
+    assert search.posterior(known).fits[0] is known[1]
+    assert bool(search.in_groups(known)) is asks
