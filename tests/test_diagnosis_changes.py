@@ -36,7 +36,7 @@ def test_a_cause_beside_a_change_is_named_with_it(kinds: tuple[str, str], seed: 
     assert set(marks.named) == set(marks.truth)
     assert all(marks.within)  # 10 % or two standard deviations
     lasting, comes = (next(f for f in found.findings if f.cause.kind == kind) for kind in kinds)
-    assert len(lasting.recordings) == len(case.dataset.recordings)
+    assert lasting.recordings == tuple(recording.name for recording in case.dataset.recordings)
     assert len(set(comes.recordings) - set(case.recordings)) <= 1  # a weak law hardly shows in a quiet recording
 
 

@@ -5,7 +5,7 @@ from typing import Any
 from hybrid.diagnosis.learned.gain import Gain, Trained
 from hybrid.diagnosis.outcome.advice import Advice
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
-from hybrid.diagnosis.outcome.findings import Finding, place_words
+from hybrid.diagnosis.outcome.findings import Finding, at_place
 from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.diagnosis.shown.show_report import describe_shown, shown_table
 
@@ -96,7 +96,7 @@ def describe_diagnosis(diagnosis: Diagnosis, gain: Gain | None = None) -> str:
         lines.append(f"- {finding.sentence}")
         lines.append(f"  Probability {finding.probability:.2f}; explains {finding.explains:.0%} of what was wrong.")
         for kind, location, p in finding.alternatives[:5]:
-            lines.append(f"  These sensors cannot rule out: {kind} at {place_words(location)} ({p:.2f}).")
+            lines.append(f"  These sensors cannot rule out: {kind} {at_place(location)} ({p:.2f}).")
     base, extended = diagnosis.scores["baseline"], diagnosis.scores["extended"]
     lines.append(
         f"Forecast NRMSE: {base['measured']:.4f} before, {extended['measured']:.4f} after, noise floor"
@@ -121,7 +121,7 @@ def _hybrid_lines(gain: Gain) -> list[str]:
         for place in trained.places[:LEARNED_PLACES]:
             laws = ", ".join(f"{word} {part:.0%}" for word, part in list(place.laws.items())[:3])
             lines.append(
-                f"  learned at {place_words(place.location)}: {place.share:.0%} of it; of that explain {laws};"
+                f"  learned {at_place(place.location)}: {place.share:.0%} of it; of that explain {laws};"
                 f" {place.rest:.0%} nothing"
             )
     return lines

@@ -14,7 +14,7 @@ from hybrid.diagnosis.fitting.crossvalidation import as_recordings
 from hybrid.diagnosis.learned.learning import Learned, corrected, learn, learning_preset
 from hybrid.diagnosis.learned.projection import Projected, project
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
-from hybrid.diagnosis.outcome.findings import Finding, place_words
+from hybrid.diagnosis.outcome.findings import Finding, at_place
 from hybrid.diagnosis.recorded.channels import usable
 from hybrid.training import TrainingDivergedError
 
@@ -100,7 +100,7 @@ def _evidence(places: tuple[Projected, ...], findings: tuple[Finding, ...], stru
     first = places[0]
     law, part = next(iter(first.laws.items()))
     said = (
-        f"what a hybrid learned on the nominal structure acts mostly at {place_words(first.location)}"
+        f"what a hybrid learned on the nominal structure acts mostly {at_place(first.location)}"
         f" ({first.share:.0%} of it), where {law} explains {part:.0%}"
     )
     placed = [finding for finding in findings if finding.cause.location]  # no place speaks for what is wrong everywhere

@@ -13,20 +13,20 @@ TOLD = 12.0  # in the tempered sum of squares: by how much a test recording must
 
 def recordings_of(
     fit: Fit, number: int, model: Model, test: tuple[Batch, ...], measured: tuple[int, ...], frame: Frame, temper: float
-) -> tuple[str, ...]:
-    """Return the names of the recordings where candidate ``number`` of a fit acts, those for testing last.
+) -> set[str]:
+    """Return the names of the recordings where candidate ``number`` of a fit acts.
 
     What acts in all that were fitted acts in all. Otherwise a test recording's whole motion is held against the
     ``model`` with the candidate and without; nothing but its initial state is fitted.
     """
     acting = acting_recordings(fit, number)
     everywhere = len(acting) == count_of(fit.batches)
-    names = list(acting)
+    names = set(acting)
     for batch in test:
         with_it = np.ones(len(batch.names), dtype=bool)
         if not everywhere:
             (own,) = columns_of((batch,), measured)
             on, off = (initial_states(*without(model, left_out), own, frame)[1] for left_out in ((), (number,)))
             with_it = off - on > TOLD * temper
-        names += [name for name, acts in zip(batch.names, with_it, strict=True) if acts]
-    return tuple(dict.fromkeys(names))
+        names |= {name for name, acts in zip(batch.names, with_it, strict=True) if acts}
+    return names

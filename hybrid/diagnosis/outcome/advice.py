@@ -18,7 +18,7 @@ from hybrid.diagnosis.contest.posterior import Posterior, rivals_of
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.fitting.linearisation import linearise_batch
 from hybrid.diagnosis.nominal.plant import Plant
-from hybrid.diagnosis.outcome.findings import place_words, reported_location
+from hybrid.diagnosis.outcome.findings import at_place, reported_location
 from hybrid.diagnosis.recorded.frame import Frame
 from hybrid.diagnosis.response.marching import respond
 
@@ -47,8 +47,8 @@ class Advice:
     @property
     def sentence(self) -> str:
         """What to do, in words."""
-        what = f"{self.rival} at {place_words(self.rival_location)}"
-        told = f"{self.kind} at {place_words(self.location)} and {what}"
+        what = f"{self.rival} {at_place(self.rival_location)}"
+        told = f"{self.kind} {at_place(self.location)} and {what}"
         if self.sensor is None:
             return f"no added sensor tells {told} apart; look at the structure there"
         where = f"{self.sensor.quantity} at node {self.sensor.node} in {self.sensor.direction}"

@@ -18,7 +18,7 @@ from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.outcome.acting import recordings_of
 from hybrid.diagnosis.outcome.advice import Advice, advise
 from hybrid.diagnosis.outcome.extend import extended_structure
-from hybrid.diagnosis.outcome.findings import Finding, cause_of, place_words, reported_location, sentence_of
+from hybrid.diagnosis.outcome.findings import Finding, at_place, cause_of, place_words, reported_location, sentence_of
 from hybrid.diagnosis.outcome.materiality import material, weak, without_weak
 from hybrid.diagnosis.outcome.scorer import Scorer
 from hybrid.diagnosis.outcome.simulation import Simulation, modal_finding, modal_notes, simulation_of
@@ -166,20 +166,21 @@ def _findings(
     whole, model = scorer.forecast(best), model_of(best, scorer.frame)
     nominal, drawn = before
     had = max(nominal.energy - nominal.floor_energy, 1e-300)
+    names = tuple(dict.fromkeys(recording.name for recording in setting.dataset.recordings))
     if simulation.is_wrong:
-        names = tuple(recording.name for recording in setting.dataset.recordings)
         findings.append(modal_finding(simulation, nominal, whole, SUREST * listed, names))
     for number, candidate in enumerate(best.hypothesis.candidates):
         cause, parameters = cause_of(best, number, posterior.temper)
         without = _strongest_without(posterior, candidate)
         lost = drawn.energy if without is None else scorer.forecast(without).energy
+        acting = recordings_of(best, number, model, scorer.test, setting.measured, scorer.frame, posterior.temper)
         findings.append(
             Finding(
                 cause,
                 parameters,
                 min(of_candidate(posterior, candidate), SUREST) * listed,
                 float(np.clip((lost - whole.energy) / had, 0.0, 1.0)),
-                recordings_of(best, number, model, scorer.test, setting.measured, scorer.frame, posterior.temper),
+                tuple(name for name in names if name in acting),
                 tuple(
                     (rival.kind, reported_location(rival), p * listed)
                     for rival, p in rivals_of(posterior, candidate, RIVALS)
@@ -194,7 +195,7 @@ def _apart(setting: Setting, findings: tuple[Finding, ...]) -> list[str]:
     """Return a line on each finding that acts in some recordings only."""
     names = list(dict.fromkeys(recording.name for recording in setting.dataset.recordings))
     return [
-        f"the recordings are not all of one structure: {finding.cause.kind} at {place_words(finding.cause.location)}"
+        f"the recordings are not all of one structure: {finding.cause.kind} {at_place(finding.cause.location)}"
         f" acts in {', '.join(finding.recordings)}, and does not, or too little to tell, in"
         f" {', '.join(name for name in names if name not in finding.recordings)}"
         for finding in findings

@@ -5,29 +5,30 @@ from typing import Any
 
 import numpy as np
 
-from fe_models.effects import Cause, HarmonicForce
+from fe_models.effects import Cause, GapStop, HarmonicForce
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.fitting.wave import wave
 
 VERBS = {
     "stiffness_change": "{place} has {factor} times its nominal stiffness",
-    "added_mass": "{place} carries {mass} kg more than the model has (negative: less)",
-    "support_spring": "{place} is held by {stiffness} N/m that the model lacks (negative: it has too much)",
-    "axial_force": "{place} carries an axial force of {force} N that the model lacks (tension positive)",
+    "added_mass": "{place} carries {mass} more than the model has (negative: less)",
+    "support_spring": "{place} is held by {stiffness} that the model lacks (negative: it has too much)",
+    "axial_force": "{place} carries an axial force of {force} that the model lacks (tension positive)",
     "modal_damping": "{place} is damped with a ratio of {ratio}",
-    "point_damper": "a damper of {coefficient} N s/m acts at {place} (negative: the model has too much damping there)",
-    "quadratic_damper": "drag of {coefficient} N s^2/m^2 acts at {place}",
-    "coulomb_friction": "dry friction of {force} N acts at {place}",
-    "cubic_spring": "a cubic spring of {stiffness} N/m^3 acts at {place} (positive: hardening)",
-    "gap_stop": "a stop of {stiffness} N/m acts at {place} beyond a gap of {gap} m",
-    "slack_cable": "{place} goes slack when its compression exceeds a pretension of {pretension} N",
-    "harmonic_force": "a harmonic force of {amplitude} N at {frequency} Hz acts at {place}: look for a machine",
+    "point_damper": "a damper of {coefficient} acts {at} (negative: the model has too much damping there)",
+    "quadratic_damper": "drag of {coefficient} acts {at}",
+    "coulomb_friction": "dry friction of {force} acts {at}",
+    "cubic_spring": "a cubic spring of {stiffness} acts {at} (positive: hardening)",
+    "gap_stop": "a stop of {stiffness} acts {at} beyond a gap of {gap} that closes as {closing}",
+    "slack_cable": "{place} goes slack when its compression exceeds a pretension of {pretension}",
+    "harmonic_force": "a harmonic force of {amplitude} at {frequency} acts {at}: look for a machine",
     "sensor_gain": "{place} shows {factor} times the truth: check its calibration and mounting",
-    "sensor_delay": "{place} is late by {delay} s (negative: early): check its clock",
-    "sensor_drift": "{place} drifts by {slope} units per second",
-    "time_integration": "the simulation's own step of {step} s makes the error: choose a smaller one",
+    "sensor_delay": "{place} is late by {delay} (negative: early): check its clock",
+    "sensor_drift": "{place} drifts by {slope}",
+    "time_integration": "the simulation's own step of {step} makes the error: choose a smaller one",
 }
+UNITS = {"1": "", "unit/s": " of its units a second"}  # in words, where the symbol does not say it
 
 TINY = 1e-6  # relative: the finite difference between a search's parameter and the reported one
 
@@ -103,15 +104,31 @@ def place_words(location: dict[str, Any]) -> str:
     return f"node {location['node']}" if "node" in location else "the whole model"
 
 
+def at_place(location: dict[str, Any]) -> str:
+    """Return where something acts, in words: at a place, between two nodes, in the whole model."""
+    preposition = "between" if "nodes" in location else "at" if location else "in"
+    return f"{preposition} {place_words(location)}"
+
+
 def sentence_of(cause: Cause, parameters: dict[str, Parameter]) -> str:
     """Return one sentence that an engineer can act on."""
     numbers = {word: _number(item) for word, item in parameters.items()}
-    text = VERBS[cause.kind].format(place=place_words(cause.location), **numbers)
+    where = {"place": place_words(cause.location), "at": at_place(cause.location)}
+    if isinstance(cause, GapStop):
+        where["closing"] = _closing(cause)
+    text = VERBS[cause.kind].format(**where, **numbers)
     return text[0].upper() + text[1:] + "."
 
 
 def _number(item: Parameter) -> str:
-    return f"{item.value:.4g} +- {item.std:.2g}" if item.std > 0 else f"{item.value:.4g}"
+    error = f" +- {item.std:.2g}" if item.std > 0 else ""
+    return f"{item.value:.4g}{error}{UNITS.get(item.unit, f' {item.unit}')}"
+
+
+def _closing(stop: GapStop) -> str:
+    """Return which motion meets a stop."""
+    against = "" if len(stop.nodes) == 1 else f" against node {stop.nodes[0]}"
+    return f"node {stop.nodes[-1]} moves in {'+' if stop.side > 0 else '-'}{stop.direction}{against}"
 
 
 def reported_location(candidate: Candidate) -> dict[str, Any]:

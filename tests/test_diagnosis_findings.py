@@ -1,0 +1,58 @@
+"""What a report says of a cause, in a sentence with its place, its units and what an engineer must know to act."""
+
+import pytest
+
+from fe_models.effects import AddedMass, Cause, CoulombFriction, GapStop, QuadraticDamper, SupportSpring
+from fe_models.sensor_effects import SensorDrift
+from fe_models.time_integration import TimeIntegration
+from hybrid.diagnosis.outcome.findings import Parameter, at_place, sentence_of
+
+
+@pytest.mark.parametrize(
+    ("cause", "told"),
+    [
+        (AddedMass(3, 2.5), "Node 3 carries 2.5 kg more than the model has (negative: less)."),
+        (CoulombFriction((3,), "x", 2.5), "Dry friction of 2.5 N acts at node 3 in x."),
+        (CoulombFriction((3, 4), "x", 2.5), "Dry friction of 2.5 N acts between nodes 3 and 4 in x."),
+        (QuadraticDamper((3,), "rz", 2.5), "Drag of 2.5 N m s^2/rad^2 acts at node 3 in rz."),
+        (SensorDrift("a1", 2.5), "Sensor a1 drifts by 2.5 of its units a second."),
+        (
+            SupportSpring(3, "x", 2.5),
+            "Node 3 in x is held by 2.5 N/m that the model lacks (negative: it has too much).",
+        ),
+        (
+            SupportSpring(3, "rz", 2.5),
+            "Node 3 in rz is held by 2.5 N m/rad that the model lacks (negative: it has too much).",
+        ),
+        (
+            GapStop((3,), "y", 0.01, 2.5, -1),
+            "A stop of 2.5 N/m acts at node 3 in y beyond a gap of 0.01 m that closes as node 3 moves in -y.",
+        ),
+        (
+            GapStop((3, 4), "x", 0.01, 2.5, 1),
+            "A stop of 2.5 N/m acts between nodes 3 and 4 in x beyond a gap of 0.01 m that closes as node 4 moves in +x"
+            " against node 3.",
+        ),
+        (
+            TimeIntegration(0.01),
+            "The simulation's own step of 0.01 s makes the error: choose a smaller one.",
+        ),
+    ],
+    ids=lambda item: item.kind if isinstance(item, Cause) else "",
+)
+def test_sentence_names_place_unit_and_side(cause: Cause, told: str) -> None:
+    parameters = {
+        word: Parameter(float(value), 0.0, cause.units[word])
+        for word, value in cause.parameters.items()
+        if not isinstance(value, list)
+    }
+    assert sentence_of(cause, parameters) == told
+
+
+def test_uncertainty_stands_before_the_unit() -> None:
+    sentence = sentence_of(AddedMass(3, 2.5), {"mass": Parameter(2.5, 0.125, "kg")})
+    assert "2.5 +- 0.12 kg more" in sentence
+
+
+def test_the_whole_model_is_no_point() -> None:
+    assert at_place({}) == "in the whole model"
