@@ -13,12 +13,14 @@ from fe_models.recordings import Dataset
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.causes.candidates import all_candidates
 from hybrid.diagnosis.causes.places import Motion
+from hybrid.diagnosis.contest import shortlist
 from hybrid.diagnosis.contest.growing import fit_growing, ground_of, lengths_of, padded
+from hybrid.diagnosis.contest.odds import Odds
 from hybrid.diagnosis.contest.pairs import asks_for_more, each_alone, farthest_of, misfit
 from hybrid.diagnosis.contest.posterior import posterior_of
 from hybrid.diagnosis.contest.recording_groups import asked_for
 from hybrid.diagnosis.contest.setting import setting_of
-from hybrid.diagnosis.contest.shortlist import foremost
+from hybrid.diagnosis.contest.shortlist import foremost, promising
 from hybrid.diagnosis.contest.switching import acting_recordings, fit_switched
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.fitting import fitting, linearisation
@@ -35,6 +37,7 @@ from hybrid.diagnosis.recorded.records import Batch, batches_of, columns_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.marching import respond
 from hybrid.diagnosis.response.system import System
+from hybrid.diagnosis.screening.screening import Screened
 
 MEASURED = (0, 1, 2, 3)
 RATE = 10.0
@@ -298,5 +301,23 @@ def test_one_kind_of_law_does_not_crowd_out_the_others() -> None:
     )
     laws = [*cubic, *drag, candidate(dataset, "gap_stop", node=2)]
     steps = [(False, Step(Hypothesis(plant, (law,)), np.zeros(1), (), float(cost))) for cost, law in enumerate(laws)]
-    kept = [step.hypothesis.candidates[0].key for step in foremost(steps)]
+    kept = [step.hypothesis.candidates[0].key for step in foremost(steps, Odds.among(laws, 1.0))]
     assert kept == [law.key for law in (*cubic[:2], *drag[:2], laws[-1])]
+
+
+@pytest.mark.parametrize(("more", "first"), [(10.0, 4), (30.0, 2)])
+def test_of_causes_that_promise_nearly_the_same_the_more_probable_one_goes_on(
+    more: float, first: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    dataset = blind_case(33021, BlindConfig()).dataset
+    plant = plant_of(dataset)
+    rare, usual = (candidate(dataset, "added_mass", node=node) for node in (2, 4))
+    rare = replace(rare, weight=0.1)
+    odds = Odds.among((rare, usual), alike=4.0)  # four values tell as much as one: log(10) is worth 2 x 4 x 2.3 = 18
+    gains = ((rare, 50.0 + more), (usual, 50.0))
+    trials = [Screened(item, (1.0,), gain, np.zeros(plant.values)) for item, gain in gains]
+    kept = promising([trials, []], 1, odds)
+    assert [trial.candidate.location["node"] for trial in kept] == [first]
+    steps = [(False, Step(Hypothesis(plant, (item,)), np.zeros(1), (), -gain)) for item, gain in gains]
+    monkeypatch.setattr(shortlist, "FOREMOST", 1)
+    assert [step.hypothesis.candidates[0].location["node"] for step in foremost(steps, odds)] == [first]

@@ -6,6 +6,7 @@ import numpy as np
 
 from fe_models.dofs import FloatArray
 from hybrid.diagnosis.causes.candidate import Candidate
+from hybrid.diagnosis.contest.odds import Odds
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.recorded.noise import correlation_factor
 from hybrid.diagnosis.recorded.records import count_of
@@ -33,13 +34,11 @@ def posterior_of(fits: tuple[Fit, ...], candidates: tuple[Candidate, ...]) -> Po
     them as they are, but for a frame's.
     """
     fits = _distinct(fits)
-    weights: dict[str, float] = {}  # of all places of a kind
-    for candidate in candidates:
-        weights[candidate.kind] = weights.get(candidate.kind, 0.0) + candidate.weight * (1 + len(candidate.twins))
-    prior = np.array([_log_prior(fit, weights) for fit in fits])
+    odds = Odds.among(candidates, fits[0].hypothesis.plant.alike)
+    prior = np.array([_log_prior(fit, odds) for fit in fits])
     evidence = np.array([fit.log_evidence for fit in fits])
     best = fits[int(np.argmax(evidence + prior))]
-    temper = temper_of(best) * best.hypothesis.plant.alike
+    temper = temper_of(best) * odds.alike
     score = evidence / temper + prior  # at these very places
     probability = np.exp(score - score.max()) * [_alike(fit) for fit in fits]
     probability /= probability.sum()
@@ -69,10 +68,10 @@ def temper_of(best: Fit) -> float:
     return max(1.0, best.chi2 / best.values) * max(correlation_factor(best.residuals) * best.batches[0].share, 1.0)
 
 
-def _log_prior(fit: Fit, weights: dict[str, float]) -> float:
+def _log_prior(fit: Fit, odds: Odds) -> float:
     total = float(np.log(NOTHING))
     for candidate in fit.hypothesis.candidates:
-        total += float(np.log(NOTHING / len(weights) * candidate.weight / weights[candidate.kind]))
+        total += float(np.log(NOTHING)) + odds.log(candidate)
     if any(batch.off for batch in fit.batches):
         total -= count_of(fit.batches) * float(np.log(2))
     return total

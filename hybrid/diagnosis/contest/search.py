@@ -10,6 +10,7 @@ from fe_models.dofs import FloatArray
 from hybrid.calibration import nothing
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.growing import CLOSE_ENOUGH, Ground, Lengths, continued, fit_growing, padded
+from hybrid.diagnosis.contest.odds import Odds
 from hybrid.diagnosis.contest.posterior import temper_of
 from hybrid.diagnosis.contest.shortlist import foremost, promising, with_others
 from hybrid.diagnosis.fitting.fitting import FIRST, Fit, Step, first_steps, fit
@@ -52,6 +53,7 @@ def contest(
 ) -> tuple[Fit, ...]:
     """Return the fits of one of the ``candidates`` each on top of the ``ground``, best evidence first."""
     short, base = ground.short, ground.whole
+    odds = Odds.among(candidates, ground.hypothesis.plant.alike)
     taken = {candidate.key for candidate in ground.hypothesis.candidates}
     others = tuple(candidate for candidate in candidates if candidate.key not in taken)
     is_frame = short.hypothesis.plant.kept is not None
@@ -61,10 +63,10 @@ def contest(
     ranked = [absorbed(base, others), screen(short, others, frame), tested, by_modes, scan(short, others, frame)]
     forces = [trial for trial in screen_forces(base, others, frame) if trial.gain > FORCED * _recordings(base)]
     advance()
-    trials = with_others(promising(ranked, kept), unseen(short, others, frame))
-    present = _begun(ground.hypothesis, short, trials, frame, advance)
+    trials = with_others(promising(ranked, kept, odds), unseen(short, others, frame))
+    present = _begun(ground.hypothesis, short, trials, frame, odds, advance)
     for longer in lengths.cut[1:]:
-        present = _race(present, longer, frame, lengths.enough(longer))
+        present = _race(present, longer, frame, lengths.enough(longer), odds)
         advance()
     present += _foretold(ground, tested, present, lengths, frame)
     present += _forced(base, forces, present, frame, advance)
@@ -130,12 +132,13 @@ def rivals_contest(
     again = fit(best.hypothesis, best.theta, lengths.cut[0], frame, padded(plain.states, best.hypothesis))
     if short is None or again is None:
         return ()
+    odds = Odds.among(candidates, hypothesis.plant.alike)
     taken = {candidate.key for candidate in causes}
     others = tuple(candidate for candidate in candidates if candidate.key not in taken)
     ranked = [screen(short, others, frame), scan(short, others, frame)]
-    present = [again, *_begun(hypothesis, short, promising(ranked, RIVALS), frame, advance, again)]
+    present = [again, *_begun(hypothesis, short, promising(ranked, RIVALS, odds), frame, odds, advance, again)]
     for longer in lengths.cut[1:]:
-        present = _race(present, longer, frame, lengths.enough(longer))
+        present = _race(present, longer, frame, lengths.enough(longer), odds)
         advance()
     return tuple(item for item in present if item.hypothesis.candidates[-1].key not in taken)
 
@@ -145,6 +148,7 @@ def _begun(
     short: Fit,
     trials: list[Screened],
     frame: Frame,
+    odds: Odds,
     advance: Callable[[], object],
     known: Fit | None = None,
 ) -> list[Fit]:
@@ -156,7 +160,7 @@ def _begun(
     steps = side_by_side(partial(_first, hypothesis, short, frame), trials, advance)
     begun = [(trial.is_drawn, step) for trial, step in zip(trials, steps, strict=True) if step is not None]
     best: dict[str, Fit] = {}
-    for two in by_twos(foremost(begun)):
+    for two in by_twos(foremost(begun, odds)):
         bound = bound_of([*best.values(), *([] if known is None else [known])])
 
         def further(step: Step, bound: float = bound) -> Fit | None:
@@ -171,14 +175,18 @@ def _begun(
     return list(best.values())
 
 
-def _race(fits: list[Fit], longer: tuple[Batch, ...], frame: Frame, enough: float) -> list[Fit]:
-    """Return the fits that are not too far behind, one of them linear in any case, continued over longer segments."""
+def _race(fits: list[Fit], longer: tuple[Batch, ...], frame: Frame, enough: float, odds: Odds) -> list[Fit]:
+    """Return the fits that are not too far behind, one of them linear in any case, continued over longer segments.
+
+    Of more than there is time for those that lead with their ``odds``.
+    """
     limit = bound_of(fits)
     found: list[Fit] = []
     beside_law = any(item.hypothesis.is_beside_law for item in fits)
     ranked = sorted(fits, key=lambda item: item.cost)
     tied = [item for item in ranked if item.hypothesis.is_linear and item.cost <= ranked[0].cost + TIED]
     most = RACING_LAWS if beside_law else max(RACING, min(len(tied), RACING_TIED))
+    ranked.sort(key=lambda item: item.cost + odds.price(item.hypothesis.candidates[-1]))
     racing = [item for item in ranked[:most] if item.cost <= limit]
     if not any(item.hypothesis.is_linear for item in racing):  # laws may take up what no cause explains, and hide it
         racing += [item for item in ranked if item.hypothesis.is_linear][:1]

@@ -3,6 +3,7 @@
 from collections import Counter
 
 from hybrid.diagnosis.contest.effort import effort_of
+from hybrid.diagnosis.contest.odds import Odds
 from hybrid.diagnosis.fitting.fitting import Step
 from hybrid.diagnosis.screening.screening import Screened
 
@@ -15,19 +16,20 @@ KEPT_LAWS = 5  # force laws at most, of a screening's and of those after their f
 ALIKE = 3  # of these at most of one kind, which looks alike at all places near
 
 
-def promising(ranked: list[list[Screened]], kept: int) -> list[Screened]:
+def promising(ranked: list[list[Screened]], kept: int, odds: Odds) -> list[Screened]:
     """Return the best of each ranking, not too many force laws among them.
 
-    Each candidate once from where the first ranking that has it starts, once from the structure as drawn, and as the
-    last one has it: a scan, whose starts are far from the others' where the effect is large.
+    Many places on a frame promise nearly the same: those are the best that are so with their ``odds``. Each candidate
+    once from where the first ranking that has it starts, once from the structure as drawn, and as the last one has it:
+    a scan, whose starts are far from the others' where the effect is large.
     """
     chosen: dict[tuple[str, bool, bool], Screened] = {}
     for ranking in ranked:
         taken, far, laws = 0, ranking is ranked[-1], Counter[str]()
         most = SCANNED * kept if far else kept
-        for trial in ranking:
+        for trial in sorted(ranking, key=lambda trial: odds.price(trial.candidate) - trial.gain):
             if trial.gain <= 0 or taken >= most or (taken >= ALWAYS and trial.gain < HOPEFUL):
-                break
+                continue
             if trial.candidate.is_law:
                 if laws[trial.candidate.kind] >= ALIKE or laws.total() >= min(KEPT_LAWS, kept // 2):
                     continue
@@ -50,9 +52,12 @@ def _begin(trial: Screened) -> tuple[str, int, tuple[float, ...]]:
     return trial.candidate.key, trial.candidate.brings, trial.start
 
 
-def foremost(begun: list[tuple[bool, Step]]) -> list[Step]:
-    """Return the best of the first steps, of those as drawn and of others, not too many with a force law more."""
-    ranked = sorted(begun, key=lambda item: item[1].cost)
+def foremost(begun: list[tuple[bool, Step]], odds: Odds) -> list[Step]:
+    """Return the best of the first steps, of those as drawn and of others, not too many with a force law more.
+
+    The best are so with their ``odds``, as in `promising`.
+    """
+    ranked = sorted(begun, key=lambda item: item[1].cost + odds.price(item[1].hypothesis.candidates[-1]))
     share = min((effort_of(s.hypothesis.plant).beside_law for _, s in begun if s.hypothesis.is_beside_law), default=1.0)
     laws = _first_of_each_kind([step for _, step in ranked])[:KEPT_LAWS]
     drawn, others = (

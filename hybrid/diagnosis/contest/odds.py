@@ -1,0 +1,35 @@
+"""What is known of causes before any recording is looked at."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from hybrid.diagnosis.causes.candidate import Candidate
+
+
+@dataclass(frozen=True)
+class Odds:
+    """Every kind is as probable as any other, and places of a kind by their weight; ``weights``: of all of a kind.
+
+    ``alike``: number of recorded values that tell as much as one.
+    """
+
+    weights: dict[str, float]
+    alike: float
+
+    @classmethod
+    def among(cls, candidates: Iterable[Candidate], alike: float) -> "Odds":
+        """Return the odds of ``candidates``."""
+        weights: dict[str, float] = {}
+        for candidate in candidates:
+            weights[candidate.kind] = weights.get(candidate.kind, 0.0) + candidate.weight * (1 + len(candidate.twins))
+        return cls(weights, alike)
+
+    def log(self, candidate: Candidate) -> float:
+        """Return the log probability that what is wrong is this kind, at this place."""
+        return float(np.log(candidate.weight / self.weights[candidate.kind] / len(self.weights)))
+
+    def price(self, candidate: Candidate) -> float:
+        """Return the fall in the sum of squares that a cause must bring to be as probable as one known beforehand."""
+        return -2 * self.alike * self.log(candidate)
