@@ -12,7 +12,7 @@ from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.growing import CLOSE_ENOUGH, Ground, Lengths, continued, fit_growing, padded
 from hybrid.diagnosis.contest.odds import Odds
 from hybrid.diagnosis.contest.posterior import temper_of
-from hybrid.diagnosis.contest.shortlist import foremost, promising, with_others
+from hybrid.diagnosis.contest.shortlist import MOST_TIED, TIED, foremost, promising, with_others
 from hybrid.diagnosis.fitting.fitting import FIRST, Fit, Step, first_steps, fit
 from hybrid.diagnosis.fitting.forecasting import DEVIATION, deviation_of
 from hybrid.diagnosis.recorded.frame import Frame
@@ -31,9 +31,7 @@ FORCED = 5.0  # fall in the sum of squares that a harmonic force must promise fo
 # initial state cost as much
 BEHIND = 20.0  # in half the tempered sum of squares: a fit that far behind another of the same recordings is given up
 LEFT = 0.3  # of what the best leaves beyond noise: by how much another may be behind and still go on
-RACING = 5  # fits at most that are continued over longer segments
-TIED = 10.0  # in the sum of squares: those without a force law that near the best all go on, up to ...
-RACING_TIED = 10  # ... so many: what is known beforehand may decide between them
+RACING = 5  # fits that are continued over longer segments, if no more are near the best that have no force law
 RACING_LAWS = 3  # of them beside a force law, where each takes far longer
 RIVALS = 8  # candidates that are tried in the place of one of two causes
 FORCES = 3  # harmonic forces that are fitted
@@ -184,8 +182,8 @@ def _race(fits: list[Fit], longer: tuple[Batch, ...], frame: Frame, enough: floa
     found: list[Fit] = []
     beside_law = any(item.hypothesis.is_beside_law for item in fits)
     ranked = sorted(fits, key=lambda item: item.cost)
-    tied = [item for item in ranked if item.hypothesis.is_linear and item.cost <= ranked[0].cost + TIED]
-    most = RACING_LAWS if beside_law else max(RACING, min(len(tied), RACING_TIED))
+    tied = [item for item in ranked if item.hypothesis.is_linear and item.cost <= ranked[0].cost + TIED * odds.alike]
+    most = RACING_LAWS if beside_law else max(RACING, min(len(tied), MOST_TIED))
     ranked.sort(key=lambda item: item.cost + odds.price(item.hypothesis.candidates[-1]))
     racing = [item for item in ranked[:most] if item.cost <= limit]
     if not any(item.hypothesis.is_linear for item in racing):  # laws may take up what no cause explains, and hide it

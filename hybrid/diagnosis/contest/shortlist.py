@@ -12,6 +12,8 @@ HOPEFUL = 8.0  # fall in the sum of squares that the score test must promise; le
 ALWAYS = 2  # candidates of each ranking that are fitted, however little they promise
 FOREMOST = 16  # of all without a force law, after their first step: a large effect may need some more to show
 FOREMOST_DRAWN = 8  # besides, of those that start from the structure as drawn, where all else that is off shows, too
+TIED = 10.0  # in the sum of squares, of values that each tell as much as one: that near, what comes next may decide
+MOST_TIED = 16  # of those that near the best
 KEPT_LAWS = 5  # force laws at most, of a screening's and of those after their first steps: they take far longer
 ALIKE = 3  # of these at most of one kind, which looks alike at all places near
 
@@ -19,16 +21,19 @@ ALIKE = 3  # of these at most of one kind, which looks alike at all places near
 def promising(ranked: list[list[Screened]], kept: int, odds: Odds) -> list[Screened]:
     """Return the best of each ranking, not too many force laws among them.
 
-    Many places on a frame promise nearly the same: those are the best that are so with their ``odds``. Each candidate
-    once from where the first ranking that has it starts, once from the structure as drawn, and as the last one has it:
-    a scan, whose starts are far from the others' where the effect is large.
+    The best are so with their ``odds``; many places on a frame promise nearly the same, and then more of them go on.
+    Each candidate once from where the first ranking that has it starts, once from the structure as drawn, and as the
+    last one has it: a scan, whose starts are far from the others' where the effect is large.
     """
     chosen: dict[tuple[str, bool, bool], Screened] = {}
     for ranking in ranked:
         taken, far, laws = 0, ranking is ranked[-1], Counter[str]()
         most = SCANNED * kept if far else kept
-        for trial in sorted(ranking, key=lambda trial: odds.price(trial.candidate) - trial.gain):
-            if trial.gain <= 0 or taken >= most or (taken >= ALWAYS and trial.gain < HOPEFUL):
+        behind = {id(trial): odds.price(trial.candidate) - trial.gain for trial in ranking}
+        tied = min(behind.values(), default=0.0) + TIED * odds.alike
+        for trial in sorted(ranking, key=lambda trial: behind[id(trial)]):
+            enough = taken >= (max(most, MOST_TIED) if behind[id(trial)] <= tied else most)
+            if trial.gain <= 0 or enough or (taken >= ALWAYS and trial.gain < HOPEFUL):
                 continue
             if trial.candidate.is_law:
                 if laws[trial.candidate.kind] >= ALIKE or laws.total() >= min(KEPT_LAWS, kept // 2):

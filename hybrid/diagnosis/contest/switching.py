@@ -11,7 +11,8 @@ from hybrid.diagnosis.contest.effort import effort_of
 from hybrid.diagnosis.contest.growing import CLOSE_ENOUGH, Lengths, continued, padded
 from hybrid.diagnosis.contest.pairs import misfit
 from hybrid.diagnosis.contest.recording_groups import Asked, each_with
-from hybrid.diagnosis.contest.search import TIED, bound_of
+from hybrid.diagnosis.contest.search import bound_of
+from hybrid.diagnosis.contest.shortlist import TIED
 from hybrid.diagnosis.fitting.fitting import Fit, fit
 from hybrid.diagnosis.fitting.linearisation import linearise_batch
 from hybrid.diagnosis.fitting.wave import wave
