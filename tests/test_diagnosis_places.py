@@ -15,7 +15,7 @@ from fe_models.structure import Beam, Spring, Structure
 from hybrid.diagnosis.causes.linear_causes import ECHOED, linear_causes
 from hybrid.diagnosis.causes.places import Motion, places_of
 from hybrid.diagnosis.contest import neighbours, stages
-from hybrid.diagnosis.contest.growing import ground_of
+from hybrid.diagnosis.contest.growing import fit_growing, ground_of, passed_by, shortened
 from hybrid.diagnosis.contest.neighbours import fits_beside
 from hybrid.diagnosis.contest.pairs import asks_for_more, misfit
 from hybrid.diagnosis.contest.setting import setting_of
@@ -189,3 +189,24 @@ def test_change_of_a_frame_is_looked_for_beside_a_cause_unless_one_in_all_record
     ]
     assert search.posterior(known).fits[0] is known[1]
     assert bool(search.in_groups(known)) is asks
+
+
+def test_short_segments_begin_where_the_motion_of_whole_recordings_passes() -> None:
+    setting = setting_of(recorded(masts(middle=3.0), CubicSpring((3,), "x", 4 * STIFF)))
+    place = {"node": 3, "direction": "x"}
+    (spring,) = (c for c in setting.candidates() if c.kind == "cubic_spring" and c.location == place)
+    hypothesis, frame, segments = setting.nominal.adding(spring), setting.frame, setting.lengths.cut[0]
+    theta = np.append(setting.nominal.centre, 4 * STIFF)
+    whole = fit_growing(hypothesis, theta, setting.lengths, frame, setting.short)
+    assert whole is not None
+    own = fit(hypothesis, whole.theta, segments, frame, passed_by(whole, segments, frame))
+    assert own is not None
+    off = (passed_by(whole, segments, frame)[0] - own.states[0]) / own.state_errors[0]
+    assert np.sqrt(np.mean(off**2)) < 1.5  # of what noise alone makes of the states of a segment
+
+    astray = tuple(-3 * states for states in own.states)
+    stuck, found = fit(hypothesis, whole.theta, segments, frame, astray), shortened(whole, segments, frame, astray)
+    assert stuck is not None
+    assert found is not None
+    assert stuck.cost > 10 * own.cost
+    assert found.cost == pytest.approx(own.cost, rel=1e-3)

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fe_models.dofs import FloatArray
+from hybrid.diagnosis.fitting.driven import fitted_motion
 from hybrid.diagnosis.fitting.fitting import ENOUGH, Fit, fit
 from hybrid.diagnosis.recorded.frame import Frame
 from hybrid.diagnosis.recorded.records import Batch
@@ -89,10 +90,42 @@ class Ground:
 def ground_of(
     hypothesis: Hypothesis, theta: FloatArray, lengths: Lengths, frame: Frame, start: Fit | None = None
 ) -> Ground | None:
-    """Return the fits of a hypothesis from ``theta``, None where it has none; ``start``: as `fit_growing`'s."""
+    """Return the fits of a hypothesis from ``theta``, None where it has none; ``start``: as `fit_growing`'s.
+
+    Beside a force law short segments that begin with the states of another model may not find their own, although
+    whole recordings do: they begin anew where the motion of these passes.
+    """
     short = fit(hypothesis, theta, lengths.cut[0], frame, None if start is None else start.states)
     whole = None if short is None else fit_growing(hypothesis, short.theta, lengths, frame, short)
-    return None if short is None or whole is None else Ground(short, whole)
+    if short is None or whole is None:
+        return None
+    again = None if hypothesis.is_linear else shortened(whole, lengths.cut[0], frame)
+    return Ground(short if again is None or again.cost > short.cost else again, whole)
+
+
+def shortened(
+    whole: Fit, segments: tuple[Batch, ...], frame: Frame, states: tuple[FloatArray, ...] | None = None
+) -> Fit | None:
+    """Return the fit of short segments from the theta of a fit of ``whole`` recordings, None where it fails.
+
+    Initial states begin at ``states``, where these are given, and beside force laws where the motion of the whole
+    passes: whichever leads further.
+    """
+    starts = [] if states is None else [states]
+    if not (whole.hypothesis.is_linear and starts):
+        starts.append(passed_by(whole, segments, frame))
+    fits = [fit(whole.hypothesis, whole.theta, segments, frame, start, enough=CLOSE_ENOUGH) for start in starts]
+    return min((item for item in fits if item is not None), key=lambda item: item.cost, default=None)
+
+
+def passed_by(whole: Fit, segments: tuple[Batch, ...], frame: Frame) -> tuple[FloatArray, ...]:
+    """Return the states (segment, state) that the motion of a fit of ``whole`` recordings has where segments begin."""
+    system = whole.hypothesis.system(whole.theta[None], frame.sensors, frame.rate, frame.positions)
+    found = []
+    for batch, states, short in zip(whole.batches, whole.states, segments, strict=True):
+        motion = fitted_motion(system, states, batch).now[:: short.samples, :, : states.shape[1]]
+        found.append(motion[: short.pieces].swapaxes(0, 1).reshape(len(short.data), -1))
+    return tuple(found)
 
 
 def padded(states: tuple[FloatArray, ...], hypothesis: Hypothesis) -> tuple[FloatArray, ...]:

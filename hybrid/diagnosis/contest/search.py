@@ -9,7 +9,7 @@ import numpy as np
 from fe_models.dofs import FloatArray
 from hybrid.calibration import nothing
 from hybrid.diagnosis.causes.candidate import Candidate
-from hybrid.diagnosis.contest.growing import CLOSE_ENOUGH, Ground, Lengths, continued, fit_growing, padded
+from hybrid.diagnosis.contest.growing import CLOSE_ENOUGH, Ground, Lengths, continued, fit_growing, padded, shortened
 from hybrid.diagnosis.contest.odds import Odds
 from hybrid.diagnosis.contest.posterior import temper_of
 from hybrid.diagnosis.contest.shortlist import MOST_TIED, TIED, foremost, promising, with_others
@@ -127,7 +127,7 @@ def rivals_contest(
     hypothesis = replace(best.hypothesis, candidates=(*causes[:-2], causes[-1]))
     both = np.delete(best.theta, np.arange(len(best.theta))[best.hypothesis.slices[-2]])
     short = fit(hypothesis, both, lengths.cut[0], frame, padded(plain.states, hypothesis), SHORT_ITERATIONS)
-    again = fit(best.hypothesis, best.theta, lengths.cut[0], frame, padded(plain.states, best.hypothesis))
+    again = shortened(best, lengths.cut[0], frame, padded(plain.states, best.hypothesis))
     if short is None or again is None:
         return ()
     odds = Odds.among(candidates, hypothesis.plant.alike)

@@ -1,13 +1,13 @@
 """The stages of the search for causes: alone, in some recordings only, two at once, at places next to those found."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.changes import changes_beside, groups_in
 from hybrid.diagnosis.contest.discrepancy import in_units_of
 from hybrid.diagnosis.contest.effort import effort_of
-from hybrid.diagnosis.contest.growing import Ground, Lengths, fit_growing, padded
+from hybrid.diagnosis.contest.growing import Ground, Lengths, fit_growing, padded, shortened
 from hybrid.diagnosis.contest.neighbours import fits_beside
 from hybrid.diagnosis.contest.pairs import (
     asks_for_more,
@@ -133,8 +133,8 @@ class Search:
             return []
         self.tell("the best anew")
         short = self.ground.short
-        start = replace(short, states=padded(short.states, best.hypothesis))
-        again = fit_growing(best.hypothesis, best.theta, self.lengths, self.frame, start)
+        start = shortened(best, short.batches, self.frame, padded(short.states, best.hypothesis))
+        again = start and fit_growing(best.hypothesis, start.theta, self.lengths, self.frame, start)
         return [] if again is None else [again]
 
     def posterior(self, fits: list[Fit]) -> Posterior:

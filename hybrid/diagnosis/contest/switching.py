@@ -8,7 +8,7 @@ import numpy as np
 from fe_models.dofs import BoolArray, FloatArray
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.effort import effort_of
-from hybrid.diagnosis.contest.growing import CLOSE_ENOUGH, Lengths, continued, padded
+from hybrid.diagnosis.contest.growing import CLOSE_ENOUGH, Lengths, continued, padded, shortened
 from hybrid.diagnosis.contest.pairs import misfit
 from hybrid.diagnosis.contest.recording_groups import Asked, each_with
 from hybrid.diagnosis.contest.search import bound_of
@@ -43,8 +43,7 @@ def fit_switched(
     if not trials or _asks_little(short, asked):
         return []
     number = len(short.hypothesis.candidates)
-    states = padded(short.states, best.hypothesis)
-    again = fit(best.hypothesis, best.theta, short.batches, frame, states, enough=CLOSE_ENOUGH)
+    again = shortened(best, short.batches, frame, padded(short.states, best.hypothesis))
     rivals = [] if again is None else [again]
     sorted_fits: list[tuple[Fit, BoolArray]] = []
     for candidate, high in trials:
