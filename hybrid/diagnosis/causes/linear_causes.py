@@ -26,6 +26,7 @@ SOFT = 5.0  # of it: the prior standard deviation of a support's own; at ten tim
 BUCKLING = 0.3  # of a squared frequency: what the usual axial force takes from it
 UNBORNE = 0.1  # how probable an axial force is that nothing takes off where its element ends, to one that is borne:
 # possible, for weights and friction are not drawn, but of two that sensors hardly tell apart not the first to think of
+MECHANISM = 1e-9  # of the stiffness at a support: what rounding leaves of a structure's own where nothing else holds it
 ECHOED = 0.1  # likewise a spring to the ground beside one that the structure has: that one would be off instead
 YIELDING = 2e-3  # the strain that no metal of a structure bears for long
 ANY = (-np.inf,)
@@ -192,8 +193,7 @@ def _soft_supports(plant: Plant) -> list[Candidate]:
     found = []
     for row in np.flatnonzero(~plant.dofs.free):
         node, direction = int(plant.dofs.node[row]), cast(Direction, str(plant.dofs.direction[row]))
-        shape = plant.released(int(row))
-        soft = 1 / float(shape @ (plant.stiffness @ shape))  # of the structure itself, when this support gives
+        soft = _softness(plant, int(row))
         here = _diagonal(plant, np.array([row]))
         damped = csr_array(plant.structure.damping.stiffness_factor * here)  # as all that is stiff
         found.append(
@@ -212,6 +212,18 @@ def _soft_supports(plant: Plant) -> list[Candidate]:
             )
         )
     return found
+
+
+def _softness(plant: Plant, row: int) -> float:
+    """Return the compliance (m/N, rad/(N m)) of a structure where a support gives, by which to size the support's own.
+
+    What stands on this support alone has none, as a mast: then that at which it rocks as slowly as it sways.
+    """
+    shape = plant.released(row)
+    stiffness = float(shape @ (plant.stiffness @ shape))
+    if stiffness < MECHANISM * float(plant.stiffness[row, row]):
+        stiffness = float(plant.modes[0][0] ** 2 * (shape @ (plant.mass @ shape)))
+    return 1 / stiffness
 
 
 def _by_compliance(node: int, direction: Direction) -> Callable[..., Cause]:

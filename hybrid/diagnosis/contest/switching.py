@@ -155,7 +155,9 @@ def _sorted_anew(
         for name, own in zip(batch.names, states.reshape(len(batch.names), batch.pieces, -1), strict=True)
     }
 
-    def states_of(batches: tuple[Batch, ...]) -> tuple[FloatArray, ...]:
+    def states_of(batches: tuple[Batch, ...]) -> tuple[FloatArray, ...] | None:
+        if item.hypothesis.is_linear:  # solved for; where a support gives way there are more of them
+            return None
         return tuple(np.concatenate([begun[name] for name in batch.names]) for batch in batches)
 
     better = _preference(item, whole, states_of(whole), number, frame)
@@ -167,10 +169,10 @@ def _sorted_anew(
 
 
 def _preference(
-    item: Fit, batches: tuple[Batch, ...], states: tuple[FloatArray, ...], number: int, frame: Frame
+    item: Fit, batches: tuple[Batch, ...], states: tuple[FloatArray, ...] | None, number: int, frame: Frame
 ) -> BoolArray:
     """Return in which recordings the candidate does better acting than not, as it was fitted; ``states`` of the
-    ``batches``, where there are laws, to begin with.
+    ``batches`` to begin with, needed where there are laws.
 
     Those before or after a change, unless the recordings are surer of other groups than all groups are many.
     """
@@ -178,7 +180,7 @@ def _preference(
         np.concatenate(
             [
                 _cost_by_recording(item.hypothesis, item.theta, replace(batch, off=(*batch.off, *off)), begun, frame)
-                for batch, begun in zip(batches, states, strict=True)
+                for batch, begun in zip(batches, states or (None,) * len(batches), strict=True)
             ]
         )
         for off in ((), (number,))
@@ -194,7 +196,7 @@ def _preference(
 
 
 def _cost_by_recording(
-    hypothesis: Hypothesis, theta: FloatArray, batch: Batch, states: FloatArray, frame: Frame
+    hypothesis: Hypothesis, theta: FloatArray, batch: Batch, states: FloatArray | None, frame: Frame
 ) -> FloatArray:
     """Return the sum of squares (recording,) at one theta, the initial states of all segments fitted."""
     linear = not any(c.is_law for i, c in enumerate(hypothesis.candidates) if i not in batch.off)

@@ -29,9 +29,8 @@ def wave(fit: Fit, number: int) -> Wave:
     They are F(0) = (a sin(phase), a cos(phase)) and noise, of which the square of the amplitude is freed. The error is
     that of each recording's own two, and of the parameters common to all.
     """
-    earlier = sum(c.oscillator for c in fit.hypothesis.candidates[:number])
-    first = 2 * fit.hypothesis.size + 2 * earlier
-    own = slice(first, first + 2)
+    later = sum(c.oscillator for c in fit.hypothesis.candidates[number + 1 :])
+    own = slice(-2 * later - 2, -2 * later or None)  # the last ones: how many come before differs between recordings
     waves = np.concatenate([states[:, own] for states in fit.states])  # (recording, 2)
     errors = np.concatenate([part[:, own] for part in fit.state_errors])
     slopes = np.concatenate([part[..., own] for part in fit.state_slopes], axis=1)  # (parameter, recording, 2)

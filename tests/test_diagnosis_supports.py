@@ -1,0 +1,66 @@
+"""Supports that give: of what stands on one alone, and in some recordings only."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fe_models.effects import HarmonicForce, SupportSpring
+from hybrid.diagnosis.causes.candidate import Candidate
+from hybrid.diagnosis.contest.growing import ground_of
+from hybrid.diagnosis.contest.recording_groups import Asked
+from hybrid.diagnosis.contest.setting import Setting, setting_of
+from hybrid.diagnosis.contest.switching import fit_switched
+from hybrid.diagnosis.diagnosis import diagnose
+from hybrid.diagnosis.fitting.fitting import fit
+from hybrid.diagnosis.fitting.wave import wave
+from hybrid.diagnosis.outcome.verdict import Verdict
+from tests.masts import masts, recorded
+
+FOOT = {"node": 1, "direction": "rz"}
+SPRING = SupportSpring(1, "rz", 5e6)  # N m/rad: takes a twentieth from the natural frequencies of a mast
+
+
+def candidate_of(setting: Setting, kind: str, location: dict[str, object]) -> Candidate:
+    """The candidate of a kind at a place."""
+    return next(c for c in setting.candidates() if c.kind == kind and c.location == location)
+
+
+@pytest.mark.parametrize("stiffness", [1e6, 5e6])
+def test_foot_of_a_mast_that_rocks_is_told(stiffness: float) -> None:
+    given = recorded(masts().with_effects(SupportSpring(1, "rz", stiffness)))
+    found = diagnose(replace(given, model=masts()))
+    assert found.verdict is Verdict.EXPLAINED
+    (finding,) = found.findings
+    assert (finding.cause.kind, finding.cause.location) == ("support_spring", FOOT)
+    assert finding.probability > 0.9
+    assert finding.parameters["stiffness"].value == pytest.approx(stiffness, rel=0.1)  # the contract's bound
+
+
+def test_support_that_gives_in_some_recordings_is_fitted_there() -> None:
+    before, after = recorded(masts()), recorded(masts().with_effects(SPRING))
+    parts = (*before.recordings[:2], *after.recordings[2:])
+    setting = setting_of(replace(before, recordings=parts))
+    ground = ground_of(setting.nominal, setting.nominal.centre, setting.lengths, setting.searched, setting.short)
+    assert ground is not None
+    asked = Asked(candidate_of(setting, "support_spring", FOOT), np.array([0.0, 0.0, 1.0]), np.full(3, 1e6))
+    found = fit_switched(ground.short, ground.whole, (asked,), setting.lengths, setting.searched)
+    names = [tuple(name for batch in item.batches if not batch.off for name in batch.names) for item in found]
+    assert ("r2",) in names
+    assert min(item.cost for item in found) < 0.5 * ground.whole.cost
+
+
+def test_harmonic_force_is_told_beside_a_support_that_gives_in_some_recordings() -> None:
+    force = HarmonicForce(2, "x", 20.0, 3.0)
+    setting = setting_of(recorded(masts(), force))
+    support, shaken = (
+        candidate_of(setting, kind, place)
+        for kind, place in (("support_spring", FOOT), ("harmonic_force", {"node": 2, "direction": "x"}))
+    )
+    hypothesis = setting.nominal.adding(support).adding(shaken)
+    (batch,) = setting.lengths.whole
+    batches = (replace(batch.take([0, 1]), off=(0,)), batch.take([2]))
+    theta = np.array([*setting.nominal.centre, *support.lower, force.frequency])
+    item = fit(hypothesis, theta, batches, setting.frame)
+    assert item is not None
+    assert wave(item, 1).amplitude == pytest.approx(force.amplitude, rel=0.1)  # the contract's bound
