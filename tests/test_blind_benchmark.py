@@ -217,3 +217,14 @@ def test_two_processes_answer_in_the_order_of_the_tasks() -> None:
     assert [item.task for item in found] == wanted
     assert [len(item.judgement.truth) for item in found] == [1, 0]
     assert at_hand == [1, 2]
+
+
+def test_a_diagnosis_that_breaks_down_names_the_case(monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(_: object) -> None:
+        raise FloatingPointError
+
+    monkeypatch.setattr(cases, "diagnose", broken)
+    (task,) = tasks(1, 40, ("added_mass",), BlindConfig(train=2, test=1, duration=10.0))
+    with pytest.raises(FloatingPointError) as caught:
+        cases.done(task)
+    assert caught.value.__notes__ == ["while the blind case of seed 40 was diagnosed: added_mass hidden"]

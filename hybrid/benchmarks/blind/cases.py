@@ -85,7 +85,11 @@ def done(task: Task, peers: tuple[str, ...] = ()) -> BlindResult:
     marks = {}
     with threadpool_limits(THREADS, "blas"):
         case = blind_case(task.seed, replace(task.config, kinds=hidden))
-        judgement = judge(case, diagnose(case.dataset))
+        try:
+            judgement = judge(case, diagnose(case.dataset))
+        except Exception as error:
+            error.add_note(f"while the blind case of seed {task.seed} was diagnosed: {task.hidden} hidden")
+            raise
         for name in peers:
             begun = time.perf_counter()
             answer = PEERS[name](case.dataset)
