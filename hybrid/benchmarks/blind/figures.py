@@ -41,9 +41,10 @@ def draw_calibration(bins: Sequence[Bin], path: Path) -> None:
         promised = [item.promised for item in bins]
         _with_bars(axis, promised, [item.right for item in bins], 0, "findings (with their number)")
         for item in bins:
-            below = (item.promised, item.right.interval[0])
-            offset = {"textcoords": "offset points", "xytext": (0, -11), "ha": "center"}
-            axis.annotate(str(item.right.count), below, **offset, fontsize=8)
+            low, high = item.right.interval
+            end, up = (low, -11) if low > 0.05 else (high, 4)  # points: clear of the axis
+            offset = {"textcoords": "offset points", "xytext": (0, up), "ha": "center"}
+            axis.annotate(str(item.right.count), (item.promised, end), **offset, fontsize=8)
         axis.set(xlabel="probability named", ylabel="share that is right", xlim=(0, 1.03), ylim=(0, 1.03))
         axis.legend(frameon=False, loc="upper left")
 
