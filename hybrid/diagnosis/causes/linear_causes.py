@@ -23,10 +23,10 @@ HALF = 0.5  # of a chain's mean mass, of an element's stiffness, of what is felt
 LIGHTEST = 0.95  # of what a node weighs: as much may be missing there
 FIRM = 1e-4  # of a structure's own compliance at a support: as good as rigid
 SOFT = 5.0  # of it: the prior standard deviation of a support's own; at ten times as much it is as good as lost
+MECHANISM = 1e-9  # of the stiffness at a support: what rounding leaves of a structure's own where nothing else holds it
 BUCKLING = 0.3  # of a squared frequency: what the usual axial force takes from it
 UNBORNE = 0.1  # how probable an axial force is that nothing takes off where its element ends, to one that is borne:
 # possible, for weights and friction are not drawn, but of two that sensors hardly tell apart not the first to think of
-MECHANISM = 1e-9  # of the stiffness at a support: what rounding leaves of a structure's own where nothing else holds it
 ECHOED = 0.1  # likewise a spring to the ground beside one that the structure has: that one would be off instead
 YIELDING = 2e-3  # the strain that no metal of a structure bears for long
 ANY = (-np.inf,)

@@ -25,14 +25,17 @@ def promising(ranked: list[list[Screened]], kept: int, odds: Odds) -> list[Scree
     Each candidate once from where the first ranking that has it starts, once from the structure as drawn, and as the
     last one has it: a scan, whose starts are far from the others' where the effect is large.
     """
+
+    def behind(trial: Screened) -> float:
+        return odds.price(trial.candidate) - trial.gain
+
     chosen: dict[tuple[str, bool, bool], Screened] = {}
     for ranking in ranked:
         taken, far, laws = 0, ranking is ranked[-1], Counter[str]()
         most = SCANNED * kept if far else kept
-        behind = {id(trial): odds.price(trial.candidate) - trial.gain for trial in ranking}
-        tied = min(behind.values(), default=0.0) + TIED * odds.alike
-        for trial in sorted(ranking, key=lambda trial: behind[id(trial)]):
-            enough = taken >= (max(most, MOST_TIED) if behind[id(trial)] <= tied else most)
+        tied = min(map(behind, ranking), default=0.0) + TIED * odds.alike
+        for trial in sorted(ranking, key=behind):
+            enough = taken >= (max(most, MOST_TIED) if behind(trial) <= tied else most)
             if trial.gain <= 0 or enough or (taken >= ALWAYS and trial.gain < HOPEFUL):
                 continue
             if trial.candidate.is_law:

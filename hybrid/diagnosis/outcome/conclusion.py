@@ -166,7 +166,7 @@ def _findings(
     whole, model = scorer.forecast(best), model_of(best, scorer.frame)
     nominal, drawn = before
     had = max(nominal.energy - nominal.floor_energy, 1e-300)
-    names = tuple(dict.fromkeys(recording.name for recording in setting.dataset.recordings))
+    names = _names(setting)
     if simulation.is_wrong:
         findings.append(modal_finding(simulation, nominal, whole, SUREST * listed, names))
     for number, candidate in enumerate(best.hypothesis.candidates):
@@ -191,9 +191,14 @@ def _findings(
     return tuple(sorted(findings, key=lambda finding: -finding.explains))
 
 
+def _names(setting: Setting) -> tuple[str, ...]:
+    """Return the names of the recordings in the dataset's order, each once: several in one file share one."""
+    return tuple(dict.fromkeys(recording.name for recording in setting.dataset.recordings))
+
+
 def _apart(setting: Setting, findings: tuple[Finding, ...]) -> list[str]:
     """Return a line on each finding that acts in some recordings only."""
-    names = list(dict.fromkeys(recording.name for recording in setting.dataset.recordings))
+    names = _names(setting)
     return [
         f"the recordings are not all of one structure: {finding.cause.kind} {at_place(finding.cause.location)}"
         f" acts in {', '.join(finding.recordings)}, and does not, or too little to tell, in"
