@@ -1,7 +1,7 @@
 """Large effects ranked by a scan, weak ones by the score test, both on the bridge; modal forms of linear channels."""
 
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,7 @@ from fe_models.effects import AddedMass, Effect, ModalDamping, StiffnessChange, 
 from fe_models.four_dof import four_dof
 from fe_models.modes import natural_modes
 from fe_models.recordings import Assumptions, Dataset, Recording
+from fe_models.time_integration import TimeIntegration
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.causes.candidates import all_candidates
 from hybrid.diagnosis.causes.places import Motion
@@ -195,11 +196,16 @@ def test_an_element_that_is_all_but_lost_is_begun_as_such_where_much_is_wrong() 
     assert unseen(*recorded(AddedMass(12, 1e-4))[:1], linear_candidates(), frame) == []  # little is left
 
 
-def test_supports_that_give_way_are_begun_where_calibrated_factors_are_far_off() -> None:
+def test_supports_that_give_way_and_time_steps_are_begun_where_calibrated_factors_are_far_off() -> None:
+    """The steps also where they promise nothing: here the simulation has none that could make an error."""
     base, frame = recorded(AddedMass(12, 1e-4))
     astray = replace(base, theta=base.theta + 3 * base.hypothesis.width * (np.arange(len(base.theta)) == 0))
-    trials = unseen(astray, linear_candidates(), frame)
-    assert {(t.candidate.location["node"], t.candidate.location["direction"]) for t in trials} == {
+    steps = Candidate(TimeIntegration.kind, {}, (), partial(TimeIntegration, 0.01), (), (), ())
+    trials = {trial.candidate.key: trial for trial in unseen(astray, (*linear_candidates(), steps), frame)}
+    begun = trials.pop(steps.key)
+    assert begun.is_drawn and begun.gain == 0
+    places = [trial.candidate.location for trial in trials.values()]
+    assert {(place["node"], place["direction"]) for place in places} == {
         (int(bridge_plant().dofs.node[row]), str(bridge_plant().dofs.direction[row]))
         for row in np.flatnonzero(~bridge_plant().dofs.free)
     }

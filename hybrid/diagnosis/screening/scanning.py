@@ -45,14 +45,15 @@ def scan(fit: Fit, candidates: tuple[Candidate, ...], frame: Frame) -> list[Scre
 def unseen(fit: Fit, candidates: tuple[Candidate, ...], frame: Frame) -> list[Screened]:
     """Return what other things that are off may hide until the first step of a fit, each at the best of its sizes.
 
-    There its gain says nothing. These are supports that give way, which calibrated factors resemble, where these are
-    far off; and elements, with what may be `LEFT` of their stiffness, where a ``fit`` leaves much. Modes that come down
-    into the recordings' band with an element are followed.
+    There its gain says nothing. These are supports that give way and the simulation's own time steps, which calibrated
+    factors resemble, where these are far off; and elements, with what may be `LEFT` of their stiffness, where a ``fit``
+    leaves much. Modes that come down into the recordings' band with an element are followed.
     """
     much = fit.chi2 > MUCH * fit.values
     if not fit.hypothesis.is_linear or not (much or deviation_of(fit) > DEVIATION):
         return []
-    trials = [(candidate, sizes_of(candidate)) for candidate in candidates if candidate.released is not None]
+    resembled = [candidate for candidate in candidates if candidate.released is not None or not candidate.names]
+    trials = [(candidate, sizes_of(candidate)) for candidate in resembled]
     weakened = [c for c in candidates if much and c.kind == StiffnessChange.kind and "element" in c.location]
     trials += [trial for c in weakened for trial in _bringing(c, np.array(LEFT)[:, None], fit.hypothesis.plant)]
     best: dict[str, Screened] = {}
