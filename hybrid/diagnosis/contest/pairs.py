@@ -89,7 +89,7 @@ def pair_fits(
         done.add(first.key)
         ground, lengths, plain = ground_with(start, batches, frame)
         advance()
-        seconds = () if ground is None else contest(ground, candidates, lengths, frame, advance)
+        seconds = () if ground is None else contest(ground, candidates, lengths, frame, advance, alone=singles)
         if ground is None or not seconds:
             continue
         best = seconds[0]

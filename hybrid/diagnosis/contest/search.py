@@ -1,6 +1,6 @@
 """The contest: every cause at every place is screened, the promising ones are fitted, and the fits compared."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from functools import partial
 
@@ -38,6 +38,7 @@ FORCES = 3  # harmonic forces that are fitted
 NEIGHBOURS = 10  # of a frame, where they are alike: if a harmonic force is the best of all
 UNDERRATED = 2.0  # how much more a harmonic force may explain than it promises, once its frequency is refined
 FORETOLD = 2  # causes at most that go on however far behind on segments, where whole recordings promise more of them
+FOUND_ALONE = 3  # causes that begin beside a force law as they ended alone
 SHORT_ITERATIONS = 8  # of the fits of the shortest segments
 
 
@@ -48,8 +49,12 @@ def contest(
     frame: Frame,
     advance: Callable[[], object] = nothing,
     kept: int = KEPT,
+    alone: Iterable[Fit] = (),
 ) -> tuple[Fit, ...]:
-    """Return the fits of one of the ``candidates`` each on top of the ``ground``, best evidence first."""
+    """Return the fits of one of the ``candidates`` each on top of the ``ground``, best evidence first.
+
+    ``alone``: fits of single causes, each of which may begin here as it ended there.
+    """
     short, base = ground.short, ground.whole
     odds = Odds.among(candidates, ground.hypothesis.plant.alike)
     taken = {candidate.key for candidate in ground.hypothesis.candidates}
@@ -61,7 +66,7 @@ def contest(
     ranked = [absorbed(base, others), screen(short, others, frame), tested, by_modes, scan(short, others, frame)]
     forces = [trial for trial in screen_forces(base, others, frame) if trial.gain > FORCED * _recordings(base)]
     advance()
-    trials = with_others(promising(ranked, kept, odds), unseen(short, others, frame))
+    trials = with_others(promising(ranked, kept, odds), [*unseen(short, others, frame), *_found_alone(short, alone)])
     present = _begun(ground.hypothesis, short, trials, frame, odds, advance)
     for longer in lengths.cut[1:]:
         present = _race(present, longer, frame, lengths.enough(longer), odds)
@@ -69,6 +74,22 @@ def contest(
     present += _foretold(ground, tested, present, lengths, frame)
     present += _forced(base, forces, present, frame, advance)
     return tuple(sorted(present, key=lambda item: -item.log_evidence))
+
+
+def _found_alone(short: Fit, alone: Iterable[Fit]) -> list[Screened]:
+    """Return the best of the single causes ``alone`` that are no force laws, with the calibration that they ended with.
+
+    Beside a law what is large is not scanned for, and its calibration may be astray where much else is wrong.
+    """
+    trials, nuisances, held = [], short.hypothesis.nuisances, short.hypothesis.candidates
+    for item in alone:
+        candidate = item.hypothesis.candidates[-1]
+        if candidate.pull is None and candidate.key not in {other.key for other in held}:
+            shift = np.zeros_like(short.theta)
+            shift[:nuisances] = item.theta[:nuisances] - short.theta[:nuisances]
+            start = tuple(item.theta[item.hypothesis.slices[-1]].tolist())
+            trials.append(Screened(candidate, start, 0.0, shift, is_drawn=True))
+    return trials[:FOUND_ALONE] if not short.hypothesis.is_linear else []
 
 
 def _foretold(ground: Ground, ranked: list[Screened], present: list[Fit], lengths: Lengths, frame: Frame) -> list[Fit]:

@@ -86,11 +86,12 @@ def march(
     samples: int,
     loads: Loads | None = None,
     only_channels: bool = False,
-    finer: int = 1,
+    longer: int = 1,
 ) -> Marched | None:
     """Return the motion from ``start`` (variant, recording, state), None where it explodes: all states, or
-    ``only_channels``, what the system's C picks of them, which are far fewer. ``finer``: times as many substeps at most
-    for a law that is sharp.
+    ``only_channels``, what the system's C picks of them, which are far fewer. ``longer``: times as long as needed are
+    the system's steps, for slopes alone: modes may turn that much further in a substep, and a law that is sharp takes
+    that many times as many.
 
     Order 4; only the elongations are needed within a substep, so that all four stages cost one product with the state.
     Known ``loads`` and their derivatives are carried as states that each sample sets anew, so that the linear part
@@ -98,7 +99,7 @@ def march(
     """
     start, system = held(system, start), with_residual(system)
     fastest = float(np.abs(np.linalg.eigvals(system.A[0])).max())
-    substeps = max(FEWEST_SUBSTEPS, ceil(fastest * system.step / SUBSTEP))
+    substeps = max(FEWEST_SUBSTEPS, ceil(fastest * system.step / (longer * SUBSTEP)))
     if substeps > MOST_SUBSTEPS or not np.isfinite(start).all():  # no structure, but a search gone astray
         return None
     reach = _reach(system, start, loads)
@@ -106,7 +107,7 @@ def march(
     sharp = _sharpest(system, tables) * system.step
     if not np.isfinite(sharp):  # forces beyond all bounds: likewise
         return None
-    fine = max(min(sharp, finer * FINE_ENOUGH), min(sharp / STABLE, finer * MOST_OF_LAWS))
+    fine = max(min(sharp, longer * FINE_ENOUGH), min(sharp / STABLE, longer * MOST_OF_LAWS))
     substeps = max(substeps, ceil(fine))
     variants, recordings, states = start.shape
     watch = system.C if only_channels else np.broadcast_to(np.eye(states), (variants, states, states))
@@ -188,7 +189,7 @@ def respond(
         return y if loads is None else y + loaded_channels(system, loads)
     often, most = (1, 1) if system.lowpass is None else (often, OFTEN)
     fine = replace(system, step=system.step / often)
-    marched = march(fine, start, often * samples, loads, only_channels=True, finer=most // often)
+    marched = march(fine, start, often * samples, loads, only_channels=True, longer=max(1, most // often))
     if marched is None:
         return np.full((*start.shape[:2], samples, system.C.shape[1]), np.nan)
     return as_shown(fine, _channels(fine, marched, loads))[:, :, ::often]  # late sensors are told between samples

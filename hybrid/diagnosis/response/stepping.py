@@ -21,7 +21,7 @@ class Scheme(NamedTuple):
 
     ``ahead`` (3 row, coordinate): the felt rows of G now, half a substep ahead and one ahead; ``near`` (3, coordinate):
     what the one before, the coordinate itself and the next bring to each in a substep; where others do, too, it has no
-    entries, and ``whole`` (from, to) serves; ``watch`` (coordinate, watched): what is told of the motion. ``direct``
+    entries, and ``whole`` (from, to) serves; ``watch`` (watched, coordinate): what is told of the motion. ``direct``
     and ``delayed`` (law, row): what forces move within the substep; ``first``, ``middle`` and ``last`` (law,
     coordinate): at its end.
     """
@@ -60,8 +60,8 @@ def scheme_of(system: System, h: float, rows: IntArray, watch: FloatArray, apart
     near[:, 1] = np.diagonal(whole, 0, 1, 2)
     if np.triu(whole, 2).any() or np.tril(whole, -2).any():
         near = near[..., :0]
-    columns = (watch @ basis, whole, h * (G @ B), h * (G @ half_B), h / 6 * (whole @ B), h / 3 * half_B, h / 6 * B)
-    scheme = Scheme(ahead, near, *(np.ascontiguousarray(part.swapaxes(1, 2)) for part in columns))
+    columns = (whole, h * (G @ B), h * (G @ half_B), h / 6 * (whole @ B), h / 3 * half_B, h / 6 * B)
+    scheme = Scheme(ahead, near, watch @ basis, *(np.ascontiguousarray(part.swapaxes(1, 2)) for part in columns))
     return scheme, Coordinates(basis, inverse)
 
 
@@ -210,7 +210,7 @@ def step_through(
                                 return False
                             f[stage, law_of[row]] -= _force(table, row, middle_node + at[row] * per_unit[row])
                         if stage == 0 and part == 0:
-                            _multiply_columns(watch, z, watched[variant, recording, k])
+                            _multiply(watch, z, watched[variant, recording, k])
                             applied[variant, recording, k] = f[0]
                             if k == samples - 1:
                                 break
