@@ -1,0 +1,32 @@
+"""Two causes at once: what the larger one hides of the other."""
+
+import numpy as np
+import pytest
+
+from fe_models.effects import CubicSpring, StiffnessChange
+from hybrid.diagnosis.contest.growing import fit_growing, ground_of
+from hybrid.diagnosis.contest.search import contest
+from hybrid.diagnosis.contest.setting import setting_of
+from tests.masts import masts, recorded
+
+SPRING = CubicSpring((3,), "x", 2e8)  # N/m^3: at 2 cm half as stiff as a mast
+LOST = StiffnessChange((2,), 0.1)
+
+
+def test_what_is_large_begins_beside_a_law_as_it_ended_alone() -> None:
+    """No scan serves beside a law, and the score test of a storey all but lost leads elsewhere."""
+    setting = setting_of(recorded(masts(middle=3.0), SPRING, LOST))
+    candidates, lengths, frame = setting.candidates(), setting.lengths, setting.frame
+    first, second = (
+        next(c for c in candidates if (c.kind, c.location) == (kind, place))
+        for kind, place in ((SPRING.kind, {"node": 3, "direction": "x"}), (LOST.kind, {"element": 2}))
+    )
+    begun = np.append(setting.nominal.centre, SPRING.stiffness)
+    ground = ground_of(setting.nominal.adding(first), begun, lengths, frame, setting.short)
+    alone = fit_growing(setting.nominal.adding(second), np.append(setting.nominal.centre, 0.3), lengths, frame)
+    assert ground is not None
+    assert alone is not None
+    linear = tuple(candidate for candidate in candidates if candidate.changes is not None)
+    best = contest(ground, linear, lengths, frame, alone=(alone,))[0]
+    assert best.hypothesis.candidates == (first, second)
+    assert best.theta[-1] == pytest.approx(LOST.factor, rel=0.02)  # the recorded motion is geometrically exact
