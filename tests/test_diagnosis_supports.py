@@ -37,6 +37,19 @@ def test_foot_of_a_mast_that_rocks_is_told(stiffness: float) -> None:
     assert finding.parameters["stiffness"].value == pytest.approx(stiffness, rel=0.1)  # the contract's bound
 
 
+@pytest.mark.parametrize("since", [1, 2])
+def test_foot_that_rocks_from_one_recording_on_is_told_with_these(since: int) -> None:
+    """What all recordings ask for to first order leads to the storey above; what the last ones show does not."""
+    before, after = recorded(masts()), recorded(masts().with_effects(SPRING))
+    found = diagnose(replace(before, recordings=(*before.recordings[:since], *after.recordings[since:])))
+    assert found.verdict is Verdict.EXPLAINED
+    (finding,) = found.findings
+    assert (finding.cause.kind, finding.cause.location) == ("support_spring", FOOT)
+    assert finding.recordings == tuple(recording.name for recording in before.recordings[since:])
+    assert finding.probability > 0.9
+    assert finding.parameters["stiffness"].value == pytest.approx(SPRING.stiffness, rel=0.1)  # the contract's bound
+
+
 def test_support_that_gives_in_some_recordings_is_fitted_there() -> None:
     before, after = recorded(masts()), recorded(masts().with_effects(SPRING))
     parts = (*before.recordings[:2], *after.recordings[2:])

@@ -4,13 +4,13 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from hybrid.diagnosis.causes.candidate import Candidate
-from hybrid.diagnosis.contest.growing import Ground, ground_of, lengths_of
+from hybrid.diagnosis.contest.growing import Ground, Lengths, ground_of, lengths_of
 from hybrid.diagnosis.contest.pairs import ground_with, left, misfit
 from hybrid.diagnosis.contest.posterior import Posterior
 from hybrid.diagnosis.contest.recording_groups import FEWEST, Groups, asked_for, clear_share
 from hybrid.diagnosis.contest.search import contest
 from hybrid.diagnosis.contest.switching import ONE_GROUP, fit_switched
-from hybrid.diagnosis.fitting.fitting import Fit
+from hybrid.diagnosis.fitting.fitting import Fit, fit
 from hybrid.diagnosis.recorded.frame import Frame
 from hybrid.diagnosis.recorded.noise import Band
 from hybrid.diagnosis.recorded.records import count_of
@@ -65,6 +65,38 @@ def groups_in(posterior: Posterior) -> Groups | None:
     return None
 
 
+def changed(
+    nominal: Ground,
+    groups: Groups | None,
+    candidates: tuple[Candidate, ...],
+    frame: Frame,
+    advance: Callable[[], object],
+) -> list[Fit]:
+    """Return fits of causes that act in one of two ``groups`` of recordings only: what this group alone shows.
+
+    A search beside it may find its size, where what all of them ask for to first order leads astray.
+    """
+    grounds = [] if groups is None else _nearest_first(nominal, groups, frame)
+    if len(grounds) < 2:
+        return []
+    near, (far, own) = grounds[0][0].whole, grounds[1]
+    without = tuple(replace(batch, off=(len(nominal.hypothesis.candidates),)) for batch in near.batches)
+    found = []
+    for item in contest(far, candidates, own, frame, advance)[:MOST_ALIKE]:
+        begun = None if item.hypothesis.is_linear else (*near.states, *item.states)
+        found.append(fit(item.hypothesis, item.theta, (*without, *far.whole.batches), frame, begun))
+    return [item for item in found if item is not None]
+
+
+def _nearest_first(nominal: Ground, groups: Groups, frame: Frame) -> list[tuple[Ground, Lengths]]:
+    """Return the nominal fits of two groups of recordings, with their segments; the one that fits better first."""
+    hypothesis = nominal.hypothesis
+    lengths = [lengths_of(group, hypothesis.states) for group in groups]
+    grounds = [ground_of(hypothesis, hypothesis.centre, own, frame) for own in lengths]
+    pairs = [(ground, own) for ground, own in zip(grounds, lengths, strict=True) if ground is not None]
+    return sorted(pairs, key=lambda pair: misfit(pair[0].whole) / pair[0].whole.values)
+
+
 def _seen_before(
     nominal: Ground,
     groups: Groups,
@@ -75,12 +107,7 @@ def _seen_before(
     """Return the best fit to those of two groups of recordings that are nearer to the nominal structure, if any, and
     what these recordings alone hardly tell from it.
     """
-    hypothesis = nominal.hypothesis
-    lengths = [lengths_of(group, hypothesis.states) for group in groups]
-    grounds = [ground_of(hypothesis, hypothesis.centre, own, frame) for own in lengths]
-    pairs = [(ground, own) for ground, own in zip(grounds, lengths, strict=True) if ground is not None]
-    ground, own = min(pairs, key=lambda pair: misfit(pair[0].whole) / pair[0].whole.values, default=(None, None))
-    if ground is None or own is None:
-        return []
-    ranked = contest(ground, candidates, own, frame, advance)
-    return [item for item in ranked[:MOST_ALIKE] if item.log_evidence > ranked[0].log_evidence - ALIKE]
+    for ground, own in _nearest_first(nominal, groups, frame)[:1]:
+        ranked = contest(ground, candidates, own, frame, advance)
+        return [item for item in ranked[:MOST_ALIKE] if item.log_evidence > ranked[0].log_evidence - ALIKE]
+    return []

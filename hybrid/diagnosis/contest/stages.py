@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from hybrid.diagnosis.causes.candidate import Candidate
-from hybrid.diagnosis.contest.changes import changes_beside, groups_in
+from hybrid.diagnosis.contest.changes import changed, changes_beside, groups_in
 from hybrid.diagnosis.contest.discrepancy import in_units_of
 from hybrid.diagnosis.contest.effort import effort_of
 from hybrid.diagnosis.contest.growing import Ground, Lengths, fit_growing, padded, shortened
@@ -69,6 +69,11 @@ class Search:
             return found
         parted = any(batch.off for batch in best.batches)
         groups = groups_in(after) if parted else clear_groups(asked, self.lengths.whole)
+        if parted and not self.ground.hypothesis.candidates:
+            found += changed(self.ground, groups, self.candidates, self.frame, hears)
+            best = self.posterior([*fits, *found]).fits[0]
+            if not self.is_wanting(best) or self.is_ample(best):
+                return found
         lasting = _lasting(posterior, fits[0])
         return found + changes_beside(self.ground, groups, lasting, self.candidates, self.frame, self.band, hears)
 
