@@ -31,8 +31,8 @@ from hybrid.diagnosis.screening.screening import screen
 LITTLE_LEFT = 1.5  # energy left over that of noise: right causes of blind frames leave 1.2 to 1.3, a stop without the
 # late sensor beside it 2
 MOST = 0.8  # of the misfit: a law that leaves more has no change beside it
-PROMISED = 20.0  # in tempered log evidence: beside right linear causes of blind frames others promise up to 11, a
-# missing one 92
+PROMISED = 20.0  # in tempered log evidence: beside right causes of blind frames others promise 5 to 11, a missing one
+# 43 and 92
 WELL = (1.05, 1.25)  # times the noise floor: mean and largest error of forecasts in which a second cause would not show
 
 
@@ -170,12 +170,10 @@ class Search:
     def promises_more(self, item: Fit) -> bool:
         """Return whether a second cause of a frame promises clearly more than the score test does of chance.
 
-        What is left would hardly show it, as no frame is just as drawn. Not beside a force law: where a stop is hit a
-        little late, or a cable is slack too long, others promise as much as a missing one.
+        What is left would hardly show it, as no frame is just as drawn.
         """
         causes, is_apart = item.hypothesis.candidates, any(batch.off for batch in item.batches)
-        known = effort_of(item.hypothesis.plant).thorough or not item.hypothesis.is_linear
-        if known or len(causes) != 1 or is_apart:
+        if effort_of(item.hypothesis.plant).thorough or len(causes) != 1 or is_apart:
             return False
         others = tuple(candidate for candidate in self.candidates if candidate.key != causes[0].key)
         tested = screen(item, others, self.frame)
