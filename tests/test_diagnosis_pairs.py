@@ -1,20 +1,16 @@
 """Two causes at once: what the larger one hides of the other."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from fe_models.effects import AddedMass, CubicSpring, Effect, StiffnessChange
-from hybrid.diagnosis.contest.growing import Ground, fit_growing, ground_of
+from fe_models.effects import CubicSpring, StiffnessChange
+from hybrid.diagnosis.contest.growing import fit_growing, ground_of
 from hybrid.diagnosis.contest.search import contest
 from hybrid.diagnosis.contest.setting import setting_of
-from hybrid.diagnosis.contest.stages import Search
 from tests.masts import masts, recorded
 
 SPRING = CubicSpring((3,), "x", 2e8)  # N/m^3: at 2 cm half as stiff as a mast
 LOST = StiffnessChange((2,), 0.1)
-HEAVY, SOFTER = AddedMass(3, 30.0), StiffnessChange((3,), 0.975)
 
 
 def test_what_is_large_begins_beside_a_law_as_it_ended_alone() -> None:
@@ -34,21 +30,3 @@ def test_what_is_large_begins_beside_a_law_as_it_ended_alone() -> None:
     best = contest(ground, linear, lengths, frame, alone=(alone,))[0]
     assert best.hypothesis.candidates == (first, second)
     assert best.theta[-1] == pytest.approx(LOST.factor, rel=0.02)  # the recorded motion is geometrically exact
-
-
-@pytest.mark.parametrize(("effects", "promises"), [((HEAVY,), False), ((HEAVY, SOFTER), True)])
-def test_a_second_cause_of_a_frame_is_looked_for_where_the_score_test_promises_one(
-    effects: tuple[Effect, ...], promises: bool
-) -> None:
-    """It takes a fortieth from the stiffness of a storey: 2.5 of the deviations that a structure's values have."""
-    setting = setting_of(replace(recorded(masts().with_effects(*effects)), model=masts()))
-    candidates = setting.candidates()
-    heavier = next(c for c in candidates if (c.kind, c.location) == (HEAVY.kind, {"node": HEAVY.node}))
-    begun = np.append(setting.nominal.centre, HEAVY.mass)
-    base = fit_growing(setting.nominal, setting.nominal.centre, setting.lengths, setting.frame)
-    first = fit_growing(setting.nominal.adding(heavier), begun, setting.lengths, setting.frame)
-    assert base is not None
-    assert first is not None
-    ground = Ground(base, base)
-    search = Search(ground, setting.lengths, candidates, setting.frame, setting.frame, setting.band, str)
-    assert search.promises_more(first) is promises

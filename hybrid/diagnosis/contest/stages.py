@@ -26,13 +26,10 @@ from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.fitting.forecasting import forecast, model_of
 from hybrid.diagnosis.recorded.frame import Frame
 from hybrid.diagnosis.recorded.noise import Band
-from hybrid.diagnosis.screening.screening import screen
 
 LITTLE_LEFT = 1.5  # energy left over that of noise: right causes of blind frames leave 1.2 to 1.3, a stop without the
 # late sensor beside it 2
 MOST = 0.8  # of the misfit: a law that leaves more has no change beside it
-PROMISED = 20.0  # in tempered log evidence: beside right causes of blind frames others promise 5 to 11, a missing one
-# 43 and 92
 WELL = (1.05, 1.25)  # times the noise floor: mean and largest error of forecasts in which a second cause would not show
 
 
@@ -84,8 +81,7 @@ class Search:
         """Return fits of two causes at once."""
         posterior = self.posterior(fits)
         best = posterior.fits[0]
-        asks = asks_for_more(self.judged(best), self.judged(fits[0]), self.own, self.band)
-        if (self.is_ample(best) or not asks) and not self.promises_more(best):
+        if self.is_ample(best) or not asks_for_more(self.judged(best), self.judged(fits[0]), self.own, self.band):
             return []
         hears = self._hears("two causes")
         hears()
@@ -166,18 +162,6 @@ class Search:
         """Return whether what may be wrong beside a fit is not worth a search, which takes a minute of a frame."""
         thorough = effort_of(item.hypothesis.plant).thorough
         return not thorough and self.is_enough(item) and temper_of(self.judged(item)) < LITTLE_LEFT
-
-    def promises_more(self, item: Fit) -> bool:
-        """Return whether a second cause of a frame promises clearly more than the score test does of chance.
-
-        What is left would hardly show it, as no frame is just as drawn.
-        """
-        causes, is_apart = item.hypothesis.candidates, any(batch.off for batch in item.batches)
-        if effort_of(item.hypothesis.plant).thorough or len(causes) != 1 or is_apart:
-            return False
-        others = tuple(candidate for candidate in self.candidates if candidate.key != causes[0].key)
-        tested = screen(item, others, self.frame)
-        return bool(tested) and tested[0].gain > 2 * PROMISED * temper_of(item)
 
     def _beside(self, best: Fit, base: Fit, known: Sequence[Fit]) -> list[Fit]:
         return fits_beside(best, base, self.candidates, self.frame, self._hears("places next to it"), known)
