@@ -29,4 +29,6 @@ def test_what_is_large_begins_beside_a_law_as_it_ended_alone() -> None:
     linear = tuple(candidate for candidate in candidates if candidate.changes is not None)
     best = contest(ground, linear, lengths, frame, alone=(alone,))[0]
     assert best.hypothesis.candidates == (first, second)
-    assert best.theta[-1] == pytest.approx(LOST.factor, rel=0.02)  # the recorded motion is geometrically exact
+    assert best.theta[-1] == pytest.approx(LOST.factor, rel=0.02)
+    # Begun in the shapes of the intact masts, the motion has a share of a mode at 78 Hz, beyond half the sampling rate,
+    # which no mode fitted shows: 28 times the noise's energy. It moves the factor by 0.4 %.

@@ -81,15 +81,18 @@ def _found_alone(short: Fit, alone: Iterable[Fit]) -> list[Screened]:
 
     Beside a law what is large is not scanned for, and its calibration may be astray where much else is wrong.
     """
-    trials, nuisances, held = [], short.hypothesis.nuisances, short.hypothesis.candidates
+    if short.hypothesis.is_linear:
+        return []
+    trials, nuisances = list[Screened](), short.hypothesis.nuisances
+    held = {candidate.key for candidate in short.hypothesis.candidates}
     for item in alone:
         candidate = item.hypothesis.candidates[-1]
-        if candidate.pull is None and candidate.key not in {other.key for other in held}:
+        if candidate.pull is None and candidate.key not in held:
             shift = np.zeros_like(short.theta)
             shift[:nuisances] = item.theta[:nuisances] - short.theta[:nuisances]
             start = tuple(item.theta[item.hypothesis.slices[-1]].tolist())
             trials.append(Screened(candidate, start, 0.0, shift, is_drawn=True))
-    return trials[:FOUND_ALONE] if not short.hypothesis.is_linear else []
+    return trials[:FOUND_ALONE]
 
 
 def _foretold(ground: Ground, ranked: list[Screened], present: list[Fit], lengths: Lengths, frame: Frame) -> list[Fit]:

@@ -63,17 +63,16 @@ class Search:
         hears()
         asked = asked_for(self.ground.short, self.candidates, self.frame)
         found = fit_switched(self.ground.short, best, asked, self.lengths, self.frame)
-        after = self.posterior([*fits, *found])
-        best = after.fits[0]
-        if not self.is_wanting(best) or self.is_ample(best):
+        if self._is_settled([*fits, *found]):
             return found
-        parted = any(batch.off for batch in best.batches)
-        groups = groups_in(after) if parted else clear_groups(asked, self.lengths.whole)
-        if parted and not self.ground.hypothesis.candidates:
+        after = self.posterior([*fits, *found])
+        if any(batch.off for batch in after.fits[0].batches):
+            groups = groups_in(after)
             found += changed(self.ground, groups, self.candidates, self.frame, hears)
-            best = self.posterior([*fits, *found]).fits[0]
-            if not self.is_wanting(best) or self.is_ample(best):
+            if self._is_settled([*fits, *found]):
                 return found
+        else:
+            groups = clear_groups(asked, self.lengths.whole)
         lasting = _lasting(posterior, fits[0])
         return found + changes_beside(self.ground, groups, lasting, self.candidates, self.frame, self.band, hears)
 
@@ -162,6 +161,11 @@ class Search:
         """Return whether what may be wrong beside a fit is not worth a search, which takes a minute of a frame."""
         thorough = effort_of(item.hypothesis.plant).thorough
         return not thorough and self.is_enough(item) and temper_of(self.judged(item)) < LITTLE_LEFT
+
+    def _is_settled(self, fits: list[Fit]) -> bool:
+        """Return whether nothing more is to be looked for beside the best of the fits."""
+        best = self.posterior(fits).fits[0]
+        return not self.is_wanting(best) or self.is_ample(best)
 
     def _beside(self, best: Fit, base: Fit, known: Sequence[Fit]) -> list[Fit]:
         return fits_beside(best, base, self.candidates, self.frame, self._hears("places next to it"), known)
