@@ -77,6 +77,24 @@ def test_harmonic_force_has_its_amplitude_where_it_acts() -> None:
     assert acting_recordings(found, 0) == case.recordings[:4]
 
 
+def test_harmonic_force_that_is_told_from_none_by_nothing_it_does_is_no_hypothesis() -> None:
+    case = blind_case(7, BlindConfig(("harmonic_force",), size=0.6, train=3, test=1, duration=30.0))
+    (cause,) = case.truth
+    assert isinstance(cause, HarmonicForce)
+    batches, frame = frame_of(case.dataset)
+    base = nominal_fit(case.dataset, batches, frame)
+    place, other = (candidate(case.dataset, "harmonic_force", node=cause.node + i) for i in (0, 1))
+    right = fit(base.hypothesis.adding(place), np.append(base.theta, cause.frequency), batches, frame)
+    assert right is not None
+    more = right.hypothesis.adding(other)
+    both = fit(more, np.append(right.theta, 0.02), batches, frame, padded(right.states, more))  # Hz, below all modes
+    assert both is not None
+    assert [wave(both, number).is_told for number in (0, 1)] == [True, False]
+    better = replace(both, cost=right.cost - 1000.0)  # as where it pushes a law to and fro
+    assert better.log_evidence > right.log_evidence
+    assert posterior_of((base, right, better), (place, other)).fits == (right, base)
+
+
 @pytest.mark.parametrize("kind", ["cubic_spring", "gap_stop"])
 def test_slopes_behind_a_low_pass_need_no_finer_motion(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
     case = blind_case(2, BlindConfig((kind,), size=1.0, train=2, test=1, duration=30.0))

@@ -8,6 +8,7 @@ from fe_models.dofs import FloatArray
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.odds import Odds
 from hybrid.diagnosis.fitting.fitting import Fit
+from hybrid.diagnosis.fitting.wave import wave
 from hybrid.diagnosis.recorded.noise import correlation_factor
 from hybrid.diagnosis.recorded.records import count_of
 
@@ -32,8 +33,11 @@ def posterior_of(fits: tuple[Fit, ...], candidates: tuple[Candidate, ...]) -> Po
     Where even the best fit leaves more than noise, its errors are no independent draws: the log evidences are divided
     by the energy left over that of noise, times the number of values that tell as much as one. A model that fits leaves
     them as they are, but for a frame's.
+
+    A harmonic force whose amplitude is not told from none is no hypothesis: slower than any mode, it may but push a
+    law to and fro, which takes up whatever that law's model lacks.
     """
-    fits = _distinct(fits)
+    fits = _distinct(tuple(fit for fit in fits if _waves_told(fit)))
     odds = Odds.among(candidates, fits[0].hypothesis.plant.alike)
     prior = np.array([_log_prior(fit, odds) for fit in fits])
     evidence = np.array([fit.log_evidence for fit in fits])
@@ -49,6 +53,12 @@ def posterior_of(fits: tuple[Fit, ...], candidates: tuple[Candidate, ...]) -> Po
 def _alike(fit: Fit) -> float:
     """Return at how many places, twins and all, the causes of a fit would do the same."""
     return float(np.prod([1 + len(candidate.twins) for candidate in fit.hypothesis.candidates]))
+
+
+def _waves_told(fit: Fit) -> bool:
+    """Return whether the amplitude of each harmonic force of a fit is told from none."""
+    candidates = fit.hypothesis.candidates
+    return all(wave(fit, number).is_told for number, candidate in enumerate(candidates) if candidate.oscillator)
 
 
 def _distinct(fits: tuple[Fit, ...]) -> tuple[Fit, ...]:

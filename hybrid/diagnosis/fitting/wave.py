@@ -9,6 +9,7 @@ from hybrid.diagnosis.fitting.fitting import Fit
 
 ABSENT = 0.4  # of the usual amplitude: less is a recording without the force, if the difference is certain
 CERTAIN = 4.0  # standard deviations
+TOLD = 2.0  # standard deviations: an amplitude below that is told from none by nothing that the force itself does
 
 
 @dataclass(frozen=True)
@@ -21,6 +22,11 @@ class Wave:
     error: float
     phase: float
     acting: BoolArray
+
+    @property
+    def is_told(self) -> bool:
+        """Whether the amplitude is told from none."""
+        return self.amplitude > TOLD * self.error
 
 
 def wave(fit: Fit, number: int) -> Wave:
