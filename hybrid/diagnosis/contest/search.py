@@ -36,6 +36,7 @@ RACING_LAWS = 3  # of them beside a force law, where each takes far longer
 RIVALS = 8  # candidates that are tried in the place of one of two causes
 FORCES = 3  # harmonic forces that are fitted
 NEIGHBOURS = 10  # of a frame, where they are alike: if a harmonic force is the best of all
+MOST_NEIGHBOURS = 30  # of these, where they promise as much as the first: the nodes of a tower that has one sensor
 UNDERRATED = 2.0  # how much more a harmonic force may explain than it promises, once its frequency is refined
 FORETOLD = 2  # causes at most that go on however far behind on segments, where whole recordings promise more of them
 FOUND_ALONE = 3  # causes that begin beside a force law as they ended alone
@@ -122,10 +123,11 @@ def _forced(
     found: list[Fit] = []
     is_chain, linear = base.hypothesis.plant.is_chain, base.hypothesis.is_linear
     least = FORCES if is_chain or linear else 1  # beside a frame's law each takes five seconds, and they are alike
-    for number, trial in enumerate(forces[: FORCES if is_chain or not linear else NEIGHBOURS]):
+    for number, trial in enumerate(forces[: FORCES if is_chain or not linear else MOST_NEIGHBOURS]):
         ahead = max(found, key=lambda item: item.log_evidence, default=None)
-        beaten = ahead is not None and any(item.log_evidence > ahead.log_evidence for item in rivals)
-        if number >= least and (ahead is None or beaten):
+        if number >= least and (ahead is None or any(item.log_evidence > ahead.log_evidence for item in rivals)):
+            break
+        if number >= NEIGHBOURS and forces[0].gain - trial.gain > bound_of(found) - min(item.cost for item in found):
             break
         bound = bound_of([base, *rivals, *found])
         if base.cost - UNDERRATED * trial.gain < bound:
