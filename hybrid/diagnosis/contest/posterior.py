@@ -34,8 +34,8 @@ def posterior_of(fits: tuple[Fit, ...], candidates: tuple[Candidate, ...]) -> Po
     by the energy left over that of noise, times the number of values that tell as much as one. A model that fits leaves
     them as they are, but for a frame's.
 
-    A harmonic force whose amplitude is not told from none is no hypothesis: slower than any mode, it may but push a
-    law to and fro, which takes up whatever that law's model lacks.
+    A harmonic force whose amplitude is not told from none is no hypothesis: slower than any mode, it may do no more
+    than push a law to and fro, which takes up whatever that law's model lacks.
     """
     fits = _distinct(tuple(fit for fit in fits if _waves_told(fit)))
     odds = Odds.among(candidates, fits[0].hypothesis.plant.alike)

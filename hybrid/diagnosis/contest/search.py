@@ -119,7 +119,9 @@ def _foretold(ground: Ground, ranked: list[Screened], present: list[Fit], length
 def _forced(
     base: Fit, forces: list[Screened], rivals: list[Fit], frame: Frame, advance: Callable[[], object]
 ) -> list[Fit]:
-    """Return fits of the most promising harmonic forces; of more, their neighbours, where one of them is the best."""
+    """Return fits of the most promising harmonic forces; of more, their neighbours, where one of them is the best, and
+    of all that promise so nearly as much as the first that their fits may be as good.
+    """
     found: list[Fit] = []
     is_chain, linear = base.hypothesis.plant.is_chain, base.hypothesis.is_linear
     least = FORCES if is_chain or linear else 1  # beside a frame's law each takes five seconds, and they are alike
@@ -127,7 +129,8 @@ def _forced(
         ahead = max(found, key=lambda item: item.log_evidence, default=None)
         if number >= least and (ahead is None or any(item.log_evidence > ahead.log_evidence for item in rivals)):
             break
-        if number >= NEIGHBOURS and forces[0].gain - trial.gain > bound_of(found) - min(item.cost for item in found):
+        behind = forces[0].gain - trial.gain
+        if number >= NEIGHBOURS and min(item.cost for item in found) + behind > bound_of(found):
             break
         bound = bound_of([base, *rivals, *found])
         if base.cost - UNDERRATED * trial.gain < bound:

@@ -63,13 +63,14 @@ class Search:
         hears()
         asked = asked_for(self.ground.short, self.candidates, self.frame)
         found = fit_switched(self.ground.short, best, asked, self.lengths, self.frame)
-        if self._is_settled([*fits, *found]):
-            return found
         after = self.posterior([*fits, *found])
-        if any(batch.off for batch in after.fits[0].batches):
+        best = after.fits[0]
+        if self._is_settled(best):
+            return found
+        if any(batch.off for batch in best.batches):
             groups = groups_in(after)
             found += changed(self.ground, groups, self.candidates, self.frame, hears)
-            if self._is_settled([*fits, *found]):
+            if self._is_settled(self.posterior([*fits, *found]).fits[0]):
                 return found
         else:
             groups = clear_groups(asked, self.lengths.whole)
@@ -162,9 +163,8 @@ class Search:
         thorough = effort_of(item.hypothesis.plant).thorough
         return not thorough and self.is_enough(item) and temper_of(self.judged(item)) < LITTLE_LEFT
 
-    def _is_settled(self, fits: list[Fit]) -> bool:
-        """Return whether nothing more is to be looked for beside the best of the fits."""
-        best = self.posterior(fits).fits[0]
+    def _is_settled(self, best: Fit) -> bool:
+        """Return whether nothing more is to be looked for beside the best fit."""
         return not self.is_wanting(best) or self.is_ample(best)
 
     def _beside(self, best: Fit, base: Fit, known: Sequence[Fit]) -> list[Fit]:
