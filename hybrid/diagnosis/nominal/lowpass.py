@@ -1,4 +1,4 @@
-"""Whether the low-pass of recordings cuts off sharply: told by what is left beyond it, noise and all."""
+"""What the low-pass of recordings lets through: whether it cuts off sharply, and up to where motions show."""
 
 import numpy as np
 from scipy.signal import welch
@@ -12,6 +12,9 @@ NOTHING = 1e-6  # of the power below the cutoff: a Butterworth filter of order 4
 WITHIN, BEYOND = (0.75, 0.9), (1.12, 1.3)  # of the cutoff: where power is compared
 QUIET = 0.2  # quantile of the power in a band: of what lies between the lines of motions
 LONGEST = 512  # samples of a spectrum
+LEAKS = 3  # lines of a spectrum with a Hann window: how far a wave shows beyond its own
+PASSED = 0.2  # of a motion: what a low-pass leaves of it where motions end, unless recordings hold more than
+FAINT = 1e-3  # of a channel's energy: less is there of noise that was low-passed, too, or is white and under 5 %
 
 
 def lowpass_of(dataset: Dataset) -> LowPass | None:
@@ -25,6 +28,31 @@ def lowpass_of(dataset: Dataset) -> LowPass | None:
     known = [share for share in shares if np.isfinite(share)]
     sharp = bool(known) and float(np.median(known)) < NOTHING
     return LowPass(dataset.lowpass, SHARP) if sharp else LowPass(dataset.lowpass)
+
+
+def highest_shown(dataset: Dataset, lowpass: LowPass | None) -> float:
+    """Return up to which frequency (Hz) recordings show motions: at most half their rate.
+
+    A low-pass leaves little of what is faster than it, which is more than noise all the same where a stiff stop or
+    spring sets high modes going, at a sensor that feels little else.
+    """
+    half = dataset.sampling_rate / 2
+    if lowpass is None or lowpass.reach(PASSED) >= half:
+        return half
+    end = lowpass.reach(PASSED)
+    fitted = (data for r in dataset.select("train") for data in r.data)
+    fast = any(_share_above(data, dataset.sampling_rate, end) > FAINT for data in fitted)
+    return half if fast else end
+
+
+def _share_above(data: FloatArray, rate: float, lower: float) -> float:
+    """Return the largest share of a channel's energy above ``lower`` (Hz), of ``data`` (time, sensor)."""
+    alive = data[:, data.std(axis=0) > 0]
+    if not alive.size:
+        return 0.0
+    frequency, power = welch(alive, rate, nperseg=min(len(data), LONGEST), axis=0)
+    above = frequency > lower + LEAKS * frequency[1]
+    return float(np.max(power[above].sum(axis=0) / power.sum(axis=0)))
 
 
 def _beyond(data: FloatArray, rate: float, cutoff: float) -> float:

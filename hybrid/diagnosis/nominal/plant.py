@@ -25,13 +25,12 @@ from fe_models.time_integration import TimeIntegration
 from fe_models.uncertain_parts import UncertainPart, uncertain_parts
 from hybrid.diagnosis.nominal.geometry import Geometry
 from hybrid.diagnosis.nominal.loads import LoadPlace, load_places
-from hybrid.diagnosis.nominal.lowpass import lowpass_of
+from hybrid.diagnosis.nominal.lowpass import highest_shown, lowpass_of
 from hybrid.diagnosis.nominal.scatter import NONE, OWN, Scatter, scatter_of
 
 CERTAIN = 1e-6  # the least standard deviation of a factor, so that a prior of zero stays a number
 MORE_MODES = 15  # in the basis of a frame, beyond those kept: they carry what a changed part does to the shapes
 SPARE = 1  # mode beyond those kept whose damping is uncertain, too: a cause may bring it
-PASSED = 0.2  # of a motion: what a low-pass leaves of the highest modes that are followed
 TURNING = 1.0  # of damping ratios that are off: they are those of the modes without any cause (-1), as causes turn them
 # (1) or between: what else dissipates may stay where it is or go with the modes, and recordings tell
 NEGLIGIBLE = 1e-3  # of all mass: what a part must hold to be felt
@@ -217,7 +216,7 @@ def plant_of(dataset: Dataset) -> Plant:
         rows = linear.dofs.free_rows
         damping = damping + csr_array((more.data, (rows[more.row], rows[more.col])), shape=damping.shape)
     lowpass = lowpass_of(dataset)
-    highest = min(np.inf if lowpass is None else lowpass.reach(PASSED), dataset.sampling_rate / 2)
+    highest = highest_shown(dataset, lowpass)
     basis, kept = _basis(dataset, linear, highest)
     modes = basis.shape[1] if kept is None else min(kept + SPARE, basis.shape[1])
     ratios = np.zeros(modes)

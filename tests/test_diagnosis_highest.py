@@ -1,0 +1,71 @@
+"""Up to which frequency recordings show a frame's motions: a low-pass hides what is fast, unless it is large."""
+
+from typing import Literal
+
+import numpy as np
+import pytest
+
+from fe_models.blind.bridge import SENSORS
+from fe_models.bridge import bridge
+from fe_models.dofs import FloatArray
+from fe_models.measurement import lowpassed
+from fe_models.recordings import Dataset, Recording
+from hybrid.diagnosis.nominal.lowpass import highest_shown, lowpass_of
+from hybrid.diagnosis.nominal.plant import plant_of
+
+RATE, SAMPLES, CUTOFF, NOISE = 100.0, 2000, 30.0, 0.03
+FITTED = tuple(sensor for sensor in SENSORS if sensor.role == "measured")
+TIME = np.arange(SAMPLES) / RATE
+USUAL = 30.0 * 4.0**0.125  # Hz, where 1 / (1 + (f / 30 Hz)^8) is 0.2
+
+
+def dataset(channel: FloatArray, role: Literal["train", "test"] = "train", sharply: bool = False) -> Dataset:
+    """Return recordings of which all sensors feel a mode at 6.4 Hz, and the first of the second ``channel`` instead.
+
+    ``sharply``: what lies a fiftieth above the low-pass is taken out wholly, noise and all; else the noise is white.
+    """
+    data = np.tile(np.sin(2 * np.pi * 6.4 * TIME)[:, None], (1, len(FITTED)))
+    data[:, 0] = channel
+    data += NOISE * data.std(axis=0) * np.random.default_rng(0).standard_normal(data.shape)
+    if sharply:
+        spectrum = np.fft.rfft(data, axis=0)
+        spectrum[np.fft.rfftfreq(SAMPLES, 1 / RATE) > 1.02 * CUTOFF] = 0
+        data = np.fft.irfft(spectrum, SAMPLES, axis=0)
+    calm = Recording("calm", data[None, :, 1:2].repeat(len(FITTED), axis=2))
+    return Dataset(bridge(), RATE, FITTED, (calm, Recording("fast", data[None], role)), CUTOFF)
+
+
+def two_modes(amplitude: float) -> FloatArray:
+    """Return a decaying motion at 6.4 Hz with one at 38.8 Hz, the thirteenth mode, beside it."""
+    return np.exp(-TIME / 3) * (np.sin(2 * np.pi * 6.4 * TIME) + amplitude * np.sin(2 * np.pi * 38.8 * TIME))
+
+
+@pytest.mark.parametrize(("amplitude", "highest"), [(0.0, USUAL), (0.1, RATE / 2)])
+def test_a_mode_beyond_the_lowpass_is_followed_where_it_is_larger_than_noise(amplitude: float, highest: float) -> None:
+    data = dataset(two_modes(amplitude))
+    assert highest_shown(data, lowpass_of(data)) == pytest.approx(highest, rel=1e-12)
+    plant = plant_of(data)
+    assert np.sum(plant.modes[0] < 2 * np.pi * highest) == plant.size == (14 if amplitude else 11)  # as the bridge has
+
+
+def test_what_only_a_test_recording_shows_is_not_looked_at() -> None:
+    data = dataset(two_modes(0.1), role="test")
+    assert highest_shown(data, lowpass_of(data)) == pytest.approx(USUAL, rel=1e-12)
+
+
+def test_a_mode_at_the_end_of_a_sharp_lowpass_is_no_motion_beyond_it() -> None:
+    wave = np.sin(2 * np.pi * 30.5 * TIME)  # a line of its spectrum is 0.8 Hz wide, and 20 % pass at 30.66 Hz
+    data = dataset(wave, sharply=True)
+    assert lowpass_of(data).reach(0.2) < 31.0  # type: ignore[union-attr]
+    assert highest_shown(data, lowpass_of(data)) < 31.0
+
+
+def test_noise_that_was_low_passed_with_the_motion_shows_nothing() -> None:
+    noise = lowpassed(np.random.default_rng(1).standard_normal((SAMPLES, 1)), RATE, CUTOFF)[:, 0]
+    data = dataset(two_modes(0.0) + 0.1 * noise)  # a third of the motion: white, it would be far more than `FAINT`
+    assert highest_shown(data, lowpass_of(data)) == pytest.approx(USUAL, rel=1e-12)
+
+
+def test_recordings_without_a_lowpass_show_all_up_to_half_their_rate() -> None:
+    data = dataset(two_modes(0.0))
+    assert highest_shown(data, None) == RATE / 2
