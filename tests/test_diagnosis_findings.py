@@ -4,8 +4,9 @@ import pytest
 
 from fe_models.effects import AddedMass, Cause, CoulombFriction, GapStop, QuadraticDamper, SupportSpring
 from fe_models.sensor_effects import SensorDrift
+from fe_models.structure import Support
 from fe_models.time_integration import TimeIntegration
-from hybrid.diagnosis.outcome.findings import Parameter, at_place, sentence_of
+from hybrid.diagnosis.outcome.findings import Parameter, at_place, is_held, sentence_of
 
 
 @pytest.mark.parametrize(
@@ -46,13 +47,22 @@ def test_sentence_names_place_unit_and_side(cause: Cause, told: str) -> None:
         for word, value in cause.parameters.items()
         if not isinstance(value, list)
     }
-    assert sentence_of(cause, parameters) == told
+    assert sentence_of(cause, parameters, held=False) == told
 
 
 def test_uncertainty_stands_before_the_unit() -> None:
-    sentence = sentence_of(AddedMass(3, 2.5), {"mass": Parameter(2.5, 0.125, "kg")})
+    sentence = sentence_of(AddedMass(3, 2.5), {"mass": Parameter(2.5, 0.125, "kg")}, held=False)
     assert "2.5 +- 0.12 kg more" in sentence
 
 
 def test_the_whole_model_is_no_point() -> None:
     assert at_place({}) == "in the whole model"
+
+
+def test_a_support_too_soft_is_not_told_as_stiffness_that_the_model_lacks() -> None:
+    supports = (Support(1, ("x", "rz")), Support(2, ("y",)))
+    spring = {"stiffness": Parameter(5e6, 0.0, "N m/rad")}
+    for cause, held in ((SupportSpring(1, "rz", 5e6), True), (SupportSpring(1, "y", 5e6), False)):
+        assert is_held(supports, cause) == held
+        assert ("where the model holds it rigidly" in sentence_of(cause, spring, held=held)) == held
+    assert not is_held(supports, AddedMass(1, 2.0))

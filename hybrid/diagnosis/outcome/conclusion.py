@@ -18,7 +18,15 @@ from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.outcome.acting import recordings_of
 from hybrid.diagnosis.outcome.advice import Advice, advise
 from hybrid.diagnosis.outcome.extend import extended_structure
-from hybrid.diagnosis.outcome.findings import Finding, at_place, cause_of, place_words, reported_location, sentence_of
+from hybrid.diagnosis.outcome.findings import (
+    Finding,
+    at_place,
+    cause_of,
+    is_held,
+    place_words,
+    reported_location,
+    sentence_of,
+)
 from hybrid.diagnosis.outcome.materiality import material, weak, without_weak
 from hybrid.diagnosis.outcome.scorer import Scorer
 from hybrid.diagnosis.outcome.simulation import Simulation, modal_finding, modal_notes, simulation_of
@@ -185,7 +193,7 @@ def _findings(
                     (rival.kind, reported_location(rival), p * listed)
                     for rival, p in rivals_of(posterior, candidate, RIVALS)
                 ),
-                sentence_of(cause, parameters),
+                sentence_of(cause, parameters, held=is_held(setting.plant.structure.supports, cause)),
             )
         )
     return tuple(sorted(findings, key=lambda finding: -finding.explains))

@@ -5,7 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from fe_models.effects import Cause, GapStop, HarmonicForce
+from fe_models.effects import Cause, GapStop, HarmonicForce, SupportSpring
+from fe_models.structure import Support
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.fitting.wave import wave
@@ -28,6 +29,7 @@ VERBS = {
     "sensor_drift": "{place} drifts by {slope}",
     "time_integration": "the simulation's own step of {step} makes the error: choose a smaller one",
 }
+TOO_SOFT = "{place} is held by {stiffness} only, where the model holds it rigidly"  # a spring in a support's place
 UNITS = {"1": "", "unit/s": " of its units a second"}  # in words, where the symbol does not say it
 
 TINY = 1e-6  # relative: the finite difference between a search's parameter and the reported one
@@ -75,7 +77,10 @@ def cause_of(fit: Fit, number: int, temper: float = 1.0) -> tuple[Cause, dict[st
     if isinstance(cause, HarmonicForce):
         found_wave = wave(fit, number)
         cause = replace(cause, amplitude=found_wave.amplitude, phase=found_wave.phase)
-        deviations |= {"amplitude": found_wave.error, "phase": np.pi}  # the phase is each recording's own
+        deviations |= {
+            "amplitude": found_wave.error * np.sqrt(temper),
+            "phase": np.pi,
+        }  # the phase is each recording's own
     units = cause.units
     found = {
         word: Parameter(float(value), float(deviations.get(word, 0.0)), units[word])
@@ -110,13 +115,20 @@ def at_place(location: dict[str, Any]) -> str:
     return f"{preposition} {place_words(location)}"
 
 
-def sentence_of(cause: Cause, parameters: dict[str, Parameter]) -> str:
-    """Return one sentence that an engineer can act on."""
+def is_held(supports: tuple[Support, ...], cause: Cause) -> bool:
+    """Return whether a cause is a spring that takes the place of one of the nominal ``supports``."""
+    return isinstance(cause, SupportSpring) and any(
+        support.node == cause.node and cause.direction in support.directions for support in supports
+    )
+
+
+def sentence_of(cause: Cause, parameters: dict[str, Parameter], *, held: bool) -> str:
+    """Return one sentence that an engineer can act on; ``held``: the nominal model has a support there."""
     numbers = {word: _number(item) for word, item in parameters.items()}
     where = {"place": place_words(cause.location), "at": at_place(cause.location)}
     if isinstance(cause, GapStop):
         where["closing"] = _closing(cause)
-    text = VERBS[cause.kind].format(**where, **numbers)
+    text = (TOO_SOFT if held else VERBS[cause.kind]).format(**where, **numbers)
     return text[0].upper() + text[1:] + "."
 
 

@@ -5,7 +5,7 @@ from hybrid.diagnosis.contest.pairs import factors_off, farthest_of, left, off_t
 from hybrid.diagnosis.contest.posterior import Posterior
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.fitting.forecasting import DEVIATION, Forecast, deviation_of
-from hybrid.diagnosis.outcome.findings import cause_of, sentence_of
+from hybrid.diagnosis.outcome.findings import cause_of, is_held, sentence_of
 from hybrid.diagnosis.outcome.scorer import Scorer
 from hybrid.diagnosis.outcome.verdict import BESIDE, MATERIAL, Errors
 
@@ -93,4 +93,6 @@ def _is_simpler(item: Fit, than: Fit) -> bool:
 
 def weak(item: Fit, number: int) -> str:
     """Return a note on candidate ``number`` of a fit."""
-    return f"significant, but too weak to matter for forecasts: {sentence_of(*cause_of(item, number)).rstrip('.')}"
+    cause, parameters = cause_of(item, number)
+    told = sentence_of(cause, parameters, held=is_held(item.hypothesis.plant.structure.supports, cause))
+    return f"significant, but too weak to matter for forecasts: {told.rstrip('.')}"
