@@ -56,9 +56,11 @@ def main(
 
             found = diagnose(data, advance)
         save_structure(found.extended, out / "extended_model.toml")
-        gain = _gain(data, found) if hybrid else None
         draw_example(out / "what_is_wrong.png", found.example)
-        write_json(out / "report.json", report_table(found, gain))
+        write_json(out / "report.json", report_table(found))  # now: the training below takes minutes
+        gain = _gain(data, found) if hybrid else None
+        if gain is not None:
+            write_json(out / "report.json", report_table(found, gain))
         print(describe_diagnosis(found, gain))
         print(f"Results: {out}")
 
