@@ -14,14 +14,14 @@ from hybrid.diagnosis.recorded.records import batches_of, columns_of, measured_c
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 
 CASE = blind_case(3, BlindConfig(train=6, test=0, duration=20.0)).dataset
+MEASURED = measured_columns(CASE)
+FRAME = Frame(tuple(CASE.sensors[i] for i in MEASURED), CASE.sampling_rate, np.full(4, 0.03))
 
 
 def test_every_recording_is_forecast_by_a_fit_to_the_others() -> None:
-    measured = measured_columns(CASE)
-    batches = columns_of(batches_of(CASE, "train"), measured)
-    frame = Frame(tuple(CASE.sensors[i] for i in measured), CASE.sampling_rate, np.full(4, 0.03))
+    batches = columns_of(batches_of(CASE, "train"), MEASURED)
     hypothesis = Hypothesis(plant_of(CASE))
-    whole = fit(hypothesis, hypothesis.centre, batches, frame)
+    whole = fit(hypothesis, hypothesis.centre, batches, FRAME)
     assert whole is not None
     seen: list[list[str]] = []
 
@@ -29,9 +29,9 @@ def test_every_recording_is_forecast_by_a_fit_to_the_others() -> None:
         seen.append([name for batch in one.batches for name in batch.names])
         return Model(one.hypothesis, one.theta, np.ones(8))
 
-    folds = folds_of(CASE, measured)
+    folds = folds_of(CASE, MEASURED, FRAME)
     assert folds is not None
-    found = folds.forecast(whole, model_of, frame)
+    found = folds.forecast(whole, model_of, FRAME)
     names = {r.name for r in CASE.recordings}
     tested = [{name for batch in fold for name in batch.names} for fold in folds.tests]
     assert found.nrmse.shape == found.floor.shape == (6, 5)
@@ -41,7 +41,7 @@ def test_every_recording_is_forecast_by_a_fit_to_the_others() -> None:
 
 def test_test_recordings_make_folds_unnecessary() -> None:
     tested = replace(CASE, recordings=(*CASE.recordings[1:], replace(CASE.recordings[0], role="test")))
-    assert folds_of(tested, (0,)) is None
+    assert folds_of(tested, (0,), FRAME) is None
     assert as_recordings(tested) == (tested, [])
 
 

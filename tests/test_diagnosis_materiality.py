@@ -43,8 +43,8 @@ def candidate(setting: Setting, key: str) -> Candidate:
 
 def named(setting: Setting, *fits: Fit) -> tuple[list[set[str]], list[str]]:
     candidates = setting.candidates()
-    evidence = Evidence(fits[0], posterior_of(fits, candidates), setting.frame, candidates)
-    posterior, notes = material(evidence, Scorer.of(setting, setting.frame))
+    evidence = Evidence(fits[0], posterior_of(fits, candidates), setting.frame, setting.frame, candidates)
+    posterior, notes = material(evidence, Scorer.of(setting, evidence))
     return [{c.key for c in item.hypothesis.candidates} for item in posterior.fits], notes
 
 

@@ -35,11 +35,27 @@ def search_frame(plant: Plant, lengths: Lengths, frame: Frame, short: Fit) -> tu
 
 
 def in_units_of(frame: Frame, item: Fit, searched: Frame) -> Fit:
-    """Return a fit that was ``searched`` with some noise in units of the noise of ``frame``; theta stays as it is."""
+    """Return a fit that was ``searched`` with some noise in units of the noise of ``frame``; theta stays as it is.
+
+    Its standard deviations are then those that so little noise alone would make: a posterior's ``temper`` widens them.
+    """
     scale = searched.sigma / frame.sigma
+    energy = energy_over(frame, searched)
     residuals = tuple(part * scale for part in item.residuals)
     chi2 = sum(float(np.square(part).sum()) for part in residuals)
-    return replace(item, residuals=residuals, chi2=chi2, cost=item.cost - item.chi2 + chi2)
+    return replace(
+        item,
+        residuals=residuals,
+        chi2=chi2,
+        cost=item.cost - item.chi2 + chi2,
+        covariance=item.covariance / energy,
+        state_errors=tuple(errors / np.sqrt(energy) for errors in item.state_errors),
+    )
+
+
+def energy_over(frame: Frame, searched: Frame) -> float:
+    """Return the energy of what counted as noise in the search over that of the noise of ``frame``."""
+    return float(np.mean((searched.sigma / frame.sigma) ** 2))
 
 
 def repeated(residuals: tuple[FloatArray, ...]) -> float:

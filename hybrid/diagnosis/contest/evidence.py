@@ -7,6 +7,7 @@ import numpy as np
 
 from fe_models.errors import InputError
 from hybrid.diagnosis.causes.candidate import Candidate
+from hybrid.diagnosis.contest.discrepancy import energy_over
 from hybrid.diagnosis.contest.growing import ground_of
 from hybrid.diagnosis.contest.pairs import left
 from hybrid.diagnosis.contest.posterior import Posterior, posterior_of
@@ -29,22 +30,29 @@ FAR_FROM_NOISE = "the nominal model leaves far more than noise: what it lacks co
 
 @dataclass(frozen=True)
 class Evidence:
-    """``base``: the fit without any cause; ``posterior`` over all fits; ``frame``: with the noise of their units.
+    """``base``: the fit without any cause; ``posterior`` over all fits, of any of the ``candidates``; ``notes`` for the
+    user.
 
-    ``energy``: of what counted as noise in the search, over that of the noise.
+    ``frame``: with the noise of the recordings, in units of which all costs are; ``searched``: with what counted as
+    noise in the search, mostly the same (see `discrepancy`).
     """
 
     base: Fit
     posterior: Posterior
     frame: Frame
+    searched: Frame
     candidates: tuple[Candidate, ...]
     notes: tuple[str, ...] = ()
-    energy: float = 1.0
+
+    @property
+    def energy(self) -> float:
+        """Of what counted as noise in the search, over that of the noise."""
+        return energy_over(self.frame, self.searched)
 
     def among(self, fits: tuple[Fit, ...]) -> Posterior:
         """Return the posterior over some of the fits, tempered as in the search."""
         found = posterior_of(fits, self.candidates)
-        return replace(found, temper=max(found.temper / self.energy, 1.0))
+        return replace(found, temper=max(found.temper, self.energy))
 
 
 def gather(setting: Setting, tell: Callable[[str], object]) -> Evidence:
@@ -58,13 +66,14 @@ def gather(setting: Setting, tell: Callable[[str], object]) -> Evidence:
     notes = () if search.ground.hypothesis.plant.geometry is None else (GEOMETRIC,)
     if setting.is_astray:
         posterior = search.posterior(fits)
-        energy = float(np.mean((frame.sigma / own.sigma) ** 2))
+        energy = energy_over(own, frame)
         note = f"{FAR_FROM_NOISE} ({np.sqrt(energy):.0f} times the noise was taken as such)"
-        told = replace(posterior, fits=tuple(search.judged(item) for item in posterior.fits))
-        return Evidence(search.judged(fits[0]), told, own, candidates, (*notes, note), energy)
+        judged = tuple(search.judged(item) for item in posterior.fits)
+        told = replace(posterior, fits=judged, temper=posterior.temper * energy)
+        return Evidence(search.judged(fits[0]), told, own, frame, candidates, (*notes, note))
     frame, fits = _with_better_noise(fits, frame, setting.band)
     posterior = _with_same_noise(posterior_of(tuple(fits), candidates), fits[0], frame, candidates)
-    return Evidence(fits[0], posterior, frame, candidates, notes)
+    return Evidence(fits[0], posterior, frame, frame, candidates, notes)
 
 
 def _single_causes(setting: Setting, tell: Callable[[str], object]) -> tuple[Search, list[Fit]]:

@@ -109,8 +109,8 @@ def ground_with(start: Fit, batches: tuple[Batch, ...], frame: Frame) -> tuple[G
 
     None where it has no fit; with the segments, and the nominal fit of the shortest.
     """
-    hypothesis = replace(start.hypothesis, candidates=start.hypothesis.candidates[-1:])
-    theta = np.append(start.theta[: hypothesis.nuisances], start.theta[start.hypothesis.slices[-1]])
+    others = tuple(range(len(start.hypothesis.candidates) - 1))
+    hypothesis, theta = start.hypothesis.less(others), start.theta[start.hypothesis.parameters_of(others)]
     lengths = lengths_of(batches, hypothesis.states)
     plain = short_fit(hypothesis.plant, lengths, frame)
     quiet = replace(plain, states=padded(plain.states, hypothesis))
@@ -125,13 +125,9 @@ def each_alone(pair: Fit, frame: Frame) -> list[Fit]:
     both = pair.hypothesis
 
     def alone(number: int) -> Fit | None:
-        candidate = both.candidates[number]
-        own, n = replace(both, candidates=(candidate,)), both.size
-        theta = np.append(pair.theta[: own.nuisances], pair.theta[both.slices[number]])
-        first = 2 * n + 2 * sum(c.oscillator for c in both.candidates[:number])
-        waves = range(first, first + 2) if candidate.oscillator else ()
-        kept = [*range(own.size), *range(n, n + own.size), *waves]
-        return fit(own, theta, pair.batches, frame, tuple(part[:, kept] for part in pair.states))
+        off = tuple(other for other in range(len(both.candidates)) if other != number)
+        states = tuple(part[:, both.states_of(off)] for part in pair.states)
+        return fit(both.less(off), pair.theta[both.parameters_of(off)], pair.batches, frame, states)
 
     return [item for item in side_by_side(alone, range(len(both.candidates))) if item is not None]
 

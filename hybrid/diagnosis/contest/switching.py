@@ -199,8 +199,7 @@ def _cost_by_recording(
     hypothesis: Hypothesis, theta: FloatArray, batch: Batch, states: FloatArray | None, frame: Frame
 ) -> FloatArray:
     """Return the sum of squares (recording,) at one theta, the initial states of all segments fitted."""
-    linear = not any(c.is_law for i, c in enumerate(hypothesis.candidates) if i not in batch.off)
-    for _ in range(0 if linear else SETTLING):
+    for _ in range(0 if hypothesis.less(batch.off).is_linear else SETTLING):
         part = linearise_batch(hypothesis, theta, batch, frame, states)
         if part is None:
             return np.full(len(batch.names), np.inf)

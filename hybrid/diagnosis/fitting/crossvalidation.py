@@ -19,18 +19,22 @@ ITERATIONS = 4  # of a fit that begins at the one of all recordings
 
 @dataclass(frozen=True)
 class Folds:
-    """``tests``: of each fold the batches (recording, time, sensor) that are forecast, of all ``sensors``."""
+    """``tests``: of each fold the batches (recording, time, sensor) that are forecast, of all ``sensors``.
+
+    ``measured``: columns of those that are fitted; ``searched``: with what counts as noise in a fit.
+    """
 
     tests: tuple[tuple[Batch, ...], ...]
     sensors: tuple[Sensor, ...]
     measured: tuple[int, ...]
+    searched: Frame
 
     def forecast(self, item: Fit, model_of: Callable[[Fit], Model], frame: Frame) -> Forecast:
         """Return the scores of all recordings, each by the ``model_of`` what was fitted without it."""
         parts = []
         for tests in self.tests:
             own = [data[..., list(self.measured)] for batch in tests for data in batch.data]
-            fewer = _without(item, own, frame)
+            fewer = _without(item, own, self.searched)
             parts.append(forecast(model_of(fewer), tests, self.sensors, self.measured, frame))
         nrmse, floor = (np.concatenate([getattr(part, word) for part in parts]) for word in ("nrmse", "floor"))
         energy, floor_energy = (float(sum(getattr(part, w) for part in parts)) for w in ("energy", "floor_energy"))
@@ -57,14 +61,17 @@ def as_recordings(dataset: Dataset) -> tuple[Dataset, list[str]]:
     return replace(dataset, recordings=tuple(single)), [note]
 
 
-def folds_of(dataset: Dataset, measured: tuple[int, ...]) -> Folds | None:
-    """Return how the training recordings are left out one after the other, None where there are test recordings."""
+def folds_of(dataset: Dataset, measured: tuple[int, ...], searched: Frame) -> Folds | None:
+    """Return how the training recordings are left out one after the other, None where there are test recordings.
+
+    ``searched``: with what counts as noise in a fit.
+    """
     recordings = dataset.select("train")
     if dataset.select("test"):
         return None
     count = min(FOLDS, len(recordings))
     tests = [batches_of(replace(dataset, recordings=recordings[number::count]), "train") for number in range(count)]
-    return Folds(tuple(tests), dataset.sensors, measured)
+    return Folds(tuple(tests), dataset.sensors, measured, searched)
 
 
 def _without(item: Fit, left_out: list[FloatArray], frame: Frame) -> Fit:

@@ -13,11 +13,14 @@ from hybrid.diagnosis.recorded.records import Batch, columns_of, count_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.loaded import loaded_channels, loaded_size
 from hybrid.diagnosis.response.marching import respond
-from hybrid.diagnosis.response.system import drift, observability
+from hybrid.diagnosis.response.system import System, drift, observability
 
 SHOWN = 0.2  # of each recording: what its initial state is estimated from
-GROWTH = (0.25, 0.5, 1.0)  # of that, where force laws act: so that the search begins near
-ITERATIONS = 8
+GROWTH = (0.15, 0.25, 0.35, 0.5, 0.7, 1.0)  # of that, where force laws act: so that the search begins near
+ITERATIONS = 20  # at most, of each
+DAMPING = (1e-3, 10.0)  # of Levenberg and Marquardt: at first, and how much less or more after a step
+ENOUGH = 0.01  # of a sum of squares in units of the noise: a step that promises less is not taken
+EXPLODED = 1e6  # of a channel: what stands for a motion beyond all bounds
 STEP = 1e-4  # of a state's prior size
 ROUNDS = 3  # of taking away what geometry adds to a motion, which tells what it adds
 DEVIATION = 2.5  # of its stated standard deviations: how far a nominal value may be calibrated
@@ -112,7 +115,7 @@ def predicted(
             geometric = added(hypothesis, theta, states, batch, sensors, frame.rate, tuple(faulty))
         system = hypothesis.system(theta[None], sensors, frame.rate, tuple(faulty))
         y = respond(system, states[None], batch.samples, batch.loads)[0] + geometric
-        y = np.nan_to_num(y, nan=1e6, posinf=1e6, neginf=-1e6)
+        y = np.nan_to_num(y, nan=EXPLODED, posinf=EXPLODED, neginf=-EXPLODED)
         best = y if best is None else np.where((cost < least)[:, None, None], y, best)
         least = np.minimum(least, cost)
     assert best is not None  # there is at least one choice
@@ -122,16 +125,7 @@ def predicted(
 def without(model: Model, off: tuple[int, ...]) -> tuple[Hypothesis, FloatArray, FloatArray]:
     """Return hypothesis, theta and size of initial states of a model less the candidates whose numbers are ``off``."""
     hypothesis = model.hypothesis
-    if not off:
-        return hypothesis, model.theta, model.size
-    on = [i for i in range(len(hypothesis.candidates)) if i not in off]
-    kept = [*range(hypothesis.nuisances)] + [k for i in on for k in range(len(model.theta))[hypothesis.slices[i]]]
-    fewer = replace(hypothesis, candidates=tuple(hypothesis.candidates[i] for i in on))
-    waves = [i for i, candidate in enumerate(hypothesis.candidates) if candidate.oscillator]
-    n, m = hypothesis.size, fewer.size  # a support that gives way brings a coordinate, the last one
-    entries = [*range(m), *range(n, n + m)]
-    entries += [2 * n + 2 * k + part for k, i in enumerate(waves) if i not in off for part in (0, 1)]
-    return fewer, model.theta[kept], model.size[entries]
+    return hypothesis.less(off), model.theta[hypothesis.parameters_of(off)], model.size[hypothesis.states_of(off)]
 
 
 def initial_states(
@@ -141,54 +135,65 @@ def initial_states(
 
     Prior: each entry normal with standard deviation ``size``.
     """
-    recordings, samples, _ = batch.data.shape
     system = hypothesis.system(theta[None], frame.sensors, frame.rate, frame.positions)
-    linear = replace(system, B=system.B[:, :, :0], D=system.D[:, :, :0], forces=(), G=system.G[:, :0])
-    free = batch.data if batch.loads is None else batch.data - loaded_channels(linear, batch.loads)[0]
     if system.is_linear:
-        weight = np.tile(1 / frame.sigma, samples)
-        X = observability(system, samples)[0].reshape(-1, len(size)) * weight[:, None]
-        wanted = free.reshape(recordings, -1) * weight - drift(system, samples)[0].ravel() * weight
-        states = np.linalg.solve(X.T @ X + np.diag(size**-2.0), X.T @ wanted.T).T
-        cost = np.sum((wanted - states @ X.T) ** 2, axis=1) + np.sum((states / size) ** 2, axis=1)
-        return states, cost
-    count = max(round(GROWTH[0] * samples), 2)
-    weight = np.tile(1 / frame.sigma, count)
-    X = observability(linear, count)[0].reshape(-1, len(size)) * weight[:, None]
-    wanted = free[:, :count].reshape(recordings, -1) * weight
-    states = np.linalg.solve(X.T @ X + np.diag(size**-2.0), X.T @ wanted.T).T
-    cost = np.full(recordings, np.inf)
-    copies = hypothesis.system(
-        np.repeat(theta[None], len(size) + 1, axis=0), frame.sensors, frame.rate, frame.positions
-    )
+        return _linear_states(system, size, batch, frame)
+    linear = replace(system, B=system.B[:, :, :0], D=system.D[:, :, :0], forces=(), G=system.G[:, :0])
+    states, cost = _linear_states(linear, size, batch.first(_samples(GROWTH[0], batch)), frame)
+    thetas = np.repeat(theta[None], len(size) + 1, axis=0)  # a copy for each entry of a state that moves, and one
+    copies = hypothesis.system(thetas, frame.sensors, frame.rate, frame.positions)
     for share in GROWTH:
-        count = max(round(share * samples), 2)
-        weight, loads = np.tile(1 / frame.sigma, count), batch.first(count).loads
-        wanted = batch.data[:, :count].reshape(recordings, -1) * weight
-        trial, damping = states, np.full(recordings, 1e-3)
-        cost = np.full(recordings, np.inf)
-        X, residual = np.zeros((recordings, wanted.shape[1], len(size))), wanted
-        for _ in range(ITERATIONS):
-            start = np.repeat(trial[None], len(size) + 1, axis=0)
-            start[1:] += np.diag(STEP * size)[:, None]
-            y = respond(copies, start, count, loads).reshape(len(start), recordings, -1) * weight
-            y = np.nan_to_num(y, nan=1e6, posinf=1e6, neginf=-1e6)
-            left = wanted - y[0]
-            new = np.sum(left**2, axis=1) + np.sum((trial / size) ** 2, axis=1)
-            better = new < cost
-            slopes = ((y[1:] - y[0]) / (STEP * size)[:, None, None]).transpose(1, 2, 0)
-            states = np.where(better[:, None], trial, states)
-            X = np.where(better[:, None, None], slopes, X)
-            residual = np.where(better[:, None], left, residual)
-            done = np.all(np.abs(cost - new)[better] < 0.01) if better.any() else True
-            cost = np.minimum(cost, new)
-            damping = np.where(better, damping / 10, damping * 10)
-            H = np.einsum("rvs,rvt->rst", X, X, optimize=True) + np.diag(size**-2.0)
-            H = H + damping[:, None, None] * np.einsum("rss->rs", H)[:, :, None] * np.eye(len(size))
-            g = np.einsum("rvs,rv->rs", X, residual) - states / size**2
-            if done and np.isfinite(cost).all():
-                break
-            trial = states + np.linalg.solve(H, g[..., None])[..., 0]
+        states, cost = _states_under_laws(copies, size, batch.first(_samples(share, batch)), frame, states)
+    return states, cost
+
+
+def _samples(share: float, batch: Batch) -> int:
+    return max(round(share * batch.samples), 2)
+
+
+def _linear_states(system: System, size: FloatArray, batch: Batch, frame: Frame) -> tuple[FloatArray, FloatArray]:
+    """Return what `initial_states` does, of a linear system: by least squares."""
+    recordings, samples, _ = batch.data.shape
+    weight = np.tile(1 / frame.sigma, samples)
+    free = batch.data if batch.loads is None else batch.data - loaded_channels(system, batch.loads)[0]
+    X = observability(system, samples)[0].reshape(-1, len(size)) * weight[:, None]
+    wanted = free.reshape(recordings, -1) * weight - drift(system, samples)[0].ravel() * weight
+    states = np.linalg.solve(X.T @ X + np.diag(size**-2.0), X.T @ wanted.T).T
+    return states, np.sum((wanted - states @ X.T) ** 2, axis=1) + np.sum((states / size) ** 2, axis=1)
+
+
+def _states_under_laws(
+    copies: System, size: FloatArray, batch: Batch, frame: Frame, states: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return what `initial_states` does, of force laws, from ``states``: by Levenberg and Marquardt's steps.
+
+    ``copies``: the system, once and once more for each entry of a state, which finite differences move.
+    """
+    recordings = len(states)
+    weight = np.tile(1 / frame.sigma, batch.samples)
+    wanted = batch.data.reshape(recordings, -1) * weight
+    cost, damping = np.full(recordings, np.inf), np.full(recordings, DAMPING[0])
+    X, residual, trial = np.zeros((recordings, wanted.shape[1], len(size))), wanted, states
+    for _ in range(ITERATIONS):
+        start = np.repeat(trial[None], len(size) + 1, axis=0)
+        start[1:] += np.diag(STEP * size)[:, None]
+        y = respond(copies, start, batch.samples, batch.loads).reshape(len(start), recordings, -1) * weight
+        y = np.nan_to_num(y, nan=EXPLODED, posinf=EXPLODED, neginf=-EXPLODED)
+        left = wanted - y[0]
+        new = np.sum(left**2, axis=1) + np.sum((trial / size) ** 2, axis=1)
+        better = new < cost
+        slopes = ((y[1:] - y[0]) / (STEP * size)[:, None, None]).transpose(1, 2, 0)
+        states, cost = np.where(better[:, None], trial, states), np.minimum(cost, new)
+        X = np.where(better[:, None, None], slopes, X)
+        residual = np.where(better[:, None], left, residual)
+        damping = np.where(better, damping / DAMPING[1], damping * DAMPING[1])
+        H = np.einsum("rvs,rvt->rst", X, X, optimize=True) + np.diag(size**-2.0)
+        H = H + damping[:, None, None] * np.einsum("rss->rs", H)[:, :, None] * np.eye(len(size))
+        g = np.einsum("rvs,rv->rs", X, residual) - states / size**2
+        step = np.linalg.solve(H, g[..., None])[..., 0]
+        if np.all(np.sum(g * step, axis=1) < ENOUGH):
+            break
+        trial = states + step
     return states, cost
 
 
@@ -219,13 +224,12 @@ def _leverage(
     first: int,
 ) -> FloatArray:
     """Return the variance (time, sensor) that the uncertain initial state adds, over that of the measured noise."""
-    hypothesis = Hypothesis(model.hypothesis.plant)
-    theta = model.theta[: hypothesis.nuisances]
+    hypothesis, theta, size = without(model, tuple(range(len(model.hypothesis.candidates))))
     faulty = tuple(measured.index(i) if i in measured else -1 for i in range(len(sensors)))
     rows = observability(hypothesis.system(theta[None], sensors, frame.rate, faulty), batch.samples)[0]
     sigma = np.ones(len(sensors))
     sigma[list(measured)] = frame.sigma
     rows = rows / sigma[:, None]
     X = rows[:first, list(measured)].reshape(-1, rows.shape[-1])
-    covariance = np.linalg.inv(X.T @ X + np.diag(model.size[: rows.shape[-1]] ** -2.0))
+    covariance = np.linalg.inv(X.T @ X + np.diag(size**-2.0))
     return np.asarray(np.einsum("tsn,nm,tsm->ts", rows[first:], covariance, rows[first:], optimize=True))

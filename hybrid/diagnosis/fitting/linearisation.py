@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fe_models.dofs import FloatArray, IntArray
+from fe_models.dofs import FloatArray
 from hybrid.diagnosis.recorded.frame import Frame
 from hybrid.diagnosis.recorded.records import Batch
 from hybrid.diagnosis.response.hypothesis import Hypothesis
@@ -56,7 +56,7 @@ def linearise_batch(
 
     ``states`` (recording, state) is needed where force laws act; elsewhere it is solved for.
     """
-    hypothesis, kept = _acting(hypothesis, batch)
+    hypothesis, kept = hypothesis.less(batch.off), hypothesis.parameters_of(batch.off)
     if hypothesis.is_linear:
         part = _linear(hypothesis, theta[kept], batch, frame, slopes)
     else:
@@ -192,16 +192,7 @@ def _errors(upper: FloatArray, states: FloatArray) -> FloatArray:
     return np.broadcast_to(np.linalg.norm(np.linalg.inv(upper), axis=-1), states.shape)
 
 
-def _acting(hypothesis: Hypothesis, batch: Batch) -> tuple[Hypothesis, IntArray]:
-    """Return the hypothesis with those candidates that act in the batch, and the indices of its parameters."""
-    if not batch.off:
-        return hypothesis, np.arange(len(hypothesis.centre))
-    on = [i for i in range(len(hypothesis.candidates)) if i not in batch.off]
-    kept = [*range(hypothesis.nuisances)] + [k for i in on for k in range(len(hypothesis.centre))[hypothesis.slices[i]]]
-    return Hypothesis(hypothesis.plant, tuple(hypothesis.candidates[i] for i in on)), np.array(kept)
-
-
-def _spread(part: Linearisation, kept: IntArray, parameters: int) -> Linearisation:
+def _spread(part: Linearisation, kept: list[int], parameters: int) -> Linearisation:
     """Return a linearisation by all ``parameters`` from that by the ``kept`` ones."""
     if len(part.slopes) in (parameters, 0):
         return part

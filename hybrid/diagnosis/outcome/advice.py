@@ -14,6 +14,7 @@ from fe_models.dofs import FloatArray
 from fe_models.files.recording_checks import UNITS
 from fe_models.recordings import Quantity, Sensor
 from hybrid.diagnosis.causes.candidate import Candidate
+from hybrid.diagnosis.causes.places import UNMOVED
 from hybrid.diagnosis.contest.posterior import Posterior, rivals_of
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.fitting.linearisation import linearise_batch
@@ -60,18 +61,21 @@ class Advice:
         )
 
 
-def advise(posterior: Posterior, frame: Frame) -> tuple[Advice, ...]:
-    """Return advice for each cause of the best hypothesis and each of its rivals that is not improbable."""
+def advise(posterior: Posterior, searched: Frame, energy: float) -> tuple[Advice, ...]:
+    """Return advice for each cause of the best hypothesis and each of its rivals that is not improbable.
+
+    ``searched``: with what counted as noise in the search; ``energy`` of that over the noise's, see `Evidence`.
+    """
     best = posterior.fits[0]
-    added = possible_sensors(best.hypothesis.plant, frame.sensors)
+    added = possible_sensors(best.hypothesis.plant, searched.sensors)
     found = []
     for candidate in best.hypothesis.candidates:
         for rival, probability in rivals_of(posterior, candidate, DOUBTFUL)[:RIVALS]:
             if rival.location in candidate.twins:
                 sensor, log_odds = None, 0.0  # they move alike
             else:
-                sensor, log_odds = _most_telling(best, _fit_with(posterior, candidate, rival), added, frame)
-            left = probability * float(np.exp(-log_odds / posterior.temper))
+                sensor, log_odds = _most_telling(best, _fit_with(posterior, candidate, rival), added, searched)
+            left = probability * float(np.exp(-log_odds * energy / posterior.temper))
             found.append(
                 Advice(
                     candidate.kind,
@@ -87,10 +91,11 @@ def advise(posterior: Posterior, frame: Frame) -> tuple[Advice, ...]:
 
 
 def possible_sensors(plant: Plant, present: tuple[Sensor, ...]) -> tuple[Sensor, ...]:
-    """Return a displacement and an acceleration sensor for each translation that can move and has none yet."""
+    """Return a displacement and an acceleration sensor for each translation that moves and has none yet."""
     have = {(s.node, s.direction, s.quantity) for s in present}
     found = []
-    for row in plant.dofs.free_rows:
+    moved = np.abs(plant.modes[1]).max(axis=1)
+    for row in np.flatnonzero(moved > UNMOVED * moved.max()):
         node, direction = int(plant.dofs.node[row]), plant.dofs.direction[row]
         for quantity in OFFERED:
             if direction != "rz" and (node, direction, quantity) not in have:
@@ -108,8 +113,7 @@ def _fit_with(posterior: Posterior, candidate: Candidate, rival: Candidate) -> F
 def _most_telling(best: Fit, rival: Fit, added: tuple[Sensor, ...], frame: Frame) -> tuple[Sensor | None, float]:
     """Return the sensor among those ``added`` that tells most, and the log odds that it adds; None where none does."""
     ours, theirs = _motions(best, added, frame), _motions(rival, added, frame)
-    relative = float(np.median(frame.sigma / _size(_motions(best, frame.sensors, frame))))
-    sigma = relative * _size(ours)
+    sigma = _noise_of(added, _size(ours), frame, _size(_motions(best, frame.sensors, frame)))
     if not all(np.isfinite(part).all() for part in (*ours.values(), *theirs.values())):
         return None, 0.0
     apart = np.sum([np.sum(((ours[key] - theirs[key]) / sigma) ** 2, axis=0) for key in ours], axis=0)  # (sensor,)
@@ -120,6 +124,20 @@ def _most_telling(best: Fit, rival: Fit, added: tuple[Sensor, ...], frame: Frame
         gains.append((_left(best, rival, wider) - without, number))
     gain, number = max(gains, default=(0.0, 0))
     return (added[number], gain / 2) if gain > 1 else (None, 0.0)  # less than one is what chance alone makes
+
+
+def _noise_of(added: tuple[Sensor, ...], sizes: FloatArray, frame: Frame, shown: FloatArray) -> FloatArray:
+    """Return the noise (sensor,) to expect of ``added`` sensors: that of the present ones of their quantity.
+
+    Where there are none, as large beside the largest channel as theirs: ``sizes`` of the added channels (sensor,), and
+    ``shown`` by the present ones (sensor,).
+    """
+    measured, wanted = (np.array([sensor.quantity for sensor in group]) for group in (frame.sensors, added))
+    relative, noise = float(np.median(frame.sigma / shown)), np.zeros(len(added))
+    for quantity in OFFERED:
+        own, present = wanted == quantity, measured == quantity
+        noise[own] = np.median(frame.sigma[present]) if present.any() else relative * sizes[own].max(initial=0.0)
+    return noise
 
 
 def _left(best: Fit, rival: Fit, frame: Frame) -> float:
@@ -143,12 +161,8 @@ def _motions(item: Fit, sensors: tuple[Sensor, ...], frame: Frame) -> dict[bytes
     faulty = tuple(present.get(sensor.name, -1) for sensor in sensors)
     found: dict[bytes, FloatArray] = {}
     for batch, states in zip(item.batches, item.states, strict=True):
-        on = [i for i in range(len(item.hypothesis.candidates)) if i not in batch.off]
-        hypothesis = replace(item.hypothesis, candidates=tuple(item.hypothesis.candidates[i] for i in on))
-        kept = [*range(hypothesis.nuisances)] + [
-            k for i in on for k in range(len(item.theta))[item.hypothesis.slices[i]]
-        ]
-        system = hypothesis.system(item.theta[kept][None], sensors, frame.rate, faulty)
+        theta = item.theta[item.hypothesis.parameters_of(batch.off)]
+        system = item.hypothesis.less(batch.off).system(theta[None], sensors, frame.rate, faulty)
         y = respond(system, states[None], batch.samples, batch.loads)[0]
         found |= {data.tobytes(): motion for data, motion in zip(batch.data, y, strict=True)}
     return found

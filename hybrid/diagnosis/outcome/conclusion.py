@@ -65,7 +65,7 @@ class Diagnosis:
 def concluded(setting: Setting, evidence: Evidence) -> Diagnosis:
     """Return the diagnosis that the evidence amounts to."""
     base, frame, dataset = evidence.base, evidence.frame, setting.dataset
-    scorer = Scorer.of(setting, frame)
+    scorer = Scorer.of(setting, evidence)
     posterior, notes = material(evidence, scorer)
     if setting.modal is not None:
         posterior, immaterial = without_weak(posterior, evidence, scorer)
@@ -95,19 +95,19 @@ def concluded(setting: Setting, evidence: Evidence) -> Diagnosis:
         unexplained = 0.0
         notes += _far_off(setting.plant, replace(base, theta=theta).deviations)
         if simulation.fit is base:  # else a cause may matter for the structure, if not for the user's modal model
-            notes += [weak(best, number) for number in range(len(best.hypothesis.candidates))]
+            notes += [weak(best, number, posterior.temper) for number in range(len(best.hypothesis.candidates))]
     elif not left(base, frame, setting.band).significant and not factors_off(base):
         notes.append(UNSEEN.format(more=""))
     if not named:
         extended = own if theta.any() else drawn
     notes += modal_notes(simulation, nominal, own, scorer, named)
-    advice = advise(posterior, frame) if named else ()
+    advice = advise(posterior, evidence.searched, evidence.energy) if named else ()
     had = left(simulation.fit, frame, setting.band)
     shown = show(dataset, simulation.fit, final, nominal, calibrated, had, frame)
     return Diagnosis(
         verdict=verdict,
         findings=findings,
-        calibration=tuple(_calibration(setting.plant, theta, final.covariance)),
+        calibration=tuple(_calibration(setting.plant, theta, posterior.temper * final.covariance)),
         unexplained=unexplained,
         scores={
             name: {"measured": scorer.error(found), "held_out": scorer.held_out_error(found)}
@@ -234,13 +234,17 @@ def _factors(plant: Plant) -> list[tuple[str, dict[str, Any]]]:
 def _calibration(
     plant: Plant, theta: FloatArray, covariance: FloatArray
 ) -> list[tuple[str, dict[str, Any], float, float]]:
-    """Return quantity, location, factor and its standard deviation; an element's comes on top of its group's."""
+    """Return quantity, location, factor and its standard deviation; an element's comes on top of its group's.
+
+    No standard deviation is larger than the one stated: recordings cannot tell less than nothing.
+    """
     names = [*_factors(plant), *(("stiffness", {"element": number}) for number in plant.scatter.elements)]
     own, rest = slice(0, plant.factors), slice(plant.factors, plant.values)
     weights = plant.scatter.weights
     factors = np.append(np.exp(theta[own]), 1 + theta[rest] @ weights)
-    deviation = np.sqrt(np.diag(covariance))[own] * factors[: plant.factors]
+    deviation = np.minimum(np.sqrt(np.diag(covariance)[own]), plant.spread[own]) * factors[: plant.factors]
     scattered = np.sqrt(np.einsum("pe,pq,qe->e", weights, covariance[rest, rest], weights))
+    scattered = np.minimum(scattered, np.linalg.norm(plant.spread[rest, None] * weights, axis=0))
     return [
         (what, where, float(factor), float(std))
         for (what, where), factor, std in zip(names, factors, np.append(deviation, scattered), strict=True)

@@ -57,7 +57,7 @@ class Finding:
     sentence: str
 
 
-def cause_of(fit: Fit, number: int, temper: float = 1.0) -> tuple[Cause, dict[str, Parameter]]:
+def cause_of(fit: Fit, number: int, temper: float) -> tuple[Cause, dict[str, Parameter]]:
     """Return the cause that candidate ``number`` of a fit amounts to, and its parameters with uncertainty.
 
     ``temper``: how many values tell as much as one: variances grow by as much.

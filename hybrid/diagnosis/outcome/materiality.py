@@ -42,7 +42,8 @@ def material(evidence: Evidence, scorer: Scorer) -> tuple[Posterior, list[str]]:
         elif not weaker and not (guess and trifle):
             break
         kept = {candidate.key for candidate in simpler.fits[0].hypothesis.candidates}
-        notes += [weak(best, i) for i, c in enumerate(best.hypothesis.candidates) if c.key not in kept]
+        dropped = [i for i, c in enumerate(best.hypothesis.candidates) if c.key not in kept]
+        notes += [weak(best, number, posterior.temper) for number in dropped]
         posterior = simpler
     return posterior, notes
 
@@ -63,7 +64,8 @@ def without_weak(posterior: Posterior, evidence: Evidence, scorer: Scorer) -> tu
     errors = Errors(scorer.error(own), scorer.error(extended), scorer.floor(own), 0.0)
     if not errors.nothing_to_gain:
         return posterior, []
-    return evidence.among((base,)), [weak(best, i) for i in range(len(best.hypothesis.candidates))]
+    notes = [weak(best, number, posterior.temper) for number in range(len(best.hypothesis.candidates))]
+    return evidence.among((base,)), notes
 
 
 def _with_cause(evidence: Evidence, scorer: Scorer) -> Posterior:
@@ -91,8 +93,8 @@ def _is_simpler(item: Fit, than: Fit) -> bool:
     return own < others or (own == others and item.hypothesis.is_linear and not than.hypothesis.is_linear)
 
 
-def weak(item: Fit, number: int) -> str:
-    """Return a note on candidate ``number`` of a fit."""
-    cause, parameters = cause_of(item, number)
+def weak(item: Fit, number: int, temper: float) -> str:
+    """Return a note on candidate ``number`` of a fit; ``temper``: see `cause_of`."""
+    cause, parameters = cause_of(item, number, temper)
     told = sentence_of(cause, parameters, held=is_held(item.hypothesis.plant.structure.supports, cause))
     return f"significant, but too weak to matter for forecasts: {told.rstrip('.')}"

@@ -45,7 +45,7 @@ def fit_in_modal_model(
     parts = len(modal.parts)
     damping = np.zeros(hypothesis.nuisances - parts)
     theta = np.concatenate([item.theta[:parts], damping, *(item.theta[own.slices[i]] for i in chosen)])
-    frame = setting.searched if setting.is_astray else evidence.frame
+    frame = evidence.searched
     lengths = lengths_of(item.batches, hypothesis.states)
     with np.errstate(over="ignore", invalid="ignore"):  # a step that goes too far is taken back
         short = short_fit(modal, lengths, frame)
@@ -53,7 +53,7 @@ def fit_in_modal_model(
         found = ground_of(hypothesis, theta, lengths, frame, start)
     if found is None:
         return None
-    return in_units_of(evidence.frame, found.whole, frame) if setting.is_astray else found.whole
+    return in_units_of(evidence.frame, found.whole, frame)
 
 
 def _standing_for(cause: Candidate, T: csr_array) -> Candidate:

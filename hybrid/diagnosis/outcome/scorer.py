@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hybrid.diagnosis.contest.evidence import Evidence
 from hybrid.diagnosis.contest.setting import Setting
 from hybrid.diagnosis.fitting.crossvalidation import Folds, folds_of
 from hybrid.diagnosis.fitting.fitting import Fit
@@ -22,10 +23,11 @@ class Scorer:
     folds: Folds | None
 
     @classmethod
-    def of(cls, setting: Setting, frame: Frame) -> "Scorer":
-        """Return the scorer of a dataset, its noise that of the ``frame``."""
+    def of(cls, setting: Setting, evidence: Evidence) -> "Scorer":
+        """Return the scorer of a dataset, its noise as the evidence has it."""
         dataset = setting.dataset
-        return cls(setting, frame, batches_of(dataset, "test"), folds_of(dataset, setting.measured))
+        folds = folds_of(dataset, setting.measured, evidence.searched)
+        return cls(setting, evidence.frame, batches_of(dataset, "test"), folds)
 
     def forecast(self, item: Fit, most: float = np.inf) -> Forecast:
         """Return the scores of a fit, nominal values calibrated by no more than ``most`` standard deviations."""

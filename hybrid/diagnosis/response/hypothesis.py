@@ -32,6 +32,27 @@ class Hypothesis:
         """Return the hypothesis with one more candidate."""
         return replace(self, candidates=(*self.candidates, candidate))
 
+    def less(self, off: tuple[int, ...]) -> "Hypothesis":
+        """Return the hypothesis without the candidates whose numbers are ``off``."""
+        kept = tuple(candidate for number, candidate in enumerate(self.candidates) if number not in off)
+        return replace(self, candidates=kept) if off else self
+
+    def parameters_of(self, off: tuple[int, ...]) -> list[int]:
+        """Return the entries of theta that the hypothesis has `less` some candidates, too."""
+        every = range(len(self.centre))
+        own = [k for number, part in enumerate(self.slices) if number not in off for k in every[part]]
+        return [*range(self.nuisances), *own]
+
+    def states_of(self, off: tuple[int, ...]) -> list[int]:
+        """Return the entries of an initial state that the hypothesis has `less` some candidates, too.
+
+        A support that gives way brings a coordinate, the last one; harmonic forces have two entries each behind it.
+        """
+        n, m = self.size, self.less(off).size
+        waves = [number for number, candidate in enumerate(self.candidates) if candidate.oscillator]
+        own = [2 * n + 2 * k + part for k, number in enumerate(waves) if number not in off for part in (0, 1)]
+        return [*range(m), *range(n, n + m), *own]
+
     @property
     def nuisances(self) -> int:
         """Number of uncertain factors, the first entries of theta."""

@@ -1,0 +1,116 @@
+"""Initial states from the first part of a recording: as an independent optimiser finds them; models less a cause."""
+
+import numpy as np
+import pytest
+from scipy.optimize import least_squares
+
+from fe_models.dofs import FloatArray
+from fe_models.effects import CubicSpring, GapStop
+from fe_models.effects.base import Effect
+from fe_models.four_dof import four_dof
+from fe_models.recordings import Dataset, Recording, Sensor
+from fe_models.simulate import FreeConfig, simulate_free
+from hybrid.diagnosis.causes.candidates import all_candidates
+from hybrid.diagnosis.causes.places import Motion
+from hybrid.diagnosis.fitting.forecasting import Model, forecast, initial_states, without
+from hybrid.diagnosis.nominal.plant import plant_of
+from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.records import batches_of
+from hybrid.diagnosis.response.hypothesis import Hypothesis
+from hybrid.diagnosis.response.marching import respond
+
+NOISE = 0.03
+SENSORS = tuple(Sensor(f"x{node}", node, "x", "displacement", "m") for node in (1, 3, 4))
+MEASURED = tuple(range(len(SENSORS)))
+FRAME = Frame(SENSORS, 10.0, np.full(len(SENSORS), NOISE))
+
+
+def chain(*effects: Effect, size: float = 1.0) -> Dataset:
+    """Return free motions of a chain with effects, 200 samples each, its initial states ``size`` m and m/s large."""
+    rng = np.random.default_rng(2)
+    position, velocity = size * rng.standard_normal((2, 3, 4))
+    config = FreeConfig(duration=20.0, sampling_rate=10.0)
+    motion = simulate_free(four_dof().with_effects(*effects), position, velocity, config, progress=False)
+    data = np.stack([motion.channel(s.node, s.direction, s.quantity) for s in SENSORS], axis=-1)
+    data = data + NOISE * rng.standard_normal(data.shape)
+    return Dataset(four_dof(), 10.0, SENSORS, tuple(Recording(f"r{i}", part[None]) for i, part in enumerate(data)))
+
+
+def with_causes(dataset: Dataset, *keys: str) -> Hypothesis:
+    candidates = all_candidates(plant_of(dataset), dataset, Motion(np.eye(4), np.eye(4)), MEASURED)
+    known = {candidate.key: candidate for candidate in candidates}
+    hypothesis = Hypothesis(plant_of(dataset))
+    for key in keys:
+        hypothesis = hypothesis.adding(known[key])
+    return hypothesis
+
+
+CUBIC = "cubic_spring {'node': 2, 'direction': 'x'}"
+STOP = "gap_stop {'node': 3, 'direction': 'x', 'side': 1}"
+
+
+@pytest.mark.parametrize(
+    ("effect", "key", "theta", "size"),
+    [
+        (CubicSpring((2,), "x", 10.0), CUBIC, [10.0], 2.0),
+        (GapStop((3,), "x", 0.3, 200.0, 1), STOP, [200.0, 0.3], 1.0),
+    ],
+)
+def test_initial_states_under_a_law_are_as_probable_as_an_independent_optimiser_finds(
+    effect: Effect, key: str, theta: list[float], size: float
+) -> None:
+    """Laws this strong bend the sum of squares so much that steps overshoot, and a search that begins far off fails."""
+    dataset = chain(effect, size=size)
+    hypothesis = with_causes(dataset, key)
+    (batch,) = batches_of(dataset, "train")
+    batch = batch.first(80)
+    at = np.append(np.zeros(hypothesis.nuisances), theta)
+    states, cost = initial_states(hypothesis, at, np.full(hypothesis.states, size), batch, FRAME)
+    system = hypothesis.system(at[None], FRAME.sensors, FRAME.rate, FRAME.positions)
+    for own, reached, data in zip(states, cost, batch.data, strict=True):
+
+        def rest(state: FloatArray, data: FloatArray = data) -> FloatArray:
+            y = respond(system, state[None, None], len(data))[0, 0]
+            return np.append(((y - data) / NOISE).ravel(), state / size)
+
+        # laws are told by tables as wide as the motions stepped together, a contact's edge by nodes that are not alike
+        assert np.isclose(np.sum(rest(own) ** 2), reached, atol=2.0)
+        best = 2 * least_squares(rest, own, x_scale=size).cost
+        assert reached < best + 2.0  # likewise
+        assert reached < 1.3 * data.size  # five standard deviations more than noise leaves: it is not only a local best
+
+
+def test_forecasts_of_a_linear_model_reach_the_floor_that_is_told() -> None:
+    dataset = chain()
+    hypothesis = with_causes(dataset)
+    model = Model(hypothesis, np.zeros(hypothesis.nuisances), np.ones(hypothesis.states))
+    found = forecast(model, batches_of(dataset, "train"), SENSORS, MEASURED, FRAME)
+    assert 0.8 < found.energy / found.floor_energy < 1.25  # 1440 values: a standard deviation of 0.04, states' besides
+
+
+def test_floor_is_that_of_the_structure_whatever_the_model_has_more() -> None:
+    """A harmonic force adds two entries to each state, of which the floor knows nothing."""
+    dataset = chain()
+    plain, forced = with_causes(dataset), with_causes(dataset, "harmonic_force {'node': 2, 'direction': 'x'}")
+    floors = []
+    for hypothesis in (plain, forced):
+        theta = np.append(np.zeros(hypothesis.nuisances), [0.7] * len(hypothesis.candidates))
+        model = Model(hypothesis, theta, np.ones(hypothesis.states))
+        floors.append(forecast(model, batches_of(dataset, "train"), SENSORS, MEASURED, FRAME).floor)
+    np.testing.assert_allclose(floors[0], floors[1])
+
+
+def test_model_less_a_cause_keeps_what_belongs_to_the_others() -> None:
+    dataset = chain()
+    forces = tuple(f"harmonic_force {{'node': {node}, 'direction': 'x'}}" for node in (1, 2))
+    hypothesis = with_causes(dataset, forces[0], CUBIC, forces[1])
+    theta = np.append(np.zeros(hypothesis.nuisances), [0.5, 100.0, 0.9])
+    model = Model(hypothesis, theta, np.arange(float(hypothesis.states)))
+    fewer, left, size = without(model, (0,))
+    assert [candidate.key for candidate in fewer.candidates] == [CUBIC, forces[1]]
+    np.testing.assert_array_equal(left[-2:], [100.0, 0.9])
+    np.testing.assert_array_equal(size, [*range(8), 10, 11])
+    none, left, size = without(model, (0, 1, 2))
+    assert not none.candidates
+    assert (len(left), len(size)) == (hypothesis.nuisances, 8)
+    assert without(model, ())[0] is hypothesis
