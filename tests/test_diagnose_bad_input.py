@@ -11,9 +11,12 @@ from typer.testing import CliRunner
 
 from fe_models.blind import BlindConfig, blind_case
 from fe_models.dofs import FloatArray
+from fe_models.effects import CubicSpring
 from fe_models.errors import InputError
 from fe_models.files.dataset_file import save_dataset
+from fe_models.four_dof import four_dof
 from fe_models.recordings import Dataset
+from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.recorded.channels import saturation_levels, usable
 from scripts.diagnose import app
 
@@ -155,3 +158,32 @@ def test_no_channel_alive_is_refused() -> None:
     dead = with_data(CASE, {r.name: np.where(measured, 0.0, r.data) for r in CASE.recordings})
     with pytest.raises(InputError, match="no measured sensor is left"):
         usable(dead)
+
+
+def test_note_tells_recordings_that_are_left_out_from_those_that_are_cut() -> None:
+    """A dead channel spoils the whole of its recording, a saturated one its beginning."""
+    few = replace(CASE, sensors=CASE.sensors[:3])  # a sensor of many is left out, as that loses less
+    few = with_data(few, {r.name: r.data[..., :3] for r in CASE.recordings})
+    column = np.arange(3) == NAMES.index("a3")
+    dead = {few.recordings[0].name: np.where(column, 0.0, few.recordings[0].data)}
+    kept, notes = usable(with_data(few, dead))
+    assert [r.name for r in kept.recordings] == [r.name for r in CASE.recordings[1:]]
+    assert notes[0].endswith("r01 left out")
+    late = {CASE.recordings[1].name: clipped(CASE.recordings[1].data, "a3", 0.9)}
+    assert usable(with_data(CASE, late))[1][0].endswith("r02 used from behind them on")
+
+
+def test_recordings_too_slow_for_force_laws_are_told_as_such_and_not_as_a_motion_that_grows() -> None:
+    slow = replace(CASE, sampling_rate=0.05)  # one sample in forty radians of the highest mode, and more
+    setting = setting_of(slow)
+    assert any("too few to follow force laws" in note for note in setting.notes)
+    assert not any(candidate.is_law for candidate in setting.candidates())
+    assert setting_of(CASE).notes == ()
+    with pytest.raises(InputError, match="sample more often"):
+        setting_of(replace(slow, model=four_dof().with_effects(CubicSpring((1,), "x", 1.0))))
+
+
+def test_copies_of_one_recording_are_no_recordings_to_leave_out() -> None:
+    train = tuple(replace(CASE.recordings[0], name=f"copy{number}") for number in range(3))
+    with pytest.raises(InputError, match="all are copies of one"):
+        setting_of(replace(CASE, recordings=train))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fe_models.blind import BlindConfig, blind_case
-from fe_models.effects import AddedMass, StiffnessChange
+from fe_models.effects import AddedMass, StiffnessChange, SupportSpring
 from fe_models.four_dof import four_dof
 from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.simulate import FreeConfig, simulate_free
@@ -16,7 +16,7 @@ from hybrid.diagnosis.contest.posterior import Posterior
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.fitting.fitting import Fit, fit
 from hybrid.diagnosis.nominal.plant import plant_of
-from hybrid.diagnosis.outcome.advice import Advice, advise, possible_sensors
+from hybrid.diagnosis.outcome.advice import Advice, advise, noise_of, possible_sensors
 from hybrid.diagnosis.recorded.frame import Frame
 from hybrid.diagnosis.recorded.records import batches_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
@@ -119,3 +119,15 @@ def test_diagnosis_carries_the_advice() -> None:
     assert len(found.advice) == min(len(doubted), 3)
     assert all(advice.sentence in found.notes for advice in found.advice)
     assert found.advice
+
+
+def test_added_sensors_are_as_noisy_as_the_present_ones_and_stand_where_something_moves() -> None:
+    """One beside a support would else tell everything: its noise, in proportion to what it shows, would be nothing."""
+    dataset = chain((X1,), AddedMass(4, 0.5), 100)
+    stiff = plant_of(replace(dataset, model=four_dof().with_effects(SupportSpring(4, "x", 1e9))))
+    moving = replace(stiff, kept=3)  # without the mode of node 4 alone
+    assert {sensor.node for sensor in possible_sensors(moving, ())} == {1, 2, 3}
+    frame = Frame((X1, replace(X1, name="v", quantity="velocity")), 10.0, np.array([0.02, 0.5]))
+    added = (replace(X1, node=2), replace(X1, node=3, quantity="acceleration"))
+    noise = noise_of(added, np.array([1e-6, 4.0]), frame, np.array([1.0, 25.0]))
+    np.testing.assert_allclose(noise, [0.02, 0.02 * 4.0])

@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 
 from fe_models.blind import BlindConfig, blind_case
-from hybrid.diagnosis.contest.discrepancy import in_units_of, repeated, search_frame
+from hybrid.diagnosis.contest.discrepancy import energy_over, in_units_of, repeated, search_frame
 from hybrid.diagnosis.contest.growing import lengths_of
 from hybrid.diagnosis.contest.pairs import short_fit
+from hybrid.diagnosis.fitting.fitting import fit
 from hybrid.diagnosis.nominal.plant import plant_of
 from hybrid.diagnosis.recorded.frame import Frame
 from hybrid.diagnosis.recorded.noise import noise_of_recordings, structure_band
@@ -45,3 +46,19 @@ def test_frame_stays_where_noise_counts_and_grows_where_the_model_is_far_off() -
     back = in_units_of(cleaner, found, searched)
     np.testing.assert_allclose(back.chi2, found.chi2 * (searched.sigma[0] / cleaner.sigma[0]) ** 2, rtol=1e-9)
     assert np.isclose(back.cost - back.chi2, found.cost - found.chi2, rtol=1e-6, atol=1e-3)
+
+
+def test_standard_deviations_in_units_of_the_recordings_noise_are_widened_back_by_the_temper() -> None:
+    """A search that took a hundred times the energy as noise tells parameters ten times as roughly, in either unit."""
+    dataset = blind_case(2).dataset
+    plant, measured = plant_of(dataset), measured_columns(dataset)
+    batches = columns_of(batches_of(dataset, "train"), measured)
+    frame = Frame(tuple(dataset.sensors[i] for i in measured), dataset.sampling_rate, np.full(len(measured), 0.03))
+    searched = replace(frame, sigma=10 * frame.sigma)
+    hypothesis = Hypothesis(plant)
+    found = fit(hypothesis, hypothesis.centre, batches, searched)
+    assert found is not None
+    told = in_units_of(frame, found, searched)
+    assert np.isclose(energy_over(frame, searched), 100.0)
+    np.testing.assert_allclose(100.0 * told.covariance, found.covariance)
+    np.testing.assert_allclose(10.0 * told.state_errors[0], found.state_errors[0])

@@ -6,7 +6,7 @@ from fe_models.effects import AddedMass, Cause, CoulombFriction, GapStop, Quadra
 from fe_models.sensor_effects import SensorDrift
 from fe_models.structure import Support
 from fe_models.time_integration import TimeIntegration
-from hybrid.diagnosis.outcome.findings import Parameter, at_place, is_held, sentence_of
+from hybrid.diagnosis.outcome.findings import Parameter, at_place, is_held, place_words, sentence_of
 
 
 @pytest.mark.parametrize(
@@ -66,3 +66,16 @@ def test_a_support_too_soft_is_not_told_as_stiffness_that_the_model_lacks() -> N
         assert is_held(supports, cause) == held
         assert ("where the model holds it rigidly" in sentence_of(cause, spring, held=held)) == held
     assert not is_held(supports, AddedMass(1, 2.0))
+
+
+@pytest.mark.parametrize(
+    ("elements", "told"),
+    [
+        ([4], "element 4"),
+        ([1, 2, 3], "each of elements 1 to 3"),
+        ([3, 1, 7], "each of elements 1, 3 and 7"),
+        ([1, 2, 3, 5, 7, 8], "each of elements 1 to 3, 5 and 7 to 8"),
+    ],
+)
+def test_elements_between_which_there_are_others_are_not_told_as_one_run(elements: list[int], told: str) -> None:
+    assert place_words({"elements": elements}) == told

@@ -17,7 +17,7 @@ from hybrid.diagnosis.causes.places import Motion, places_of
 from hybrid.diagnosis.contest import neighbours, stages
 from hybrid.diagnosis.contest.growing import fit_growing, ground_of, passed_by, shortened
 from hybrid.diagnosis.contest.neighbours import fits_beside
-from hybrid.diagnosis.contest.pairs import asks_for_more, misfit
+from hybrid.diagnosis.contest.pairs import asks_for_more
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.contest.stages import Search
 from hybrid.diagnosis.diagnosis import diagnose
@@ -154,9 +154,9 @@ def test_second_cause_of_a_frame_is_looked_for_where_the_first_leaves_little_mor
     base = ground.whole
     loud = tuple(part + 10 * np.sin(0.3 * np.arange(part.shape[1]))[:, None] for part in base.residuals)  # 5 Hz
     single = replace(base.hypothesis, candidates=setting.candidates()[:1])
-    first = replace(base, hypothesis=single, residuals=loud, cost=base.cost - misfit(base) + rest * 1e6)
-    wrong = replace(base, cost=base.cost - misfit(base) + 1e6)
-    assert misfit(first) == pytest.approx(rest * misfit(wrong))
+    first = replace(base, hypothesis=single, residuals=loud, cost=base.cost - base.misfit + rest * 1e6)
+    wrong = replace(base, cost=base.cost - base.misfit + 1e6)
+    assert first.misfit == pytest.approx(rest * wrong.misfit)
     assert asks_for_more(first, wrong, setting.frame, setting.band) is asks
 
 

@@ -16,7 +16,7 @@ from hybrid.diagnosis.causes.places import Motion
 from hybrid.diagnosis.contest import shortlist
 from hybrid.diagnosis.contest.growing import fit_growing, ground_of, lengths_of, padded
 from hybrid.diagnosis.contest.odds import Odds
-from hybrid.diagnosis.contest.pairs import asks_for_more, each_alone, farthest_of, misfit
+from hybrid.diagnosis.contest.pairs import asks_for_more, each_alone, farthest_of
 from hybrid.diagnosis.contest.posterior import posterior_of
 from hybrid.diagnosis.contest.recording_groups import asked_for
 from hybrid.diagnosis.contest.setting import setting_of
@@ -198,7 +198,7 @@ def test_nothing_comes_where_recordings_hardly_ask_for_amounts_of_their_own() ->
     ground = ground_of(nominal, nominal.centre, lengths, frame, setting.short)
     assert ground is not None
     asked = asked_for(ground.short, setting.candidates(), frame)
-    assert max(item.gain for item in asked) < 0.2 * misfit(ground.short)  # measured: 0.15; of what comes, 0.25 to 1
+    assert max(item.gain for item in asked) < 0.2 * ground.short.misfit  # measured: 0.15; of what comes, 0.25 to 1
     assert fit_switched(ground.short, ground.whole, asked, lengths, frame) == []
 
 

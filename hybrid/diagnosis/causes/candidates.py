@@ -27,7 +27,7 @@ def all_candidates(plant: Plant, dataset: Dataset, motion: Motion, measured: tup
         *_modes(plant),
         *force_laws_of(plant, places, motion),
         *harmonic_forces(places, dataset.sampling_rate / longest),
-        *_sensors(dataset, motion, measured),
+        *_sensors(plant, dataset, motion, measured),
         *_steps(plant),
     )
 
@@ -48,9 +48,10 @@ def _modes(plant: Plant) -> list[Candidate]:
     ]
 
 
-def _sensors(dataset: Dataset, motion: Motion, measured: tuple[int, ...]) -> list[Candidate]:
+def _sensors(plant: Plant, dataset: Dataset, motion: Motion, measured: tuple[int, ...]) -> list[Candidate]:
     found = []
-    period = 2 * np.pi * float(np.std(motion.displacement) / np.std(motion.velocity))
+    moving = plant.dofs.direction != "rz"  # rotations are no lengths
+    period = 2 * np.pi * float(np.std(motion.displacement[..., moving]) / np.std(motion.velocity[..., moving]))
     for position, column in enumerate(measured):
         name = dataset.sensors[column].name
         data = [recording.data[..., column] for recording in dataset.select("train")]

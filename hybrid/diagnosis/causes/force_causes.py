@@ -31,10 +31,10 @@ RUBBING = 0.3  # of a usual dashpot's force: the usual friction
 
 def force_laws_of(plant: Plant, places: list[Place], motion: Motion) -> list[Candidate]:
     """Return every force law at every place, as large as the ``motion`` there would feel."""
-    return [law for place in places for law in _laws_at(plant, place, motion)] + _slack_cables(plant, motion)
+    return [law for place in places for law in _laws_at(place, motion)] + _slack_cables(plant, motion)
 
 
-def _laws_at(plant: Plant, place: Place, motion: Motion) -> list[Candidate]:
+def _laws_at(place: Place, motion: Motion) -> list[Candidate]:
     u, v = motion.displacement @ place.pull, motion.velocity @ place.pull
     size, rate = float(np.std(u)), float(np.std(v))
     at = place.nodes, place.direction

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.growing import Ground, Lengths, ground_of, lengths_of
-from hybrid.diagnosis.contest.pairs import ground_with, left, misfit
+from hybrid.diagnosis.contest.pairs import ground_with, left
 from hybrid.diagnosis.contest.posterior import Posterior
 from hybrid.diagnosis.contest.recording_groups import FEWEST, Groups, asked_for, clear_share
 from hybrid.diagnosis.contest.search import contest
@@ -94,7 +94,7 @@ def _nearest_first(nominal: Ground, groups: Groups, frame: Frame) -> list[tuple[
     lengths = [lengths_of(group, hypothesis.states) for group in groups]
     grounds = [ground_of(hypothesis, hypothesis.centre, own, frame) for own in lengths]
     pairs = [(ground, own) for ground, own in zip(grounds, lengths, strict=True) if ground is not None]
-    return sorted(pairs, key=lambda pair: misfit(pair[0].whole) / pair[0].whole.values)
+    return sorted(pairs, key=lambda pair: pair[0].whole.misfit / pair[0].whole.values)
 
 
 def _seen_before(

@@ -7,7 +7,6 @@ from typing import Any
 
 from fe_models.structure import Structure
 from hybrid.diagnosis.causes.candidate import Candidate
-from hybrid.diagnosis.contest.pairs import misfit
 from hybrid.diagnosis.fitting.fitting import Fit, fit
 from hybrid.diagnosis.recorded.frame import Frame
 from hybrid.diagnosis.response.side_by_side import side_by_side
@@ -29,7 +28,7 @@ def fits_beside(
     On frames, and where the best leaves little of what the ``base`` does; ``known`` ones are not fitted again.
     """
     found: list[Fit] = []
-    if best.hypothesis.plant.is_chain or misfit(best) > LITTLE * misfit(base):
+    if best.hypothesis.plant.is_chain or best.misfit > LITTLE * base.misfit:
         return found
     tried = {_keys(item) for item in (best, *known)}
     for _ in range(STEPS):

@@ -53,11 +53,11 @@ def asks_for_more(item: Fit, base: Fit, frame: Frame, band: Band) -> bool:
         return False
     apart = len(item.hypothesis.candidates) == 1 and any(batch.off for batch in item.batches)
     astray, effort = factors_off(item), effort_of(item.hypothesis.plant)
-    if (apart or not effort.thorough) and not astray and misfit(item) < SORTED * misfit(base):
+    if (apart or not effort.thorough) and not astray and item.misfit < SORTED * base.misfit:
         return False
     if not left(item, frame, band).significant:
         return astray
-    return misfit(item) <= effort.helpless * misfit(base)
+    return item.misfit <= effort.helpless * base.misfit
 
 
 def pair_fits(
@@ -94,7 +94,7 @@ def pair_fits(
             continue
         best = seconds[0]
         found += [*seconds, *each_alone(best, frame)]
-        if len(done) > 1 and nominal is not None and is_hopeless(min(found, key=misfit), nominal):
+        if len(done) > 1 and nominal is not None and is_hopeless(min(found, key=lambda item: item.misfit), nominal):
             break
         gained = (best.log_evidence - ground.whole.log_evidence) / posterior.temper
         if not left(best, frame, band).significant and not factors_off(best):
@@ -132,14 +132,9 @@ def each_alone(pair: Fit, frame: Frame) -> list[Fit]:
     return [item for item in side_by_side(alone, range(len(both.candidates))) if item is not None]
 
 
-def misfit(item: Fit) -> float:
-    """Return what a fit leaves beyond noise and the squares of its calibration's deviations, in units of variances."""
-    return item.cost - item.values + sum(states.size for states in item.states)
-
-
 def is_hopeless(best: Fit, base: Fit) -> bool:
     """Return whether the best of two causes leaves so much of what the ``base`` does that neither is likely right."""
-    return misfit(best) > HOPELESS * misfit(base)
+    return best.misfit > HOPELESS * base.misfit
 
 
 def farthest_of(factors: int) -> float:

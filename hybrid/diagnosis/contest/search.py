@@ -16,7 +16,7 @@ from hybrid.diagnosis.contest.shortlist import MOST_TIED, TIED, foremost, promis
 from hybrid.diagnosis.fitting.fitting import FIRST, Fit, Step, first_steps, fit
 from hybrid.diagnosis.fitting.forecasting import DEVIATION, deviation_of
 from hybrid.diagnosis.recorded.frame import Frame
-from hybrid.diagnosis.recorded.records import Batch
+from hybrid.diagnosis.recorded.records import Batch, count_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.side_by_side import by_twos, side_by_side
 from hybrid.diagnosis.screening.absorbed import absorbed
@@ -65,7 +65,7 @@ def contest(
     ranked_by_modes = is_frame and not base.hypothesis.is_linear  # beside a law each takes a march of whole recordings
     tested = screen(base, tuple(c for c in others if not (ranked_by_modes and c.turns_modes)), frame)
     ranked = [absorbed(base, others), screen(short, others, frame), tested, by_modes, scan(short, others, frame)]
-    forces = [trial for trial in screen_forces(base, others, frame) if trial.gain > FORCED * _recordings(base)]
+    forces = [trial for trial in screen_forces(base, others, frame) if trial.gain > FORCED * count_of(base.batches)]
     advance()
     trials = with_others(promising(ranked, kept, odds), [*unseen(short, others, frame), *_found_alone(short, alone)])
     present = _begun(ground.hypothesis, short, trials, frame, odds, advance)
@@ -236,12 +236,7 @@ def bound_of(fits: list[Fit]) -> float:
     if not fits:
         return np.inf
     best = min(fits, key=lambda item: item.cost)
-    left = best.cost - best.values + sum(states.size for states in best.states)
-    return best.cost + max(2 * BEHIND * temper_of(best), LEFT * left)
-
-
-def _recordings(item: Fit) -> int:
-    return sum(len(batch.data) for batch in item.batches)
+    return best.cost + max(2 * BEHIND * temper_of(best), LEFT * best.misfit)
 
 
 def _refined(base: Fit, trial: Screened, frame: Frame, bound: float) -> Fit | None:

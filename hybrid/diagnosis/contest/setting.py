@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fe_models.errors import InputError
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.causes.candidates import all_candidates
@@ -23,6 +24,7 @@ from hybrid.diagnosis.recorded.frame import Frame
 from hybrid.diagnosis.recorded.noise import Band, noise_of_recordings, structure_band
 from hybrid.diagnosis.recorded.records import batches_of, columns_of, measured_columns
 from hybrid.diagnosis.response.hypothesis import Hypothesis
+from hybrid.diagnosis.response.marching import is_too_fast
 from hybrid.diagnosis.response.unloaded import unloaded
 
 SEED = 0  # of the states at which geometric forces are taken: the same of the same recordings
@@ -65,7 +67,22 @@ class Setting:
     def candidates(self) -> tuple[Candidate, ...]:
         """Return every cause at every place that it can have."""
         motion = Motion.of_states(states_along(self.short, self.searched), self.plant)
-        return all_candidates(self.plant, self.dataset, motion, self.measured)
+        found = all_candidates(self.plant, self.dataset, motion, self.measured)
+        return tuple(c for c in found if not c.is_law) if is_too_fast(self.plant) else found
+
+
+def _too_fast(plant: Plant) -> list[str]:
+    """Return a note where the recordings are sampled too rarely to follow force laws.
+
+    `InputError` where the nominal structure has some.
+    """
+    if not is_too_fast(plant):
+        return []
+    highest = float(plant.modes[0][-1]) / (2 * np.pi)
+    told = f"the recordings' {plant.rate:.4g} samples a second are too few to follow force laws up to {highest:.4g} Hz"
+    if plant.laws:
+        raise InputError(f"sampling_rate: {told}, which the model has: sample more often, or make the model coarser")
+    return [f"{told}: stops, friction and other nonlinear causes were not looked for"]
 
 
 def setting_of(dataset: Dataset) -> Setting:
@@ -74,6 +91,7 @@ def setting_of(dataset: Dataset) -> Setting:
     modal = modal_plant(plant, dataset)
     dataset, unusable = usable(dataset)
     dataset, apart = as_recordings(dataset)
+    fast = _too_fast(plant)
     measured = measured_columns(dataset)
     batches = columns_of(batches_of(dataset, "train"), measured)
     rate = dataset.sampling_rate
@@ -85,5 +103,5 @@ def setting_of(dataset: Dataset) -> Setting:
     searched, short = search_frame(plant, lengths, frame, short_fit(plant, lengths, frame))
     motion = Motion.of_states(states_along(short, searched), plant).displacement
     geometry = geometry_of(plant, motion, np.random.default_rng(SEED))
-    notes = (*unusable, *apart)
+    notes = (*unusable, *apart, *fast)
     return Setting(dataset, plant, geometry, modal, measured, frame, searched, band, lengths, short, notes)

@@ -15,7 +15,6 @@ from hybrid.diagnosis.contest.pairs import (
     factors_off,
     is_hopeless,
     left,
-    misfit,
     pair_fits,
 )
 from hybrid.diagnosis.contest.posterior import Posterior, posterior_of, temper_of
@@ -180,8 +179,8 @@ def _lasting(posterior: Posterior, base: Fit) -> tuple[Fit, ...]:
 
     No law that leaves most of what the ``base`` does: what else changes beside it takes long to fit.
     """
-    most = MOST * misfit(base)
-    single = [f for f in posterior.fits if f.hypothesis.candidates and (f.hypothesis.is_linear or misfit(f) <= most)]
+    most = MOST * base.misfit
+    single = [f for f in posterior.fits if f.hypothesis.candidates and (f.hypothesis.is_linear or f.misfit <= most)]
     others = [item for item in single if not item.hypothesis.candidates[0].oscillator]
     return tuple({id(item): item for item in (*single[:1], *others[:1])}.values())
 

@@ -9,7 +9,6 @@ from fe_models.dofs import BoolArray, FloatArray
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.effort import effort_of
 from hybrid.diagnosis.contest.growing import CLOSE_ENOUGH, Lengths, continued, padded, shortened
-from hybrid.diagnosis.contest.pairs import misfit
 from hybrid.diagnosis.contest.recording_groups import Asked, each_with
 from hybrid.diagnosis.contest.search import bound_of
 from hybrid.diagnosis.contest.shortlist import TIED
@@ -67,7 +66,7 @@ def fit_switched(
 
 def _asks_little(short: Fit, asked: tuple[Asked, ...]) -> bool:
     """Return whether the recordings of a chain hardly ask for any candidate in amounts of their own."""
-    misfitting = misfit(short) - NOISE * np.sqrt(2 * short.values)
+    misfitting = short.misfit - NOISE * np.sqrt(2 * short.values)
     return short.hypothesis.plant.is_chain and max(item.gain for item in asked) < ASKING * misfitting
 
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fe_models.dofs import FloatArray
+from fe_models.errors import InputError
 from fe_models.files.recording_checks import FEWEST_SAMPLES
 from fe_models.recordings import Dataset, Recording, Sensor
 from hybrid.diagnosis.fitting.fitting import Fit, fit
@@ -45,11 +46,14 @@ def as_recordings(dataset: Dataset) -> tuple[Dataset, list[str]]:
     """Return a dataset without test recordings ready to be cross-validated, and a note that says so.
 
     Several motions in one file become recordings of their own; a single one is cut into two, where it is long enough.
+    `InputError` where they are copies of one.
     """
     if dataset.select("test"):
         return dataset, []
     single: list[Recording] = [replace(r, data=part[None]) for r in dataset.recordings for part in r.data]
     note = "no recording is for testing: each is forecast by what was fitted to the others"
+    if len(single) > 1 and all(np.array_equal(r.data, single[0].data) for r in single):
+        raise InputError("[[recordings]]: all are copies of one; give each once, with others or one for testing")
     if len(single) == 1:
         (only,) = single
         half = only.data.shape[1] // 2
@@ -75,7 +79,7 @@ def folds_of(dataset: Dataset, measured: tuple[int, ...], searched: Frame) -> Fo
 
 
 def _without(item: Fit, left_out: list[FloatArray], frame: Frame) -> Fit:
-    """Return the fit to the recordings that are not ``left_out`` (time, sensor); as it is where that fails."""
+    """Return the fit to the recordings that are not ``left_out`` (time, sensor)."""
     batches, states = [], []
     for batch, own in zip(item.batches, item.states, strict=True):
         kept = [
@@ -84,6 +88,6 @@ def _without(item: Fit, left_out: list[FloatArray], frame: Frame) -> Fit:
         if kept:
             batches.append(batch.take(kept))
             states.append(own[kept])
-    if not batches:
-        return item
-    return fit(item.hypothesis, item.theta, tuple(batches), frame, tuple(states), ITERATIONS) or item
+    fewer = fit(item.hypothesis, item.theta, tuple(batches), frame, tuple(states), ITERATIONS)
+    assert fewer is not None  # it begins with motions that have been followed
+    return fewer

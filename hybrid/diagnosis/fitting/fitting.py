@@ -53,6 +53,11 @@ class Fit:
         return sum(part.size * batch.share for part, batch in zip(self.residuals, self.batches, strict=True))
 
     @property
+    def misfit(self) -> float:
+        """What is left beyond noise, and the squares of the calibration's deviations, in units of variances."""
+        return self.cost - self.values + sum(states.size for states in self.states)
+
+    @property
     def deviations(self) -> FloatArray:
         """How far nominal values are off, (value,), in stated standard deviations: of a value or of its logarithm,
         whichever makes less of it, as its owner did not say which. At 10 %, 0.7 times as much is 3 off, not 3.6.

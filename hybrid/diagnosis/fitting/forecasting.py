@@ -51,6 +51,11 @@ class Forecast:
     floor_energy: float
 
 
+def shown_of(samples: int) -> int:
+    """Return how many of a recording's ``samples`` its initial state is estimated from; the others are forecast."""
+    return max(int(np.ceil(SHOWN * samples)), 2)
+
+
 def within(item: Fit, most: float) -> FloatArray:
     """Return the theta (parameter,) of a fit, nominal values no further off than ``most`` standard deviations.
 
@@ -106,7 +111,7 @@ def predicted(
     least = np.full(len(batch.data), np.inf)
     for off in ((), model.switched) if model.switched else ((),):
         hypothesis, theta, size = without(model, off)
-        shown = max(int(np.ceil(SHOWN * batch.samples)), 2)
+        shown = shown_of(batch.samples)
         (own,) = columns_of((batch.first(shown),), measured)
         geometric = np.zeros(batch.recorded.shape)
         for _ in range(1 if hypothesis.plant.geometry is None else ROUNDS):
@@ -200,7 +205,7 @@ def _states_under_laws(
 def _one(
     model: Model, batch: Batch, sensors: tuple[Sensor, ...], measured: tuple[int, ...], frame: Frame
 ) -> tuple[FloatArray, FloatArray, float, float]:
-    first = max(int(np.ceil(SHOWN * batch.samples)), 2)
+    first = shown_of(batch.samples)
     y = predicted(model, batch, sensors, measured, frame)[:, first:]
     data = batch.recorded[:, first:]
     span = np.maximum(np.ptp(data, axis=1), 1e-30)  # (recording, sensor)

@@ -14,7 +14,7 @@ from fe_models.structure import Spring, Structure
 from hybrid.calibration import nothing
 from hybrid.config import Config, ModelConfig, places_preset
 from hybrid.connector_residual import ConnectorResidual
-from hybrid.diagnosis.fitting.forecasting import SHOWN
+from hybrid.diagnosis.fitting.forecasting import shown_of
 from hybrid.linear_form import ConnectorForm
 from hybrid.model import NeuralModalODE
 from hybrid.preparation import Prepared, modal_damping_matrix, prepare
@@ -50,7 +50,6 @@ class Learned:
     nrmse: FloatArray
     share: float
     places: tuple[PlaceForce, ...]
-    kept: tuple[str, ...]
 
 
 def learning_preset(structure: object) -> Config:
@@ -96,7 +95,7 @@ def learn(dataset: Dataset, config: Config, advance: Callable[[], object] = noth
     prior = _prior(model, prepared.windows)
     scores = [_score(model, prior, recording.data) for recording in dataset.select("test")]
     share, places = _learned(prepared, prior, dataset)
-    return Learned(np.concatenate(scores), share, places, prepared.kept)
+    return Learned(np.concatenate(scores), share, places)
 
 
 @torch.no_grad()
@@ -120,7 +119,7 @@ def _prior(model: NeuralModalODE, windows: FloatArray) -> StatePrior:
 @torch.no_grad()
 def _score(model: NeuralModalODE, prior: StatePrior, data: FloatArray) -> FloatArray:
     """Return the NRMSE (realisation, sensor) over the last 80 % of recordings (realisation, time, sensor)."""
-    first = max(int(np.ceil(SHOWN * data.shape[1])), model.config.encoder_samples)
+    first = max(shown_of(data.shape[1]), model.config.encoder_samples)
     windows = torch.tensor(data, dtype=model.channel_scale.dtype)
     states = smooth_state(model, prior, windows[:, :first]).mean
     forecast = model.forecast(states, data.shape[1]).channels.double().numpy()[:, first:]
@@ -139,7 +138,7 @@ def _learned(
     for recording in dataset.select("train"):
         if recording.name in prepared.kept:
             data = torch.tensor(recording.data, dtype=model.channel_scale.dtype)
-            first = max(int(np.ceil(SHOWN * data.shape[1])), model.config.encoder_samples)
+            first = max(shown_of(data.shape[1]), model.config.encoder_samples)
             start = smooth_state(model, prior, data[:, :first]).mean
             states.append(trajectory(model, start, data.shape[1])[:: model.substeps].flatten(0, 1))
     z = torch.cat(states)  # (n, 2 mode)

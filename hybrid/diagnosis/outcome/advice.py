@@ -113,7 +113,7 @@ def _fit_with(posterior: Posterior, candidate: Candidate, rival: Candidate) -> F
 def _most_telling(best: Fit, rival: Fit, added: tuple[Sensor, ...], frame: Frame) -> tuple[Sensor | None, float]:
     """Return the sensor among those ``added`` that tells most, and the log odds that it adds; None where none does."""
     ours, theirs = _motions(best, added, frame), _motions(rival, added, frame)
-    sigma = _noise_of(added, _size(ours), frame, _size(_motions(best, frame.sensors, frame)))
+    sigma = noise_of(added, _size(ours), frame, _size(_motions(best, frame.sensors, frame)))
     if not all(np.isfinite(part).all() for part in (*ours.values(), *theirs.values())):
         return None, 0.0
     apart = np.sum([np.sum(((ours[key] - theirs[key]) / sigma) ** 2, axis=0) for key in ours], axis=0)  # (sensor,)
@@ -126,7 +126,7 @@ def _most_telling(best: Fit, rival: Fit, added: tuple[Sensor, ...], frame: Frame
     return (added[number], gain / 2) if gain > 1 else (None, 0.0)  # less than one is what chance alone makes
 
 
-def _noise_of(added: tuple[Sensor, ...], sizes: FloatArray, frame: Frame, shown: FloatArray) -> FloatArray:
+def noise_of(added: tuple[Sensor, ...], sizes: FloatArray, frame: Frame, shown: FloatArray) -> FloatArray:
     """Return the noise (sensor,) to expect of ``added`` sensors: that of the present ones of their quantity.
 
     Where there are none, as large beside the largest channel as theirs: ``sizes`` of the added channels (sensor,), and

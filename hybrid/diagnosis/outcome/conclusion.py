@@ -102,8 +102,7 @@ def concluded(setting: Setting, evidence: Evidence) -> Diagnosis:
         extended = own if theta.any() else drawn
     notes += modal_notes(simulation, nominal, own, scorer, named)
     advice = advise(posterior, evidence.searched, evidence.energy) if named else ()
-    had = left(simulation.fit, frame, setting.band)
-    shown = show(dataset, simulation.fit, final, nominal, calibrated, had, frame)
+    shown = show(dataset, simulation.fit, final, nominal, calibrated, frame)
     return Diagnosis(
         verdict=verdict,
         findings=findings,

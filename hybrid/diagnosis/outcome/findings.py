@@ -1,6 +1,7 @@
 """Findings: the causes that a diagnosis names, with parameters, uncertainty, rivals and a sentence to act on."""
 
 from dataclasses import dataclass, replace
+from itertools import groupby
 from typing import Any
 
 import numpy as np
@@ -96,10 +97,9 @@ def place_words(location: dict[str, Any]) -> str:
         return f"sensor {location['sensor']}"
     if "element" in location:
         return f"element {location['element']}"
-    if len(location.get("elements", ())) == 1:
-        return f"element {location['elements'][0]}"
     if "elements" in location:
-        return f"each of elements {location['elements'][0]} to {location['elements'][-1]}"
+        one = len(location["elements"]) == 1
+        return f"element {location['elements'][0]}" if one else f"each of elements {_runs(location['elements'])}"
     if "modes" in location:
         return "mode " + ", ".join(str(mode) for mode in location["modes"])
     if "nodes" in location:
@@ -107,6 +107,14 @@ def place_words(location: dict[str, Any]) -> str:
     if "direction" in location:
         return f"node {location['node']} in {location['direction']}"
     return f"node {location['node']}" if "node" in location else "the whole model"
+
+
+def _runs(numbers: list[int]) -> str:
+    """Return numbers in words, those that follow one another as "1 to 4"."""
+    groups = groupby(enumerate(sorted(numbers)), key=lambda item: item[1] - item[0])  # constant along a run
+    runs = [[number for _, number in group] for _, group in groups]
+    words = [f"{run[0]} to {run[-1]}" if len(run) > 1 else str(run[0]) for run in runs]
+    return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
 
 
 def at_place(location: dict[str, Any]) -> str:

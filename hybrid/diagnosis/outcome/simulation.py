@@ -15,7 +15,7 @@ from hybrid.diagnosis.contest.pairs import left
 from hybrid.diagnosis.contest.posterior import Posterior
 from hybrid.diagnosis.contest.setting import Setting
 from hybrid.diagnosis.fitting.fitting import Fit
-from hybrid.diagnosis.fitting.forecasting import DEVIATION, SHOWN, Forecast, deviation_of, model_of, predicted
+from hybrid.diagnosis.fitting.forecasting import DEVIATION, Forecast, deviation_of, model_of, predicted, shown_of
 from hybrid.diagnosis.nominal.modal_difference import difference
 from hybrid.diagnosis.outcome.findings import Finding
 from hybrid.diagnosis.outcome.materiality import is_trifle
@@ -124,7 +124,7 @@ def _forecasts_differ(own: Fit, other: Fit, frame: Frame) -> bool:
     """Return whether two models, as drawn, forecast so differently that it would show beside noise."""
     square, values = 0.0, 0.0
     for batch in own.batches:
-        first = max(int(np.ceil(SHOWN * batch.samples)), 2)
+        first = shown_of(batch.samples)
         one, two = (
             predicted(model_of(item, frame, np.zeros_like(item.theta)), batch, frame.sensors, frame.positions, frame)
             for item in (own, other)

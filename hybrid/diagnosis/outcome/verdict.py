@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from enum import Enum
 
-from hybrid.diagnosis.contest.pairs import left, misfit
+from hybrid.diagnosis.contest.pairs import left
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.fitting.forecasting import deviation_of
 from hybrid.diagnosis.recorded.frame import Frame
@@ -65,8 +65,8 @@ def verdict_of(
     that of the user's modal model, where this is wrong by itself.
     """
     significant = left(best, frame, band).significant
-    rest = max(left(best, frame, band).total, misfit(best))
-    share = rest / max(misfit(base), rest, 1e-300) if significant else 0.0
+    rest = max(left(best, frame, band).total, best.misfit)
+    share = rest / max(base.misfit, rest, 1e-300) if significant else 0.0
     certain = errors.reached and not (significant and share > WHOLLY / 3)
     if errors.nothing_to_gain:
         return Verdict.NOTHING_WRONG, LISTED

@@ -116,5 +116,12 @@ def _from(recording: Recording, begin: int, columns: list[int]) -> Recording:
 
 def _note(sensor: str, fault: _Fault, recordings: list[Recording], left_out: bool) -> str:
     where = [f"{count} samples of {r.name}" for r, count in zip(recordings, fault.bad, strict=True) if count]
-    end = "it is left out" if left_out else "these recordings are used from behind them on"
-    return f"sensor {sensor} {fault.word} ({', '.join(where)}): {end}"
+    if left_out:
+        return f"sensor {sensor} {fault.word} ({', '.join(where)}): it is left out"
+    gone, cut = list[str](), list[str]()
+    for recording, last in zip(recordings, fault.last, strict=True):
+        if last:
+            short = recording.data.shape[1] - last < FEWEST_SAMPLES
+            (gone if short else cut).append(recording.name)
+    ends = [f"{', '.join(gone)} left out"] * bool(gone) + [f"{', '.join(cut)} used from behind them on"] * bool(cut)
+    return f"sensor {sensor} {fault.word} ({', '.join(where)}): {'; '.join(ends)}"

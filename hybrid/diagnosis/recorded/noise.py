@@ -11,13 +11,16 @@ from hybrid.diagnosis.recorded.records import Batch
 ABOVE = 1.6  # times the highest natural frequency: where noise alone is expected
 MOST = 0.7  # of half the sampling rate: at least this share of the band is taken as the structure's, where it must be
 UPPER = 0.5  # of half the sampling rate: where noise is told in the recordings themselves, which have harmonics, too
-
-
+HARMONICS = 2.0  # times the structure's band: likewise ...
+ROOM = 0.8  # ... but a fifth of all frequencies is left
 QUIET = 0.4  # of a recording, from its end: by then all but the least damped modes have died away
-QUARTER = -np.log(0.75)  # the lower quartile of white noise's power over its mean
-QUARTILE_LOSS = 4.03  # variance of the density told by a quartile over that by the mean: q / (1 - q) / ln(1 - q)^2
+QUARTILE = 0.25  # of the powers there: below it lies what is between the lines
+QUARTER = -np.log(1 - QUARTILE)  # that of white noise's power over its mean
+QUARTILE_LOSS = QUARTILE / (1 - QUARTILE) / QUARTER**2  # variance of the density that it tells over that by the mean
 SERIES = 5  # powers of 1 / (i omega) in the response to a load far above all natural frequencies
+LEAST_SHARE = 0.1  # of values: loads explain no more of a spectrum than the rest
 CUT = 0.9  # of a low-pass: up to there it takes nothing away
+BY_CHANCE = 4.0  # standard deviations: what is left beyond is no noise
 
 
 @dataclass(frozen=True)
@@ -48,7 +51,7 @@ def noise_of_recordings(batches: tuple[Batch, ...], rate: float, band: Band) -> 
     """
     if not band.room:
         return np.sqrt(_quiet_density(tuple(batch.data for batch in batches), rate, band))
-    lower = max(UPPER * rate / 2, min(2 * band.upper, 0.8 * rate / 2))
+    lower = max(UPPER * rate / 2, min(HARMONICS * band.upper, ROOM * rate / 2))
     power, count = 0.0, 0
     for batch in batches:
         window = np.hanning(batch.samples)[:, None]
@@ -78,7 +81,8 @@ def _unexplained(spectra: ComplexArray, pushes: ComplexArray, frequencies: Float
     size = np.linalg.norm(X, axis=0)
     X = X[:, size > 0] / size[size > 0]
     left = y - X @ np.linalg.lstsq(X, y, rcond=None)[0]
-    return (left[: len(rows)] + 1j * left[len(rows) :]).reshape(spectra.shape), max(1 - X.shape[1] / len(y), 0.1)
+    rest = (left[: len(rows)] + 1j * left[len(rows) :]).reshape(spectra.shape)
+    return rest, max(1 - X.shape[1] / len(y), LEAST_SHARE)
 
 
 def _quiet_density(parts: tuple[FloatArray, ...], rate: float, band: Band) -> FloatArray:
@@ -90,7 +94,7 @@ def _quiet_density(parts: tuple[FloatArray, ...], rate: float, band: Band) -> Fl
         density = np.abs(np.fft.rfft(end * window, axis=1)) ** 2 / np.sum(window**2)
         frequencies = np.fft.rfftfreq(end.shape[1], 1 / rate)
         powers.append(density[:, (frequencies > 0) & (frequencies <= band.upper)].reshape(-1, part.shape[2]))
-    return np.asarray(np.quantile(np.concatenate(powers), 0.25, axis=0) / QUARTER)
+    return np.asarray(np.quantile(np.concatenate(powers), QUARTILE, axis=0) / QUARTER)
 
 
 @dataclass(frozen=True)
@@ -109,7 +113,7 @@ class Excess:
     @property
     def significant(self) -> bool:
         """Whether chance alone hardly makes as much."""
-        return self.total > 4 * self.std
+        return self.total > BY_CHANCE * self.std
 
 
 def excess(residuals: tuple[FloatArray, ...], rate: float, band: Band) -> Excess:

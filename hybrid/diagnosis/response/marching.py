@@ -14,6 +14,7 @@ from scipy.linalg import expm
 
 from fe_models.dofs import FloatArray, IntArray
 from hybrid.diagnosis.nominal.loads import ORDERS, Loads
+from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.response.giving_way import held, with_residual
 from hybrid.diagnosis.response.loaded import loaded_channels, loaded_states
 from hybrid.diagnosis.response.side_by_side import THREADS, side_by_side
@@ -32,6 +33,12 @@ WIDER = 8.0  # times as far, where a motion leaves them
 ATTEMPTS = 4  # of that; a motion that goes further has exploded
 OFTEN = 2  # times the sampling rate: half of it folds where a low-pass leaves much, one and a half times where little
 SIZES = 10.0 ** np.arange(-12, 13)  # m, m/s: a law that answers to none of them does not depend on it
+
+
+def is_too_fast(plant: Plant) -> bool:
+    """Return whether between two samples the structure moves too fast to follow under force laws."""
+    step = 1 / plant.rate / (1 if plant.lowpass is None else OFTEN)
+    return float(plant.modes[0][-1]) * step > MOST_SUBSTEPS * SUBSTEP
 
 
 @dataclass(frozen=True)

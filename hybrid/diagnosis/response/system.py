@@ -9,7 +9,7 @@ from scipy.interpolate import CubicSpline
 from scipy.linalg import expm
 from scipy.ndimage import correlate1d
 
-from fe_models.dofs import FloatArray
+from fe_models.dofs import ComplexArray, FloatArray
 from fe_models.lowpass import LowPass
 from hybrid.diagnosis.nominal.loads import LoadPlace
 from hybrid.diagnosis.response.residual import Residual
@@ -93,9 +93,9 @@ class ModalForm:
     factor 2 of a pair; ``left`` (variant, m, state).
     """
 
-    roots: FloatArray
-    right: FloatArray
-    left: FloatArray
+    roots: ComplexArray
+    right: ComplexArray
+    left: ComplexArray
 
     def waves(self, samples: int, step: float) -> FloatArray:
         """Return exp(root t) side by side as real and negative imaginary part, (variant, time, 2 m)."""

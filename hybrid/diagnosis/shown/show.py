@@ -12,7 +12,6 @@ from hybrid.diagnosis.fitting.fitting import Fit, residuals_at
 from hybrid.diagnosis.fitting.forecasting import Forecast
 from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.recorded.frame import Frame
-from hybrid.diagnosis.recorded.noise import Excess
 from hybrid.diagnosis.recorded.spectra import energy_near
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.shown.amplitude import Amplitude, amplitude_dependence
@@ -41,8 +40,7 @@ class Shown:
     ``motion_energy`` and ``error_energy`` (mode,): shares of the channels' energy, and of what the nominal model leaves
     of them, noise apart, that lie nearest to each observed frequency. ``errors`` (3, sensor): forecast NRMSE nominal,
     calibrated and floor; ``noise`` (sensor,) its standard deviation in the sensors' units; ``error_share`` (sensor,):
-    of the energy that the nominal model leaves beyond noise; both NaN of sensors that are not fitted. ``structured``
-    (recording,): the share of each recording's residual that is no noise, the model calibrated.
+    of the energy that the nominal model leaves beyond noise; both NaN of sensors that are not fitted.
     """
 
     nominal: Modes
@@ -56,17 +54,13 @@ class Shown:
     errors: FloatArray
     noise: FloatArray
     error_share: FloatArray
-    recordings: tuple[str, ...]
-    structured: FloatArray
 
 
-def show(
-    dataset: Dataset, base: Fit, own: Fit, nominal: Forecast, calibrated: Forecast, had: Excess, frame: Frame
-) -> Shown:
+def show(dataset: Dataset, base: Fit, own: Fit, nominal: Forecast, calibrated: Forecast, frame: Frame) -> Shown:
     """Return what is wrong before a cause is named.
 
-    ``base``: the fit of what the user simulates with, of which ``nominal`` and ``calibrated`` are forecasts and ``had``
-    the excess energy; ``own``: that of the structure with what was found, which the recordings alone may go on from: a
+    ``base``: the fit of what the user simulates with, of which ``nominal`` and ``calibrated`` are forecasts;
+    ``own``: that of the structure with what was found, which the recordings alone may go on from: a
     frequency that is far off in the nominal model is not reached from there.
     """
     free = _free_fit(own, frame) or base
@@ -78,8 +72,6 @@ def show(
         modes_of(free.hypothesis, free.theta, frame.rate),
         below=dataset.lowpass or np.inf,
     )
-    names = tuple(name for batch in base.batches for name in batch.names)
-    values = np.concatenate([np.square(part).sum(axis=(1, 2)) for part in base.residuals])
     motion = tuple(batch.data / frame.sigma for batch in base.batches)
     error = residuals_at(base, np.zeros_like(base.theta), frame)
     by_mode = [energy_near(modes[2].frequencies, part, frame.rate) for part in (motion, error)]
@@ -100,8 +92,6 @@ def show(
         errors=np.stack([nominal.nrmse.mean(axis=0), calibrated.nrmse.mean(axis=0), calibrated.floor.mean(axis=0)]),
         noise=noise,
         error_share=share,
-        recordings=names,
-        structured=np.clip(had.by_recording / values, 0.0, 1.0),
     )
 
 
