@@ -110,6 +110,11 @@ class Structure:
     effects: "tuple[Effect, ...]" = ()
     divisions: int = 1
 
+    @property
+    def is_chain(self) -> bool:
+        """Whether all is springs and masses in one direction."""
+        return all(isinstance(element, Spring) for element in self.elements) and len(self.directions) == 1
+
     def with_effects(self, *effects: "Effect") -> "Structure":
         """Return the structure with ``effects`` added to those it has."""
         return replace(self, effects=self.effects + effects)

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
+from fe_models.effects import ModalDamping, PointDamper, SlackCable, StiffnessChange, SupportSpring
 from fe_models.errors import InputError
 from fe_models.recordings import Dataset
 from fe_models.sensor_effects import SensorEffect
@@ -19,8 +20,8 @@ from hybrid.diagnosis.recorded.channels import usable
 from hybrid.training import TrainingDivergedError
 
 SAME = {  # causes that a linear law's word stands for
-    "spring": ("stiffness_change", "support_spring", "slack_cable"),
-    "dashpot": ("point_damper", "modal_damping"),
+    "spring": (StiffnessChange.kind, SupportSpring.kind, SlackCable.kind),
+    "dashpot": (PointDamper.kind, ModalDamping.kind),
 }
 
 

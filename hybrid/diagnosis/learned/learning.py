@@ -10,7 +10,7 @@ from torch import Tensor
 from fe_models.dofs import FloatArray
 from fe_models.recordings import Dataset
 from fe_models.sensor_effects import SensorDelay, SensorDrift, SensorEffect, SensorGain
-from fe_models.structure import Spring, Structure
+from fe_models.structure import Structure
 from hybrid.calibration import nothing
 from hybrid.config import Config, ModelConfig, places_preset
 from hybrid.connector_residual import ConnectorResidual
@@ -54,10 +54,8 @@ class Learned:
 
 def learning_preset(structure: object) -> Config:
     """Return the configuration for a structure: nets at a chain's places, one free net of all modes elsewhere."""
-    if not isinstance(structure, Structure) or structure.directions != ("x",):
-        return Config(ModelConfig(residual="backbone"))
-    chain = all(isinstance(element, Spring) for element in structure.elements)
-    return places_preset() if chain else Config(ModelConfig(residual="backbone"))
+    along = isinstance(structure, Structure) and structure.is_chain and structure.directions == ("x",)
+    return places_preset() if along else Config(ModelConfig(residual="backbone"))
 
 
 def corrected(dataset: Dataset, faults: tuple[SensorEffect, ...]) -> Dataset:

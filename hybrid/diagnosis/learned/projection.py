@@ -6,10 +6,15 @@ from typing import Any
 import numpy as np
 
 from fe_models.dofs import FloatArray
+from fe_models.effects import CoulombFriction, CubicSpring, GapStop, QuadraticDamper
+from fe_models.effects.base import ForceLaw
+from fe_models.structure import Direction
+from hybrid.diagnosis.causes.force_causes import CREEP
 from hybrid.diagnosis.learned.learning import PlaceForce
 
 REACHES = (0.1, 0.25, 0.45, 0.65, 0.85)  # of the largest elongation: gaps of a stop that are tried
-CREEP = 0.02  # of the rms rate: below it friction counts as viscous
+TINY = 1e-300  # instead of a division by zero
+ANYWHERE: tuple[tuple[int], Direction] = (1,), "x"  # a law's place, of which its force knows nothing
 
 
 @dataclass(frozen=True)
@@ -38,16 +43,16 @@ def project(place: PlaceForce) -> Projected:
 def law_shapes(u: FloatArray, v: FloatArray) -> dict[str, list[FloatArray]]:
     """Return for each law its force at elongations ``u`` and rates ``v`` (n,), of any size: columns (n, 1) to try."""
     most, rate = float(np.abs(u).max()), float(np.sqrt(np.mean(v**2)))
-    stops = [np.maximum(side * u - reach * most, 0.0) for side in (1, -1) for reach in REACHES]
-    shapes = {
-        "spring": [u],
-        "dashpot": [v],
-        "cubic_spring": [u**3],
-        "quadratic_damper": [v * np.abs(v)],
-        "coulomb_friction": [np.tanh(v / (CREEP * rate))],
-        "gap_stop": stops,
+    usual = CREEP[1] * max(rate, TINY)
+    laws: dict[str, list[ForceLaw]] = {
+        CubicSpring.kind: [CubicSpring(*ANYWHERE, 1.0)],
+        QuadraticDamper.kind: [QuadraticDamper(*ANYWHERE, 1.0)],
+        CoulombFriction.kind: [CoulombFriction(*ANYWHERE, 1.0, usual)],
+        GapStop.kind: [GapStop(*ANYWHERE, reach * most, 1.0, side) for side in (1, -1) for reach in REACHES],
     }
-    return {word: [column[:, None] for column in columns] for word, columns in shapes.items()}
+    forces = {word: [np.asarray(law.force(u, v)) for law in tried] for word, tried in laws.items()}
+    forces |= {"spring": [u], "dashpot": [v]}
+    return {word: [column[:, None] for column in columns] for word, columns in forces.items()}
 
 
 def location_of(name: str) -> dict[str, Any]:
@@ -63,6 +68,6 @@ def _explained(force: FloatArray, columns: FloatArray) -> float:
     total = float(force @ force)
     if total == 0:
         return 0.0
-    scaled = columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+    scaled = columns / np.maximum(np.linalg.norm(columns, axis=0), TINY)
     left = force - scaled @ np.linalg.lstsq(scaled, force, rcond=1e-10)[0]
     return float(np.clip(1 - left @ left / total, 0.0, 1.0))

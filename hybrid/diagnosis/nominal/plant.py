@@ -20,7 +20,7 @@ from fe_models.mechanisms import factorise
 from fe_models.modes import natural_modes
 from fe_models.nominal import damping_ratios
 from fe_models.recordings import Dataset, Sensor
-from fe_models.structure import Damping, Spring, Structure
+from fe_models.structure import Damping, Structure
 from fe_models.time_integration import TimeIntegration
 from fe_models.uncertain_parts import UncertainPart, uncertain_parts
 from hybrid.diagnosis.nominal.geometry import Geometry
@@ -83,7 +83,7 @@ class Plant:
     @property
     def is_chain(self) -> bool:
         """Whether all is springs and masses in one direction."""
-        return _is_chain(self.structure)
+        return self.structure.is_chain
 
     @property
     def alike(self) -> float:
@@ -225,7 +225,7 @@ def plant_of(dataset: Dataset) -> Plant:
     parts, changes = _felt_parts(structure, mass, stiffness)
     normal = assumed.uncertainty
     spread = [getattr(normal, part.quantity) for part in parts] + [normal.damping] * modes
-    newmark = assumed.integrator == "newmark" and assumed.step is not None
+    own_step = assumed.step if assumed.integrator == "newmark" else None
     plant = Plant(
         structure=structure,
         mass=mass,
@@ -240,7 +240,7 @@ def plant_of(dataset: Dataset) -> Plant:
         scatter=NONE,
         spread=np.maximum(spread, CERTAIN),
         laws=force_laws(structure),
-        integration=TimeIntegration(float(assumed.step)) if newmark and assumed.step is not None else None,
+        integration=None if own_step is None else TimeIntegration(float(own_step)),
         loaded=load_places(dataset),
         highest=highest,
         lowpass=lowpass,
@@ -266,15 +266,11 @@ def _settled(structure: Structure) -> tuple[tuple[int, float], ...]:
     return tuple((mode, 0.0) for mode, _ in replaced_ratios(structure))
 
 
-def _is_chain(structure: Structure) -> bool:
-    return all(isinstance(element, Spring) for element in structure.elements) and len(structure.directions) == 1
-
-
 def _basis(dataset: Dataset, linear: LinearModel, highest: float) -> tuple[FloatArray, int | None]:
     """Return the basis (dof, vector) and how many of its modes are followed: those that the recordings can show."""
     assert isinstance(dataset.model, Structure)  # its caller has seen to that
     free = len(linear.dofs.free_rows)
-    if _is_chain(dataset.model):
+    if dataset.model.is_chain:
         return linear.dofs.expand(np.eye(free)), None
     count = min(MORE_MODES, free)
     modal = natural_modes(linear, count)

@@ -9,6 +9,7 @@ import numpy as np
 
 from fe_models.dofs import BoolArray, FloatArray
 from fe_models.recordings import QUANTITIES, Sensor
+from fe_models.sensor_effects import SensorDelay, SensorDrift, SensorGain
 from fe_models.time_integration import TimeIntegration
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.nominal.plant import Plant
@@ -18,6 +19,7 @@ from hybrid.diagnosis.response.reduction import Basis, basis_of, turn
 from hybrid.diagnosis.response.residual import Residual, residual_of
 from hybrid.diagnosis.response.system import Behind, Entry, Force, System
 
+FAULTS = SensorGain.kind, SensorDelay.kind, SensorDrift.kind
 FARTHEST = 3.0  # of a log factor: twenty times as much or as little is no calibration
 
 
@@ -206,15 +208,15 @@ class Hypothesis:
         seen = np.zeros((variants, len(sensors), self.states))
         quantities = np.array([sensor.quantity for sensor in sensors], dtype=str)
         kinds = np.stack([quantities == word for word in QUANTITIES])
-        at_rest, moving, pushed = kinds
-        seen[:, at_rest, :n] = picked[:, at_rest]
-        seen[:, moving, n : 2 * n] = picked[:, moving]
+        displaced, moved, pushed = kinds
+        seen[:, displaced, :n] = picked[:, displaced]
+        seen[:, moved, n : 2 * n] = picked[:, moved]
         seen[:, pushed] = picked[:, pushed] @ accelerations
         for number, (_, bent, frequency) in enumerate(waves):
             first, omega = 2 * n + 2 * number, 2 * np.pi * frequency[:, None]
             shown = rows @ bent  # (sensor,)
-            seen[:, at_rest, first] += shown[at_rest]
-            seen[:, moving, first + 1] += omega * shown[moving]
+            seen[:, displaced, first] += shown[displaced]
+            seen[:, moved, first + 1] += omega * shown[moved]
             seen[:, pushed, first] -= omega**2 * shown[pushed]
         direct = np.where(pushed[:, None], picked @ feed, 0.0)
         forces = tuple(force for _, force in laws)
@@ -271,8 +273,8 @@ class Hypothesis:
         faults[0] = 1.0
         for candidate, part in zip(self.candidates, self.slices, strict=True):
             if candidate.sensor is not None:
-                which = ("sensor_gain", "sensor_delay", "sensor_drift").index(candidate.kind)
-                faults[which][:, [i for i, s in enumerate(faulty) if s == candidate.sensor]] = theta[:, part]
+                own = [i for i, position in enumerate(faulty) if position == candidate.sensor]
+                faults[FAULTS.index(candidate.kind)][:, own] = theta[:, part]
         return faults
 
     @cached_property
