@@ -12,7 +12,7 @@ from hybrid.benchmarks.blind.cases import BlindResult, Task
 from hybrid.benchmarks.peers.answer import Answer, mark
 from hybrid.diagnosis.judging import judge, key_of
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
-from hybrid.diagnosis.outcome.findings import Finding, Parameter
+from hybrid.diagnosis.outcome.findings import Alternative, Finding, Parameter
 from hybrid.diagnosis.outcome.verdict import Verdict
 
 WEAK_2, WEAK_3 = StiffnessChange((2,), 0.8), StiffnessChange((3,), 0.8)
@@ -38,7 +38,7 @@ def finding(cause: Cause, probability: float, off: float = 0.0, std: float = 0.0
         for word, value in cause.parameters.items()
         if isinstance(value, float)
     }
-    alternatives = tuple((rival.kind, rival.location, 0.1) for rival in rivals)
+    alternatives = tuple(Alternative(rival.kind, rival.location, 0.1) for rival in rivals)
     return Finding(cause, parameters, probability, 1.0, (), alternatives, "")
 
 

@@ -110,7 +110,7 @@ def test_what_no_cause_explains_is_said_to_be_unexplained(config: BlindConfig, k
     assert found.verdict in (Verdict.UNEXPLAINED, Verdict.PARTLY_EXPLAINED)
     assert not marks.confidently_wrong
     for finding in found.findings:  # of a part; all rivals together are no surer
-        assert finding.probability + sum(p for *_, p in finding.alternatives) <= LISTED_IN_PART
+        assert finding.probability + sum(item.probability for item in finding.alternatives) <= LISTED_IN_PART
 
 
 def test_two_causes_in_the_chain_are_both_named() -> None:

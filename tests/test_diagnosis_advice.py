@@ -115,7 +115,7 @@ def test_diagnosis_carries_the_advice() -> None:
         recordings=tuple(replace(r, data=r.data[:, :100, list(one)]) for r in case.recordings),
     )
     found = diagnose(few)
-    doubted = [p for finding in found.findings for _, _, p in finding.alternatives if p >= 0.05]
+    doubted = [item for finding in found.findings for item in finding.alternatives if item.probability >= 0.05]
     assert len(found.advice) == min(len(doubted), 3)
     assert all(advice.sentence in found.notes for advice in found.advice)
     assert found.advice

@@ -8,17 +8,21 @@ from hybrid.diagnosis.outcome.conclusion import Diagnosis
 from hybrid.diagnosis.outcome.findings import Finding
 from hybrid.diagnosis.outcome.verdict import BESIDE, MATERIAL, Verdict
 
-CONFIDENT = 0.9
+CONFIDENT = 0.9  # probability of a name: a wrong one is then a grave error
+COVERED = 1.96  # standard deviations: half of an interval of 95 %
 CLOSE = 0.1  # relative error of a parameter that counts as right
 NUMERICS = ("regularisation", "phase", "side")  # what is no measure of the effect, or each recording's own
 
 
 @dataclass(frozen=True)
 class Judgement:
-    """One case: what was hidden (``truth``) and what was ``named`` first, each "kind place", and the marks it got.
+    """One case: what was hidden (``truth``) and what was ``named``, most important first, each "kind place".
 
-    ``within`` and ``covered``: for each parameter of the right names whether it is close (10 % or two standard
-    deviations), and within 1.96 standard deviations.
+    ``first``: whether the answer is right; ``listed``: whether the truth is named or among the alternatives;
+    ``confidently_wrong``: whether a wrong name has a probability of 0.9 or more. ``probabilities`` of the findings,
+    each with whether it is right. ``within`` and ``covered``: for each parameter of the right names whether it is close
+    (10 % or two standard deviations), and within its interval of 95 %. ``over_floor``: NRMSE of the extended model's
+    forecast over the noise floor; ``seconds`` that the diagnosis took.
     """
 
     truth: tuple[str, ...]
@@ -55,7 +59,7 @@ def judge(case: BlindCase, found: Diagnosis) -> Judgement:
     named = tuple(key_of(finding.cause) for finding in found.findings)
     listed = set(named)
     for finding in found.findings:
-        listed |= {f"{kind} {location}" for kind, location, _ in finding.alternatives}
+        listed |= {f"{item.kind} {item.location}" for item in finding.alternatives}
     right = [finding for finding in found.findings if key_of(finding.cause) in truth]
     wrong = [finding for finding in found.findings if key_of(finding.cause) not in truth]
     marks = [mark for finding in right for mark in _marks(finding, case)]
@@ -89,5 +93,5 @@ def _marks(finding: Finding, case: BlindCase) -> list[tuple[bool, bool]]:
         if word not in NUMERICS and isinstance(value, float) and finding.parameters[word].std > 0:
             item = finding.parameters[word]
             error = abs(item.value - value)
-            marks.append((error <= max(CLOSE * abs(value), 2 * item.std), error <= 1.96 * item.std))
+            marks.append((error <= max(CLOSE * abs(value), 2 * item.std), error <= COVERED * item.std))
     return marks

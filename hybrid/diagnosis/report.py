@@ -15,6 +15,7 @@ WORDS = {
     Verdict.PARTLY_EXPLAINED: "The simulation is wrong; what is named below explains only part of it.",
     Verdict.UNEXPLAINED: "The simulation is wrong, and nothing on the list of causes explains it.",
 }
+RIVALS = 5  # of a finding, told on the terminal
 LEARNED_PLACES = 3  # where most was learned, told on the terminal
 CALIBRATED = 1e-4  # a smaller change of a factor is not worth a line
 
@@ -48,9 +49,9 @@ def _table(diagnosis: Diagnosis) -> dict[str, Any]:
         "verdict": diagnosis.verdict.value,
         "findings": [_finding(finding) for finding in diagnosis.findings],
         "calibration": [
-            {"what": what, "location": where, "factor": {"value": factor, "std": std}}
-            for what, where, factor, std in diagnosis.calibration
-            if abs(factor - 1) > CALIBRATED
+            {"what": item.quantity, "location": item.location, "factor": {"value": item.factor, "std": item.std}}
+            for item in diagnosis.calibration
+            if abs(item.factor - 1) > CALIBRATED
         ],
         "unexplained_fraction": diagnosis.unexplained,
         "scores": dict(diagnosis.scores),
@@ -81,9 +82,7 @@ def _finding(finding: Finding) -> dict[str, Any]:
         "probability": finding.probability,
         "explains": finding.explains,
         "recordings": list(dict.fromkeys(finding.recordings)),  # several motions in one file share its name
-        "alternatives": [
-            {"kind": kind, "location": location, "probability": p} for kind, location, p in finding.alternatives
-        ],
+        "alternatives": [vars(item) for item in finding.alternatives],
         "sentence": finding.sentence,
     }
 
@@ -95,8 +94,9 @@ def describe_diagnosis(diagnosis: Diagnosis, gain: Gain | None = None) -> str:
     for finding in diagnosis.findings:
         lines.append(f"- {finding.sentence}")
         lines.append(f"  Probability {finding.probability:.2f}; explains {finding.explains:.0%} of what was wrong.")
-        for kind, location, p in finding.alternatives[:5]:
-            lines.append(f"  These sensors cannot rule out: {kind} {at_place(location)} ({p:.2f}).")
+        for item in finding.alternatives[:RIVALS]:
+            where = at_place(item.location)
+            lines.append(f"  These sensors cannot rule out: {item.kind} {where} ({item.probability:.2f}).")
     base, extended = diagnosis.scores["baseline"], diagnosis.scores["extended"]
     lines.append(
         f"Forecast NRMSE: {base['measured']:.4f} before, {extended['measured']:.4f} after, noise floor"

@@ -46,15 +46,28 @@ class Parameter:
 
 
 @dataclass(frozen=True)
+class Alternative:
+    """What may stand in a finding's place: its ``kind`` and ``location``, and its ``probability``."""
+
+    kind: str
+    location: dict[str, Any]
+    probability: float
+
+
+@dataclass(frozen=True)
 class Finding:
-    """A ``cause`` with the standard deviations of its parameters, where it acts and what may stand in its place."""
+    """A ``cause`` and its ``parameters`` with standard deviations, and the ``probability`` that it is right.
+
+    ``explains``: share of what the nominal model gets wrong, in energy, that it takes away; ``recordings`` where it
+    acts; ``alternatives`` that the sensors cannot rule out; ``sentence``: what an engineer can act on.
+    """
 
     cause: Cause
     parameters: dict[str, Parameter]
     probability: float
     explains: float
     recordings: tuple[str, ...]
-    alternatives: tuple[tuple[str, dict[str, Any], float], ...]
+    alternatives: tuple[Alternative, ...]
     sentence: str
 
 

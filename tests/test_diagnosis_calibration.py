@@ -1,0 +1,41 @@
+"""Nominal values as calibrated: how sure that is, and which are told to be far off."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from fe_models.blind import blind_case
+from hybrid.diagnosis.fitting.fitting import fit
+from hybrid.diagnosis.nominal.plant import plant_of
+from hybrid.diagnosis.outcome.calibration import calibration_of, far_off
+from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.records import batches_of, columns_of, measured_columns
+from hybrid.diagnosis.response.hypothesis import Hypothesis
+
+DATASET = blind_case(2).dataset
+PLANT = plant_of(DATASET)
+
+
+def test_values_that_nothing_tells_keep_their_stated_standard_deviation() -> None:
+    """However much wider the temper would make it; what recordings tell well is as wide as the covariance says."""
+    theta = np.zeros(len(PLANT.spread))
+    theta[0] = np.log(1.1)
+    covariance = np.diag(np.append(0.5 * PLANT.spread[0], 3 * PLANT.spread[1:]) ** 2)
+    first, *others = calibration_of(PLANT, theta, covariance)
+    assert np.isclose(first.factor, 1.1)
+    assert np.isclose(first.std, 1.1 * 0.5 * PLANT.spread[0])
+    np.testing.assert_allclose([item.std for item in others], PLANT.spread[1 : len(others) + 1])
+    assert {item.factor for item in others} == {1.0}
+
+
+def test_value_that_is_far_off_is_told_with_its_place_and_side() -> None:
+    columns = measured_columns(DATASET)
+    frame = Frame(tuple(DATASET.sensors[i] for i in columns), DATASET.sampling_rate, np.full(len(columns), 0.03))
+    hypothesis = Hypothesis(PLANT)
+    found = fit(hypothesis, hypothesis.centre, columns_of(batches_of(DATASET, "train"), columns), frame)
+    assert found is not None
+    theta = np.zeros_like(found.theta)
+    assert far_off(replace(found, theta=theta)) == []
+    theta[1] = -3 * PLANT.spread[1]
+    (note,) = far_off(replace(found, theta=theta))
+    assert note.startswith("stiffness of element 2 is 3.0 of its stated standard deviations below")
