@@ -17,7 +17,7 @@ from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.fitting.fitting import Fit, fit
 from hybrid.diagnosis.nominal.plant import plant_of
 from hybrid.diagnosis.outcome.advice import Advice, advise, noise_of, possible_sensors
-from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import batches_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 
@@ -35,21 +35,21 @@ def chain(sensors: tuple[Sensor, ...], effect: StiffnessChange | AddedMass, samp
     return Dataset(four_dof(), 10.0, sensors, tuple(Recording(f"r{i}", part[None]) for i, part in enumerate(data)))
 
 
-def two_fits(dataset: Dataset, keys: tuple[str, str]) -> tuple[Posterior, Frame]:
+def two_fits(dataset: Dataset, keys: tuple[str, str]) -> tuple[Posterior, Gauge]:
     """Return a posterior that cannot tell the causes of two keys apart."""
     plant = plant_of(dataset)
     measured = tuple(range(len(dataset.sensors)))
     batches = batches_of(dataset, "train")
-    frame = Frame(dataset.sensors, dataset.sampling_rate, np.full(len(measured), NOISE))
+    gauge = Gauge(dataset.sensors, dataset.sampling_rate, np.full(len(measured), NOISE))
     unit = Motion(np.eye(4), np.eye(4))
     candidates = {c.key: c for c in all_candidates(plant, dataset, unit, measured)}
     fits: list[Fit] = []
     for key in keys:
         hypothesis = Hypothesis(plant).adding(candidates[key])
-        found = fit(hypothesis, hypothesis.centre, batches, frame)
+        found = fit(hypothesis, hypothesis.centre, batches, gauge)
         assert found is not None
         fits.append(found)
-    return Posterior(tuple(fits), np.array([0.6, 0.4]), 1.0), frame
+    return Posterior(tuple(fits), np.array([0.6, 0.4]), 1.0), gauge
 
 
 X1 = Sensor("x1", 1, "x", "displacement", "m")
@@ -66,8 +66,8 @@ def test_possible_sensors_are_those_that_are_not_there() -> None:
 def test_two_causes_far_from_the_only_sensor_are_told_apart_by_one_near_them() -> None:
     """In a short record a sensor at one end says little about the other; advice says so, and by how much."""
     dataset = chain((X1,), AddedMass(4, 0.5), 100)
-    posterior, frame = two_fits(dataset, ("added_mass {'node': 4}", "added_mass {'node': 3}"))
-    (advice,) = advise(posterior, frame, 1.0)
+    posterior, gauge = two_fits(dataset, ("added_mass {'node': 4}", "added_mass {'node': 3}"))
+    (advice,) = advise(posterior, gauge, 1.0)
     assert advice.kind == "added_mass"
     assert advice.sensor is not None
     assert advice.sensor.node in (3, 4)
@@ -79,8 +79,8 @@ def test_promise_is_kept_by_the_sensor() -> None:
     """With the advised sensor fitted, too, the costs of the two really part by about what was promised."""
     dataset = chain((X1,), AddedMass(4, 0.5), 100)
     keys = ("added_mass {'node': 4}", "added_mass {'node': 3}")
-    posterior, frame = two_fits(dataset, keys)
-    (advice,) = advise(posterior, frame, 1.0)
+    posterior, gauge = two_fits(dataset, keys)
+    (advice,) = advise(posterior, gauge, 1.0)
     assert advice.sensor is not None
     better, _ = two_fits(chain((X1, advice.sensor), AddedMass(4, 0.5), 100), keys)
     before = posterior.fits[1].cost - posterior.fits[0].cost
@@ -127,7 +127,7 @@ def test_added_sensors_are_as_noisy_as_the_present_ones_and_stand_where_somethin
     stiff = plant_of(replace(dataset, model=four_dof().with_effects(SupportSpring(4, "x", 1e9))))
     moving = replace(stiff, kept=3)  # without the mode of node 4 alone
     assert {sensor.node for sensor in possible_sensors(moving, ())} == {1, 2, 3}
-    frame = Frame((X1, replace(X1, name="v", quantity="velocity")), 10.0, np.array([0.02, 0.5]))
+    gauge = Gauge((X1, replace(X1, name="v", quantity="velocity")), 10.0, np.array([0.02, 0.5]))
     added = (replace(X1, node=2), replace(X1, node=3, quantity="acceleration"))
-    noise = noise_of(added, np.array([1e-6, 4.0]), frame, np.array([1.0, 25.0]))
+    noise = noise_of(added, np.array([1e-6, 4.0]), gauge, np.array([1.0, 25.0]))
     np.testing.assert_allclose(noise, [0.02, 0.02 * 4.0])

@@ -8,7 +8,7 @@ from fe_models.blind import blind_case
 from hybrid.diagnosis.fitting.fitting import fit
 from hybrid.diagnosis.nominal.plant import plant_of
 from hybrid.diagnosis.outcome.calibration import calibration_of, far_off
-from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import batches_of, columns_of, measured_columns
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 
@@ -30,9 +30,9 @@ def test_values_that_nothing_tells_keep_their_stated_standard_deviation() -> Non
 
 def test_value_that_is_far_off_is_told_with_its_place_and_side() -> None:
     columns = measured_columns(DATASET)
-    frame = Frame(tuple(DATASET.sensors[i] for i in columns), DATASET.sampling_rate, np.full(len(columns), 0.03))
+    gauge = Gauge(tuple(DATASET.sensors[i] for i in columns), DATASET.sampling_rate, np.full(len(columns), 0.03))
     hypothesis = Hypothesis(PLANT)
-    found = fit(hypothesis, hypothesis.centre, columns_of(batches_of(DATASET, "train"), columns), frame)
+    found = fit(hypothesis, hypothesis.centre, columns_of(batches_of(DATASET, "train"), columns), gauge)
     assert found is not None
     theta = np.zeros_like(found.theta)
     assert far_off(replace(found, theta=theta)) == []

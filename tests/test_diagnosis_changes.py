@@ -56,10 +56,10 @@ def test_a_support_that_gives_way_between_recordings_is_forecast_with_and_withou
     batches = tuple(
         replace(batch.take([number]), off=(0,) * number) for batch in setting.lengths.whole for number in (0, 1)
     )
-    item = fit(hypothesis, np.append(np.zeros(hypothesis.nuisances), soft.width), batches, setting.frame)
+    item = fit(hypothesis, np.append(np.zeros(hypothesis.nuisances), soft.width), batches, setting.gauge)
     assert item is not None
-    model = model_of(item, setting.frame)
+    model = model_of(item, setting.gauge)
     with_it, without_it = (without(model, off) for off in ((), (0,)))
     assert [len(part[2]) for part in (with_it, without_it)] == [part[0].states for part in (with_it, without_it)]
-    found = forecast(model, batches, setting.frame.sensors, setting.frame.positions, setting.frame)
+    found = forecast(model, batches, setting.gauge.sensors, setting.gauge.positions, setting.gauge)
     assert np.isfinite(found.nrmse).all()

@@ -9,19 +9,19 @@ from hybrid.diagnosis.fitting.crossvalidation import as_recordings, folds_of
 from hybrid.diagnosis.fitting.fitting import Fit, fit
 from hybrid.diagnosis.fitting.forecasting import Model
 from hybrid.diagnosis.nominal.plant import plant_of
-from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import batches_of, columns_of, measured_columns
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 
 CASE = blind_case(3, BlindConfig(train=6, test=0, duration=20.0)).dataset
 MEASURED = measured_columns(CASE)
-FRAME = Frame(tuple(CASE.sensors[i] for i in MEASURED), CASE.sampling_rate, np.full(4, 0.03))
+GAUGE = Gauge(tuple(CASE.sensors[i] for i in MEASURED), CASE.sampling_rate, np.full(4, 0.03))
 
 
 def test_every_recording_is_forecast_by_a_fit_to_the_others() -> None:
     batches = columns_of(batches_of(CASE, "train"), MEASURED)
     hypothesis = Hypothesis(plant_of(CASE))
-    whole = fit(hypothesis, hypothesis.centre, batches, FRAME)
+    whole = fit(hypothesis, hypothesis.centre, batches, GAUGE)
     assert whole is not None
     seen: list[list[str]] = []
 
@@ -29,9 +29,9 @@ def test_every_recording_is_forecast_by_a_fit_to_the_others() -> None:
         seen.append([name for batch in one.batches for name in batch.names])
         return Model(one.hypothesis, one.theta, np.ones(8))
 
-    folds = folds_of(CASE, MEASURED, FRAME)
+    folds = folds_of(CASE, MEASURED, GAUGE)
     assert folds is not None
-    found = folds.forecast(whole, model_of, FRAME)
+    found = folds.forecast(whole, model_of, GAUGE)
     names = {r.name for r in CASE.recordings}
     tested = [{name for batch in fold for name in batch.names} for fold in folds.tests]
     assert found.nrmse.shape == found.floor.shape == (6, 5)
@@ -41,7 +41,7 @@ def test_every_recording_is_forecast_by_a_fit_to_the_others() -> None:
 
 def test_test_recordings_make_folds_unnecessary() -> None:
     tested = replace(CASE, recordings=(*CASE.recordings[1:], replace(CASE.recordings[0], role="test")))
-    assert folds_of(tested, (0,), FRAME) is None
+    assert folds_of(tested, (0,), GAUGE) is None
     assert as_recordings(tested) == (tested, [])
 
 

@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 
 from fe_models.blind import BlindConfig, blind_case
-from hybrid.diagnosis.contest.discrepancy import energy_over, in_units_of, repeated, search_frame
+from hybrid.diagnosis.contest.discrepancy import energy_over, in_units_of, repeated, search_gauge
 from hybrid.diagnosis.contest.growing import lengths_of
 from hybrid.diagnosis.contest.pairs import short_fit
 from hybrid.diagnosis.fitting.fitting import fit
 from hybrid.diagnosis.nominal.plant import plant_of
-from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.noise import noise_of_recordings, structure_band
 from hybrid.diagnosis.recorded.records import batches_of, columns_of, measured_columns
 from hybrid.diagnosis.response.hypothesis import Hypothesis
@@ -26,20 +26,20 @@ def test_noise_repeats_nothing_and_a_tone_does() -> None:
     assert abs(repeated((tone,)) - expected) < 0.05 * expected
 
 
-def test_frame_stays_where_noise_counts_and_grows_where_the_model_is_far_off() -> None:
+def test_gauge_stays_where_noise_counts_and_grows_where_the_model_is_far_off() -> None:
     case = blind_case(5, BlindConfig(("stiffness_change",), size=1.0, train=3, test=1, duration=30.0))
     dataset = case.dataset
     plant, measured = plant_of(dataset), measured_columns(dataset)
     batches = columns_of(batches_of(dataset, "train"), measured)
     band = structure_band(plant, dataset.sampling_rate)
     sigma = noise_of_recordings(batches, dataset.sampling_rate, band)
-    frame = Frame(tuple(dataset.sensors[i] for i in measured), dataset.sampling_rate, sigma)
+    gauge = Gauge(tuple(dataset.sensors[i] for i in measured), dataset.sampling_rate, sigma)
     lengths = lengths_of(batches, Hypothesis(plant).states)
-    short = short_fit(plant, lengths, frame)
-    assert search_frame(plant, lengths, frame, short) == (frame, short)
-    cleaner = replace(frame, sigma=sigma / 1000)  # as if the sensors had hardly any noise, and the model were as wrong
+    short = short_fit(plant, lengths, gauge)
+    assert search_gauge(plant, lengths, gauge, short) == (gauge, short)
+    cleaner = replace(gauge, sigma=sigma / 1000)  # as if the sensors had hardly any noise, and the model were as wrong
     begun = short_fit(plant, lengths, cleaner)
-    searched, found = search_frame(plant, lengths, cleaner, begun)
+    searched, found = search_gauge(plant, lengths, cleaner, begun)
     assert np.all(searched.sigma > 100 * cleaner.sigma)
     # what is known of the springs counts again: they stay nearer to what their owner knows
     assert np.abs(found.theta / plant.spread).max() < 0.5 * np.abs(begun.theta / plant.spread).max()
@@ -53,12 +53,12 @@ def test_standard_deviations_in_units_of_the_recordings_noise_are_widened_back_b
     dataset = blind_case(2).dataset
     plant, measured = plant_of(dataset), measured_columns(dataset)
     batches = columns_of(batches_of(dataset, "train"), measured)
-    frame = Frame(tuple(dataset.sensors[i] for i in measured), dataset.sampling_rate, np.full(len(measured), 0.03))
-    searched = replace(frame, sigma=10 * frame.sigma)
+    gauge = Gauge(tuple(dataset.sensors[i] for i in measured), dataset.sampling_rate, np.full(len(measured), 0.03))
+    searched = replace(gauge, sigma=10 * gauge.sigma)
     hypothesis = Hypothesis(plant)
     found = fit(hypothesis, hypothesis.centre, batches, searched)
     assert found is not None
-    told = in_units_of(frame, found, searched)
-    assert np.isclose(energy_over(frame, searched), 100.0)
+    told = in_units_of(gauge, found, searched)
+    assert np.isclose(energy_over(gauge, searched), 100.0)
     np.testing.assert_allclose(100.0 * told.covariance, found.covariance)
     np.testing.assert_allclose(10.0 * told.state_errors[0], found.state_errors[0])

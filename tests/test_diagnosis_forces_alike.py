@@ -46,9 +46,9 @@ def pushed() -> Dataset:
 
 def test_harmonic_forces_at_all_nodes_that_promise_alike_are_fitted() -> None:
     setting = setting_of(pushed())
-    ground = ground_of(setting.nominal, setting.nominal.centre, setting.lengths, setting.frame, setting.short)
+    ground = ground_of(setting.nominal, setting.nominal.centre, setting.lengths, setting.gauge, setting.short)
     assert ground is not None
     forces = tuple(c for c in setting.candidates() if c.oscillator)
     assert len(forces) > NEIGHBOURS
-    found = contest(ground, forces, setting.lengths, setting.frame)
+    found = contest(ground, forces, setting.lengths, setting.gauge)
     assert {item.hypothesis.candidates[0].key for item in found} == {candidate.key for candidate in forces}

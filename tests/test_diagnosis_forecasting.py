@@ -14,7 +14,7 @@ from hybrid.diagnosis.causes.candidates import all_candidates
 from hybrid.diagnosis.causes.places import Motion
 from hybrid.diagnosis.fitting.forecasting import Model, forecast, initial_states, without
 from hybrid.diagnosis.nominal.plant import plant_of
-from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import batches_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.marching import respond
@@ -22,7 +22,7 @@ from hybrid.diagnosis.response.marching import respond
 NOISE = 0.03
 SENSORS = tuple(Sensor(f"x{node}", node, "x", "displacement", "m") for node in (1, 3, 4))
 MEASURED = tuple(range(len(SENSORS)))
-FRAME = Frame(SENSORS, 10.0, np.full(len(SENSORS), NOISE))
+GAUGE = Gauge(SENSORS, 10.0, np.full(len(SENSORS), NOISE))
 
 
 def chain(*effects: Effect, size: float = 1.0) -> Dataset:
@@ -65,8 +65,8 @@ def test_initial_states_under_a_law_are_as_probable_as_an_independent_optimiser_
     (batch,) = batches_of(dataset, "train")
     batch = batch.first(80)
     at = np.append(np.zeros(hypothesis.nuisances), theta)
-    states, cost = initial_states(hypothesis, at, np.full(hypothesis.states, size), batch, FRAME)
-    system = hypothesis.system(at[None], FRAME.sensors, FRAME.rate, FRAME.positions)
+    states, cost = initial_states(hypothesis, at, np.full(hypothesis.states, size), batch, GAUGE)
+    system = hypothesis.system(at[None], GAUGE.sensors, GAUGE.rate, GAUGE.positions)
     for own, reached, data in zip(states, cost, batch.data, strict=True):
 
         def rest(state: FloatArray, data: FloatArray = data) -> FloatArray:
@@ -84,7 +84,7 @@ def test_forecasts_of_a_linear_model_reach_the_floor_that_is_told() -> None:
     dataset = chain()
     hypothesis = with_causes(dataset)
     model = Model(hypothesis, np.zeros(hypothesis.nuisances), np.ones(hypothesis.states))
-    found = forecast(model, batches_of(dataset, "train"), SENSORS, MEASURED, FRAME)
+    found = forecast(model, batches_of(dataset, "train"), SENSORS, MEASURED, GAUGE)
     assert 0.8 < found.energy / found.floor_energy < 1.25  # 1440 values: a standard deviation of 0.04, states' besides
 
 
@@ -96,7 +96,7 @@ def test_floor_is_that_of_the_structure_whatever_the_model_has_more() -> None:
     for hypothesis in (plain, forced):
         theta = np.append(np.zeros(hypothesis.nuisances), [0.7] * len(hypothesis.candidates))
         model = Model(hypothesis, theta, np.ones(hypothesis.states))
-        floors.append(forecast(model, batches_of(dataset, "train"), SENSORS, MEASURED, FRAME).floor)
+        floors.append(forecast(model, batches_of(dataset, "train"), SENSORS, MEASURED, GAUGE).floor)
     np.testing.assert_allclose(floors[0], floors[1])
 
 

@@ -73,7 +73,7 @@ def bridge_setting() -> Setting:
 
 
 def test_a_geometrically_exact_bridge_leaves_noise_alone_and_is_forecast(bridge_setting: Setting) -> None:
-    setting, frame = bridge_setting, bridge_setting.frame
+    setting, frame = bridge_setting, bridge_setting.gauge
     hypothesis = replace(setting.nominal, plant=replace(setting.plant, geometry=setting.geometry))
     bent = fit_growing(hypothesis, hypothesis.centre, setting.lengths, frame, setting.short)
     assert bent is not None
@@ -96,9 +96,9 @@ def test_what_was_recorded_is_scored_not_what_was_fitted(bridge_setting: Setting
     setting = bridge_setting
     item = replace(setting.short, batches=setting.lengths.whole)
     (batch,) = columns_of(batches_of(setting.dataset, "train"), setting.measured)
-    model = model_of(item, setting.frame)
+    model = model_of(item, setting.gauge)
     found = [
-        forecast(model, (each,), setting.frame.sensors, setting.frame.positions, setting.frame).energy
+        forecast(model, (each,), setting.gauge.sensors, setting.gauge.positions, setting.gauge).energy
         for each in (batch, batch.less(0.1 * batch.data))
     ]
     assert found[0] == found[1]
@@ -109,9 +109,9 @@ def test_geometry_is_taken_away_where_the_recordings_show_it_and_nowhere_else() 
     for seed, rich in ((61000, True), (61000, False)):
         config = BlindConfig(structure="bridge", noise=0.01, train=2, test=1, duration=7.99, rich=rich)
         setting = setting_of(blind_case(seed, config).dataset)
-        begun = ground_of(setting.nominal, setting.nominal.centre, setting.lengths, setting.frame, setting.short)
+        begun = ground_of(setting.nominal, setting.nominal.centre, setting.lengths, setting.gauge, setting.short)
         assert begun is not None
-        ground, lengths = straighten(begun, begun.whole, setting.lengths, setting.frame, setting.geometry)
+        ground, lengths = straighten(begun, begun.whole, setting.lengths, setting.gauge, setting.geometry)
         assert (ground.hypothesis.plant.geometry is setting.geometry) == rich
         assert (lengths is setting.lengths) != rich
         # Noise as the recordings tell it is right to some 5 %.

@@ -16,7 +16,7 @@ from hybrid.diagnosis.causes.candidates import all_candidates
 from hybrid.diagnosis.causes.places import Motion
 from hybrid.diagnosis.fitting.linearisation import linearise_batch
 from hybrid.diagnosis.nominal.plant import Plant, plant_of
-from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import Batch
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.marching import respond
@@ -84,6 +84,6 @@ def test_slow_force_is_as_large_as_it_was_beside_the_displacements_of_high_modes
     states[0, -2:] = 0.8, -0.6  # N: 1 N moves what is felt a million times less than 1 m kg^0.5 of the highest mode
     data = respond(hypothesis.system(theta[None], FITTED, RATE, EVERY), states[None], samples)[0]
     batch = Batch(data, ("r",))
-    part = linearise_batch(hypothesis, theta, batch, Frame(FITTED, RATE, np.ones(len(FITTED))), None)
+    part = linearise_batch(hypothesis, theta, batch, Gauge(FITTED, RATE, np.ones(len(FITTED))), None)
     assert part is not None
     assert part.states[0, -2:] == pytest.approx(states[0, -2:], rel=1e-3)  # the ridge takes less of all that is felt

@@ -122,8 +122,8 @@ def test_late_and_scaled_sensors_show_the_load_late_and_scaled() -> None:
     dataset = chain_dataset(Recording("r", NOTHING, loads=(load_of(forces),)))
     (batch,) = batches_of(dataset, "train")
     a1 = np.eye(4)[[FITTED.index(SENSORS[1])]]
-    faulty = replace(nominal(dataset), delay=delay * a1, gain=1 + (gain - 1) * a1)
-    shown = respond(faulty, np.zeros((1, 1, 8)), SAMPLES, batch.loads)[0, 0] @ a1[0]
+    positions = replace(nominal(dataset), delay=delay * a1, gain=1 + (gain - 1) * a1)
+    shown = respond(positions, np.zeros((1, 1, 8)), SAMPLES, batch.loads)[0, 0] @ a1[0]
     # Two samples later the load had begun; a spline is off by 2e-5 of a force at 0.6 Hz, and by more at its ends.
     assert np.abs(shown - expected)[2:].max() < 2e-4 * np.abs(expected).max()
     assert np.abs(np.roll(shown, -1) - expected)[2:-1].max() > 0.05 * np.abs(expected).max()
@@ -236,7 +236,7 @@ def test_added_mass_under_a_fast_load_is_not_taken_for_noise() -> None:
     setting = setting_of(dataset)
     data = chain_motion(waves(40, 3, highest=4.9, count=40), np.zeros((2, 4)), AddedMass(3, 0.6))
     level = 0.03 * data.std(axis=0)[list(setting.measured)]
-    assert setting.frame.sigma == pytest.approx(level, rel=0.15)  # of 4 times 75 lines; their power is known to 8 %
+    assert setting.gauge.sigma == pytest.approx(level, rel=0.15)  # of 4 times 75 lines; their power is known to 8 %
     check_named(diagnose(dataset), "added_mass", {"node": 3}, 0.6)
 
 
@@ -249,7 +249,7 @@ def test_a_load_of_the_wrong_sign_fits_nothing() -> None:
             for r in dataset.recordings
         ]
         setting = setting_of(replace(dataset, recordings=tuple(turned)))
-        found = fit(setting.nominal, setting.nominal.centre, setting.lengths.whole, setting.frame)
+        found = fit(setting.nominal, setting.nominal.centre, setting.lengths.whole, setting.gauge)
         assert found is not None
         return found.chi2 / found.values
 
@@ -261,10 +261,10 @@ def test_a_free_recording_is_forecast_by_what_was_fitted_from_rest() -> None:
     loaded, free = recorded(6), recorded(7, free=5)
     recordings = (*loaded.select("train"), replace(free.recordings[0], name="free", role="test"))
     setting = setting_of(replace(loaded, recordings=recordings))
-    item = fit(setting.nominal, setting.nominal.centre, setting.lengths.whole, setting.frame)
+    item = fit(setting.nominal, setting.nominal.centre, setting.lengths.whole, setting.gauge)
     assert item is not None
     batches = batches_of(setting.dataset, "test")
-    found = forecast(model_of(item, setting.frame), batches, SENSORS, EVERY, setting.frame)
+    found = forecast(model_of(item, setting.gauge), batches, SENSORS, EVERY, setting.gauge)
     level = 0.03 * free.recordings[0].data[0].std(axis=0) / np.ptp(free.recordings[0].data[0], axis=0)
     assert found.nrmse[0, :4].mean() < 1.2 * level[:4].mean()  # 0.03 is of the motion without noise
 

@@ -31,7 +31,7 @@ def two_causes() -> tuple[BlindCase, Setting]:
 
 def fitted(setting: Setting, *candidates: Candidate) -> Fit:
     hypothesis = Hypothesis(setting.plant, candidates)
-    found = fit_growing(hypothesis, hypothesis.centre, setting.lengths, setting.frame, setting.short)
+    found = fit_growing(hypothesis, hypothesis.centre, setting.lengths, setting.gauge, setting.short)
     assert found is not None
     return found
 
@@ -43,7 +43,7 @@ def candidate(setting: Setting, key: str) -> Candidate:
 
 def named(setting: Setting, *fits: Fit) -> tuple[list[set[str]], list[str]]:
     candidates = setting.candidates()
-    evidence = Evidence(fits[0], posterior_of(fits, candidates), setting.frame, setting.frame, candidates)
+    evidence = Evidence(fits[0], posterior_of(fits, candidates), setting.gauge, setting.gauge, candidates)
     posterior, notes = material(evidence, Scorer.of(setting, evidence))
     return [{c.key for c in item.hypothesis.candidates} for item in posterior.fits], notes
 

@@ -34,7 +34,7 @@ from hybrid.diagnosis.learned.learning import learning_preset
 from hybrid.diagnosis.nominal.modal_plant import modal_plant
 from hybrid.diagnosis.nominal.plant import Plant, plant_of
 from hybrid.diagnosis.outcome.verdict import Verdict
-from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import batches_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.shown.show import modes_of
@@ -84,9 +84,9 @@ def both_plants(dataset: Dataset, modal: ModalModel) -> tuple[Plant, Plant]:
 
 def forecast_of(plant: Plant, dataset: Dataset, theta: FloatArray | None = None) -> FloatArray:
     hypothesis = Hypothesis(plant)
-    frame = Frame(dataset.sensors, dataset.sampling_rate, np.ones(len(dataset.sensors)))
+    gauge = Gauge(dataset.sensors, dataset.sampling_rate, np.ones(len(dataset.sensors)))
     model = Model(hypothesis, hypothesis.centre if theta is None else theta, np.full(hypothesis.states, FREE))
-    return predicted(model, batches_of(dataset, "train")[0], frame.sensors, frame.positions, frame)
+    return predicted(model, batches_of(dataset, "train")[0], gauge.sensors, gauge.positions, gauge)
 
 
 def noise(model: Structure, rate: float, sensors: tuple[Sensor, ...], lowpass: float | None = None) -> Dataset:
@@ -215,8 +215,8 @@ def test_wrong_modal_model_and_hidden_stiffness_are_both_found() -> None:
 
 def test_weak_cause_is_not_named_beside_a_wrong_modal_model() -> None:
     case = recorded(CHAIN)
-    faulty = SensorGain("a1", 1.029)  # tells in 1500 samples, but noise is 3 %
-    parts = tuple(replace(r, data=faulty.apply(r.data, [s.name for s in SENSORS], RATE)) for r in case.recordings)
+    positions = SensorGain("a1", 1.029)  # tells in 1500 samples, but noise is 3 %
+    parts = tuple(replace(r, data=positions.apply(r.data, [s.name for s in SENSORS], RATE)) for r in case.recordings)
     found = diagnose(given(replace(case, recordings=parts), contaminated(0.03)))
     assert [finding.cause.kind for finding in found.findings] == ["modal_model"]
     assert any(note.startswith("significant, but too weak") and "a1 shows" in note for note in found.notes)

@@ -16,7 +16,7 @@ LOST = StiffnessChange((2,), 0.1)
 def test_what_is_large_begins_beside_a_law_as_it_ended_alone() -> None:
     """No scan serves beside a law, and the score test of a storey all but lost leads elsewhere."""
     setting = setting_of(recorded(masts(middle=3.0), SPRING, LOST))
-    candidates, lengths, frame = setting.candidates(), setting.lengths, setting.frame
+    candidates, lengths, frame = setting.candidates(), setting.lengths, setting.gauge
     first, second = (
         next(c for c in candidates if (c.kind, c.location) == (kind, place))
         for kind, place in ((SPRING.kind, {"node": 3, "direction": "x"}), (LOST.kind, {"element": 2}))

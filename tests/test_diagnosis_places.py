@@ -24,7 +24,7 @@ from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.fitting.fitting import Fit, fit
 from hybrid.diagnosis.nominal.plant import plant_of
 from hybrid.diagnosis.outcome.verdict import Verdict
-from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import Batch
 from hybrid.diagnosis.screening.force_screening import screen_forces
 from tests.masts import RATE, SENSORS, TUBE, masts, recorded
@@ -55,9 +55,9 @@ def test_harmonic_forces_turn_once_in_a_recording_at_least() -> None:
     forces = tuple(c for c in setting.candidates() if c.oscillator)
     slowest = 10.0 / setting.lengths.whole[0].samples  # Hz
     assert [c.lower for c in forces] == [(slowest,)] * 4
-    base = fit(setting.nominal, setting.nominal.centre, setting.lengths.whole, setting.frame)
+    base = fit(setting.nominal, setting.nominal.centre, setting.lengths.whole, setting.gauge)
     assert base is not None
-    assert min(trial.start[0] for trial in screen_forces(base, forces, setting.frame)) >= slowest
+    assert min(trial.start[0] for trial in screen_forces(base, forces, setting.gauge)) >= slowest
 
 
 def test_nodes_of_parts_side_by_side_are_pairs() -> None:
@@ -100,15 +100,15 @@ def test_masts_that_knock_or_rub_are_told(effect: GapStop | CoulombFriction) -> 
 def test_the_node_next_to_the_one_found_is_fitted_and_goes_on_to_the_right_one() -> None:
     setting = setting_of(recorded(masts(middle=3.0), CubicSpring((3,), "x", STIFF)))
     candidates = setting.candidates()
-    base = fitted(setting.short, setting.lengths.whole, setting.frame)
+    base = fitted(setting.short, setting.lengths.whole, setting.gauge)
     here, right = (
         next(c for c in candidates if c.kind == "cubic_spring" and c.location == {"node": node, "direction": "x"})
         for node in (2, 3)
     )
     hypothesis = setting.nominal.adding(here)
-    best = fit(hypothesis, np.append(base.theta, 0.1 * here.width[0]), base.batches, setting.frame, base.states)
+    best = fit(hypothesis, np.append(base.theta, 0.1 * here.width[0]), base.batches, setting.gauge, base.states)
     assert best is not None
-    found = fits_beside(best, base, candidates, setting.frame, lambda: None, ())
+    found = fits_beside(best, base, candidates, setting.gauge, lambda: None, ())
     assert [item.hypothesis.candidates[0].key for item in found] == [right.key]
     assert found[0].log_evidence > best.log_evidence + 100
     assert found[0].theta[-1] == pytest.approx(STIFF, rel=0.1)  # the contract's bound
@@ -117,27 +117,27 @@ def test_the_node_next_to_the_one_found_is_fitted_and_goes_on_to_the_right_one()
 def test_the_places_next_to_what_explains_little_are_not_fitted(monkeypatch: pytest.MonkeyPatch) -> None:
     setting = setting_of(recorded(masts(middle=3.0), CubicSpring((3,), "x", STIFF)))
     candidates = setting.candidates()
-    base = fitted(setting.short, setting.lengths.whole, setting.frame)
+    base = fitted(setting.short, setting.lengths.whole, setting.gauge)
     (damper,) = (c for c in candidates if c.kind == "point_damper" and c.location == {"node": 2, "direction": "x"})
-    guess = fit(setting.nominal.adding(damper), np.append(base.theta, 0.0), base.batches, setting.frame)
+    guess = fit(setting.nominal.adding(damper), np.append(base.theta, 0.0), base.batches, setting.gauge)
     assert guess is not None
-    assert fits_beside(guess, base, candidates, setting.frame, lambda: None, ()) == []
+    assert fits_beside(guess, base, candidates, setting.gauge, lambda: None, ()) == []
     monkeypatch.setattr(neighbours, "LITTLE", 1.0)
-    assert fits_beside(guess, base, candidates, setting.frame, lambda: None, ())
+    assert fits_beside(guess, base, candidates, setting.gauge, lambda: None, ())
 
 
-def fitted(short: Fit, batches: tuple[Batch, ...], frame: Frame) -> Fit:
+def fitted(short: Fit, batches: tuple[Batch, ...], gauge: Gauge) -> Fit:
     """The nominal fit of whole recordings."""
-    found = fit(short.hypothesis, short.theta, batches, frame)
+    found = fit(short.hypothesis, short.theta, batches, gauge)
     assert found is not None
     return found
 
 
 def test_frame_that_forecasts_well_is_searched_further_where_it_leaves_half_as_much_again_as_noise() -> None:
     setting = setting_of(recorded(masts()))
-    ground = ground_of(setting.nominal, setting.nominal.centre, setting.lengths, setting.frame)
+    ground = ground_of(setting.nominal, setting.nominal.centre, setting.lengths, setting.gauge)
     assert ground is not None
-    search = Search(ground, setting.lengths, (), setting.frame, setting.frame, setting.band, str)
+    search = Search(ground, setting.lengths, (), setting.gauge, setting.gauge, setting.band, str)
     base = ground.whole
     more = tuple(1.4 * part for part in base.residuals)  # twice the energy
     assert search.is_ample(base)
@@ -149,7 +149,7 @@ def test_second_cause_of_a_frame_is_looked_for_where_the_first_leaves_little_mor
     rest: float, asks: bool
 ) -> None:
     setting = setting_of(recorded(masts()))
-    ground = ground_of(setting.nominal, setting.nominal.centre, setting.lengths, setting.frame)
+    ground = ground_of(setting.nominal, setting.nominal.centre, setting.lengths, setting.gauge)
     assert ground is not None
     base = ground.whole
     loud = tuple(part + 10 * np.sin(0.3 * np.arange(part.shape[1]))[:, None] for part in base.residuals)  # 5 Hz
@@ -157,7 +157,7 @@ def test_second_cause_of_a_frame_is_looked_for_where_the_first_leaves_little_mor
     first = replace(base, hypothesis=single, residuals=loud, cost=base.cost - base.misfit + rest * 1e6)
     wrong = replace(base, cost=base.cost - base.misfit + 1e6)
     assert first.misfit == pytest.approx(rest * wrong.misfit)
-    assert asks_for_more(first, wrong, setting.frame, setting.band) is asks
+    assert asks_for_more(first, wrong, setting.gauge, setting.band) is asks
 
 
 @pytest.mark.parametrize(("better", "asks"), [("in some recordings", True), ("in all recordings", False)])
@@ -168,9 +168,9 @@ def test_change_of_a_frame_is_looked_for_beside_a_cause_unless_one_in_all_record
     monkeypatch.setattr(Search, "is_enough", lambda *_: False)
     monkeypatch.setattr(stages, "is_hopeless", lambda *_: False)
     setting = setting_of(recorded(masts()))
-    ground = ground_of(setting.nominal, setting.nominal.centre, setting.lengths, setting.frame)
+    ground = ground_of(setting.nominal, setting.nominal.centre, setting.lengths, setting.gauge)
     assert ground is not None
-    search = Search(ground, setting.lengths, setting.candidates(), setting.frame, setting.frame, setting.band, str)
+    search = Search(ground, setting.lengths, setting.candidates(), setting.gauge, setting.gauge, setting.band, str)
     base = ground.whole
     (batch,) = base.batches
     before, after = (batch.take([i for i in range(len(batch.names)) if (i > 0) is late]) for late in (False, True))
@@ -195,17 +195,17 @@ def test_short_segments_begin_where_the_motion_of_whole_recordings_passes() -> N
     setting = setting_of(recorded(masts(middle=3.0), CubicSpring((3,), "x", 4 * STIFF)))
     place = {"node": 3, "direction": "x"}
     (spring,) = (c for c in setting.candidates() if c.kind == "cubic_spring" and c.location == place)
-    hypothesis, frame, segments = setting.nominal.adding(spring), setting.frame, setting.lengths.cut[0]
+    hypothesis, gauge, segments = setting.nominal.adding(spring), setting.gauge, setting.lengths.cut[0]
     theta = np.append(setting.nominal.centre, 4 * STIFF)
-    whole = fit_growing(hypothesis, theta, setting.lengths, frame, setting.short)
+    whole = fit_growing(hypothesis, theta, setting.lengths, gauge, setting.short)
     assert whole is not None
-    own = fit(hypothesis, whole.theta, segments, frame, passed_by(whole, segments, frame))
+    own = fit(hypothesis, whole.theta, segments, gauge, passed_by(whole, segments, gauge))
     assert own is not None
-    off = (passed_by(whole, segments, frame)[0] - own.states[0]) / own.state_errors[0]
+    off = (passed_by(whole, segments, gauge)[0] - own.states[0]) / own.state_errors[0]
     assert np.sqrt(np.mean(off**2)) < 1.5  # of what noise alone makes of the states of a segment
 
     astray = tuple(-3 * states for states in own.states)
-    stuck, found = fit(hypothesis, whole.theta, segments, frame, astray), shortened(whole, segments, frame, astray)
+    stuck, found = fit(hypothesis, whole.theta, segments, gauge, astray), shortened(whole, segments, gauge, astray)
     assert stuck is not None
     assert found is not None
     assert stuck.cost > 10 * own.cost

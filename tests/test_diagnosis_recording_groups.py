@@ -13,7 +13,7 @@ from hybrid.diagnosis.causes.places import Motion
 from hybrid.diagnosis.contest.recording_groups import BY_CHANCE, Asked, asked_for, clear_share
 from hybrid.diagnosis.fitting.fitting import fit
 from hybrid.diagnosis.nominal.plant import plant_of
-from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import batches_of, columns_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 
@@ -49,11 +49,11 @@ def gap_stop() -> tuple[Dataset, Candidate]:
 def test_a_stop_that_most_recordings_do_not_touch_tells_no_groups() -> None:
     dataset, stop = gap_stop()
     batches = columns_of(batches_of(dataset, "train"), MEASURED)
-    frame = Frame(SENSORS[:4], 10.0, np.full(4, NOISE))
+    gauge = Gauge(SENSORS[:4], 10.0, np.full(4, NOISE))
     nominal = Hypothesis(plant_of(dataset))
-    base = fit(nominal, nominal.centre, batches, frame)
+    base = fit(nominal, nominal.centre, batches, gauge)
     assert base is not None
-    assert asked_for(base, (stop,), frame) == ()
+    assert asked_for(base, (stop,), gauge) == ()
 
 
 def test_groups_are_split_for_the_least_variance() -> None:

@@ -27,7 +27,7 @@ from hybrid.diagnosis.contest.search import contest
 from hybrid.diagnosis.fitting.fitting import Fit, fit
 from hybrid.diagnosis.fitting.forecasting import DEVIATION
 from hybrid.diagnosis.nominal.plant import Plant, plant_of
-from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import Batch
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.marching import respond
@@ -59,7 +59,7 @@ def linear_candidates() -> tuple[Candidate, ...]:
     return tuple(c for c in found if c.changes is not None or c.mode is not None or c.sensor is not None)
 
 
-def recorded(effect: Effect, moving: int = MOVING) -> tuple[Fit, Frame]:
+def recorded(effect: Effect, moving: int = MOVING) -> tuple[Fit, Gauge]:
     """Return the nominal fit to three short recordings of the bridge with an effect, from its own modes, with noise."""
     rng = np.random.default_rng(3)
     modal = natural_modes(linearise(bridge().with_effects(effect)), moving)
@@ -68,11 +68,11 @@ def recorded(effect: Effect, moving: int = MOVING) -> tuple[Fit, Frame]:
     data = np.stack([motion.channel(s.node, s.direction, s.quantity) for s in FITTED], axis=-1)
     sigma = NOISE * data.std(axis=(0, 1))
     batch = Batch(data + sigma * rng.standard_normal(data.shape), ("a", "b", "c"))
-    frame = Frame(FITTED, RATE, sigma)
+    gauge = Gauge(FITTED, RATE, sigma)
     nominal = Hypothesis(bridge_plant())
-    found = fit(nominal, nominal.centre, (batch,), frame)
+    found = fit(nominal, nominal.centre, (batch,), gauge)
     assert found is not None
-    return found, frame
+    return found, gauge
 
 
 @pytest.mark.parametrize(
@@ -85,10 +85,10 @@ def recorded(effect: Effect, moving: int = MOVING) -> tuple[Fit, Frame]:
     ids=lambda item: getattr(item, "kind", ""),
 )
 def test_a_large_effect_ranks_first_at_about_its_size(effect: Effect, value: float) -> None:
-    found, frame = recorded(effect)
+    found, gauge = recorded(effect)
     assert found.chi2 > 1.5 * found.values  # the uncertain factors do not make up for it
     kinds = {"stiffness_change", "support_spring", "sensor_gain"}
-    best = scan(found, tuple(c for c in linear_candidates() if c.kind in kinds), frame)[0]
+    best = scan(found, tuple(c for c in linear_candidates() if c.kind in kinds), gauge)[0]
     assert (best.candidate.kind, best.candidate.location) == (effect.kind, effect.location)
     assert 0.4 < best.start[0] / value < 2.5  # the sizes tried are that far apart
 
@@ -103,8 +103,8 @@ def test_a_large_effect_ranks_first_at_about_its_size(effect: Effect, value: flo
     ids=lambda item: getattr(item, "kind", ""),
 )
 def test_the_score_test_finds_what_is_weak(effect: Effect, value: float, tolerance: float) -> None:
-    found, frame = recorded(effect)
-    best = screen(found, linear_candidates(), frame)[0]
+    found, gauge = recorded(effect)
+    best = screen(found, linear_candidates(), gauge)[0]
     assert (best.candidate.kind, best.candidate.location) == (effect.kind, effect.location)
     assert best.start[0] == pytest.approx(value, rel=tolerance)  # of first order only, and with noise
 
@@ -167,10 +167,10 @@ def test_one_defective_variant_does_not_spoil_the_others() -> None:
 
 
 def test_large_loss_is_found_though_the_score_test_is_far_off() -> None:
-    base, frame = recorded(StiffnessChange((9,), 0.33))
-    lost = next(t for t in screen(base, linear_candidates(), frame) if t.candidate.location == {"element": 9})
+    base, gauge = recorded(StiffnessChange((9,), 0.33))
+    lost = next(t for t in screen(base, linear_candidates(), gauge) if t.candidate.location == {"element": 9})
     assert abs(lost.start[0] - 0.33) > 0.2  # to first order
-    best, second = contest(Ground(base, base), linear_candidates(), Lengths((base.batches,)), frame)[:2]
+    best, second = contest(Ground(base, base), linear_candidates(), Lengths((base.batches,)), gauge)[:2]
     assert best.hypothesis.candidates[-1].key == "stiffness_change {'element': 9}"
     assert best.theta[-1] == pytest.approx(0.33, rel=0.01)  # noise of 1 % in 2100 values, ten frequencies
     assert best.log_evidence > second.log_evidence + 1000
@@ -178,30 +178,30 @@ def test_large_loss_is_found_though_the_score_test_is_far_off() -> None:
 
 @pytest.mark.parametrize(("node", "stiffness"), [(29, 4000.0), (26, 685.0)])  # N/m: the deck itself has 2 and 7 kN/m
 def test_a_support_that_gives_way_far_is_found(node: int, stiffness: float) -> None:
-    base, frame = recorded(SupportSpring(node, "y", stiffness))
-    best, second = contest(Ground(base, base), linear_candidates(), Lengths((base.batches,)), frame, kept=4)[:2]
+    base, gauge = recorded(SupportSpring(node, "y", stiffness))
+    best, second = contest(Ground(base, base), linear_candidates(), Lengths((base.batches,)), gauge, kept=4)[:2]
     assert best.hypothesis.candidates[-1].key == f"support_spring {{'node': {node}, 'direction': 'y'}}"
     assert 1 / best.theta[-1] == pytest.approx(stiffness, rel=0.03)  # noise of 1 % in 2100 values, ten frequencies
     assert best.log_evidence > second.log_evidence + 1000
 
 
 def test_an_element_that_is_all_but_lost_is_begun_as_such_where_much_is_wrong() -> None:
-    found, frame = recorded(StiffnessChange((9,), 0.05))
-    trials = unseen(found, linear_candidates(), frame)
+    found, gauge = recorded(StiffnessChange((9,), 0.05))
+    trials = unseen(found, linear_candidates(), gauge)
     lost = [trial for trial in trials if trial.candidate.released is None]
     elements = sorted(trial.candidate.location["element"] for trial in lost)
     assert elements == list(range(1, len(bridge().elements) + 1))
     assert all(trial.is_drawn and trial.start[0] in LEFT for trial in lost)
     assert (trials[0].candidate.location, trials[0].start) == ({"element": 9}, (0.05,))
-    assert unseen(*recorded(AddedMass(12, 1e-4))[:1], linear_candidates(), frame) == []  # little is left
+    assert unseen(*recorded(AddedMass(12, 1e-4))[:1], linear_candidates(), gauge) == []  # little is left
 
 
 def test_supports_that_give_way_and_time_steps_are_begun_where_calibrated_factors_are_far_off() -> None:
     """The steps also where they promise nothing: here the simulation has none that could make an error."""
-    base, frame = recorded(AddedMass(12, 1e-4))
+    base, gauge = recorded(AddedMass(12, 1e-4))
     astray = replace(base, theta=base.theta + 3 * base.hypothesis.width * (np.arange(len(base.theta)) == 0))
     steps = Candidate(TimeIntegration.kind, {}, (), partial(TimeIntegration, 0.01), (), (), ())
-    trials = {trial.candidate.key: trial for trial in unseen(astray, (*linear_candidates(), steps), frame)}
+    trials = {trial.candidate.key: trial for trial in unseen(astray, (*linear_candidates(), steps), gauge)}
     begun = trials.pop(steps.key)
     assert begun.is_drawn and begun.gain == 0
     places = [trial.candidate.location for trial in trials.values()]
@@ -217,15 +217,15 @@ def test_a_lost_element_brings_the_mode_that_comes_down_into_the_band() -> None:
         natural_modes(linearise(s), MOVING + 1).frequencies for s in (bridge().with_effects(effect), bridge())
     )
     assert there[-1] < 30 < drawn[-1]  # Hz, of the low-pass
-    base, frame = recorded(effect, moving=MOVING + 1)
-    trials = {trial.candidate.location.get("element"): trial for trial in unseen(base, linear_candidates(), frame)}
+    base, gauge = recorded(effect, moving=MOVING + 1)
+    trials = {trial.candidate.location.get("element"): trial for trial in unseen(base, linear_candidates(), gauge)}
     assert (trials[3].start, trials[3].candidate.brings) == ((0.05,), 1)
     assert trials[60].candidate.brings == 0  # a cable has no part in a mode that close
     begun = {more: replace(trials[3].candidate, brings=more) for more in (0, 1)}
     left = {}
     for more, candidate in begun.items():
         hypothesis = Hypothesis(bridge_plant(), (candidate,))
-        found = fit(hypothesis, np.append(np.zeros(hypothesis.nuisances), 0.05), base.batches, frame)
+        found = fit(hypothesis, np.append(np.zeros(hypothesis.nuisances), 0.05), base.batches, gauge)
         assert found is not None
         left[more] = found.chi2 / found.values
     assert left[1] < 1.05  # nothing but noise, whose mean square of 2100 values is known to 0.03
@@ -234,12 +234,12 @@ def test_a_lost_element_brings_the_mode_that_comes_down_into_the_band() -> None:
 
 def test_a_cause_that_a_calibrated_factor_hides_takes_its_place() -> None:
     """Damping four times as large leaves nothing, the calibration fourteen of its deviations off."""
-    base, frame = recorded(ModalDamping((3,), 4 * float(bridge_plant().own_ratios[2])))
+    base, gauge = recorded(ModalDamping((3,), 4 * float(bridge_plant().own_ratios[2])))
     first = absorbed(base, linear_candidates())[0]
     assert first.candidate.key == "modal_damping {'modes': [3]}"
     assert first.start[0] == pytest.approx(4 * bridge_plant().own_ratios[2], rel=0.05)  # noise of 1 % for a second
-    tested = next(t for t in screen(base, linear_candidates(), frame) if t.candidate.key == first.candidate.key)
+    tested = next(t for t in screen(base, linear_candidates(), gauge) if t.candidate.key == first.candidate.key)
     assert tested.gain < 0.2 * first.gain  # to first order the factor does the same, and hides it
-    best = contest(Ground(base, base), linear_candidates(), Lengths((base.batches,)), frame, kept=4)[0]
+    best = contest(Ground(base, base), linear_candidates(), Lengths((base.batches,)), gauge, kept=4)[0]
     assert best.hypothesis.candidates[-1].key == first.candidate.key
     assert np.abs(best.theta[: base.hypothesis.nuisances] / base.hypothesis.width).max() < DEVIATION

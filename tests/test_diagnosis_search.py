@@ -31,7 +31,7 @@ from hybrid.diagnosis.fitting.wave import wave
 from hybrid.diagnosis.judging import judge
 from hybrid.diagnosis.nominal.loads import Loads
 from hybrid.diagnosis.nominal.plant import plant_of
-from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.noise import noise_of_recordings, structure_band
 from hybrid.diagnosis.recorded.records import Batch, batches_of, columns_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
@@ -49,15 +49,15 @@ def candidate(dataset: Dataset, kind: str, **where: object) -> Candidate:
     return next(c for c in found if c.kind == kind and where.items() <= c.location.items())
 
 
-def frame_of(dataset: Dataset) -> tuple[tuple[Batch, ...], Frame]:
+def gauge_of(dataset: Dataset) -> tuple[tuple[Batch, ...], Gauge]:
     batches = columns_of(batches_of(dataset, "train"), MEASURED)
     sigma = noise_of_recordings(batches, RATE, structure_band(plant_of(dataset), RATE))
-    return batches, Frame(tuple(dataset.sensors[i] for i in MEASURED), RATE, sigma)
+    return batches, Gauge(tuple(dataset.sensors[i] for i in MEASURED), RATE, sigma)
 
 
-def nominal_fit(dataset: Dataset, batches: tuple[Batch, ...], frame: Frame) -> Fit:
+def nominal_fit(dataset: Dataset, batches: tuple[Batch, ...], gauge: Gauge) -> Fit:
     hypothesis = Hypothesis(plant_of(dataset))
-    found = fit(hypothesis, hypothesis.centre, batches, frame)
+    found = fit(hypothesis, hypothesis.centre, batches, gauge)
     assert found is not None
     return found
 
@@ -66,9 +66,9 @@ def test_harmonic_force_has_its_amplitude_where_it_acts() -> None:
     case = blind_case(7, BlindConfig(("harmonic_force",), size=0.6, train=6, test=1, duration=30.0, changed=2))
     (cause,) = case.truth
     assert isinstance(cause, HarmonicForce)
-    batches, frame = frame_of(case.dataset)
+    batches, gauge = gauge_of(case.dataset)
     hypothesis = Hypothesis(plant_of(case.dataset), (candidate(case.dataset, "harmonic_force", node=cause.node),))
-    found = fit(hypothesis, np.append(np.zeros(hypothesis.nuisances), cause.frequency + 0.003), batches, frame)
+    found = fit(hypothesis, np.append(np.zeros(hypothesis.nuisances), cause.frequency + 0.003), batches, gauge)
     assert found is not None
     seen = wave(found, 0)
     assert list(seen.acting) == [False, False, True, True, True, True]
@@ -81,13 +81,13 @@ def test_harmonic_force_that_is_told_from_none_by_nothing_it_does_is_no_hypothes
     case = blind_case(7, BlindConfig(("harmonic_force",), size=0.6, train=3, test=1, duration=30.0))
     (cause,) = case.truth
     assert isinstance(cause, HarmonicForce)
-    batches, frame = frame_of(case.dataset)
-    base = nominal_fit(case.dataset, batches, frame)
+    batches, gauge = gauge_of(case.dataset)
+    base = nominal_fit(case.dataset, batches, gauge)
     place, other = (candidate(case.dataset, "harmonic_force", node=cause.node + i) for i in (0, 1))
-    right = fit(base.hypothesis.adding(place), np.append(base.theta, cause.frequency), batches, frame)
+    right = fit(base.hypothesis.adding(place), np.append(base.theta, cause.frequency), batches, gauge)
     assert right is not None
     more = right.hypothesis.adding(other)
-    both = fit(more, np.append(right.theta, 0.02), batches, frame, padded(right.states, more))  # Hz, below all modes
+    both = fit(more, np.append(right.theta, 0.02), batches, gauge, padded(right.states, more))  # Hz, below all modes
     assert both is not None
     assert [wave(both, number).is_told for number in (0, 1)] == [True, False]
     better = replace(both, cost=right.cost - 1000.0)  # as where it pushes a law to and fro
@@ -100,12 +100,12 @@ def test_slopes_behind_a_low_pass_need_no_finer_motion(kind: str, monkeypatch: p
     case = blind_case(2, BlindConfig((kind,), size=1.0, train=2, test=1, duration=30.0))
     (cause,) = case.truth
     dataset = replace(case.dataset, lowpass=3.0)  # Hz, of 5 that are sampled
-    batches, frame = frame_of(dataset)
-    base = nominal_fit(dataset, batches, frame)
+    batches, gauge = gauge_of(dataset)
+    base = nominal_fit(dataset, batches, gauge)
     law = candidate(dataset, kind, **cause.location)
     extended = base.hypothesis.adding(law)
     theta = np.append(base.theta, [cause.parameters[name] for name in law.names])
-    near = extended, theta, batches[0], frame, padded(base.states, extended)[0]
+    near = extended, theta, batches[0], gauge, padded(base.states, extended)[0]
     usual = linearise_batch(*near)
 
     def finely(system: System, start: FloatArray, samples: int, loads: Loads | None = None, **_: int) -> FloatArray:
@@ -122,14 +122,14 @@ def test_slopes_behind_a_low_pass_need_no_finer_motion(kind: str, monkeypatch: p
 def test_first_steps_of_a_law_go_on_while_they_fall(monkeypatch: pytest.MonkeyPatch) -> None:
     case = blind_case(2, BlindConfig(("slack_cable",), size=1.0, train=3, test=1, duration=30.0))
     (cause,) = case.truth
-    batches, frame = frame_of(case.dataset)
-    base = nominal_fit(case.dataset, batches, frame)
+    batches, gauge = gauge_of(case.dataset)
+    base = nominal_fit(case.dataset, batches, gauge)
     law = candidate(case.dataset, "slack_cable", **cause.location)
     short = lengths_of(batches, base.hypothesis.states).cut[0]
-    without = fit(base.hypothesis, base.theta, short, frame)
+    without = fit(base.hypothesis, base.theta, short, gauge)
     assert without is not None
     extended = base.hypothesis.adding(law)
-    start = extended, np.append(base.theta, law.first_starts[0]), short, frame, padded(without.states, extended)
+    start = extended, np.append(base.theta, law.first_starts[0]), short, gauge, padded(without.states, extended)
     noise = sum(batch.data.size for batch in short)
     led = first_steps(*start)
     monkeypatch.setattr(fitting, "STEEP", 1.0)  # two steps and no more
@@ -145,14 +145,14 @@ def test_first_steps_beside_a_law_go_on_only_where_they_may_lead_low(seed: int, 
     kinds = ("cubic_spring", "stiffness_change")
     case = blind_case(seed, BlindConfig(kinds, size=0.8, train=3, test=1, duration=30.0))
     law, change = (candidate(case.dataset, cause.kind, **cause.location) for cause in case.truth)
-    batches, frame = frame_of(case.dataset)
-    base = nominal_fit(case.dataset, batches, frame)
+    batches, gauge = gauge_of(case.dataset)
+    base = nominal_fit(case.dataset, batches, gauge)
     short = lengths_of(batches, base.hypothesis.states).cut[0]
-    without = fit(base.hypothesis, base.theta, short, frame)
+    without = fit(base.hypothesis, base.theta, short, gauge)
     assert without is not None
     both = base.hypothesis.adding(law).adding(change)
     far = np.concatenate([base.theta, list(case.truth[0].parameters.values()), [4.0]])  # four times as stiff
-    start = both, far, short, frame, padded(without.states, both)
+    start = both, far, short, gauge, padded(without.states, both)
     led, ended = first_steps(*start), first_steps(*start, bound=without.cost)
     assert led is not None
     assert ended is not None
@@ -163,11 +163,11 @@ def test_first_steps_beside_a_law_go_on_only_where_they_may_lead_low(seed: int, 
 def test_drift_goes_on_from_segment_to_segment() -> None:
     case = blind_case(5, BlindConfig(("sensor_drift",), size=0.8, train=3, test=1, duration=30.0))
     (cause,) = case.truth
-    batches, frame = frame_of(case.dataset)
+    batches, gauge = gauge_of(case.dataset)
     hypothesis = Hypothesis(plant_of(case.dataset), (candidate(case.dataset, "sensor_drift", **cause.location),))
     short = lengths_of(batches, hypothesis.states).cut[0]
     assert short[0].pieces > 1
-    found = fit(hypothesis, hypothesis.centre, short, frame)
+    found = fit(hypothesis, hypothesis.centre, short, gauge)
     assert found is not None
     slope, std = found.theta[-1], np.sqrt(found.covariance[-1, -1])
     assert slope == pytest.approx(cause.parameters["slope"], abs=4 * std)
@@ -178,14 +178,14 @@ def test_force_law_that_comes_is_found_in_its_recordings() -> None:
     case = blind_case(12, BlindConfig(("cubic_spring",), size=0.8, train=6, test=1, duration=25.0, changed=3))
     (cause,) = case.truth
     assert isinstance(cause, CubicSpring)
-    batches, frame = frame_of(case.dataset)
-    base = nominal_fit(case.dataset, batches, frame)
+    batches, gauge = gauge_of(case.dataset)
+    base = nominal_fit(case.dataset, batches, gauge)
     lengths = lengths_of(batches, base.hypothesis.states)
-    short = nominal_fit(case.dataset, lengths.cut[0], frame)
+    short = nominal_fit(case.dataset, lengths.cut[0], gauge)
     right = candidate(case.dataset, "cubic_spring", **cause.location)
     wrong = candidate(case.dataset, "added_mass", node=2)
-    asked = asked_for(short, (right, wrong), frame)
-    best = max(fit_switched(short, base, asked, lengths, frame), key=lambda item: item.log_evidence)
+    asked = asked_for(short, (right, wrong), gauge)
+    best = max(fit_switched(short, base, asked, lengths, gauge), key=lambda item: item.log_evidence)
     assert best.hypothesis.candidates[-1].key == right.key
     assert acting_recordings(best, 0) == case.recordings[:3]
     assert best.theta[-1] == pytest.approx(cause.stiffness, rel=0.1)
@@ -194,17 +194,17 @@ def test_force_law_that_comes_is_found_in_its_recordings() -> None:
 def test_nothing_comes_where_recordings_hardly_ask_for_amounts_of_their_own() -> None:
     """A stiffness that drifts in each of them: sorting the recordings by force laws would take longest."""
     setting = setting_of(blind_case(75501, BlindConfig(("drifting_stiffness",), off=True)).dataset)
-    nominal, frame, lengths = setting.nominal, setting.searched, setting.lengths
-    ground = ground_of(nominal, nominal.centre, lengths, frame, setting.short)
+    nominal, gauge, lengths = setting.nominal, setting.searched, setting.lengths
+    ground = ground_of(nominal, nominal.centre, lengths, gauge, setting.short)
     assert ground is not None
-    asked = asked_for(ground.short, setting.candidates(), frame)
+    asked = asked_for(ground.short, setting.candidates(), gauge)
     assert max(item.gain for item in asked) < 0.2 * ground.short.misfit  # measured: 0.15; of what comes, 0.25 to 1
-    assert fit_switched(ground.short, ground.whole, asked, lengths, frame) == []
+    assert fit_switched(ground.short, ground.whole, asked, lengths, gauge) == []
 
 
 def test_one_hypothesis_reached_twice_counts_once() -> None:
     dataset = blind_case(3, BlindConfig(train=2, test=1, duration=15.0)).dataset
-    base = nominal_fit(dataset, *frame_of(dataset))
+    base = nominal_fit(dataset, *gauge_of(dataset))
     found = posterior_of((base, base), all_candidates(plant_of(dataset), dataset, MOTION, MEASURED))
     assert len(found.fits) == 1
     assert found.probability[0] == 1.0
@@ -212,14 +212,14 @@ def test_one_hypothesis_reached_twice_counts_once() -> None:
 
 def test_place_that_is_less_probable_beforehand_is_so_afterwards() -> None:
     dataset = blind_case(3, BlindConfig(train=2, test=1, duration=15.0)).dataset
-    batches, frame = frame_of(dataset)
+    batches, gauge = gauge_of(dataset)
     usual = candidate(dataset, "added_mass", node=2)
     hypothesis = Hypothesis(plant_of(dataset), (usual,))
-    found = fit(hypothesis, hypothesis.centre, batches, frame)
+    found = fit(hypothesis, hypothesis.centre, batches, gauge)
     assert found is not None
     rare = replace(usual, location={"node": 9}, weight=0.1)  # as good in every other way
     other = replace(found, hypothesis=replace(found.hypothesis, candidates=(rare,)))
-    none = nominal_fit(dataset, batches, frame)
+    none = nominal_fit(dataset, batches, gauge)
     posterior = posterior_of((other, found, none), (usual, rare))
     known = {id(item): p for item, p in zip(posterior.fits, posterior.probability, strict=True)}
     assert known[id(other)] / known[id(found)] == pytest.approx(0.1)
@@ -269,14 +269,14 @@ def test_second_cause_is_asked_for_on_a_frame_where_one_leaves_noise_but_a_calib
     base = setting.short
     cause = next(c for c in setting.candidates() if c.kind == "added_mass")
     hypothesis = base.hypothesis.adding(cause)
-    item = fit(hypothesis, np.append(base.theta, cause.neutral), base.batches, setting.frame, base.states)
+    item = fit(hypothesis, np.append(base.theta, cause.neutral), base.batches, setting.gauge, base.states)
     assert item is not None
     wrong = replace(base, cost=base.cost + 1e6)
     assert len(item.deviations) == 42
     assert 42 * 2 * norm.sf(farthest_of(42)) == pytest.approx(1 / 200)  # 3.85
     for deviation, asks in ((0.0, False), (3.7, False), (4.0, True)):
         off = replace(item, theta=np.concatenate([[deviation * hypothesis.width[0]], item.theta[1:]]))
-        assert asks_for_more(off, wrong, setting.frame, setting.band) == asks
+        assert asks_for_more(off, wrong, setting.gauge, setting.band) == asks
 
 
 def test_each_of_two_causes_is_tried_alone() -> None:
@@ -299,11 +299,11 @@ def test_each_of_two_causes_is_tried_alone() -> None:
 def test_motions_are_sized_between_the_beginnings_of_segments_too() -> None:
     case = blind_case(33021, BlindConfig(train=4, test=1, duration=30.0))
     setting = setting_of(case.dataset)
-    (number,) = (i for i, sensor in enumerate(setting.frame.sensors) if sensor.quantity == "displacement")
+    (number,) = (i for i, sensor in enumerate(setting.gauge.sensors) if sensor.quantity == "displacement")
     recorded = [batch.recorded for batch in setting.lengths.whole]
     shown = max(float(np.abs(part[..., number]).max()) for part in recorded)
     along, begun = (
-        float(np.abs(states[:, setting.frame.sensors[number].node - 1]).max())
+        float(np.abs(states[:, setting.gauge.sensors[number].node - 1]).max())
         for states in (states_along(setting.short, setting.searched), np.concatenate(setting.short.states))
     )
     assert along == pytest.approx(shown, rel=0.1)  # noise of 3 % of the rms in each value

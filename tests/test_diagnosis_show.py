@@ -18,7 +18,7 @@ from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.fitting.fitting import fit
 from hybrid.diagnosis.nominal.plant import plant_of
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
-from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import batches_of, columns_of
 from hybrid.diagnosis.recorded.spectra import energy_near
 from hybrid.diagnosis.response.hypothesis import Hypothesis
@@ -74,12 +74,12 @@ def test_change_with_amplitude_has_the_sign_of_its_cause(
     """From the smallest motion to the largest, in standard deviations: beyond 4 where there is a cause, else within."""
     dataset = motions(*effects)
     batches = columns_of(batches_of(dataset, "train"), MEASURED)
-    frame = Frame(SENSORS[:4], 10.0, np.full(4, NOISE))
+    gauge = Gauge(SENSORS[:4], 10.0, np.full(4, NOISE))
     plant = plant_of(dataset)
     free = Hypothesis(replace(plant, spread=np.full_like(plant.spread, 0.5)))
-    linear = fit(free, free.centre, batches, frame)
+    linear = fit(free, free.centre, batches, gauge)
     assert linear is not None
-    found = amplitude_dependence(linear, frame)
+    found = amplitude_dependence(linear, gauge)
     assert found is not None
     assert (np.diff(found.size) > 0).all()
     f = (found.frequency[-1] - found.frequency[0]) / np.hypot(found.frequency_std[-1], found.frequency_std[0])

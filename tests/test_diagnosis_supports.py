@@ -74,6 +74,6 @@ def test_harmonic_force_is_told_beside_a_support_that_gives_in_some_recordings()
     (batch,) = setting.lengths.whole
     batches = (replace(batch.take([0, 1]), off=(0,)), batch.take([2]))
     theta = np.array([*setting.nominal.centre, *support.lower, force.frequency])
-    item = fit(hypothesis, theta, batches, setting.frame)
+    item = fit(hypothesis, theta, batches, setting.gauge)
     assert item is not None
     assert wave(item, 1).amplitude == pytest.approx(force.amplitude, rel=0.1)  # the contract's bound

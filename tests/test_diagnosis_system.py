@@ -28,7 +28,7 @@ from hybrid.diagnosis.causes.candidates import all_candidates
 from hybrid.diagnosis.causes.places import Motion
 from hybrid.diagnosis.fitting.fitting import Fit, fit
 from hybrid.diagnosis.nominal.plant import Plant, plant_of
-from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import Batch
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.marching import respond
@@ -115,50 +115,50 @@ def test_the_users_own_newmark_steps_are_shown() -> None:
 
 
 @pytest.fixture(scope="module")
-def weak() -> tuple[Fit, Frame, tuple[Candidate, ...]]:
+def weak() -> tuple[Fit, Gauge, tuple[Candidate, ...]]:
     """The nominal fit to a motion without noise in which a cubic spring is barely felt."""
     data = shown_by_exudyn(CubicSpring((1,), "x", 1e-3))
-    frame = Frame(FITTED, RATE, np.full(4, 1e-3))
+    gauge = Gauge(FITTED, RATE, np.full(4, 1e-3))
     plant = plant_of(EXACT)
     nominal = Hypothesis(plant)
-    found = fit(nominal, nominal.centre, (Batch(data, ("a", "b", "c")).cut(60),), frame)
+    found = fit(nominal, nominal.centre, (Batch(data, ("a", "b", "c")).cut(60),), gauge)
     assert found is not None
-    return found, frame, candidates(plant)
+    return found, gauge, candidates(plant)
 
 
-def test_score_test_finds_kind_place_and_size(weak: tuple[Fit, Frame, tuple[Candidate, ...]]) -> None:
-    found, frame, all_of_them = weak
-    best = screen(found, all_of_them, frame)[0]
+def test_score_test_finds_kind_place_and_size(weak: tuple[Fit, Gauge, tuple[Candidate, ...]]) -> None:
+    found, gauge, all_of_them = weak
+    best = screen(found, all_of_them, gauge)[0]
     assert (best.candidate.kind, best.candidate.location) == ("cubic_spring", {"node": 1, "direction": "x"})
     assert best.start[0] == pytest.approx(1e-3, rel=0.05)  # of first order only
 
 
-def test_score_test_promises_what_a_fit_keeps(weak: tuple[Fit, Frame, tuple[Candidate, ...]]) -> None:
-    found, frame, all_of_them = weak
-    best = screen(found, all_of_them, frame)[0]
+def test_score_test_promises_what_a_fit_keeps(weak: tuple[Fit, Gauge, tuple[Candidate, ...]]) -> None:
+    found, gauge, all_of_them = weak
+    best = screen(found, all_of_them, gauge)[0]
     refined = fit(
         found.hypothesis.adding(best.candidate),
         np.append(found.theta, best.start),
         found.batches,
-        frame,
+        gauge,
         found.states,
     )
     assert refined is not None
     assert found.cost - refined.cost == pytest.approx(best.gain, rel=0.05)
 
 
-def test_responses_of_laws_equal_differences(weak: tuple[Fit, Frame, tuple[Candidate, ...]]) -> None:
-    found, frame, all_of_them = weak
+def test_responses_of_laws_equal_differences(weak: tuple[Fit, Gauge, tuple[Candidate, ...]]) -> None:
+    found, gauge, all_of_them = weak
     laws = [c for c in all_of_them if c.is_law and c.kind != "slack_cable" and c.location.get("node") == 1]
-    responses = law_responses(found, laws, frame)
+    responses = law_responses(found, laws, gauge)
     assert len(laws) == 5
     z = found.states[0]
     for law in laws:
         shown = []
         for candidate, values in ((None, ()), (law, law.first_starts[0])):
             hypothesis = found.hypothesis if candidate is None else found.hypothesis.adding(candidate)
-            system = hypothesis.system(np.append(found.theta, values)[None], frame.sensors, RATE, frame.positions)
-            shown.append(respond(system, z[None], 60)[0] / frame.sigma)
+            system = hypothesis.system(np.append(found.theta, values)[None], gauge.sensors, RATE, gauge.positions)
+            shown.append(respond(system, z[None], 60)[0] / gauge.sigma)
         difference = (shown[1] - shown[0]).reshape(len(z), -1)
         error = np.abs(responses[law.key][0][0] - difference).max() / np.abs(difference).max()
         assert error < 0.06, law.key  # friction and contacts are steep; the steps are of first order
@@ -171,8 +171,8 @@ def test_fit_returns_hidden_factors() -> None:
     assert isinstance(cause, StiffnessChange)
     hypothesis = Hypothesis(plant, (chosen(plant, cause),))
     data = np.concatenate([recording.data[..., :4] for recording in case.dataset.select("train")])
-    frame = Frame(FITTED, RATE, 1e-4 * np.ones(4))  # small enough for the prior to have no say
-    found = fit(hypothesis, hypothesis.centre, (Batch(data, ("a", "b", "c")).cut(60),), frame, iterations=30)
+    gauge = Gauge(FITTED, RATE, 1e-4 * np.ones(4))  # small enough for the prior to have no say
+    found = fit(hypothesis, hypothesis.centre, (Batch(data, ("a", "b", "c")).cut(60),), gauge, iterations=30)
     assert found is not None
     assert found.theta[-1] == pytest.approx(
         cause.parameters["factor"], abs=3e-3

@@ -66,7 +66,7 @@ def test_calibration_astray_may_stand_for_weak_causes_that_are_known() -> None:
 
     def fitted(*candidates: Candidate) -> Fit:
         hypothesis = Hypothesis(setting.plant, candidates)
-        found = fit_growing(hypothesis, hypothesis.centre, setting.lengths, setting.frame, setting.short)
+        found = fit_growing(hypothesis, hypothesis.centre, setting.lengths, setting.gauge, setting.short)
         assert found is not None
         return found
 
@@ -78,7 +78,7 @@ def test_calibration_astray_may_stand_for_weak_causes_that_are_known() -> None:
 
     def verdict(best: Fit, all_causes: Fit) -> Verdict:
         errors = Errors(3.0, 1.0, 1.0, 0.0)  # forecasts are at the noise floor
-        return verdict_of(best, all_causes, base, setting.frame, setting.band, errors)[0]
+        return verdict_of(best, all_causes, base, setting.gauge, setting.band, errors)[0]
 
     base, one, both = fitted(), fitted(gain), fitted(gain, damping)
     assert verdict(one, one) is Verdict.EXPLAINED

@@ -14,7 +14,7 @@ from hybrid.diagnosis.contest.growing import Lengths, lengths_of
 from hybrid.diagnosis.fitting.driven import states_along
 from hybrid.diagnosis.fitting.fitting import Fit, fit
 from hybrid.diagnosis.nominal.plant import CERTAIN, plant_of
-from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.noise import noise_of_recordings, structure_band
 from hybrid.diagnosis.recorded.records import batches_of, columns_of, measured_columns
 from hybrid.diagnosis.response.hypothesis import Hypothesis
@@ -25,7 +25,7 @@ class Certain:
     """The ``nominal`` model, the recordings in ``lengths``, its fit of the ``short`` ones, and all ``candidates``."""
 
     nominal: Hypothesis
-    frame: Frame
+    gauge: Gauge
     lengths: Lengths
     short: Fit
     candidates: tuple[Candidate, ...]
@@ -50,10 +50,10 @@ def certain_of(dataset: Dataset) -> Certain:
     batches = columns_of(batches_of(dataset, "train"), measured)
     rate = dataset.sampling_rate
     sensors = tuple(dataset.sensors[column] for column in measured)
-    frame = Frame(sensors, rate, noise_of_recordings(batches, rate, structure_band(plant, rate, dataset.lowpass)))
+    gauge = Gauge(sensors, rate, noise_of_recordings(batches, rate, structure_band(plant, rate, dataset.lowpass)))
     nominal = Hypothesis(plant)
     lengths = lengths_of(batches, nominal.states)
-    short = fit(nominal, nominal.centre, lengths.cut[0], frame)
+    short = fit(nominal, nominal.centre, lengths.cut[0], gauge)
     assert short is not None  # a linear system always answers
-    motion = Motion.of_states(states_along(short, frame), plant)
-    return Certain(nominal, frame, lengths, short, all_candidates(plant, dataset, motion, measured))
+    motion = Motion.of_states(states_along(short, gauge), plant)
+    return Certain(nominal, gauge, lengths, short, all_candidates(plant, dataset, motion, measured))

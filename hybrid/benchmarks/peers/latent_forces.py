@@ -55,18 +55,18 @@ class LatentForces:
 
 def latent_forces(certain: Certain) -> LatentForces:
     """Return the forces that the nominal model lacks in the recordings; of several lengths, in those with most data."""
-    frame = certain.frame
+    gauge = certain.gauge
     batch = max(certain.lengths.whole, key=lambda item: item.data.size)
     n = certain.nominal.size
     size = float(np.sqrt(np.mean(np.concatenate(certain.short.states)[:, :n] ** 2)))  # rms
     trials = [_process(certain, size, share) for share in QUICKNESS]
-    best = max(trials, key=lambda process: _filtered(process, batch.data, frame.sigma)[0])
-    states = _smoothed(best, batch.data, frame.sigma)
-    return LatentForces(states[..., :n], states[..., n : 2 * n], states[..., 2 * n :], best, frame.sigma)
+    best = max(trials, key=lambda process: _filtered(process, batch.data, gauge.sigma)[0])
+    states = _smoothed(best, batch.data, gauge.sigma)
+    return LatentForces(states[..., :n], states[..., n : 2 * n], states[..., 2 * n :], best, gauge.sigma)
 
 
 def _process(certain: Certain, size: float, share: float) -> Process:
-    n, dt, sensors = certain.nominal.size, 1 / certain.frame.rate, certain.frame.sensors
+    n, dt, sensors = certain.nominal.size, 1 / certain.gauge.rate, certain.gauge.sensors
     M, C, K, shapes = certain.matrices
     accelerations = np.linalg.inv(M) @ np.hstack([-K, -C, np.eye(n)])  # (coordinate, state)
     A = np.zeros((3 * n, 3 * n))

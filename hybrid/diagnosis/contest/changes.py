@@ -11,7 +11,7 @@ from hybrid.diagnosis.contest.recording_groups import FEWEST, Groups, asked_for,
 from hybrid.diagnosis.contest.search import contest
 from hybrid.diagnosis.contest.switching import ONE_GROUP, fit_switched
 from hybrid.diagnosis.fitting.fitting import Fit, fit
-from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.noise import Band
 from hybrid.diagnosis.recorded.records import count_of
 
@@ -24,7 +24,7 @@ def changes_beside(
     groups: Groups | None,
     alone: tuple[Fit, ...],
     candidates: tuple[Candidate, ...],
-    frame: Frame,
+    gauge: Gauge,
     band: Band,
     advance: Callable[[], object],
 ) -> list[Fit]:
@@ -36,23 +36,23 @@ def changes_beside(
     batches = nominal.whole.batches
     if count_of(batches) < FEWEST:
         return []
-    seen = [] if groups is None else _seen_before(nominal, groups, candidates, frame, advance)
+    seen = [] if groups is None else _seen_before(nominal, groups, candidates, gauge, advance)
     clear = clear_share(count_of(batches))
-    surely = [item for item in seen if not left(item, frame, band).significant]  # there nothing else acts
+    surely = [item for item in seen if not left(item, gauge, band).significant]  # there nothing else acts
     starts = [(item, ONE_GROUP if item.hypothesis.is_linear else clear) for item in surely]  # two laws take too long
     found: list[Fit] = []
     done: set[str] = set()
     for number, (start, mixed) in enumerate((*starts, *((item, clear) for item in alone if clear > 0))):
         cause = start.hypothesis.candidates[-1].key
-        explained = number >= len(starts) and any(not left(item, frame, band).significant for item in found)
+        explained = number >= len(starts) and any(not left(item, gauge, band).significant for item in found)
         if cause in done or explained:
             continue
         done.add(cause)
-        ground, lengths, _ = ground_with(start, batches, frame)
+        ground, lengths, _ = ground_with(start, batches, gauge)
         advance()
         if ground is not None:
-            asked = asked_for(ground.short, candidates, frame)
-            found += fit_switched(ground.short, ground.whole, asked, lengths, frame, mixed)
+            asked = asked_for(ground.short, candidates, gauge)
+            found += fit_switched(ground.short, ground.whole, asked, lengths, gauge, mixed)
     return found
 
 
@@ -69,30 +69,30 @@ def changed(
     nominal: Ground,
     groups: Groups | None,
     candidates: tuple[Candidate, ...],
-    frame: Frame,
+    gauge: Gauge,
     advance: Callable[[], object],
 ) -> list[Fit]:
     """Return fits of causes that act in one of two ``groups`` of recordings only: what this group alone shows.
 
     A search beside it may find its size, where what all of them ask for to first order leads astray.
     """
-    grounds = [] if groups is None else _nearest_first(nominal, groups, frame)
+    grounds = [] if groups is None else _nearest_first(nominal, groups, gauge)
     if len(grounds) < 2:
         return []
     near, (far, own) = grounds[0][0].whole, grounds[1]
     without = tuple(replace(batch, off=(len(nominal.hypothesis.candidates),)) for batch in near.batches)
     found = []
-    for item in contest(far, candidates, own, frame, advance)[:MOST_ALIKE]:
+    for item in contest(far, candidates, own, gauge, advance)[:MOST_ALIKE]:
         begun = None if item.hypothesis.is_linear else (*near.states, *item.states)
-        found.append(fit(item.hypothesis, item.theta, (*without, *far.whole.batches), frame, begun))
+        found.append(fit(item.hypothesis, item.theta, (*without, *far.whole.batches), gauge, begun))
     return [item for item in found if item is not None]
 
 
-def _nearest_first(nominal: Ground, groups: Groups, frame: Frame) -> list[tuple[Ground, Lengths]]:
+def _nearest_first(nominal: Ground, groups: Groups, gauge: Gauge) -> list[tuple[Ground, Lengths]]:
     """Return the nominal fits of two groups of recordings, with their segments; the one that fits better first."""
     hypothesis = nominal.hypothesis
     lengths = [lengths_of(group, hypothesis.states) for group in groups]
-    grounds = [ground_of(hypothesis, hypothesis.centre, own, frame) for own in lengths]
+    grounds = [ground_of(hypothesis, hypothesis.centre, own, gauge) for own in lengths]
     pairs = [(ground, own) for ground, own in zip(grounds, lengths, strict=True) if ground is not None]
     return sorted(pairs, key=lambda pair: pair[0].whole.misfit / pair[0].whole.values)
 
@@ -101,13 +101,13 @@ def _seen_before(
     nominal: Ground,
     groups: Groups,
     candidates: tuple[Candidate, ...],
-    frame: Frame,
+    gauge: Gauge,
     advance: Callable[[], object],
 ) -> list[Fit]:
     """Return the best fit to those of two groups of recordings that are nearer to the nominal structure, if any, and
     what these recordings alone hardly tell from it.
     """
-    for ground, own in _nearest_first(nominal, groups, frame)[:1]:
-        ranked = contest(ground, candidates, own, frame, advance)
+    for ground, own in _nearest_first(nominal, groups, gauge)[:1]:
+        ranked = contest(ground, candidates, own, gauge, advance)
         return [item for item in ranked[:MOST_ALIKE] if item.log_evidence > ranked[0].log_evidence - ALIKE]
     return []

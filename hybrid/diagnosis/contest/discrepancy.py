@@ -14,33 +14,33 @@ from hybrid.diagnosis.contest.growing import Lengths
 from hybrid.diagnosis.contest.pairs import short_fit
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.nominal.plant import Plant
-from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.gauge import Gauge
 
 ASTRAY = 3e3  # times the energy of noise: 0.3 of that of the motion where noise is 1 % of its amplitude; one cause,
 # however large, leaves less than 0.2 of it in short segments whose initial states are free
 ROUNDS = 3  # of taking the noise from the fit, which takes it from the noise
 
 
-def search_frame(plant: Plant, lengths: Lengths, frame: Frame, short: Fit) -> tuple[Frame, Fit]:
-    """Return the frame to search with, and the nominal fit of the shortest segments in it; mostly as they are."""
+def search_gauge(plant: Plant, lengths: Lengths, gauge: Gauge, short: Fit) -> tuple[Gauge, Fit]:
+    """Return the gauge to search with, and the nominal fit of the shortest segments in it; mostly as they are."""
     if short.chi2 < ASTRAY * short.values or plant.laws:
-        return frame, short
-    factor, found = 1.0, frame
+        return gauge, short
+    factor, found = 1.0, gauge
     for _ in range(ROUNDS):
         left = factor * short.chi2 / short.values  # over the energy of noise as the recordings tell it
         factor = left * repeated(short.residuals)
-        found = replace(frame, sigma=frame.sigma * np.sqrt(factor))
+        found = replace(gauge, sigma=gauge.sigma * np.sqrt(factor))
         short = short_fit(plant, lengths, found)
     return found, short
 
 
-def in_units_of(frame: Frame, item: Fit, searched: Frame) -> Fit:
-    """Return a fit that was ``searched`` with some noise in units of the noise of ``frame``; theta stays as it is.
+def in_units_of(gauge: Gauge, item: Fit, searched: Gauge) -> Fit:
+    """Return a fit that was ``searched`` with some noise in units of the noise of ``gauge``; theta stays as it is.
 
     Its standard deviations are then those that so little noise alone would make: a posterior's ``temper`` widens them.
     """
-    scale = searched.sigma / frame.sigma
-    energy = energy_over(frame, searched)
+    scale = searched.sigma / gauge.sigma
+    energy = energy_over(gauge, searched)
     residuals = tuple(part * scale for part in item.residuals)
     chi2 = sum(float(np.square(part).sum()) for part in residuals)
     return replace(
@@ -53,9 +53,9 @@ def in_units_of(frame: Frame, item: Fit, searched: Frame) -> Fit:
     )
 
 
-def energy_over(frame: Frame, searched: Frame) -> float:
-    """Return the energy of what counted as noise in the search over that of the noise of ``frame``."""
-    return float(np.mean((searched.sigma / frame.sigma) ** 2))
+def energy_over(gauge: Gauge, searched: Gauge) -> float:
+    """Return the energy of what counted as noise in the search over that of the noise of ``gauge``."""
+    return float(np.mean((searched.sigma / gauge.sigma) ** 2))
 
 
 def repeated(residuals: tuple[FloatArray, ...]) -> float:

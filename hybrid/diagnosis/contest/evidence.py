@@ -16,7 +16,7 @@ from hybrid.diagnosis.contest.stages import Search, forecasts_well
 from hybrid.diagnosis.contest.straightening import fitted_as, straighten
 from hybrid.diagnosis.fitting.fitting import Fit, fit
 from hybrid.diagnosis.fitting.forecasting import DEVIATION, within
-from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.noise import Band, excess
 
 BEST = (1.02, 1.1)  # times the noise floor: mean and largest error of forecasts in which no cause would show
@@ -33,21 +33,21 @@ class Evidence:
     """``base``: the fit without any cause; ``posterior`` over all fits, of any of the ``candidates``; ``notes`` for the
     user.
 
-    ``frame``: with the noise of the recordings, in units of which all costs are; ``searched``: with what counted as
+    ``gauge``: with the noise of the recordings, in units of which all costs are; ``searched``: with what counted as
     noise in the search, mostly the same (see `discrepancy`).
     """
 
     base: Fit
     posterior: Posterior
-    frame: Frame
-    searched: Frame
+    gauge: Gauge
+    searched: Gauge
     candidates: tuple[Candidate, ...]
     notes: tuple[str, ...] = ()
 
     @property
     def energy(self) -> float:
         """Of what counted as noise in the search, over that of the noise."""
-        return energy_over(self.frame, self.searched)
+        return energy_over(self.gauge, self.searched)
 
     def among(self, fits: tuple[Fit, ...]) -> Posterior:
         """Return the posterior over some of the fits, tempered as in the search."""
@@ -62,52 +62,52 @@ def gather(setting: Setting, tell: Callable[[str], object]) -> Evidence:
     stages = search.apart, search.nearby, search.together, search.in_groups, search.beside, search.alone, search.anew
     for stage in stages:
         fits += stage(fits)
-    candidates, frame, own = search.candidates, search.frame, search.own
+    candidates, gauge, own = search.candidates, search.gauge, search.own
     notes = () if search.ground.hypothesis.plant.geometry is None else (GEOMETRIC,)
     if setting.is_astray:
         posterior = search.posterior(fits)
-        energy = energy_over(own, frame)
+        energy = energy_over(own, gauge)
         note = f"{FAR_FROM_NOISE} ({np.sqrt(energy):.0f} times the noise was taken as such)"
         judged = tuple(search.judged(item) for item in posterior.fits)
         told = replace(posterior, fits=judged, temper=posterior.temper * energy)
-        return Evidence(search.judged(fits[0]), told, own, frame, candidates, (*notes, note))
-    frame, fits = _with_better_noise(fits, frame, setting.band)
-    posterior = _with_same_noise(posterior_of(tuple(fits), candidates), fits[0], frame, candidates)
-    return Evidence(fits[0], posterior, frame, frame, candidates, notes)
+        return Evidence(search.judged(fits[0]), told, own, gauge, candidates, (*notes, note))
+    gauge, fits = _with_better_noise(fits, gauge, setting.band)
+    posterior = _with_same_noise(posterior_of(tuple(fits), candidates), fits[0], gauge, candidates)
+    return Evidence(fits[0], posterior, gauge, gauge, candidates, notes)
 
 
 def _single_causes(setting: Setting, tell: Callable[[str], object]) -> tuple[Search, list[Fit]]:
     """Return the search, and the fits without any cause and of each alone, in recordings less what geometry adds."""
-    frame, lengths, geometry = setting.searched, setting.lengths, setting.geometry
-    ground = ground_of(setting.nominal, setting.nominal.centre, lengths, frame, setting.short)
+    gauge, lengths, geometry = setting.searched, setting.lengths, setting.geometry
+    ground = ground_of(setting.nominal, setting.nominal.centre, lengths, gauge, setting.short)
     if ground is None:
         raise InputError("model: with its own force laws these recordings' motion grows beyond all bounds; check them")
-    ground, lengths = straighten(ground, ground.whole, lengths, frame, geometry)
-    search = Search(ground, lengths, setting.candidates(), frame, setting.frame, setting.band, tell)
+    ground, lengths = straighten(ground, ground.whole, lengths, gauge, geometry)
+    search = Search(ground, lengths, setting.candidates(), gauge, setting.gauge, setting.band, tell)
     fits = [ground.whole]
-    if setting.is_astray or not _nothing_to_gain(ground.whole, frame, setting.band):
+    if setting.is_astray or not _nothing_to_gain(ground.whole, gauge, setting.band):
         fits += search.singles()
         nearest = min(fits, key=lambda item: item.cost)
-        ground, lengths = straighten(ground, nearest, lengths, frame, geometry)
-        fits = [ground.whole, *fitted_as(ground.whole, fits[1:], frame)]
-    own = setting.frame
+        ground, lengths = straighten(ground, nearest, lengths, gauge, geometry)
+        fits = [ground.whole, *fitted_as(ground.whole, fits[1:], gauge)]
+    own = setting.gauge
     if not setting.is_astray:
-        frame, fits = _with_better_noise(fits, frame, setting.band)
-        own = frame
-    return replace(search, ground=ground, lengths=lengths, frame=frame, own=own), fits
+        gauge, fits = _with_better_noise(fits, gauge, setting.band)
+        own = gauge
+    return replace(search, ground=ground, lengths=lengths, gauge=gauge, own=own), fits
 
 
-def _nothing_to_gain(base: Fit, frame: Frame, band: Band) -> bool:
+def _nothing_to_gain(base: Fit, gauge: Gauge, band: Band) -> bool:
     """Return whether the nominal model, calibrated within its uncertainty, fits and forecasts as noise lets it."""
-    own_frame, (own,) = _with_better_noise([base], frame, band)
-    return own.chi2 < FITS * own.values and forecasts_well(replace(own, theta=within(own, DEVIATION)), own_frame, BEST)
+    own_gauge, (own,) = _with_better_noise([base], gauge, band)
+    return own.chi2 < FITS * own.values and forecasts_well(replace(own, theta=within(own, DEVIATION)), own_gauge, BEST)
 
 
-def _with_better_noise(fits: list[Fit], frame: Frame, band: Band) -> tuple[Frame, list[Fit]]:
-    """Return the frame with the noise that the best fit leaves above the structure's band, and fits rescaled to it."""
+def _with_better_noise(fits: list[Fit], gauge: Gauge, band: Band) -> tuple[Gauge, list[Fit]]:
+    """Return the gauge with the noise that the best fit leaves above the structure's band, and fits rescaled to it."""
     best = min(fits, key=lambda item: item.cost)
-    scale = np.clip(excess(best.residuals, frame.rate, band).sigma, *NOISE_OFF)
-    if left(best, frame, band).significant:  # of what the best fit leaves there some is no noise
+    scale = np.clip(excess(best.residuals, gauge.rate, band).sigma, *NOISE_OFF)
+    if left(best, gauge, band).significant:  # of what the best fit leaves there some is no noise
         scale = np.minimum(scale, 1.0)
 
     def rescaled(item: Fit) -> Fit:
@@ -115,11 +115,11 @@ def _with_better_noise(fits: list[Fit], frame: Frame, band: Band) -> tuple[Frame
         chi2 = sum(float(np.square(part).sum()) for part in residuals)
         return replace(item, residuals=residuals, chi2=chi2, cost=item.cost - item.chi2 + chi2)
 
-    return replace(frame, sigma=frame.sigma * scale), [rescaled(item) for item in fits]
+    return replace(gauge, sigma=gauge.sigma * scale), [rescaled(item) for item in fits]
 
 
-def _with_same_noise(posterior: Posterior, base: Fit, frame: Frame, candidates: tuple[Candidate, ...]) -> Posterior:
+def _with_same_noise(posterior: Posterior, base: Fit, gauge: Gauge, candidates: tuple[Candidate, ...]) -> Posterior:
     """Return the posterior with its best fit found anew: the earlier one was with other noise, and so its errors."""
     best = posterior.fits[0]
-    again = None if best is base else fit(best.hypothesis, best.theta, best.batches, frame, best.states)
+    again = None if best is base else fit(best.hypothesis, best.theta, best.batches, gauge, best.states)
     return posterior if again is None else posterior_of((again, *posterior.fits[1:]), candidates)

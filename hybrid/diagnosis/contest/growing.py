@@ -7,7 +7,7 @@ import numpy as np
 from fe_models.dofs import FloatArray
 from hybrid.diagnosis.fitting.driven import fitted_motion
 from hybrid.diagnosis.fitting.fitting import ENOUGH, Fit, fit
-from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import Batch
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 
@@ -56,7 +56,7 @@ def continued(fit: Fit, longer: tuple[Batch, ...]) -> tuple[FloatArray, ...]:
 
 
 def fit_growing(
-    hypothesis: Hypothesis, theta: FloatArray, lengths: Lengths, frame: Frame, start: Fit | None = None
+    hypothesis: Hypothesis, theta: FloatArray, lengths: Lengths, gauge: Gauge, start: Fit | None = None
 ) -> Fit | None:
     """Return the fit over whole recordings, reached over segments of growing length; None where it fails.
 
@@ -66,7 +66,7 @@ def fit_growing(
     for batches in lengths.cut:
         if present is not None:
             theta, states = present.theta, continued(present, batches)
-        present = fit(hypothesis, theta, batches, frame, states, enough=lengths.enough(batches))
+        present = fit(hypothesis, theta, batches, gauge, states, enough=lengths.enough(batches))
         if present is None:
             return None
     return present
@@ -88,23 +88,23 @@ class Ground:
 
 
 def ground_of(
-    hypothesis: Hypothesis, theta: FloatArray, lengths: Lengths, frame: Frame, start: Fit | None = None
+    hypothesis: Hypothesis, theta: FloatArray, lengths: Lengths, gauge: Gauge, start: Fit | None = None
 ) -> Ground | None:
     """Return the fits of a hypothesis from ``theta``, None where it has none; ``start``: as `fit_growing`'s.
 
     Beside a force law short segments that begin with the states of another model may not find their own, although
     whole recordings do: they begin anew where the motion of these passes.
     """
-    short = fit(hypothesis, theta, lengths.cut[0], frame, None if start is None else start.states)
-    whole = None if short is None else fit_growing(hypothesis, short.theta, lengths, frame, short)
+    short = fit(hypothesis, theta, lengths.cut[0], gauge, None if start is None else start.states)
+    whole = None if short is None else fit_growing(hypothesis, short.theta, lengths, gauge, short)
     if short is None or whole is None:
         return None
-    again = None if hypothesis.is_linear else shortened(whole, lengths.cut[0], frame)
+    again = None if hypothesis.is_linear else shortened(whole, lengths.cut[0], gauge)
     return Ground(short if again is None or again.cost > short.cost else again, whole)
 
 
 def shortened(
-    whole: Fit, segments: tuple[Batch, ...], frame: Frame, states: tuple[FloatArray, ...] | None = None
+    whole: Fit, segments: tuple[Batch, ...], gauge: Gauge, states: tuple[FloatArray, ...] | None = None
 ) -> Fit | None:
     """Return the fit of short segments from the theta of a fit of ``whole`` recordings, None where it fails.
 
@@ -113,14 +113,14 @@ def shortened(
     """
     starts = [] if states is None else [states]
     if not (whole.hypothesis.is_linear and starts):
-        starts.append(passed_by(whole, segments, frame))
-    fits = [fit(whole.hypothesis, whole.theta, segments, frame, start, enough=CLOSE_ENOUGH) for start in starts]
+        starts.append(passed_by(whole, segments, gauge))
+    fits = [fit(whole.hypothesis, whole.theta, segments, gauge, start, enough=CLOSE_ENOUGH) for start in starts]
     return min((item for item in fits if item is not None), key=lambda item: item.cost, default=None)
 
 
-def passed_by(whole: Fit, segments: tuple[Batch, ...], frame: Frame) -> tuple[FloatArray, ...]:
+def passed_by(whole: Fit, segments: tuple[Batch, ...], gauge: Gauge) -> tuple[FloatArray, ...]:
     """Return the states (segment, state) that the motion of a fit of ``whole`` recordings has where segments begin."""
-    system = whole.hypothesis.system(whole.theta[None], frame.sensors, frame.rate, frame.positions)
+    system = whole.hypothesis.system(whole.theta[None], gauge.sensors, gauge.rate, gauge.positions)
     found = []
     for batch, states, short in zip(whole.batches, whole.states, segments, strict=True):
         motion = fitted_motion(system, states, batch).now[:: short.samples, :, : states.shape[1]]

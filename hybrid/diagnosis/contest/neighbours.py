@@ -8,7 +8,7 @@ from typing import Any
 from fe_models.structure import Structure
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.fitting.fitting import Fit, fit
-from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.response.side_by_side import side_by_side
 
 STEPS = 4  # at most, from place to place
@@ -19,7 +19,7 @@ def fits_beside(
     best: Fit,
     base: Fit,
     candidates: tuple[Candidate, ...],
-    frame: Frame,
+    gauge: Gauge,
     advance: Callable[[], object],
     known: Sequence[Fit],
 ) -> list[Fit]:
@@ -34,7 +34,7 @@ def fits_beside(
     for _ in range(STEPS):
         moved = [item for item in _moved(best, candidates) if _keys(item) not in tried]
         tried |= {_keys(item) for item in moved}
-        found += [item for item in side_by_side(partial(_settled, frame), moved, advance) if item is not None]
+        found += [item for item in side_by_side(partial(_settled, gauge), moved, advance) if item is not None]
         here, best = best, max((best, *found), key=lambda item: item.log_evidence)
         if best is here:
             break
@@ -60,8 +60,8 @@ def _moved(item: Fit, candidates: tuple[Candidate, ...]) -> list[Fit]:
     return moved
 
 
-def _settled(frame: Frame, start: Fit) -> Fit | None:
-    return fit(start.hypothesis, start.theta, start.batches, frame, start.states)
+def _settled(gauge: Gauge, start: Fit) -> Fit | None:
+    return fit(start.hypothesis, start.theta, start.batches, gauge, start.states)
 
 
 def _keys(item: Fit) -> tuple[str, ...]:

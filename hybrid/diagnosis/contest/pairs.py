@@ -13,7 +13,7 @@ from hybrid.diagnosis.contest.posterior import Posterior
 from hybrid.diagnosis.contest.search import contest, rivals_contest
 from hybrid.diagnosis.fitting.fitting import Fit, fit
 from hybrid.diagnosis.nominal.plant import Plant
-from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.noise import Band, Excess, excess
 from hybrid.diagnosis.recorded.records import Batch
 from hybrid.diagnosis.response.hypothesis import Hypothesis
@@ -27,23 +27,23 @@ HOPELESS = 0.3  # likewise, of two causes: the best of them leave so much that n
 FIRSTS = 2  # single causes that a second one is looked for
 
 
-def left(item: Fit, frame: Frame, band: Band) -> Excess:
+def left(item: Fit, gauge: Gauge, band: Band) -> Excess:
     """Return what a fit leaves in the structure's band beyond noise."""
-    return excess(item.residuals, frame.rate, band)
+    return excess(item.residuals, gauge.rate, band)
 
 
-def short_fit(plant: Plant, lengths: Lengths, frame: Frame) -> Fit:
+def short_fit(plant: Plant, lengths: Lengths, gauge: Gauge) -> Fit:
     """Return the nominal fit of the shortest segments; force laws of the nominal model are left out where they fail."""
     linear = Hypothesis(replace(plant, laws=()))
-    begun = fit(linear, linear.centre, lengths.cut[0], frame)
+    begun = fit(linear, linear.centre, lengths.cut[0], gauge)
     assert begun is not None  # a linear system always answers
     if not plant.laws:
         return begun
     nominal = Hypothesis(plant)
-    return fit(nominal, begun.theta, lengths.cut[0], frame, begun.states) or begun
+    return fit(nominal, begun.theta, lengths.cut[0], gauge, begun.states) or begun
 
 
-def asks_for_more(item: Fit, base: Fit, frame: Frame, band: Band) -> bool:
+def asks_for_more(item: Fit, base: Fit, gauge: Gauge, band: Band) -> bool:
     """Return whether a second cause should be looked for: something is left, and the first took away enough.
 
     What a fit fails by is its excess and the deviation of its calibration together: factors far beyond what their owner
@@ -55,7 +55,7 @@ def asks_for_more(item: Fit, base: Fit, frame: Frame, band: Band) -> bool:
     astray, effort = factors_off(item), effort_of(item.hypothesis.plant)
     if (apart or not effort.thorough) and not astray and item.misfit < SORTED * base.misfit:
         return False
-    if not left(item, frame, band).significant:
+    if not left(item, gauge, band).significant:
         return astray
     return item.misfit <= effort.helpless * base.misfit
 
@@ -64,7 +64,7 @@ def pair_fits(
     posterior: Posterior,
     candidates: tuple[Candidate, ...],
     batches: tuple[Batch, ...],
-    frame: Frame,
+    gauge: Gauge,
     band: Band,
     advance: Callable[[], object],
 ) -> list[Fit]:
@@ -87,24 +87,24 @@ def pair_fits(
         if first.key in done:
             continue
         done.add(first.key)
-        ground, lengths, plain = ground_with(start, batches, frame)
+        ground, lengths, plain = ground_with(start, batches, gauge)
         advance()
-        seconds = () if ground is None else contest(ground, candidates, lengths, frame, advance, alone=singles)
+        seconds = () if ground is None else contest(ground, candidates, lengths, gauge, advance, alone=singles)
         if ground is None or not seconds:
             continue
         best = seconds[0]
-        found += [*seconds, *each_alone(best, frame)]
+        found += [*seconds, *each_alone(best, gauge)]
         if len(done) > 1 and nominal is not None and is_hopeless(min(found, key=lambda item: item.misfit), nominal):
             break
         gained = (best.log_evidence - ground.whole.log_evidence) / posterior.temper
-        if not left(best, frame, band).significant and not factors_off(best):
-            return found + list(rivals_contest(best, candidates, lengths, frame, plain, advance))
+        if not left(best, gauge, band).significant and not factors_off(best):
+            return found + list(rivals_contest(best, candidates, lengths, gauge, plain, advance))
         if gained >= SECOND:
             starts.insert(0, best)
     return found
 
 
-def ground_with(start: Fit, batches: tuple[Batch, ...], frame: Frame) -> tuple[Ground | None, Lengths, Fit]:
+def ground_with(start: Fit, batches: tuple[Batch, ...], gauge: Gauge) -> tuple[Ground | None, Lengths, Fit]:
     """Return what a second cause is held against: the last cause of a fit alone, in all recordings.
 
     None where it has no fit; with the segments, and the nominal fit of the shortest.
@@ -112,12 +112,12 @@ def ground_with(start: Fit, batches: tuple[Batch, ...], frame: Frame) -> tuple[G
     others = tuple(range(len(start.hypothesis.candidates) - 1))
     hypothesis, theta = start.hypothesis.less(others), start.theta[start.hypothesis.parameters_of(others)]
     lengths = lengths_of(batches, hypothesis.states)
-    plain = short_fit(hypothesis.plant, lengths, frame)
+    plain = short_fit(hypothesis.plant, lengths, gauge)
     quiet = replace(plain, states=padded(plain.states, hypothesis))
-    return ground_of(hypothesis, theta, lengths, frame, quiet), lengths, plain
+    return ground_of(hypothesis, theta, lengths, gauge, quiet), lengths, plain
 
 
-def each_alone(pair: Fit, frame: Frame) -> list[Fit]:
+def each_alone(pair: Fit, gauge: Gauge) -> list[Fit]:
     """Return fits of each cause of a ``pair`` without the other, which may only have led the search to it.
 
     Where two supports give way, the one kept begins with the other's motion; it matters beside force laws only.
@@ -127,7 +127,7 @@ def each_alone(pair: Fit, frame: Frame) -> list[Fit]:
     def alone(number: int) -> Fit | None:
         off = tuple(other for other in range(len(both.candidates)) if other != number)
         states = tuple(part[:, both.states_of(off)] for part in pair.states)
-        return fit(both.less(off), pair.theta[both.parameters_of(off)], pair.batches, frame, states)
+        return fit(both.less(off), pair.theta[both.parameters_of(off)], pair.batches, gauge, states)
 
     return [item for item in side_by_side(alone, range(len(both.candidates))) if item is not None]
 

@@ -8,7 +8,7 @@ import numpy as np
 from fe_models.dofs import BoolArray, FloatArray
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.fitting.fitting import Fit
-from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import Batch, count_of
 from hybrid.diagnosis.screening.screening import amounts_by_recording
 
@@ -80,7 +80,7 @@ def _told_by_changes(amounts: FloatArray, sizes: FloatArray) -> FloatArray:
     return np.asarray(along[:, :-1] ** 2 / before + (along[:, -1:] - along[:, :-1]) ** 2 / after)
 
 
-def asked_for(short: Fit, candidates: tuple[Candidate, ...], frame: Frame) -> tuple[Asked, ...]:
+def asked_for(short: Fit, candidates: tuple[Candidate, ...], gauge: Gauge) -> tuple[Asked, ...]:
     """Return the candidates that promise most beside a fit, if each recording had its own amount, best first.
 
     Of fewer than three recordings, or where fewer feel a candidate, nothing is told.
@@ -93,7 +93,7 @@ def asked_for(short: Fit, candidates: tuple[Candidate, ...], frame: Frame) -> tu
         usable = [candidate for candidate in usable if candidate.released is None]
     middle = [replace(c, starts=(c.first_starts[len(c.first_starts) // 2],)) for c in usable]
     ranked: list[Asked] = []
-    for candidate, (amounts, sizes) in zip(usable, amounts_by_recording(short, middle, frame), strict=True):
+    for candidate, (amounts, sizes) in zip(usable, amounts_by_recording(short, middle, gauge), strict=True):
         felt = sizes >= FELT * np.max(sizes)
         if np.isfinite(amounts).all() and felt.sum() >= FEWEST:
             ranked.append(Asked(candidate, np.where(felt, amounts, np.nan), sizes))

@@ -15,7 +15,7 @@ from hybrid.diagnosis.contest.posterior import temper_of
 from hybrid.diagnosis.contest.shortlist import MOST_TIED, TIED, foremost, promising, with_others
 from hybrid.diagnosis.fitting.fitting import FIRST, Fit, Step, first_steps, fit
 from hybrid.diagnosis.fitting.forecasting import DEVIATION, deviation_of
-from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import Batch, count_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.side_by_side import by_twos, side_by_side
@@ -47,7 +47,7 @@ def contest(
     ground: Ground,
     candidates: tuple[Candidate, ...],
     lengths: Lengths,
-    frame: Frame,
+    gauge: Gauge,
     advance: Callable[[], object] = nothing,
     kept: int = KEPT,
     alone: Iterable[Fit] = (),
@@ -61,19 +61,19 @@ def contest(
     taken = {candidate.key for candidate in ground.hypothesis.candidates}
     others = tuple(candidate for candidate in candidates if candidate.key not in taken)
     is_frame = short.hypothesis.plant.kept is not None
-    by_modes = modal_scan(base, others, frame, short) if is_frame else []
+    by_modes = modal_scan(base, others, gauge, short) if is_frame else []
     ranked_by_modes = is_frame and not base.hypothesis.is_linear  # beside a law each takes a march of whole recordings
-    tested = screen(base, tuple(c for c in others if not (ranked_by_modes and c.turns_modes)), frame)
-    ranked = [absorbed(base, others), screen(short, others, frame), tested, by_modes, scan(short, others, frame)]
-    forces = [trial for trial in screen_forces(base, others, frame) if trial.gain > FORCED * count_of(base.batches)]
+    tested = screen(base, tuple(c for c in others if not (ranked_by_modes and c.turns_modes)), gauge)
+    ranked = [absorbed(base, others), screen(short, others, gauge), tested, by_modes, scan(short, others, gauge)]
+    forces = [trial for trial in screen_forces(base, others, gauge) if trial.gain > FORCED * count_of(base.batches)]
     advance()
-    trials = with_others(promising(ranked, kept, odds), [*unseen(short, others, frame), *_found_alone(short, alone)])
-    present = _begun(ground.hypothesis, short, trials, frame, odds, advance)
+    trials = with_others(promising(ranked, kept, odds), [*unseen(short, others, gauge), *_found_alone(short, alone)])
+    present = _begun(ground.hypothesis, short, trials, gauge, odds, advance)
     for longer in lengths.cut[1:]:
-        present = _race(present, longer, frame, lengths.enough(longer), odds)
+        present = _race(present, longer, gauge, lengths.enough(longer), odds)
         advance()
-    present += _foretold(ground, tested, present, lengths, frame)
-    present += _forced(base, forces, present, frame, advance)
+    present += _foretold(ground, tested, present, lengths, gauge)
+    present += _forced(base, forces, present, gauge, advance)
     return tuple(sorted(present, key=lambda item: -item.log_evidence))
 
 
@@ -96,7 +96,7 @@ def _found_alone(short: Fit, alone: Iterable[Fit]) -> list[Screened]:
     return trials[:FOUND_ALONE]
 
 
-def _foretold(ground: Ground, ranked: list[Screened], present: list[Fit], lengths: Lengths, frame: Frame) -> list[Fit]:
+def _foretold(ground: Ground, ranked: list[Screened], present: list[Fit], lengths: Lengths, gauge: Gauge) -> list[Fit]:
     """Return fits of causes that promise more over whole recordings than the best of the ``present`` takes away.
 
     They were behind on segments, which hide what is rare (a stop that is hit now and then beside a late sensor), or
@@ -111,13 +111,13 @@ def _foretold(ground: Ground, ranked: list[Screened], present: list[Fit], length
     for trial in sorted(trials, key=lambda item: -item.gain)[:FORETOLD]:
         hypothesis = ground.hypothesis.adding(trial.candidate)
         start = replace(ground.short, states=padded(ground.short.states, hypothesis))
-        item = fit_growing(hypothesis, trial.theta(base), lengths, frame, start)
+        item = fit_growing(hypothesis, trial.theta(base), lengths, gauge, start)
         found += [] if item is None else [item]
     return found
 
 
 def _forced(
-    base: Fit, forces: list[Screened], rivals: list[Fit], frame: Frame, advance: Callable[[], object]
+    base: Fit, forces: list[Screened], rivals: list[Fit], gauge: Gauge, advance: Callable[[], object]
 ) -> list[Fit]:
     """Return fits of the most promising harmonic forces; of more, their neighbours, where one of them is the best, and
     of all that promise so nearly as much as the first that their fits may be as good.
@@ -134,7 +134,7 @@ def _forced(
             break
         bound = bound_of([base, *rivals, *found])
         if base.cost - UNDERRATED * trial.gain < bound:
-            refined = _refined(base, trial, frame, bound)
+            refined = _refined(base, trial, gauge, bound)
             found += [] if refined is None else [refined]
         advance()
     return found
@@ -144,7 +144,7 @@ def rivals_contest(
     best: Fit,
     candidates: tuple[Candidate, ...],
     lengths: Lengths,
-    frame: Frame,
+    gauge: Gauge,
     plain: Fit,
     advance: Callable[[], object] = nothing,
 ) -> tuple[Fit, ...]:
@@ -155,17 +155,17 @@ def rivals_contest(
     causes = best.hypothesis.candidates
     hypothesis = replace(best.hypothesis, candidates=(*causes[:-2], causes[-1]))
     both = np.delete(best.theta, np.arange(len(best.theta))[best.hypothesis.slices[-2]])
-    short = fit(hypothesis, both, lengths.cut[0], frame, padded(plain.states, hypothesis), SHORT_ITERATIONS)
-    again = shortened(best, lengths.cut[0], frame, padded(plain.states, best.hypothesis))
+    short = fit(hypothesis, both, lengths.cut[0], gauge, padded(plain.states, hypothesis), SHORT_ITERATIONS)
+    again = shortened(best, lengths.cut[0], gauge, padded(plain.states, best.hypothesis))
     if short is None or again is None:
         return ()
     odds = Odds.among(candidates, hypothesis.plant.alike)
     taken = {candidate.key for candidate in causes}
     others = tuple(candidate for candidate in candidates if candidate.key not in taken)
-    ranked = [screen(short, others, frame), scan(short, others, frame)]
-    present = [again, *_begun(hypothesis, short, promising(ranked, RIVALS, odds), frame, odds, advance, again)]
+    ranked = [screen(short, others, gauge), scan(short, others, gauge)]
+    present = [again, *_begun(hypothesis, short, promising(ranked, RIVALS, odds), gauge, odds, advance, again)]
     for longer in lengths.cut[1:]:
-        present = _race(present, longer, frame, lengths.enough(longer), odds)
+        present = _race(present, longer, gauge, lengths.enough(longer), odds)
         advance()
     return tuple(item for item in present if item.hypothesis.candidates[-1].key not in taken)
 
@@ -174,7 +174,7 @@ def _begun(
     hypothesis: Hypothesis,
     short: Fit,
     trials: list[Screened],
-    frame: Frame,
+    gauge: Gauge,
     odds: Odds,
     advance: Callable[[], object],
     known: Fit | None = None,
@@ -184,14 +184,14 @@ def _begun(
     The first steps of each tell more than any guess; only the best after that go on.
     """
     trials = sorted(trials, key=lambda trial: -len(_starts(trial, short)))  # what takes longest not last of all
-    steps = side_by_side(partial(_first, hypothesis, short, frame), trials, advance)
+    steps = side_by_side(partial(_first, hypothesis, short, gauge), trials, advance)
     begun = [(trial.is_drawn, step) for trial, step in zip(trials, steps, strict=True) if step is not None]
     best: dict[str, Fit] = {}
     for two in by_twos(foremost(begun, odds)):
         bound = bound_of([*best.values(), *([] if known is None else [known])])
 
         def further(step: Step, bound: float = bound) -> Fit | None:
-            start = step.hypothesis, step.theta, short.batches, frame, step.states
+            start = step.hypothesis, step.theta, short.batches, gauge, step.states
             return fit(*start, iterations=SHORT_ITERATIONS, enough=CLOSE_ENOUGH, bound=bound)
 
         for item in side_by_side(further, two):
@@ -202,7 +202,7 @@ def _begun(
     return list(best.values())
 
 
-def _race(fits: list[Fit], longer: tuple[Batch, ...], frame: Frame, enough: float, odds: Odds) -> list[Fit]:
+def _race(fits: list[Fit], longer: tuple[Batch, ...], gauge: Gauge, enough: float, odds: Odds) -> list[Fit]:
     """Return the fits that are not too far behind, one of them linear in any case, continued over longer segments.
 
     Of more than there is time for those that lead with their ``odds``.
@@ -221,7 +221,7 @@ def _race(fits: list[Fit], longer: tuple[Batch, ...], frame: Frame, enough: floa
 
         def further(item: Fit, bound: float = bound_of(found)) -> Fit | None:
             states, most = continued(item, longer), bound if item.cost <= limit else np.inf
-            return fit(item.hypothesis, item.theta, longer, frame, states, enough=enough, bound=most)
+            return fit(item.hypothesis, item.theta, longer, gauge, states, enough=enough, bound=most)
 
         found += [item for item in side_by_side(further, two) if item is not None]
     return found
@@ -239,20 +239,20 @@ def bound_of(fits: list[Fit]) -> float:
     return best.cost + max(2 * BEHIND * temper_of(best), LEFT * best.misfit)
 
 
-def _refined(base: Fit, trial: Screened, frame: Frame, bound: float) -> Fit | None:
+def _refined(base: Fit, trial: Screened, gauge: Gauge, bound: float) -> Fit | None:
     """Return the fit of a harmonic force over whole recordings, at rest in the initial states to begin with."""
-    step = _first(base.hypothesis, base, frame, trial)
+    step = _first(base.hypothesis, base, gauge, trial)
     if step is None:
         return None
-    return fit(step.hypothesis, step.theta, base.batches, frame, step.states, bound=bound)
+    return fit(step.hypothesis, step.theta, base.batches, gauge, step.states, bound=bound)
 
 
-def _first(hypothesis: Hypothesis, base: Fit, frame: Frame, trial: Screened) -> Step | None:
+def _first(hypothesis: Hypothesis, base: Fit, gauge: Gauge, trial: Screened) -> Step | None:
     """Return where first steps lead with one candidate more, from its best start, over the segments of the ``base``."""
     extended = hypothesis.adding(trial.candidate)
     states, count = padded(base.states, extended), FIRST_DRAWN if trial.is_drawn else FIRST
     steps = [
-        first_steps(extended, theta, base.batches, frame, states, count, base.cost) for theta in _starts(trial, base)
+        first_steps(extended, theta, base.batches, gauge, states, count, base.cost) for theta in _starts(trial, base)
     ]
     return min((step for step in steps if step is not None), key=lambda step: step.cost, default=None)
 

@@ -9,7 +9,7 @@ from fe_models.recordings import Dataset
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.causes.candidates import all_candidates
 from hybrid.diagnosis.causes.places import Motion
-from hybrid.diagnosis.contest.discrepancy import search_frame
+from hybrid.diagnosis.contest.discrepancy import search_gauge
 from hybrid.diagnosis.contest.growing import Lengths, lengths_of
 from hybrid.diagnosis.contest.pairs import short_fit
 from hybrid.diagnosis.fitting.crossvalidation import as_recordings
@@ -20,7 +20,7 @@ from hybrid.diagnosis.nominal.geometry_forces import geometry_of
 from hybrid.diagnosis.nominal.modal_plant import modal_plant, with_ratios_of_modal_model
 from hybrid.diagnosis.nominal.plant import Plant, plant_of
 from hybrid.diagnosis.recorded.channels import usable
-from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.noise import Band, noise_of_recordings, structure_band
 from hybrid.diagnosis.recorded.records import batches_of, columns_of, measured_columns
 from hybrid.diagnosis.response.hypothesis import Hypothesis
@@ -36,7 +36,7 @@ class Setting:
 
     ``geometry``: what the structure may exert beyond its linear model; whether it does, the recordings tell.
     ``modal``: the modal model that stands for the structure in the user's simulation, None where the structure does.
-    ``measured``: columns of the sensors that are fitted; ``frame``: with the noise that the recordings tell, and
+    ``measured``: columns of the sensors that are fitted; ``gauge``: with the noise that the recordings tell, and
     ``searched``, with which causes are sought: mostly the same (see `discrepancy`); ``band``: where the structure's
     motion shows; ``lengths``: the training recordings in segments; ``short``: the nominal fit of the shortest;
     ``notes``: what the user should know about the data.
@@ -47,8 +47,8 @@ class Setting:
     geometry: Geometry | None
     modal: Plant | None
     measured: tuple[int, ...]
-    frame: Frame
-    searched: Frame
+    gauge: Gauge
+    searched: Gauge
     band: Band
     lengths: Lengths
     short: Fit
@@ -57,7 +57,7 @@ class Setting:
     @property
     def is_astray(self) -> bool:
         """Whether the nominal model leaves so much that what it lacks counts as noise in the search."""
-        return self.searched is not self.frame
+        return self.searched is not self.gauge
 
     @property
     def nominal(self) -> Hypothesis:
@@ -98,10 +98,10 @@ def setting_of(dataset: Dataset) -> Setting:
     band = structure_band(plant, rate, dataset.lowpass)
     sensors = tuple(dataset.sensors[i] for i in measured)
     noise = noise_of_recordings(unloaded(plant, batches, sensors, rate), rate, band)
-    frame = Frame(sensors, rate, noise)
+    gauge = Gauge(sensors, rate, noise)
     lengths = lengths_of(batches, Hypothesis(plant).states)
-    searched, short = search_frame(plant, lengths, frame, short_fit(plant, lengths, frame))
+    searched, short = search_gauge(plant, lengths, gauge, short_fit(plant, lengths, gauge))
     motion = Motion.of_states(states_along(short, searched), plant).displacement
     geometry = geometry_of(plant, motion, np.random.default_rng(SEED))
     notes = (*unusable, *apart, *fast)
-    return Setting(dataset, plant, geometry, modal, measured, frame, searched, band, lengths, short, notes)
+    return Setting(dataset, plant, geometry, modal, measured, gauge, searched, band, lengths, short, notes)

@@ -23,7 +23,7 @@ from hybrid.diagnosis.contest.search import contest
 from hybrid.diagnosis.contest.switching import fit_switched
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.fitting.forecasting import forecast, model_of
-from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.noise import Band
 
 LITTLE_LEFT = 1.5  # energy left over that of noise: right causes of blind frames leave 1.2 to 1.3, a stop without the
@@ -34,7 +34,7 @@ WELL = (1.05, 1.25)  # times the noise floor: mean and largest error of forecast
 
 @dataclass(frozen=True)
 class Search:
-    """What is searched beside the ``ground``, with the noise of its ``frame``; ``own``: with that of the recordings.
+    """What is searched beside the ``ground``, with the noise of its ``gauge``; ``own``: with that of the recordings.
 
     Each stage returns further fits, given all ``fits`` so far, the first of them without any cause; ``tell`` hears
     which it is.
@@ -43,14 +43,14 @@ class Search:
     ground: Ground
     lengths: Lengths
     candidates: tuple[Candidate, ...]
-    frame: Frame
-    own: Frame
+    gauge: Gauge
+    own: Gauge
     band: Band
     tell: Callable[[str], object]
 
     def singles(self) -> list[Fit]:
         """Return fits of each cause alone."""
-        return list(contest(self.ground, self.candidates, self.lengths, self.frame, self._hears("single causes")))
+        return list(contest(self.ground, self.candidates, self.lengths, self.gauge, self._hears("single causes")))
 
     def apart(self, fits: list[Fit]) -> list[Fit]:
         """Return fits of causes that act in some recordings only, alone or beside another one."""
@@ -60,21 +60,21 @@ class Search:
             return []
         hears = self._hears("recordings apart")
         hears()
-        asked = asked_for(self.ground.short, self.candidates, self.frame)
-        found = fit_switched(self.ground.short, best, asked, self.lengths, self.frame)
+        asked = asked_for(self.ground.short, self.candidates, self.gauge)
+        found = fit_switched(self.ground.short, best, asked, self.lengths, self.gauge)
         after = self.posterior([*fits, *found])
         best = after.fits[0]
         if self._is_settled(best):
             return found
         if any(batch.off for batch in best.batches):
             groups = groups_in(after)
-            found += changed(self.ground, groups, self.candidates, self.frame, hears)
+            found += changed(self.ground, groups, self.candidates, self.gauge, hears)
             if self._is_settled(self.posterior([*fits, *found]).fits[0]):
                 return found
         else:
             groups = clear_groups(asked, self.lengths.whole)
         lasting = _lasting(posterior, fits[0])
-        return found + changes_beside(self.ground, groups, lasting, self.candidates, self.frame, self.band, hears)
+        return found + changes_beside(self.ground, groups, lasting, self.candidates, self.gauge, self.band, hears)
 
     def together(self, fits: list[Fit]) -> list[Fit]:
         """Return fits of two causes at once."""
@@ -84,7 +84,7 @@ class Search:
             return []
         hears = self._hears("two causes")
         hears()
-        return pair_fits(posterior, self.candidates, self.lengths.whole, self.frame, self.band, hears)
+        return pair_fits(posterior, self.candidates, self.lengths.whole, self.gauge, self.band, hears)
 
     def in_groups(self, fits: list[Fit]) -> list[Fit]:
         """Return fits of two causes where one of those found acts in some recordings only, which tells these apart.
@@ -99,7 +99,7 @@ class Search:
         if not (effort_of(best.hypothesis.plant).thorough or any(batch.off for batch in alone.batches)):
             return []
         hears = self._hears("recordings apart")
-        return changes_beside(self.ground, groups, (), self.candidates, self.frame, self.band, hears)
+        return changes_beside(self.ground, groups, (), self.candidates, self.gauge, self.band, hears)
 
     def nearby(self, fits: list[Fit]) -> list[Fit]:
         """Return fits of the causes found at the places next to theirs, where more would be looked for otherwise."""
@@ -122,7 +122,7 @@ class Search:
         if causes <= known or len(causes) < 2 or any(batch.off for batch in best.batches):
             return []
         self.tell("each cause alone")
-        return each_alone(best, self.frame)
+        return each_alone(best, self.gauge)
 
     def anew(self, fits: list[Fit]) -> list[Fit]:
         """Return the best fit begun anew on short segments, where a force law is in it and it leaves more than noise,
@@ -137,8 +137,8 @@ class Search:
             return []
         self.tell("the best anew")
         short = self.ground.short
-        start = shortened(best, short.batches, self.frame, padded(short.states, best.hypothesis))
-        again = start and fit_growing(best.hypothesis, start.theta, self.lengths, self.frame, start)
+        start = shortened(best, short.batches, self.gauge, padded(short.states, best.hypothesis))
+        again = start and fit_growing(best.hypothesis, start.theta, self.lengths, self.gauge, start)
         return [] if again is None else [again]
 
     def posterior(self, fits: list[Fit]) -> Posterior:
@@ -147,7 +147,7 @@ class Search:
 
     def judged(self, item: Fit) -> Fit:
         """Return a fit in units of the recordings' own noise."""
-        return item if self.frame is self.own else in_units_of(self.own, item, self.frame)
+        return item if self.gauge is self.own else in_units_of(self.own, item, self.gauge)
 
     def is_wanting(self, item: Fit) -> bool:
         """Return whether a fit leaves more than noise, or bends the calibration beyond what is normal."""
@@ -167,7 +167,7 @@ class Search:
         return not self.is_wanting(best) or self.is_ample(best)
 
     def _beside(self, best: Fit, base: Fit, known: Sequence[Fit]) -> list[Fit]:
-        return fits_beside(best, base, self.candidates, self.frame, self._hears("places next to it"), known)
+        return fits_beside(best, base, self.candidates, self.gauge, self._hears("places next to it"), known)
 
     def _hears(self, stage: str) -> Callable[[], object]:
         return lambda: self.tell(stage)
@@ -185,10 +185,10 @@ def _lasting(posterior: Posterior, base: Fit) -> tuple[Fit, ...]:
     return tuple({id(item): item for item in (*single[:1], *others[:1])}.values())
 
 
-def forecasts_well(item: Fit, frame: Frame, limits: tuple[float, float]) -> bool:
+def forecasts_well(item: Fit, gauge: Gauge, limits: tuple[float, float]) -> bool:
     """Return whether a fit forecasts the recordings that it was fitted to, each from its first fifth, as well as noise
     lets it: their NRMSE over the noise floor, mean and largest, within ``limits``.
     """
-    found = forecast(model_of(item, frame), item.batches, frame.sensors, frame.positions, frame)
+    found = forecast(model_of(item, gauge), item.batches, gauge.sensors, gauge.positions, gauge)
     over = found.nrmse.mean(axis=1) / found.floor.mean(axis=1)  # (recording,)
     return bool(over.mean() <= limits[0] and over.max() <= limits[1])

@@ -7,12 +7,12 @@ from hybrid.diagnosis.contest.search import bound_of
 from hybrid.diagnosis.fitting.fitting import Fit, fit
 from hybrid.diagnosis.fitting.geometry_response import straightened
 from hybrid.diagnosis.nominal.geometry import Geometry
-from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import Batch
 
 
 def straighten(
-    ground: Ground, best: Fit, lengths: Lengths, frame: Frame, geometry: Geometry | None
+    ground: Ground, best: Fit, lengths: Lengths, gauge: Gauge, geometry: Geometry | None
 ) -> tuple[Ground, Lengths]:
     """Return the ground, and recordings, with that geometric part which the ``best`` fit does best with: of its motion,
     as before, or none.
@@ -25,29 +25,29 @@ def straighten(
     own, bent = best.hypothesis, best.hypothesis
     if own.plant.geometry is None:
         bent = replace(own, plant=replace(own.plant, geometry=geometry))
-    straight = straightened(replace(best, hypothesis=bent), frame)
+    straight = straightened(replace(best, hypothesis=bent), gauge)
     if straight is not None:
-        trials.append(fit(bent, best.theta, straight, frame, best.states))
+        trials.append(fit(bent, best.theta, straight, gauge, best.states))
     if own.plant.geometry is not None:
         plain = replace(own, plant=replace(own.plant, geometry=None))
         recorded = tuple(batch.restored for batch in best.batches)
-        trials.append(fit(plain, best.theta, recorded, frame, best.states))
+        trials.append(fit(plain, best.theta, recorded, gauge, best.states))
     better = min((item for item in trials if item is not None), key=lambda item: item.cost, default=best)
     if better.cost >= best.cost:
         return ground, lengths
     hypothesis = replace(ground.hypothesis, plant=better.hypothesis.plant)
     cut = lengths_of(better.batches, hypothesis.states)
-    again = ground_of(hypothesis, ground.whole.theta, cut, frame, ground.short)
+    again = ground_of(hypothesis, ground.whole.theta, cut, gauge, ground.short)
     return (ground, lengths) if again is None else (again, cut)
 
 
-def fitted_as(ground: Fit, fits: list[Fit], frame: Frame) -> list[Fit]:
+def fitted_as(ground: Fit, fits: list[Fit], gauge: Gauge) -> list[Fit]:
     """Return the fits to the same recordings as the ``ground``; what is far behind the best is left out."""
     if all(_alike(item.batches, ground.batches) for item in fits):
         return fits
     plant, bound = ground.hypothesis.plant, bound_of(fits)
     again = [
-        fit(replace(item.hypothesis, plant=plant), item.theta, ground.batches, frame, item.states)
+        fit(replace(item.hypothesis, plant=plant), item.theta, ground.batches, gauge, item.states)
         for item in fits
         if item.cost <= bound
     ]

@@ -15,7 +15,7 @@ from hybrid.diagnosis.contest.shortlist import TIED
 from hybrid.diagnosis.fitting.fitting import Fit, fit
 from hybrid.diagnosis.fitting.linearisation import linearise_batch
 from hybrid.diagnosis.fitting.wave import wave
-from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import Batch
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.side_by_side import side_by_side
@@ -30,7 +30,7 @@ SETTLING = 3  # steps of Newton's method in which initial states follow a law th
 
 
 def fit_switched(
-    short: Fit, best: Fit, asked: tuple[Asked, ...], lengths: Lengths, frame: Frame, mixed: float = 1.0
+    short: Fit, best: Fit, asked: tuple[Asked, ...], lengths: Lengths, gauge: Gauge, mixed: float = 1.0
 ) -> list[Fit]:
     """Return fits of one more candidate each that acts in some of the recordings only.
 
@@ -42,12 +42,12 @@ def fit_switched(
     if not trials or _asks_little(short, asked):
         return []
     number = len(short.hypothesis.candidates)
-    again = shortened(best, short.batches, frame, padded(short.states, best.hypothesis))
+    again = shortened(best, short.batches, gauge, padded(short.states, best.hypothesis))
     rivals = [] if again is None else [again]
     sorted_fits: list[tuple[Fit, BoolArray]] = []
     for candidate, high in trials:
         bound = bound_of([*rivals, *(item for item, _ in sorted_fits)])
-        begun = side_by_side(partial(_fit_sorted, short, candidate, frame, bound), (high, ~high))
+        begun = side_by_side(partial(_fit_sorted, short, candidate, gauge, bound), (high, ~high))
         either = [found for found in begun if found is not None and found[0].cost <= bound]
         sorted_fits += [pair for pair in either if pair[0].cost <= min(item.cost for item, _ in either) + TIED]
     for longer in lengths.cut[1:]:
@@ -57,9 +57,9 @@ def fit_switched(
             if item.cost <= limit:
                 batches = _split(longer, acting, number)
                 states, bound = continued(item, batches), bound_of([other for other, _ in further])
-                start, enough = (item.hypothesis, item.theta, batches, frame, states), lengths.enough(longer)
+                start, enough = (item.hypothesis, item.theta, batches, gauge, states), lengths.enough(longer)
                 then = fit(*start, enough=enough, bound=bound)
-                further += [] if then is None else [_sorted_anew(then, acting, longer, number, frame)]
+                further += [] if then is None else [_sorted_anew(then, acting, longer, number, gauge)]
         sorted_fits = further
     return [item for item, _ in sorted_fits]
 
@@ -92,7 +92,7 @@ def acting_recordings(fit: Fit, number: int) -> tuple[str, ...]:
 
 
 def _fit_sorted(
-    short: Fit, candidate: Candidate, frame: Frame, bound: float, acting: BoolArray
+    short: Fit, candidate: Candidate, gauge: Gauge, bound: float, acting: BoolArray
 ) -> tuple[Fit, BoolArray] | None:
     """Return the fit over the shortest segments and where it acts, the recordings sorted anew after each round.
 
@@ -107,11 +107,11 @@ def _fit_sorted(
         if acting.all() or not acting.any():
             return present
         batches = _split(short.batches, acting, number)
-        item = fit(hypothesis, theta, batches, frame, _states(short, acting), enough=CLOSE_ENOUGH, bound=bound)
+        item = fit(hypothesis, theta, batches, gauge, _states(short, acting), enough=CLOSE_ENOUGH, bound=bound)
         if item is None:
             return present
         present, theta = (item, acting), item.theta
-        better = _preference(item, short.batches, short.states, number, frame)
+        better = _preference(item, short.batches, short.states, number, gauge)
         if (better == acting).all():
             break
         acting = better
@@ -139,7 +139,7 @@ def _states(short: Fit, acting: BoolArray) -> tuple[FloatArray, ...]:
 
 
 def _sorted_anew(
-    item: Fit, acting: BoolArray, whole: tuple[Batch, ...], number: int, frame: Frame
+    item: Fit, acting: BoolArray, whole: tuple[Batch, ...], number: int, gauge: Gauge
 ) -> tuple[Fit, BoolArray]:
     """Return a fit and where the candidate acts, with the recordings sorted by it, if that is better.
 
@@ -159,16 +159,16 @@ def _sorted_anew(
             return None
         return tuple(np.concatenate([begun[name] for name in batch.names]) for batch in batches)
 
-    better = _preference(item, whole, states_of(whole), number, frame)
+    better = _preference(item, whole, states_of(whole), number, gauge)
     if better.all() or not better.any() or (better == acting).all():
         return item, acting
     batches = _split(whole, better, number)
-    again = fit(item.hypothesis, item.theta, batches, frame, states_of(batches))
+    again = fit(item.hypothesis, item.theta, batches, gauge, states_of(batches))
     return (item, acting) if again is None or again.cost > item.cost else (again, better)
 
 
 def _preference(
-    item: Fit, batches: tuple[Batch, ...], states: tuple[FloatArray, ...] | None, number: int, frame: Frame
+    item: Fit, batches: tuple[Batch, ...], states: tuple[FloatArray, ...] | None, number: int, gauge: Gauge
 ) -> BoolArray:
     """Return in which recordings the candidate does better acting than not, as it was fitted; ``states`` of the
     ``batches`` to begin with, needed where there are laws.
@@ -178,7 +178,7 @@ def _preference(
     with_it, without = (
         np.concatenate(
             [
-                _cost_by_recording(item.hypothesis, item.theta, replace(batch, off=(*batch.off, *off)), begun, frame)
+                _cost_by_recording(item.hypothesis, item.theta, replace(batch, off=(*batch.off, *off)), begun, gauge)
                 for batch, begun in zip(batches, states or (None,) * len(batches), strict=True)
             ]
         )
@@ -195,15 +195,15 @@ def _preference(
 
 
 def _cost_by_recording(
-    hypothesis: Hypothesis, theta: FloatArray, batch: Batch, states: FloatArray | None, frame: Frame
+    hypothesis: Hypothesis, theta: FloatArray, batch: Batch, states: FloatArray | None, gauge: Gauge
 ) -> FloatArray:
     """Return the sum of squares (recording,) at one theta, the initial states of all segments fitted."""
     for _ in range(0 if hypothesis.less(batch.off).is_linear else SETTLING):
-        part = linearise_batch(hypothesis, theta, batch, frame, states)
+        part = linearise_batch(hypothesis, theta, batch, gauge, states)
         if part is None:
             return np.full(len(batch.names), np.inf)
         states = part.states + part.state_step
-    part = linearise_batch(hypothesis, theta, batch, frame, states, slopes=False)
+    part = linearise_batch(hypothesis, theta, batch, gauge, states, slopes=False)
     if part is None:
         return np.full(len(batch.names), np.inf)
     return np.sum(part.raw.reshape(len(batch.names), -1) ** 2, axis=1)

@@ -11,7 +11,7 @@ from fe_models.files.recording_checks import FEWEST_SAMPLES
 from fe_models.recordings import Dataset, Recording, Sensor
 from hybrid.diagnosis.fitting.fitting import Fit, fit
 from hybrid.diagnosis.fitting.forecasting import Forecast, Model, forecast
-from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import Batch, batches_of
 
 FOLDS = 4  # groups of recordings, each forecast by the fit to the others; every fold costs a fit of each model
@@ -28,15 +28,15 @@ class Folds:
     tests: tuple[tuple[Batch, ...], ...]
     sensors: tuple[Sensor, ...]
     measured: tuple[int, ...]
-    searched: Frame
+    searched: Gauge
 
-    def forecast(self, item: Fit, model_of: Callable[[Fit], Model], frame: Frame) -> Forecast:
+    def forecast(self, item: Fit, model_of: Callable[[Fit], Model], gauge: Gauge) -> Forecast:
         """Return the scores of all recordings, each by the ``model_of`` what was fitted without it."""
         parts = []
         for tests in self.tests:
             own = [data[..., list(self.measured)] for batch in tests for data in batch.data]
             fewer = _without(item, own, self.searched)
-            parts.append(forecast(model_of(fewer), tests, self.sensors, self.measured, frame))
+            parts.append(forecast(model_of(fewer), tests, self.sensors, self.measured, gauge))
         nrmse, floor = (np.concatenate([getattr(part, word) for part in parts]) for word in ("nrmse", "floor"))
         energy, floor_energy = (float(sum(getattr(part, w) for part in parts)) for w in ("energy", "floor_energy"))
         return Forecast(nrmse, floor, energy, floor_energy)
@@ -65,7 +65,7 @@ def as_recordings(dataset: Dataset) -> tuple[Dataset, list[str]]:
     return replace(dataset, recordings=tuple(single)), [note]
 
 
-def folds_of(dataset: Dataset, measured: tuple[int, ...], searched: Frame) -> Folds | None:
+def folds_of(dataset: Dataset, measured: tuple[int, ...], searched: Gauge) -> Folds | None:
     """Return how the training recordings are left out one after the other, None where there are test recordings.
 
     ``searched``: with what counts as noise in a fit.
@@ -78,7 +78,7 @@ def folds_of(dataset: Dataset, measured: tuple[int, ...], searched: Frame) -> Fo
     return Folds(tuple(tests), dataset.sensors, measured, searched)
 
 
-def _without(item: Fit, left_out: list[FloatArray], frame: Frame) -> Fit:
+def _without(item: Fit, left_out: list[FloatArray], gauge: Gauge) -> Fit:
     """Return the fit to the recordings that are not ``left_out`` (time, sensor)."""
     batches, states = [], []
     for batch, own in zip(item.batches, item.states, strict=True):
@@ -88,6 +88,6 @@ def _without(item: Fit, left_out: list[FloatArray], frame: Frame) -> Fit:
         if kept:
             batches.append(batch.take(kept))
             states.append(own[kept])
-    fewer = fit(item.hypothesis, item.theta, tuple(batches), frame, tuple(states), ITERATIONS)
+    fewer = fit(item.hypothesis, item.theta, tuple(batches), gauge, tuple(states), ITERATIONS)
     assert fewer is not None  # it begins with motions that have been followed
     return fewer

@@ -9,7 +9,7 @@ from scipy.signal import lfilter
 from fe_models.dofs import FloatArray
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.nominal.loads import Loads
-from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import Batch
 from hybrid.diagnosis.response.giving_way import with_residual
 from hybrid.diagnosis.response.loaded import loaded_states
@@ -71,10 +71,10 @@ def fitted_motion(system: System, states: FloatArray, batch: Batch) -> History:
     return motion
 
 
-def states_along(item: Fit, frame: Frame) -> FloatArray:
+def states_along(item: Fit, gauge: Gauge) -> FloatArray:
     """Return states (n, state) of a fit that tell how large its motion is, at `ALONG` places of a segment or more."""
     found = []
-    system = item.hypothesis.system(item.theta[None], frame.sensors, frame.rate, frame.positions)
+    system = item.hypothesis.system(item.theta[None], gauge.sensors, gauge.rate, gauge.positions)
     for batch, states in zip(item.batches, item.states, strict=True):
         motion = fitted_motion(system, states, batch).now
         found.append(motion[:: max(batch.samples // ALONG, 1)].reshape(-1, motion.shape[-1]))

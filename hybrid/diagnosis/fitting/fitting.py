@@ -11,7 +11,7 @@ import numpy as np
 
 from fe_models.dofs import FloatArray
 from hybrid.diagnosis.fitting.linearisation import Linearisation, linearise_batch
-from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import Batch
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 
@@ -114,7 +114,7 @@ class _Problem:
 
     hypothesis: Hypothesis
     batches: tuple[Batch, ...]
-    frame: Frame
+    gauge: Gauge
 
     def at(self, theta: FloatArray, states: tuple[FloatArray, ...] | None, slopes: bool = True) -> _Point | None:
         """Return the point of ``theta``, None where a batch fails."""
@@ -122,7 +122,7 @@ class _Problem:
         for number, batch in enumerate(self.batches):
             own = None if states is None else states[number]
             try:
-                part = linearise_batch(self.hypothesis, theta, batch, self.frame, own, slopes)
+                part = linearise_batch(self.hypothesis, theta, batch, self.gauge, own, slopes)
             except np.linalg.LinAlgError:  # masses that are not positive: a step too far
                 return None
             if part is None:
@@ -181,7 +181,7 @@ def first_steps(
     hypothesis: Hypothesis,
     theta: FloatArray,
     batches: tuple[Batch, ...],
-    frame: Frame,
+    gauge: Gauge,
     states: tuple[FloatArray, ...],
     steps: int = FIRST,
     bound: float = inf,
@@ -191,7 +191,7 @@ def first_steps(
     A force law takes two; another candidate beside one two at most; both more while they fall steeply, the other
     candidate only if that would lead below the cost ``bound``. Without the slopes there, which take longest.
     """
-    problem = _Problem(hypothesis, batches, frame)
+    problem = _Problem(hypothesis, batches, gauge)
     least = most = steps
     if not hypothesis.is_linear:
         comes = hypothesis.candidates[-1].is_law
@@ -216,7 +216,7 @@ def fit(
     hypothesis: Hypothesis,
     theta: FloatArray,
     batches: tuple[Batch, ...],
-    frame: Frame,
+    gauge: Gauge,
     states: tuple[FloatArray, ...] | None = None,
     iterations: int = ITERATIONS,
     enough: float = ENOUGH,
@@ -227,7 +227,7 @@ def fit(
     ``states``: where initial states begin, one array (recording, state) for each batch, needed with force laws. A fit
     that would not get below the cost ``bound``, even if every step to come brought as much as the last, is broken off.
     """
-    problem = _Problem(hypothesis, batches, frame)
+    problem = _Problem(hypothesis, batches, gauge)
     point = problem.begun(theta, states)
     if point is None:
         return None
@@ -257,14 +257,14 @@ def fit(
     )
 
 
-def residuals_at(item: Fit, theta: FloatArray, frame: Frame) -> tuple[FloatArray, ...]:
+def residuals_at(item: Fit, theta: FloatArray, gauge: Gauge) -> tuple[FloatArray, ...]:
     """Return what the hypothesis of a fit leaves at ``theta``, an array (recording, time, sensor) for each batch.
 
     In units of the noise. Initial states are fitted where it is linear; else they are those of the fit.
     """
     found = []
     for batch, states, own in zip(item.batches, item.states, item.residuals, strict=True):
-        part = linearise_batch(item.hypothesis, theta, batch, frame, states, slopes=False)
+        part = linearise_batch(item.hypothesis, theta, batch, gauge, states, slopes=False)
         found.append(own if part is None else part.raw)
     return tuple(found)
 

@@ -8,7 +8,7 @@ from fe_models.dofs import FloatArray
 from fe_models.recordings import Sensor
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.fitting.geometry_response import added
-from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import Batch, columns_of, count_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.loaded import loaded_channels, loaded_size
@@ -73,40 +73,40 @@ def deviation_of(item: Fit) -> float:
     return float(np.abs(item.deviations).max())
 
 
-def model_of(item: Fit, frame: Frame, theta: FloatArray | None = None) -> Model:
+def model_of(item: Fit, gauge: Gauge, theta: FloatArray | None = None) -> Model:
     """Return a fit's model for forecasts; the size of initial states is that of the training recordings.
 
     Under known loads it is that of the motion: others may begin within it, though these began at rest.
     """
     most = max(range(len(item.states)), key=lambda i: item.states[i].shape[1])
     full = [states for states in item.states if states.shape[1] == item.states[most].shape[1]]
-    size = np.sqrt(np.mean(np.concatenate(full) ** 2, axis=0) + _pushed(item, frame))
+    size = np.sqrt(np.mean(np.concatenate(full) ** 2, axis=0) + _pushed(item, gauge))
     switched = tuple(sorted({number for batch in item.batches for number in batch.off}))
     return Model(item.hypothesis, item.theta if theta is None else theta, np.maximum(size, 1e-6 * size.max()), switched)
 
 
-def _pushed(item: Fit, frame: Frame) -> FloatArray:
+def _pushed(item: Fit, gauge: Gauge) -> FloatArray:
     """Return the mean squares (state,) of the motion that known loads make of rest in a fit's recordings."""
     loaded = [batch for batch in item.batches if batch.loads is not None]
-    system = item.hypothesis.system(item.theta[None], frame.sensors, frame.rate, frame.positions)
+    system = item.hypothesis.system(item.theta[None], gauge.sensors, gauge.rate, gauge.positions)
     sizes = [len(batch.names) * loaded_size(system, batch.loads) for batch in loaded if batch.loads is not None]
     return np.sum(sizes, axis=0) / count_of(item.batches) if sizes else np.zeros(1)
 
 
 def forecast(
-    model: Model, batches: tuple[Batch, ...], sensors: tuple[Sensor, ...], measured: tuple[int, ...], frame: Frame
+    model: Model, batches: tuple[Batch, ...], sensors: tuple[Sensor, ...], measured: tuple[int, ...], gauge: Gauge
 ) -> Forecast:
     """Return the scores over the last 80 % of the recordings, of all ``sensors``; ``measured``: those fitted."""
-    parts = [_one(model, batch, sensors, measured, frame) for batch in batches]
+    parts = [_one(model, batch, sensors, measured, gauge) for batch in batches]
     nrmse, floor = (np.concatenate([part[i] for part in parts]) for i in (0, 1))
     return Forecast(nrmse, floor, float(sum(part[2] for part in parts)), float(sum(part[3] for part in parts)))
 
 
 def predicted(
-    model: Model, batch: Batch, sensors: tuple[Sensor, ...], measured: tuple[int, ...], frame: Frame
+    model: Model, batch: Batch, sensors: tuple[Sensor, ...], measured: tuple[int, ...], gauge: Gauge
 ) -> FloatArray:
     """Return the channels (recording, time, sensor) forecast from the first fifth of the measured ones."""
-    faulty = [measured.index(i) if i in measured else -1 for i in range(len(sensors))]
+    positions = [measured.index(i) if i in measured else -1 for i in range(len(sensors))]
     best: FloatArray | None = None
     least = np.full(len(batch.data), np.inf)
     for off in ((), model.switched) if model.switched else ((),):
@@ -116,9 +116,9 @@ def predicted(
         geometric = np.zeros(batch.recorded.shape)
         for _ in range(1 if hypothesis.plant.geometry is None else ROUNDS):
             straight = own.less(geometric[:, :shown][..., list(measured)])
-            states, cost = initial_states(hypothesis, theta, size, straight, frame)
-            geometric = added(hypothesis, theta, states, batch, sensors, frame.rate, tuple(faulty))
-        system = hypothesis.system(theta[None], sensors, frame.rate, tuple(faulty))
+            states, cost = initial_states(hypothesis, theta, size, straight, gauge)
+            geometric = added(hypothesis, theta, states, batch, sensors, gauge.rate, tuple(positions))
+        system = hypothesis.system(theta[None], sensors, gauge.rate, tuple(positions))
         y = respond(system, states[None], batch.samples, batch.loads)[0] + geometric
         y = np.nan_to_num(y, nan=EXPLODED, posinf=EXPLODED, neginf=-EXPLODED)
         best = y if best is None else np.where((cost < least)[:, None, None], y, best)
@@ -134,21 +134,21 @@ def without(model: Model, off: tuple[int, ...]) -> tuple[Hypothesis, FloatArray,
 
 
 def initial_states(
-    hypothesis: Hypothesis, theta: FloatArray, size: FloatArray, batch: Batch, frame: Frame
+    hypothesis: Hypothesis, theta: FloatArray, size: FloatArray, batch: Batch, gauge: Gauge
 ) -> tuple[FloatArray, FloatArray]:
     """Return the most probable states (recording, state) given the fitted channels of a ``batch``, and their costs.
 
     Prior: each entry normal with standard deviation ``size``.
     """
-    system = hypothesis.system(theta[None], frame.sensors, frame.rate, frame.positions)
+    system = hypothesis.system(theta[None], gauge.sensors, gauge.rate, gauge.positions)
     if system.is_linear:
-        return _linear_states(system, size, batch, frame)
+        return _linear_states(system, size, batch, gauge)
     linear = replace(system, B=system.B[:, :, :0], D=system.D[:, :, :0], forces=(), G=system.G[:, :0])
-    states, cost = _linear_states(linear, size, batch.first(_samples(GROWTH[0], batch)), frame)
+    states, cost = _linear_states(linear, size, batch.first(_samples(GROWTH[0], batch)), gauge)
     thetas = np.repeat(theta[None], len(size) + 1, axis=0)  # a copy for each entry of a state that moves, and one
-    copies = hypothesis.system(thetas, frame.sensors, frame.rate, frame.positions)
+    copies = hypothesis.system(thetas, gauge.sensors, gauge.rate, gauge.positions)
     for share in GROWTH:
-        states, cost = _states_under_laws(copies, size, batch.first(_samples(share, batch)), frame, states)
+        states, cost = _states_under_laws(copies, size, batch.first(_samples(share, batch)), gauge, states)
     return states, cost
 
 
@@ -156,10 +156,10 @@ def _samples(share: float, batch: Batch) -> int:
     return max(round(share * batch.samples), 2)
 
 
-def _linear_states(system: System, size: FloatArray, batch: Batch, frame: Frame) -> tuple[FloatArray, FloatArray]:
+def _linear_states(system: System, size: FloatArray, batch: Batch, gauge: Gauge) -> tuple[FloatArray, FloatArray]:
     """Return what `initial_states` does, of a linear system: by least squares."""
     recordings, samples, _ = batch.data.shape
-    weight = np.tile(1 / frame.sigma, samples)
+    weight = np.tile(1 / gauge.sigma, samples)
     free = batch.data if batch.loads is None else batch.data - loaded_channels(system, batch.loads)[0]
     X = observability(system, samples)[0].reshape(-1, len(size)) * weight[:, None]
     wanted = free.reshape(recordings, -1) * weight - drift(system, samples)[0].ravel() * weight
@@ -168,14 +168,14 @@ def _linear_states(system: System, size: FloatArray, batch: Batch, frame: Frame)
 
 
 def _states_under_laws(
-    copies: System, size: FloatArray, batch: Batch, frame: Frame, states: FloatArray
+    copies: System, size: FloatArray, batch: Batch, gauge: Gauge, states: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return what `initial_states` does, of force laws, from ``states``: by Levenberg and Marquardt's steps.
 
     ``copies``: the system, once and once more for each entry of a state, which finite differences move.
     """
     recordings = len(states)
-    weight = np.tile(1 / frame.sigma, batch.samples)
+    weight = np.tile(1 / gauge.sigma, batch.samples)
     wanted = batch.data.reshape(recordings, -1) * weight
     cost, damping = np.full(recordings, np.inf), np.full(recordings, DAMPING[0])
     X, residual, trial = np.zeros((recordings, wanted.shape[1], len(size))), wanted, states
@@ -203,19 +203,19 @@ def _states_under_laws(
 
 
 def _one(
-    model: Model, batch: Batch, sensors: tuple[Sensor, ...], measured: tuple[int, ...], frame: Frame
+    model: Model, batch: Batch, sensors: tuple[Sensor, ...], measured: tuple[int, ...], gauge: Gauge
 ) -> tuple[FloatArray, FloatArray, float, float]:
     first = shown_of(batch.samples)
-    y = predicted(model, batch, sensors, measured, frame)[:, first:]
+    y = predicted(model, batch, sensors, measured, gauge)[:, first:]
     data = batch.recorded[:, first:]
     span = np.maximum(np.ptp(data, axis=1), 1e-30)  # (recording, sensor)
     square = np.mean((y - data) ** 2, axis=1)
-    leverage = _leverage(model, batch, sensors, measured, frame, first)
+    leverage = _leverage(model, batch, sensors, measured, gauge, first)
     sigma = np.full(len(sensors), np.nan)
-    sigma[list(measured)] = frame.sigma
+    sigma[list(measured)] = gauge.sigma
     floor = sigma * np.sqrt(batch.share + leverage.mean(axis=0)) / span
     own = list(measured)
-    energy = float(np.sum(square[:, own] / frame.sigma**2)) * data.shape[1]
+    energy = float(np.sum(square[:, own] / gauge.sigma**2)) * data.shape[1]
     floor_energy = float((batch.share + leverage[:, own]).sum()) * len(data)
     return np.sqrt(square) / span, floor, energy, floor_energy
 
@@ -225,15 +225,15 @@ def _leverage(
     batch: Batch,
     sensors: tuple[Sensor, ...],
     measured: tuple[int, ...],
-    frame: Frame,
+    gauge: Gauge,
     first: int,
 ) -> FloatArray:
     """Return the variance (time, sensor) that the uncertain initial state adds, over that of the measured noise."""
     hypothesis, theta, size = without(model, tuple(range(len(model.hypothesis.candidates))))
-    faulty = tuple(measured.index(i) if i in measured else -1 for i in range(len(sensors)))
-    rows = observability(hypothesis.system(theta[None], sensors, frame.rate, faulty), batch.samples)[0]
+    positions = tuple(measured.index(i) if i in measured else -1 for i in range(len(sensors)))
+    rows = observability(hypothesis.system(theta[None], sensors, gauge.rate, positions), batch.samples)[0]
     sigma = np.ones(len(sensors))
-    sigma[list(measured)] = frame.sigma
+    sigma[list(measured)] = gauge.sigma
     rows = rows / sigma[:, None]
     X = rows[:first, list(measured)].reshape(-1, rows.shape[-1])
     covariance = np.linalg.inv(X.T @ X + np.diag(size**-2.0))

@@ -6,7 +6,7 @@ from fe_models.dofs import FloatArray
 from fe_models.recordings import Sensor
 from hybrid.diagnosis.fitting.driven import History, driven, motion_of
 from hybrid.diagnosis.fitting.fitting import Fit
-from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import Batch
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.system import free_form
@@ -21,17 +21,17 @@ def added(
     batch: Batch,
     sensors: tuple[Sensor, ...],
     rate: float,
-    faulty: tuple[int, ...],
+    positions: tuple[int, ...],
 ) -> FloatArray:
     """Return what geometry adds to the channels (recording, time, sensor) of motions.
 
-    ``states`` (recording, state): where they begin; ``batch``: of which recordings; ``faulty``: as in
+    ``states`` (recording, state): where they begin; ``batch``: of which recordings; ``positions``: as in
     `Hypothesis.system`. Zero where the plant has no geometry, and where the motion explodes.
     """
     found, geometry = np.zeros((len(states), batch.samples, len(sensors))), hypothesis.plant.geometry
     if geometry is None:
         return found
-    system, n = hypothesis.system(theta[None], sensors, rate, faulty), hypothesis.size
+    system, n = hypothesis.system(theta[None], sensors, rate, positions), hypothesis.size
     motion = motion_of(system, states, batch.samples, batch.loads)
     if motion is None:
         return found
@@ -51,11 +51,11 @@ def added(
     return found
 
 
-def straightened(item: Fit, frame: Frame) -> tuple[Batch, ...] | None:
+def straightened(item: Fit, gauge: Gauge) -> tuple[Batch, ...] | None:
     """Return what was recorded less what geometry adds to the motion of a fit; None where that hardly changes."""
     batches, change = [], 0.0
     for batch, states in zip(item.batches, item.states, strict=True):
-        y = added(item.hypothesis, item.theta, states, batch, frame.sensors, frame.rate, frame.positions)
-        change += float(np.square((batch.recorded - batch.data - y) / frame.sigma).sum())
+        y = added(item.hypothesis, item.theta, states, batch, gauge.sensors, gauge.rate, gauge.positions)
+        change += float(np.square((batch.recorded - batch.data - y) / gauge.sigma).sum())
         batches.append(batch.less(y))
     return tuple(batches) if change > FELT * item.values else None

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fe_models.dofs import FloatArray
-from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import Batch
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.loaded import given, loaded_size
@@ -48,7 +48,7 @@ def linearise_batch(
     hypothesis: Hypothesis,
     theta: FloatArray,
     batch: Batch,
-    frame: Frame,
+    gauge: Gauge,
     states: FloatArray | None,
     slopes: bool = True,
 ) -> Linearisation | None:
@@ -58,22 +58,22 @@ def linearise_batch(
     """
     hypothesis, kept = hypothesis.less(batch.off), hypothesis.parameters_of(batch.off)
     if hypothesis.is_linear:
-        part = _linear(hypothesis, theta[kept], batch, frame, slopes)
+        part = _linear(hypothesis, theta[kept], batch, gauge, slopes)
     else:
         assert states is not None
-        part = _forced(hypothesis, theta[kept], batch, frame, states, slopes)
+        part = _forced(hypothesis, theta[kept], batch, gauge, states, slopes)
     return None if part is None else _spread(part, kept, len(theta))
 
 
 def _linear(
-    hypothesis: Hypothesis, theta: FloatArray, batch: Batch, frame: Frame, slopes: bool
+    hypothesis: Hypothesis, theta: FloatArray, batch: Batch, gauge: Gauge, slopes: bool
 ) -> Linearisation | None:
     """Return the linearisation with the best initial states at ``theta``."""
     recordings, samples, _ = batch.data.shape
-    weight = np.tile(1 / frame.sigma, samples)  # (value,)
+    weight = np.tile(1 / gauge.sigma, samples)  # (value,)
     moved = STEP * hypothesis.width
     thetas = np.vstack([theta, theta + np.diag(moved)]) if slopes else theta[None]
-    system = hypothesis.system(thetas, frame.sensors, frame.rate, frame.positions)
+    system = hypothesis.system(thetas, gauge.sensors, gauge.rate, gauge.positions)
     first = observability(system.only(0), samples).reshape(-1, hypothesis.states) * weight[:, None]
     if not np.abs(first).max() < EXPLODED:
         return None
@@ -100,19 +100,19 @@ def _linear(
 
 
 def _forced(
-    hypothesis: Hypothesis, theta: FloatArray, batch: Batch, frame: Frame, states: FloatArray, slopes: bool
+    hypothesis: Hypothesis, theta: FloatArray, batch: Batch, gauge: Gauge, states: FloatArray, slopes: bool
 ) -> Linearisation | None:
     """Return the linearisation from ``states`` under force laws; without ``slopes`` only what is left."""
-    weight = np.tile(1 / frame.sigma, batch.samples)  # (value,)
+    weight = np.tile(1 / gauge.sigma, batch.samples)  # (value,)
     data = batch.data.reshape(len(states), -1) * weight
-    system = hypothesis.system(theta[None], frame.sensors, frame.rate, frame.positions)
+    system = hypothesis.system(theta[None], gauge.sensors, gauge.rate, gauge.positions)
     y = respond(system, states[None], batch.samples, batch.loads) + drifted(system, batch.begins)
     residual = data - y.reshape(data.shape) * weight
     if not np.isfinite(residual).all() or np.abs(residual).max() > FAR * np.abs(data).max():
         return None
     if not slopes:
         return _left_over(residual, batch, states)
-    changes = _changes(hypothesis, theta, batch, frame, states)
+    changes = _changes(hypothesis, theta, batch, gauge, states)
     if changes is None:
         return None
     change, by_state = changes
@@ -132,32 +132,32 @@ def _forced(
 
 
 def _changes(
-    hypothesis: Hypothesis, theta: FloatArray, batch: Batch, frame: Frame, states: FloatArray
+    hypothesis: Hypothesis, theta: FloatArray, batch: Batch, gauge: Gauge, states: FloatArray
 ) -> tuple[FloatArray, FloatArray] | None:
     """Return what parameters change, (parameter, recording, value), and entries of a state, (recording, value, state).
 
     Of motions told as if nothing folded (`respond`), which changes what is left of recordings, but hardly the direction
     of a step. Differences are taken from one such motion, lest they see it.
     """
-    moved, size = STEP * hypothesis.width, STEP * _size(hypothesis, theta, batch, frame, states)
+    moved, size = STEP * hypothesis.width, STEP * _size(hypothesis, theta, batch, gauge, states)
     own = 1 + len(theta)  # variants that differ in a parameter; those that differ in a state come after
     thetas = np.vstack([theta, theta + np.diag(moved), np.repeat(theta[None], len(size), axis=0)])
     start = np.repeat(states[None], len(thetas), axis=0)
     start[own:] += np.diag(size)[:, None]
-    system = hypothesis.system(thetas, frame.sensors, frame.rate, frame.positions)
+    system = hypothesis.system(thetas, gauge.sensors, gauge.rate, gauge.positions)
     y = respond(system, start, batch.samples, batch.loads, often=1) + drifted(system, batch.begins)
-    y = y.reshape(len(thetas), len(states), -1) * np.tile(1 / frame.sigma, batch.samples)
+    y = y.reshape(len(thetas), len(states), -1) * np.tile(1 / gauge.sigma, batch.samples)
     if not np.isfinite(y).all():
         return None
     by_state = ((y[own:] - y[0]) / size[:, None, None]).transpose(1, 2, 0)
     return (y[1:own] - y[0]) / moved[:, None, None], by_state
 
 
-def _size(hypothesis: Hypothesis, theta: FloatArray, batch: Batch, frame: Frame, states: FloatArray) -> FloatArray:
+def _size(hypothesis: Hypothesis, theta: FloatArray, batch: Batch, gauge: Gauge, states: FloatArray) -> FloatArray:
     """Return how large each entry of a state is (state,): the initial ones', and what loads make of them."""
     square = np.mean(states**2, axis=0)
     if batch.loads is not None:
-        system = hypothesis.system(theta[None], frame.sensors, frame.rate, frame.positions)
+        system = hypothesis.system(theta[None], gauge.sensors, gauge.rate, gauge.positions)
         square = square + loaded_size(system, batch.loads)
     return np.maximum(np.sqrt(square), LEAST)
 

@@ -5,14 +5,14 @@ import numpy as np
 from hybrid.diagnosis.contest.switching import acting_recordings
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.fitting.forecasting import Model, initial_states, without
-from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import Batch, columns_of, count_of
 
 TOLD = 12.0  # in the tempered sum of squares: by how much a test recording must do better with the cause than without
 
 
 def recordings_of(
-    fit: Fit, number: int, model: Model, test: tuple[Batch, ...], measured: tuple[int, ...], frame: Frame, temper: float
+    fit: Fit, number: int, model: Model, test: tuple[Batch, ...], measured: tuple[int, ...], gauge: Gauge, temper: float
 ) -> set[str]:
     """Return the names of the recordings where candidate ``number`` of a fit acts.
 
@@ -26,7 +26,7 @@ def recordings_of(
         with_it = np.ones(len(batch.names), dtype=bool)
         if not everywhere:
             (own,) = columns_of((batch,), measured)
-            on, off = (initial_states(*without(model, left_out), own, frame)[1] for left_out in ((), (number,)))
+            on, off = (initial_states(*without(model, left_out), own, gauge)[1] for left_out in ((), (number,)))
             with_it = off - on > TOLD * temper
         names |= {name for name, acts in zip(batch.names, with_it, strict=True) if acts}
     return names

@@ -20,7 +20,7 @@ from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.fitting.linearisation import linearise_batch
 from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.outcome.findings import at_place, reported_location
-from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.response.marching import respond
 
 DOUBTFUL = 0.05  # least probability of a rival worth a sensor; one that falls below it is ruled out
@@ -61,7 +61,7 @@ class Advice:
         )
 
 
-def advise(posterior: Posterior, searched: Frame, energy: float) -> tuple[Advice, ...]:
+def advise(posterior: Posterior, searched: Gauge, energy: float) -> tuple[Advice, ...]:
     """Return advice for each cause of the best hypothesis and each of its rivals that is not improbable.
 
     ``searched``: with what counted as noise in the search; ``energy`` of that over the noise's, see `Evidence`.
@@ -110,44 +110,44 @@ def _fit_with(posterior: Posterior, candidate: Candidate, rival: Candidate) -> F
     return next(item for item in posterior.fits if {c.key for c in item.hypothesis.candidates} == wanted)
 
 
-def _most_telling(best: Fit, rival: Fit, added: tuple[Sensor, ...], frame: Frame) -> tuple[Sensor | None, float]:
+def _most_telling(best: Fit, rival: Fit, added: tuple[Sensor, ...], gauge: Gauge) -> tuple[Sensor | None, float]:
     """Return the sensor among those ``added`` that tells most, and the log odds that it adds; None where none does."""
-    ours, theirs = _motions(best, added, frame), _motions(rival, added, frame)
-    sigma = noise_of(added, _size(ours), frame, _size(_motions(best, frame.sensors, frame)))
+    ours, theirs = _motions(best, added, gauge), _motions(rival, added, gauge)
+    sigma = noise_of(added, _size(ours), gauge, _size(_motions(best, gauge.sensors, gauge)))
     if not all(np.isfinite(part).all() for part in (*ours.values(), *theirs.values())):
         return None, 0.0
     apart = np.sum([np.sum(((ours[key] - theirs[key]) / sigma) ** 2, axis=0) for key in ours], axis=0)  # (sensor,)
-    without = _left(best, rival, frame)
+    without = _left(best, rival, gauge)
     gains: list[tuple[float, int]] = []
     for number in [int(i) for i in np.argsort(-apart)[:TRIED]]:
-        wider = Frame((*frame.sensors, added[number]), frame.rate, np.append(frame.sigma, sigma[number]))
+        wider = Gauge((*gauge.sensors, added[number]), gauge.rate, np.append(gauge.sigma, sigma[number]))
         gains.append((_left(best, rival, wider) - without, number))
     gain, number = max(gains, default=(0.0, 0))
     return (added[number], gain / 2) if gain > 1 else (None, 0.0)  # less than one is what chance alone makes
 
 
-def noise_of(added: tuple[Sensor, ...], sizes: FloatArray, frame: Frame, shown: FloatArray) -> FloatArray:
+def noise_of(added: tuple[Sensor, ...], sizes: FloatArray, gauge: Gauge, shown: FloatArray) -> FloatArray:
     """Return the noise (sensor,) to expect of ``added`` sensors: that of the present ones of their quantity.
 
     Where there are none, as large beside the largest channel as theirs: ``sizes`` of the added channels (sensor,), and
     ``shown`` by the present ones (sensor,).
     """
-    measured, wanted = (np.array([sensor.quantity for sensor in group]) for group in (frame.sensors, added))
-    relative, noise = float(np.median(frame.sigma / shown)), np.zeros(len(added))
+    measured, wanted = (np.array([sensor.quantity for sensor in group]) for group in (gauge.sensors, added))
+    relative, noise = float(np.median(gauge.sigma / shown)), np.zeros(len(added))
     for quantity in OFFERED:
         own, present = wanted == quantity, measured == quantity
-        noise[own] = np.median(frame.sigma[present]) if present.any() else relative * sizes[own].max(initial=0.0)
+        noise[own] = np.median(gauge.sigma[present]) if present.any() else relative * sizes[own].max(initial=0.0)
     return noise
 
 
-def _left(best: Fit, rival: Fit, frame: Frame) -> float:
-    """Return the least cost (a chi-square) of the rival on what the sensors of ``frame`` show of the best fit."""
-    shown = _motions(best, frame.sensors, frame)
+def _left(best: Fit, rival: Fit, gauge: Gauge) -> float:
+    """Return the least cost (a chi-square) of the rival on what the sensors of ``gauge`` show of the best fit."""
+    shown = _motions(best, gauge.sensors, gauge)
     precision, off = rival.hypothesis.precision, rival.theta - rival.hypothesis.centre
     H, g, cost = np.diag(precision), -precision * off, float(off @ (precision * off))
     for batch, states in zip(rival.batches, rival.states, strict=True):
         data = np.stack([shown[data.tobytes()] for data in batch.data])
-        part = linearise_batch(rival.hypothesis, rival.theta, replace(batch, data=data), frame, states)
+        part = linearise_batch(rival.hypothesis, rival.theta, replace(batch, data=data), gauge, states)
         if part is None:
             return 0.0
         J, r = part.slopes.reshape(len(off), -1), part.residual.ravel()
@@ -155,14 +155,14 @@ def _left(best: Fit, rival: Fit, frame: Frame) -> float:
     return cost - float(g @ np.linalg.solve(H, g))
 
 
-def _motions(item: Fit, sensors: tuple[Sensor, ...], frame: Frame) -> dict[bytes, FloatArray]:
+def _motions(item: Fit, sensors: tuple[Sensor, ...], gauge: Gauge) -> dict[bytes, FloatArray]:
     """Return what ``sensors`` would show of a fit without noise (time, sensor), by the recording's own data."""
-    present = {sensor.name: position for position, sensor in enumerate(frame.sensors)}
-    faulty = tuple(present.get(sensor.name, -1) for sensor in sensors)
+    present = {sensor.name: position for position, sensor in enumerate(gauge.sensors)}
+    positions = tuple(present.get(sensor.name, -1) for sensor in sensors)
     found: dict[bytes, FloatArray] = {}
     for batch, states in zip(item.batches, item.states, strict=True):
         theta = item.theta[item.hypothesis.parameters_of(batch.off)]
-        system = item.hypothesis.less(batch.off).system(theta[None], sensors, frame.rate, faulty)
+        system = item.hypothesis.less(batch.off).system(theta[None], sensors, gauge.rate, positions)
         y = respond(system, states[None], batch.samples, batch.loads)[0]
         found |= {data.tobytes(): motion for data, motion in zip(batch.data, y, strict=True)}
     return found

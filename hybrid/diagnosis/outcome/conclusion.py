@@ -30,7 +30,7 @@ from hybrid.diagnosis.outcome.materiality import material, weak, without_weak
 from hybrid.diagnosis.outcome.scorer import Scorer
 from hybrid.diagnosis.outcome.simulation import Simulation, modal_finding, modal_notes, simulation_of
 from hybrid.diagnosis.outcome.verdict import ABNORMAL, Errors, Verdict, verdict_of
-from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.shown.example import Example, example_of
 from hybrid.diagnosis.shown.show import Shown, show
 
@@ -91,7 +91,7 @@ class _Forecasts:
 
 def concluded(setting: Setting, evidence: Evidence) -> Diagnosis:
     """Return the diagnosis that the evidence amounts to."""
-    base, frame = evidence.base, evidence.frame
+    base, gauge = evidence.base, evidence.gauge
     scorer = Scorer.of(setting, evidence)
     posterior, notes = _mattering(setting, evidence, scorer)
     best = posterior.fits[0]
@@ -102,9 +102,9 @@ def concluded(setting: Setting, evidence: Evidence) -> Diagnosis:
         scorer.error(found.calibrated), scorer.error(found.extended), scorer.floor(found.own), found.unexplained
     )
     wrong = simulation.fit if simulation.is_wrong else base
-    verdict, listed = verdict_of(best, evidence.posterior.fits[0], wrong, frame, setting.band, errors)
+    verdict, listed = verdict_of(best, evidence.posterior.fits[0], wrong, gauge, setting.band, errors)
     named = verdict in (Verdict.EXPLAINED, Verdict.PARTLY_EXPLAINED)
-    final, theta = (best, best.theta) if named else _as_drawn_or_calibrated(base, frame, normal)
+    final, theta = (best, best.theta) if named else _as_drawn_or_calibrated(base, gauge, normal)
     findings = _findings(setting, scorer, posterior, simulation, found, listed) if named else ()
     if named:
         notes += _apart(setting, findings)
@@ -117,7 +117,7 @@ def concluded(setting: Setting, evidence: Evidence) -> Diagnosis:
     after = found.extended if named else found.own if theta.any() else found.drawn
     notes += modal_notes(simulation, found.nominal, found.own, scorer, named)
     advice = advise(posterior, evidence.searched, evidence.energy) if named else ()
-    shown = show(setting.dataset, simulation.fit, final, found.nominal, found.calibrated, frame)
+    shown = show(setting.dataset, simulation.fit, final, found.nominal, found.calibrated, gauge)
     return Diagnosis(
         verdict=verdict,
         findings=findings,
@@ -132,11 +132,11 @@ def concluded(setting: Setting, evidence: Evidence) -> Diagnosis:
         shown=shown,
         example=example_of(
             scorer.shown,
-            model_of(simulation.fit, frame, np.zeros_like(simulation.fit.theta)),
-            model_of(final, frame, theta),
+            model_of(simulation.fit, gauge, np.zeros_like(simulation.fit.theta)),
+            model_of(final, gauge, theta),
             setting.dataset.sensors,
             setting.measured,
-            frame,
+            gauge,
             shown.observed.frequencies,
         ),
         advice=advice,
@@ -169,16 +169,16 @@ def _forecasts(scorer: Scorer, simulated: Fit, base: Fit, best: Fit, normal: flo
 
 def _unseen(item: Fit, evidence: Evidence, setting: Setting, more: str) -> list[str]:
     """Return a note where a fit leaves nothing of the training recordings that is wrong."""
-    seen = left(item, evidence.frame, setting.band).significant or factors_off(item)
+    seen = left(item, evidence.gauge, setting.band).significant or factors_off(item)
     return [] if seen else [UNSEEN.format(more=more)]
 
 
-def _as_drawn_or_calibrated(base: Fit, frame: Frame, most: float) -> tuple[Fit, FloatArray]:
+def _as_drawn_or_calibrated(base: Fit, gauge: Gauge, most: float) -> tuple[Fit, FloatArray]:
     """Return the fit without any cause and its theta: calibrated by no more than ``most`` standard deviations, or zero
     where what is wrong has led that astray.
     """
     drawn, calibrated = np.zeros_like(base.theta), within(base, most)
-    left_by = [sum(float(np.square(part).sum()) for part in residuals_at(base, t, frame)) for t in (drawn, calibrated)]
+    left_by = [sum(float(np.square(part).sum()) for part in residuals_at(base, t, gauge)) for t in (drawn, calibrated)]
     return base, drawn if left_by[0] < left_by[1] else calibrated
 
 
@@ -196,7 +196,7 @@ def _findings(
     probable each cause is.
     """
     best, findings = posterior.fits[0], list[Finding]()
-    whole, model = found.extended, model_of(best, scorer.frame)
+    whole, model = found.extended, model_of(best, scorer.gauge)
     had = max(found.nominal.energy - found.nominal.floor_energy, TINY)
     names = _names(setting)
     if simulation.is_wrong:
@@ -205,7 +205,7 @@ def _findings(
         cause, parameters = cause_of(best, number, posterior.temper)
         without = _strongest_without(posterior, candidate)
         lost = found.drawn.energy if without is None else scorer.forecast(without).energy
-        acting = recordings_of(best, number, model, scorer.test, setting.measured, scorer.frame, posterior.temper)
+        acting = recordings_of(best, number, model, scorer.test, setting.measured, scorer.gauge, posterior.temper)
         findings.append(
             Finding(
                 cause,

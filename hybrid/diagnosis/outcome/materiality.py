@@ -32,7 +32,7 @@ def material(evidence: Evidence, scorer: Scorer) -> tuple[Posterior, list[str]]:
         simpler = evidence.among(fewer)
         most = max(DEVIATION, deviation_of(best))  # what the one needs, the other may have
         before, after = (scorer.forecast(item, most) for item in (simpler.fits[0], best))
-        guess = left(best, evidence.frame, scorer.setting.band).significant
+        guess = left(best, evidence.gauge, scorer.setting.band).significant
         trifle = is_trifle(before, after, wrong, count > 1)
         weaker = scorer.error(before) - scorer.error(after) <= (MATERIAL if count == 1 else BESIDE) * floor
         if count == 1:

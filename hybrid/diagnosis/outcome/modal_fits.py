@@ -45,15 +45,15 @@ def fit_in_modal_model(
     parts = len(modal.parts)
     damping = np.zeros(hypothesis.nuisances - parts)
     theta = np.concatenate([item.theta[:parts], damping, *(item.theta[own.slices[i]] for i in chosen)])
-    frame = evidence.searched
+    gauge = evidence.searched
     lengths = lengths_of(item.batches, hypothesis.states)
     with np.errstate(over="ignore", invalid="ignore"):  # a step that goes too far is taken back
-        short = short_fit(modal, lengths, frame)
+        short = short_fit(modal, lengths, gauge)
         start = replace(short, states=padded(short.states, hypothesis))
-        found = ground_of(hypothesis, theta, lengths, frame, start)
+        found = ground_of(hypothesis, theta, lengths, gauge, start)
     if found is None:
         return None
-    return in_units_of(evidence.frame, found.whole, frame)
+    return in_units_of(evidence.gauge, found.whole, gauge)
 
 
 def _standing_for(cause: Candidate, T: csr_array) -> Candidate:

@@ -9,7 +9,7 @@ from hybrid.diagnosis.contest.setting import Setting
 from hybrid.diagnosis.fitting.crossvalidation import Folds, folds_of
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.fitting.forecasting import Forecast, Model, forecast, model_of, within
-from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import Batch, batches_of
 
 
@@ -18,7 +18,7 @@ class Scorer:
     """``test``: batches with all sensors; ``folds``: where there are none, the training recordings in turn."""
 
     setting: Setting
-    frame: Frame
+    gauge: Gauge
     test: tuple[Batch, ...]
     folds: Folds | None
 
@@ -27,17 +27,17 @@ class Scorer:
         """Return the scorer of a dataset, its noise as the evidence has it."""
         dataset = setting.dataset
         folds = folds_of(dataset, setting.measured, evidence.searched)
-        return cls(setting, evidence.frame, batches_of(dataset, "test"), folds)
+        return cls(setting, evidence.gauge, batches_of(dataset, "test"), folds)
 
     def forecast(self, item: Fit, most: float = np.inf) -> Forecast:
         """Return the scores of a fit, nominal values calibrated by no more than ``most`` standard deviations."""
 
         def model(one: Fit) -> Model:
-            return model_of(one, self.frame, within(one, most))
+            return model_of(one, self.gauge, within(one, most))
 
         if self.folds is not None:
-            return self.folds.forecast(item, model, self.frame)
-        return forecast(model(item), self.test, self.setting.dataset.sensors, self.setting.measured, self.frame)
+            return self.folds.forecast(item, model, self.gauge)
+        return forecast(model(item), self.test, self.setting.dataset.sensors, self.setting.measured, self.gauge)
 
     def error(self, found: Forecast) -> float:
         """Return the NRMSE, mean over the measured channels."""

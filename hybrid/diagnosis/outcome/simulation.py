@@ -22,7 +22,7 @@ from hybrid.diagnosis.outcome.materiality import is_trifle
 from hybrid.diagnosis.outcome.modal_fits import fit_in_modal_model, fits_in_modal_model
 from hybrid.diagnosis.outcome.scorer import Scorer
 from hybrid.diagnosis.outcome.verdict import MATERIAL
-from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.gauge import Gauge
 
 FARTHEST = 500.0  # in log odds: what exp can be taken of
 
@@ -58,7 +58,7 @@ def simulation_of(setting: Setting, evidence: Evidence, posterior: Posterior, sc
     plain = fit_in_modal_model(base, (), modal, setting, evidence)
     if plain is None:
         raise InputError("[simulation] modal_model: under the structure's own force laws its motion grows for ever")
-    if not _forecasts_differ(base, plain, evidence.frame):
+    if not _forecasts_differ(base, plain, evidence.gauge):
         return Simulation(base)
     differs = difference(setting.plant, modal)
     causes = best.hypothesis.candidates
@@ -68,7 +68,7 @@ def simulation_of(setting: Setting, evidence: Evidence, posterior: Posterior, sc
     before, after = (scorer.forecast(item, most) for item in (same, best))
     nominal = scorer.forecast(plain, 0.0)
     trifle = is_trifle(before, after, nominal.energy - nominal.floor_energy, bool(causes))
-    guess = trifle and left(best, evidence.frame, setting.band).significant
+    guess = trifle and left(best, evidence.gauge, setting.band).significant
     log_odds = (best.log_evidence - same.log_evidence) / posterior.temper
     matters = scorer.error(before) - scorer.error(after) > MATERIAL * scorer.floor(after)
     if guess or not matters or log_odds <= 0:
@@ -120,16 +120,16 @@ def modal_notes(simulation: Simulation, nominal: Forecast, own: Forecast, scorer
     return told
 
 
-def _forecasts_differ(own: Fit, other: Fit, frame: Frame) -> bool:
+def _forecasts_differ(own: Fit, other: Fit, gauge: Gauge) -> bool:
     """Return whether two models, as drawn, forecast so differently that it would show beside noise."""
     square, values = 0.0, 0.0
     for batch in own.batches:
         first = shown_of(batch.samples)
         one, two = (
-            predicted(model_of(item, frame, np.zeros_like(item.theta)), batch, frame.sensors, frame.positions, frame)
+            predicted(model_of(item, gauge, np.zeros_like(item.theta)), batch, gauge.sensors, gauge.positions, gauge)
             for item in (own, other)
         )
-        apart = ((one - two) / frame.sigma)[:, first:]
+        apart = ((one - two) / gauge.sigma)[:, first:]
         square += float(np.square(apart).sum())
         values += apart.size * batch.share
     return square > ((1 + MATERIAL) ** 2 - 1) * values

@@ -6,7 +6,7 @@ from enum import Enum
 from hybrid.diagnosis.contest.pairs import left
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.fitting.forecasting import deviation_of
-from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.noise import Band
 
 MATERIAL = 0.05  # of the noise floor: by how much a cause must improve the forecast, and what counts as reaching it
@@ -57,15 +57,15 @@ class Errors:
 
 
 def verdict_of(
-    best: Fit, all_causes: Fit, base: Fit, frame: Frame, band: Band, errors: Errors
+    best: Fit, all_causes: Fit, base: Fit, gauge: Gauge, band: Band, errors: Errors
 ) -> tuple[Verdict, float]:
     """Return the verdict on the ``best`` fit, and how probable it is that the list has what is wrong.
 
     ``all_causes``: the best fit with those, too, that hardly matter for forecasts. ``base``: the fit without any cause;
     that of the user's modal model, where this is wrong by itself.
     """
-    significant = left(best, frame, band).significant
-    rest = max(left(best, frame, band).total, best.misfit)
+    significant = left(best, gauge, band).significant
+    rest = max(left(best, gauge, band).total, best.misfit)
     share = rest / max(base.misfit, rest, 1e-300) if significant else 0.0
     certain = errors.reached and not (significant and share > WHOLLY / 3)
     if errors.nothing_to_gain:
@@ -74,16 +74,16 @@ def verdict_of(
         calm = errors.calibrated <= NEAR * errors.floor  # in recordings that were never fitted
         return Verdict.NOTHING_WRONG if calm and not significant else Verdict.UNEXPLAINED, LISTED
     wholly = min(share, errors.unexplained) < WHOLLY
-    normal = deviation_of(best) <= ABNORMAL or _is_explained(best, all_causes, frame, band)
+    normal = deviation_of(best) <= ABNORMAL or _is_explained(best, all_causes, gauge, band)
     if normal and (errors.reached or (errors.near and wholly)):
         return Verdict.EXPLAINED, 1.0 if certain else LISTED
     partly = min(share, errors.unexplained) < PARTLY  # a calibration gone astray may leave as little
     return (Verdict.PARTLY_EXPLAINED if partly else Verdict.UNEXPLAINED), LISTED_IN_PART
 
 
-def _is_explained(best: Fit, all_causes: Fit, frame: Frame, band: Band) -> bool:
+def _is_explained(best: Fit, all_causes: Fit, gauge: Gauge, band: Band) -> bool:
     """Return whether the best fit's causes, with weak ones, leave nothing but noise, the calibration normal: what is
     astray without those stands for them.
     """
     named, more = ({candidate.key for candidate in item.hypothesis.candidates} for item in (best, all_causes))
-    return named < more and deviation_of(all_causes) <= ABNORMAL and not left(all_causes, frame, band).significant
+    return named < more and deviation_of(all_causes) <= ABNORMAL and not left(all_causes, gauge, band).significant

@@ -179,10 +179,10 @@ class Hypothesis:
         C = C + assumed_damping(plant, M, C, K, factor[:, parts:], replaced) + dashpots
         return Reduced(M, C, K, shapes)
 
-    def system(self, theta: FloatArray, sensors: tuple[Sensor, ...], rate: float, faulty: tuple[int, ...]) -> System:
+    def system(self, theta: FloatArray, sensors: tuple[Sensor, ...], rate: float, positions: tuple[int, ...]) -> System:
         """Return the systems of ``theta`` (variant, parameter).
 
-        ``faulty``: for each of the ``sensors`` its position among the measured ones, -1 where it is none of them.
+        ``positions``: for each of the ``sensors`` its position among the measured ones, -1 where it is none of them.
         """
         plant, n, variants = self.plant, self.size, len(theta)
         reduced, laws, waves = self.reduced(theta), self._laws(theta), self._waves(theta)
@@ -220,7 +220,7 @@ class Hypothesis:
             seen[:, pushed, first] -= omega**2 * shown[pushed]
         direct = np.where(pushed[:, None], picked @ feed, 0.0)
         forces = tuple(force for _, force in laws)
-        gain, delay, slope = self._faults(theta, faulty)
+        gain, delay, slope = self._faults(theta, positions)
         loads = self._loads(reduced, inverse, rows, kinds, [pull for pull, _ in laws])
         lowpass = plant.lowpass if loads is None else None  # known loads have passed it before they act
         residual = self._residual
@@ -267,13 +267,13 @@ class Hypothesis:
             if candidate.oscillator and candidate.pull is not None
         ]
 
-    def _faults(self, theta: FloatArray, faulty: tuple[int, ...]) -> FloatArray:
-        """Return gain, delay (s) and slope (1/s) of the sensors, (3, variant, sensor); ``faulty``: see `system`."""
-        faults = np.zeros((3, len(theta), len(faulty)))
+    def _faults(self, theta: FloatArray, positions: tuple[int, ...]) -> FloatArray:
+        """Return gain, delay (s) and slope (1/s) of the sensors, (3, variant, sensor); ``positions``: see `system`."""
+        faults = np.zeros((3, len(theta), len(positions)))
         faults[0] = 1.0
         for candidate, part in zip(self.candidates, self.slices, strict=True):
             if candidate.sensor is not None:
-                own = [i for i, position in enumerate(faulty) if position == candidate.sensor]
+                own = [i for i, position in enumerate(positions) if position == candidate.sensor]
                 faults[FAULTS.index(candidate.kind)][:, own] = theta[:, part]
         return faults
 

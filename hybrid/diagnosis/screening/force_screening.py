@@ -6,7 +6,7 @@ from fe_models.dofs import BoolArray, FloatArray
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.fitting.linearisation import Linearisation, linearise_batch
-from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.spectra import WIDTH, combination_lines, energy_near
 from hybrid.diagnosis.response.system import System
 from hybrid.diagnosis.screening.screening import Screened
@@ -16,7 +16,7 @@ PEAKS = 2  # frequencies kept at each place
 SECONDARY = 2.5e-3  # of all energy: a line at a sum or difference of natural frequencies must be stronger on a frame
 
 
-def screen_forces(fit: Fit, candidates: tuple[Candidate, ...], frame: Frame) -> list[Screened]:
+def screen_forces(fit: Fit, candidates: tuple[Candidate, ...], gauge: Gauge) -> list[Screened]:
     """Return harmonic forces with their best frequencies, from the steady state that each frequency would bring.
 
     The transient is one of the initial states' motions, which are projected out. Amplitude and phase are each
@@ -26,30 +26,30 @@ def screen_forces(fit: Fit, candidates: tuple[Candidate, ...], frame: Frame) -> 
     if not forces:
         return []
     hypothesis = fit.hypothesis
-    system = hypothesis.system(fit.theta[None], frame.sensors, frame.rate, frame.positions)
+    system = hypothesis.system(fit.theta[None], gauge.sensors, gauge.rate, gauge.positions)
     n, states = hypothesis.size, hypothesis.states
     reduced = hypothesis.reduced(fit.theta[None])
     inverse = np.linalg.inv(reduced.mass)
-    accelerations = np.array([sensor.quantity == "acceleration" for sensor in frame.sensors])
+    accelerations = np.array([sensor.quantity == "acceleration" for sensor in gauge.sensors])
     longest = max(batch.samples for batch in fit.batches)
     count = longest * FREQUENCIES_A_LINE
-    trials = np.arange(FREQUENCIES_A_LINE, count // 2) * frame.rate / count
+    trials = np.arange(FREQUENCIES_A_LINE, count // 2) * gauge.rate / count
     pulls = [candidate.pull for candidate in forces if candidate.pull is not None]  # of every force
     feed = np.stack([reduced.fed(pull, inverse)[0] for pull in pulls], axis=1)  # (mode, place)
     B = np.zeros((states, len(forces)))
     B[n : 2 * n] = feed
-    D = np.where(accelerations[:, None], hypothesis.plant.rows(frame.sensors) @ reduced.shapes[0] @ feed, 0.0)
+    D = np.where(accelerations[:, None], hypothesis.plant.rows(gauge.sensors) @ reduced.shapes[0] @ feed, 0.0)
     omega = 2j * np.pi * trials[:, None, None]
     pushed = np.broadcast_to(B, (len(trials), *B.shape))
     transfer = system.C[0] @ np.linalg.solve(omega * np.eye(states) - system.A[0], pushed) + D
-    transfer = transfer * (system.gain[0] / frame.sigma)[:, None]  # (frequency, sensor, place)
+    transfer = transfer * (system.gain[0] / gauge.sigma)[:, None]  # (frequency, sensor, place)
     gains = np.zeros((len(trials), len(forces)))
     for batch, states_found in zip(fit.batches, fit.states, strict=True):
-        part = linearise_batch(hypothesis, fit.theta, batch, frame, states_found)
+        part = linearise_batch(hypothesis, fit.theta, batch, gauge, states_found)
         assert part is not None  # it was fitted
-        gains += _wave_gains(part, batch.samples, transfer, trials / frame.rate)
+        gains += _wave_gains(part, batch.samples, transfer, trials / gauge.rate)
     if hypothesis.plant.kept is not None:
-        gains[_is_of_structure(trials, system, fit, frame)[:, None] & (gains < SECONDARY * _energy(fit, frame))] = 0.0
+        gains[_is_of_structure(trials, system, fit, gauge)[:, None] & (gains < SECONDARY * _energy(fit, gauge))] = 0.0
     found = []
     for place, candidate in enumerate(forces):
         curve = gains[:, place].copy()
@@ -61,18 +61,18 @@ def screen_forces(fit: Fit, candidates: tuple[Candidate, ...], frame: Frame) -> 
     return sorted(found, key=lambda trial: -trial.gain)
 
 
-def _is_of_structure(trials: FloatArray, system: System, fit: Fit, frame: Frame) -> BoolArray:
+def _is_of_structure(trials: FloatArray, system: System, fit: Fit, gauge: Gauge) -> BoolArray:
     """Return whether each frequency (Hz) is a multiple, sum or difference of the strongest modes' frequencies."""
     roots = np.linalg.eigvals(system.A[0])
     frequencies = np.sort(np.abs(roots[roots.imag > 0])) / (2 * np.pi)
-    motion = tuple(batch.data / frame.sigma for batch in fit.batches)
-    lines = combination_lines(frequencies, energy_near(frequencies, motion, frame.rate))
-    resolution = frame.rate / max(batch.samples for batch in fit.batches)
+    motion = tuple(batch.data / gauge.sigma for batch in fit.batches)
+    lines = combination_lines(frequencies, energy_near(frequencies, motion, gauge.rate))
+    resolution = gauge.rate / max(batch.samples for batch in fit.batches)
     return np.asarray(np.abs(trials[:, None] - lines).min(axis=1) <= WIDTH * resolution)
 
 
-def _energy(fit: Fit, frame: Frame) -> float:
-    return sum(float(np.square(batch.data / frame.sigma).sum()) for batch in fit.batches)
+def _energy(fit: Fit, gauge: Gauge) -> float:
+    return sum(float(np.square(batch.data / gauge.sigma).sum()) for batch in fit.batches)
 
 
 def _wave_gains(part: Linearisation, samples: int, transfer: FloatArray, frequencies: FloatArray) -> FloatArray:

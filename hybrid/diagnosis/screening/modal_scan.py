@@ -12,7 +12,7 @@ import numpy as np
 from fe_models.dofs import FloatArray
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.fitting.fitting import Fit
-from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.side_by_side import side_by_side
 from hybrid.diagnosis.screening.scanning import sizes_of
@@ -35,12 +35,12 @@ class _Calibration:
     plain: FloatArray
 
     @classmethod
-    def of(cls, hypothesis: Hypothesis, drawn: FloatArray, seen: SeenModes, frame: Frame) -> "_Calibration":
+    def of(cls, hypothesis: Hypothesis, drawn: FloatArray, seen: SeenModes, gauge: Gauge) -> "_Calibration":
         """Return the calibration of a hypothesis about ``drawn``, its theta (parameter,)."""
         values = hypothesis.plant.values
         moved = STEP * hypothesis.width[:values]
         thetas = drawn + np.vstack([np.zeros(len(drawn)), np.eye(values, len(drawn)) * moved[:, None]])
-        plain, left = np.split(seen.less(picked_modes(hypothesis, thetas, frame)), [1])
+        plain, left = np.split(seen.less(picked_modes(hypothesis, thetas, gauge)), [1])
         slopes = (plain - left) / moved[:, None]
         normal = slopes @ slopes.T + np.diag(hypothesis.precision[:values])
         return cls(slopes, np.asarray(np.linalg.inv(normal), dtype=np.float64), plain)
@@ -54,19 +54,19 @@ class _Calibration:
         return np.sum(left**2, axis=1) - np.sum(along * found, axis=1), found
 
 
-def modal_scan(item: Fit, candidates: tuple[Candidate, ...], frame: Frame, start: Fit) -> list[Screened]:
+def modal_scan(item: Fit, candidates: tuple[Candidate, ...], gauge: Gauge, start: Fit) -> list[Screened]:
     """Return candidates that change M or K, each at the best of its sizes, most promising first.
 
     ``item``: a fit of whole recordings. The calibration that each asks for goes with it, as a shift from ``start``.
     """
-    hypothesis, seen = item.hypothesis, seen_modes(item, frame)
+    hypothesis, seen = item.hypothesis, seen_modes(item, gauge)
     drawn = item.theta.copy()
     drawn[: hypothesis.nuisances] = 0.0
-    calibration = _Calibration.of(hypothesis, drawn, seen, frame)
+    calibration = _Calibration.of(hypothesis, drawn, seen, gauge)
     plain = float(calibration.best(calibration.plain)[0][0])
 
     def best(candidate: Candidate) -> Screened:
-        left_at = partial(_left_at, hypothesis.adding(candidate), drawn, seen, frame)
+        left_at = partial(_left_at, hypothesis.adding(candidate), drawn, seen, gauge)
         sizes = _sizes(candidate)
         number = int(np.argmin(calibration.best(left_at(sizes))[0]))
         closer = np.linspace(sizes[max(number - 1, 0)], sizes[min(number + 1, len(sizes) - 1)], CLOSER)
@@ -81,10 +81,10 @@ def modal_scan(item: Fit, candidates: tuple[Candidate, ...], frame: Frame, start
     return sorted(side_by_side(best, turning), key=lambda trial: -trial.gain)
 
 
-def _left_at(hypothesis: Hypothesis, drawn: FloatArray, seen: SeenModes, frame: Frame, sizes: FloatArray) -> FloatArray:
+def _left_at(hypothesis: Hypothesis, drawn: FloatArray, seen: SeenModes, gauge: Gauge, sizes: FloatArray) -> FloatArray:
     """Return what the structure as drawn leaves of the modes seen, (size, value), with one candidate more."""
     thetas = np.column_stack([np.repeat(drawn[None], len(sizes), axis=0), sizes])
-    return seen.less(picked_modes(hypothesis, thetas, frame, len(seen.omega)))
+    return seen.less(picked_modes(hypothesis, thetas, gauge, len(seen.omega)))
 
 
 def _sizes(candidate: Candidate) -> FloatArray:

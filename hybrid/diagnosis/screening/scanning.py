@@ -11,7 +11,7 @@ from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.fitting.forecasting import DEVIATION, deviation_of
 from hybrid.diagnosis.fitting.linearisation import EXPLODED, orthonormal
 from hybrid.diagnosis.nominal.plant import Plant
-from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.loaded import given
 from hybrid.diagnosis.response.reduction import basis_of, eigenmodes
@@ -29,7 +29,7 @@ Trial = tuple[Candidate, FloatArray]
 """A candidate and sizes (size, parameter) of it."""
 
 
-def scan(fit: Fit, candidates: tuple[Candidate, ...], frame: Frame) -> list[Screened]:
+def scan(fit: Fit, candidates: tuple[Candidate, ...], gauge: Gauge) -> list[Screened]:
     """Return each linear candidate at the best of its sizes, with the fall in the sum of squares there.
 
     The uncertain factors stay as drawn, initial states are projected out. ``fit`` should be of short segments, in which
@@ -38,11 +38,11 @@ def scan(fit: Fit, candidates: tuple[Candidate, ...], frame: Frame) -> list[Scre
     if not fit.hypothesis.is_linear:
         return []
     trials = [(candidate, sizes_of(candidate)) for candidate in candidates]
-    found = _best_of([trial for trial in trials if len(trial[1])], fit, frame)
+    found = _best_of([trial for trial in trials if len(trial[1])], fit, gauge)
     return sorted(found, key=lambda trial: -trial.gain)
 
 
-def unseen(fit: Fit, candidates: tuple[Candidate, ...], frame: Frame) -> list[Screened]:
+def unseen(fit: Fit, candidates: tuple[Candidate, ...], gauge: Gauge) -> list[Screened]:
     """Return what other things that are off may hide until the first step of a fit, each at the best of its sizes.
 
     There its gain says nothing. These are supports that give way and the simulation's own time steps, which calibrated
@@ -57,7 +57,7 @@ def unseen(fit: Fit, candidates: tuple[Candidate, ...], frame: Frame) -> list[Sc
     weakened = [c for c in candidates if much and c.kind == StiffnessChange.kind and "element" in c.location]
     trials += [trial for c in weakened for trial in _bringing(c, np.array(LEFT)[:, None], fit.hypothesis.plant)]
     best: dict[str, Screened] = {}
-    for found in sorted(_best_of(trials, fit, frame), key=lambda trial: -trial.gain):
+    for found in sorted(_best_of(trials, fit, gauge), key=lambda trial: -trial.gain):
         best.setdefault(found.candidate.key, found)
     return list(best.values())
 
@@ -76,16 +76,16 @@ def _bringing(candidate: Candidate, sizes: FloatArray, plant: Plant) -> list[Tri
     return [(replace(candidate, brings=int(count)), sizes[more == count]) for count in np.unique(more)]
 
 
-def _best_of(trials: list[Trial], fit: Fit, frame: Frame) -> list[Screened]:
+def _best_of(trials: list[Trial], fit: Fit, gauge: Gauge) -> list[Screened]:
     """Return each candidate at the best of its sizes."""
     theta = fit.theta.copy()
     theta[: fit.hypothesis.nuisances] = 0.0
-    plain = float(_left(fit.hypothesis, theta[None], fit, frame)[0])
+    plain = float(_left(fit.hypothesis, theta[None], fit, gauge)[0])
 
     def best(trial: Trial) -> Screened:
         candidate, sizes = trial
         thetas = np.column_stack([np.repeat(theta[None], len(sizes), axis=0), sizes])
-        left = _left(fit.hypothesis.adding(candidate), thetas, fit, frame)
+        left = _left(fit.hypothesis.adding(candidate), thetas, fit, gauge)
         number = int(np.argmin(left))
         start, gain = tuple(sizes[number].tolist()), float(plain - left[number])
         return Screened(candidate, start, gain, theta - fit.theta, is_drawn=True)
@@ -106,12 +106,12 @@ def sizes_of(candidate: Candidate) -> FloatArray:
     return np.append(sizes, LEFT if candidate.kind == StiffnessChange.kind else ())[:, None]
 
 
-def _left(hypothesis: Hypothesis, thetas: FloatArray, fit: Fit, frame: Frame) -> FloatArray:
+def _left(hypothesis: Hypothesis, thetas: FloatArray, fit: Fit, gauge: Gauge) -> FloatArray:
     """Return the sum of squares (variant,) that initial states leave."""
-    system = hypothesis.system(thetas, frame.sensors, frame.rate, frame.positions)
+    system = hypothesis.system(thetas, gauge.sensors, gauge.rate, gauge.positions)
     total = np.zeros(len(thetas))
     for batch in fit.batches:
-        weight = np.tile(1 / frame.sigma, batch.samples)
+        weight = np.tile(1 / gauge.sigma, batch.samples)
         rows = observability(system, batch.samples)
         rows = rows.reshape(len(thetas), -1, rows.shape[-1]) * weight[:, None]
         usable = np.abs(rows).max(axis=(1, 2)) < EXPLODED

@@ -14,13 +14,15 @@ from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.fitting.driven import History, driven, fitted_motion, forces_along
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.fitting.linearisation import Linearisation, linearise_batch, split_off
-from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import Batch
 from hybrid.diagnosis.response.forces import force_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis, Reduced
 from hybrid.diagnosis.response.marching import respond
 from hybrid.diagnosis.response.side_by_side import side_by_side
 from hybrid.diagnosis.response.system import ModalForm, System, drifted, free_form
+
+ABSORBED = 1e-9  # of the energy of a response: what the rest of the model leaves of it is rounding
 
 
 @dataclass(frozen=True)
@@ -54,40 +56,40 @@ class _Stretch:
 
 
 @dataclass(frozen=True)
-class _Ground:
+class _Present:
     """The present fit, linearised: what each candidate is held against."""
 
     fit: Fit
-    frame: Frame
+    gauge: Gauge
     stretches: tuple[_Stretch, ...]
     inverse: FloatArray  # of the normal matrix of the parameters
     gradient: FloatArray
 
 
-def screen(fit: Fit, candidates: tuple[Candidate, ...], frame: Frame) -> list[Screened]:
+def screen(fit: Fit, candidates: tuple[Candidate, ...], gauge: Gauge) -> list[Screened]:
     """Return each candidate with its best start, most promising first; harmonic forces apart (`force_screening`)."""
-    ground = _ground(fit, frame)
-    forced = law_responses(fit, [candidate for candidate in candidates if candidate.is_law], frame)
+    present = _present(fit, gauge)
+    forced = law_responses(fit, [candidate for candidate in candidates if candidate.is_law], gauge)
 
     def best_of(candidate: Candidate) -> Screened:
         trials = []
         for number, start in enumerate(candidate.first_starts):
             known = forced[candidate.key][number] if candidate.is_law else None
-            trials.append(_score(ground, candidate, start, known))
+            trials.append(_score(present, candidate, start, known))
         return max(trials, key=lambda trial: trial.gain)
 
     found = side_by_side(best_of, [candidate for candidate in candidates if not candidate.oscillator])
     return sorted(found, key=lambda trial: -trial.gain)
 
 
-def _ground(fit: Fit, frame: Frame) -> _Ground:
+def _present(fit: Fit, gauge: Gauge) -> _Present:
     stretches = []
-    system = fit.hypothesis.system(fit.theta[None], frame.sensors, frame.rate, frame.positions)
+    system = fit.hypothesis.system(fit.theta[None], gauge.sensors, gauge.rate, gauge.positions)
     given = fit.hypothesis.plant.kept is not None and not system.is_linear  # too many modes to march for each
     for batch, states in zip(fit.batches, fit.states, strict=True):
-        part = linearise_batch(fit.hypothesis, fit.theta, batch, frame, states)
+        part = linearise_batch(fit.hypothesis, fit.theta, batch, gauge, states)
         assert part is not None  # it was fitted
-        shown = _response(fit.hypothesis, fit.theta[None], batch, frame, states)[0]
+        shown = _response(fit.hypothesis, fit.theta[None], batch, gauge, states)[0]
         forces = forces_along(system, fitted_motion(system, states, batch)) if given else ()
         stretches.append(_Stretch(batch, states, part, shown, forces))
     J = np.concatenate([stretch.part.slopes.reshape(len(fit.theta), -1) for stretch in stretches], axis=1)
@@ -95,31 +97,31 @@ def _ground(fit: Fit, frame: Frame) -> _Ground:
     precision = fit.hypothesis.precision
     gradient = J @ r - precision * (fit.theta - fit.hypothesis.centre)
     inverse = np.linalg.inv(J @ J.T + np.diag(precision))
-    return _Ground(fit, frame, tuple(stretches), inverse, gradient)
+    return _Present(fit, gauge, tuple(stretches), inverse, gradient)
 
 
 def _columns(
-    ground: _Ground, candidate: Candidate, start: tuple[float, ...], forced: list[FloatArray] | None
+    present: _Present, candidate: Candidate, start: tuple[float, ...], forced: list[FloatArray] | None
 ) -> Iterator[tuple[_Stretch, FloatArray]]:
     """Yield each batch and what the candidate adds to it (recording, value), less what initial states do.
 
     For one unit of a scalable candidate; ``forced``: the response in each batch to a law, which is known already.
     """
     move = start[0] - candidate.without[0] if candidate.names and candidate.scalable else 1.0
-    for number, stretch in enumerate(ground.stretches):
-        column = _effect(ground, candidate, start, stretch) if forced is None else forced[number]
+    for number, stretch in enumerate(present.stretches):
+        column = _effect(present, candidate, start, stretch) if forced is None else forced[number]
         with np.errstate(over="ignore", invalid="ignore"):  # of a start that makes the structure unstable
             column, _ = split_off(column / move, stretch.part.basis)
         yield stretch, column
 
 
-def _effect(ground: _Ground, candidate: Candidate, start: tuple[float, ...], stretch: _Stretch) -> FloatArray:
+def _effect(present: _Present, candidate: Candidate, start: tuple[float, ...], stretch: _Stretch) -> FloatArray:
     """Return what a candidate at ``start`` adds to the channels (recording, value) shown, in units of sigma.
 
     Both are taken in the shapes, and with the damping, that the candidate asks for: these move a calibrated structure a
     little by themselves. The pull of force laws is taken as given where there are any.
     """
-    fit, frame, batch, states = ground.fit, ground.frame, stretch.batch, stretch.states
+    fit, gauge, batch, states = present.fit, present.gauge, stretch.batch, stretch.states
     extended = fit.hypothesis.adding(candidate)
     if not candidate.is_law:
         n, more = fit.hypothesis.size, extended.size - fit.hypothesis.size  # a released support brings a coordinate
@@ -127,12 +129,12 @@ def _effect(ground: _Ground, candidate: Candidate, start: tuple[float, ...], str
         states = np.pad(states, ((0, 0), (0, extended.states - states.shape[1])))
     theta = np.append(fit.theta, start)
     if not candidate.is_structural and not stretch.forces:
-        return _response(extended, theta[None], batch, frame, states)[0] - stretch.shown
+        return _response(extended, theta[None], batch, gauge, states)[0] - stretch.shown
     thetas = np.stack([theta, np.append(fit.theta, candidate.without)])
     if stretch.forces:
-        with_it, without = _forced_response(extended, thetas, batch, frame, states, stretch.forces)
+        with_it, without = _forced_response(extended, thetas, batch, gauge, states, stretch.forces)
     else:
-        with_it, without = _response(extended, thetas, batch, frame, states)
+        with_it, without = _response(extended, thetas, batch, gauge, states)
     return np.asarray(with_it - without)
 
 
@@ -140,12 +142,12 @@ def _forced_response(
     hypothesis: Hypothesis,
     thetas: FloatArray,
     batch: Batch,
-    frame: Frame,
+    gauge: Gauge,
     states: FloatArray,
     forces: tuple[History, ...],
 ) -> FloatArray:
     """Return the channels (variant, recording, value) under given forces, in units of sigma."""
-    system = hypothesis.system(thetas, frame.sensors, frame.rate, frame.positions)
+    system = hypothesis.system(thetas, gauge.sensors, gauge.rate, gauge.positions)
     form = free_form(system, hypothesis.size)
     start = np.broadcast_to(states, (len(thetas), *states.shape))
     y = respond(replace(system, forces=()), start, batch.samples, batch.loads) + drifted(system, batch.begins)
@@ -153,18 +155,18 @@ def _forced_response(
         for law, force in enumerate(forces):
             direct = system.D[variant, :, law] * system.gain[variant]
             y[variant] += driven(form, variant, system.B[variant, :, law], direct, force, system)
-    return np.asarray((y / frame.sigma).reshape(len(thetas), len(states), -1))
+    return np.asarray((y / gauge.sigma).reshape(len(thetas), len(states), -1))
 
 
-def _response(hypothesis: Hypothesis, thetas: FloatArray, batch: Batch, frame: Frame, states: FloatArray) -> FloatArray:
+def _response(hypothesis: Hypothesis, thetas: FloatArray, batch: Batch, gauge: Gauge, states: FloatArray) -> FloatArray:
     """Return the channels (variant, recording, value) in units of sigma."""
-    system = hypothesis.system(thetas, frame.sensors, frame.rate, frame.positions)
+    system = hypothesis.system(thetas, gauge.sensors, gauge.rate, gauge.positions)
     y = respond(system, np.broadcast_to(states, (len(thetas), *states.shape)), batch.samples, batch.loads)
-    y = (y + drifted(system, batch.begins)) / frame.sigma
+    y = (y + drifted(system, batch.begins)) / gauge.sigma
     return np.asarray(y.reshape(len(thetas), len(states), -1))
 
 
-def law_responses(fit: Fit, laws: list[Candidate], frame: Frame) -> dict[str, list[list[FloatArray]]]:
+def law_responses(fit: Fit, laws: list[Candidate], gauge: Gauge) -> dict[str, list[list[FloatArray]]]:
     """Return what each law at each of its starts adds, to first order: by its key, start and batch (recording, value).
 
     Its force along the present motion, at samples and between them, drives each mode of the linear system (Simpson's
@@ -175,14 +177,14 @@ def law_responses(fit: Fit, laws: list[Candidate], frame: Frame) -> dict[str, li
     columns = [own for law in laws for own in found[law.key]]
     if not trials:
         return found
-    system = fit.hypothesis.system(fit.theta[None], frame.sensors, frame.rate, frame.positions)
+    system = fit.hypothesis.system(fit.theta[None], gauge.sensors, gauge.rate, gauge.positions)
     form = free_form(system, fit.hypothesis.size)
     reduced = fit.hypothesis.reduced(fit.theta[None])
     for batch, states in zip(fit.batches, fit.states, strict=True):
         motion = fitted_motion(system, states, batch)
-        answers = side_by_side(partial(_law_response, fit, motion, system, form, reduced, frame), trials)
+        answers = side_by_side(partial(_law_response, fit, motion, system, form, reduced, gauge), trials)
         for own, y in zip(columns, answers, strict=True):
-            own.append((y / frame.sigma).reshape(len(states), -1))
+            own.append((y / gauge.sigma).reshape(len(states), -1))
     return found
 
 
@@ -192,7 +194,7 @@ def _law_response(
     system: System,
     form: ModalForm,
     reduced: Reduced,
-    frame: Frame,
+    gauge: Gauge,
     trial: tuple[Candidate, tuple[float, ...]],
 ) -> FloatArray:
     """Return the channels (recording, time, sensor) that the force of one law along the ``motion`` adds.
@@ -211,28 +213,28 @@ def _law_response(
     moved = np.linalg.solve(reduced.mass[0], pull)
     feed = np.zeros(hypothesis.states)
     feed[n : 2 * n] = moved
-    accelerations = np.array([sensor.quantity == "acceleration" for sensor in frame.sensors])
-    picked = hypothesis.plant.rows(frame.sensors) @ reduced.shapes[0] @ moved
+    accelerations = np.array([sensor.quantity == "acceleration" for sensor in gauge.sensors])
+    picked = hypothesis.plant.rows(gauge.sensors) @ reduced.shapes[0] @ moved
     direct = np.where(accelerations, picked, 0.0) * system.gain[0]
     return driven(form, 0, feed, direct, force, system)
 
 
 def _score(
-    ground: _Ground, candidate: Candidate, start: tuple[float, ...], forced: list[FloatArray] | None = None
+    present: _Present, candidate: Candidate, start: tuple[float, ...], forced: list[FloatArray] | None = None
 ) -> Screened:
     """Return the score of one candidate; ``forced``: its response in each batch where that is known already."""
-    along, size, still = 0.0, 0.0, np.zeros(len(ground.fit.theta))
+    along, size, still = 0.0, 0.0, np.zeros(len(present.fit.theta))
     cross = still.copy()
-    for stretch, column in _columns(ground, candidate, start, forced):
+    for stretch, column in _columns(present, candidate, start, forced):
         if not np.isfinite(column).all():
             return Screened(candidate, start, 0.0, still)
         along += float(np.sum(column * stretch.part.residual))
         size += float(np.sum(column**2))
         cross += stretch.part.slopes.reshape(len(cross), -1) @ column.ravel()
-    projected = cross @ ground.inverse
+    projected = cross @ present.inverse
     size_left = size - float(projected @ cross)
-    along -= float(projected @ ground.gradient)
-    if size_left <= 1e-9 * size or size == 0:
+    along -= float(projected @ present.gradient)
+    if size_left <= ABSORBED * size or size == 0:
         return Screened(candidate, start, 0.0, still)
     value: float = along / size_left
     gain, shift = along * value, still
@@ -246,19 +248,19 @@ def _score(
     return Screened(candidate, start, float(gain), shift)
 
 
-def amounts_by_recording(fit: Fit, candidates: list[Candidate], frame: Frame) -> list[tuple[FloatArray, FloatArray]]:
+def amounts_by_recording(fit: Fit, candidates: list[Candidate], gauge: Gauge) -> list[tuple[FloatArray, FloatArray]]:
     """Return, for each candidate, how much of it each recording asks for, (recording,), and how much of one unit it
     feels: the sum of squares. The first squared times the second is the fall in the recording's own.
 
     The uncertain factors are kept as they are: what they do is common to all recordings.
     """
-    ground = _ground(fit, frame)
-    forced = law_responses(fit, [candidate for candidate in candidates if candidate.is_law], frame)
+    present = _present(fit, gauge)
+    forced = law_responses(fit, [candidate for candidate in candidates if candidate.is_law], gauge)
     found = []
     for candidate in candidates:
         known = forced[candidate.key][0] if candidate.is_law else None
         amounts, sizes = [], []
-        for stretch, column in _columns(ground, candidate, candidate.first_starts[0], known):
+        for stretch, column in _columns(present, candidate, candidate.first_starts[0], known):
             recordings = len(stretch.batch.names)  # of one or more segments each
             along = np.sum((column * stretch.part.residual).reshape(recordings, -1), axis=1)
             size = np.sum((column**2).reshape(recordings, -1), axis=1)

@@ -9,7 +9,7 @@ from fe_models.dofs import FloatArray
 from fe_models.recordings import QUANTITIES
 from hybrid.diagnosis.fitting.driven import fitted_motion
 from hybrid.diagnosis.fitting.fitting import Fit
-from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.reduction import eigenmodes
 
@@ -60,14 +60,14 @@ class SeenModes:
         return np.concatenate([np.sqrt(self.of_omega) * (self.omega - modes.omega), shapes.reshape(len(scale), -1)], 1)
 
 
-def picked_modes(hypothesis: Hypothesis, thetas: FloatArray, frame: Frame, count: int | None = None) -> PickedModes:
+def picked_modes(hypothesis: Hypothesis, thetas: FloatArray, gauge: Gauge, count: int | None = None) -> PickedModes:
     """Return the first ``count`` modes of ``thetas`` (variant, parameter), or all that are followed."""
     reduced = hypothesis.reduced(thetas)
     omega2, vectors = eigenmodes(reduced.mass, reduced.stiffness)
-    return _picked(hypothesis, omega2[:, :count], (reduced.shapes @ vectors)[..., :count], frame)
+    return _picked(hypothesis, omega2[:, :count], (reduced.shapes @ vectors)[..., :count], gauge)
 
 
-def seen_modes(item: Fit, frame: Frame) -> SeenModes:
+def seen_modes(item: Fit, gauge: Gauge) -> SeenModes:
     """Return the modes of a fit, and how well its recordings tell them.
 
     A channel shows f shape q of each mode, f by its quantity. A shape is told by the sum of (f q)^2, a frequency by
@@ -76,19 +76,19 @@ def seen_modes(item: Fit, frame: Frame) -> SeenModes:
     hypothesis, theta = item.hypothesis, item.theta[None]
     reduced = hypothesis.reduced(theta)
     omega2, vectors = eigenmodes(reduced.mass, reduced.stiffness)
-    modes = _picked(hypothesis, omega2, reduced.shapes @ vectors, frame)
+    modes = _picked(hypothesis, omega2, reduced.shapes @ vectors, gauge)
     omega, shapes, sensors = modes.omega[0], modes.shapes[0], modes.sensors[0]
     own = reduced.mass[0] @ vectors[0]  # q = own^T (the followed coordinates)
-    system = hypothesis.system(theta, frame.sensors, frame.rate, frame.positions)
+    system = hypothesis.system(theta, gauge.sensors, gauge.rate, gauge.positions)
     energy, late = np.zeros(len(omega)), np.zeros(len(omega))
     for batch, states in zip(item.batches, item.states, strict=True):
         square = (fitted_motion(system, states, batch).now[..., : len(own)] @ own) ** 2  # (time, recording, mode)
-        time = np.arange(len(square))[:, None, None] / frame.rate
+        time = np.arange(len(square))[:, None, None] / gauge.rate
         centre = np.sum(time * square, axis=0) / (np.sum(square, axis=0) + TINY)
         energy += np.sum(square, axis=(0, 1))
         late += np.sum((time - centre) ** 2 * square, axis=(0, 1))
-    order = np.array([QUANTITIES.index(sensor.quantity) for sensor in frame.sensors])
-    factor = omega ** order[:, None] / frame.sigma[:, None]  # (sensor, mode)
+    order = np.array([QUANTITIES.index(sensor.quantity) for sensor in gauge.sensors])
+    factor = omega ** order[:, None] / gauge.sigma[:, None]  # (sensor, mode)
     of_omega, of_sensors = np.sum((sensors * factor) ** 2, axis=0) * late, factor**2 * energy
     return SeenModes(
         omega,
@@ -99,6 +99,6 @@ def seen_modes(item: Fit, frame: Frame) -> SeenModes:
     )
 
 
-def _picked(hypothesis: Hypothesis, omega2: FloatArray, shapes: FloatArray, frame: Frame) -> PickedModes:
-    sensors = hypothesis.plant.rows(frame.sensors) @ shapes
+def _picked(hypothesis: Hypothesis, omega2: FloatArray, shapes: FloatArray, gauge: Gauge) -> PickedModes:
+    sensors = hypothesis.plant.rows(gauge.sensors) @ shapes
     return PickedModes(np.sqrt(np.maximum(omega2, 0.0)), shapes, sensors)

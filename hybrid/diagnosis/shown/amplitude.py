@@ -12,7 +12,7 @@ from fe_models.dofs import FloatArray
 from hybrid.diagnosis.contest.growing import lengths_of
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.fitting.linearisation import linearise_batch
-from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.gauge import Gauge
 
 LEVELS = 3  # sizes that are told apart
 FEWEST = 2  # segments of each
@@ -31,7 +31,7 @@ class Amplitude:
     damping_std: FloatArray
 
 
-def amplitude_dependence(item: Fit, frame: Frame) -> Amplitude | None:
+def amplitude_dependence(item: Fit, gauge: Gauge) -> Amplitude | None:
     """Return it for a linear fit; None where force laws act, or the recordings are too short to be cut."""
     hypothesis, plant = item.hypothesis, item.hypothesis.plant
     batches = lengths_of(item.batches, hypothesis.states).cut[0]
@@ -41,7 +41,7 @@ def amplitude_dependence(item: Fit, frame: Frame) -> Amplitude | None:
     ratios = range(len(plant.parts), plant.factors)
     sizes, normals, slopes, squares, counts = [], [], [], [], []
     for batch in batches:
-        part = linearise_batch(hypothesis, item.theta, batch, frame, None)
+        part = linearise_batch(hypothesis, item.theta, batch, gauge, None)
         assert part is not None  # linear systems always answer
         # frequency goes with the root of the stiffness: a common factor of all frequencies counts twice
         two = np.stack([2 * part.slopes[springs].sum(axis=0), part.slopes[list(ratios)].sum(axis=0)])
@@ -49,7 +49,7 @@ def amplitude_dependence(item: Fit, frame: Frame) -> Amplitude | None:
         slopes.append(np.einsum("irv,rv->ri", two, part.residual))
         squares.append(np.square(part.residual).sum(axis=1))
         counts.append(np.full(len(batch.data), part.residual.shape[1]))
-        sizes.append(np.sqrt(np.mean((batch.data / frame.sigma) ** 2, axis=(1, 2))))
+        sizes.append(np.sqrt(np.mean((batch.data / gauge.sigma) ** 2, axis=(1, 2))))
     size, normal, slope, square, count = (np.concatenate(part) for part in (sizes, normals, slopes, squares, counts))
     found = []
     for level in np.array_split(np.argsort(size), LEVELS):

@@ -8,7 +8,7 @@ import numpy as np
 from fe_models.dofs import FloatArray
 from fe_models.recordings import Sensor
 from hybrid.diagnosis.fitting.forecasting import Model, predicted, shown_of
-from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import Batch
 from hybrid.figures import channel_labels, figure
 
@@ -47,15 +47,15 @@ def example_of(
     extended: Model,
     sensors: tuple[Sensor, ...],
     measured: tuple[int, ...],
-    frame: Frame,
+    gauge: Gauge,
     frequencies: FloatArray,
 ) -> Example:
     """Return the first recording of a batch as two models forecast it."""
     one = batch.take([0])
     first = shown_of(one.samples)
-    before, after = (predicted(model, one, sensors, measured, frame)[0, first:] for model in (nominal, extended))
+    before, after = (predicted(model, one, sensors, measured, gauge)[0, first:] for model in (nominal, extended))
     return Example(
-        one.names[0], frame.rate, first / frame.rate, sensors, one.data[0, first:], before, after, frequencies
+        one.names[0], gauge.rate, first / gauge.rate, sensors, one.data[0, first:], before, after, frequencies
     )
 
 

@@ -11,7 +11,7 @@ from hybrid.diagnosis.contest.growing import fit_growing, lengths_of
 from hybrid.diagnosis.fitting.fitting import Fit, residuals_at
 from hybrid.diagnosis.fitting.forecasting import Forecast
 from hybrid.diagnosis.nominal.plant import Plant
-from hybrid.diagnosis.recorded.frame import Frame
+from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.spectra import energy_near
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.shown.amplitude import Amplitude, amplitude_dependence
@@ -56,28 +56,28 @@ class Shown:
     error_share: FloatArray
 
 
-def show(dataset: Dataset, base: Fit, own: Fit, nominal: Forecast, calibrated: Forecast, frame: Frame) -> Shown:
+def show(dataset: Dataset, base: Fit, own: Fit, nominal: Forecast, calibrated: Forecast, gauge: Gauge) -> Shown:
     """Return what is wrong before a cause is named.
 
     ``base``: the fit of what the user simulates with, of which ``nominal`` and ``calibrated`` are forecasts;
     ``own``: that of the structure with what was found, which the recordings alone may go on from: a
     frequency that is far off in the nominal model is not reached from there.
     """
-    free = _free_fit(own, frame) or base
+    free = _free_fit(own, gauge) or base
     hypothesis = base.hypothesis
     brought = free.hypothesis.brought
     modes = _told(
-        modes_of(_following(hypothesis, brought), np.zeros_like(base.theta), frame.rate),
-        modes_of(_following(hypothesis, brought), base.theta, frame.rate),
-        modes_of(free.hypothesis, free.theta, frame.rate),
+        modes_of(_following(hypothesis, brought), np.zeros_like(base.theta), gauge.rate),
+        modes_of(_following(hypothesis, brought), base.theta, gauge.rate),
+        modes_of(free.hypothesis, free.theta, gauge.rate),
         below=dataset.lowpass or np.inf,
     )
-    motion = tuple(batch.data / frame.sigma for batch in base.batches)
-    error = residuals_at(base, np.zeros_like(base.theta), frame)
-    by_mode = [energy_near(modes[2].frequencies, part, frame.rate) for part in (motion, error)]
-    fitted = [dataset.sensors.index(sensor) for sensor in frame.sensors]
+    motion = tuple(batch.data / gauge.sigma for batch in base.batches)
+    error = residuals_at(base, np.zeros_like(base.theta), gauge)
+    by_mode = [energy_near(modes[2].frequencies, part, gauge.rate) for part in (motion, error)]
+    fitted = [dataset.sensors.index(sensor) for sensor in gauge.sensors]
     noise, share = np.full((2, len(dataset.sensors)), np.nan)
-    noise[fitted] = frame.sigma
+    noise[fitted] = gauge.sigma
     left = np.sum([np.square(part).sum(axis=(0, 1)) - part[..., 0].size for part in error], axis=0)
     share[fitted] = np.maximum(left, 0) / max(float(np.maximum(left, 0).sum()), 1e-300)
     return Shown(
@@ -87,7 +87,7 @@ def show(dataset: Dataset, base: Fit, own: Fit, nominal: Forecast, calibrated: F
         mac=np.diag(mac(modes[0].shapes, modes[2].shapes)),
         motion_energy=by_mode[0],
         error_energy=by_mode[1],
-        amplitude=amplitude_dependence(free, frame),
+        amplitude=amplitude_dependence(free, gauge),
         sensors=dataset.sensors,
         errors=np.stack([nominal.nrmse.mean(axis=0), calibrated.nrmse.mean(axis=0), calibrated.floor.mean(axis=0)]),
         noise=noise,
@@ -128,7 +128,7 @@ def every_translation(plant: Plant) -> tuple[Sensor, ...]:
     )
 
 
-def _free_fit(own: Fit, frame: Frame) -> Fit | None:
+def _free_fit(own: Fit, gauge: Gauge) -> Fit | None:
     """Return the fit of a linear model whose factors the recordings alone determine, from where ``own`` is.
 
     Causes that are linear and everywhere the same stay in it; a support that gives way would bring a mode of its own.
@@ -141,4 +141,4 @@ def _free_fit(own: Fit, frame: Frame) -> Fit | None:
     theta = np.concatenate([own.theta[: free.nuisances], *(own.theta[own.hypothesis.slices[i]] for i in kept)])
     batches = tuple(replace(batch, off=()) for batch in own.batches)
     with np.errstate(over="ignore", invalid="ignore"):  # a step that goes too far is taken back
-        return fit_growing(free, theta, lengths_of(batches, free.states), frame)
+        return fit_growing(free, theta, lengths_of(batches, free.states), gauge)

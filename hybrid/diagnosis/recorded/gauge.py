@@ -1,4 +1,4 @@
-"""What all fits of a dataset share."""
+"""With what all fits of a dataset were measured."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,7 @@ from fe_models.recordings import Sensor
 
 
 @dataclass(frozen=True)
-class Frame:
+class Gauge:
     """The fitted ``sensors``, their ``rate`` (Hz), and ``sigma`` (sensor,) of the noise."""
 
     sensors: tuple[Sensor, ...]
