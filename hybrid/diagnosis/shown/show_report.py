@@ -13,7 +13,7 @@ CLEAR = 3.0  # standard deviations: a change with amplitude beyond is called one
 def describe_shown(shown: Shown) -> list[str]:
     """Return tables of channels, modes and amplitudes."""
     return [
-        "What the nominal simulation shows (forecast NRMSE, last 80 % of the test recordings):",
+        "What the nominal simulation shows (forecast NRMSE over the last 80 % of each recording):",
         f"  {'channel':12s} {'nominal':>9s} {'calibrated':>11s} {'noise floor':>12s} {'noise (std)':>18s}"
         f" {'of error':>9s}",
         *_channels(shown),
