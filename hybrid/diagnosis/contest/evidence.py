@@ -59,8 +59,8 @@ def gather(setting: Setting, tell: Callable[[str], object]) -> Evidence:
     """Return the evidence; ``tell`` hears what is being done, step by step."""
     tell("screening")
     search, fits = _single_causes(setting, tell)
-    stages = search.apart, search.nearby, search.together, search.in_groups, search.beside, search.alone, search.anew
-    for stage in stages:
+    found_first = search.apart, search.nearby, search.together, search.faulty_sensor, search.in_groups
+    for stage in (*found_first, search.beside, search.alone, search.anew):
         fits += stage(fits)
     candidates, gauge, own = search.candidates, search.gauge, search.own
     notes = () if search.ground.hypothesis.plant.geometry is None else (GEOMETRIC,)

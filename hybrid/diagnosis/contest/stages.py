@@ -21,13 +21,15 @@ from hybrid.diagnosis.contest.posterior import Posterior, posterior_of, temper_o
 from hybrid.diagnosis.contest.recording_groups import asked_for, clear_groups
 from hybrid.diagnosis.contest.search import contest
 from hybrid.diagnosis.contest.switching import fit_switched
-from hybrid.diagnosis.fitting.fitting import Fit
+from hybrid.diagnosis.fitting.fitting import Fit, fit
 from hybrid.diagnosis.fitting.forecasting import forecast, model_of
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.noise import Band
+from hybrid.diagnosis.screening.screening import screen
 
 LITTLE_LEFT = 1.5  # energy left over that of noise: right causes of blind frames leave 1.2 to 1.3, a stop without the
 # late sensor beside it 2
+EXPLAINING = 0.5  # of the misfit of a law: what a sensor's fault beside it must promise to be fitted
 MOST = 0.8  # of the misfit: a law that leaves more has no change beside it
 WELL = (1.05, 1.25)  # times the noise floor: mean and largest error of forecasts in which a second cause would not show
 
@@ -85,6 +87,25 @@ class Search:
         hears = self._hears("two causes")
         hears()
         return pair_fits(posterior, self.candidates, self.lengths.whole, self.gauge, self.band, hears)
+
+    def faulty_sensor(self, fits: list[Fit]) -> list[Fit]:
+        """Return the fit of a sensor's fault beside a force law that is ample, if it explains most of what that leaves.
+
+        All other second causes would take a minute there; what a sensor's fault promises is told at once.
+        """
+        best = self.posterior(fits).fits[0]
+        taken = {candidate.key for candidate in best.hypothesis.candidates}
+        faults = tuple(c for c in self.candidates if c.sensor is not None and c.key not in taken)
+        apart = any(batch.off for batch in best.batches)
+        if best.hypothesis.is_linear or apart or not faults or not (self.is_ample(best) and self.is_wanting(best)):
+            return []
+        first = screen(best, faults, self.gauge)[0]
+        if first.gain < EXPLAINING * best.misfit:
+            return []
+        self.tell("a sensor's fault")
+        hypothesis = best.hypothesis.adding(first.candidate)
+        found = fit(hypothesis, first.theta(best), best.batches, self.gauge, padded(best.states, hypothesis))
+        return [] if found is None else [found]
 
     def in_groups(self, fits: list[Fit]) -> list[Fit]:
         """Return fits of two causes where one of those found acts in some recordings only, which tells these apart.
