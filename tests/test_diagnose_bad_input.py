@@ -15,9 +15,11 @@ from fe_models.effects import CubicSpring
 from fe_models.errors import InputError
 from fe_models.files.dataset_file import save_dataset
 from fe_models.four_dof import four_dof
+from fe_models.lowpass import LowPass
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.recorded.channels import saturation_levels, usable
+from hybrid.diagnosis.response.marching import is_too_fast
 from scripts.diagnose import app
 
 CASE = blind_case(31, BlindConfig(("added_mass",), size=0.8, train=3, test=1, duration=20.0)).dataset
@@ -169,6 +171,10 @@ def test_note_tells_recordings_that_are_left_out_from_those_that_are_cut() -> No
     kept, notes = usable(with_data(few, dead))
     assert [r.name for r in kept.recordings] == [r.name for r in CASE.recordings[1:]]
     assert notes[0].endswith("r01 left out")
+    both = dead[few.recordings[0].name].copy()
+    both[..., 0] = np.clip(both[..., 0], -0.9 * both[..., 0].max(), 0.9 * both[..., 0].max())
+    for note in usable(with_data(few, {few.recordings[0].name: both}))[1]:  # whatever is wrong with it besides
+        assert note.endswith("r01 left out")
     late = {CASE.recordings[1].name: clipped(CASE.recordings[1].data, "a3", 0.9)}
     assert usable(with_data(CASE, late))[1][0].endswith("r02 used from behind them on")
 
@@ -179,11 +185,17 @@ def test_recordings_too_slow_for_force_laws_are_told_as_such_and_not_as_a_motion
     assert any("too few to follow force laws" in note for note in setting.notes)
     assert not any(candidate.is_law for candidate in setting.candidates())
     assert setting_of(CASE).notes == ()
+    assert is_too_fast(setting.plant)
+    passing = replace(setting.plant, lowpass=LowPass(0.02))  # then it is stepped twice as often ...
+    assert not is_too_fast(passing)
+    assert is_too_fast(replace(passing, loaded=((1, "x"),)))  # ... but not under known loads, which have passed it
     with pytest.raises(InputError, match="sample more often"):
         setting_of(replace(slow, model=four_dof().with_effects(CubicSpring((1,), "x", 1.0))))
 
 
-def test_copies_of_one_recording_are_no_recordings_to_leave_out() -> None:
-    train = tuple(replace(CASE.recordings[0], name=f"copy{number}") for number in range(3))
-    with pytest.raises(InputError, match="all are copies of one"):
-        setting_of(replace(CASE, recordings=train))
+def test_copies_of_a_recording_count_once_where_recordings_are_left_out_in_turn() -> None:
+    one, other = (replace(recording, role="train") for recording in CASE.recordings[:2])
+    five = (one, *(replace(other, name=f"copy{number}") for number in range(4)))
+    setting = setting_of(replace(CASE, recordings=five))
+    assert [r.name for r in setting.dataset.recordings] == ["r01", "copy0"]
+    assert setting.notes[0] == "3 of the recordings are copies of others and left out"

@@ -67,7 +67,7 @@ def test_two_causes_far_from_the_only_sensor_are_told_apart_by_one_near_them() -
     """In a short record a sensor at one end says little about the other; advice says so, and by how much."""
     dataset = chain((X1,), AddedMass(4, 0.5), 100)
     posterior, gauge = two_fits(dataset, ("added_mass {'node': 4}", "added_mass {'node': 3}"))
-    (advice,) = advise(posterior, gauge, 1.0)
+    (advice,) = advise(posterior, gauge)
     assert advice.kind == "added_mass"
     assert advice.sensor is not None
     assert advice.sensor.node in (3, 4)
@@ -80,7 +80,7 @@ def test_promise_is_kept_by_the_sensor() -> None:
     dataset = chain((X1,), AddedMass(4, 0.5), 100)
     keys = ("added_mass {'node': 4}", "added_mass {'node': 3}")
     posterior, gauge = two_fits(dataset, keys)
-    (advice,) = advise(posterior, gauge, 1.0)
+    (advice,) = advise(posterior, gauge)
     assert advice.sensor is not None
     better, _ = two_fits(chain((X1, advice.sensor), AddedMass(4, 0.5), 100), keys)
     before = posterior.fits[1].cost - posterior.fits[0].cost
@@ -93,7 +93,7 @@ def test_twins_that_no_sensor_tells_apart_are_said_to_be_so() -> None:
     """The first spring joins the ground and node 1: losing stiffness there is a softer support of node 1."""
     dataset = chain((X1,), StiffnessChange((1,), 0.5), 200)
     keys = ("stiffness_change {'element': 1}", "support_spring {'node': 1, 'direction': 'x'}")
-    (advice,) = advise(*two_fits(dataset, keys), 1.0)
+    (advice,) = advise(*two_fits(dataset, keys))
     assert advice.sensor is None
     assert advice.then == pytest.approx(0.4)
     assert "no added sensor" in advice.sentence
@@ -127,7 +127,8 @@ def test_added_sensors_are_as_noisy_as_the_present_ones_and_stand_where_somethin
     stiff = plant_of(replace(dataset, model=four_dof().with_effects(SupportSpring(4, "x", 1e9))))
     moving = replace(stiff, kept=3)  # without the mode of node 4 alone
     assert {sensor.node for sensor in possible_sensors(moving, ())} == {1, 2, 3}
-    gauge = Gauge((X1, replace(X1, name="v", quantity="velocity")), 10.0, np.array([0.02, 0.5]))
-    added = (replace(X1, node=2), replace(X1, node=3, quantity="acceleration"))
-    noise = noise_of(added, np.array([1e-6, 4.0]), gauge, np.array([1.0, 25.0]))
-    np.testing.assert_allclose(noise, [0.02, 0.02 * 4.0])
+    tilt = replace(X1, name="tilt", direction="rz")  # in radians, of which nothing follows for a displacement
+    gauge = Gauge((X1, replace(X1, name="v", quantity="velocity"), tilt), 10.0, np.array([0.02, 0.5, 1e-6]))
+    added = (replace(X1, node=2), *(replace(X1, node=node, quantity="acceleration") for node in (3, 4)))
+    noise = noise_of(added, np.array([1e-6, 1e-3, 4.0]), gauge, np.array([1.0, 10.0, 1.0]))
+    np.testing.assert_allclose(noise, [0.02, 0.02 * 4.0, 0.02 * 4.0])  # 0.02: the median of 0.02, 0.05 and 1e-6

@@ -23,13 +23,15 @@ def test_every_recording_is_forecast_by_a_fit_to_the_others() -> None:
     hypothesis = Hypothesis(plant_of(CASE))
     whole = fit(hypothesis, hypothesis.centre, batches, GAUGE)
     assert whole is not None
-    seen: list[list[str]] = []
+    seen, left = list[list[str]](), list[float]()
 
     def model_of(one: Fit) -> Model:
         seen.append([name for batch in one.batches for name in batch.names])
+        left.append(one.chi2 / one.values)
         return Model(one.hypothesis, one.theta, np.ones(8))
 
-    folds = folds_of(CASE, MEASURED, GAUGE)
+    searched = replace(GAUGE, sigma=10 * GAUGE.sigma)
+    folds = folds_of(CASE, MEASURED, searched)
     assert folds is not None
     found = folds.forecast(whole, model_of, GAUGE)
     names = {r.name for r in CASE.recordings}
@@ -37,6 +39,7 @@ def test_every_recording_is_forecast_by_a_fit_to_the_others() -> None:
     assert found.nrmse.shape == found.floor.shape == (6, 5)
     assert set().union(*tested) == names
     assert [set(others) for others in seen] == [names - own for own in tested]
+    assert max(left) < 0.02 * whole.chi2 / whole.values  # in what counts as noise, of a hundred times its energy
 
 
 def test_test_recordings_make_folds_unnecessary() -> None:

@@ -73,19 +73,19 @@ def bridge_setting() -> Setting:
 
 
 def test_a_geometrically_exact_bridge_leaves_noise_alone_and_is_forecast(bridge_setting: Setting) -> None:
-    setting, frame = bridge_setting, bridge_setting.gauge
+    setting, gauge = bridge_setting, bridge_setting.gauge
     hypothesis = replace(setting.nominal, plant=replace(setting.plant, geometry=setting.geometry))
-    bent = fit_growing(hypothesis, hypothesis.centre, setting.lengths, frame, setting.short)
+    bent = fit_growing(hypothesis, hypothesis.centre, setting.lengths, gauge, setting.short)
     assert bent is not None
-    straight = straightened(bent, frame)
+    straight = straightened(bent, gauge)
     assert straight is not None
-    item = fit(bent.hypothesis, bent.theta, straight, frame, bent.states)
+    item = fit(bent.hypothesis, bent.theta, straight, gauge, bent.states)
     assert item is not None
     # Noise as the recordings tell it is right to some 5 %.
     assert item.chi2 < 1.15 * item.values < 1.3 * item.values < bent.chi2
     linear = replace(item.hypothesis, plant=replace(item.hypothesis.plant, geometry=None))
     found, without = (
-        forecast(model_of(each, frame), straight, frame.sensors, frame.positions, frame)
+        forecast(model_of(each, gauge), straight, gauge.sensors, gauge.positions, gauge)
         for each in (item, replace(item, hypothesis=linear))
     )
     assert found.nrmse.mean() < 1.1 * found.floor.mean() < 1.5 * found.floor.mean() < without.nrmse.mean()

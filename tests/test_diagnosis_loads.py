@@ -122,8 +122,8 @@ def test_late_and_scaled_sensors_show_the_load_late_and_scaled() -> None:
     dataset = chain_dataset(Recording("r", NOTHING, loads=(load_of(forces),)))
     (batch,) = batches_of(dataset, "train")
     a1 = np.eye(4)[[FITTED.index(SENSORS[1])]]
-    positions = replace(nominal(dataset), delay=delay * a1, gain=1 + (gain - 1) * a1)
-    shown = respond(positions, np.zeros((1, 1, 8)), SAMPLES, batch.loads)[0, 0] @ a1[0]
+    faulty = replace(nominal(dataset), delay=delay * a1, gain=1 + (gain - 1) * a1)
+    shown = respond(faulty, np.zeros((1, 1, 8)), SAMPLES, batch.loads)[0, 0] @ a1[0]
     # Two samples later the load had begun; a spline is off by 2e-5 of a force at 0.6 Hz, and by more at its ends.
     assert np.abs(shown - expected)[2:].max() < 2e-4 * np.abs(expected).max()
     assert np.abs(np.roll(shown, -1) - expected)[2:-1].max() > 0.05 * np.abs(expected).max()

@@ -215,8 +215,8 @@ def test_wrong_modal_model_and_hidden_stiffness_are_both_found() -> None:
 
 def test_weak_cause_is_not_named_beside_a_wrong_modal_model() -> None:
     case = recorded(CHAIN)
-    positions = SensorGain("a1", 1.029)  # tells in 1500 samples, but noise is 3 %
-    parts = tuple(replace(r, data=positions.apply(r.data, [s.name for s in SENSORS], RATE)) for r in case.recordings)
+    faulty = SensorGain("a1", 1.029)  # tells in 1500 samples, but noise is 3 %
+    parts = tuple(replace(r, data=faulty.apply(r.data, [s.name for s in SENSORS], RATE)) for r in case.recordings)
     found = diagnose(given(replace(case, recordings=parts), contaminated(0.03)))
     assert [finding.cause.kind for finding in found.findings] == ["modal_model"]
     assert any(note.startswith("significant, but too weak") and "a1 shows" in note for note in found.notes)

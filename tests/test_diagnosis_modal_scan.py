@@ -58,8 +58,8 @@ def test_damping_turns_with_the_modes_where_the_recordings_say_so() -> None:
     (cause,) = case.truth
     assert isinstance(cause, AddedMass)
     (right,) = hidden(case, candidates)
-    hypothesis, frame, lengths = setting.nominal.adding(right), setting.searched, setting.lengths
-    item = fit_growing(hypothesis, np.append(setting.short.theta, cause.mass), lengths, frame, setting.short)
+    hypothesis, gauge, lengths = setting.nominal.adding(right), setting.searched, setting.lengths
+    item = fit_growing(hypothesis, np.append(setting.short.theta, cause.mass), lengths, gauge, setting.short)
     assert item is not None
     std = np.sqrt(np.diag(item.covariance))
     turning = hypothesis.plant.values

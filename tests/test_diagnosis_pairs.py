@@ -16,18 +16,18 @@ LOST = StiffnessChange((2,), 0.1)
 def test_what_is_large_begins_beside_a_law_as_it_ended_alone() -> None:
     """No scan serves beside a law, and the score test of a storey all but lost leads elsewhere."""
     setting = setting_of(recorded(masts(middle=3.0), SPRING, LOST))
-    candidates, lengths, frame = setting.candidates(), setting.lengths, setting.gauge
+    candidates, lengths, gauge = setting.candidates(), setting.lengths, setting.gauge
     first, second = (
         next(c for c in candidates if (c.kind, c.location) == (kind, place))
         for kind, place in ((SPRING.kind, {"node": 3, "direction": "x"}), (LOST.kind, {"element": 2}))
     )
     begun = np.append(setting.nominal.centre, SPRING.stiffness)
-    ground = ground_of(setting.nominal.adding(first), begun, lengths, frame, setting.short)
-    alone = fit_growing(setting.nominal.adding(second), np.append(setting.nominal.centre, 0.3), lengths, frame)
+    ground = ground_of(setting.nominal.adding(first), begun, lengths, gauge, setting.short)
+    alone = fit_growing(setting.nominal.adding(second), np.append(setting.nominal.centre, 0.3), lengths, gauge)
     assert ground is not None
     assert alone is not None
     linear = tuple(candidate for candidate in candidates if candidate.changes is not None)
-    best = contest(ground, linear, lengths, frame, alone=(alone,))[0]
+    best = contest(ground, linear, lengths, gauge, alone=(alone,))[0]
     assert best.hypothesis.candidates == (first, second)
     assert best.theta[-1] == pytest.approx(LOST.factor, rel=0.02)
     # Begun in the shapes of the intact masts, the motion has a share of a mode at 78 Hz, beyond half the sampling rate,

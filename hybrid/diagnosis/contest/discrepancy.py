@@ -35,22 +35,14 @@ def search_gauge(plant: Plant, lengths: Lengths, gauge: Gauge, short: Fit) -> tu
 
 
 def in_units_of(gauge: Gauge, item: Fit, searched: Gauge) -> Fit:
-    """Return a fit that was ``searched`` with some noise in units of the noise of ``gauge``; theta stays as it is.
+    """Return a fit that was ``searched`` with some noise in units of the noise of ``gauge``.
 
-    Its standard deviations are then those that so little noise alone would make: a posterior's ``temper`` widens them.
+    Theta stays as it is, and so do the standard deviations of theta and of initial states.
     """
     scale = searched.sigma / gauge.sigma
-    energy = energy_over(gauge, searched)
     residuals = tuple(part * scale for part in item.residuals)
     chi2 = sum(float(np.square(part).sum()) for part in residuals)
-    return replace(
-        item,
-        residuals=residuals,
-        chi2=chi2,
-        cost=item.cost - item.chi2 + chi2,
-        covariance=item.covariance / energy,
-        state_errors=tuple(errors / np.sqrt(energy) for errors in item.state_errors),
-    )
+    return replace(item, residuals=residuals, chi2=chi2, cost=item.cost - item.chi2 + chi2)
 
 
 def energy_over(gauge: Gauge, searched: Gauge) -> float:

@@ -33,8 +33,8 @@ class Evidence:
     """``base``: the fit without any cause; ``posterior`` over all fits, of any of the ``candidates``; ``notes`` for the
     user.
 
-    ``gauge``: with the noise of the recordings, in units of which all costs are; ``searched``: with what counted as
-    noise in the search, mostly the same (see `discrepancy`).
+    ``gauge``: with the noise of the recordings, in units of which the fits' costs are; ``searched``: with what counted
+    as noise in the search, mostly the same (see `discrepancy`).
     """
 
     base: Fit
@@ -50,17 +50,21 @@ class Evidence:
         return energy_over(self.gauge, self.searched)
 
     def among(self, fits: tuple[Fit, ...]) -> Posterior:
-        """Return the posterior over some of the fits, tempered as in the search."""
+        """Return the posterior over some of the fits, by what they leave in units of the recordings' noise.
+
+        Its temper is in units of the search's, as of the one over all.
+        """
         found = posterior_of(fits, self.candidates)
-        return replace(found, temper=max(found.temper, self.energy))
+        return replace(found, temper=max(found.temper / self.energy, 1.0))
 
 
 def gather(setting: Setting, tell: Callable[[str], object]) -> Evidence:
     """Return the evidence; ``tell`` hears what is being done, step by step."""
     tell("screening")
     search, fits = _single_causes(setting, tell)
-    found_first = search.apart, search.nearby, search.together, search.faulty_sensor, search.in_groups
-    for stage in (*found_first, search.beside, search.alone, search.anew):
+    stages = [search.apart, search.nearby, search.together, search.faulty_sensor]
+    stages += [search.in_groups, search.beside, search.alone, search.anew]
+    for stage in stages:
         fits += stage(fits)
     candidates, gauge, own = search.candidates, search.gauge, search.own
     notes = () if search.ground.hypothesis.plant.geometry is None else (GEOMETRIC,)
@@ -69,7 +73,7 @@ def gather(setting: Setting, tell: Callable[[str], object]) -> Evidence:
         energy = energy_over(own, gauge)
         note = f"{FAR_FROM_NOISE} ({np.sqrt(energy):.0f} times the noise was taken as such)"
         judged = tuple(search.judged(item) for item in posterior.fits)
-        told = replace(posterior, fits=judged, temper=posterior.temper * energy)
+        told = replace(posterior, fits=judged)
         return Evidence(search.judged(fits[0]), told, own, gauge, candidates, (*notes, note))
     gauge, fits = _with_better_noise(fits, gauge, setting.band)
     posterior = _with_same_noise(posterior_of(tuple(fits), candidates), fits[0], gauge, candidates)

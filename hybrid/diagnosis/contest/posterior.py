@@ -19,7 +19,8 @@ NOTHING = 0.5  # prior probability that nothing is wrong; each further effect ha
 class Posterior:
     """``fits``, best first, with the ``probability`` (fit,) that one is right, at its places or at any of their twins.
 
-    ``temper``: what log evidences in units of the fits' noise are divided by, and the variances of theta grow by.
+    ``temper``: what log evidences in units of what counted as noise in the search are divided by, and the variances of
+    theta, which are of that noise, grow by.
     """
 
     fits: tuple[Fit, ...]

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fe_models.dofs import FloatArray
-from fe_models.errors import InputError
 from fe_models.files.recording_checks import FEWEST_SAMPLES
 from fe_models.recordings import Dataset, Recording, Sensor
 from hybrid.diagnosis.fitting.fitting import Fit, fit
@@ -46,23 +45,24 @@ def as_recordings(dataset: Dataset) -> tuple[Dataset, list[str]]:
     """Return a dataset without test recordings ready to be cross-validated, and a note that says so.
 
     Several motions in one file become recordings of their own; a single one is cut into two, where it is long enough.
-    `InputError` where they are copies of one.
+    Copies of one count once: else what is forecast would have been fitted.
     """
     if dataset.select("test"):
         return dataset, []
     single: list[Recording] = [replace(r, data=part[None]) for r in dataset.recordings for part in r.data]
+    once = [r for i, r in enumerate(single) if not any(np.array_equal(r.data, other.data) for other in single[:i])]
+    copies, single = len(single) - len(once), once
+    twice = [f"{copies} of the recordings are copies of others and left out"] * bool(copies)
     note = "no recording is for testing: each is forecast by what was fitted to the others"
-    if len(single) > 1 and all(np.array_equal(r.data, single[0].data) for r in single):
-        raise InputError("[[recordings]]: all are copies of one; give each once, with others or one for testing")
     if len(single) == 1:
         (only,) = single
         half = only.data.shape[1] // 2
         if half < FEWEST_SAMPLES:
             note = "one short recording and none for testing: the forecasts are scored on what was fitted"
-            return replace(dataset, recordings=(only, replace(only, role="test"))), [note]
+            return replace(dataset, recordings=(only, replace(only, role="test"))), [*twice, note]
         single = [only.part(begin, begin + half) for begin in (0, half)]
         note = "one recording and none for testing: each half of it is forecast by what was fitted to the other"
-    return replace(dataset, recordings=tuple(single)), [note]
+    return replace(dataset, recordings=tuple(single)), [*twice, note]
 
 
 def folds_of(dataset: Dataset, measured: tuple[int, ...], searched: Gauge) -> Folds | None:

@@ -9,10 +9,9 @@ from fe_models.dofs import FloatArray
 from fe_models.effects import CoulombFriction, CubicSpring, GapStop, QuadraticDamper
 from fe_models.effects.base import ForceLaw
 from fe_models.structure import Direction
-from hybrid.diagnosis.causes.force_causes import CREEP
+from hybrid.diagnosis.causes.force_causes import CREEP, REACHES
 from hybrid.diagnosis.learned.learning import PlaceForce
 
-REACHES = (0.1, 0.25, 0.45, 0.65, 0.85)  # of the largest elongation: gaps of a stop that are tried
 TINY = 1e-300  # instead of a division by zero
 ANYWHERE: tuple[tuple[int], Direction] = (1,), "x"  # a law's place, of which its force knows nothing
 
@@ -43,7 +42,7 @@ def project(place: PlaceForce) -> Projected:
 def law_shapes(u: FloatArray, v: FloatArray) -> dict[str, list[FloatArray]]:
     """Return for each law its force at elongations ``u`` and rates ``v`` (n,), of any size: columns (n, 1) to try."""
     most, rate = float(np.abs(u).max()), float(np.sqrt(np.mean(v**2)))
-    usual = CREEP[1] * max(rate, TINY)
+    usual = CREEP[1] * rate or 1.0  # at rest nothing rubs, whatever it is
     laws: dict[str, list[ForceLaw]] = {
         CubicSpring.kind: [CubicSpring(*ANYWHERE, 1.0)],
         QuadraticDamper.kind: [QuadraticDamper(*ANYWHERE, 1.0)],

@@ -17,7 +17,7 @@ from fe_models.structure import Structure
 from hybrid.diagnosis.nominal.plant import CERTAIN, Plant
 from hybrid.diagnosis.nominal.scatter import NONE
 
-DEPENDENT = 1e-6  # of the length of a shape: what is its own beside the others; below, it is made of them
+DEPENDENT = 1e-6  # of the most that a degree of freedom moves: the last that tells unit shapes apart must by itself
 TINY = 1e-300  # of a shape's length: instead of a division by zero
 
 

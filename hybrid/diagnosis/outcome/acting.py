@@ -17,7 +17,8 @@ def recordings_of(
     """Return the names of the recordings where candidate ``number`` of a fit acts.
 
     What acts in all that were fitted acts in all. Otherwise a test recording's whole motion is held against the
-    ``model`` with the candidate and without; nothing but its initial state is fitted.
+    ``model`` with the candidate and without; nothing but its initial state is fitted. ``temper``: in units of the noise
+    of ``gauge``.
     """
     acting = acting_recordings(fit, number)
     everywhere = len(acting) == count_of(fit.batches)

@@ -61,10 +61,10 @@ class Advice:
         )
 
 
-def advise(posterior: Posterior, searched: Gauge, energy: float) -> tuple[Advice, ...]:
+def advise(posterior: Posterior, searched: Gauge) -> tuple[Advice, ...]:
     """Return advice for each cause of the best hypothesis and each of its rivals that is not improbable.
 
-    ``searched``: with what counted as noise in the search; ``energy`` of that over the noise's, see `Evidence`.
+    ``searched``: with what counted as noise in the search, see `Evidence`.
     """
     best = posterior.fits[0]
     added = possible_sensors(best.hypothesis.plant, searched.sensors)
@@ -75,7 +75,7 @@ def advise(posterior: Posterior, searched: Gauge, energy: float) -> tuple[Advice
                 sensor, log_odds = None, 0.0  # they move alike
             else:
                 sensor, log_odds = _most_telling(best, _fit_with(posterior, candidate, rival), added, searched)
-            left = probability * float(np.exp(-log_odds * energy / posterior.temper))
+            left = probability * float(np.exp(-log_odds / posterior.temper))
             found.append(
                 Advice(
                     candidate.kind,
@@ -132,7 +132,8 @@ def noise_of(added: tuple[Sensor, ...], sizes: FloatArray, gauge: Gauge, shown: 
     Where there are none, as large beside the largest channel as theirs: ``sizes`` of the added channels (sensor,), and
     ``shown`` by the present ones (sensor,).
     """
-    measured, wanted = (np.array([sensor.quantity for sensor in group]) for group in (gauge.sensors, added))
+    wanted = np.array([sensor.quantity for sensor in added])
+    measured = np.array(["rotation" if sensor.direction == "rz" else sensor.quantity for sensor in gauge.sensors])
     relative, noise = float(np.median(gauge.sigma / shown)), np.zeros(len(added))
     for quantity in OFFERED:
         own, present = wanted == quantity, measured == quantity

@@ -105,7 +105,7 @@ def concluded(setting: Setting, evidence: Evidence) -> Diagnosis:
     verdict, listed = verdict_of(best, evidence.posterior.fits[0], wrong, gauge, setting.band, errors)
     named = verdict in (Verdict.EXPLAINED, Verdict.PARTLY_EXPLAINED)
     final, theta = (best, best.theta) if named else _as_drawn_or_calibrated(base, gauge, normal)
-    findings = _findings(setting, scorer, posterior, simulation, found, listed) if named else ()
+    findings = _findings(scorer, evidence, posterior, simulation, found, listed) if named else ()
     if named:
         notes += _apart(setting, findings)
     elif verdict is Verdict.NOTHING_WRONG:
@@ -116,7 +116,7 @@ def concluded(setting: Setting, evidence: Evidence) -> Diagnosis:
         notes += _unseen(best if named else base, evidence, setting, " more" if named else "")
     after = found.extended if named else found.own if theta.any() else found.drawn
     notes += modal_notes(simulation, found.nominal, found.own, scorer, named)
-    advice = advise(posterior, evidence.searched, evidence.energy) if named else ()
+    advice = advise(posterior, evidence.searched) if named else ()
     shown = show(setting.dataset, simulation.fit, final, found.nominal, found.calibrated, gauge)
     return Diagnosis(
         verdict=verdict,
@@ -183,8 +183,8 @@ def _as_drawn_or_calibrated(base: Fit, gauge: Gauge, most: float) -> tuple[Fit, 
 
 
 def _findings(
-    setting: Setting,
     scorer: Scorer,
+    evidence: Evidence,
     posterior: Posterior,
     simulation: Simulation,
     found: _Forecasts,
@@ -198,6 +198,7 @@ def _findings(
     best, findings = posterior.fits[0], list[Finding]()
     whole, model = found.extended, model_of(best, scorer.gauge)
     had = max(found.nominal.energy - found.nominal.floor_energy, TINY)
+    setting, temper = scorer.setting, posterior.temper * evidence.energy  # of what is left of the recordings themselves
     names = _names(setting)
     if simulation.is_wrong:
         findings.append(modal_finding(simulation, found.nominal, whole, SUREST * listed, names))
@@ -205,7 +206,7 @@ def _findings(
         cause, parameters = cause_of(best, number, posterior.temper)
         without = _strongest_without(posterior, candidate)
         lost = found.drawn.energy if without is None else scorer.forecast(without).energy
-        acting = recordings_of(best, number, model, scorer.test, setting.measured, scorer.gauge, posterior.temper)
+        acting = recordings_of(best, number, model, scorer.test, setting.measured, scorer.gauge, temper)
         findings.append(
             Finding(
                 cause,

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fe_models.dofs import BoolArray, FloatArray
+from fe_models.dofs import BoolArray, FloatArray, IntArray
 from fe_models.errors import InputError
 from fe_models.files.recording_checks import FEWEST_SAMPLES, FLAT_TOLERANCE
 from fe_models.recordings import Dataset, Recording
@@ -39,7 +39,7 @@ def usable(dataset: Dataset) -> tuple[Dataset, list[str]]:
         return dataset, []
     sizes = np.array([recording.data.shape[1] for recording in single])
     measured = [i for i, sensor in enumerate(dataset.sensors) if sensor.role == "measured"]
-    dropped, notes = set[int](), []
+    dropped = set[int]()
     first = np.zeros(len(single), dtype=int)
     for column, fault in faults.items():
         begin = np.array(fault.last)
@@ -54,7 +54,10 @@ def usable(dataset: Dataset) -> tuple[Dataset, list[str]]:
             dropped.add(column)
         else:
             first = cut
-        notes.append(_note(dataset.sensors[column].name, fault, single, leave_out))
+    notes = [
+        _note(dataset.sensors[column].name, fault, single, None if column in dropped else first)
+        for column, fault in faults.items()
+    ]
     if dropped >= set(measured):
         raise InputError(["no measured sensor is left to fit: give at least one channel that is alive", *notes])
     kept = [i for i in range(len(dataset.sensors)) if i not in dropped]
@@ -114,14 +117,17 @@ def _from(recording: Recording, begin: int, columns: list[int]) -> Recording:
     return replace(later, data=later.data[..., columns])
 
 
-def _note(sensor: str, fault: _Fault, recordings: list[Recording], left_out: bool) -> str:
-    where = [f"{count} samples of {r.name}" for r, count in zip(recordings, fault.bad, strict=True) if count]
-    if left_out:
-        return f"sensor {sensor} {fault.word} ({', '.join(where)}): it is left out"
-    gone, cut = list[str](), list[str]()
-    for recording, last in zip(recordings, fault.last, strict=True):
-        if last:
-            short = recording.data.shape[1] - last < FEWEST_SAMPLES
-            (gone if short else cut).append(recording.name)
+def _note(sensor: str, fault: _Fault, recordings: list[Recording], first: IntArray | None) -> str:
+    """Return what is wrong with a ``sensor``, and what becomes of its recordings, which are used from their ``first``
+    (recording,) samples on; None where the sensor is left out.
+    """
+    begins = fault.last if first is None else first
+    spoilt = [part for part in zip(recordings, fault.bad, begins, strict=True) if part[1]]
+    where = ", ".join(f"{count} samples of {recording.name}" for recording, count, _ in spoilt)
+    if first is None:
+        return f"sensor {sensor} {fault.word} ({where}): it is left out"
+    gone, cut = dict[str, None](), dict[str, None]()  # several motions in one file share its name
+    for recording, _, begin in spoilt:
+        (gone if recording.data.shape[1] - begin < FEWEST_SAMPLES else cut)[recording.name] = None
     ends = [f"{', '.join(gone)} left out"] * bool(gone) + [f"{', '.join(cut)} used from behind them on"] * bool(cut)
-    return f"sensor {sensor} {fault.word} ({', '.join(where)}): {'; '.join(ends)}"
+    return f"sensor {sensor} {fault.word} ({where}): {'; '.join(ends)}"

@@ -1,4 +1,4 @@
-"""With what all fits of a dataset were measured."""
+"""What recordings were measured with: sensors, rate and noise."""
 
 from dataclasses import dataclass
 

@@ -101,13 +101,12 @@ def _quiet_density(parts: tuple[FloatArray, ...], rate: float, band: Band) -> Fl
 class Excess:
     """The energy of residuals in the structure's band beyond white noise, in units of the noise's variance.
 
-    ``total`` and its standard deviation ``std`` if there were none; ``by_recording`` (recording,), batch by batch;
-    ``sigma`` (sensor,) the noise, in units of the residuals.
+    ``total`` and its standard deviation ``std`` if there were none; ``sigma`` (sensor,) the noise, in units of the
+    residuals.
     """
 
     total: float
     std: float
-    by_recording: FloatArray
     sigma: FloatArray
 
     @property
@@ -131,10 +130,10 @@ def excess(residuals: tuple[FloatArray, ...], rate: float, band: Band) -> Excess
     if not band.room:
         counts[1] = QUIET * counts[0] / 2 / QUARTILE_LOSS
     variance = high / counts[1] if band.room else _quiet_density(residuals, rate, band)  # (sensor,)
-    by_recording = np.concatenate([np.sum(energy / variance - bins, axis=1) for energy, bins in low])
+    total = sum(float(np.sum(energy / variance - bins)) for energy, bins in low)
     sensors = len(variance)
     std = float(np.sqrt(2 * counts[0] * sensors + (counts[0] ** 2) * sensors / counts[1]))
-    return Excess(float(by_recording.sum()), std, by_recording, np.sqrt(variance))
+    return Excess(total, std, np.sqrt(variance))
 
 
 def correlation_factor(residuals: tuple[FloatArray, ...]) -> float:
