@@ -39,10 +39,10 @@ def test_gauge_stays_where_noise_counts_and_grows_where_the_model_is_far_off() -
     gauge = Gauge(tuple(dataset.sensors[i] for i in measured), dataset.sampling_rate, sigma)
     lengths = lengths_of(batches, Hypothesis(plant).states)
     short = short_fit(plant, lengths, gauge)
-    assert search_gauge(plant, lengths, gauge, short) == (gauge, short)
+    assert search_gauge(plant, lengths, gauge, short) == (gauge, lengths, short)
     cleaner = replace(gauge, sigma=sigma / 1000)  # as if the sensors had hardly any noise, and the model were as wrong
     begun = short_fit(plant, lengths, cleaner)
-    searched, found = search_gauge(plant, lengths, cleaner, begun)
+    searched, _, found = search_gauge(plant, lengths, cleaner, begun)
     assert np.all(searched.sigma > 100 * cleaner.sigma)
     # what is known of the springs counts again: they stay nearer to what their owner knows
     assert np.abs(found.theta / plant.spread).max() < 0.5 * np.abs(begun.theta / plant.spread).max()

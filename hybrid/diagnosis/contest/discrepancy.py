@@ -21,17 +21,21 @@ ASTRAY = 3e3  # times the energy of noise: 0.3 of that of the motion where noise
 ROUNDS = 3  # of taking the noise from the fit, which takes it from the noise
 
 
-def search_gauge(plant: Plant, lengths: Lengths, gauge: Gauge, short: Fit) -> tuple[Gauge, Fit]:
-    """Return the gauge to search with, and the nominal fit of the shortest segments in it; mostly as they are."""
+def search_gauge(plant: Plant, lengths: Lengths, gauge: Gauge, short: Fit) -> tuple[Gauge, Lengths, Fit]:
+    """Return the gauge to search with, the segments, and the nominal fit of the shortest; mostly as they are.
+
+    What the model lacks is no less in recordings that have less noise.
+    """
     if short.chi2 < ASTRAY * short.values or plant.laws:
-        return gauge, short
+        return gauge, lengths, short
+    lengths = lengths.alike
     factor, found = 1.0, gauge
     for _ in range(ROUNDS):
         left = factor * short.chi2 / short.values  # over the energy of noise as the recordings tell it
         factor = left * repeated(short.residuals)
         found = replace(gauge, sigma=gauge.sigma * np.sqrt(factor))
         short = short_fit(plant, lengths, found)
-    return found, short
+    return found, lengths, short
 
 
 def in_units_of(gauge: Gauge, item: Fit, searched: Gauge) -> Fit:

@@ -1,6 +1,6 @@
 """Segments of growing length, and fits that are reached over them: short ones forgive a wrong start."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -27,6 +27,11 @@ class Lengths:
     def whole(self) -> tuple[Batch, ...]:
         """The recordings."""
         return self.cut[-1]
+
+    @property
+    def alike(self) -> "Lengths":
+        """The segments with the same noise in all of them."""
+        return Lengths(tuple(tuple(replace(batch, noise=None) for batch in batches) for batches in self.cut))
 
     def enough(self, batches: tuple[Batch, ...]) -> float:
         """Return the fall in the sum of squares at which fits of one of the lengths stop; of segments early."""

@@ -1,6 +1,6 @@
 """What a diagnosis starts from: the recordings as they are used, the nominal structure, and its first fit."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -22,7 +22,8 @@ from hybrid.diagnosis.nominal.plant import Plant, plant_of
 from hybrid.diagnosis.recorded.channels import usable
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.noise import Band, noise_of_recordings, structure_band
-from hybrid.diagnosis.recorded.records import batches_of, columns_of, measured_columns
+from hybrid.diagnosis.recorded.noise_levels import NoiseLevels
+from hybrid.diagnosis.recorded.records import Batch, batches_of, columns_of, measured_columns
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.marching import is_too_fast
 from hybrid.diagnosis.response.unloaded import unloaded
@@ -37,9 +38,9 @@ class Setting:
     ``geometry``: what the structure may exert beyond its linear model; whether it does, the recordings tell.
     ``modal``: the modal model that stands for the structure in the user's simulation, None where the structure does.
     ``measured``: columns of the sensors that are fitted; ``gauge``: with the noise that the recordings tell, and
-    ``searched``, with which causes are sought: mostly the same (see `discrepancy`); ``band``: where the structure's
-    motion shows; ``lengths``: the training recordings in segments; ``short``: the nominal fit of the shortest;
-    ``notes``: what the user should know about the data.
+    ``searched``, with which causes are sought: mostly the same (see `discrepancy`); ``levels``: how it differs from
+    recording to recording; ``band``: where the structure's motion shows; ``lengths``: the training recordings in
+    segments; ``short``: the nominal fit of the shortest; ``notes``: what the user should know about the data.
     """
 
     dataset: Dataset
@@ -49,6 +50,7 @@ class Setting:
     measured: tuple[int, ...]
     gauge: Gauge
     searched: Gauge
+    levels: NoiseLevels
     band: Band
     lengths: Lengths
     short: Fit
@@ -63,6 +65,14 @@ class Setting:
     def nominal(self) -> Hypothesis:
         """The nominal structure, whose uncertain factors may move."""
         return Hypothesis(self.plant)
+
+    def test_recordings(self) -> tuple[Batch, ...]:
+        """Return the recordings for testing, all channels of them, with their noise."""
+        return self.with_noise(batches_of(self.dataset, "test"))
+
+    def with_noise(self, batches: tuple[Batch, ...]) -> tuple[Batch, ...]:
+        """Return batches of all channels with the noise of each recording, where these are not alike."""
+        return tuple(_with_noise(batch, self.measured, self.plant, self.gauge, self.levels) for batch in batches)
 
     def candidates(self) -> tuple[Candidate, ...]:
         """Return every cause at every place that it can have."""
@@ -93,15 +103,34 @@ def setting_of(dataset: Dataset) -> Setting:
     dataset, apart = as_recordings(dataset)
     fast = _too_fast(plant)
     measured = measured_columns(dataset)
-    batches = columns_of(batches_of(dataset, "train"), measured)
     rate = dataset.sampling_rate
     band = structure_band(plant, rate, dataset.lowpass)
-    sensors = tuple(dataset.sensors[i] for i in measured)
-    noise = noise_of_recordings(unloaded(plant, batches, sensors, rate), rate, band)
-    gauge = Gauge(sensors, rate, noise)
-    lengths = lengths_of(batches, Hypothesis(plant).states)
-    searched, short = search_gauge(plant, lengths, gauge, short_fit(plant, lengths, gauge))
+    gauge, levels = _noise(plant, dataset, measured, band)
+    recorded = tuple(_with_noise(batch, measured, plant, gauge, levels) for batch in batches_of(dataset, "train"))
+    lengths = lengths_of(columns_of(recorded, measured), Hypothesis(plant).states)
+    searched, lengths, short = search_gauge(plant, lengths, gauge, short_fit(plant, lengths, gauge))
     motion = Motion.of_states(states_along(short, searched), plant).displacement
     geometry = geometry_of(plant, motion, np.random.default_rng(SEED))
     notes = (*unusable, *apart, *fast)
-    return Setting(dataset, plant, geometry, modal, measured, gauge, searched, band, lengths, short, notes)
+    return Setting(dataset, plant, geometry, modal, measured, gauge, searched, levels, band, lengths, short, notes)
+
+
+def _noise(plant: Plant, dataset: Dataset, measured: tuple[int, ...], band: Band) -> tuple[Gauge, NoiseLevels]:
+    """Return the gauge with the noise of the training recordings, and how it differs between all recordings."""
+    sensors, rate = tuple(dataset.sensors[i] for i in measured), dataset.sampling_rate
+    train, test = (
+        unloaded(plant, columns_of(batches_of(dataset, role), measured), sensors, rate) for role in ("train", "test")
+    )
+    levels = NoiseLevels.of((*train, *test), rate, band)
+    noise = noise_of_recordings(train, rate, band) if levels.are_alike else np.exp(levels.usual)
+    return Gauge(sensors, rate, noise), levels
+
+
+def _with_noise(batch: Batch, measured: tuple[int, ...], plant: Plant, gauge: Gauge, levels: NoiseLevels) -> Batch:
+    """Return a batch of all channels with the noise of each recording, as its ``measured`` sensors tell it."""
+    if levels.are_alike:
+        return batch
+    noise = np.ones((len(batch.names), batch.data.shape[2]))
+    (free,) = unloaded(plant, columns_of((batch,), measured), gauge.sensors, gauge.rate)
+    noise[:, list(measured)] = levels.of_recordings(free)
+    return replace(batch, noise=noise)

@@ -159,12 +159,13 @@ def _samples(share: float, batch: Batch) -> int:
 def _linear_states(system: System, size: FloatArray, batch: Batch, gauge: Gauge) -> tuple[FloatArray, FloatArray]:
     """Return what `initial_states` does, of a linear system: by least squares."""
     recordings, samples, _ = batch.data.shape
-    weight = np.tile(1 / gauge.sigma, samples)
+    weight = batch.weights(gauge)  # (recording or one row, value)
     free = batch.data if batch.loads is None else batch.data - loaded_channels(system, batch.loads)[0]
-    X = observability(system, samples)[0].reshape(-1, len(size)) * weight[:, None]
-    wanted = free.reshape(recordings, -1) * weight - drift(system, samples)[0].ravel() * weight
-    states = np.linalg.solve(X.T @ X + np.diag(size**-2.0), X.T @ wanted.T).T
-    return states, np.sum((wanted - states @ X.T) ** 2, axis=1) + np.sum((states / size) ** 2, axis=1)
+    shown = observability(system, samples)[0].reshape(-1, len(size))
+    wanted = (free.reshape(recordings, -1) - drift(system, samples)[0].ravel()) * weight
+    precision = np.stack([(shown.T * square) @ shown for square in weight**2]) + np.diag(size**-2.0)
+    states = np.linalg.solve(precision, ((wanted * weight) @ shown)[..., None])[..., 0]
+    return states, np.sum((wanted - states @ shown.T * weight) ** 2, axis=1) + np.sum((states / size) ** 2, axis=1)
 
 
 def _states_under_laws(
@@ -175,7 +176,7 @@ def _states_under_laws(
     ``copies``: the system, once and once more for each entry of a state, which finite differences move.
     """
     recordings = len(states)
-    weight = np.tile(1 / gauge.sigma, batch.samples)
+    weight = batch.weights(gauge)  # (recording or one row, value)
     wanted = batch.data.reshape(recordings, -1) * weight
     cost, damping = np.full(recordings, np.inf), np.full(recordings, DAMPING[0])
     X, residual, trial = np.zeros((recordings, wanted.shape[1], len(size))), wanted, states
@@ -210,13 +211,14 @@ def _one(
     data = batch.recorded[:, first:]
     span = np.maximum(np.ptp(data, axis=1), 1e-30)  # (recording, sensor)
     square = np.mean((y - data) ** 2, axis=1)
-    leverage = _leverage(model, batch, sensors, measured, gauge, first)
-    sigma = np.full(len(sensors), np.nan)
-    sigma[list(measured)] = gauge.sigma
-    floor = sigma * np.sqrt(batch.share + leverage.mean(axis=0)) / span
     own = list(measured)
-    energy = float(np.sum(square[:, own] / gauge.sigma**2)) * data.shape[1]
-    floor_energy = float((batch.share + leverage[:, own]).sum()) * len(data)
+    noise = columns_of((batch,), measured)[0].sigma(gauge)[:, 0]  # (recording or one row, sensor)
+    sigma = np.full((len(noise), len(sensors)), np.nan)
+    sigma[:, own] = noise
+    leverage = np.stack([_leverage(model, batch, sensors, measured, row, gauge.rate) for row in noise])
+    floor = sigma * np.sqrt(batch.share + leverage.mean(axis=1)) / span
+    energy = float(np.sum(square[:, own] / noise**2)) * data.shape[1]
+    floor_energy = float(np.sum(batch.share + leverage[..., own])) * len(data) / len(noise)
     return np.sqrt(square) / span, floor, energy, floor_energy
 
 
@@ -225,15 +227,15 @@ def _leverage(
     batch: Batch,
     sensors: tuple[Sensor, ...],
     measured: tuple[int, ...],
-    gauge: Gauge,
-    first: int,
+    noise: FloatArray,
+    rate: float,
 ) -> FloatArray:
-    """Return the variance (time, sensor) that the uncertain initial state adds, over that of the measured noise."""
+    """Return the variance (time, sensor) that the uncertain initial state adds, over that of the measured ``noise``."""
     hypothesis, theta, size = without(model, tuple(range(len(model.hypothesis.candidates))))
     positions = tuple(measured.index(i) if i in measured else -1 for i in range(len(sensors)))
-    rows = observability(hypothesis.system(theta[None], sensors, gauge.rate, positions), batch.samples)[0]
-    sigma = np.ones(len(sensors))
-    sigma[list(measured)] = gauge.sigma
+    rows = observability(hypothesis.system(theta[None], sensors, rate, positions), batch.samples)[0]
+    sigma, first = np.ones(len(sensors)), shown_of(batch.samples)
+    sigma[list(measured)] = noise
     rows = rows / sigma[:, None]
     X = rows[:first, list(measured)].reshape(-1, rows.shape[-1])
     covariance = np.linalg.inv(X.T @ X + np.diag(size**-2.0))

@@ -56,6 +56,6 @@ def straightened(item: Fit, gauge: Gauge) -> tuple[Batch, ...] | None:
     batches, change = [], 0.0
     for batch, states in zip(item.batches, item.states, strict=True):
         y = added(item.hypothesis, item.theta, states, batch, gauge.sensors, gauge.rate, gauge.positions)
-        change += float(np.square((batch.recorded - batch.data - y) / gauge.sigma).sum())
+        change += float(np.square((batch.recorded - batch.data - y) / batch.sigma(gauge)).sum())
         batches.append(batch.less(y))
     return tuple(batches) if change > FELT * item.values else None

@@ -70,22 +70,22 @@ def _linear(
 ) -> Linearisation | None:
     """Return the linearisation with the best initial states at ``theta``."""
     recordings, samples, _ = batch.data.shape
-    weight = np.tile(1 / gauge.sigma, samples)  # (value,)
+    weight = batch.weights(gauge)  # (recording or one row, value)
     moved = STEP * hypothesis.width
     thetas = np.vstack([theta, theta + np.diag(moved)]) if slopes else theta[None]
     system = hypothesis.system(thetas, gauge.sensors, gauge.rate, gauge.positions)
-    first = observability(system.only(0), samples).reshape(-1, hypothesis.states) * weight[:, None]
+    shown = observability(system.only(0), samples).reshape(-1, hypothesis.states)
+    first = shown * (weight[0, :, None] if len(weight) == 1 else weight[..., None])  # one basis serves all alike
     if not np.abs(first).max() < EXPLODED:
         return None
     basis, upper = orthonormal(first)
     late = given(system, batch)
-    lines = drift(system, samples)[0].ravel() * weight
-    data = (batch.data - late[0]).reshape(recordings, -1) * weight - lines
-    z = np.linalg.solve(upper, basis.T @ data.T).T  # (recording, state)
-    residual = data - z @ first.T
-    shown = respond(system, np.broadcast_to(z, (len(thetas), *z.shape)), samples) + late
-    shown = shown.reshape(len(thetas), recordings, -1) * weight
-    change = (shown[1:] - shown[0]) / moved[: len(shown) - 1, None, None]  # (parameter, recording, value)
+    data = ((batch.data - late[0]).reshape(recordings, -1) - drift(system, samples)[0].ravel()) * weight
+    z = _in_states(upper, split_off(data, basis)[1])  # (recording, state)
+    residual = data - z @ shown.T * weight
+    y = respond(system, np.broadcast_to(z, (len(thetas), *z.shape)), samples) + late
+    y = y.reshape(len(thetas), recordings, -1) * weight
+    change = (y[1:] - y[0]) / moved[: len(y) - 1, None, None]  # (parameter, recording, value)
     rest, inside = split_off(change, basis)
     return Linearisation(
         residual,
@@ -103,7 +103,7 @@ def _forced(
     hypothesis: Hypothesis, theta: FloatArray, batch: Batch, gauge: Gauge, states: FloatArray, slopes: bool
 ) -> Linearisation | None:
     """Return the linearisation from ``states`` under force laws; without ``slopes`` only what is left."""
-    weight = np.tile(1 / gauge.sigma, batch.samples)  # (value,)
+    weight = batch.weights(gauge)  # (recording or one row, value)
     data = batch.data.reshape(len(states), -1) * weight
     system = hypothesis.system(theta[None], gauge.sensors, gauge.rate, gauge.positions)
     y = respond(system, states[None], batch.samples, batch.loads) + drifted(system, batch.begins)
@@ -146,7 +146,7 @@ def _changes(
     start[own:] += np.diag(size)[:, None]
     system = hypothesis.system(thetas, gauge.sensors, gauge.rate, gauge.positions)
     y = respond(system, start, batch.samples, batch.loads, often=1) + drifted(system, batch.begins)
-    y = y.reshape(len(thetas), len(states), -1) * np.tile(1 / gauge.sigma, batch.samples)
+    y = y.reshape(len(thetas), len(states), -1) * batch.weights(gauge)
     if not np.isfinite(y).all():
         return None
     by_state = ((y[own:] - y[0]) / size[:, None, None]).transpose(1, 2, 0)

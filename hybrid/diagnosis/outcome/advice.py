@@ -148,7 +148,7 @@ def _left(best: Fit, rival: Fit, gauge: Gauge) -> float:
     H, g, cost = np.diag(precision), -precision * off, float(off @ (precision * off))
     for batch, states in zip(rival.batches, rival.states, strict=True):
         data = np.stack([shown[data.tobytes()] for data in batch.data])
-        part = linearise_batch(rival.hypothesis, rival.theta, replace(batch, data=data), gauge, states)
+        part = linearise_batch(rival.hypothesis, rival.theta, replace(batch, data=data, noise=None), gauge, states)
         if part is None:
             return 0.0
         J, r = part.slopes.reshape(len(off), -1), part.residual.ravel()

@@ -1,6 +1,6 @@
 """Forecasts of the recordings that were kept for testing, or left out one fold after the other, by any fit."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from hybrid.diagnosis.fitting.crossvalidation import Folds, folds_of
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.fitting.forecasting import Forecast, Model, forecast, model_of, within
 from hybrid.diagnosis.recorded.gauge import Gauge
-from hybrid.diagnosis.recorded.records import Batch, batches_of
+from hybrid.diagnosis.recorded.records import Batch
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,9 @@ class Scorer:
         """Return the scorer of a dataset, its noise as the evidence has it."""
         dataset = setting.dataset
         folds = folds_of(dataset, setting.measured, evidence.searched)
-        return cls(setting, evidence.gauge, batches_of(dataset, "test"), folds)
+        if folds is not None:
+            folds = replace(folds, tests=tuple(setting.with_noise(tests) for tests in folds.tests))
+        return cls(setting, evidence.gauge, setting.test_recordings(), folds)
 
     def forecast(self, item: Fit, most: float = np.inf) -> Forecast:
         """Return the scores of a fit, nominal values calibrated by no more than ``most`` standard deviations."""

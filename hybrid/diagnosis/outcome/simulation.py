@@ -129,7 +129,7 @@ def _forecasts_differ(own: Fit, other: Fit, gauge: Gauge) -> bool:
             predicted(model_of(item, gauge, np.zeros_like(item.theta)), batch, gauge.sensors, gauge.positions, gauge)
             for item in (own, other)
         )
-        apart = ((one - two) / gauge.sigma)[:, first:]
+        apart = ((one - two) / batch.sigma(gauge))[:, first:]
         square += float(np.square(apart).sum())
         values += apart.size * batch.share
     return square > ((1 + MATERIAL) ** 2 - 1) * values

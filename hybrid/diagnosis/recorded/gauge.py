@@ -8,7 +8,10 @@ from fe_models.recordings import Sensor
 
 @dataclass(frozen=True)
 class Gauge:
-    """The fitted ``sensors``, their ``rate`` (Hz), and ``sigma`` (sensor,) of the noise."""
+    """The fitted ``sensors``, their ``rate`` (Hz), and ``sigma`` (sensor,) of the noise.
+
+    Where it differs from recording to recording, of a usual one: see `Batch.sigma`.
+    """
 
     sensors: tuple[Sensor, ...]
     rate: float

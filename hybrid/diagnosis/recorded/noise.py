@@ -16,6 +16,7 @@ ROOM = 0.8  # ... but a fifth of all frequencies is left
 QUIET = 0.4  # of a recording, from its end: by then all but the least damped modes have died away
 QUARTILE = 0.25  # of the powers there: below it lies what is between the lines
 QUARTER = -np.log(1 - QUARTILE)  # that of white noise's power over its mean
+NEIGHBOURLY = 1.94  # lines of a spectrum with a Hann window that tell as much as one: 1 + 2 (4/9 + 1/36)
 QUARTILE_LOSS = QUARTILE / (1 - QUARTILE) / QUARTER**2  # variance of the density that it tells over that by the mean
 SERIES = 5  # powers of 1 / (i omega) in the response to a load far above all natural frequencies
 LEAST_SHARE = 0.1  # of values: loads explain no more of a spectrum than the rest
@@ -51,7 +52,7 @@ def noise_of_recordings(batches: tuple[Batch, ...], rate: float, band: Band) -> 
     """
     if not band.room:
         return np.sqrt(_quiet_density(tuple(batch.data for batch in batches), rate, band))
-    lower = max(UPPER * rate / 2, min(HARMONICS * band.upper, ROOM * rate / 2))
+    lower = _lower(rate, band)
     power, count = 0.0, 0
     for batch in batches:
         window = np.hanning(batch.samples)[:, None]
@@ -66,6 +67,24 @@ def noise_of_recordings(batches: tuple[Batch, ...], rate: float, band: Band) -> 
         power = power + density.sum(axis=(0, 1))
         count += density.shape[0] * density.shape[1] * share
     return np.asarray(np.sqrt(power / count))
+
+
+def variance_told(samples: int, rate: float, band: Band) -> float:
+    """Return the variance of the logarithm of the noise's standard deviation, as one recording tells it."""
+    if band.room:
+        return NEIGHBOURLY / 4 / float(np.sum(np.fft.rfftfreq(samples, 1 / rate) > _lower(rate, band)))
+    lines = np.fft.rfftfreq(_end(samples), 1 / rate)
+    return NEIGHBOURLY * QUARTILE_LOSS / 4 / float(np.sum((lines > 0) & (lines <= band.upper)))
+
+
+def _lower(rate: float, band: Band) -> float:
+    """Return the frequency (Hz) beyond which recordings tell their noise themselves, where there is room."""
+    return max(UPPER * rate / 2, min(HARMONICS * band.upper, ROOM * rate / 2))
+
+
+def _end(samples: int) -> int:
+    """Return how many of a recording's last samples are quiet."""
+    return max(int(QUIET * samples), 2)
 
 
 def _unexplained(spectra: ComplexArray, pushes: ComplexArray, frequencies: FloatArray) -> tuple[ComplexArray, float]:
@@ -89,7 +108,7 @@ def _quiet_density(parts: tuple[FloatArray, ...], rate: float, band: Band) -> Fl
     """Return the variance (sensor,) of white noise as dense as what lies between the lines, at recordings' ends."""
     powers = []
     for part in parts:
-        end = part[:, -max(int(QUIET * part.shape[1]), 2) :]
+        end = part[:, -_end(part.shape[1]) :]
         window = np.hanning(end.shape[1])[:, None]
         density = np.abs(np.fft.rfft(end * window, axis=1)) ** 2 / np.sum(window**2)
         frequencies = np.fft.rfftfreq(end.shape[1], 1 / rate)

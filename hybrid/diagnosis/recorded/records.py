@@ -8,6 +8,7 @@ import numpy as np
 from fe_models.dofs import FloatArray
 from fe_models.recordings import Dataset, Load
 from hybrid.diagnosis.nominal.loads import Loads, loads_of
+from hybrid.diagnosis.recorded.gauge import Gauge
 
 
 @dataclass(frozen=True)
@@ -18,7 +19,7 @@ class Batch:
     recording was cut into, which follow one another along the first axis. ``share``: of all frequencies up to half the
     sampling rate, those that a low-pass has left. ``loads``: what is known to act, None where nothing is. ``whole``:
     what was recorded, where ``data`` are that less something known (see `geometry_response`); None where they are the
-    same.
+    same. ``noise`` (recording, sensor): each recording's, over that of the gauge; None where all are alike.
     """
 
     data: FloatArray
@@ -28,6 +29,17 @@ class Batch:
     share: float = 1.0
     loads: Loads | None = None
     whole: FloatArray | None = None
+    noise: FloatArray | None = None
+
+    def sigma(self, gauge: Gauge) -> FloatArray:
+        """Return the standard deviation of the noise (recording or segment, 1, sensor); one row where all are alike."""
+        if self.noise is None:
+            return gauge.sigma[None, None]
+        return np.repeat(self.noise, self.pieces, axis=0)[:, None] * gauge.sigma
+
+    def weights(self, gauge: Gauge) -> FloatArray:
+        """Return one over it for each value (recording or segment, value); one row where all are alike."""
+        return np.tile(1 / self.sigma(gauge)[:, 0], self.samples)
 
     @property
     def recorded(self) -> FloatArray:
@@ -58,7 +70,9 @@ class Batch:
         rows = np.concatenate([number * self.pieces + np.arange(self.pieces) for number in recordings])
         names = tuple(self.names[number] for number in recordings)
         whole = None if self.whole is None else self.whole[rows]
-        return replace(self, data=self.data[rows], names=names, loads=self.loads and self.loads.take(rows), whole=whole)
+        noise = None if self.noise is None else self.noise[recordings]
+        loads = self.loads and self.loads.take(rows)
+        return replace(self, data=self.data[rows], names=names, loads=loads, whole=whole, noise=noise)
 
     def first(self, samples: int) -> "Batch":
         """Return the first ``samples`` of its recordings (uncut)."""
@@ -110,7 +124,10 @@ def measured_columns(dataset: Dataset) -> tuple[int, ...]:
 def columns_of(batches: tuple[Batch, ...], columns: tuple[int, ...]) -> tuple[Batch, ...]:
     """Return the batches with some of their channels."""
     own = list(columns)
+
+    def some(values: FloatArray | None) -> FloatArray | None:
+        return None if values is None else values[..., own]
+
     return tuple(
-        replace(batch, data=batch.data[..., own], whole=None if batch.whole is None else batch.whole[..., own])
-        for batch in batches
+        replace(batch, data=batch.data[..., own], whole=some(batch.whole), noise=some(batch.noise)) for batch in batches
     )

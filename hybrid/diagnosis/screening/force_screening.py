@@ -5,7 +5,7 @@ import numpy as np
 from fe_models.dofs import BoolArray, FloatArray
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.fitting.fitting import Fit
-from hybrid.diagnosis.fitting.linearisation import Linearisation, linearise_batch
+from hybrid.diagnosis.fitting.linearisation import linearise_batch
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.spectra import WIDTH, combination_lines, energy_near
 from hybrid.diagnosis.response.system import System
@@ -42,12 +42,15 @@ def screen_forces(fit: Fit, candidates: tuple[Candidate, ...], gauge: Gauge) -> 
     omega = 2j * np.pi * trials[:, None, None]
     pushed = np.broadcast_to(B, (len(trials), *B.shape))
     transfer = system.C[0] @ np.linalg.solve(omega * np.eye(states) - system.A[0], pushed) + D
-    transfer = transfer * (system.gain[0] / gauge.sigma)[:, None]  # (frequency, sensor, place)
+    transfer = transfer * system.gain[0][:, None]  # (frequency, sensor, place)
     gains = np.zeros((len(trials), len(forces)))
     for batch, states_found in zip(fit.batches, fit.states, strict=True):
         part = linearise_batch(hypothesis, fit.theta, batch, gauge, states_found)
         assert part is not None  # it was fitted
-        gains += _wave_gains(part, batch.samples, transfer, trials / gauge.rate)
+        sigma = batch.sigma(gauge)[:, 0]  # (recording, sensor), or one row for all
+        for number, residual in enumerate(np.array_split(part.residual, len(sigma))):
+            basis = part.basis[number] if part.basis.ndim == 3 else part.basis  # of laws: the first one's
+            gains += _wave_gains(residual, basis, transfer / sigma[number][:, None], trials / gauge.rate)
     if hypothesis.plant.kept is not None:
         gains[_is_of_structure(trials, system, fit, gauge)[:, None] & (gains < SECONDARY * _energy(fit, gauge))] = 0.0
     found = []
@@ -65,26 +68,27 @@ def _is_of_structure(trials: FloatArray, system: System, fit: Fit, gauge: Gauge)
     """Return whether each frequency (Hz) is a multiple, sum or difference of the strongest modes' frequencies."""
     roots = np.linalg.eigvals(system.A[0])
     frequencies = np.sort(np.abs(roots[roots.imag > 0])) / (2 * np.pi)
-    motion = tuple(batch.data / gauge.sigma for batch in fit.batches)
+    motion = tuple(batch.data / batch.sigma(gauge) for batch in fit.batches)
     lines = combination_lines(frequencies, energy_near(frequencies, motion, gauge.rate))
     resolution = gauge.rate / max(batch.samples for batch in fit.batches)
     return np.asarray(np.abs(trials[:, None] - lines).min(axis=1) <= WIDTH * resolution)
 
 
 def _energy(fit: Fit, gauge: Gauge) -> float:
-    return sum(float(np.square(batch.data / gauge.sigma).sum()) for batch in fit.batches)
+    return sum(float(np.square(batch.data / batch.sigma(gauge)).sum()) for batch in fit.batches)
 
 
-def _wave_gains(part: Linearisation, samples: int, transfer: FloatArray, frequencies: FloatArray) -> FloatArray:
+def _wave_gains(residual: FloatArray, basis: FloatArray, transfer: FloatArray, frequencies: FloatArray) -> FloatArray:
     """Return the fall in the sum of squares (frequency, place) by waves of any amplitude and phase in each recording.
 
-    ``transfer`` (frequency, sensor, place) is what the sensors show of a unit force; ``frequencies`` in cycles a
-    sample. All products with the waves are Fourier transforms, of the residual and of what was projected out.
+    ``residual`` (recording, value), of which the ``basis`` (value, vector) was projected out; ``transfer`` (frequency,
+    sensor, place) is what the sensors show of a unit force, in units of the noise; ``frequencies`` in cycles a sample.
+    All products with the waves are Fourier transforms, of the residual and of the basis.
     """
     sensors = transfer.shape[1]
-    basis = part.basis[0] if part.basis.ndim == 3 else part.basis  # with laws, one recording's stands for all
+    samples = len(basis) // sensors
     turns = np.exp(2j * np.pi * np.outer(frequencies, np.arange(samples)))  # (frequency, time)
-    along = turns @ part.residual.reshape(-1, samples, sensors).transpose(1, 0, 2).reshape(samples, -1)
+    along = turns @ residual.reshape(-1, samples, sensors).transpose(1, 0, 2).reshape(samples, -1)
     inside = turns @ basis.reshape(samples, -1)
     along = along.reshape(len(turns), -1, sensors) @ transfer  # (frequency, recording, place)
     inside = inside.reshape(len(turns), sensors, -1).transpose(0, 2, 1) @ transfer  # (frequency, state, place)

@@ -111,6 +111,7 @@ def _left(hypothesis: Hypothesis, thetas: FloatArray, fit: Fit, gauge: Gauge) ->
     system = hypothesis.system(thetas, gauge.sensors, gauge.rate, gauge.positions)
     total = np.zeros(len(thetas))
     for batch in fit.batches:
+        loud = np.exp(np.log(batch.sigma(gauge) / gauge.sigma).mean(axis=(1, 2)))  # (recording,): one basis serves
         weight = np.tile(1 / gauge.sigma, batch.samples)
         rows = observability(system, batch.samples)
         rows = rows.reshape(len(thetas), -1, rows.shape[-1]) * weight[:, None]
@@ -118,7 +119,7 @@ def _left(hypothesis: Hypothesis, thetas: FloatArray, fit: Fit, gauge: Gauge) ->
         basis, _ = orthonormal(np.where(usable[:, None, None], rows, 0.0))
         lines = drift(system, batch.samples).reshape(len(thetas), -1) * weight
         data = batch.data - given(system, batch)  # (variant, recording, time, sensor)
-        wanted = data.reshape(len(thetas), len(batch.data), -1) * weight - lines[:, None]
+        wanted = (data.reshape(len(thetas), len(batch.data), -1) * weight - lines[:, None]) / loud[:, None]
         inside = wanted @ basis
         left = np.sum(wanted**2, axis=(1, 2)) - np.sum(inside**2, axis=(1, 2))
         total += np.where(usable, left, np.inf)

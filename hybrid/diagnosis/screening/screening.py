@@ -155,14 +155,14 @@ def _forced_response(
         for law, force in enumerate(forces):
             direct = system.D[variant, :, law] * system.gain[variant]
             y[variant] += driven(form, variant, system.B[variant, :, law], direct, force, system)
-    return np.asarray((y / gauge.sigma).reshape(len(thetas), len(states), -1))
+    return np.asarray((y / batch.sigma(gauge)).reshape(len(thetas), len(states), -1))
 
 
 def _response(hypothesis: Hypothesis, thetas: FloatArray, batch: Batch, gauge: Gauge, states: FloatArray) -> FloatArray:
     """Return the channels (variant, recording, value) in units of sigma."""
     system = hypothesis.system(thetas, gauge.sensors, gauge.rate, gauge.positions)
     y = respond(system, np.broadcast_to(states, (len(thetas), *states.shape)), batch.samples, batch.loads)
-    y = (y + drifted(system, batch.begins)) / gauge.sigma
+    y = (y + drifted(system, batch.begins)) / batch.sigma(gauge)
     return np.asarray(y.reshape(len(thetas), len(states), -1))
 
 
@@ -184,7 +184,7 @@ def law_responses(fit: Fit, laws: list[Candidate], gauge: Gauge) -> dict[str, li
         motion = fitted_motion(system, states, batch)
         answers = side_by_side(partial(_law_response, fit, motion, system, form, reduced, gauge), trials)
         for own, y in zip(columns, answers, strict=True):
-            own.append((y / gauge.sigma).reshape(len(states), -1))
+            own.append((y / batch.sigma(gauge)).reshape(len(states), -1))
     return found
 
 

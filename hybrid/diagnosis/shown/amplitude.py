@@ -49,7 +49,7 @@ def amplitude_dependence(item: Fit, gauge: Gauge) -> Amplitude | None:
         slopes.append(np.einsum("irv,rv->ri", two, part.residual))
         squares.append(np.square(part.residual).sum(axis=1))
         counts.append(np.full(len(batch.data), part.residual.shape[1]))
-        sizes.append(np.sqrt(np.mean((batch.data / gauge.sigma) ** 2, axis=(1, 2))))
+        sizes.append(np.sqrt(np.mean((batch.data / batch.sigma(gauge)) ** 2, axis=(1, 2))))
     size, normal, slope, square, count = (np.concatenate(part) for part in (sizes, normals, slopes, squares, counts))
     found = []
     for level in np.array_split(np.argsort(size), LEVELS):

@@ -72,7 +72,7 @@ def show(dataset: Dataset, base: Fit, own: Fit, nominal: Forecast, calibrated: F
         modes_of(free.hypothesis, free.theta, gauge.rate),
         below=dataset.lowpass or np.inf,
     )
-    motion = tuple(batch.data / gauge.sigma for batch in base.batches)
+    motion = tuple(batch.data / batch.sigma(gauge) for batch in base.batches)
     error = residuals_at(base, np.zeros_like(base.theta), gauge)
     by_mode = [energy_near(modes[2].frequencies, part, gauge.rate) for part in (motion, error)]
     fitted = [dataset.sensors.index(sensor) for sensor in gauge.sensors]

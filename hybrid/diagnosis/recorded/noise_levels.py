@@ -1,0 +1,94 @@
+"""Noise that is not the same in all recordings: normalised ones, a share of each motion, another amplifier.
+
+Each recording tells its noise itself, but to some ten per cent only: too roughly to say how well a model could forecast
+it. Mostly there is a pattern behind the levels, which all recordings tell together.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from enum import Enum
+
+import numpy as np
+
+from fe_models.dofs import FloatArray
+from hybrid.diagnosis.recorded.noise import BY_CHANCE, Band, noise_of_recordings, variance_told
+from hybrid.diagnosis.recorded.records import Batch
+
+
+class Pattern(Enum):
+    """What the noise of a channel goes with."""
+
+    ALIKE = "the same in all recordings"
+    RECORDING = "one factor for all channels of a recording"
+    MOTION = "in proportion to the channel's own motion in the recording"
+
+
+@dataclass(frozen=True)
+class NoiseLevels:
+    """The logarithm of the noise's standard deviation: on average ``usual`` (sensor,), and the ``pattern`` behind it.
+
+    ``centre`` (sensor,): mean of what the pattern says; ``trust``: of how far a recording is off the pattern, the share
+    that is believed (Stein's shrinkage), 0 where chance explains all of it. Recordings are sampled at ``rate`` (Hz);
+    ``band``: of the structure, see `noise_of_recordings`.
+    """
+
+    pattern: Pattern
+    usual: FloatArray
+    centre: FloatArray
+    trust: float
+    rate: float
+    band: Band
+
+    @classmethod
+    def of(cls, batches: Sequence[Batch], rate: float, band: Band) -> "NoiseLevels":
+        """Return the levels of free recordings (see `unloaded`), all measured channels of them.
+
+        Alike, unless chance does not make them so; else by the pattern with the best BIC.
+        """
+        told, motion = (np.concatenate(parts) for parts in zip(*[_told(b, rate, band) for b in batches], strict=True))
+        chance = np.concatenate([np.full(len(b.names), variance_told(b.samples, rate, band)) for b in batches])
+        weight = 1 / chance
+        recordings, sensors = told.shape
+        usual = np.average(told, axis=0, weights=weight)
+        trials: list[tuple[float, NoiseLevels]] = []
+        for pattern in Pattern:
+            expected = _expected(pattern, told - usual, motion)
+            centre = np.average(expected, axis=0, weights=weight)
+            square = float(np.sum((told - usual - expected + centre) ** 2 * weight[:, None]))
+            more = recordings - 1 if pattern is Pattern.RECORDING else 0
+            free = (recordings - 1) * sensors - more
+            by_chance = square <= free + BY_CHANCE * np.sqrt(2 * free)
+            found = cls(pattern, usual, centre, 0.0 if by_chance else 1 - free / square, rate, band)
+            if found.are_alike:
+                return found
+            trials.append((square + more * np.log(told.size), found))
+        return min(trials, key=lambda trial: trial[0])[1]
+
+    @property
+    def are_alike(self) -> bool:
+        """Whether all recordings have the same noise, as far as they tell."""
+        return self.pattern is Pattern.ALIKE and self.trust == 0
+
+    def of_recordings(self, free: Batch) -> FloatArray:
+        """Return the noise of each ``free`` recording (recording, sensor) over the usual one."""
+        told, motion = _told(free, self.rate, self.band)
+        expected = _expected(self.pattern, told - self.usual, motion) - self.centre
+        return np.asarray(np.exp(expected + self.trust * (told - self.usual - expected)))
+
+
+def _expected(pattern: Pattern, off: FloatArray, motion: FloatArray) -> FloatArray:
+    """Return what a pattern says of the levels (recording, sensor), but for a constant of each sensor.
+
+    ``off``: the levels told, less the usual ones; ``motion``: logarithm of each channel's own size.
+    """
+    if pattern is Pattern.MOTION:
+        return motion
+    return (
+        np.zeros_like(off) if pattern is Pattern.ALIKE else np.repeat(off.mean(axis=1)[:, None], off.shape[1], axis=1)
+    )
+
+
+def _told(batch: Batch, rate: float, band: Band) -> tuple[FloatArray, FloatArray]:
+    """Return the logarithms of the noise of each recording and of its channels' size, both (recording, sensor)."""
+    single = [replace(batch.take([number]), noise=None) for number in range(len(batch.names))]
+    return np.log(np.stack([noise_of_recordings((one,), rate, band) for one in single])), np.log(batch.data.std(axis=1))

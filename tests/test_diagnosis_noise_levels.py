@@ -1,0 +1,124 @@
+"""Noise that differs from recording to recording: told by each of them, and weighed so in fits and forecasts."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fe_models.blind import BlindCase, BlindConfig, blind_case
+from fe_models.dofs import FloatArray
+from hybrid.diagnosis.contest.setting import setting_of
+from hybrid.diagnosis.diagnosis import diagnose
+from hybrid.diagnosis.fitting.fitting import fit
+from hybrid.diagnosis.fitting.linearisation import linearise_batch
+from hybrid.diagnosis.outcome.conclusion import Diagnosis
+from hybrid.diagnosis.outcome.verdict import Verdict
+from hybrid.diagnosis.recorded.noise import Band
+from hybrid.diagnosis.recorded.noise_levels import NoiseLevels, Pattern
+from hybrid.diagnosis.recorded.records import Batch
+
+RATE = 10.0  # Hz
+BANDS = (Band(0.55, room=True), Band(4.5, room=False))
+LOUD = np.exp(np.random.default_rng(2).normal(0.0, 0.5, (9, 4)))  # of each recording and channel
+WAVE = np.sin(2 * np.pi * 0.3 * np.arange(501) / RATE)[None, :, None]
+NAMES = tuple(f"r{number}" for number in range(9))
+
+
+def white(seed: int) -> FloatArray:
+    return np.random.default_rng(seed).standard_normal((9, 501, 4))
+
+
+@pytest.mark.parametrize("band", BANDS, ids=["room", "no room"])
+def test_recordings_with_the_same_noise_are_alike(band: Band) -> None:
+    """Chance makes them differ by ten per cent each; three seeds, none of which is one in ten thousand."""
+    for seed in range(3):
+        batch = Batch(white(seed) + 30 * WAVE * LOUD[:, None], NAMES)
+        assert NoiseLevels.of([batch], RATE, band).are_alike
+
+
+@pytest.mark.parametrize(("band", "rough"), [(BANDS[0], 0.06), (BANDS[1], 0.12)], ids=["room", "no room"])
+def test_each_recording_tells_its_own_noise(band: Band, rough: float) -> None:
+    """To ``rough``: by 125 frequencies above the structure's, by the quartile of 90."""
+    batch = Batch(white(0) * LOUD[:, None], NAMES)  # with a wave as large in each, so that noise is no share of it
+    batch = replace(batch, data=batch.data + 30 * WAVE)
+    levels = NoiseLevels.of([batch], RATE, band)
+    assert 0.8 < levels.trust < 1.0  # half a unit against a tenth: 0.96; rougher, 0.94
+    off = np.log(np.exp(levels.usual) * levels.of_recordings(batch) / LOUD)
+    assert off.std() == pytest.approx(rough, rel=0.5)  # 36 of them
+    assert np.abs(off).max() < 4 * rough
+
+
+@pytest.mark.parametrize("pattern", [Pattern.RECORDING, Pattern.MOTION])
+def test_a_pattern_behind_the_levels_tells_them_better_than_each_recording_does(pattern: Pattern) -> None:
+    by_recording = LOUD[:, :1] * np.ones(4)
+    wanted, motion = (by_recording, np.ones((9, 4))) if pattern is Pattern.RECORDING else (LOUD, LOUD)
+    batch = Batch(white(0) * wanted[:, None] + 30 * WAVE * motion[:, None], NAMES)
+    levels = NoiseLevels.of([batch], RATE, BANDS[0])
+    assert levels.pattern is pattern
+    off = np.log(np.exp(levels.usual) * levels.of_recordings(batch) / wanted)
+    told = 0.06 / (2 if pattern is Pattern.RECORDING else 3)  # each of them; four channels, nine recordings together
+    assert np.abs(off).max() < 3 * told
+
+
+def test_recordings_of_unequal_length_are_told_together() -> None:
+    long, short = Batch(white(0), NAMES), Batch(3 * white(1)[:4, :200], NAMES[:4])
+    levels = NoiseLevels.of([long, short], RATE, BANDS[0])
+    assert np.median(levels.of_recordings(short) / np.median(levels.of_recordings(long))) == pytest.approx(3, rel=0.1)
+
+
+def test_a_fit_weighs_each_recording_by_its_own_noise() -> None:
+    """As copies of the fit to each recording alone would: no basis, no initial state is shared that is not the same."""
+    setting = setting_of(in_proportion(blind_case(3, BlindConfig(noise=0.0, train=4, test=1)), 0.03).dataset)
+    (batch,) = setting.lengths.whole
+    assert batch.noise is not None
+    theta, gauge = setting.nominal.centre, setting.gauge
+    whole = linearise_batch(setting.nominal, theta, batch, gauge, None)
+    assert whole is not None
+    for number in range(len(batch.names)):
+        alone = replace(batch.take([number]), noise=None)
+        part = linearise_batch(
+            setting.nominal, theta, alone, replace(gauge, sigma=gauge.sigma * batch.noise[number]), None
+        )
+        assert part is not None
+        np.testing.assert_allclose(whole.residual[number], part.residual[0], rtol=1e-7, atol=1e-9)
+        np.testing.assert_allclose(whole.slopes[:, number], part.slopes[:, 0], rtol=1e-5, atol=1e-5)  # differences
+        np.testing.assert_allclose(whole.state_errors[number], part.state_errors[0], rtol=1e-7)
+
+
+def test_what_a_fit_leaves_is_noise_of_one_in_every_recording() -> None:
+    setting = setting_of(in_proportion(blind_case(3, BlindConfig(noise=0.0)), 0.03).dataset)
+    found = fit(setting.nominal, setting.nominal.centre, setting.lengths.whole, setting.gauge)
+    assert found is not None
+    left = np.concatenate([part.std(axis=1) for part in found.residuals])  # (recording, sensor)
+    assert left == pytest.approx(np.ones_like(left), rel=0.1)  # by 1/sqrt(1000) each, 36 of them
+    assert np.log(left).std() < 0.04
+
+
+def in_proportion(case: BlindCase, share: float) -> BlindCase:
+    """Give each channel of each recording noise in proportion to its own motion; three lie still, three are tossed."""
+    rng, recordings = np.random.default_rng(7), []
+    for number, recording in enumerate(case.dataset.recordings):
+        data = recording.data * (0.3, 1.0, 3.0)[number % 3]
+        noise = share * data.std(axis=-2, keepdims=True) * rng.standard_normal(data.shape)
+        recordings.append(replace(recording, data=data + noise))
+    return replace(case, dataset=replace(case.dataset, recordings=tuple(recordings)))
+
+
+def diagnosed(seed: int, *kinds: str) -> Diagnosis:
+    """The test recording is tossed: it has three times the usual noise."""
+    config = BlindConfig(kinds, noise=0.0, train=5, test=1, duration=30.0, off=True, size=0.8)
+    return diagnose(in_proportion(blind_case(seed, config), 0.03).dataset)
+
+
+def test_a_test_recording_with_more_noise_is_no_reason_to_call_a_simulation_wrong() -> None:
+    found = diagnosed(120)
+    assert found.verdict is Verdict.NOTHING_WRONG
+    assert found.scores["extended"]["measured"] == pytest.approx(found.noise_floor, rel=0.05)
+
+
+def test_a_cause_is_named_in_recordings_with_unlike_noise() -> None:
+    found = diagnosed(101, "added_mass")
+    assert found.verdict is Verdict.EXPLAINED
+    (finding,) = found.findings
+    assert finding.cause.kind == "added_mass"
+    assert found.scores["extended"]["measured"] == pytest.approx(found.noise_floor, rel=0.05)
