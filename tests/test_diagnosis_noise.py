@@ -1,13 +1,19 @@
 """Noise and what is no noise, told apart by frequency."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from fe_models.blind import BlindConfig, blind_case
 from fe_models.measurement import lowpassed
+from fe_models.recordings import Dataset
+from hybrid.diagnosis.contest.setting import setting_of
+from hybrid.diagnosis.diagnosis import diagnose
+from hybrid.diagnosis.nominal.lowpass import noise_is_lowpassed
 from hybrid.diagnosis.nominal.plant import plant_of
+from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.diagnosis.recorded.noise import Band, correlation_factor, excess, noise_of_recordings, structure_band
 from hybrid.diagnosis.recorded.records import batches_of, columns_of, measured_columns
 
@@ -82,3 +88,37 @@ def test_bridge_noise_is_told_between_the_lines_of_its_motion() -> None:
     # the low-pass leaves 30 of 50 Hz, so that white noise as dense is stronger than what is left
     truth = (batch.data - without.data).std(axis=(0, 1)) / np.sqrt(batch.share)
     assert found == pytest.approx(truth, rel=0.2)  # 3 recordings, and the feet of their lines
+
+
+def noise_after_the_lowpass(**config: Any) -> Dataset:
+    """Return recordings of a clean bridge whose motion has passed 30 Hz, and whose noise came after that."""
+    case = blind_case(5, BlindConfig(structure="bridge", rich=False, noise=0.0, **config))
+    rng, data = np.random.default_rng(5), [recording.data for recording in case.dataset.recordings]
+    size = 0.03 * np.concatenate(data).std(axis=(0, 1))
+    noisy = (replace(r, data=r.data + size * rng.standard_normal(r.data.shape)) for r in case.dataset.recordings)
+    return replace(case.dataset, recordings=tuple(noisy))
+
+
+def test_noise_is_told_to_have_passed_a_lowpass_or_to_have_come_after_it() -> None:
+    passed = blind_case(5, BlindConfig(structure="bridge", rich=False, noise=0.03)).dataset
+    after = noise_after_the_lowpass()
+    assert noise_is_lowpassed(passed)
+    assert not noise_is_lowpassed(after)
+    assert not noise_is_lowpassed(replace(passed, lowpass=None))
+    assert [batches_of(data, "train")[0].share for data in (passed, after)] == [0.6, 1.0]  # of 50 Hz
+
+
+def test_noise_that_came_after_a_lowpass_is_told_above_it() -> None:
+    after = noise_after_the_lowpass()
+    setting = setting_of(after)
+    assert setting.band.room
+    clean = blind_case(5, BlindConfig(structure="bridge", rich=False, noise=0.0)).dataset
+    noise = np.concatenate([a.data - b.data for a, b in zip(after.select("train"), clean.select("train"), strict=True)])
+    truth = noise.std(axis=(0, 1))[list(setting.measured)]
+    assert setting.gauge.sigma == pytest.approx(truth, rel=0.08)  # 3 recordings of 200 frequencies above 40 Hz: 2.9 %
+
+
+def test_noise_that_came_after_a_lowpass_is_no_reason_to_call_a_simulation_wrong() -> None:
+    found = diagnose(noise_after_the_lowpass(train=2, test=1, duration=10.0))
+    assert found.verdict is Verdict.NOTHING_WRONG
+    assert found.scores["extended"]["measured"] == pytest.approx(found.noise_floor, rel=0.05)

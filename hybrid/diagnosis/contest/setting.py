@@ -17,6 +17,7 @@ from hybrid.diagnosis.fitting.driven import states_along
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.nominal.geometry import Geometry
 from hybrid.diagnosis.nominal.geometry_forces import geometry_of
+from hybrid.diagnosis.nominal.lowpass import noise_is_lowpassed
 from hybrid.diagnosis.nominal.modal_plant import modal_plant, with_ratios_of_modal_model
 from hybrid.diagnosis.nominal.plant import Plant, plant_of
 from hybrid.diagnosis.recorded.channels import usable
@@ -104,7 +105,7 @@ def setting_of(dataset: Dataset) -> Setting:
     fast = _too_fast(plant)
     measured = measured_columns(dataset)
     rate = dataset.sampling_rate
-    band = structure_band(plant, rate, dataset.lowpass)
+    band = structure_band(plant, rate, dataset.lowpass, white=not noise_is_lowpassed(dataset))
     gauge, levels = _noise(plant, dataset, measured, band)
     recorded = tuple(_with_noise(batch, measured, plant, gauge, levels) for batch in batches_of(dataset, "train"))
     lengths = lengths_of(columns_of(recorded, measured), Hypothesis(plant).states)

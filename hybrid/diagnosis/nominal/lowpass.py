@@ -9,6 +9,7 @@ from fe_models.recordings import Dataset
 
 SHARP = 64  # steepness of a filter that cuts off: half at the cutoff, a five-hundredth at a tenth above it
 NOTHING = 1e-6  # of the power below the cutoff: a Butterworth filter of order 4, run both ways, leaves 1e-4 and more
+WHITE = 0.3  # of that power: a filter of order 4, run both ways, leaves 0.08 at most, and noise that came after it all
 WITHIN, BEYOND = (0.75, 0.9), (1.12, 1.3)  # of the cutoff: where power is compared
 QUIET = 0.2  # quantile of the power in a band: of what lies between the lines of motions
 LONGEST = 512  # samples of a spectrum
@@ -24,10 +25,23 @@ def lowpass_of(dataset: Dataset) -> LowPass | None:
     """
     if dataset.lowpass is None:
         return None
-    shares = [_beyond(data, dataset.sampling_rate, dataset.lowpass) for r in dataset.recordings for data in r.data]
-    known = [share for share in shares if np.isfinite(share)]
-    sharp = bool(known) and float(np.median(known)) < NOTHING
+    sharp = _power_beyond(dataset, dataset.lowpass) < NOTHING
     return LowPass(dataset.lowpass, SHARP) if sharp else LowPass(dataset.lowpass)
+
+
+def noise_is_lowpassed(dataset: Dataset) -> bool:
+    """Return whether the noise, too, is as good as gone above the recordings' low-pass: it did not come after it."""
+    half = dataset.sampling_rate / 2
+    return (
+        dataset.lowpass is not None and dataset.lowpass < half and not _power_beyond(dataset, dataset.lowpass) > WHITE
+    )
+
+
+def _power_beyond(dataset: Dataset, cutoff: float) -> float:
+    """Return the power beyond a cutoff over that below it, median of the recordings; NaN where none is sampled."""
+    shares = [_beyond(data, dataset.sampling_rate, cutoff) for r in dataset.recordings for data in r.data]
+    known = [share for share in shares if np.isfinite(share)]
+    return float(np.median(known)) if known else float("nan")
 
 
 def highest_shown(dataset: Dataset, lowpass: LowPass | None) -> float:
@@ -46,13 +60,14 @@ def highest_shown(dataset: Dataset, lowpass: LowPass | None) -> float:
 
 
 def _share_above(data: FloatArray, rate: float, lower: float) -> float:
-    """Return the largest share of a channel's energy above ``lower`` (Hz), of ``data`` (time, sensor)."""
+    """Return the largest share of a channel's energy above ``lower`` (Hz), of ``data`` (time, sensor), noise apart."""
     alive = data[:, data.std(axis=0) > 0]
     if not alive.size:
         return 0.0
     frequency, power = welch(alive, rate, nperseg=min(len(data), LONGEST), axis=0)
     above = frequency > lower + LEAKS * frequency[1]
-    return float(np.max(power[above].sum(axis=0) / power.sum(axis=0)))
+    lines = power[above] - np.median(power[above], axis=0)
+    return float(np.max(lines.sum(axis=0) / power.sum(axis=0)))
 
 
 def _beyond(data: FloatArray, rate: float, cutoff: float) -> float:

@@ -29,9 +29,12 @@ def material(evidence: Evidence, scorer: Scorer) -> tuple[Posterior, list[str]]:
         fewer = tuple(item for item in posterior.fits if _is_simpler(item, best))
         if not fewer:
             break
-        simpler = evidence.among(fewer)
         most = max(DEVIATION, deviation_of(best))  # what the one needs, the other may have
-        before, after = (scorer.forecast(item, most) for item in (simpler.fits[0], best))
+        after, plain = (scorer.forecast(item, most) for item in (best, evidence.base))
+        simpler = evidence.among(fewer)
+        before = scorer.forecast(simpler.fits[0], most)
+        if scorer.error(plain) < scorer.error(before):  # two causes may improve on one that only makes it worse
+            simpler, before = evidence.among((evidence.base,)), plain
         guess = left(best, evidence.gauge, scorer.setting.band).significant
         trifle = is_trifle(before, after, wrong, count > 1)
         weaker = scorer.error(before) - scorer.error(after) <= (MATERIAL if count == 1 else BESIDE) * floor

@@ -20,6 +20,7 @@ NEIGHBOURLY = 1.94  # lines of a spectrum with a Hann window that tell as much a
 QUARTILE_LOSS = QUARTILE / (1 - QUARTILE) / QUARTER**2  # variance of the density that it tells over that by the mean
 SERIES = 5  # powers of 1 / (i omega) in the response to a load far above all natural frequencies
 LEAST_SHARE = 0.1  # of values: loads explain no more of a spectrum than the rest
+CLEAR = 1.4  # of a low-pass: beyond, a motion is a sixteenth in amplitude
 CUT = 0.9  # of a low-pass: up to there it takes nothing away
 BY_CHANCE = 4.0  # standard deviations: what is left beyond is no noise
 
@@ -36,13 +37,18 @@ class Band:
     room: bool
 
 
-def structure_band(plant: Plant, rate: float, lowpass: float | None = None) -> Band:
-    """Return the band of a structure in recordings with a sampling ``rate`` and a ``lowpass`` (Hz)."""
-    highest = float(plant.modes[0][-1]) / (2 * np.pi)
-    upper = min(ABOVE * highest, MOST * rate / 2)
-    if plant.kept is None and (lowpass is None or lowpass >= rate / 2):
-        return Band(upper, room=True)
-    return Band(CUT * min(lowpass or rate / 2, rate / 2), room=False)
+def structure_band(plant: Plant, rate: float, lowpass: float | None = None, white: bool = False) -> Band:
+    """Return the band of a structure in recordings with a sampling ``rate`` and a ``lowpass`` (Hz).
+
+    ``white``: whether noise came after the low-pass, beyond which it is alone then.
+    """
+    half, highest = rate / 2, float(plant.modes[0][-1]) / (2 * np.pi)
+    passed = half if lowpass is None else min(lowpass, half)
+    if plant.kept is None and (white or passed == half):
+        return Band(min(ABOVE * highest, MOST * half), room=True)
+    if white and CLEAR * passed < CUT * half:
+        return Band(CLEAR * passed, room=True)
+    return Band(CUT * (half if white else passed), room=False)
 
 
 def noise_of_recordings(batches: tuple[Batch, ...], rate: float, band: Band) -> FloatArray:

@@ -8,6 +8,7 @@ import numpy as np
 from fe_models.dofs import FloatArray
 from fe_models.recordings import Dataset, Load
 from hybrid.diagnosis.nominal.loads import Loads, loads_of
+from hybrid.diagnosis.nominal.lowpass import noise_is_lowpassed
 from hybrid.diagnosis.recorded.gauge import Gauge
 
 
@@ -17,9 +18,9 @@ class Batch:
 
     ``off``: numbers of the hypothesis' candidates that do not act in these recordings. ``pieces``: segments that each
     recording was cut into, which follow one another along the first axis. ``share``: of all frequencies up to half the
-    sampling rate, those that a low-pass has left. ``loads``: what is known to act, None where nothing is. ``whole``:
-    what was recorded, where ``data`` are that less something known (see `geometry_response`); None where they are the
-    same. ``noise`` (recording, sensor): each recording's, over that of the gauge; None where all are alike.
+    sampling rate, those where a low-pass has left noise. ``loads``: what is known to act, None where nothing is.
+    ``whole``: what was recorded, where ``data`` are that less something known (see `geometry_response`); None where
+    they are the same. ``noise`` (recording, sensor): of each recording over the gauge's; None where all are alike.
     """
 
     data: FloatArray
@@ -99,7 +100,7 @@ def batches_of(dataset: Dataset, role: Literal["train", "test"]) -> tuple[Batch,
             key = len(data), bool(recording.loads)
             alike.setdefault(key, []).append((recording.name, data, recording.loads))
     rate, lowpass = dataset.sampling_rate, dataset.lowpass
-    share = min(lowpass / (rate / 2), 1.0) if lowpass else 1.0
+    share = lowpass / (rate / 2) if lowpass and noise_is_lowpassed(dataset) else 1.0
     return tuple(
         Batch(
             np.stack([data for _, data, _ in items]),
