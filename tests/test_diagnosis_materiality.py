@@ -124,3 +124,22 @@ def test_values_are_as_far_off_as_the_kinder_reading_of_their_uncertainty_has_it
         assert clipped == pytest.approx(np.clip(deviation, -2.0, 2.0))
     assert not within(item, 0.0)[: setting.plant.values].any()
     np.testing.assert_array_equal(within(item, np.inf), item.theta)
+
+
+def test_two_causes_that_forecast_worse_than_none_go_though_one_of_them_is_worse_still() -> None:
+    """As harmonic forces do where a stiffness pulsates: evidence for them in training, amplitudes of each its own."""
+    setting = setting_of(blind_case(31, replace(TWO, kinds=("drifting_stiffness",))).dataset)
+    softer, fault = (
+        candidate(setting, key) for key in ("stiffness_change {'element': 3}", "sensor_gain {'sensor': 'a1'}")
+    )
+    base = fitted(setting)
+
+    def sure(fall: float, factor: float, *causes: Candidate) -> Fit:
+        item = fitted(setting, *causes)
+        theta = item.theta.copy()
+        theta[item.hypothesis.slices[0]] = factor
+        return replace(item, theta=theta, cost=base.cost - fall)
+
+    found, notes = named(setting, base, sure(1000.0, 0.5, softer), sure(3000.0, 0.7, softer, fault))
+    assert found[0] == set()
+    assert len(notes) == 2
