@@ -140,6 +140,6 @@ def test_two_causes_that_forecast_worse_than_none_go_though_one_of_them_is_worse
         theta[item.hypothesis.slices[0]] = factor
         return replace(item, theta=theta, cost=base.cost - fall)
 
-    found, notes = named(setting, base, sure(1000.0, 0.5, softer), sure(3000.0, 0.7, softer, fault))
+    found, notes = named(setting, base, sure(1e6, 0.5, softer), sure(2e6, 0.7, softer, fault))
     assert found[0] == set()
     assert len(notes) == 2
