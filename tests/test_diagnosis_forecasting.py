@@ -1,5 +1,7 @@
 """Initial states from the first part of a recording: as an independent optimiser finds them; models less a cause."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.optimize import least_squares
@@ -12,7 +14,17 @@ from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.simulate import FreeConfig, simulate_free
 from hybrid.diagnosis.causes.candidates import all_candidates
 from hybrid.diagnosis.causes.places import Motion
-from hybrid.diagnosis.fitting.forecasting import Model, forecast, initial_states, without
+from hybrid.diagnosis.fitting.fitting import fit
+from hybrid.diagnosis.fitting.forecasting import (
+    ORDERLY,
+    Model,
+    forecast,
+    idle_by_order,
+    initial_states,
+    predicted,
+    shown_of,
+    without,
+)
 from hybrid.diagnosis.nominal.plant import plant_of
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import batches_of
@@ -123,3 +135,36 @@ def test_model_less_a_cause_keeps_what_belongs_to_the_others() -> None:
     assert not none.candidates
     assert (len(left), len(size)) == (hypothesis.nuisances, 8)
     assert without(model, ())[0] is hypothesis
+
+
+def test_recordings_before_and_after_tell_where_a_cause_acts() -> None:
+    dataset = chain()
+    hypothesis = with_causes(dataset, "stiffness_change {'element': 3}")
+    (batch,) = batches_of(dataset, "train")
+    batches = (replace(batch.take([0]), off=(0,)), batch.take([2]))
+    item = fit(hypothesis, hypothesis.centre, batches, GAUGE)
+    assert item is not None
+    told = idle_by_order(item, ["before", "r0", "between", "r2", "after"])
+    assert told == {"before": -ORDERLY, "r0": -ORDERLY, "r2": ORDERLY, "after": ORDERLY}
+
+
+@pytest.mark.parametrize("acts", [True, False])
+def test_a_stop_that_is_not_hit_early_is_forecast_as_the_order_of_recordings_has_it(acts: bool) -> None:
+    dataset = chain()
+    hypothesis = with_causes(dataset, STOP)
+    (batch,) = batches_of(dataset, "train")
+    x3 = batch.data[..., 1]
+    early, late = x3[:, : shown_of(batch.samples)].max(axis=1), x3.max(axis=1)
+    number = int(np.argmax(late - early))
+    gap = (early[number] + late[number]) / 2
+    theta = np.append(np.zeros(hypothesis.nuisances), [200.0, gap])
+    (one,) = (batch.take([number]),)
+    model = Model(hypothesis, theta, np.ones(hypothesis.states), (0,), {one.names[0]: ORDERLY if acts else -ORDERLY})
+    y = predicted(model, one, SENSORS, MEASURED, GAUGE)
+    only = replace(model, switched=())
+    other = Model(*without(only, (0,)))
+    expected, unexpected = (
+        predicted(m, one, SENSORS, MEASURED, GAUGE) for m in ((only, other) if acts else (other, only))
+    )
+    np.testing.assert_array_equal(y, expected)
+    assert np.abs(y - unexpected).max() > 10 * NOISE  # it is hit later

@@ -1,6 +1,7 @@
 """Forecasts of recordings from their first fifth, for every model alike, and what a perfect model would score."""
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -22,6 +23,7 @@ DAMPING = (1e-3, 10.0)  # of Levenberg and Marquardt: at first, and how much les
 ENOUGH = 0.01  # of a sum of squares in units of the noise: a step that promises less is not taken
 EXPLODED = 1e6  # of a channel: what stands for a motion beyond all bounds
 STEP = 1e-4  # of a state's prior size
+ORDERLY = 6.0  # in a cost: 2 log 20, as one of twenty recordings is not as those before and after it are
 ROUNDS = 3  # of taking away what geometry adds to a motion, which tells what it adds
 DEVIATION = 2.5  # of its stated standard deviations: how far a nominal value may be calibrated
 
@@ -30,13 +32,15 @@ DEVIATION = 2.5  # of its stated standard deviations: how far a nominal value ma
 class Model:
     """A hypothesis at one ``theta`` (parameter,), and the ``size`` (state,) that initial states had in training.
 
-    ``switched``: numbers of candidates that act in some recordings only; in each the better choice is taken.
+    ``switched``: numbers of candidates that act in some recordings only; in each the better choice is taken, where
+    ``idle`` (by name) tells how much cost it adds that they do not act: see `idle_by_order`.
     """
 
     hypothesis: Hypothesis
     theta: FloatArray
     size: FloatArray
     switched: tuple[int, ...] = ()
+    idle: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -85,6 +89,25 @@ def model_of(item: Fit, gauge: Gauge, theta: FloatArray | None = None) -> Model:
     return Model(item.hypothesis, item.theta if theta is None else theta, np.maximum(size, 1e-6 * size.max()), switched)
 
 
+def idle_by_order(item: Fit, order: Sequence[str]) -> dict[str, float]:
+    """Return what it adds to a recording's cost that what acts in some recordings only is idle there.
+
+    By those fitted before and after it in the ``order`` in which they were made, where these agree: its first fifth may
+    not tell (a stop that is not hit so early).
+    """
+    idle = {name: bool(batch.off) for batch in item.batches for name in batch.names}
+    found = {}
+    for number, name in enumerate(order):
+        sides = {
+            idle[side[0]]
+            for side in ([n for n in part if n in idle] for part in (order[number::-1], order[number:]))
+            if side
+        }
+        if len(sides) == 1:
+            found[name] = -ORDERLY if sides.pop() else ORDERLY
+    return found
+
+
 def _pushed(item: Fit, gauge: Gauge) -> FloatArray:
     """Return the mean squares (state,) of the motion that known loads make of rest in a fit's recordings."""
     loaded = [batch for batch in item.batches if batch.loads is not None]
@@ -117,6 +140,7 @@ def predicted(
         for _ in range(1 if hypothesis.plant.geometry is None else ROUNDS):
             straight = own.less(geometric[:, :shown][..., list(measured)])
             states, cost = initial_states(hypothesis, theta, size, straight, gauge)
+            cost = cost + [model.idle.get(name, 0.0) for name in batch.names] if off else cost
             geometric = added(hypothesis, theta, states, batch, sensors, gauge.rate, tuple(positions))
         system = hypothesis.system(theta[None], sensors, gauge.rate, tuple(positions))
         y = respond(system, states[None], batch.samples, batch.loads)[0] + geometric

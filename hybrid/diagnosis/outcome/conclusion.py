@@ -12,7 +12,7 @@ from hybrid.diagnosis.contest.pairs import factors_off, left
 from hybrid.diagnosis.contest.posterior import Posterior, of_candidate, rivals_of
 from hybrid.diagnosis.contest.setting import Setting
 from hybrid.diagnosis.fitting.fitting import Fit, residuals_at
-from hybrid.diagnosis.fitting.forecasting import DEVIATION, Forecast, model_of, within
+from hybrid.diagnosis.fitting.forecasting import DEVIATION, Forecast, within
 from hybrid.diagnosis.outcome.acting import recordings_of
 from hybrid.diagnosis.outcome.advice import Advice, advise
 from hybrid.diagnosis.outcome.calibration import Calibrated, calibration_of, far_off
@@ -132,8 +132,8 @@ def concluded(setting: Setting, evidence: Evidence) -> Diagnosis:
         shown=shown,
         example=example_of(
             scorer.shown,
-            model_of(simulation.fit, gauge, np.zeros_like(simulation.fit.theta)),
-            model_of(final, gauge, theta),
+            scorer.model(simulation.fit, np.zeros_like(simulation.fit.theta)),
+            scorer.model(final, theta),
             setting.dataset.sensors,
             setting.measured,
             gauge,
@@ -196,7 +196,7 @@ def _findings(
     probable each cause is.
     """
     best, findings = posterior.fits[0], list[Finding]()
-    whole, model = found.extended, model_of(best, scorer.gauge)
+    whole, model = found.extended, scorer.model(best)
     had = max(found.nominal.energy - found.nominal.floor_energy, TINY)
     setting, temper = scorer.setting, posterior.temper * evidence.energy  # of what is left of the recordings themselves
     names = _names(setting)

@@ -4,11 +4,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fe_models.dofs import FloatArray
 from hybrid.diagnosis.contest.evidence import Evidence
 from hybrid.diagnosis.contest.setting import Setting
 from hybrid.diagnosis.fitting.crossvalidation import Folds, folds_of
 from hybrid.diagnosis.fitting.fitting import Fit
-from hybrid.diagnosis.fitting.forecasting import Forecast, Model, forecast, model_of, within
+from hybrid.diagnosis.fitting.forecasting import Forecast, Model, forecast, idle_by_order, model_of, within
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import Batch
 
@@ -35,11 +36,16 @@ class Scorer:
         """Return the scores of a fit, nominal values calibrated by no more than ``most`` standard deviations."""
 
         def model(one: Fit) -> Model:
-            return model_of(one, self.gauge, within(one, most))
+            return self.model(one, within(one, most))
 
         if self.folds is not None:
             return self.folds.forecast(item, model, self.gauge)
         return forecast(model(item), self.test, self.setting.dataset.sensors, self.setting.measured, self.gauge)
+
+    def model(self, item: Fit, theta: FloatArray | None = None) -> Model:
+        """Return a fit's model, at its own theta or at another; where causes act follows the order of recordings."""
+        order = [recording.name for recording in self.setting.dataset.recordings]
+        return replace(model_of(item, self.gauge, theta), idle=idle_by_order(item, order))
 
     def error(self, found: Forecast) -> float:
         """Return the NRMSE, mean over the measured channels."""
