@@ -11,7 +11,7 @@ from hybrid.diagnosis.shown.show_report import describe_shown, shown_table
 
 WORDS = {
     Verdict.NOTHING_WRONG: "Nothing is wrong: the simulation, calibrated within its uncertainty, reaches the noise.",
-    Verdict.EXPLAINED: "The simulation is wrong, and the cause is named below.",
+    Verdict.EXPLAINED: "The simulation is wrong, and {causes} named below.",
     Verdict.PARTLY_EXPLAINED: "The simulation is wrong; what is named below explains only part of it.",
     Verdict.UNEXPLAINED: "The simulation is wrong, and nothing on the list of causes explains it.",
 }
@@ -90,7 +90,8 @@ def _finding(finding: Finding) -> dict[str, Any]:
 def describe_diagnosis(diagnosis: Diagnosis, gain: Gain | None = None) -> str:
     """Return the report in a few lines."""
     shown = diagnosis.shown
-    lines = [*describe_shown(shown), "", WORDS[diagnosis.verdict]]
+    causes = "the causes are" if len(diagnosis.findings) > 1 else "the cause is"
+    lines = [*describe_shown(shown), "", WORDS[diagnosis.verdict].format(causes=causes)]
     for finding in diagnosis.findings:
         lines.append(f"- {finding.sentence}")
         lines.append(f"  Probability {finding.probability:.2f}; explains {finding.explains:.0%} of what was wrong.")
@@ -98,12 +99,14 @@ def describe_diagnosis(diagnosis: Diagnosis, gain: Gain | None = None) -> str:
             where = at_place(item.location)
             lines.append(f"  These sensors cannot rule out: {item.kind} {where} ({item.probability:.2f}).")
     base, extended = diagnosis.scores["baseline"], diagnosis.scores["extended"]
+    after = "after" if diagnosis.findings else "with calibrated values alone"
+    rest = f"; left unexplained {diagnosis.unexplained:.1%}" if diagnosis.findings else ""
     lines.append(
-        f"Forecast NRMSE: {base['measured']:.4f} before, {extended['measured']:.4f} after, noise floor"
-        f" {diagnosis.noise_floor:.4f}; left unexplained {diagnosis.unexplained:.1%}."
+        f"Forecast NRMSE: {base['measured']:.4f} before, {extended['measured']:.4f} {after}, noise floor"
+        f" {diagnosis.noise_floor:.4f}{rest}."
     )
     if base["held_out"] is not None:
-        lines.append(f"Held-out sensors: {base['held_out']:.4f} before, {extended['held_out']:.4f} after.")
+        lines.append(f"Held-out sensors: {base['held_out']:.4f} before, {extended['held_out']:.4f} {after}.")
     if gain is not None:
         lines += _hybrid_lines(gain)
     lines += [f"Note: {note}." for note in (*diagnosis.notes, *(gain.notes if gain else ()))]

@@ -204,15 +204,13 @@ def _findings(
         findings.append(modal_finding(simulation, found.nominal, whole, SUREST * listed, names))
     for number, candidate in enumerate(best.hypothesis.candidates):
         cause, parameters = cause_of(best, number, posterior.temper)
-        without = _strongest_without(posterior, candidate)
-        lost = found.drawn.energy if without is None else scorer.forecast(without).energy
         acting = recordings_of(best, number, model, scorer.test, setting.measured, scorer.gauge, temper)
         findings.append(
             Finding(
                 cause,
                 parameters,
                 min(of_candidate(posterior, candidate), SUREST) * listed,
-                float(np.clip((lost - whole.energy) / had, 0.0, 1.0)),
+                float(np.clip(_taken_away(candidate, posterior, found, scorer) / had, 0.0, 1.0)),
                 tuple(name for name in names if name in acting),
                 tuple(
                     Alternative(rival.kind, reported_location(rival), p * listed)
@@ -241,10 +239,17 @@ def _apart(setting: Setting, findings: tuple[Finding, ...]) -> list[str]:
     ]
 
 
-def _strongest_without(posterior: Posterior, candidate: Candidate) -> Fit | None:
-    """Return the fit of the best hypothesis less one candidate, None where that was not fitted."""
-    rest = {other.key for other in posterior.fits[0].hypothesis.candidates} - {candidate.key}
-    for item in posterior.fits:
-        if rest and {other.key for other in item.hypothesis.candidates} == rest:
-            return item
-    return None
+def _taken_away(candidate: Candidate, posterior: Posterior, found: _Forecasts, scorer: Scorer) -> float:
+    """Return the energy of forecast errors that a cause of the best fit takes away: the mean of what it does alone and
+    beside all others (of two causes Shapley's value: both together explain all that is explained).
+    """
+    everything = {other.key for other in posterior.fits[0].hypothesis.candidates}
+    energy = {frozenset[str](): found.drawn.energy, frozenset(everything): found.extended.energy}
+    for keys in (frozenset({candidate.key}), frozenset(everything - {candidate.key})):
+        own = (item for item in posterior.fits if {c.key for c in item.hypothesis.candidates} == keys)
+        item = next(own, None)
+        if keys not in energy and item is not None:
+            energy[keys] = scorer.forecast(item).energy
+    alone = found.drawn.energy - energy.get(frozenset({candidate.key}), found.drawn.energy)
+    beside = energy.get(frozenset(everything - {candidate.key}), found.drawn.energy) - found.extended.energy
+    return (alone + beside) / 2

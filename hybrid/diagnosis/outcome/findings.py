@@ -33,6 +33,7 @@ VERBS = {
 TOO_SOFT = "{place} is held by {stiffness} only, where the model holds it rigidly"  # a spring in a support's place
 UNITS = {"1": "", "unit/s": " of its units a second"}  # in words, where the symbol does not say it
 
+OF_EACH = ("phase",)  # parameters of which each recording has its own
 TINY = 1e-6  # relative: the finite difference between a search's parameter and the reported one
 
 
@@ -91,15 +92,12 @@ def cause_of(fit: Fit, number: int, temper: float) -> tuple[Cause, dict[str, Par
     if isinstance(cause, HarmonicForce):
         found_wave = wave(fit, number)
         cause = replace(cause, amplitude=found_wave.amplitude, phase=found_wave.phase)
-        deviations |= {
-            "amplitude": found_wave.error * np.sqrt(temper),
-            "phase": np.pi,
-        }  # the phase is each recording's own
+        deviations["amplitude"] = found_wave.error * np.sqrt(temper)
     units = cause.units
     found = {
         word: Parameter(float(value), float(deviations.get(word, 0.0)), units[word])
         for word, value in cause.parameters.items()
-        if not isinstance(value, list)
+        if not isinstance(value, list) and word not in OF_EACH
     }
     return cause, found
 

@@ -1,7 +1,7 @@
 """Noise that is not the same in all recordings: normalised ones, a share of each motion, another amplifier.
 
-Each recording tells its noise itself, but to some ten per cent only: too roughly to say how well a model could forecast
-it. Mostly there is a pattern behind the levels, which all recordings tell together.
+Each recording tells its noise itself, but to some ten per cent only, and takes what else is fast for it: too roughly to
+say how well a model could forecast it. The pattern behind the levels is what all recordings tell together.
 """
 
 from collections.abc import Sequence
@@ -27,15 +27,13 @@ class Pattern(Enum):
 class NoiseLevels:
     """The logarithm of the noise's standard deviation: on average ``usual`` (sensor,), and the ``pattern`` behind it.
 
-    ``centre`` (sensor,): mean of what the pattern says; ``trust``: of how far a recording is off the pattern, the share
-    that is believed (Stein's shrinkage), 0 where chance explains all of it. Recordings are sampled at ``rate`` (Hz);
-    ``band``: of the structure, see `noise_of_recordings`.
+    ``centre`` (sensor,): mean of what the pattern says. Recordings are sampled at ``rate`` (Hz); ``band``: of the
+    structure, see `noise_of_recordings`.
     """
 
     pattern: Pattern
     usual: FloatArray
     centre: FloatArray
-    trust: float
     rate: float
     band: Band
 
@@ -43,37 +41,36 @@ class NoiseLevels:
     def of(cls, batches: Sequence[Batch], rate: float, band: Band) -> "NoiseLevels":
         """Return the levels of free recordings (see `unloaded`), all measured channels of them.
 
-        Alike, unless chance does not make them so; else by the pattern with the best BIC.
+        They are alike unless another pattern is behind them, one that leaves no more than chance would: what differs
+        without one may be motion, such as what a stop rings, which differs, too.
         """
         told, motion = (np.concatenate(parts) for parts in zip(*[_told(b, rate, band) for b in batches], strict=True))
         chance = np.concatenate([np.full(len(b.names), variance_told(b.samples, rate, band)) for b in batches])
         weight = 1 / chance
         recordings, sensors = told.shape
         usual = np.average(told, axis=0, weights=weight)
-        trials: list[tuple[float, NoiseLevels]] = []
+        fitting: list[tuple[float, NoiseLevels]] = []
         for pattern in Pattern:
             expected = _expected(pattern, told - usual, motion)
             centre = np.average(expected, axis=0, weights=weight)
             square = float(np.sum((told - usual - expected + centre) ** 2 * weight[:, None]))
-            more = recordings - 1 if pattern is Pattern.RECORDING else 0
-            free = (recordings - 1) * sensors - more
-            by_chance = square <= free + BY_CHANCE * np.sqrt(2 * free)
-            found = cls(pattern, usual, centre, 0.0 if by_chance else 1 - free / square, rate, band)
-            if found.are_alike:
-                return found
-            trials.append((square + more * np.log(told.size), found))
-        return min(trials, key=lambda trial: trial[0])[1]
+            free = (recordings - 1) * (sensors - (pattern is Pattern.RECORDING))
+            if square <= free + BY_CHANCE * np.sqrt(2 * free):
+                fitting.append((square / max(free, 1), cls(pattern, usual, centre, rate, band)))
+        alike = cls(Pattern.ALIKE, usual, np.zeros(sensors), rate, band)
+        if any(levels.are_alike for _, levels in fitting):
+            return alike
+        return min(fitting, key=lambda item: item[0], default=(0.0, alike))[1]
 
     @property
     def are_alike(self) -> bool:
         """Whether all recordings have the same noise, as far as they tell."""
-        return self.pattern is Pattern.ALIKE and self.trust == 0
+        return self.pattern is Pattern.ALIKE
 
     def of_recordings(self, free: Batch) -> FloatArray:
         """Return the noise of each ``free`` recording (recording, sensor) over the usual one."""
         told, motion = _told(free, self.rate, self.band)
-        expected = _expected(self.pattern, told - self.usual, motion) - self.centre
-        return np.asarray(np.exp(expected + self.trust * (told - self.usual - expected)))
+        return np.asarray(np.exp(_expected(self.pattern, told - self.usual, motion) - self.centre))
 
 
 def _expected(pattern: Pattern, off: FloatArray, motion: FloatArray) -> FloatArray:

@@ -13,6 +13,7 @@ from hybrid.diagnosis.recorded.records import Batch
 from hybrid.figures import channel_labels, figure
 
 COLOURS = {"nominal": "#E69F00", "extended": "#0072B2"}  # of Okabe & Ito: told apart by everyone
+WIDTHS = {"nominal": 2.2, "extended": 1.0}  # so that where both are the same both are seen
 CHANNELS = 5  # drawn at most
 ROOM = 0.25  # of a channel's range, above and below it
 WIDTH = 4.0  # times the highest natural frequency: how far the spectra go
@@ -67,16 +68,16 @@ def draw_example(path: Path, example: Example) -> Path:
     title = f"{example.recording}, forecast from its first fifth"
     with figure(path, len(shown) + 1, 1, title) as (sheet, axes):
         for axis, column, label in zip(axes, shown, labels, strict=False):
-            axis.plot(time, example.measured[:, column], label="measured", color="#555555", linewidth=2.2, alpha=0.55)
+            axis.plot(time, example.measured[:, column], label="measured", color="#555555", linewidth=3.2, alpha=0.45)
             for name, colour in COLOURS.items():
-                axis.plot(time, getattr(example, name)[:, column], label=name, color=colour, linewidth=1.0)
+                axis.plot(time, getattr(example, name)[:, column], label=name, color=colour, linewidth=WIDTHS[name])
             axis.set_ylabel(label)
             axis.margins(x=0)
             low, high = example.measured[:, column].min(), example.measured[:, column].max()
             axis.set_ylim(low - ROOM * (high - low), high + ROOM * (high - low))  # a forecast may run away
         axes[-2].set_xlabel("time (s)")
         for name, colour in COLOURS.items():
-            axes[-1].semilogy(*(part[1:] for part in example.spectrum(name)), color=colour, linewidth=1.0)
+            axes[-1].semilogy(*(part[1:] for part in example.spectrum(name)), color=colour, linewidth=WIDTHS[name])
         for frequency in example.frequencies:
             axes[-1].axvline(frequency, color="#999999", linewidth=0.7, linestyle=":")
         axes[-1].set(xlabel="frequency (Hz); dotted: natural frequencies", ylabel="error / size")

@@ -100,5 +100,10 @@ def _amplitude(found: Amplitude) -> list[str]:
         lines.append(f"  {size:6.0%} {f:+8.2%} +- {f_std:6.2%} {d:+8.0%} +- {d_std:6.0%}")
     change = found.frequency[-1] - found.frequency[0]
     std = float(np.hypot(found.frequency_std[-1], found.frequency_std[0]))
-    word = ("stiffer" if change > 0 else "softer") + " where it moves more" if abs(change) > CLEAR * std else ""
-    return [*lines, f"  The structure is {word}." if word else "  No change of stiffness with size is told."]
+    if abs(change) <= CLEAR * std:
+        return [*lines, "  No change of stiffness with size is told."]
+    word = "stiffer" if change > 0 else "softer"
+    return [
+        *lines,
+        f"  The structure is {word} where it moves more: what is wrong is not linear, or changes as motions die away.",
+    ]
