@@ -12,7 +12,7 @@ from hybrid.diagnosis.shown.show_report import describe_shown, shown_table
 WORDS = {
     Verdict.NOTHING_WRONG: "Nothing is wrong: the simulation, calibrated within its uncertainty, reaches the noise.",
     Verdict.EXPLAINED: "The simulation is wrong, and {causes} named below.",
-    Verdict.PARTLY_EXPLAINED: "The simulation is wrong; what is named below explains only part of it.",
+    Verdict.PARTLY_EXPLAINED: "The simulation is wrong; what is named below explains only part of it, if anything.",
     Verdict.UNEXPLAINED: "The simulation is wrong, and nothing on the list of causes explains it.",
 }
 RIVALS = 5  # of a finding, told on the terminal
@@ -98,6 +98,8 @@ def describe_diagnosis(diagnosis: Diagnosis, gain: Gain | None = None) -> str:
         for item in finding.alternatives[:RIVALS]:
             where = at_place(item.location)
             lines.append(f"  These sensors cannot rule out: {item.kind} {where} ({item.probability:.2f}).")
+        if len(finding.alternatives) > RIVALS:
+            lines.append(_more_rivals(finding))
     base, extended = diagnosis.scores["baseline"], diagnosis.scores["extended"]
     after = "after" if diagnosis.findings else "with calibrated values alone"
     rest = f"; left unexplained {diagnosis.unexplained:.1%}" if diagnosis.findings else ""
@@ -111,6 +113,15 @@ def describe_diagnosis(diagnosis: Diagnosis, gain: Gain | None = None) -> str:
         lines += _hybrid_lines(gain)
     lines += [f"Note: {note}." for note in (*diagnosis.notes, *(gain.notes if gain else ()))]
     return "\n".join(lines)
+
+
+def _more_rivals(finding: Finding) -> str:
+    """Return a line on the rivals that are not told one by one: on a stiff deck every node may be one."""
+    same = [item.probability for item in finding.alternatives if item.kind == finding.cause.kind]
+    return (
+        f"  Nor {len(finding.alternatives) - RIVALS} others; that it is a {finding.cause.kind}, here or at one of"
+        f" {len(same)} other places: {finding.probability + sum(same):.2f}."
+    )
 
 
 def _hybrid_lines(gain: Gain) -> list[str]:

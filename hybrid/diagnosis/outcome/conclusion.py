@@ -5,6 +5,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fe_models.dofs import FloatArray
+from fe_models.effects import HarmonicForce
+from fe_models.sensor_effects import SensorEffect
 from fe_models.structure import Structure
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.evidence import Evidence
@@ -37,6 +39,10 @@ from hybrid.diagnosis.shown.show import Shown, show
 RIVALS = 0.005  # least probability of an alternative that is told
 TINY = 1e-300  # instead of a division by zero
 SUREST = 0.999  # no probability is said to be more
+UNLIKE = (
+    "the recordings are not all of one structure",
+    "the recordings are not all alike",
+)  # forces and sensors change
 UNSEEN = (
     "the training recordings show nothing{more} wrong, the test recordings do: what acts there is not felt in those;"
     " train on recordings that show it"
@@ -229,14 +235,16 @@ def _names(setting: Setting) -> tuple[str, ...]:
 
 def _apart(setting: Setting, findings: tuple[Finding, ...]) -> list[str]:
     """Return a line on each finding that acts in some recordings only."""
-    names = _names(setting)
-    return [
-        f"the recordings are not all of one structure: {finding.cause.kind} {at_place(finding.cause.location)}"
-        f" acts in {', '.join(finding.recordings)}, and does not, or too little to tell, in"
-        f" {', '.join(name for name in names if name not in finding.recordings)}"
-        for finding in findings
-        if len(finding.recordings) < len(names)
-    ]
+    names, lines = _names(setting), []
+    for finding in findings:
+        cause, without = finding.cause, [name for name in names if name not in finding.recordings]
+        alike = "all alike" if isinstance(cause, HarmonicForce | SensorEffect) else "all of one structure"
+        if without:
+            lines.append(
+                f"the recordings are not {alike}: {cause.kind} {at_place(cause.location)} acts in"
+                f" {', '.join(finding.recordings)}, and does not, or too little to tell, in {', '.join(without)}"
+            )
+    return lines
 
 
 def _taken_away(candidate: Candidate, posterior: Posterior, found: _Forecasts, scorer: Scorer) -> float:

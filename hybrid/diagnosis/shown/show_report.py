@@ -7,6 +7,7 @@ import numpy as np
 from hybrid.diagnosis.shown.amplitude import Amplitude
 from hybrid.diagnosis.shown.show import Modes, Shown
 
+UNSEEN = 5e-4  # of the motion's energy
 CLEAR = 3.0  # standard deviations: a change with amplitude beyond is called one
 
 
@@ -17,7 +18,7 @@ def describe_shown(shown: Shown) -> list[str]:
         f"  {'channel':12s} {'nominal':>9s} {'calibrated':>11s} {'noise floor':>12s} {'noise (std)':>18s}"
         f" {'of error':>9s}",
         *_channels(shown),
-        "  The modes: nominal, calibrated within its uncertainty, and of the linear model that follows best:",
+        "  The modes: nominal, calibrated within its uncertainty, and of the linear model that follows best (-: hardly seen):",
         f"  {'':4s} {'frequency (Hz)':^29s} {'damping ratio':^26s} {'shapes':>6s} {'of motion':>10s} {'of error':>9s}",
         f"  {'mode':4s} {'nominal':>9s} {'calibr.':>9s} {'observed':>9s} {'nominal':>8s} {'calibr.':>8s}"
         f" {'observed':>8s} {'MAC':>6s}",
@@ -83,7 +84,9 @@ def _modes(shown: Shown) -> list[str]:
     for mode in range(count):
         three = (shown.nominal, shown.calibrated, shown.observed)
         frequencies = " ".join(f"{each.frequencies[mode]:9.4f}" for each in three)
-        ratios = " ".join(f"{each.ratios[mode]:8.4f}" for each in three)
+        ratios = " ".join(f"{each.ratios[mode]:8.4f}" for each in three[:2])
+        seen = shown.motion_energy[mode] >= UNSEEN  # else it hardly shows, and its damping not at all
+        ratios += f" {shown.observed.ratios[mode]:8.4f}" if seen else f" {'-':>8s}"
         lines.append(
             f"  {mode + 1:4d} {frequencies} {ratios} {shown.mac[mode]:6.3f} {shown.motion_energy[mode]:10.0%}"
             f" {shown.error_energy[mode]:9.0%}"
