@@ -119,4 +119,5 @@ def test_a_cause_is_named_in_recordings_with_unlike_noise() -> None:
     assert found.verdict is Verdict.EXPLAINED
     (finding,) = found.findings
     assert finding.cause.kind == "added_mass"
+    assert any(note.startswith("noise goes with each channel's own motion") for note in found.notes)
     assert found.scores["extended"]["measured"] == pytest.approx(found.noise_floor, rel=0.05)

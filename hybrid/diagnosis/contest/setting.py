@@ -29,6 +29,7 @@ from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.marching import is_too_fast
 from hybrid.diagnosis.response.unloaded import unloaded
 
+UNLIKE = "noise goes with {pattern}: each recording counts by its own"
 SEED = 0  # of the states at which geometric forces are taken: the same of the same recordings
 
 
@@ -112,7 +113,8 @@ def setting_of(dataset: Dataset) -> Setting:
     searched, lengths, short = search_gauge(plant, lengths, gauge, short_fit(plant, lengths, gauge))
     motion = Motion.of_states(states_along(short, searched), plant).displacement
     geometry = geometry_of(plant, motion, np.random.default_rng(SEED))
-    notes = (*unusable, *apart, *fast)
+    unlike = () if levels.are_alike else (UNLIKE.format(pattern=levels.pattern.value),)
+    notes = (*unusable, *apart, *fast, *unlike)
     return Setting(dataset, plant, geometry, modal, measured, gauge, searched, levels, band, lengths, short, notes)
 
 

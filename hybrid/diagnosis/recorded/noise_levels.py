@@ -14,13 +14,15 @@ from fe_models.dofs import FloatArray
 from hybrid.diagnosis.recorded.noise import BY_CHANCE, Band, noise_of_recordings, variance_told
 from hybrid.diagnosis.recorded.records import Batch
 
+TINY = 1e-300  # instead of the logarithm of zero
+
 
 class Pattern(Enum):
     """What the noise of a channel goes with."""
 
-    ALIKE = "the same in all recordings"
+    ALIKE = "nothing"
     RECORDING = "one factor for all channels of a recording"
-    MOTION = "in proportion to the channel's own motion in the recording"
+    MOTION = "each channel's own motion in a recording"
 
 
 @dataclass(frozen=True)
@@ -88,4 +90,5 @@ def _expected(pattern: Pattern, off: FloatArray, motion: FloatArray) -> FloatArr
 def _told(batch: Batch, rate: float, band: Band) -> tuple[FloatArray, FloatArray]:
     """Return the logarithms of the noise of each recording and of its channels' size, both (recording, sensor)."""
     single = [replace(batch.take([number]), noise=None) for number in range(len(batch.names))]
-    return np.log(np.stack([noise_of_recordings((one,), rate, band) for one in single])), np.log(batch.data.std(axis=1))
+    noise = np.stack([noise_of_recordings((one,), rate, band) for one in single])
+    return np.log(np.maximum(noise, TINY)), np.log(np.maximum(batch.data.std(axis=1), TINY))
