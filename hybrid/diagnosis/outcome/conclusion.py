@@ -8,7 +8,6 @@ from fe_models.dofs import FloatArray
 from fe_models.effects import HarmonicForce
 from fe_models.sensor_effects import SensorEffect
 from fe_models.structure import Structure
-from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.evidence import Evidence
 from hybrid.diagnosis.contest.pairs import factors_off, left
 from hybrid.diagnosis.contest.posterior import Posterior, of_candidate, rivals_of
@@ -205,7 +204,7 @@ def _findings(
     whole, model = found.extended, scorer.model(best)
     had = max(found.nominal.energy - found.nominal.floor_energy, TINY)
     setting, temper = scorer.setting, posterior.temper * evidence.energy  # of what is left of the recordings themselves
-    names = _names(setting)
+    names, taken = _names(setting), _taken_away(posterior, found, scorer)
     if simulation.is_wrong:
         findings.append(modal_finding(simulation, found.nominal, whole, SUREST * listed, names))
     for number, candidate in enumerate(best.hypothesis.candidates):
@@ -216,7 +215,7 @@ def _findings(
                 cause,
                 parameters,
                 min(of_candidate(posterior, candidate), SUREST) * listed,
-                float(np.clip(_taken_away(candidate, posterior, found, scorer) / had, 0.0, 1.0)),
+                float(np.clip(taken[number] / had, 0.0, 1.0)),
                 tuple(name for name in names if name in acting),
                 tuple(
                     Alternative(rival.kind, reported_location(rival), p * listed)
@@ -247,17 +246,18 @@ def _apart(setting: Setting, findings: tuple[Finding, ...]) -> list[str]:
     return lines
 
 
-def _taken_away(candidate: Candidate, posterior: Posterior, found: _Forecasts, scorer: Scorer) -> float:
-    """Return the energy of forecast errors that a cause of the best fit takes away: the mean of what it does alone and
-    beside all others (of two causes Shapley's value: both together explain all that is explained).
+def _taken_away(posterior: Posterior, found: _Forecasts, scorer: Scorer) -> FloatArray:
+    """Return the energy of forecast errors that each cause of the best fit takes away, (cause,).
+
+    What all of them take, shared in proportion to what is lost without each, the others fitted anew: these make up for
+    most of it where they resemble it.
     """
-    everything = {other.key for other in posterior.fits[0].hypothesis.candidates}
-    energy = {frozenset[str](): found.drawn.energy, frozenset(everything): found.extended.energy}
-    for keys in (frozenset({candidate.key}), frozenset(everything - {candidate.key})):
-        own = (item for item in posterior.fits if {c.key for c in item.hypothesis.candidates} == keys)
-        item = next(own, None)
-        if keys not in energy and item is not None:
-            energy[keys] = scorer.forecast(item).energy
-    alone = found.drawn.energy - energy.get(frozenset({candidate.key}), found.drawn.energy)
-    beside = energy.get(frozenset(everything - {candidate.key}), found.drawn.energy) - found.extended.energy
-    return (alone + beside) / 2
+    keys = [candidate.key for candidate in posterior.fits[0].hypothesis.candidates]
+    whole, lost = found.drawn.energy - found.extended.energy, np.zeros(len(keys))
+    for number, key in enumerate(keys):
+        rest = set(keys) - {key}
+        fits = (item for item in posterior.fits if {c.key for c in item.hypothesis.candidates} == rest)
+        without = next(fits, None) if rest else None
+        energy = found.drawn.energy if without is None else scorer.forecast(without).energy
+        lost[number] = max(energy - found.extended.energy, TINY)
+    return np.asarray(whole * lost / lost.sum())
