@@ -44,6 +44,7 @@ EFFECTS: dict[str, tuple[Effect, float, float]] = {
     "axial force": (AxialForce(DECK, -100.0), -100.0, 1e-5),
 }
 LOCAL = tuple(name for name in EFFECTS if name not in ("whole deck", "axial force"))
+ROUNDING = 5e-11  # of a frequency, in eigenvalues of such matrices: one machine leaves 9e-12, another less
 
 
 def candidates_of(dataset: Dataset, plant: Plant) -> tuple[Candidate, ...]:
@@ -112,7 +113,7 @@ def test_error_falls_with_the_modes_in_the_basis(name: str) -> None:
         assert max(usual, many) < 1e-6
     elif name in LOCAL:
         assert usual < 0.1 * few
-        assert many < 0.01 * usual
+        assert many < max(0.01 * usual, ROUNDING)
     else:  # modes alone: slower, and an axial force hardly bends them
         assert usual < 0.5 * few
         assert many < 0.6 * usual
