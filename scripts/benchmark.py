@@ -11,7 +11,7 @@ import torch
 import typer
 from tqdm import tqdm
 
-from fe_models.blind import OUTSIDE, BlindConfig
+from fe_models.blind import OUTSIDE, BlindConfig, Noisy
 from fe_models.dofs import structure_dofs
 from fe_models.errors import bad_input_exits
 from fe_models.files.atomic import write_json
@@ -77,6 +77,10 @@ def main(
     ] = "four_dof",
     off: Annotated[bool, typer.Option("--off", help="With --blind: models off by their uncertainty.")] = False,
     noise: Annotated[float, typer.Option(min=0.0, help="With --blind: standard deviation over each channel's.")] = 0.03,
+    noisy: Annotated[
+        Noisy,
+        typer.Option(help="With --blind: noise alike in all recordings, in proportion to each, or after the low-pass."),
+    ] = "alike",
     changed: Annotated[int, typer.Option(min=0, help="With --blind: recordings made before the last effect.")] = 0,
     peers: Annotated[bool, typer.Option(help="With --blind: have the peers answer, too.")] = True,
     jobs: Annotated[int, typer.Option(min=1, help="With --blind or --rates: processes, one thread each.")] = 1,
@@ -102,7 +106,7 @@ def main(
     """
     with bad_input_exits():
         if blind is not None:
-            config = BlindConfig(off=off, noise=noise, changed=changed, structure=structure)
+            config = BlindConfig(off=off, noise=noise, noisy=noisy, changed=changed, structure=structure)
             cases = tasks(blind, seed, kinds.split(",") if kinds else words_of(structure), config)
             run_blind(cases, tuple(PEERS) if peers else (), jobs, off, out)
             return

@@ -121,3 +121,9 @@ def test_a_cause_is_named_in_recordings_with_unlike_noise() -> None:
     assert finding.cause.kind == "added_mass"
     assert any(note.startswith("noise goes with each channel's own motion") for note in found.notes)
     assert found.scores["extended"]["measured"] == pytest.approx(found.noise_floor, rel=0.05)
+
+
+def test_uneven_noise_is_a_share_of_each_recordings_own_motion() -> None:
+    noisy, clean = (blind_case(3, BlindConfig(noise=noise, noisy="uneven")).dataset.recordings for noise in (0.05, 0.0))
+    shares = [(a.data - b.data).std(axis=1) / b.data.std(axis=1) for a, b in zip(noisy, clean, strict=True)]
+    assert np.stack(shares) == pytest.approx(np.full((12, 1, 5), 0.05), rel=0.15)  # of 501 values each: 3 %

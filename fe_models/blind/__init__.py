@@ -6,11 +6,21 @@ what its user considers normal everywhere at once. Outside of the list of causes
 """
 
 from fe_models.blind.bridge import bridge_case
-from fe_models.blind.case import BRIDGE_KINDS, KINDS, OUTSIDE, BlindCase, BlindConfig, check_config
+from fe_models.blind.case import BRIDGE_KINDS, KINDS, OUTSIDE, BlindCase, BlindConfig, Noisy, check_config
 from fe_models.blind.chain import SENSORS, chain_case
 from fe_models.blind.saving import save_case
 
-__all__ = ["BRIDGE_KINDS", "KINDS", "OUTSIDE", "SENSORS", "BlindCase", "BlindConfig", "blind_case", "save_case"]
+__all__ = [
+    "BRIDGE_KINDS",
+    "KINDS",
+    "OUTSIDE",
+    "SENSORS",
+    "BlindCase",
+    "BlindConfig",
+    "Noisy",
+    "blind_case",
+    "save_case",
+]
 
 
 def blind_case(seed: int, config: BlindConfig | None = None) -> BlindCase:

@@ -33,6 +33,7 @@ KINDS = (
     "time_integration",
 )
 BRIDGE_KINDS = (*KINDS, "axial_force")  # a chain moves along its springs, where an axial force changes nothing
+Noisy = Literal["alike", "uneven", "unfiltered"]
 OUTSIDE = ("hysteretic_spring", "drifting_stiffness")
 
 
@@ -66,16 +67,19 @@ CAMPAIGNS = {
 class BlindConfig:
     """What a case is like: ``kinds`` to hide, ``off`` by its uncertainty or exact, ``noise`` over each channel's rms.
 
-    ``size``: from 0, barely detectable, to 1, large; None draws it. ``changed``: number of training recordings made
-    before the last of the kinds came; those before it act in all of them. ``train``, ``test``, ``duration`` (s) and
-    ``sampling_rate`` (Hz): see `Campaign`; None leaves them to the ``structure``'s `CAMPAIGNS`. ``rich``, of the bridge
-    alone: the truth is geometrically nonlinear, on a finer mesh, and all its parts differ a little from the drawing;
-    without, it is the diagnosis' own linear model plus what is hidden.
+    ``noisy``: whether noise is "alike" in all recordings, "uneven", over the rms of each channel in each of them, or
+    "unfiltered", come after the low-pass. ``size``: from 0, barely detectable, to 1, large; None draws it. ``changed``:
+    number of training recordings made before the last of the kinds came; those before it act in all of them.
+    ``train``, ``test``, ``duration`` (s) and ``sampling_rate`` (Hz): see `Campaign`; None leaves them to the
+    ``structure``'s `CAMPAIGNS`. ``rich``, of the bridge alone: the truth is geometrically nonlinear, on a finer mesh,
+    and all its parts differ a little from the drawing; without, it is the diagnosis' own linear model plus what is
+    hidden.
     """
 
     kinds: tuple[str, ...] = ()
     off: bool = False
     noise: float = 0.03
+    noisy: Noisy = "alike"
     size: float | None = None
     train: int | None = None
     test: int | None = None
@@ -159,7 +163,8 @@ def as_recorded(
 ) -> BlindCase:
     """Return the case of the motion at the sensors, ``clean`` (recording, time, sensor): sensor faults, noise, names.
 
-    ``design`` is what the user believes in. Behind a ``lowpass`` (Hz), the noise has nothing above it either.
+    ``design`` is what the user believes in. Behind a ``lowpass`` (Hz), the noise has nothing above it either, unless it
+    is unfiltered.
     ``margin``: samples before and after each recording that are known, too: what a late sensor shows at its beginning.
     """
     campaign, affected = config.campaign, config.affected
@@ -169,10 +174,11 @@ def as_recorded(
     shown = _faulty(clean, late, sensors, campaign.sampling_rate)[:, margin : clean.shape[1] - margin]
     shown = _faulty(shown, others, sensors, campaign.sampling_rate)
     white = rng.standard_normal(shown.shape)
-    if lowpass is not None:
+    if lowpass is not None and config.noisy != "unfiltered":
         white = np.stack([lowpassed(part, campaign.sampling_rate, lowpass) for part in white])
         white /= white.std(axis=(0, 1))
-    data = shown + config.noise * shown.std(axis=(0, 1)) * white
+    size = shown.std(axis=1, keepdims=True) if config.noisy == "uneven" else shown.std(axis=(0, 1))
+    data = shown + config.noise * size * white
     recordings = tuple(
         Recording(name, data[i : i + 1], "train" if i < campaign.train else "test") for i, name in enumerate(names)
     )
