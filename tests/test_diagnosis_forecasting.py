@@ -158,7 +158,7 @@ def test_a_stop_that_is_not_hit_early_is_forecast_as_the_order_of_recordings_has
     number = int(np.argmax(late - early))
     gap = (early[number] + late[number]) / 2
     theta = np.append(np.zeros(hypothesis.nuisances), [200.0, gap])
-    (one,) = (batch.take([number]),)
+    one = batch.take([number])
     model = Model(hypothesis, theta, np.ones(hypothesis.states), (0,), {one.names[0]: ORDERLY if acts else -ORDERLY})
     y = predicted(model, one, SENSORS, MEASURED, GAUGE)
     only = replace(model, switched=())

@@ -30,7 +30,7 @@ def white(seed: int) -> FloatArray:
 
 @pytest.mark.parametrize("band", BANDS, ids=["room", "no room"])
 def test_recordings_with_the_same_noise_are_alike(band: Band) -> None:
-    """Chance makes them differ by ten per cent each; three seeds, none of which is one in ten thousand."""
+    """Chance makes them differ by ten per cent; further than counts as chance in one seed of ten thousand."""
     for seed in range(3):
         batch = Batch(white(seed) + 30 * WAVE * LOUD[:, None], NAMES)
         assert NoiseLevels.of([batch], RATE, band).are_alike
@@ -48,6 +48,23 @@ def test_a_pattern_behind_the_levels_tells_them_better_than_each_recording_does(
     each = 0.06 if band.room else 0.12  # by 125 frequencies above the structure's, or by the quartile of 90
     together = 2 if pattern is Pattern.RECORDING else 3  # the root of four channels; of nine recordings
     assert np.abs(off).max() < 4 * each / together
+
+
+def test_one_channel_alone_tells_no_factor_of_all() -> None:
+    """With one sensor a factor for each recording would fit whatever the levels are."""
+    for seed in range(5):
+        data = white(seed)[..., :1] + 30 * WAVE * LOUD[:, None, :1]
+        data[2] *= 2
+        levels = NoiseLevels.of([Batch(data, NAMES)], RATE, BANDS[0])
+        assert levels.pattern is not Pattern.RECORDING
+
+
+def test_motion_is_what_was_recorded_not_what_loads_leave_of_it() -> None:
+    """What they leave of a recording that began at rest is all noise, in proportion to which noise always is."""
+    data = white(0)
+    data[2, :, 1] *= 4
+    batch = Batch(data + 30 * WAVE, NAMES).less(30 * WAVE)
+    assert NoiseLevels.of([batch], RATE, BANDS[1]).are_alike
 
 
 def test_levels_without_a_pattern_behind_them_are_taken_for_alike() -> None:

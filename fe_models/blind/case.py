@@ -136,6 +136,8 @@ def check_config(config: BlindConfig) -> None:
     known = (BRIDGE_KINDS if config.structure == "bridge" else KINDS) + OUTSIDE
     unknown = [kind for kind in config.kinds if kind not in known]
     faults = [f"kinds {', '.join(unknown)} are unknown; expected {', '.join(known)}"] if unknown else []
+    if config.noisy == "unfiltered" and config.structure != "bridge":
+        faults.append(f"noisy = {config.noisy}: recordings of {config.structure} have no low-pass")
     if not 0 <= config.changed <= config.campaign.train:
         faults.append(f"changed = {config.changed}; expected 0 to {config.campaign.train}, the training recordings")
     raise_faults(faults)

@@ -101,7 +101,7 @@ def describe_diagnosis(diagnosis: Diagnosis, gain: Gain | None = None) -> str:
         if len(finding.alternatives) > RIVALS:
             lines.append(_more_rivals(finding))
     base, extended = diagnosis.scores["baseline"], diagnosis.scores["extended"]
-    after = "after" if diagnosis.findings else "with calibrated values alone"
+    after = "after" if diagnosis.findings else "without a named cause"
     rest = f"; left unexplained {diagnosis.unexplained:.1%}" if diagnosis.findings else ""
     lines.append(
         f"Forecast NRMSE: {base['measured']:.4f} before, {extended['measured']:.4f} {after}, noise floor"
@@ -118,10 +118,11 @@ def describe_diagnosis(diagnosis: Diagnosis, gain: Gain | None = None) -> str:
 def _more_rivals(finding: Finding) -> str:
     """Return a line on the rivals that are not told one by one: on a stiff deck every node may be one."""
     same = [item.probability for item in finding.alternatives if item.kind == finding.cause.kind]
-    return (
-        f"  Nor {len(finding.alternatives) - RIVALS} others; that it is a {finding.cause.kind}, here or at one of"
-        f" {len(same)} other places: {finding.probability + sum(same):.2f}."
-    )
+    more = f"  And {len(finding.alternatives) - RIVALS} more."
+    if not same:
+        return more
+    total = finding.probability + sum(same)
+    return f"{more} That it is a {finding.cause.kind}, here or at one of {len(same)} other places: {total:.2f}."
 
 
 def _hybrid_lines(gain: Gain) -> list[str]:

@@ -13,6 +13,7 @@ from hybrid.diagnosis.causes.places import Motion
 from hybrid.diagnosis.contest.growing import Lengths, lengths_of
 from hybrid.diagnosis.fitting.driven import states_along
 from hybrid.diagnosis.fitting.fitting import Fit, fit
+from hybrid.diagnosis.nominal.lowpass import noise_is_lowpassed
 from hybrid.diagnosis.nominal.plant import CERTAIN, plant_of
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.noise import noise_of_recordings, structure_band
@@ -50,7 +51,8 @@ def certain_of(dataset: Dataset) -> Certain:
     batches = columns_of(batches_of(dataset, "train"), measured)
     rate = dataset.sampling_rate
     sensors = tuple(dataset.sensors[column] for column in measured)
-    gauge = Gauge(sensors, rate, noise_of_recordings(batches, rate, structure_band(plant, rate, dataset.lowpass)))
+    band = structure_band(plant, rate, dataset.lowpass, white=not noise_is_lowpassed(dataset))
+    gauge = Gauge(sensors, rate, noise_of_recordings(batches, rate, band))
     nominal = Hypothesis(plant)
     lengths = lengths_of(batches, nominal.states)
     short = fit(nominal, nominal.centre, lengths.cut[0], gauge)

@@ -113,7 +113,7 @@ def setting_of(dataset: Dataset) -> Setting:
     searched, lengths, short = search_gauge(plant, lengths, gauge, short_fit(plant, lengths, gauge))
     motion = Motion.of_states(states_along(short, searched), plant).displacement
     geometry = geometry_of(plant, motion, np.random.default_rng(SEED))
-    unlike = () if levels.are_alike else (UNLIKE.format(pattern=levels.pattern.value),)
+    unlike = () if levels.are_alike or searched is not gauge else (UNLIKE.format(pattern=levels.pattern.value),)
     notes = (*unusable, *apart, *fast, *unlike)
     return Setting(dataset, plant, geometry, modal, measured, gauge, searched, levels, band, lengths, short, notes)
 

@@ -93,9 +93,11 @@ def idle_by_order(item: Fit, order: Sequence[str]) -> dict[str, float]:
     """Return what it adds to a recording's cost that what acts in some recordings only is idle there.
 
     By those fitted before and after it in the ``order`` in which they were made, where these agree: its first fifth may
-    not tell (a stop that is not hit so early).
+    not tell (a stop that is not hit so early). Nothing where several motions share a name.
     """
     idle = {name: bool(batch.off) for batch in item.batches for name in batch.names}
+    if len(idle) < count_of(item.batches) or len(set(order)) < len(order):
+        return {}
     found = {}
     for number, name in enumerate(order):
         sides = {

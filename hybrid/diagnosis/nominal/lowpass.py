@@ -66,6 +66,8 @@ def _share_above(data: FloatArray, rate: float, lower: float) -> float:
         return 0.0
     frequency, power = welch(alive, rate, nperseg=min(len(data), LONGEST), axis=0)
     above = frequency > lower + LEAKS * frequency[1]
+    if not above.any():
+        return 0.0
     lines = power[above] - np.median(power[above], axis=0)
     return float(np.max(lines.sum(axis=0) / power.sum(axis=0)))
 

@@ -38,10 +38,6 @@ from hybrid.diagnosis.shown.show import Shown, show
 RIVALS = 0.005  # least probability of an alternative that is told
 TINY = 1e-300  # instead of a division by zero
 SUREST = 0.999  # no probability is said to be more
-UNLIKE = (
-    "the recordings are not all of one structure",
-    "the recordings are not all alike",
-)  # forces and sensors change
 UNSEEN = (
     "the training recordings show nothing{more} wrong, the test recordings do: what acts there is not felt in those;"
     " train on recordings that show it"

@@ -30,14 +30,16 @@ def material(evidence: Evidence, scorer: Scorer) -> tuple[Posterior, list[str]]:
         if not fewer:
             break
         most = max(DEVIATION, deviation_of(best))  # what the one needs, the other may have
-        after, plain = (scorer.forecast(item, most) for item in (best, evidence.base))
         simpler = evidence.among(fewer)
-        before = scorer.forecast(simpler.fits[0], most)
-        if scorer.error(plain) < scorer.error(before):  # two causes may improve on one that only makes it worse
-            simpler, before = evidence.among((evidence.base,)), plain
+        before, after = (scorer.forecast(item, most) for item in (simpler.fits[0], best))
+        if simpler.fits[0].hypothesis.candidates:  # two causes may improve on one that only makes it worse
+            plain = scorer.forecast(evidence.base, most)
+            if scorer.error(plain) < scorer.error(before):
+                simpler, before = evidence.among((evidence.base,)), plain
+        several = bool(simpler.fits[0].hypothesis.candidates)
         guess = left(best, evidence.gauge, scorer.setting.band).significant
-        trifle = is_trifle(before, after, wrong, count > 1)
-        weaker = scorer.error(before) - scorer.error(after) <= (MATERIAL if count == 1 else BESIDE) * floor
+        trifle = is_trifle(before, after, wrong, several)
+        weaker = scorer.error(before) - scorer.error(after) <= (BESIDE if several else MATERIAL) * floor
         if count == 1:
             reached = scorer.error(before) <= (1 + MATERIAL) * floor  # then it is told as weak: see `verdict`
             if reached or not (guess and trifle and weaker):

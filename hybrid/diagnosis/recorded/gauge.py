@@ -10,7 +10,7 @@ from fe_models.recordings import Sensor
 class Gauge:
     """The fitted ``sensors``, their ``rate`` (Hz), and ``sigma`` (sensor,) of the noise.
 
-    Where it differs from recording to recording, of a usual one: see `Batch.sigma`.
+    Where noise differs from recording to recording, ``sigma`` is that of a usual one: see `Batch.sigma`.
     """
 
     sensors: tuple[Sensor, ...]

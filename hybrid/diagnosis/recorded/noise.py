@@ -40,7 +40,7 @@ class Band:
 def structure_band(plant: Plant, rate: float, lowpass: float | None = None, white: bool = False) -> Band:
     """Return the band of a structure in recordings with a sampling ``rate`` and a ``lowpass`` (Hz).
 
-    ``white``: whether noise came after the low-pass, beyond which it is alone then.
+    ``white``: whether noise came after the low-pass, beyond which it is alone then, or there is no low-pass.
     """
     half, highest = rate / 2, float(plant.modes[0][-1]) / (2 * np.pi)
     passed = half if lowpass is None else min(lowpass, half)
@@ -85,7 +85,7 @@ def variance_told(samples: int, rate: float, band: Band) -> float:
 
 def _lower(rate: float, band: Band) -> float:
     """Return the frequency (Hz) beyond which recordings tell their noise themselves, where there is room."""
-    return max(UPPER * rate / 2, min(HARMONICS * band.upper, ROOM * rate / 2))
+    return max(band.upper, UPPER * rate / 2, min(HARMONICS * band.upper, ROOM * rate / 2))
 
 
 def _end(samples: int) -> int:

@@ -57,8 +57,8 @@ class NoiseLevels:
             centre = np.average(expected, axis=0, weights=weight)
             square = float(np.sum((told - usual - expected + centre) ** 2 * weight[:, None]))
             free = (recordings - 1) * (sensors - (pattern is Pattern.RECORDING))
-            if square <= free + BY_CHANCE * np.sqrt(2 * free):
-                fitting.append((square / max(free, 1), cls(pattern, usual, centre, rate, band)))
+            if free > 0 and square <= free + BY_CHANCE * np.sqrt(2 * free):
+                fitting.append((square / free, cls(pattern, usual, centre, rate, band)))
         alike = cls(Pattern.ALIKE, usual, np.zeros(sensors), rate, band)
         if any(levels.are_alike for _, levels in fitting):
             return alike
@@ -91,4 +91,4 @@ def _told(batch: Batch, rate: float, band: Band) -> tuple[FloatArray, FloatArray
     """Return the logarithms of the noise of each recording and of its channels' size, both (recording, sensor)."""
     single = [replace(batch.take([number]), noise=None) for number in range(len(batch.names))]
     noise = np.stack([noise_of_recordings((one,), rate, band) for one in single])
-    return np.log(np.maximum(noise, TINY)), np.log(np.maximum(batch.data.std(axis=1), TINY))
+    return np.log(np.maximum(noise, TINY)), np.log(np.maximum(batch.recorded.std(axis=1), TINY))

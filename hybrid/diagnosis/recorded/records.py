@@ -39,7 +39,7 @@ class Batch:
         return np.repeat(self.noise, self.pieces, axis=0)[:, None] * gauge.sigma
 
     def weights(self, gauge: Gauge) -> FloatArray:
-        """Return one over it for each value (recording or segment, value); one row where all are alike."""
+        """Return one over `sigma` for each value (recording or segment, value); one row where all are alike."""
         return np.tile(1 / self.sigma(gauge)[:, 0], self.samples)
 
     @property

@@ -19,6 +19,5 @@ def unloaded(plant: Plant, batches: tuple[Batch, ...], sensors: tuple[Sensor, ..
     theta = np.zeros((1, linear.nuisances))
     system = linear.system(theta, sensors, rate, tuple(range(len(sensors))))
     return tuple(
-        batch if batch.loads is None else replace(batch, data=batch.data - loaded_channels(system, batch.loads)[0])
-        for batch in batches
+        batch if batch.loads is None else batch.less(loaded_channels(system, batch.loads)[0]) for batch in batches
     )

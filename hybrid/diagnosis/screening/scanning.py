@@ -107,7 +107,7 @@ def sizes_of(candidate: Candidate) -> FloatArray:
 
 
 def _left(hypothesis: Hypothesis, thetas: FloatArray, fit: Fit, gauge: Gauge) -> FloatArray:
-    """Return the sum of squares (variant,) that initial states leave."""
+    """Return the sum of squares (variant,) that initial states leave, channels of a recording noisy alike."""
     system = hypothesis.system(thetas, gauge.sensors, gauge.rate, gauge.positions)
     total = np.zeros(len(thetas))
     for batch in fit.batches:
