@@ -44,7 +44,7 @@ class NoiseLevels:
         """Return the levels of free recordings (see `unloaded`), all measured channels of them.
 
         They are alike unless another pattern is behind them, one that leaves no more than chance would: what differs
-        without one may be motion, such as what a stop rings, which differs, too.
+        without one may be motion, such as the ringing of a stop.
         """
         told, motion = (np.concatenate(parts) for parts in zip(*[_told(b, rate, band) for b in batches], strict=True))
         chance = np.concatenate([np.full(len(b.names), variance_told(b.samples, rate, band)) for b in batches])
@@ -82,9 +82,9 @@ def _expected(pattern: Pattern, off: FloatArray, motion: FloatArray) -> FloatArr
     """
     if pattern is Pattern.MOTION:
         return motion
-    return (
-        np.zeros_like(off) if pattern is Pattern.ALIKE else np.repeat(off.mean(axis=1)[:, None], off.shape[1], axis=1)
-    )
+    if pattern is Pattern.RECORDING:
+        return np.broadcast_to(off.mean(axis=1, keepdims=True), off.shape)
+    return np.zeros_like(off)
 
 
 def _told(batch: Batch, rate: float, band: Band) -> tuple[FloatArray, FloatArray]:
