@@ -18,7 +18,7 @@ from hybrid.diagnosis.fitting.forecasting import DEVIATION, deviation_of
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import Batch, count_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
-from hybrid.diagnosis.response.side_by_side import by_twos, side_by_side
+from hybrid.diagnosis.response.side_by_side import THREADS, by_twos, side_by_side
 from hybrid.diagnosis.screening.absorbed import absorbed
 from hybrid.diagnosis.screening.force_screening import screen_forces
 from hybrid.diagnosis.screening.modal_scan import modal_scan
@@ -125,17 +125,17 @@ def _forced(
     found: list[Fit] = []
     is_chain, linear = base.hypothesis.plant.is_chain, base.hypothesis.is_linear
     least = FORCES if is_chain or linear else 1  # beside a frame's law each takes five seconds, and they are alike
-    for number, trial in enumerate(forces[: FORCES if is_chain or not linear else MOST_NEIGHBOURS]):
-        ahead = max(found, key=lambda item: item.log_evidence, default=None)
-        if number >= least and (ahead is None or any(item.log_evidence > ahead.log_evidence for item in rivals)):
+    trials = forces[: FORCES if is_chain or not linear else MOST_NEIGHBOURS]
+    for number, two in enumerate(by_twos(trials)):
+        ahead, tried = max(found, key=lambda item: item.log_evidence, default=None), number * THREADS
+        if tried >= least and (ahead is None or any(item.log_evidence > ahead.log_evidence for item in rivals)):
             break
-        behind = forces[0].gain - trial.gain
-        if number >= NEIGHBOURS and min(item.cost for item in found) + behind > bound_of(found):
+        behind = forces[0].gain - two[0].gain
+        if tried >= NEIGHBOURS and min(item.cost for item in found) + behind > bound_of(found):
             break
         bound = bound_of([base, *rivals, *found])
-        if base.cost - UNDERRATED * trial.gain < bound:
-            refined = _refined(base, trial, gauge, bound)
-            found += [] if refined is None else [refined]
+        near = [trial for trial in two if base.cost - UNDERRATED * trial.gain < bound]
+        found += [item for item in side_by_side(partial(_refined, base, gauge, bound), near) if item is not None]
         advance()
     return found
 
@@ -239,7 +239,7 @@ def bound_of(fits: list[Fit]) -> float:
     return best.cost + max(2 * BEHIND * temper_of(best), LEFT * best.misfit)
 
 
-def _refined(base: Fit, trial: Screened, gauge: Gauge, bound: float) -> Fit | None:
+def _refined(base: Fit, gauge: Gauge, bound: float, trial: Screened) -> Fit | None:
     """Return the fit of a harmonic force over whole recordings, at rest in the initial states to begin with."""
     step = _first(base.hypothesis, base, gauge, trial)
     if step is None:

@@ -7,7 +7,7 @@ from math import ceil, sqrt
 import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.linalg import expm
-from scipy.ndimage import correlate1d
+from scipy.signal import fftconvolve
 
 from fe_models.dofs import ComplexArray, FloatArray
 from fe_models.lowpass import LowPass
@@ -197,11 +197,13 @@ def passed(
     if system.lowpass is None:
         return y
     kernel = system.lowpass.kernel(1 / system.step)
-    if before is None or after is None:
-        return np.asarray(correlate1d(y, kernel, axis=-2, mode="nearest"))
     half = len(kernel) // 2
-    long = correlate1d(np.concatenate([before, y, after], axis=-2), kernel, axis=-2)
-    return np.asarray(long[..., half : half + y.shape[-2], :])
+    if before is None or after is None:
+        before, after = np.repeat(y[..., :1, :], half, axis=-2), np.repeat(y[..., -1:, :], half, axis=-2)
+    long = np.concatenate([before, y, after], axis=-2)
+    # in the frequency domain: the kernel of a filter that cuts off sharply has hundreds of entries
+    with np.errstate(over="ignore", invalid="ignore"):
+        return np.asarray(fftconvolve(long, kernel.reshape(*[1] * (y.ndim - 2), -1, 1), mode="valid", axes=-2))
 
 
 def as_shown(system: System, y: FloatArray) -> FloatArray:
