@@ -5,6 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from fe_models.blind import BlindConfig, blind_case
+from fe_models.measurement import lowpassed
+from fe_models.recordings import Recording
 from hybrid.diagnosis.fitting.crossvalidation import as_recordings, folds_of
 from hybrid.diagnosis.fitting.fitting import Fit, fit
 from hybrid.diagnosis.fitting.forecasting import Model
@@ -40,6 +42,16 @@ def test_every_recording_is_forecast_by_a_fit_to_the_others() -> None:
     assert set().union(*tested) == names
     assert [set(others) for others in seen] == [names - own for own in tested]
     assert max(left) < 0.02 * whole.chi2 / whole.values  # in what counts as noise, of a hundred times its energy
+
+
+def test_all_recordings_tell_together_whether_noise_was_low_passed() -> None:
+    """One of four has noise that was not: alone in its fold it would be weighed otherwise than in the fits."""
+    white = np.random.default_rng(0).standard_normal((4, 2000, 5))
+    noise = [*(lowpassed(data, 10.0, 3.0) for data in white[:3]), white[3]]
+    recordings = tuple(Recording(f"r{number}", data[None]) for number, data in enumerate(noise))
+    folds = folds_of(replace(CASE, recordings=recordings, lowpass=3.0), MEASURED, GAUGE)
+    assert folds is not None
+    assert [batch.share for fold in folds.tests for batch in fold] == [0.6] * 4  # 3 Hz of 5
 
 
 def test_test_recordings_make_folds_unnecessary() -> None:

@@ -7,15 +7,18 @@ import pytest
 
 from fe_models.blind import BlindCase, BlindConfig, blind_case
 from fe_models.dofs import FloatArray
+from fe_models.recordings import Sensor
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.fitting.fitting import fit
 from hybrid.diagnosis.fitting.linearisation import linearise_batch
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
 from hybrid.diagnosis.outcome.verdict import Verdict
+from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.noise import Band
 from hybrid.diagnosis.recorded.noise_levels import NoiseLevels, Pattern
-from hybrid.diagnosis.recorded.records import Batch
+from hybrid.diagnosis.recorded.records import Batch, columns_of
+from hybrid.diagnosis.screening.force_screening import screen_forces
 
 RATE = 10.0  # Hz
 BANDS = (Band(0.55, room=True), Band(4.5, room=False))
@@ -98,6 +101,36 @@ def test_a_fit_weighs_each_recording_by_its_own_noise() -> None:
         np.testing.assert_allclose(whole.residual[number], part.residual[0], rtol=1e-7, atol=1e-9)
         np.testing.assert_allclose(whole.slopes[:, number], part.slopes[:, 0], rtol=1e-5, atol=1e-5)  # differences
         np.testing.assert_allclose(whole.state_errors[number], part.state_errors[0], rtol=1e-7)
+
+
+def test_noise_goes_with_its_recording_and_its_channel() -> None:
+    """However a batch is taken apart: each value keeps the standard deviation that is its own."""
+    data = np.arange(9.0)[:, None, None] + np.zeros((9, 501, 4)) + np.array([0.0, 0.1, 0.2, 0.3])
+    whole = Batch(data, NAMES, noise=data[:, 0])  # each channel of each recording is its own noise
+    gauge = Gauge(tuple(Sensor(f"x{i}", i, "x", "displacement", "m") for i in (2, 3)), RATE, np.ones(2))
+    (pair,) = columns_of((whole,), (1, 2))
+    cut = pair.cut(100)  # five segments of each
+    for batch in (pair, cut, cut.take([7, 2]), pair.take([7, 2]).cut(100), pair.first(100), pair.less(0 * pair.data)):
+        np.testing.assert_array_equal(batch.sigma(gauge), batch.recorded[:, :1])
+        np.testing.assert_array_equal(batch.weights(gauge), 1 / batch.recorded.reshape(len(batch.data), -1))
+
+
+def test_harmonic_forces_are_ranked_by_the_noise_of_each_recording() -> None:
+    """Told of each recording, though all have it: as if it were the gauge's."""
+    setting = setting_of(blind_case(104, BlindConfig(("harmonic_force",), train=3, test=1, size=0.8)).dataset)
+    (batch,), gauge = setting.lengths.whole, setting.gauge
+    forces = tuple(c for c in setting.candidates() if c.oscillator)
+    times = np.array([1.0, 3.0, 0.5, 1.0])
+    own = replace(batch, noise=np.tile(times, (3, 1))), gauge
+    usual = batch, replace(gauge, sigma=times * gauge.sigma)
+    promised = []
+    for recorded, measured_with in (own, usual):
+        found = fit(setting.nominal, setting.nominal.centre, (recorded,), measured_with)
+        assert found is not None
+        promised.append(screen_forces(found, forces, measured_with))
+    for by_recording, by_gauge in zip(*promised, strict=True):
+        assert (by_recording.candidate.key, by_recording.start) == (by_gauge.candidate.key, by_gauge.start)
+        assert by_recording.gain == pytest.approx(by_gauge.gain, rel=1e-6)  # rounding, in a difference of sums
 
 
 def test_what_a_fit_leaves_is_noise_of_one_in_every_recording() -> None:

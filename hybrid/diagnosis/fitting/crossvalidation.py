@@ -74,7 +74,7 @@ def folds_of(dataset: Dataset, measured: tuple[int, ...], searched: Gauge) -> Fo
     if dataset.select("test"):
         return None
     count = min(FOLDS, len(recordings))
-    tests = [batches_of(replace(dataset, recordings=recordings[number::count]), "train") for number in range(count)]
+    tests = [batches_of(dataset, "train", recordings[number::count]) for number in range(count)]
     return Folds(tuple(tests), dataset.sensors, measured, searched)
 
 

@@ -1,12 +1,13 @@
 """Recordings as arrays for fitting: batches of equal length, cut into segments with initial states of their own."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 
 from fe_models.dofs import FloatArray
-from fe_models.recordings import Dataset, Load
+from fe_models.recordings import Dataset, Load, Recording
 from hybrid.diagnosis.nominal.loads import Loads, loads_of
 from hybrid.diagnosis.nominal.lowpass import noise_is_lowpassed
 from hybrid.diagnosis.recorded.gauge import Gauge
@@ -90,12 +91,14 @@ class Batch:
         return replace(self, data=data, pieces=pieces, loads=loads, whole=None)
 
 
-def batches_of(dataset: Dataset, role: Literal["train", "test"]) -> tuple[Batch, ...]:
-    """Return the recordings of one role, those of equal length together, loaded ones apart; several in one file share
-    its name.
+def batches_of(
+    dataset: Dataset, role: Literal["train", "test"], recordings: Sequence[Recording] | None = None
+) -> tuple[Batch, ...]:
+    """Return the recordings of one role, or those ``recordings`` of a dataset: those of equal length together, loaded
+    ones apart; several in one file share its name.
     """
     alike: dict[tuple[int, bool], list[tuple[str, FloatArray, tuple[Load, ...]]]] = {}
-    for recording in dataset.select(role):
+    for recording in dataset.select(role) if recordings is None else recordings:
         for data in recording.data:
             key = len(data), bool(recording.loads)
             alike.setdefault(key, []).append((recording.name, data, recording.loads))
