@@ -7,7 +7,8 @@ from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.structure import Beam, Damping, PointMass, Structure, Support
 from hybrid.diagnosis.contest.growing import ground_of
-from hybrid.diagnosis.contest.search import NEIGHBOURS, contest
+from hybrid.diagnosis.contest.harmonic import NEIGHBOURS
+from hybrid.diagnosis.contest.search import contest
 from hybrid.diagnosis.contest.setting import setting_of
 from tests.masts import TUBE
 

@@ -12,8 +12,8 @@ import numpy as np
 from fe_models.recordings import Dataset
 from hybrid.benchmarks.peers.answer import Answer
 from hybrid.benchmarks.peers.certain import Certain, certain_of
+from hybrid.diagnosis.contest.bounds import BEHIND
 from hybrid.diagnosis.contest.growing import CLOSE_ENOUGH, Lengths, continued, fit_growing
-from hybrid.diagnosis.contest.search import BEHIND
 from hybrid.diagnosis.fitting.fitting import Fit, fit
 from hybrid.diagnosis.outcome.findings import reported_location
 from hybrid.diagnosis.screening.force_screening import screen_forces

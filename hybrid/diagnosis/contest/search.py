@@ -6,38 +6,28 @@ from functools import partial
 
 import numpy as np
 
-from fe_models.dofs import FloatArray
 from hybrid.calibration import nothing
 from hybrid.diagnosis.causes.candidate import Candidate
+from hybrid.diagnosis.contest.bounds import LEFT, bound_of
 from hybrid.diagnosis.contest.growing import CLOSE_ENOUGH, Ground, Lengths, continued, fit_growing, padded, shortened
+from hybrid.diagnosis.contest.harmonic import fit_forces
 from hybrid.diagnosis.contest.odds import Odds
-from hybrid.diagnosis.contest.posterior import temper_of
 from hybrid.diagnosis.contest.shortlist import MOST_TIED, TIED, foremost, promising, with_others
-from hybrid.diagnosis.fitting.fitting import FIRST, Fit, Step, first_steps, fit
-from hybrid.diagnosis.fitting.forecasting import DEVIATION, deviation_of
+from hybrid.diagnosis.contest.starts import best_start, starts_of
+from hybrid.diagnosis.fitting.fitting import Fit, Step, fit
 from hybrid.diagnosis.recorded.gauge import Gauge
-from hybrid.diagnosis.recorded.records import Batch, count_of
+from hybrid.diagnosis.recorded.records import Batch
 from hybrid.diagnosis.response.hypothesis import Hypothesis
-from hybrid.diagnosis.response.side_by_side import THREADS, by_twos, side_by_side
+from hybrid.diagnosis.response.side_by_side import by_twos, side_by_side
 from hybrid.diagnosis.screening.absorbed import absorbed
-from hybrid.diagnosis.screening.force_screening import screen_forces
 from hybrid.diagnosis.screening.modal_scan import modal_scan
 from hybrid.diagnosis.screening.scanning import scan, unseen
 from hybrid.diagnosis.screening.screening import Screened, screen
 
 KEPT = 10  # candidates kept from the screening of each length
-FIRST_DRAWN = 3  # first steps of these: the first ones mend all that is off besides
-FORCED = 5.0  # fall in the sum of squares that a harmonic force must promise for each recording: its two entries of the
-# initial state cost as much
-BEHIND = 20.0  # in half the tempered sum of squares: a fit that far behind another of the same recordings is given up
-LEFT = 0.3  # of what the best leaves beyond noise: by how much another may be behind and still go on
 RACING = 5  # fits that are continued over longer segments, if no more are near the best that have no force law
 RACING_LAWS = 3  # of them beside a force law, where each takes far longer
 RIVALS = 8  # candidates that are tried in the place of one of two causes
-FORCES = 3  # harmonic forces that are fitted
-NEIGHBOURS = 10  # of a frame, where they are alike: if a harmonic force is the best of all
-MOST_NEIGHBOURS = 30  # of these, where they promise as much as the first: the nodes of a tower that has one sensor
-UNDERRATED = 2.0  # how much more a harmonic force may explain than it promises, once its frequency is refined
 FORETOLD = 2  # causes at most that go on however far behind on segments, where whole recordings promise more of them
 FOUND_ALONE = 3  # causes that begin beside a force law as they ended alone
 SHORT_ITERATIONS = 8  # of the fits of the shortest segments
@@ -65,7 +55,6 @@ def contest(
     ranked_by_modes = is_frame and not base.hypothesis.is_linear  # beside a law each takes a march of whole recordings
     tested = screen(base, tuple(c for c in others if not (ranked_by_modes and c.turns_modes)), gauge)
     ranked = [absorbed(base, others), screen(short, others, gauge), tested, by_modes, scan(short, others, gauge)]
-    forces = [trial for trial in screen_forces(base, others, gauge) if trial.gain > FORCED * count_of(base.batches)]
     advance()
     trials = with_others(promising(ranked, kept, odds), [*unseen(short, others, gauge), *_found_alone(short, alone)])
     present = _begun(ground.hypothesis, short, trials, gauge, odds, advance)
@@ -73,7 +62,7 @@ def contest(
         present = _race(present, longer, gauge, lengths.enough(longer), odds)
         advance()
     present += _foretold(ground, tested, present, lengths, gauge)
-    present += _forced(base, forces, present, gauge, advance)
+    present += fit_forces(base, others, present, gauge, advance)
     return tuple(sorted(present, key=lambda item: -item.log_evidence))
 
 
@@ -113,30 +102,6 @@ def _foretold(ground: Ground, ranked: list[Screened], present: list[Fit], length
         start = replace(ground.short, states=padded(ground.short.states, hypothesis))
         item = fit_growing(hypothesis, trial.theta(base), lengths, gauge, start)
         found += [] if item is None else [item]
-    return found
-
-
-def _forced(
-    base: Fit, forces: list[Screened], rivals: list[Fit], gauge: Gauge, advance: Callable[[], object]
-) -> list[Fit]:
-    """Return fits of the most promising harmonic forces; of more, their neighbours, where one of them is the best, and
-    of all that promise so nearly as much as the first that their fits may be as good.
-    """
-    found: list[Fit] = []
-    is_chain, linear = base.hypothesis.plant.is_chain, base.hypothesis.is_linear
-    least = FORCES if is_chain or linear else 1  # beside a frame's law each takes five seconds, and they are alike
-    trials = forces[: FORCES if is_chain or not linear else MOST_NEIGHBOURS]
-    for number, two in enumerate(by_twos(trials)):
-        ahead, tried = max(found, key=lambda item: item.log_evidence, default=None), number * THREADS
-        if tried >= least and (ahead is None or any(item.log_evidence > ahead.log_evidence for item in rivals)):
-            break
-        behind = forces[0].gain - two[0].gain
-        if tried >= NEIGHBOURS and min(item.cost for item in found) + behind > bound_of(found):
-            break
-        bound = bound_of([base, *rivals, *found])
-        near = [trial for trial in two if base.cost - UNDERRATED * trial.gain < bound]
-        found += [item for item in side_by_side(partial(_refined, base, gauge, bound), near) if item is not None]
-        advance()
     return found
 
 
@@ -183,8 +148,8 @@ def _begun(
 
     The first steps of each tell more than any guess; only the best after that go on.
     """
-    trials = sorted(trials, key=lambda trial: -len(_starts(trial, short)))  # what takes longest not last of all
-    steps = side_by_side(partial(_first, hypothesis, short, gauge), trials, advance)
+    trials = sorted(trials, key=lambda trial: -len(starts_of(trial, short)))  # what takes longest not last of all
+    steps = side_by_side(partial(best_start, hypothesis, short, gauge), trials, advance)
     begun = [(trial.is_drawn, step) for trial, step in zip(trials, steps, strict=True) if step is not None]
     best: dict[str, Fit] = {}
     for two in by_twos(foremost(begun, odds)):
@@ -225,52 +190,3 @@ def _race(fits: list[Fit], longer: tuple[Batch, ...], gauge: Gauge, enough: floa
 
         found += [item for item in side_by_side(further, two) if item is not None]
     return found
-
-
-def bound_of(fits: list[Fit]) -> float:
-    """Return the cost beyond which a fit is too far behind the best of the others for its rank to matter.
-
-    Where the best leaves more than noise there may be a second cause, and the one of the two that matters more need
-    not be the best yet.
-    """
-    if not fits:
-        return np.inf
-    best = min(fits, key=lambda item: item.cost)
-    return best.cost + max(2 * BEHIND * temper_of(best), LEFT * best.misfit)
-
-
-def _refined(base: Fit, gauge: Gauge, bound: float, trial: Screened) -> Fit | None:
-    """Return the fit of a harmonic force over whole recordings, at rest in the initial states to begin with."""
-    step = _first(base.hypothesis, base, gauge, trial)
-    if step is None:
-        return None
-    return fit(step.hypothesis, step.theta, base.batches, gauge, step.states, bound=bound)
-
-
-def _first(hypothesis: Hypothesis, base: Fit, gauge: Gauge, trial: Screened) -> Step | None:
-    """Return where first steps lead with one candidate more, from its best start, over the segments of the ``base``."""
-    extended = hypothesis.adding(trial.candidate)
-    states, count = padded(base.states, extended), FIRST_DRAWN if trial.is_drawn else FIRST
-    steps = [
-        first_steps(extended, theta, base.batches, gauge, states, count, base.cost) for theta in _starts(trial, base)
-    ]
-    return min((step for step in steps if step is not None), key=lambda step: step.cost, default=None)
-
-
-def _starts(trial: Screened, base: Fit) -> list[FloatArray]:
-    """Return where a fit of one candidate more may begin.
-
-    What is wrong may have led the calibration of the ``base`` astray: for a force the drawn structure is a start, too.
-    There a cable hardly goes slack at first: once it does, the structure moves further than the base lets it. And where
-    a stop is hit there, the motion of the base does not tell: from one gap of five the steps lead to the right one.
-    """
-    theta, candidate = trial.theta(base), trial.candidate
-    if candidate.pull is None or deviation_of(base) <= DEVIATION:
-        return [theta]
-    drawn = theta.copy()
-    drawn[: base.hypothesis.nuisances] = 0.0
-    if candidate.hardly:
-        drawn[len(base.theta) :] = candidate.hardly
-        return [theta, drawn]
-    elsewhere = candidate.first_starts if len(candidate.first_starts) > 1 else ()
-    return [theta, drawn, *(np.append(drawn[: len(base.theta)], start) for start in elsewhere)]

@@ -2,8 +2,8 @@
 
 from dataclasses import replace
 
+from hybrid.diagnosis.contest.bounds import bound_of
 from hybrid.diagnosis.contest.growing import Ground, Lengths, ground_of, lengths_of
-from hybrid.diagnosis.contest.search import bound_of
 from hybrid.diagnosis.fitting.fitting import Fit, fit
 from hybrid.diagnosis.fitting.geometry_response import straightened
 from hybrid.diagnosis.nominal.geometry import Geometry

@@ -7,10 +7,10 @@ import numpy as np
 
 from fe_models.dofs import BoolArray, FloatArray
 from hybrid.diagnosis.causes.candidate import Candidate
+from hybrid.diagnosis.contest.bounds import bound_of
 from hybrid.diagnosis.contest.effort import effort_of
 from hybrid.diagnosis.contest.growing import CLOSE_ENOUGH, Lengths, continued, padded, shortened
 from hybrid.diagnosis.contest.recording_groups import Asked, each_with
-from hybrid.diagnosis.contest.search import bound_of
 from hybrid.diagnosis.contest.shortlist import TIED
 from hybrid.diagnosis.fitting.fitting import Fit, fit
 from hybrid.diagnosis.fitting.linearisation import linearise_batch

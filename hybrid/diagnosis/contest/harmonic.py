@@ -1,0 +1,119 @@
+"""Fits of harmonic forces, over whole recordings: segments do not tell a frequency well."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+
+from fe_models.dofs import FloatArray
+from hybrid.diagnosis.causes.candidate import Candidate
+from hybrid.diagnosis.contest.bounds import bound_of
+from hybrid.diagnosis.contest.growing import padded
+from hybrid.diagnosis.contest.starts import as_drawn, best_start
+from hybrid.diagnosis.fitting.fitting import Fit, fit
+from hybrid.diagnosis.fitting.forecasting import DEVIATION, deviation_of
+from hybrid.diagnosis.recorded.gauge import Gauge
+from hybrid.diagnosis.recorded.records import count_of
+from hybrid.diagnosis.response.side_by_side import THREADS, by_twos, side_by_side
+from hybrid.diagnosis.screening.force_screening import screen_forces
+from hybrid.diagnosis.screening.screening import Screened
+
+FORCED = 5.0  # fall in the sum of squares that a harmonic force must promise for each recording: its two entries of the
+# initial state cost as much
+FORCES = 3  # harmonic forces that are fitted
+NEIGHBOURS = 10  # of a frame, where they are alike: if a harmonic force is the best of all
+MOST_NEIGHBOURS = 30  # of these, where they promise as much as the first: the nodes of a tower that has one sensor
+UNDERRATED = 2.0  # how much more a harmonic force may explain than it promises, once its frequency is refined
+APART = 2.0  # of a recording's resolution: frequencies that near are one
+
+
+def fit_forces(
+    base: Fit, candidates: tuple[Candidate, ...], rivals: list[Fit], gauge: Gauge, advance: Callable[[], object]
+) -> list[Fit]:
+    """Return fits of the most promising harmonic forces of the ``candidates`` on top of the ``base``; of more, where
+    none of the ``rivals`` does better.
+    """
+    found = _beside_the_drawn(base, candidates, rivals, gauge, advance)
+    forces = _worth_it(base, screen_forces(base, candidates, gauge))
+    return found + _fit_best(base, forces, [*rivals, *found], gauge, advance)
+
+
+def _beside_the_drawn(
+    base: Fit, candidates: tuple[Candidate, ...], rivals: list[Fit], gauge: Gauge, advance: Callable[[], object]
+) -> list[Fit]:
+    """Return fits of the harmonic forces that the structure as drawn asks for, where the calibration has gone far.
+
+    It may have moved a natural frequency to where a machine runs, and what is left is then the mode itself: a score
+    test finds that, and not the machine.
+    """
+    if deviation_of(base) <= DEVIATION or not base.hypothesis.is_linear:
+        return []
+    forces = _screened_at(as_drawn(base), base, candidates, gauge)
+    apart = APART * gauge.rate / max(batch.samples for batch in base.batches)
+    lines: list[Screened] = []  # the best place of each frequency
+    for trial in forces:
+        if all(abs(trial.start[0] - line.start[0]) > apart for line in lines):
+            lines.append(trial)
+    refined = partial(_refined, base, gauge, bound_of([base, *rivals]))
+    found = [item for item in side_by_side(refined, lines[:FORCES]) if item is not None]
+    advance()
+    if not _lead(found, rivals):
+        return found
+    ahead = max(found, key=lambda item: item.log_evidence)
+    nearby = _screened_at(ahead.theta[: len(base.theta)], base, candidates, gauge)
+    return found + _fit_best(base, nearby, rivals, gauge, advance)
+
+
+def _screened_at(theta: FloatArray, base: Fit, candidates: tuple[Candidate, ...], gauge: Gauge) -> list[Screened]:
+    """Return the harmonic forces with their best frequencies, most promising first, where the base has that ``theta``;
+    their fits begin there.
+    """
+    there = fit(base.hypothesis, theta, base.batches, gauge, base.states, iterations=0)
+    if there is None:
+        return []
+    forces = _worth_it(base, screen_forces(there, candidates, gauge))
+    return [replace(trial, shift=theta - base.theta, is_drawn=True) for trial in forces]
+
+
+def _worth_it(base: Fit, forces: list[Screened]) -> list[Screened]:
+    return [trial for trial in forces if trial.gain > FORCED * count_of(base.batches)]
+
+
+def _fit_best(
+    base: Fit, forces: list[Screened], rivals: list[Fit], gauge: Gauge, advance: Callable[[], object]
+) -> list[Fit]:
+    """Return fits of the most promising harmonic forces; of more, their neighbours, where one of them is the best, and
+    of all that promise so nearly as much as the first that their fits may be as good.
+    """
+    found: list[Fit] = []
+    is_chain, linear = base.hypothesis.plant.is_chain, base.hypothesis.is_linear
+    least = FORCES if is_chain or linear else 1  # beside a frame's law each takes five seconds, and they are alike
+    trials = forces[: FORCES if is_chain or not linear else MOST_NEIGHBOURS]
+    for number, two in enumerate(by_twos(trials)):
+        tried = number * THREADS
+        if tried >= least and not _lead(found, rivals):
+            break
+        behind = forces[0].gain - two[0].gain
+        if tried >= NEIGHBOURS and min(item.cost for item in found) + behind > bound_of(found):
+            break
+        bound = bound_of([base, *rivals, *found])
+        near = [trial for trial in two if base.cost - UNDERRATED * trial.gain < bound]
+        found += [item for item in side_by_side(partial(_refined, base, gauge, bound), near) if item is not None]
+        advance()
+    return found
+
+
+def _lead(found: list[Fit], rivals: list[Fit]) -> bool:
+    """Return whether none of the ``rivals`` is more probable than the best of those ``found``."""
+    best = max((item.log_evidence for item in found), default=None)
+    return best is not None and all(item.log_evidence <= best for item in rivals)
+
+
+def _refined(base: Fit, gauge: Gauge, bound: float, trial: Screened) -> Fit | None:
+    """Return the fit of a harmonic force over whole recordings, at rest in the initial states to begin with."""
+    if trial.is_drawn:
+        extended = base.hypothesis.adding(trial.candidate)
+        return fit(extended, trial.theta(base), base.batches, gauge, padded(base.states, extended), bound=bound)
+    step = best_start(base.hypothesis, base, gauge, trial)
+    if step is None:
+        return None
+    return fit(step.hypothesis, step.theta, base.batches, gauge, step.states, bound=bound)

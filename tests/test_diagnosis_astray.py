@@ -1,0 +1,34 @@
+"""A calibration that follows a machine: it moves a natural frequency to where that runs, and leaves the mode itself."""
+
+import numpy as np
+import pytest
+
+from fe_models.blind import BlindConfig, blind_case
+from fe_models.effects import HarmonicForce
+from hybrid.calibration import nothing
+from hybrid.diagnosis.contest.growing import ground_of
+from hybrid.diagnosis.contest.harmonic import fit_forces
+from hybrid.diagnosis.contest.setting import setting_of
+from hybrid.diagnosis.fitting.forecasting import DEVIATION, deviation_of
+
+
+def test_a_machine_that_the_calibration_followed_is_found_from_the_structure_as_drawn() -> None:
+    """A machine 2 % below the fourth mode, which moves more than the mode does."""
+    config = BlindConfig(("harmonic_force",), structure="bridge", off=True, train=3, test=1, rich=False)
+    case = blind_case(720031, config)
+    (truth,) = case.truth
+    assert isinstance(truth, HarmonicForce)
+    assert truth.node == 38
+    setting = setting_of(case.dataset)
+    gauge = setting.searched
+    ground = ground_of(setting.nominal, setting.nominal.centre, setting.lengths, gauge, setting.short)
+    assert ground is not None
+    base = ground.whole
+    assert deviation_of(base) > 10 * DEVIATION
+    system = base.hypothesis.system(base.theta[None], gauge.sensors, gauge.rate, gauge.positions)
+    natural = np.linalg.eigvals(system.A[0]).imag / (2 * np.pi)  # Hz
+    assert np.abs(natural - truth.frequency).min() < 0.001  # nothing is left there that a force could explain
+    forces = tuple(c for c in setting.candidates() if c.oscillator)
+    found = min(fit_forces(base, forces, [], gauge, nothing), key=lambda item: item.cost)
+    assert found.theta[-1] == pytest.approx(truth.frequency, abs=0.001)  # a fiftieth of what 20 s resolve
+    assert found.hypothesis.candidates[0].location == {"node": 38, "direction": "x"}
