@@ -47,7 +47,7 @@ def _beside_the_drawn(
     """
     if deviation_of(base) <= DEVIATION or not base.hypothesis.is_linear:
         return []
-    forces = _screened_at(as_drawn(base), base, candidates, gauge)
+    forces = _screened_at(as_drawn(base.theta, base), base, candidates, gauge)
     apart = APART * gauge.rate / max(batch.samples for batch in base.batches)
     lines: list[Screened] = []  # the best place of each frequency
     for trial in forces:

@@ -33,15 +33,16 @@ def starts_of(trial: Screened, base: Fit) -> list[FloatArray]:
     theta, candidate = trial.theta(base), trial.candidate
     if candidate.pull is None or deviation_of(base) <= DEVIATION:
         return [theta]
-    drawn = as_drawn(base)
+    drawn = as_drawn(theta, base)
     if candidate.hardly:
-        return [theta, np.append(drawn, candidate.hardly)]
+        drawn[len(base.theta) :] = candidate.hardly
+        return [theta, drawn]
     elsewhere = candidate.first_starts if len(candidate.first_starts) > 1 else ()
-    return [theta, np.append(drawn, trial.start), *(np.append(drawn, start) for start in elsewhere)]
+    return [theta, drawn, *(np.append(drawn[: len(base.theta)], start) for start in elsewhere)]
 
 
-def as_drawn(base: Fit) -> FloatArray:
-    """Return the theta (parameter,) of a fit with all nominal values as they were drawn."""
-    theta = base.theta.copy()
-    theta[: base.hypothesis.nuisances] = 0.0
-    return theta
+def as_drawn(theta: FloatArray, base: Fit) -> FloatArray:
+    """Return a theta (parameter,) on top of the ``base`` with all nominal values as they were drawn."""
+    drawn = theta.copy()
+    drawn[: base.hypothesis.nuisances] = 0.0
+    return drawn
