@@ -7,10 +7,9 @@ from functools import partial
 from fe_models.dofs import FloatArray
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.bounds import bound_of
-from hybrid.diagnosis.contest.growing import padded
-from hybrid.diagnosis.contest.starts import as_drawn, best_start
+from hybrid.diagnosis.contest.starts import best_start
 from hybrid.diagnosis.fitting.fitting import Fit, fit
-from hybrid.diagnosis.fitting.forecasting import DEVIATION, deviation_of
+from hybrid.diagnosis.fitting.forecasting import goes_far, within
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import count_of
 from hybrid.diagnosis.response.side_by_side import THREADS, by_twos, side_by_side
@@ -45,9 +44,9 @@ def _beside_the_drawn(
     It may have moved a natural frequency to where a machine runs, and what is left is then the mode itself: a score
     test finds that, and not the machine.
     """
-    if deviation_of(base) <= DEVIATION or not base.hypothesis.is_linear:
+    if not goes_far(base) or not base.hypothesis.is_linear:
         return []
-    forces = _screened_at(as_drawn(base.theta, base), base, candidates, gauge)
+    forces = _screened_at(within(base, 0.0), base, candidates, gauge)
     apart = APART * gauge.rate / max(batch.samples for batch in base.batches)
     lines: list[Screened] = []  # the best place of each frequency
     for trial in forces:
@@ -110,9 +109,6 @@ def _lead(found: list[Fit], rivals: list[Fit]) -> bool:
 
 def _refined(base: Fit, gauge: Gauge, bound: float, trial: Screened) -> Fit | None:
     """Return the fit of a harmonic force over whole recordings, at rest in the initial states to begin with."""
-    if trial.is_drawn:
-        extended = base.hypothesis.adding(trial.candidate)
-        return fit(extended, trial.theta(base), base.batches, gauge, padded(base.states, extended), bound=bound)
     step = best_start(base.hypothesis, base, gauge, trial)
     if step is None:
         return None

@@ -5,7 +5,7 @@ import numpy as np
 from fe_models.dofs import FloatArray
 from hybrid.diagnosis.contest.growing import padded
 from hybrid.diagnosis.fitting.fitting import FIRST, Fit, Step, first_steps
-from hybrid.diagnosis.fitting.forecasting import DEVIATION, deviation_of
+from hybrid.diagnosis.fitting.forecasting import goes_far
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.screening.screening import Screened
@@ -31,18 +31,12 @@ def starts_of(trial: Screened, base: Fit) -> list[FloatArray]:
     a stop is hit there, the motion of the base does not tell: from one gap of five the steps lead to the right one.
     """
     theta, candidate = trial.theta(base), trial.candidate
-    if candidate.pull is None or deviation_of(base) <= DEVIATION:
+    if trial.is_drawn or candidate.pull is None or not goes_far(base):
         return [theta]
-    drawn = as_drawn(theta, base)
+    drawn = theta.copy()
+    drawn[: base.hypothesis.nuisances] = 0.0
     if candidate.hardly:
         drawn[len(base.theta) :] = candidate.hardly
         return [theta, drawn]
     elsewhere = candidate.first_starts if len(candidate.first_starts) > 1 else ()
     return [theta, drawn, *(np.append(drawn[: len(base.theta)], start) for start in elsewhere)]
-
-
-def as_drawn(theta: FloatArray, base: Fit) -> FloatArray:
-    """Return a theta (parameter,) on top of the ``base`` with all nominal values as they were drawn."""
-    drawn = theta.copy()
-    drawn[: base.hypothesis.nuisances] = 0.0
-    return drawn

@@ -77,6 +77,11 @@ def deviation_of(item: Fit) -> float:
     return float(np.abs(item.deviations).max())
 
 
+def goes_far(item: Fit) -> bool:
+    """Return whether the calibration of a fit goes further than is normal, so that it may hide what led it there."""
+    return deviation_of(item) > DEVIATION
+
+
 def model_of(item: Fit, gauge: Gauge, theta: FloatArray | None = None) -> Model:
     """Return a fit's model for forecasts; the size of initial states is that of the training recordings.
 

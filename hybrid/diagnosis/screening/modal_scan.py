@@ -12,6 +12,7 @@ import numpy as np
 from fe_models.dofs import FloatArray
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.fitting.fitting import Fit
+from hybrid.diagnosis.fitting.forecasting import within
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.side_by_side import side_by_side
@@ -60,8 +61,7 @@ def modal_scan(item: Fit, candidates: tuple[Candidate, ...], gauge: Gauge, start
     ``item``: a fit of whole recordings. The calibration that each asks for goes with it, as a shift from ``start``.
     """
     hypothesis, seen = item.hypothesis, seen_modes(item, gauge)
-    drawn = item.theta.copy()
-    drawn[: hypothesis.nuisances] = 0.0
+    drawn = within(item, 0.0)
     calibration = _Calibration.of(hypothesis, drawn, seen, gauge)
     plain = float(calibration.best(calibration.plain)[0][0])
 

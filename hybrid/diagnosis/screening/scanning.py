@@ -8,7 +8,7 @@ from fe_models.dofs import FloatArray
 from fe_models.effects import StiffnessChange, SupportSpring
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.fitting.fitting import Fit
-from hybrid.diagnosis.fitting.forecasting import DEVIATION, deviation_of
+from hybrid.diagnosis.fitting.forecasting import goes_far, within
 from hybrid.diagnosis.fitting.linearisation import EXPLODED, orthonormal
 from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.recorded.gauge import Gauge
@@ -50,7 +50,7 @@ def unseen(fit: Fit, candidates: tuple[Candidate, ...], gauge: Gauge) -> list[Sc
     leaves much. Modes that come down into the recordings' band with an element are followed.
     """
     much = fit.chi2 > MUCH * fit.values
-    if not fit.hypothesis.is_linear or not (much or deviation_of(fit) > DEVIATION):
+    if not fit.hypothesis.is_linear or not (much or goes_far(fit)):
         return []
     resembled = [candidate for candidate in candidates if candidate.released is not None or not candidate.names]
     trials = [(candidate, sizes_of(candidate)) for candidate in resembled]
@@ -78,8 +78,7 @@ def _bringing(candidate: Candidate, sizes: FloatArray, plant: Plant) -> list[Tri
 
 def _best_of(trials: list[Trial], fit: Fit, gauge: Gauge) -> list[Screened]:
     """Return each candidate at the best of its sizes."""
-    theta = fit.theta.copy()
-    theta[: fit.hypothesis.nuisances] = 0.0
+    theta = within(fit, 0.0)
     plain = float(_left(fit.hypothesis, theta[None], fit, gauge)[0])
 
     def best(trial: Trial) -> Screened:
