@@ -1,42 +1,85 @@
 """Where fits of one candidate more may begin, and where first steps from there lead."""
 
+from collections.abc import Callable, Sequence
+from functools import partial
+from math import inf
+
 import numpy as np
 
 from fe_models.dofs import FloatArray
+from hybrid.calibration import nothing
 from hybrid.diagnosis.contest.growing import padded
 from hybrid.diagnosis.fitting.fitting import FIRST, Fit, Step, first_steps
 from hybrid.diagnosis.fitting.forecasting import goes_far
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.response.hypothesis import Hypothesis
+from hybrid.diagnosis.response.side_by_side import side_by_side
 from hybrid.diagnosis.screening.screening import Screened
 
 FIRST_DRAWN = 3  # first steps from the structure as drawn: the first ones mend all that is off besides
 
 
-def best_start(hypothesis: Hypothesis, base: Fit, gauge: Gauge, trial: Screened) -> Step | None:
-    """Return where first steps lead with one candidate more, from its best start, over the segments of the ``base``."""
-    extended = hypothesis.adding(trial.candidate)
-    states, count = padded(base.states, extended), FIRST_DRAWN if trial.is_drawn else FIRST
-    steps = [
-        first_steps(extended, theta, base.batches, gauge, states, count, base.cost) for theta in starts_of(trial, base)
-    ]
-    return min((step for step in steps if step is not None), key=lambda step: step.cost, default=None)
+def best_starts(
+    hypothesis: Hypothesis,
+    base: Fit,
+    gauge: Gauge,
+    trials: Sequence[Screened],
+    advance: Callable[[], object] = nothing,
+) -> list[Step | None]:
+    """Return where first steps lead with each of the ``trials`` more, from its best start, over the segments of the
+    ``base``.
+    """
+    begin = partial(_best_from, hypothesis, base, gauge)
+    steps = side_by_side(lambda trial: begin(trial, starts_of(trial, base)), trials, advance)
+    gapped = [i for i, trial in enumerate(trials) if gaps_of(trial, base)]
+    if gapped:  # the one that leads without begins at each of its gaps, too
+        leads = min(gapped, key=lambda i: inf if (step := steps[i]) is None else step.cost)
+        further = side_by_side(lambda start: begin(trials[leads], [start]), gaps_of(trials[leads], base))
+        steps[leads] = _lowest([steps[leads], *further])
+    return steps
 
 
 def starts_of(trial: Screened, base: Fit) -> list[FloatArray]:
     """Return where a fit of one candidate more may begin.
 
     What is wrong may have led the calibration of the ``base`` astray: for a force the drawn structure is a start, too.
-    There a cable hardly goes slack at first: once it does, the structure moves further than the base lets it. And where
-    a stop is hit there, the motion of the base does not tell: from one gap of five the steps lead to the right one.
+    There a cable hardly goes slack at first: once it does, the structure moves further than the base lets it.
     """
     theta, candidate = trial.theta(base), trial.candidate
-    if trial.is_drawn or candidate.pull is None or not goes_far(base):
+    if not _also_drawn(trial, base):
         return [theta]
-    drawn = theta.copy()
-    drawn[: base.hypothesis.nuisances] = 0.0
-    if candidate.hardly:
-        drawn[len(base.theta) :] = candidate.hardly
-        return [theta, drawn]
-    elsewhere = candidate.first_starts if len(candidate.first_starts) > 1 else ()
-    return [theta, drawn, *(np.append(drawn[: len(base.theta)], start) for start in elsewhere)]
+    return [theta, _drawn(trial, base, candidate.hardly or trial.start)]
+
+
+def gaps_of(trial: Screened, base: Fit) -> list[FloatArray]:
+    """Return further starts of a law with a gap: where a stop is hit in the structure as drawn, the motion of the
+    ``base`` does not tell. From one gap of five the steps lead there.
+    """
+    starts = trial.candidate.first_starts
+    if trial.candidate.hardly or len(starts) < 2 or not _also_drawn(trial, base):
+        return []
+    return [_drawn(trial, base, start) for start in starts]
+
+
+def _also_drawn(trial: Screened, base: Fit) -> bool:
+    return not trial.is_drawn and trial.candidate.pull is not None and goes_far(base)
+
+
+def _drawn(trial: Screened, base: Fit, start: tuple[float, ...]) -> FloatArray:
+    """Return the parameters with a candidate's ``start`` in the structure as drawn."""
+    theta = np.append(base.theta + trial.shift, start)
+    theta[: base.hypothesis.nuisances] = 0.0
+    return theta
+
+
+def _best_from(
+    hypothesis: Hypothesis, base: Fit, gauge: Gauge, trial: Screened, starts: list[FloatArray]
+) -> Step | None:
+    """Return where first steps lead from the best of ``starts`` (parameter,)."""
+    extended = hypothesis.adding(trial.candidate)
+    states, count = padded(base.states, extended), FIRST_DRAWN if trial.is_drawn else FIRST
+    return _lowest([first_steps(extended, start, base.batches, gauge, states, count, base.cost) for start in starts])
+
+
+def _lowest(steps: list[Step | None]) -> Step | None:
+    return min((step for step in steps if step is not None), key=lambda step: step.cost, default=None)
