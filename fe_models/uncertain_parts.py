@@ -1,7 +1,7 @@
 """The parts of a structure whose stiffness or mass its owner knows only within a tolerance, each as a whole.
 
 Every spring, every cable and every group of beams has one stiffness; so has the mass of every group of beams, with the
-point masses on its nodes, and every other point mass.
+point masses along it, and every other point mass.
 """
 
 from collections.abc import Iterable
@@ -9,6 +9,8 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from fe_models.structure import Beam, Element, Spring, Structure
+
+ALONG = 0.5  # of the nodes of a group of beams: where as many carry point masses these are its own mass, lumped
 
 
 @dataclass(frozen=True)
@@ -62,16 +64,17 @@ def uncertain_parts(structure: Structure) -> tuple[UncertainPart, ...]:
             single.append(number)
     groups = [tuple(numbers) for numbers in beams.values()]
     stiffness = sorted([*groups, *((number,) for number in single)])
-    masses, taken = [], set[int]()
+    masses, carrying = [], {point.node for point in structure.point_masses}
+    loose = set(carrying)
     for numbers in groups:
-        nodes = _nodes(structure, numbers) - taken
-        taken |= nodes
-        masses.append(UncertainPart("mass", numbers, tuple(sorted(nodes))))
-    loose = sorted({point.node for point in structure.point_masses} - taken)
+        nodes = _nodes(structure, numbers)
+        along = nodes & loose if len(nodes & carrying) >= ALONG * len(nodes) else set()
+        loose -= along
+        masses.append(UncertainPart("mass", numbers, tuple(sorted(along))))
     return (
         *(UncertainPart("stiffness", numbers) for numbers in stiffness),
         *masses,
-        *(UncertainPart("mass", (), (node,)) for node in loose),
+        *(UncertainPart("mass", (), (node,)) for node in sorted(loose)),
     )
 
 

@@ -29,15 +29,17 @@ def masts(apart: float = APART, middle: float = 2.0) -> Structure:
     return Structure("masts", nodes, elements, masses, supports=supports, damping=damping)
 
 
-def recorded(structure: Structure, *effects: Effect) -> Dataset:
-    """The ``structure``'s recordings with ``effects``, in its modes that move, with noise."""
+def recorded(structure: Structure, *effects: Effect, step: float = 2e-4) -> Dataset:
+    """The ``structure``'s recordings with ``effects``, in its modes that move, with noise.
+
+    The ``step`` (s) is one that the highest mode of all still bears.
+    """
     rng = np.random.default_rng(11)
     modal = natural_modes(linearise(structure), MOVING)
     begun = rng.standard_normal((2, COUNT, MOVING))  # modal velocities of 1 m kg^0.5 / s: centimetres at the tops
     shapes = modal.shapes[modal.dofs.free].T
     start = (begun[0] / modal.omega) @ shapes, begun[1] @ shapes
-    # A step of 0.2 ms, which the highest mode of all still bears.
-    config = FreeConfig(DURATION, RATE, 2e-4)
+    config = FreeConfig(DURATION, RATE, step)
     motion = simulate_free(structure.with_effects(*effects), start[0], start[1], config, progress=False)
     clean = np.stack([motion.channel(s.node, s.direction, s.quantity) for s in SENSORS], axis=-1)
     data = clean + NOISE * clean.std(axis=(0, 1)) * rng.standard_normal(clean.shape)

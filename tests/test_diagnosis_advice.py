@@ -67,7 +67,7 @@ def test_two_causes_far_from_the_only_sensor_are_told_apart_by_one_near_them() -
     """In a short record a sensor at one end says little about the other; advice says so, and by how much."""
     dataset = chain((X1,), AddedMass(4, 0.5), 100)
     posterior, gauge = two_fits(dataset, ("added_mass {'node': 4}", "added_mass {'node': 3}"))
-    (advice,) = advise(posterior, gauge)
+    (advice,) = advise(posterior, gauge, gauge.sensors)
     assert advice.kind == "added_mass"
     assert advice.sensor is not None
     assert advice.sensor.node in (3, 4)
@@ -80,7 +80,7 @@ def test_promise_is_kept_by_the_sensor() -> None:
     dataset = chain((X1,), AddedMass(4, 0.5), 100)
     keys = ("added_mass {'node': 4}", "added_mass {'node': 3}")
     posterior, gauge = two_fits(dataset, keys)
-    (advice,) = advise(posterior, gauge)
+    (advice,) = advise(posterior, gauge, gauge.sensors)
     assert advice.sensor is not None
     better, _ = two_fits(chain((X1, advice.sensor), AddedMass(4, 0.5), 100), keys)
     before = posterior.fits[1].cost - posterior.fits[0].cost
@@ -93,7 +93,7 @@ def test_twins_that_no_sensor_tells_apart_are_said_to_be_so() -> None:
     """The first spring joins the ground and node 1: losing stiffness there is a softer support of node 1."""
     dataset = chain((X1,), StiffnessChange((1,), 0.5), 200)
     keys = ("stiffness_change {'element': 1}", "support_spring {'node': 1, 'direction': 'x'}")
-    (advice,) = advise(*two_fits(dataset, keys))
+    (advice,) = advise(*two_fits(dataset, keys), dataset.sensors)
     assert advice.sensor is None
     assert advice.then == pytest.approx(0.4)
     assert "no added sensor" in advice.sentence

@@ -12,7 +12,7 @@ from hybrid.diagnosis.shown.show_report import describe_shown, shown_table
 WORDS = {
     Verdict.NOTHING_WRONG: "Nothing is wrong: the simulation, calibrated within its uncertainty, reaches the noise.",
     Verdict.EXPLAINED: "The simulation is wrong, and {causes} named below.",
-    Verdict.PARTLY_EXPLAINED: "The simulation is wrong; what is named below explains only part of it, if anything.",
+    Verdict.PARTLY_EXPLAINED: "The simulation is wrong; what is named may be part of it, or stand for something else.",
     Verdict.UNEXPLAINED: "The simulation is wrong, and nothing on the list of causes explains it.",
 }
 RIVALS = 5  # of a finding, told on the terminal

@@ -43,6 +43,7 @@ def linear_causes(plant: Plant, places: list[Place]) -> list[Candidate]:
         *(_support_spring(plant, place) for place in places if len(place.nodes) == 1),
         *(_point_damper(plant, place) for place in places),
         *_soft_supports(plant),
+        *_stiff_pins(plant),
     ]
 
 
@@ -191,7 +192,8 @@ def _at(place: Place, kind: str, name: str, build: Callable[..., Cause], width: 
 def _soft_supports(plant: Plant) -> list[Candidate]:
     """Return the supports that may be too soft, each by its compliance: 0 as drawn."""
     found = []
-    for row in np.flatnonzero(~plant.dofs.free):
+    leaned_on = plant.stiffness.diagonal() > 0  # a cable's end does not lean on what holds it from turning
+    for row in np.flatnonzero(~plant.dofs.free & leaned_on):
         node, direction = int(plant.dofs.node[row]), cast(Direction, str(plant.dofs.direction[row]))
         soft = _softness(plant, int(row))
         here = _diagonal(plant, np.array([row]))
@@ -209,6 +211,29 @@ def _soft_supports(plant: Plant) -> list[Candidate]:
                 changes=(_zeros(plant), damped, here),
                 released=int(row),
                 brings=1,
+            )
+        )
+    return found
+
+
+def _stiff_pins(plant: Plant) -> list[Candidate]:
+    """Return the supports that may resist rotation, though they are drawn to turn freely: base plates, rusty pins."""
+    dofs, supported = plant.dofs, [support.node for support in plant.structure.supports]
+    turning = dofs.free & (dofs.direction == "rz") & np.isin(dofs.node, supported)
+    units, found = np.eye(len(dofs)), []
+    for row in np.flatnonzero(turning & (plant.stiffness.diagonal() > 0)):
+        stiffness = 1 / float(plant.static(units[row][:, None])[row, 0])
+        spring = _diagonal(plant, np.array([row]))
+        found.append(
+            Candidate(
+                kind=SupportSpring.kind,
+                location={"node": int(dofs.node[row]), "direction": "rz"},
+                names=("stiffness",),
+                build=partial(SupportSpring, int(dofs.node[row]), "rz"),
+                neutral=(0.0,),
+                width=(HALF * stiffness,),
+                lower=(0.0,),  # nothing there can push on
+                changes=(_zeros(plant), csr_array(plant.structure.damping.stiffness_factor * spring), spring),
             )
         )
     return found

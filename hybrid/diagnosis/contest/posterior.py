@@ -8,7 +8,7 @@ from fe_models.dofs import FloatArray
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.odds import Odds
 from hybrid.diagnosis.fitting.fitting import Fit
-from hybrid.diagnosis.fitting.wave import wave
+from hybrid.diagnosis.fitting.wave import TOLD, wave
 from hybrid.diagnosis.recorded.noise import correlation_factor
 from hybrid.diagnosis.recorded.records import count_of
 
@@ -36,9 +36,10 @@ def posterior_of(fits: tuple[Fit, ...], candidates: tuple[Candidate, ...]) -> Po
     them as they are, but for a frame's.
 
     A harmonic force whose amplitude is not told from none is no hypothesis: slower than any mode, it may do no more
-    than push a law to and fro, which takes up whatever that law's model lacks.
+    than push a law to and fro, which takes up whatever that law's model lacks. Nor is a support that is not told from a
+    rigid one: the motion that it brings may take up what the structure's model lacks.
     """
-    fits = _distinct(tuple(fit for fit in fits if _waves_told(fit)))
+    fits = _distinct(tuple(fit for fit in fits if _waves_told(fit) and _softness_told(fit)))
     odds = Odds.among(candidates, fits[0].hypothesis.plant.alike)
     prior = np.array([_log_prior(fit, odds) for fit in fits])
     evidence = np.array([fit.log_evidence for fit in fits])
@@ -60,6 +61,14 @@ def _waves_told(fit: Fit) -> bool:
     """Return whether the amplitude of each harmonic force of a fit is told from none."""
     candidates = fit.hypothesis.candidates
     return all(wave(fit, number).is_told for number, candidate in enumerate(candidates) if candidate.oscillator)
+
+
+def _softness_told(fit: Fit) -> bool:
+    """Return whether the compliance of each support of a fit that gives way is told from none."""
+    parts = zip(fit.hypothesis.candidates, fit.hypothesis.slices, strict=True)
+    soft = [part.start for candidate, part in parts if candidate.released is not None]
+    least = np.maximum(fit.hypothesis.lower, TOLD * np.sqrt(np.diag(fit.covariance)))
+    return bool((fit.theta[soft] > least[soft]).all())
 
 
 def _distinct(fits: tuple[Fit, ...]) -> tuple[Fit, ...]:

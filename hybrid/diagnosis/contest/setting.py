@@ -18,6 +18,7 @@ from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.nominal.geometry import Geometry
 from hybrid.diagnosis.nominal.geometry_forces import geometry_of
 from hybrid.diagnosis.nominal.lowpass import noise_is_lowpassed
+from hybrid.diagnosis.nominal.mesh_error import coarse_mesh
 from hybrid.diagnosis.nominal.modal_plant import modal_plant, with_ratios_of_modal_model
 from hybrid.diagnosis.nominal.plant import Plant, plant_of
 from hybrid.diagnosis.recorded.channels import usable
@@ -114,7 +115,7 @@ def setting_of(dataset: Dataset) -> Setting:
     motion = Motion.of_states(states_along(short, searched), plant).displacement
     geometry = geometry_of(plant, motion, np.random.default_rng(SEED))
     unlike = () if levels.are_alike or searched is not gauge else (UNLIKE.format(pattern=levels.pattern.value),)
-    notes = (*unusable, *apart, *fast, *unlike)
+    notes = (*unusable, *apart, *fast, *unlike, *coarse_mesh(plant))
     return Setting(dataset, plant, geometry, modal, measured, gauge, searched, levels, band, lengths, short, notes)
 
 

@@ -61,13 +61,14 @@ class Advice:
         )
 
 
-def advise(posterior: Posterior, searched: Gauge) -> tuple[Advice, ...]:
+def advise(posterior: Posterior, searched: Gauge, present: tuple[Sensor, ...]) -> tuple[Advice, ...]:
     """Return advice for each cause of the best hypothesis and each of its rivals that is not improbable.
 
-    ``searched``: with what counted as noise in the search, see `Evidence`.
+    ``searched``: with what counted as noise in the search, see `Evidence`; ``present``: all sensors, also those that
+    are never fitted.
     """
     best = posterior.fits[0]
-    added = possible_sensors(best.hypothesis.plant, searched.sensors)
+    added = possible_sensors(best.hypothesis.plant, present)
     found = []
     for candidate in best.hypothesis.candidates:
         for rival, probability in rivals_of(posterior, candidate, DOUBTFUL)[:RIVALS]:
@@ -95,7 +96,8 @@ def possible_sensors(plant: Plant, present: tuple[Sensor, ...]) -> tuple[Sensor,
     have = {(s.node, s.direction, s.quantity) for s in present}
     found = []
     moved = np.abs(plant.modes[1]).max(axis=1)
-    for row in np.flatnonzero(moved > UNMOVED * moved.max()):
+    own = plant.dofs.node <= len(plant.structure.nodes)  # finer meshes have more, which no file can name
+    for row in np.flatnonzero(own & (moved > UNMOVED * moved.max())):
         node, direction = int(plant.dofs.node[row]), plant.dofs.direction[row]
         for quantity in OFFERED:
             if direction != "rz" and (node, direction, quantity) not in have:

@@ -117,7 +117,7 @@ def concluded(setting: Setting, evidence: Evidence) -> Diagnosis:
         notes += _unseen(best if named else base, evidence, setting, " more" if named else "")
     after = found.extended if named else found.own if theta.any() else found.drawn
     notes += modal_notes(simulation, found.nominal, found.own, scorer, named)
-    advice = advise(posterior, evidence.searched) if named else ()
+    advice = advise(posterior, evidence.searched, setting.dataset.sensors) if named else ()
     shown = show(setting.dataset, simulation.fit, final, found.nominal, found.calibrated, gauge)
     return Diagnosis(
         verdict=verdict,

@@ -20,6 +20,7 @@ from hybrid.diagnosis.response.residual import Residual, residual_of
 from hybrid.diagnosis.response.system import Behind, Entry, Force, System
 
 FAULTS = SensorGain.kind, SensorDelay.kind, SensorDrift.kind
+WEIGHTLESS = 1e-12  # of the largest mass: rounding
 FARTHEST = 3.0  # of a log factor: twenty times as much or as little is no calibration
 
 
@@ -137,14 +138,33 @@ class Hypothesis:
         modes = [[end - 1 - number] for number in range(self.brought) for end in (n, 2 * n)]
         return modes + [[2 * n + 2 * number, 2 * n + 2 * number + 1] for number in forces]
 
+    def weighs(self, theta: FloatArray) -> BoolArray:
+        """Return whether every motion has mass at a ``theta``, (variant,) of (variant, parameter): not where more is
+        taken off a node than moves with it.
+        """
+        changes = zip(self.candidates, self.basis.changes, self.slices, strict=True)
+        masses = [(c, change[0], part.start) for c, change, part in changes if change is not None and change[0].any()]
+        if not masses:
+            return np.ones(len(theta), dtype=bool)
+        M = self._drawn_mass(np.exp(theta[:, : len(self.plant.parts)]))
+        for candidate, change, first in masses:
+            M = M + candidate.amount(theta[:, first])[:, None, None] * change
+        return np.asarray(np.linalg.eigvalsh(M)[:, 0] > WEIGHTLESS * np.abs(M).max(axis=(1, 2)))
+
+    def _drawn_mass(self, factor: FloatArray) -> FloatArray:
+        """Return M (variant, shape, shape) with the parts' mass a ``factor`` (variant, part) times as large."""
+        basis = self.basis
+        of_mass = np.array([part.quantity == "mass" for part in self.plant.parts], dtype=bool)
+        return basis.mass + np.einsum("pe,eij->pij", factor[:, of_mass] - 1, basis.parts[of_mass])
+
     def reduced(self, theta: FloatArray) -> "Reduced":
         """Return M, C, K and the shapes of ``theta`` (variant, parameter)."""
         plant, basis = self.plant, self.basis
         parts, variants = len(plant.parts), len(theta)
         factor = np.exp(theta[:, : plant.factors])
         of_mass = np.array([part.quantity == "mass" for part in plant.parts], dtype=bool)
-        M, C, K = (np.repeat(matrix[None], variants, axis=0) for matrix in (basis.mass, basis.damping, basis.stiffness))
-        M += np.einsum("pe,eij->pij", factor[:, :parts][:, of_mass] - 1, basis.parts[of_mass])
+        M = self._drawn_mass(factor[:, :parts])
+        C, K = (np.repeat(matrix[None], variants, axis=0) for matrix in (basis.damping, basis.stiffness))
         K += np.einsum("pe,eij->pij", factor[:, :parts][:, ~of_mass] - 1, basis.parts[~of_mass])
         K += np.einsum("pe,eij->pij", theta[:, plant.factors : plant.values], basis.scattered)
         rayleigh = plant.structure.damping

@@ -66,8 +66,10 @@ def modal_scan(item: Fit, candidates: tuple[Candidate, ...], gauge: Gauge, start
     plain = float(calibration.best(calibration.plain)[0][0])
 
     def best(candidate: Candidate) -> Screened:
-        left_at = partial(_left_at, hypothesis.adding(candidate), drawn, seen, gauge)
+        extended = hypothesis.adding(candidate)
+        left_at = partial(_left_at, extended, drawn, seen, gauge)
         sizes = _sizes(candidate)
+        sizes = sizes[extended.weighs(_with_sizes(drawn, sizes))]
         number = int(np.argmin(calibration.best(left_at(sizes))[0]))
         closer = np.linspace(sizes[max(number - 1, 0)], sizes[min(number + 1, len(sizes) - 1)], CLOSER)
         costs, values = calibration.best(left_at(closer))
@@ -83,8 +85,12 @@ def modal_scan(item: Fit, candidates: tuple[Candidate, ...], gauge: Gauge, start
 
 def _left_at(hypothesis: Hypothesis, drawn: FloatArray, seen: SeenModes, gauge: Gauge, sizes: FloatArray) -> FloatArray:
     """Return what the structure as drawn leaves of the modes seen, (size, value), with one candidate more."""
-    thetas = np.column_stack([np.repeat(drawn[None], len(sizes), axis=0), sizes])
-    return seen.less(picked_modes(hypothesis, thetas, gauge, len(seen.omega)))
+    return seen.less(picked_modes(hypothesis, _with_sizes(drawn, sizes), gauge, len(seen.omega)))
+
+
+def _with_sizes(drawn: FloatArray, sizes: FloatArray) -> FloatArray:
+    """Return the structure as drawn with each of the sizes of one candidate more, (size, parameter)."""
+    return np.column_stack([np.repeat(drawn[None], len(sizes), axis=0), sizes])
 
 
 def _sizes(candidate: Candidate) -> FloatArray:

@@ -83,8 +83,11 @@ def _best_of(trials: list[Trial], fit: Fit, gauge: Gauge) -> list[Screened]:
 
     def best(trial: Trial) -> Screened:
         candidate, sizes = trial
+        hypothesis = fit.hypothesis.adding(candidate)
         thetas = np.column_stack([np.repeat(theta[None], len(sizes), axis=0), sizes])
-        left = _left(fit.hypothesis.adding(candidate), thetas, fit, gauge)
+        weighs = hypothesis.weighs(thetas)
+        sizes, thetas = sizes[weighs], thetas[weighs]
+        left = _left(hypothesis, thetas, fit, gauge)
         number = int(np.argmin(left))
         start, gain = tuple(sizes[number].tolist()), float(plain - left[number])
         return Screened(candidate, start, gain, theta - fit.theta, is_drawn=True)

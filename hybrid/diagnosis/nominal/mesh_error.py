@@ -1,0 +1,35 @@
+"""What the finite elements themselves make of natural frequencies: long beams bend in fewer ways, and are too stiff."""
+
+from math import ceil
+
+import numpy as np
+
+from fe_models.assembly import linearise
+from fe_models.dofs import FloatArray
+from fe_models.modes import natural_modes
+from fe_models.structure import Beam, Structure
+from hybrid.diagnosis.nominal.plant import Plant
+
+SEEN = 1e-3  # of a natural frequency: recordings tell it to a few ten-thousandths, and the rest is told as a cause
+FINE_ENOUGH = 2e-4
+ORDER = 4  # the error falls with the fourth power of the length of elements whose deflection is cubic
+
+
+def coarse_mesh(plant: Plant) -> list[str]:
+    """Return a note where elements half as long move a natural frequency that the recordings show."""
+    structure = plant.structure
+    if plant.kept is None or not any(isinstance(element, Beam) for element in structure.elements):
+        return []
+    coarse, fine = (_omega(one, plant.kept) for one in (structure, structure.refined(2 * structure.divisions)))
+    off = np.abs(coarse / fine - 1)
+    worst = int(np.argmax(off))
+    if off[worst] <= SEEN:
+        return []
+    enough = ceil(structure.divisions * (off[worst] / FINE_ENOUGH) ** (1 / ORDER))
+    mode = f"mode {worst + 1} ({fine[worst] / (2 * np.pi):.4g} Hz) {off[worst]:.1%} off"
+    advice = f"what is named may stand for that; set divisions = {enough} in the structure file"
+    return [f"the mesh is too coarse: it puts {mode}, and {advice}"]
+
+
+def _omega(structure: Structure, count: int) -> FloatArray:
+    return natural_modes(linearise(structure), count).omega

@@ -1,0 +1,133 @@
+"""What frames of a user's own bring along: pins, cables' ends, coarse meshes, lone masses, sensors at inner nodes."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fe_models.effects import SupportSpring
+from fe_models.sections import round_wire
+from fe_models.structure import Beam, Cable, PointMass, Structure, Support
+from fe_models.uncertain_parts import uncertain_parts
+from hybrid.diagnosis.contest.growing import fit_growing
+from hybrid.diagnosis.contest.posterior import posterior_of
+from hybrid.diagnosis.contest.setting import Setting, setting_of
+from hybrid.diagnosis.diagnosis import diagnose
+from hybrid.diagnosis.fitting.fitting import Fit
+from hybrid.diagnosis.nominal.mesh_error import FINE_ENOUGH, SEEN, coarse_mesh
+from hybrid.diagnosis.nominal.plant import plant_of
+from hybrid.diagnosis.outcome.advice import possible_sensors
+from hybrid.diagnosis.outcome.verdict import Verdict
+from hybrid.diagnosis.response.hypothesis import Hypothesis
+from hybrid.diagnosis.screening.modal_scan import modal_scan
+from tests.masts import TUBE, masts, recorded
+
+ROPE = round_wire("rope", youngs_modulus=1.6e11, density=7850.0, diameter=0.005)
+
+
+def portal() -> Structure:
+    """Two storeys on pins: nodes 1-3 and 4-6 from the ground up, a beam on top."""
+    sides = masts(apart=3.0)
+    supports = tuple(Support(node, ("x", "y")) for node in (1, 4))
+    return replace(sides, name="portal", elements=(*sides.elements, Beam((3, 6), TUBE)), supports=supports)
+
+
+def bare_masts() -> Structure:
+    """Masts without point masses: what moves with a node of their beams is a part of what the elements have there."""
+    return replace(masts(), point_masses=())
+
+
+def fitted(setting: Setting, hypothesis: Hypothesis) -> Fit:
+    found = fit_growing(hypothesis, hypothesis.centre, setting.lengths, setting.searched)
+    assert found is not None
+    return found
+
+
+def test_pin_that_resists_rotation_is_told() -> None:
+    stiffness = 2e5  # N m/rad, a third of E I over a storey's height
+    given = recorded(portal().with_effects(SupportSpring(1, "rz", stiffness)))
+    found = diagnose(replace(given, model=portal()))
+    assert found.verdict is Verdict.EXPLAINED
+    (finding,) = found.findings
+    assert (finding.cause.kind, finding.cause.location) == ("support_spring", {"node": 1, "direction": "rz"})
+    assert finding.parameters["stiffness"].value == pytest.approx(stiffness, rel=0.1)  # the contract's bound
+
+
+def test_end_of_a_cable_that_is_held_from_turning_is_no_support_that_gives() -> None:
+    guyed = portal()
+    anchor = len(guyed.nodes) + 1
+    guyed = replace(
+        guyed,
+        nodes=(*guyed.nodes, (-4.0, 0.0)),
+        elements=(*guyed.elements, Cable((anchor, 3), ROPE, 1e3)),
+        supports=(*guyed.supports, Support(anchor, ("x", "y", "rz"))),
+    )
+    held = {
+        c.location["direction"]
+        for c in setting_of(recorded(guyed)).candidates()
+        if c.kind == "support_spring" and c.location["node"] == anchor
+    }
+    assert held == {"x", "y"}
+
+
+def test_no_more_mass_is_taken_off_a_node_than_moves_with_it() -> None:
+    """M - m e e' has mass in every motion while m < 1 / (e' M^-1 e)."""
+    setting = setting_of(recorded(bare_masts(), step=1e-4))
+    taken = next(c for c in setting.candidates() if c.kind == "added_mass" and c.location == {"node": 2})
+    hypothesis = setting.nominal.adding(taken)
+    (change,) = hypothesis.basis.changes
+    assert change is not None
+    rows = np.linalg.eigh(change[0])  # two directions
+    moved = rows.eigenvectors[:, -2:] * np.sqrt(rows.eigenvalues[-2:])
+    most = 1 / np.linalg.eigvalsh(moved.T @ np.linalg.inv(hypothesis.basis.mass) @ moved)[-1]
+    thetas = np.repeat(hypothesis.centre[None], 2, axis=0)
+    thetas[:, -1] = -0.99 * most, -1.01 * most
+    assert hypothesis.weighs(thetas).tolist() == [True, False]
+    assert -1.01 * most > taken.lower[0]  # so that the search would try it
+
+
+def test_modes_are_scanned_where_hardly_any_mass_can_be_taken_off() -> None:
+    setting = setting_of(recorded(bare_masts(), step=1e-4))
+    item = fitted(setting, setting.nominal)
+    found = modal_scan(item, setting.candidates(), setting.searched, item)
+    assert any(trial.candidate.kind == "added_mass" for trial in found)
+    assert np.isfinite([trial.gain for trial in found]).all()
+
+
+@pytest.mark.parametrize("soft", [False, True])
+def test_support_is_a_hypothesis_only_where_it_is_told_from_a_rigid_one(soft: bool) -> None:
+    spring = (SupportSpring(1, "rz", 5e6),) if soft else ()
+    setting = setting_of(replace(recorded(masts().with_effects(*spring)), model=masts()))
+    foot = {"node": 1, "direction": "rz"}
+    gives = next(c for c in setting.candidates() if c.kind == "support_spring" and c.location == foot)
+    hypothesis = setting.nominal.adding(gives)
+    theta = hypothesis.centre
+    theta[-1] = gives.first_starts[0][0]
+    item = fit_growing(hypothesis, theta, setting.lengths, setting.searched)
+    assert item is not None
+    kept = posterior_of((fitted(setting, setting.nominal), item), setting.candidates()).fits
+    assert (item in kept) is soft
+
+
+def test_coarse_mesh_is_told_with_one_that_is_fine_enough() -> None:
+    dataset = recorded(bare_masts(), step=1e-4)
+    (note,) = coarse_mesh(plant_of(dataset))
+    enough = int(note.split("divisions = ")[1].split()[0])
+    fine = plant_of(replace(dataset, model=bare_masts().refined(enough)))
+    assert coarse_mesh(fine) == []
+    assert FINE_ENOUGH < SEEN
+    assert coarse_mesh(plant_of(replace(dataset, model=masts().refined(8)))) == []
+
+
+def test_lone_mass_is_uncertain_by_itself_and_masses_along_beams_with_them() -> None:
+    head = replace(masts(), point_masses=(PointMass(3, 80.0),))
+    masses = [part for part in uncertain_parts(head) if part.quantity == "mass"]
+    assert [(part.elements, part.nodes) for part in masses] == [((1, 2, 3, 4), ()), ((), (3,))]
+    (along,) = [part for part in uncertain_parts(masts()) if part.quantity == "mass"]
+    assert along.nodes == (2, 3, 5, 6)
+
+
+def test_sensors_are_offered_at_nodes_that_the_user_has() -> None:
+    dataset = replace(recorded(masts()), model=masts().refined(3))
+    nodes = {sensor.node for sensor in possible_sensors(plant_of(dataset), dataset.sensors)}
+    assert nodes == {2, 3, 5, 6}
