@@ -18,7 +18,7 @@ from hybrid.diagnosis.response.system import drift, drifted, observability
 
 STEP = 1e-6  # of a prior width (of the rms of a state): finite differences, through thousands of radians
 RIDGE = 1e-6  # of each column of the initial state's Jacobian: what no sensor feels apart from the rest stays at rest
-UNFELT = 1e-9  # of the largest column: likewise, of what no sensor feels at all
+UNFELT = 1e-11  # of the largest column: what no sensor feels at all, but for rounding; it stays at rest
 EXPLODED = 1e30  # of a channel, in units of its noise: no structure, but a search gone astray
 FAR = 1e6  # times the largest datum: the same, of what a motion under force laws leaves
 LEAST = 1e-12  # of a state's rms, where it is at rest
@@ -150,6 +150,8 @@ def _changes(
     if not np.isfinite(y).all():
         return None
     by_state = ((y[own:] - y[0]) / size[:, None, None]).transpose(1, 2, 0)
+    shown = np.linalg.norm(observability(system.only(0), batch.samples).reshape(-1, hypothesis.states), axis=0)
+    by_state[..., shown < UNFELT * shown.max()] = 0.0  # differences of these would be rounding alone
     return (y[1:own] - y[0]) / moved[:, None, None], by_state
 
 
@@ -208,10 +210,11 @@ def _spread(part: Linearisation, kept: list[int], parameters: int) -> Linearisat
 def orthonormal(columns: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return Q and R of columns (..., value, state), with a ridge below them that keeps R from being singular.
 
-    In proportion to each: columns by displacements of high modes are millions of times those by a force.
+    In proportion to each: columns by displacements of high modes are millions of times those by a force. What no sensor
+    feels, as the axial modes of a beam whose sensors look across, must not be scaled up from rounding to noise.
     """
     sizes = np.linalg.norm(columns, axis=-2)
-    states = columns.shape[-1]
-    ridge = RIDGE * np.maximum(sizes, UNFELT * sizes.max())
+    states, largest = columns.shape[-1], sizes.max(axis=-1, keepdims=True)
+    ridge = np.where(sizes < UNFELT * largest, largest, RIDGE * sizes)
     Q, R = np.linalg.qr(np.concatenate([columns, ridge[..., None] * np.eye(states)], axis=-2))
     return Q[..., :-states, :], R
