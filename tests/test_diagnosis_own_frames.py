@@ -6,14 +6,15 @@ import numpy as np
 import pytest
 
 from fe_models.effects import SupportSpring
+from fe_models.recordings import Assumptions
 from fe_models.sections import round_wire
-from fe_models.structure import Beam, Cable, PointMass, Structure, Support
+from fe_models.structure import Beam, Cable, PointMass, Spring, Structure, Support
 from fe_models.uncertain_parts import uncertain_parts
 from hybrid.diagnosis.contest.growing import fit_growing
 from hybrid.diagnosis.contest.posterior import posterior_of
 from hybrid.diagnosis.contest.setting import Setting, setting_of
 from hybrid.diagnosis.diagnosis import diagnose
-from hybrid.diagnosis.fitting.fitting import Fit
+from hybrid.diagnosis.fitting.fitting import Fit, fit
 from hybrid.diagnosis.nominal.mesh_error import FINE_ENOUGH, SEEN, coarse_mesh
 from hybrid.diagnosis.nominal.plant import plant_of
 from hybrid.diagnosis.outcome.advice import possible_sensors
@@ -131,3 +132,29 @@ def test_sensors_are_offered_at_nodes_that_the_user_has() -> None:
     dataset = replace(recorded(masts()), model=masts().refined(3))
     nodes = {sensor.node for sensor in possible_sensors(plant_of(dataset), dataset.sensors)}
     assert nodes == {2, 3, 5, 6}
+
+
+@pytest.mark.parametrize("law", [False, True])
+def test_motion_that_no_sensor_feels_stays_at_rest(law: bool) -> None:
+    """Masts on springs bounce, of which sensors across show 1e-15: rounding.
+
+    Free vibrations do not tell masses and stiffnesses all off alike; the prior alone does.
+    """
+    springs = tuple(Spring((node,), "y", 2e6) for node in (1, 4))  # N/m: they bounce at 11 Hz
+    supports = tuple(Support(node, ("x", "rz")) for node in (1, 4))
+    bouncing = replace(masts(), elements=(*masts().elements, *springs), supports=supports)
+    setting = setting_of(replace(recorded(bouncing), assumptions=Assumptions(damping_ratio=0.01)))
+    hypothesis, plain = setting.nominal, fitted(setting, setting.nominal)
+    theta, states = hypothesis.centre, plain.states
+    if law:
+        across = (c for c in setting.candidates() if c.kind == "cubic_spring" and c.location["direction"] == "x")
+        hypothesis = hypothesis.adding(next(across))
+        theta = np.append(theta, hypothesis.candidates[0].first_starts[0])
+    item = fit(hypothesis, theta, setting.lengths.whole, setting.searched, states)
+    assert item is not None
+    moved = np.abs(np.concatenate(item.states)[:, : hypothesis.size]).max(axis=0)
+    assert np.sum(moved < 1e-9 * moved.max()) == len(springs)
+    alike = np.zeros(len(item.theta))
+    alike[: len(setting.plant.parts)] = 1.0
+    told = alike @ np.linalg.solve(item.covariance, alike)
+    assert told == pytest.approx(alike @ (hypothesis.precision * alike), rel=0.1)  # differences leave a hundredth
