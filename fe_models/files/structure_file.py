@@ -20,7 +20,7 @@
     kind = "beam"                      # "beam", "cable" (also: prestress; tension_only = false for a bar) or
     through = [1, 2, 3, 4]             # "spring" (direction, stiffness; node = 1 for one to ground)
     section = "column"                 # through: one element after the other; nodes = [1, 2]: one alone
-    group = "frame"                    # a free name, used in pictures and tables
+    group = "frame"                    # a free name; to the diagnosis, the stiffness of a group is off as a whole
 
     [[supports]]
     node = 1
