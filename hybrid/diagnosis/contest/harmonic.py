@@ -7,7 +7,7 @@ from functools import partial
 from fe_models.dofs import FloatArray
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.bounds import bound_of
-from hybrid.diagnosis.contest.starts import best_starts
+from hybrid.diagnosis.contest.starts import best_start
 from hybrid.diagnosis.fitting.fitting import Fit, fit
 from hybrid.diagnosis.fitting.forecasting import goes_far, within
 from hybrid.diagnosis.recorded.gauge import Gauge
@@ -109,7 +109,7 @@ def _lead(found: list[Fit], rivals: list[Fit]) -> bool:
 
 def _refined(base: Fit, gauge: Gauge, bound: float, trial: Screened) -> Fit | None:
     """Return the fit of a harmonic force over whole recordings, at rest in the initial states to begin with."""
-    step = best_starts(base.hypothesis, base, gauge, [trial])[0]
+    step = best_start(base.hypothesis, base, gauge, trial)
     if step is None:
         return None
     return fit(step.hypothesis, step.theta, base.batches, gauge, step.states, bound=bound)

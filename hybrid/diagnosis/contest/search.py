@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from hybrid.diagnosis.contest.growing import CLOSE_ENOUGH, Ground, Lengths, cont
 from hybrid.diagnosis.contest.harmonic import fit_forces
 from hybrid.diagnosis.contest.odds import Odds
 from hybrid.diagnosis.contest.shortlist import MOST_TIED, TIED, foremost, promising, with_others
-from hybrid.diagnosis.contest.starts import best_starts, starts_of
+from hybrid.diagnosis.contest.starts import best_start, starts_of
 from hybrid.diagnosis.fitting.fitting import Fit, Step, fit
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import Batch
@@ -148,7 +149,7 @@ def _begun(
     The first steps of each tell more than any guess; only the best after that go on.
     """
     trials = sorted(trials, key=lambda trial: -len(starts_of(trial, short)))  # what takes longest not last of all
-    steps = best_starts(hypothesis, short, gauge, trials, advance)
+    steps = side_by_side(partial(best_start, hypothesis, short, gauge), trials, advance)
     begun = [(trial.is_drawn, step) for trial, step in zip(trials, steps, strict=True) if step is not None]
     best: dict[str, Fit] = {}
     for two in by_twos(foremost(begun, odds)):

@@ -1,42 +1,27 @@
 """Where fits of one candidate more may begin, and where first steps from there lead."""
 
-from collections.abc import Callable, Sequence
-from functools import partial
-from math import inf
-
 import numpy as np
 
 from fe_models.dofs import FloatArray
-from hybrid.calibration import nothing
 from hybrid.diagnosis.contest.growing import padded
 from hybrid.diagnosis.fitting.fitting import FIRST, Fit, Step, first_steps
 from hybrid.diagnosis.fitting.forecasting import goes_far
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.response.hypothesis import Hypothesis
-from hybrid.diagnosis.response.side_by_side import side_by_side
 from hybrid.diagnosis.screening.screening import Screened
 
 FIRST_DRAWN = 3  # first steps from the structure as drawn: the first ones mend all that is off besides
 
 
-def best_starts(
-    hypothesis: Hypothesis,
-    base: Fit,
-    gauge: Gauge,
-    trials: Sequence[Screened],
-    advance: Callable[[], object] = nothing,
-) -> list[Step | None]:
-    """Return where first steps lead with each of the ``trials`` more, from its best start, over the segments of the
-    ``base``.
+def best_start(hypothesis: Hypothesis, base: Fit, gauge: Gauge, trial: Screened) -> Step | None:
+    """Return where first steps lead with one candidate more, from its best start, over the segments of the ``base``.
+
+    A law that leads no lower than the base begins at each of its gaps, too.
     """
-    begin = partial(_best_from, hypothesis, base, gauge)
-    steps = side_by_side(lambda trial: begin(trial, starts_of(trial, base)), trials, advance)
-    gapped = [i for i, trial in enumerate(trials) if gaps_of(trial, base)]
-    if gapped:  # the one that leads without begins at each of its gaps, too
-        leads = min(gapped, key=lambda i: inf if (step := steps[i]) is None else step.cost)
-        further = side_by_side(lambda start: begin(trials[leads], [start]), gaps_of(trials[leads], base))
-        steps[leads] = _lowest([steps[leads], *further])
-    return steps
+    found = _best_from(hypothesis, base, gauge, trial, starts_of(trial, base))
+    if found is not None and found.cost < base.cost:
+        return found
+    return _lowest([found, _best_from(hypothesis, base, gauge, trial, gaps_of(trial, base))])
 
 
 def starts_of(trial: Screened, base: Fit) -> list[FloatArray]:
