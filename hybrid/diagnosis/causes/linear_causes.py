@@ -220,22 +220,13 @@ def _stiff_pins(plant: Plant) -> list[Candidate]:
     """Return the supports that may resist rotation, though they are drawn to turn freely: base plates, rusty pins."""
     dofs, supported = plant.dofs, [support.node for support in plant.structure.supports]
     turning = dofs.free & (dofs.direction == "rz") & np.isin(dofs.node, supported)
-    units, found = np.eye(len(dofs)), []
+    found = []
     for row in np.flatnonzero(turning & (plant.stiffness.diagonal() > 0)):
-        stiffness = 1 / float(plant.static(units[row][:, None])[row, 0])
-        spring = _diagonal(plant, np.array([row]))
-        found.append(
-            Candidate(
-                kind=SupportSpring.kind,
-                location={"node": int(dofs.node[row]), "direction": "rz"},
-                names=("stiffness",),
-                build=partial(SupportSpring, int(dofs.node[row]), "rz"),
-                neutral=(0.0,),
-                width=(HALF * stiffness,),
-                lower=(0.0,),  # nothing there can push on
-                changes=(_zeros(plant), csr_array(plant.structure.damping.stiffness_factor * spring), spring),
-            )
-        )
+        node, pull = int(dofs.node[row]), np.zeros(len(dofs))
+        pull[row] = 1.0
+        stiffness = 1 / float(plant.static(pull[:, None])[row, 0])
+        place = Place({"node": node, "direction": "rz"}, (node,), "rz", pull, stiffness, coefficient=0.0)
+        found.append(replace(_support_spring(plant, place), lower=(0.0,)))  # a pin turns freely or resists
     return found
 
 

@@ -11,7 +11,7 @@ from fe_models.structure import Beam, Structure
 from hybrid.diagnosis.nominal.plant import Plant
 
 SEEN = 1e-3  # of a natural frequency: recordings tell it to a few ten-thousandths, and the rest is told as a cause
-FINE_ENOUGH = 2e-4
+FINE_ENOUGH = 2e-4  # of it: about what recordings tell
 ORDER = 4  # the error falls with the fourth power of the length of elements whose deflection is cubic
 
 

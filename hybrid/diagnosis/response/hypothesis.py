@@ -153,16 +153,19 @@ class Hypothesis:
 
     def _drawn_mass(self, factor: FloatArray) -> FloatArray:
         """Return M (variant, shape, shape) with the parts' mass a ``factor`` (variant, part) times as large."""
-        basis = self.basis
-        of_mass = np.array([part.quantity == "mass" for part in self.plant.parts], dtype=bool)
+        basis, of_mass = self.basis, self._of_mass
         return basis.mass + np.einsum("pe,eij->pij", factor[:, of_mass] - 1, basis.parts[of_mass])
+
+    @property
+    def _of_mass(self) -> BoolArray:
+        """Which of the plant's parts (part,) are masses; the others are stiffnesses."""
+        return np.array([part.quantity == "mass" for part in self.plant.parts], dtype=bool)
 
     def reduced(self, theta: FloatArray) -> "Reduced":
         """Return M, C, K and the shapes of ``theta`` (variant, parameter)."""
         plant, basis = self.plant, self.basis
         parts, variants = len(plant.parts), len(theta)
-        factor = np.exp(theta[:, : plant.factors])
-        of_mass = np.array([part.quantity == "mass" for part in plant.parts], dtype=bool)
+        factor, of_mass = np.exp(theta[:, : plant.factors]), self._of_mass
         M = self._drawn_mass(factor[:, :parts])
         C, K = (np.repeat(matrix[None], variants, axis=0) for matrix in (basis.damping, basis.stiffness))
         K += np.einsum("pe,eij->pij", factor[:, :parts][:, ~of_mass] - 1, basis.parts[~of_mass])

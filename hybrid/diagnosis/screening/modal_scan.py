@@ -16,7 +16,7 @@ from hybrid.diagnosis.fitting.forecasting import within
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.side_by_side import side_by_side
-from hybrid.diagnosis.screening.scanning import sizes_of
+from hybrid.diagnosis.screening.scanning import sizes_of, with_sizes
 from hybrid.diagnosis.screening.screening import Screened
 from hybrid.diagnosis.screening.seen_modes import SeenModes, picked_modes, seen_modes
 
@@ -69,7 +69,7 @@ def modal_scan(item: Fit, candidates: tuple[Candidate, ...], gauge: Gauge, start
         extended = hypothesis.adding(candidate)
         left_at = partial(_left_at, extended, drawn, seen, gauge)
         sizes = _sizes(candidate)
-        sizes = sizes[extended.weighs(_with_sizes(drawn, sizes))]
+        sizes = sizes[extended.weighs(with_sizes(drawn, sizes))]
         number = int(np.argmin(calibration.best(left_at(sizes))[0]))
         closer = np.linspace(sizes[max(number - 1, 0)], sizes[min(number + 1, len(sizes) - 1)], CLOSER)
         costs, values = calibration.best(left_at(closer))
@@ -85,12 +85,7 @@ def modal_scan(item: Fit, candidates: tuple[Candidate, ...], gauge: Gauge, start
 
 def _left_at(hypothesis: Hypothesis, drawn: FloatArray, seen: SeenModes, gauge: Gauge, sizes: FloatArray) -> FloatArray:
     """Return what the structure as drawn leaves of the modes seen, (size, value), with one candidate more."""
-    return seen.less(picked_modes(hypothesis, _with_sizes(drawn, sizes), gauge, len(seen.omega)))
-
-
-def _with_sizes(drawn: FloatArray, sizes: FloatArray) -> FloatArray:
-    """Return the structure as drawn with each of the sizes of one candidate more, (size, parameter)."""
-    return np.column_stack([np.repeat(drawn[None], len(sizes), axis=0), sizes])
+    return seen.less(picked_modes(hypothesis, with_sizes(drawn, sizes), gauge, len(seen.omega)))
 
 
 def _sizes(candidate: Candidate) -> FloatArray:

@@ -84,7 +84,7 @@ def _best_of(trials: list[Trial], fit: Fit, gauge: Gauge) -> list[Screened]:
     def best(trial: Trial) -> Screened:
         candidate, sizes = trial
         hypothesis = fit.hypothesis.adding(candidate)
-        thetas = np.column_stack([np.repeat(theta[None], len(sizes), axis=0), sizes])
+        thetas = with_sizes(theta, sizes)
         weighs = hypothesis.weighs(thetas)
         sizes, thetas = sizes[weighs], thetas[weighs]
         left = _left(hypothesis, thetas, fit, gauge)
@@ -106,6 +106,11 @@ def sizes_of(candidate: Candidate) -> FloatArray:
     most = candidate.upper[0] if candidate.upper else np.inf
     sizes = sizes[(sizes > candidate.lower[0]) & (sizes < most)]
     return np.append(sizes, LEFT if candidate.kind == StiffnessChange.kind else ())[:, None]
+
+
+def with_sizes(theta: FloatArray, sizes: FloatArray) -> FloatArray:
+    """Return ``theta`` (parameter,) with each of the sizes (size, ...) of one candidate more, (size, parameter)."""
+    return np.column_stack([np.repeat(theta[None], len(sizes), axis=0), sizes])
 
 
 def _left(hypothesis: Hypothesis, thetas: FloatArray, fit: Fit, gauge: Gauge) -> FloatArray:
