@@ -1,6 +1,7 @@
 """The anti-aliasing filter that recordings have passed, as it acts on motions that are known: without phase shift."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 from math import ceil
 
 import numpy as np
@@ -27,15 +28,17 @@ class LowPass:
         """
         return np.asarray(1 / (1 + (roots / (2 * np.pi * self.cutoff)) ** self.steepness))
 
+    def log_slope(self, roots: ComplexArray) -> ComplexArray:
+        """Return how the logarithm of `gain` changes with each root (s)."""
+        some = np.where(roots == 0, 1.0, roots)  # at 0 nothing changes
+        return np.asarray(-self.steepness * (1 - self.gain(roots)) / some)
+
     def kernel(self, sampling_rate: float) -> FloatArray:
         """Return the impulse response (2 half + 1,) at samples, for a convolution.
 
         Of the filter as it acts before sampling: one run at this rate would bend its upper end.
         """
-        roots = np.asarray(2j * np.pi * np.fft.fftfreq(FINE, 1 / sampling_rate), dtype=np.complex128)
-        response = np.fft.ifft(self.gain(roots)).real
-        half = self.settled(sampling_rate)
-        return np.concatenate([response[-half:], response[: half + 1]])
+        return _kernel(self, sampling_rate)
 
     def settled(self, sampling_rate: float) -> int:
         """Return the number of samples before and after one that the filter reaches to."""
@@ -44,3 +47,13 @@ class LowPass:
     def reach(self, left: float) -> float:
         """Return the frequency (Hz) at which a share ``left`` of a motion is left."""
         return self.cutoff * float((1 / left - 1) ** (1 / self.steepness))
+
+
+@lru_cache(maxsize=8)
+def _kernel(lowpass: LowPass, sampling_rate: float) -> FloatArray:
+    roots = np.asarray(2j * np.pi * np.fft.fftfreq(FINE, 1 / sampling_rate), dtype=np.complex128)
+    response = np.fft.ifft(lowpass.gain(roots)).real
+    half = lowpass.settled(sampling_rate)
+    kernel = np.concatenate([response[-half:], response[: half + 1]])
+    kernel.flags.writeable = False  # it is shared
+    return kernel

@@ -122,7 +122,7 @@ class _Problem:
         for number, batch in enumerate(self.batches):
             own = None if states is None else states[number]
             try:
-                part = linearise_batch(self.hypothesis, theta, batch, self.gauge, own, slopes)
+                part = linearise_batch(self.hypothesis, theta, batch, self.gauge, own, slopes, brief=True)
             except np.linalg.LinAlgError:  # masses that are not positive: a step too far
                 return None
             if part is None:

@@ -9,12 +9,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fe_models.dofs import FloatArray
+from hybrid.diagnosis.fitting.condensed import condensed
+from hybrid.diagnosis.fitting.sampled import Sampled
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import Batch
 from hybrid.diagnosis.response.hypothesis import Hypothesis
-from hybrid.diagnosis.response.loaded import given, loaded_size
+from hybrid.diagnosis.response.loaded import loaded_size
 from hybrid.diagnosis.response.marching import respond
-from hybrid.diagnosis.response.system import drift, drifted, observability
+from hybrid.diagnosis.response.system import drifted, observability
 
 STEP = 1e-6  # of a prior width (of the rms of a state): finite differences, through thousands of radians
 RIDGE = 1e-6  # of each column of the initial state's Jacobian: what no sensor feels apart from the rest stays at rest
@@ -31,7 +33,9 @@ class Linearisation:
     ``residual`` (recording, value), ``slopes`` (parameter, recording, value); ``states`` z0 (recording, state) and how
     they move with theta, ``state_slopes`` (parameter, recording, state); ``state_step`` (recording, state) the move
     that the residual asks for; ``raw`` (recording, time, sensor) the residual itself; ``basis`` what was split off;
-    ``state_errors`` (recording, state) standard deviations of z0 at this theta.
+    ``state_errors`` (recording, state) standard deviations of z0 at this theta. A value is a sensor's at a sample or,
+    where ``frame`` (time, coordinate) is given, its part along one of these orthonormal functions of time, which tell
+    all but ``raw`` as well (see `condensed`).
     """
 
     residual: FloatArray
@@ -42,6 +46,7 @@ class Linearisation:
     raw: FloatArray
     basis: FloatArray
     state_errors: FloatArray
+    frame: FloatArray | None = None
 
 
 def linearise_batch(
@@ -51,14 +56,16 @@ def linearise_batch(
     gauge: Gauge,
     states: FloatArray | None,
     slopes: bool = True,
+    brief: bool = False,
 ) -> Linearisation | None:
     """Return the linearisation of one batch, None where the motion grows beyond all bounds.
 
-    ``states`` (recording, state) is needed where force laws act; elsewhere it is solved for.
+    ``states`` (recording, state) is needed where force laws act; elsewhere it is solved for. ``brief``: values may
+    be parts along a ``frame``, which are far fewer.
     """
     hypothesis, kept = hypothesis.less(batch.off), hypothesis.parameters_of(batch.off)
     if hypothesis.is_linear:
-        part = _linear(hypothesis, theta[kept], batch, gauge, slopes)
+        part = _linear(hypothesis, theta[kept], batch, gauge, slopes, brief)
     else:
         assert states is not None
         part = _forced(hypothesis, theta[kept], batch, gauge, states, slopes)
@@ -66,37 +73,22 @@ def linearise_batch(
 
 
 def _linear(
-    hypothesis: Hypothesis, theta: FloatArray, batch: Batch, gauge: Gauge, slopes: bool
+    hypothesis: Hypothesis, theta: FloatArray, batch: Batch, gauge: Gauge, slopes: bool, brief: bool
 ) -> Linearisation | None:
     """Return the linearisation with the best initial states at ``theta``."""
-    recordings, samples, _ = batch.data.shape
-    weight = batch.weights(gauge)  # (recording or one row, value)
     moved = STEP * hypothesis.width
     thetas = np.vstack([theta, theta + np.diag(moved)]) if slopes else theta[None]
     system = hypothesis.system(thetas, gauge.sensors, gauge.rate, gauge.positions)
-    shown = observability(system.only(0), samples).reshape(-1, hypothesis.states)
-    first = shown * (weight[0, :, None] if len(weight) == 1 else weight[..., None])  # one basis serves all alike
-    if not np.abs(first).max() < EXPLODED:
+    channels = (condensed(system, batch, gauge, moved) if brief else None) or Sampled(system, batch, gauge, moved)
+    if not np.abs(channels.by_state).max() < EXPLODED:
         return None
-    basis, upper = orthonormal(first)
-    late = given(system, batch)
-    data = ((batch.data - late[0]).reshape(recordings, -1) - drift(system, samples)[0].ravel()) * weight
-    z = _in_states(upper, split_off(data, basis)[1])  # (recording, state)
-    residual = data - z @ shown.T * weight
-    y = respond(system, np.broadcast_to(z, (len(thetas), *z.shape)), samples) + late
-    y = y.reshape(len(thetas), recordings, -1) * weight
-    change = (y[1:] - y[0]) / moved[: len(y) - 1, None, None]  # (parameter, recording, value)
-    rest, inside = split_off(change, basis)
-    return Linearisation(
-        residual,
-        rest,
-        z,
-        -_in_states(upper, inside),
-        np.zeros_like(z),
-        residual.reshape(batch.data.shape),
-        basis,
-        _errors(upper, z),
-    )
+    basis, upper = orthonormal(channels.by_state)  # one serves all recordings whose noise is alike
+    z = _in_states(upper, split_off(channels.data, basis)[1])  # (recording, state)
+    left = channels.left(z)
+    residual = split_off(channels.data, basis)[0]
+    rest, taken = split_off(channels.changes(z), basis)
+    still, errors = np.zeros_like(z), _errors(upper, z)
+    return Linearisation(residual, rest, z, -_in_states(upper, taken), still, left, basis, errors, channels.frame)
 
 
 def _forced(
@@ -118,12 +110,12 @@ def _forced(
     change, by_state = changes
     basis, upper = orthonormal(by_state)
     left, along = split_off(residual, basis)
-    rest, inside = split_off(change, basis)
+    rest, taken = split_off(change, basis)
     return Linearisation(
         left,
         rest,
         states,
-        -_in_states(upper, inside),
+        -_in_states(upper, taken),
         _in_states(upper, along),
         residual.reshape(batch.data.shape),
         basis,
@@ -172,21 +164,25 @@ def _left_over(residual: FloatArray, batch: Batch, states: FloatArray) -> Linear
 
 
 def split_off(columns: FloatArray, basis: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return what a ``basis`` (value, vector) or (recording, value, vector) leaves of columns (..., recording, value),
-    and how much of each vector it takes off, (..., recording, vector).
-    """
+    """Return what a ``basis`` leaves of columns (..., recording, value), and how much of it it takes: see `inside`."""
+    taken = inside(columns, basis)
     if basis.ndim == 2:
-        inside = columns @ basis
-        return np.asarray(columns - inside @ basis.T), inside
-    inside = (columns[..., None, :] @ basis)[..., 0, :]
-    return np.asarray(columns - (basis @ inside[..., None])[..., 0]), inside
+        return np.asarray(columns - taken @ basis.T), taken
+    return np.asarray(columns - (basis @ taken[..., None])[..., 0]), taken
 
 
-def _in_states(upper: FloatArray, inside: FloatArray) -> FloatArray:
-    """Return the initial states (..., state) that show what lies ``inside`` (..., vector) the basis of the triangle
+def inside(columns: FloatArray, basis: FloatArray) -> FloatArray:
+    """Return how much of columns (..., recording, value) each vector of a ``basis`` (value, vector) or (recording,
+    value, vector) takes, (..., recording, vector).
+    """
+    return np.asarray(columns @ basis if basis.ndim == 2 else (columns[..., None, :] @ basis)[..., 0, :])
+
+
+def _in_states(upper: FloatArray, taken: FloatArray) -> FloatArray:
+    """Return the initial states (..., state) that show what is ``taken`` (..., vector) by the basis of the triangle
     ``upper`` (..., vector, state).
     """
-    return np.asarray(np.linalg.solve(upper, inside[..., None])[..., 0], dtype=np.float64)
+    return np.asarray(np.linalg.solve(upper, taken[..., None])[..., 0], dtype=np.float64)
 
 
 def _errors(upper: FloatArray, states: FloatArray) -> FloatArray:

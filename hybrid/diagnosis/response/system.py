@@ -7,6 +7,7 @@ from math import ceil, sqrt
 import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.linalg import expm
+from scipy.ndimage import convolve1d
 from scipy.signal import fftconvolve
 
 from fe_models.dofs import ComplexArray, FloatArray
@@ -19,6 +20,7 @@ Force = Callable[[FloatArray, FloatArray], FloatArray]
 
 MOST_GROWTH = 200.0  # in e-folds, of a motion without damping; more would overflow, and is as wrong
 DEFECTIVE = 1e9  # condition number of eigenvectors, beyond which matrix exponentials serve better
+SHORT = 64  # entries of a low-pass's kernel, up to which sums are faster than transforms; a sharp filter's has hundreds
 SOFT = 1e-8  # of the highest eigenvalue: springs that hold a body that moves freely
 
 
@@ -109,10 +111,15 @@ class ModalForm:
         return np.concatenate([waves.real, -waves.imag], axis=2)
 
 
+def is_defective(vectors: ComplexArray) -> bool:
+    """Return whether eigenvectors (..., state, mode) nearly fall together, so that no sum of exponentials serves."""
+    return not np.isfinite(vectors).all() or bool(np.linalg.cond(vectors).max() > DEFECTIVE)
+
+
 def modal_form(system: System) -> ModalForm | None:
     """Return the modal form, None where eigenvectors fall together (a body that moves freely, a resonance)."""
     roots, vectors = np.linalg.eig(system.A)
-    if not np.isfinite(vectors).all() or np.linalg.cond(vectors).max() > DEFECTIVE:
+    if is_defective(vectors):
         return None
     weight = np.where(roots.imag > 0, 2.0, np.where(roots.imag < 0, 0.0, 1.0))
     order = np.argsort(-weight, axis=1)[:, : int((weight > 0).sum(axis=1).max())]
@@ -201,8 +208,9 @@ def passed(
     if before is None or after is None:
         before, after = np.repeat(y[..., :1, :], half, axis=-2), np.repeat(y[..., -1:, :], half, axis=-2)
     long = np.concatenate([before, y, after], axis=-2)
-    # in the frequency domain: the kernel of a filter that cuts off sharply has hundreds of entries
     with np.errstate(over="ignore", invalid="ignore"):
+        if len(kernel) <= SHORT:
+            return np.asarray(convolve1d(long, kernel, axis=-2)[..., half : half + y.shape[-2], :])
         return np.asarray(fftconvolve(long, kernel.reshape(*[1] * (y.ndim - 2), -1, 1), mode="valid", axes=-2))
 
 

@@ -5,7 +5,7 @@ Everything that initial states and the uncertain factors can do is projected out
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from fe_models.dofs import FloatArray
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.fitting.driven import History, driven, fitted_motion, forces_along
 from hybrid.diagnosis.fitting.fitting import Fit
-from hybrid.diagnosis.fitting.linearisation import Linearisation, linearise_batch, split_off
+from hybrid.diagnosis.fitting.linearisation import Linearisation, inside, linearise_batch
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import Batch
 from hybrid.diagnosis.response.forces import force_of
@@ -54,6 +54,18 @@ class _Stretch:
     shown: FloatArray  # the channels of the fit, in units of sigma
     forces: tuple[History, ...]  # of the fit's force laws; of a frame's alone
 
+    @cached_property
+    def rest(self) -> FloatArray:
+        """What is left of the recordings, (recording, value), less what initial states can do."""
+        return self.part.residual if self.part.frame is None else self.part.raw.reshape(len(self.states), -1)
+
+    def told(self, column: FloatArray) -> FloatArray:
+        """Return a column (recording, value) as the linearisation's slopes and basis are told."""
+        if self.part.frame is None:
+            return column
+        samples = self.part.frame.T @ column.reshape(self.batch.data.shape)
+        return np.asarray(samples.reshape(len(column), -1))
+
 
 @dataclass(frozen=True)
 class _Present:
@@ -87,7 +99,7 @@ def _present(fit: Fit, gauge: Gauge) -> _Present:
     system = fit.hypothesis.system(fit.theta[None], gauge.sensors, gauge.rate, gauge.positions)
     given = fit.hypothesis.plant.kept is not None and not system.is_linear  # too many modes to march for each
     for batch, states in zip(fit.batches, fit.states, strict=True):
-        part = linearise_batch(fit.hypothesis, fit.theta, batch, gauge, states)
+        part = linearise_batch(fit.hypothesis, fit.theta, batch, gauge, states, brief=True)
         assert part is not None  # it was fitted
         shown = _response(fit.hypothesis, fit.theta[None], batch, gauge, states)[0]
         forces = forces_along(system, fitted_motion(system, states, batch)) if given else ()
@@ -103,7 +115,7 @@ def _present(fit: Fit, gauge: Gauge) -> _Present:
 def _columns(
     present: _Present, candidate: Candidate, start: tuple[float, ...], forced: list[FloatArray] | None
 ) -> Iterator[tuple[_Stretch, FloatArray]]:
-    """Yield each batch and what the candidate adds to it (recording, value), less what initial states do.
+    """Yield each batch and what the candidate adds to it (recording, value).
 
     For one unit of a scalable candidate; ``forced``: the response in each batch to a law, which is known already.
     """
@@ -111,8 +123,13 @@ def _columns(
     for number, stretch in enumerate(present.stretches):
         column = _effect(present, candidate, start, stretch) if forced is None else forced[number]
         with np.errstate(over="ignore", invalid="ignore"):  # of a start that makes the structure unstable
-            column, _ = split_off(column / move, stretch.part.basis)
+            column = column / move
         yield stretch, column
+
+
+def _energy(column: FloatArray, told: FloatArray, stretch: _Stretch) -> FloatArray:
+    """Return the sum of squares (recording,) of a column (recording, value), less what initial states do of it."""
+    return np.asarray(np.sum(column**2, axis=1) - np.sum(inside(told, stretch.part.basis) ** 2, axis=1))
 
 
 def _effect(present: _Present, candidate: Candidate, start: tuple[float, ...], stretch: _Stretch) -> FloatArray:
@@ -228,9 +245,10 @@ def _score(
     for stretch, column in _columns(present, candidate, start, forced):
         if not np.isfinite(column).all():
             return Screened(candidate, start, 0.0, still)
-        along += float(np.sum(column * stretch.part.residual))
-        size += float(np.sum(column**2))
-        cross += stretch.part.slopes.reshape(len(cross), -1) @ column.ravel()
+        told = stretch.told(column)
+        along += float(np.vdot(column, stretch.rest))  # which has nothing of initial states, as the slopes
+        size += float(np.sum(_energy(column, told, stretch)))
+        cross += stretch.part.slopes.reshape(len(cross), -1) @ told.ravel()
     projected = cross @ present.inverse
     size_left = size - float(projected @ cross)
     along -= float(projected @ present.gradient)
@@ -262,8 +280,8 @@ def amounts_by_recording(fit: Fit, candidates: list[Candidate], gauge: Gauge) ->
         amounts, sizes = [], []
         for stretch, column in _columns(present, candidate, candidate.first_starts[0], known):
             recordings = len(stretch.batch.names)  # of one or more segments each
-            along = np.sum((column * stretch.part.residual).reshape(recordings, -1), axis=1)
-            size = np.sum((column**2).reshape(recordings, -1), axis=1)
+            along = np.sum((column * stretch.rest).reshape(recordings, -1), axis=1)
+            size = np.sum(_energy(column, stretch.told(column), stretch).reshape(recordings, -1), axis=1)
             amounts.append(along / (size + 1e-300))
             sizes.append(size)
         found.append((np.concatenate(amounts), np.concatenate(sizes)))
