@@ -23,7 +23,7 @@ from hybrid.diagnosis.causes.places import Motion
 from hybrid.diagnosis.nominal import plant as plants
 from hybrid.diagnosis.nominal.plant import Plant, plant_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
-from hybrid.diagnosis.response.reduction import basis_of, turn
+from hybrid.diagnosis.response.reduction import basis_of, eigenmodes, turn
 
 WHITE = np.random.default_rng(0).standard_normal((1, 200, 8))  # the plant only asks for sensors and rates
 BRIDGE = Dataset(bridge(), 100.0, SENSORS, (Recording("r", 0 * WHITE),), 30.0)  # nothing fast behind its low-pass
@@ -201,7 +201,7 @@ def test_coordinates_keep_their_meaning_while_modes_mix(elements: int) -> None:
     (part,) = (i for i, p in enumerate(parts) if p.quantity == "stiffness" and elements in p.elements)
     grid = np.linspace(-0.1, 0.1, 41)
     M, K = varied_deck(part, grid)
-    T = turn(M, K, MODES)
+    T = turn(eigenmodes(M, K), MODES)
     assert np.abs(T.transpose(0, 2, 1) @ M @ T - np.eye(MODES)).max() < 1e-12  # rounding
     assert np.abs(T[20] - np.eye(len(M[0]))[:, :MODES]).max() < 1e-12  # as drawn: the modes themselves
     own = np.array([eigh(k, m)[1][:, :MODES] for m, k in zip(M, K, strict=True)])

@@ -4,15 +4,15 @@ import numpy as np
 
 from fe_models.dofs import FloatArray
 from hybrid.diagnosis.nominal.plant import Plant
-from hybrid.diagnosis.response.reduction import eigenmodes
+from hybrid.diagnosis.response.reduction import Modes, eigenmodes
 
 
-def more_damping(plant: Plant, M: FloatArray, C: FloatArray, K: FloatArray, factor: FloatArray) -> FloatArray:
+def more_damping(plant: Plant, modes: Modes, M: FloatArray, C: FloatArray, factor: FloatArray) -> FloatArray:
     """Return what the ``factor`` (variant, mode) of each mode's own damping ratio adds to C.
 
-    The modes are those of M, C and K (variant, vector, vector).
+    ``modes``: those of a system whose mass and damping are M and C (variant, vector, vector).
     """
-    omega, phi = _modes(M, K)
+    omega, phi = _frequencies(modes), modes[1]
     own = np.einsum("pdi,pde,pei->pi", phi, C, phi, optimize=True)  # 2 xi omega
     return _of_modes(M, phi, own * (_factors(plant, factor, omega) - 1))
 
@@ -28,7 +28,10 @@ def assumed_damping(
     """Return what is added to C by the damping ratios that are assumed of a plant, each times its ``factor``, and by
     those ``replaced``: modes of M and K (from 0), each with its ratio (variant,), whatever C says.
     """
-    omega, phi = _modes(M, K)
+    if not (plant.ratios.any() or replaced):
+        return np.zeros_like(C)
+    modes = eigenmodes(M, K)
+    omega, phi = _frequencies(modes), modes[1]
     more = max(len(M[0]) - len(plant.ratios), 0)  # modes that candidates bring, beyond the spare one
     ratios = np.pad(plant.ratios, (0, more), mode="edge")[: len(M[0])]
     added = 2 * ratios * omega * _factors(plant, factor, omega)
@@ -48,10 +51,10 @@ def _factors(plant: Plant, factor: FloatArray, omega: FloatArray) -> FloatArray:
     return np.where(omega < plant.cutoff, known, 1.0)
 
 
-def _modes(M: FloatArray, K: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return natural frequencies (variant, mode) in rad/s and shapes (variant, vector, mode)."""
-    omega2, phi = eigenmodes(M, K)
-    return np.sqrt(np.maximum(omega2, 1e-12 * np.abs(omega2).max(axis=1, keepdims=True))), phi
+def _frequencies(modes: Modes) -> FloatArray:
+    """Return natural frequencies (variant, mode) in rad/s."""
+    omega2 = modes[0]
+    return np.asarray(np.sqrt(np.maximum(omega2, 1e-12 * np.abs(omega2).max(axis=1, keepdims=True))))
 
 
 def _of_modes(M: FloatArray, phi: FloatArray, added: FloatArray) -> FloatArray:

@@ -15,7 +15,7 @@ from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.response.damping import assumed_damping, more_damping
 from hybrid.diagnosis.response.forces import force_of, law_in_motion
-from hybrid.diagnosis.response.reduction import Basis, basis_of, turn
+from hybrid.diagnosis.response.reduction import Basis, basis_of, eigenmodes, turn
 from hybrid.diagnosis.response.residual import Residual, residual_of
 from hybrid.diagnosis.response.system import Behind, Entry, Force, System
 
@@ -189,13 +189,15 @@ class Hypothesis:
                     before = before[0] + dM, before[1] + dC, before[2] + dK
             elif candidate.mode is not None:
                 replaced.append((candidate.mode, theta[:, part.start]))
-        more = more_damping(plant, *before, factor[:, parts:])
+        drawn = eigenmodes(before[0], before[2])
+        modes = drawn if M is before[0] else eigenmodes(M, K)
+        more = more_damping(plant, drawn, *before[:2], factor[:, parts:])
         if self.nuisances > plant.values and any(candidate.turns_modes for candidate in self.candidates):
             turned = 0.5 * (1 + theta[:, plant.values, None, None])
-            more = (1 - turned) * more + turned * more_damping(plant, M, C, K, factor[:, parts:])
+            more = (1 - turned) * more + turned * more_damping(plant, modes, M, C, factor[:, parts:])
         shapes = np.broadcast_to(basis.shapes, (variants, *basis.shapes.shape))
         if self.size < M.shape[1]:
-            T = turn(M, K, self.size)
+            T = turn(modes, self.size)
             M, C, K, more, dashpots = (T.transpose(0, 2, 1) @ matrix @ T for matrix in (M, C, K, more, dashpots))
             shapes = basis.shapes @ T
         C = C + more

@@ -13,6 +13,10 @@ LEAST = 1e-12  # of the largest eigenvalue: what counts as a force that a change
 LOCAL = 6  # forces at most of a change that is local; one spread over a group of elements is served by the modes
 
 
+Modes = tuple[FloatArray, FloatArray]
+"""Squared natural frequencies (variant, mode) and mass-normalised shapes (variant, vector, mode)."""
+
+
 @dataclass(frozen=True)
 class Basis:
     """``shapes`` (dof, vector), and M, C, K in it (vector, vector); ``parts`` (part, vector, vector): what doubling an
@@ -97,18 +101,18 @@ def _appended(shapes: FloatArray, shape: FloatArray, plant: Plant) -> FloatArray
     return np.column_stack([shapes, rest / left])
 
 
-def eigenmodes(M: FloatArray, K: FloatArray) -> tuple[FloatArray, FloatArray]:
+def eigenmodes(M: FloatArray, K: FloatArray) -> Modes:
     """Return squared natural frequencies (variant, mode) and mass-normalised shapes (variant, vector, mode)."""
     inverse = np.linalg.inv(np.linalg.cholesky(M))
     omega2, vectors = np.linalg.eigh(inverse @ K @ inverse.swapaxes(-1, -2))
     return omega2, np.asarray(inverse.swapaxes(-1, -2) @ vectors)
 
 
-def turn(M: FloatArray, K: FloatArray, kept: int) -> FloatArray:
-    """Return T (variant, vector, mode): the ``kept`` lowest modes, turned as close as can be to the first shapes.
+def turn(modes: Modes, kept: int) -> FloatArray:
+    """Return T (variant, vector, mode): the ``kept`` lowest ``modes``, turned as close as can be to the first shapes.
 
     Coordinates then mean the same in all variants, however the modes mix (orthogonal Procrustes problem).
     """
-    lowest = eigenmodes(M, K)[1][:, :, :kept]
+    lowest = modes[1][:, :, :kept]
     left, _, right = np.linalg.svd(lowest[:, :kept].transpose(0, 2, 1))
     return np.asarray(lowest @ (left @ right))
