@@ -94,15 +94,17 @@ def _foretold(ground: Ground, ranked: list[Screened], present: list[Fit], length
     base = ground.whole
     best = min((item.cost for item in present), default=base.cost)
     wanted = base.cost - best + LEFT * (best - base.values)
-    known, found = {item.hypothesis.candidates[-1].key for item in present}, list[Fit]()
+    known = {item.hypothesis.candidates[-1].key for item in present}
     promised = {trial.candidate.key: trial for trial in reversed(ranked) if trial.gain > wanted}
     trials = [trial for key, trial in promised.items() if key not in known]
-    for trial in sorted(trials, key=lambda item: -item.gain)[:FORETOLD]:
+
+    def fitted(trial: Screened) -> Fit | None:
         hypothesis = ground.hypothesis.adding(trial.candidate)
         start = replace(ground.short, states=padded(ground.short.states, hypothesis))
-        item = fit_growing(hypothesis, trial.theta(base), lengths, gauge, start)
-        found += [] if item is None else [item]
-    return found
+        return fit_growing(hypothesis, trial.theta(base), lengths, gauge, start)
+
+    found = side_by_side(fitted, sorted(trials, key=lambda item: -item.gain)[:FORETOLD])
+    return [item for item in found if item is not None]
 
 
 def rivals_contest(

@@ -4,13 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import expm
-from scipy.signal import lfilter
 
-from fe_models.dofs import FloatArray
+from fe_models.dofs import ComplexArray, FloatArray
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.nominal.loads import Loads
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import Batch
+from hybrid.diagnosis.response.compiled import compiled
 from hybrid.diagnosis.response.giving_way import with_residual
 from hybrid.diagnosis.response.loaded import loaded_states
 from hybrid.diagnosis.response.marching import march
@@ -103,12 +103,36 @@ def driven(
     Simpson's rule over each step, in each mode.
     """
     moved, step = form.left[variant] @ feed, system.step  # (mode,)
-    count, recordings = force.now.shape
-    x = np.zeros((len(moved), count, recordings), dtype=complex)
-    for mode, root in enumerate(form.roots[variant]):
-        whole, half = np.exp(root * step), np.exp(root * step / 2)
-        kick = whole * force.now[:-1] + 4 * half * force.between[:-1] + force.now[1:]
-        x[mode, 1:] = lfilter([step / 6 * moved[mode]], [1.0, -whole], kick, axis=0)
-    right, flat = form.right[variant], x.reshape(len(moved), -1)
-    y = (np.hstack([right.real, -right.imag]) @ np.vstack([flat.real, flat.imag])).reshape(-1, count, recordings)
+    roots, right = form.roots[variant], form.right[variant]
+    x = np.empty((2, len(moved), *force.now.shape))  # real and imaginary parts of (mode, time, recording)
+    whole, half = np.exp(roots * step), np.exp(roots * step / 2)
+    _accumulate(whole, half, step / 6 * moved, force.now, force.between, x)
+    y = (np.hstack([right.real, -right.imag]) @ x.reshape(2 * len(moved), -1)).reshape(-1, *force.now.shape)
     return passed(y.transpose(2, 1, 0) + direct * force.now.T[..., None], system)
+
+
+@compiled
+def _accumulate(
+    whole: ComplexArray,
+    half: ComplexArray,
+    moved: ComplexArray,
+    now: FloatArray,
+    between: FloatArray,
+    x: FloatArray,
+) -> None:
+    """Fill ``x`` (2, mode, time, recording), real and imaginary parts, with each mode from rest: in each step it turns
+    by ``whole``, in half of one by ``half``, and gains ``moved`` (mode,) times Simpson's sum of the force (time,
+    recording) ``now`` and ``between``.
+    """
+    modes, samples, recordings = x.shape[1:]
+    for mode in range(modes):
+        turn, mid, share = whole[mode], half[mode], moved[mode]
+        re, im = x[0, mode], x[1, mode]
+        for recording in range(recordings):
+            re[0, recording] = im[0, recording] = 0.0
+        for k in range(samples - 1):
+            for recording in range(recordings):
+                begun, ended = now[k, recording], now[k + 1, recording]
+                kick = turn * begun + 4.0 * mid * between[k, recording] + ended
+                state = turn * complex(re[k, recording], im[k, recording]) + share * kick
+                re[k + 1, recording], im[k + 1, recording] = state.real, state.imag

@@ -3,14 +3,13 @@
 In coordinates that turn in pairs, so that carrying them on costs little.
 """
 
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from scipy.linalg import expm
 
 from fe_models.dofs import FloatArray, IntArray
+from hybrid.diagnosis.response.compiled import compiled
 from hybrid.diagnosis.response.system import System
 
 WORST = 1e6  # condition number of coordinates that are still told as well as slopes by finite differences need them
@@ -90,19 +89,7 @@ def _carried(A: FloatArray, time: float) -> tuple[FloatArray, FloatArray, FloatA
     return basis, np.linalg.inv(basis), carried
 
 
-def _compiled(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a function compiled to machine code, which is kept from one run to the next where that can be.
-
-    Sums may be taken in any order, so that the processor's vectors serve; what is not finite stays so.
-    """
-    options = {"nogil": True, "error_model": "numpy", "fastmath": {"reassoc", "contract", "nsz"}}
-    try:
-        return njit(cache=True, **options)(function)
-    except RuntimeError:  # no folder that can be written to
-        return njit(**options)(function)
-
-
-@_compiled
+@compiled
 def _force(tables: FloatArray, row: int, place: float) -> float:
     """Return a ``row``'s value at ``place``, counted in nodes: the cubic through its four nearest nodes (Lagrange)."""
     cell = min(max(int(place), 1), tables.shape[1] - 3)
@@ -113,7 +100,7 @@ def _force(tables: FloatArray, row: int, place: float) -> float:
     return (low * (3 * here * (t + 1) - before * t) + high * (last * (t - 1) - 3 * after * (t - 2))) * (1 / 6)
 
 
-@_compiled
+@compiled
 def _multiply_columns(columns: FloatArray, amounts: FloatArray, to: FloatArray) -> None:
     """Set the product of a matrix, given by its ``columns`` (column, entry), and ``amounts``."""
     to[:] = 0.0
@@ -123,7 +110,7 @@ def _multiply_columns(columns: FloatArray, amounts: FloatArray, to: FloatArray) 
             to[i] += columns[j, i] * amount
 
 
-@_compiled
+@compiled
 def _multiply(matrix: FloatArray, vector: FloatArray, to: FloatArray) -> None:
     """Set the product of a matrix and a vector."""
     for i in range(len(to)):
@@ -133,7 +120,7 @@ def _multiply(matrix: FloatArray, vector: FloatArray, to: FloatArray) -> None:
         to[i] = total
 
 
-@_compiled
+@compiled
 def _multiply_near(below: FloatArray, on: FloatArray, above: FloatArray, vector: FloatArray, to: FloatArray) -> None:
     """Set the product of a matrix that has entries ``on`` its diagonal and next to it alone, and a vector."""
     for i in range(len(to)):
@@ -144,7 +131,7 @@ def _multiply_near(below: FloatArray, on: FloatArray, above: FloatArray, vector:
         to[i] += above[i] * vector[i + 1]
 
 
-@_compiled
+@compiled
 def _meet(stage: int, seen: FloatArray, f: FloatArray, direct: FloatArray, delayed: FloatArray, at: FloatArray) -> None:
     """Set ``at`` (row,), what the laws meet at a ``stage`` of four: ``seen`` (time of three times row,) of the motion
     without them, and what the forces ``f`` (stage, law) before did at once (``direct``) or half a step ago.
@@ -162,7 +149,7 @@ def _meet(stage: int, seen: FloatArray, f: FloatArray, direct: FloatArray, delay
                 at[row] += f[2, law] * delayed[law, row]
 
 
-@_compiled
+@compiled
 def step_through(
     scheme: Scheme,
     values: FloatArray,
