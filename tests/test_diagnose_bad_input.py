@@ -18,6 +18,7 @@ from fe_models.four_dof import four_dof
 from fe_models.lowpass import LowPass
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.contest.setting import setting_of
+from hybrid.diagnosis.contest.wrong_units import shown_factors
 from hybrid.diagnosis.recorded.channels import saturation_levels, usable
 from hybrid.diagnosis.response.marching import is_too_fast
 from scripts.diagnose import app
@@ -69,6 +70,33 @@ def test_dead_channel_is_left_out_and_said(tmp_path: Path) -> None:
     report = diagnosed(dead, tmp_path)
     assert_added_mass(report)
     assert any("sensor a3 never changes" in note and note.endswith("left out") for note in report["notes"])
+
+
+def test_recording_in_which_nothing_moves_is_left_out_with_no_sensor() -> None:
+    still = with_data(CASE, {"r02": np.zeros_like(CASE.recordings[1].data)})
+    sound, (note,) = usable(still)
+    assert note == "most sensors never change in r02: left out"
+    assert len(sound.sensors) == 5
+    assert [r.name for r in sound.recordings] == ["r01", "r03", "r04"]
+
+
+def test_channel_in_another_unit_is_told_by_the_others(tmp_path: Path) -> None:
+    """A prior of calibrations, which are off by tenths, would never believe a factor of a thousand."""
+    sound = blind_case(3, BlindConfig(off=True)).dataset
+    scale = np.where(np.arange(5) == NAMES.index("a1"), 1000.0, 1.0)  # mm/s^2
+    setting = setting_of(with_data(sound, {r.name: scale * r.data for r in sound.recordings}))
+    factors = shown_factors(setting.short, setting.searched)
+    measured = [sensor.name for sensor in setting.gauge.sensors]
+    expected = np.where(np.array(measured) == "a1", 1000.0, 1.0)
+    assert np.abs(factors / expected - 1).max() < 0.1  # the structure as drawn is off, too
+    report = diagnosed(with_data(sound, {r.name: scale * r.data for r in sound.recordings}), tmp_path)
+    (finding,) = report["findings"]
+    assert finding["kind"] == "sensor_gain"
+    assert finding["location"] == {"sensor": "a1"}
+    assert finding["probability"] > 0.9
+    factor = finding["parameters"]["factor"]
+    assert abs(factor["value"] - 1000) < 3 * factor["std"] < 30
+    assert "check its unit" in finding["sentence"]
 
 
 def test_saturated_channel_is_told_from_its_runs() -> None:

@@ -12,6 +12,7 @@ from hybrid.diagnosis.causes.places import Motion
 from hybrid.diagnosis.contest.discrepancy import search_gauge
 from hybrid.diagnosis.contest.growing import Lengths, lengths_of
 from hybrid.diagnosis.contest.pairs import short_fit
+from hybrid.diagnosis.contest.wrong_units import with_other_units
 from hybrid.diagnosis.fitting.crossvalidation import as_recordings
 from hybrid.diagnosis.fitting.driven import states_along
 from hybrid.diagnosis.fitting.fitting import Fit
@@ -81,6 +82,7 @@ class Setting:
         """Return every cause at every place that it can have."""
         motion = Motion.of_states(states_along(self.short, self.searched), self.plant)
         found = all_candidates(self.plant, self.dataset, motion, self.measured)
+        found = with_other_units(found, self.short, self.searched)
         return tuple(c for c in found if not c.is_law) if is_too_fast(self.plant) else found
 
 

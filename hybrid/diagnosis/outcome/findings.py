@@ -25,7 +25,7 @@ VERBS = {
     "gap_stop": "a stop of {stiffness} acts {at} beyond a gap of {gap} that closes as {closing}",
     "slack_cable": "{place} goes slack when its compression exceeds a pretension of {pretension}",
     "harmonic_force": "a harmonic force of {amplitude} at {frequency} acts {at}: look for a machine",
-    "sensor_gain": "{place} shows {factor} times the truth: check its calibration and mounting",
+    "sensor_gain": "{place} shows {factor} times the truth: check its unit, calibration and mounting",
     "sensor_delay": "{place} is late by {delay} (negative: early): check its clock",
     "sensor_drift": "{place} drifts by {slope}",
     "time_integration": "the simulation's own step of {step} makes the error: choose a smaller one",

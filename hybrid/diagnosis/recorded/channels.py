@@ -31,9 +31,15 @@ class _Fault:
 def usable(dataset: Dataset) -> tuple[Dataset, list[str]]:
     """Return the dataset without dead and saturated samples, and a note on each sensor that has some.
 
-    `InputError` where no measured channel or no training recording is left.
+    A recording in which most sensors never change recorded no motion, and says nothing of its sensors. `InputError`
+    where no measured channel or no training recording is left.
     """
     single = [replace(r, data=part[None]) for r in dataset.recordings for part in r.data]
+    moving = [recording for recording in single if not _is_still(recording)]
+    if len(moving) < len(single) and any(recording.role == "train" for recording in moving):
+        names = dict.fromkeys(recording.name for recording in single if _is_still(recording))
+        rest, notes = usable(replace(dataset, recordings=tuple(moving)))
+        return rest, [f"most sensors never change in {', '.join(names)}: left out", *notes]
     faults = {column: fault for column in range(len(dataset.sensors)) if (fault := _fault(single, column))}
     if not faults:
         return dataset, []
@@ -71,7 +77,7 @@ def usable(dataset: Dataset) -> tuple[Dataset, list[str]]:
 
 def _fault(recordings: list[Recording], column: int) -> _Fault | None:
     channels = [recording.data[0, :, column] for recording in recordings]
-    dead = [bool(np.ptp(channel) <= FLAT_TOLERANCE * np.abs(channel).max()) for channel in channels]
+    dead = [is_dead(channel) for channel in channels]
     if any(dead):
         counts = tuple(len(c) if off else 0 for c, off in zip(channels, dead, strict=True))
         return _Fault("never changes", counts, counts)
@@ -82,6 +88,16 @@ def _fault(recordings: list[Recording], column: int) -> _Fault | None:
     last = tuple(int(np.flatnonzero(part)[-1]) + 1 if part.any() else 0 for part in bad)
     words = " and ".join(f"{level:.4g}" for level in levels)
     return _Fault(f"is saturated at {words}", tuple(int(part.sum()) for part in bad), last)
+
+
+def is_dead(channel: FloatArray) -> bool:
+    """Return whether a channel (time,) never changes."""
+    return bool(np.ptp(channel) <= FLAT_TOLERANCE * np.abs(channel).max())
+
+
+def _is_still(recording: Recording) -> bool:
+    dead = [is_dead(channel) for channel in recording.data[0].T]
+    return sum(dead) > len(dead) / 2
 
 
 def saturation_levels(channel: FloatArray) -> list[float]:
