@@ -138,13 +138,15 @@ def _changes(
     start[own:] += np.diag(size)[:, None]
     system = hypothesis.system(thetas, gauge.sensors, gauge.rate, gauge.positions)
     y = respond(system, start, batch.samples, batch.loads, often=1) + drifted(system, batch.begins)
-    y = y.reshape(len(thetas), len(states), -1) * batch.weights(gauge)
+    y /= batch.sigma(gauge)
     if not np.isfinite(y).all():
         return None
-    by_state = ((y[own:] - y[0]) / size[:, None, None]).transpose(1, 2, 0)
+    change = (y[1:] - y[0]).reshape(len(thetas) - 1, len(states), -1)
+    change /= np.concatenate([moved, size])[:, None, None]
+    by_state = change[own - 1 :].transpose(1, 2, 0)
     shown = np.linalg.norm(observability(system.only(0), batch.samples).reshape(-1, hypothesis.states), axis=0)
     by_state[..., shown < UNFELT * shown.max()] = 0.0  # differences of these would be rounding alone
-    return (y[1:own] - y[0]) / moved[:, None, None], by_state
+    return change[: own - 1], by_state
 
 
 def _size(hypothesis: Hypothesis, theta: FloatArray, batch: Batch, gauge: Gauge, states: FloatArray) -> FloatArray:

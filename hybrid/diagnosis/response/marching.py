@@ -209,7 +209,8 @@ def _channels(system: System, marched: Marched, loads: Loads | None) -> FloatArr
     """
     system = with_residual(system)
     with np.errstate(over="ignore", invalid="ignore"):
-        y = marched.watched + marched.forces @ system.D[:, None].swapaxes(2, 3)
+        y = marched.forces @ system.D[:, None].swapaxes(2, 3)
+        y += marched.watched
         if loads is not None and system.loads is not None:
             courses = loads.at(system.loads.places)
             y += np.einsum("psl,rtl->prts", system.loads.direct, courses[0])

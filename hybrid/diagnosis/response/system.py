@@ -215,10 +215,13 @@ def passed(
 
 
 def as_shown(system: System, y: FloatArray) -> FloatArray:
-    """Return channels (variant, recording, time, sensor) with gain, delay and drift of the sensors."""
+    """Return channels (variant, recording, time, sensor), changed in place, with the sensors' gain, delay and drift."""
     for variant, sensor in zip(*np.nonzero(system.delay), strict=True):
         if np.isfinite(y[variant, :, :, sensor]).all():
             samples = np.arange(y.shape[2], dtype=float)
             curve = CubicSpline(samples, y[variant, :, :, sensor], axis=-1)
             y[variant, :, :, sensor] = curve(samples - system.delay[variant, sensor] / system.step)
-    return np.asarray(y * system.gain[:, None, None] + drift(system, y.shape[2])[:, None])
+    y *= system.gain[:, None, None]
+    if system.slope.any():
+        y += drift(system, y.shape[2])[:, None]
+    return y
