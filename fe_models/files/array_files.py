@@ -11,7 +11,7 @@ from scipy.io import loadmat
 from scipy.io.matlab import MatReadError
 
 from fe_models.dofs import FloatArray
-from fe_models.errors import InputError
+from fe_models.errors import InputError, raise_faults
 
 READABLE = (".npz", ".mat", ".csv")
 BROKEN_FILE = (
@@ -78,12 +78,32 @@ def load_csv_text(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
     lines = [(number, line.split(",")) for number, line in enumerate(text.splitlines(), start=1) if line.strip()]
     if len(lines) < 2:
         raise InputError(f"{path}: expected a header line and rows of numbers, found {len(lines)} lines")
+    raise_faults(_of_another_form(path, lines[0][1]))
     cells = [(number, [cell.strip().strip('"') for cell in row]) for number, row in lines]
     header = cells[0][1]
     for number, row in cells[1:]:
         if len(row) != len(header):
             raise InputError(f"{path}: line {number} has {len(row)} values, the header {len(header)}")
     return header, cells[1:]
+
+
+def _of_another_form(path: Path, first: list[str]) -> list[str]:
+    """Return what is wrong with a first line that is no header of comma-separated names."""
+    line = ",".join(first)
+    for mark, name in ((";", "semicolons"), ("\t", "tabs")):
+        if mark in line:
+            return [f"{path}: line 1 is separated by {name}; expected commas, and points in numbers"]
+    if all(map(_is_number, first)):
+        return [f"{path}: line 1 holds numbers; expected a header line with a name for each column before them"]
+    return []
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell.strip().strip('"'))
+    except ValueError:
+        return False
+    return True
 
 
 def check_exists(path: Path) -> None:
