@@ -20,6 +20,7 @@ from fe_models.recordings import Dataset
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.contest.wrong_units import shown_factors
 from hybrid.diagnosis.recorded.channels import saturation_levels, usable
+from hybrid.diagnosis.recorded.offsets import offsets
 from hybrid.diagnosis.response.marching import is_too_fast
 from scripts.diagnose import app
 
@@ -97,6 +98,25 @@ def test_channel_in_another_unit_is_told_by_the_others(tmp_path: Path) -> None:
     factor = finding["parameters"]["factor"]
     assert abs(factor["value"] - 1000) < 3 * factor["std"] < 30
     assert "check its unit" in finding["sentence"]
+
+
+def test_sampling_rate_that_is_off_by_two_is_asked_for(tmp_path: Path) -> None:
+    sound = blind_case(3, BlindConfig(train=3, test=1)).dataset
+    report = diagnosed(replace(sound, sampling_rate=sound.sampling_rate / 2), tmp_path)
+    (note,) = (note for note in report["notes"] if "check sampling_rate" in note)
+    assert "observed at 0.5 times" in note
+    report = diagnosed(sound, tmp_path)
+    assert not any("check sampling_rate" in note for note in report["notes"])
+
+
+def test_channel_that_does_not_swing_about_zero_is_told() -> None:
+    """Gravity left in an accelerometer is an offset; a drift of the same mean is none, nor is a slow decay."""
+    column, time = NAMES.index("a1"), np.linspace(0, 1, CASE.recordings[0].data.shape[1])
+    assert offsets(CASE) == []
+    for shape, told in ((np.ones_like(time), True), (2 * time, False)):
+        added = 9.81 * np.where(np.arange(5) == column, shape[:, None], 0.0)
+        notes = offsets(with_data(CASE, {r.name: r.data + added for r in CASE.recordings}))
+        assert [note.split(" in ")[0] for note in notes] == ["sensor a1 shows 9.81 m/s^2"] * told
 
 
 def test_saturated_channel_is_told_from_its_runs() -> None:

@@ -323,6 +323,16 @@ def test_one_kind_of_law_does_not_crowd_out_the_others() -> None:
     assert kept == [law.key for law in (*cubic[:2], *drag[:2], laws[-1])]
 
 
+def test_kind_that_has_but_improbable_places_is_as_improbable() -> None:
+    dataset = blind_case(33021, BlindConfig()).dataset
+    mass, spring = candidate(dataset, "added_mass", node=2), candidate(dataset, "support_spring", node=2)
+    alone = Odds.among((mass, replace(spring, weight=0.1)), alike=1.0)
+    assert np.isclose(alone.log(mass), np.log(1 / 2))
+    assert np.isclose(alone.log(replace(spring, weight=0.1)), np.log(0.1 / 2))
+    beside = Odds.among((mass, spring, replace(spring, weight=0.1)), alike=1.0)
+    assert np.isclose(beside.log(spring), np.log(1 / 1.1 / 2))  # shared among its places, as before
+
+
 @pytest.mark.parametrize(("more", "first"), [(10.0, 4), (30.0, 2)])
 def test_of_causes_that_promise_nearly_the_same_the_more_probable_one_goes_on(
     more: float, first: int, monkeypatch: pytest.MonkeyPatch

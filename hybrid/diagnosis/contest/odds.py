@@ -10,7 +10,8 @@ from hybrid.diagnosis.causes.candidate import Candidate
 
 @dataclass(frozen=True)
 class Odds:
-    """Every kind is as probable as any other, and places of a kind by their weight; ``weights``: of all of a kind.
+    """Every kind is as probable as any other, and places of a kind by their weight; ``weights``: of all of a kind, over
+    the largest of them and one: a kind that has but improbable places is no more probable than these.
 
     ``alike``: number of recorded values that tell as much as one.
     """
@@ -21,10 +22,12 @@ class Odds:
     @classmethod
     def among(cls, candidates: Iterable[Candidate], alike: float) -> "Odds":
         """Return the odds of ``candidates``."""
-        weights: dict[str, float] = {}
+        weights, largest = dict[str, float](), dict[str, float]()
         for candidate in candidates:
-            weights[candidate.kind] = weights.get(candidate.kind, 0.0) + candidate.weight * (1 + len(candidate.twins))
-        return cls(weights, alike)
+            kind, own = candidate.kind, candidate.weight
+            weights[kind] = weights.get(kind, 0.0) + own * (1 + len(candidate.twins))
+            largest[kind] = max(largest.get(kind, 0.0), own)
+        return cls({kind: total / min(largest[kind], 1.0) for kind, total in weights.items()}, alike)
 
     def log(self, candidate: Candidate) -> float:
         """Return the log probability that what is wrong is this kind, at this place."""

@@ -26,6 +26,7 @@ from hybrid.diagnosis.recorded.channels import usable
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.noise import Band, noise_of_recordings, structure_band
 from hybrid.diagnosis.recorded.noise_levels import NoiseLevels
+from hybrid.diagnosis.recorded.offsets import offsets
 from hybrid.diagnosis.recorded.records import Batch, batches_of, columns_of, measured_columns
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.marching import is_too_fast
@@ -117,7 +118,7 @@ def setting_of(dataset: Dataset) -> Setting:
     motion = Motion.of_states(states_along(short, searched), plant).displacement
     geometry = geometry_of(plant, motion, np.random.default_rng(SEED))
     unlike = () if levels.are_alike or searched is not gauge else (UNLIKE.format(pattern=levels.pattern.value),)
-    notes = (*unusable, *apart, *fast, *unlike, *coarse_mesh(plant))
+    notes = (*unusable, *offsets(dataset), *apart, *fast, *unlike, *coarse_mesh(plant))
     return Setting(dataset, plant, geometry, modal, measured, gauge, searched, levels, band, lengths, short, notes)
 
 

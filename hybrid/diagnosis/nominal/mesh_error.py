@@ -26,7 +26,7 @@ def coarse_mesh(plant: Plant) -> list[str]:
     if off[worst] <= SEEN:
         return []
     enough = ceil(structure.divisions * (off[worst] / FINE_ENOUGH) ** (1 / ORDER))
-    mode = f"mode {worst + 1} ({fine[worst] / (2 * np.pi):.4g} Hz) {off[worst]:.1%} off"
+    mode = f"mode {worst + 1} ({coarse[worst] / (2 * np.pi):.4g} Hz) {off[worst]:.1%} off"
     advice = f"what is named may stand for that; set divisions = {enough} in the structure file"
     return [f"the mesh is too coarse: it puts {mode}, and {advice}"]
 

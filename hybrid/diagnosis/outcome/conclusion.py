@@ -32,6 +32,7 @@ from hybrid.diagnosis.outcome.scorer import Scorer
 from hybrid.diagnosis.outcome.simulation import Simulation, modal_finding, modal_notes, simulation_of
 from hybrid.diagnosis.outcome.verdict import ABNORMAL, Errors, Verdict, verdict_of
 from hybrid.diagnosis.recorded.gauge import Gauge
+from hybrid.diagnosis.shown.all_off import all_off
 from hybrid.diagnosis.shown.example import Example, example_of
 from hybrid.diagnosis.shown.show import Shown, show
 
@@ -119,6 +120,7 @@ def concluded(setting: Setting, evidence: Evidence) -> Diagnosis:
     notes += modal_notes(simulation, found.nominal, found.own, scorer, named)
     advice = advise(posterior, evidence.searched, setting.dataset.sensors) if named else ()
     shown = show(setting.dataset, simulation.fit, final, found.nominal, found.calibrated, gauge)
+    notes += all_off(shown)
     return Diagnosis(
         verdict=verdict,
         findings=findings,
