@@ -4,10 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from fe_models.blind import blind_case
+from fe_models.blind import BlindConfig, blind_case
+from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.fitting.fitting import fit
 from hybrid.diagnosis.nominal.plant import plant_of
-from hybrid.diagnosis.outcome.calibration import calibration_of, far_off
+from hybrid.diagnosis.outcome.calibration import astray, calibration_of, far_off
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import batches_of, columns_of, measured_columns
 from hybrid.diagnosis.response.hypothesis import Hypothesis
@@ -39,3 +40,20 @@ def test_value_that_is_far_off_is_told_with_its_place_and_side() -> None:
     theta[1] = -3 * PLANT.spread[1]
     (note,) = far_off(replace(found, theta=theta))
     assert note.startswith("stiffness of element 2 is 3.0 of its stated standard deviations below")
+    assert astray(replace(found, theta=theta), 4.0) == []
+    theta[2] = 5 * PLANT.spread[2]
+    (note,) = astray(replace(found, theta=theta), 4.0)
+    assert "stiffness of element 3 had to go 5.0 of its stated standard deviations above" in note
+
+
+def test_element_that_is_far_off_by_itself_is_told() -> None:
+    setting = setting_of(blind_case(7, BlindConfig(off=True, structure="bridge")).dataset)
+    found, plant = setting.short, setting.plant
+    theta, rest = np.zeros_like(found.theta), slice(plant.factors, plant.values)
+    off = np.zeros(len(plant.scatter.elements))
+    off[3] = -1.0
+    weights = plant.scatter.weights
+    theta[rest] = np.linalg.lstsq(weights.T, off, rcond=None)[0]
+    (note,) = astray(replace(found, theta=theta), 4.0)
+    assert f"stiffness of element {plant.scatter.elements[3]} had to go" in note
+    assert "below its nominal value" in note

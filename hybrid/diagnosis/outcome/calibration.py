@@ -55,6 +55,26 @@ def far_off(item: Fit) -> list[str]:
     ]
 
 
+def astray(item: Fit, normal: float) -> list[str]:
+    """Return a note on the nominal value that a fit with causes has furthest off, if more than is ``normal``, in stated
+    standard deviations: something else is wrong there, or all that is.
+    """
+    plant = item.hypothesis.plant
+    rest, weights = slice(plant.factors, plant.values), plant.scatter.weights
+    by_itself = item.theta[rest] @ weights / np.linalg.norm(plant.spread[rest, None] * weights, axis=0)  # (element,)
+    deviations = np.append(item.deviations[: plant.factors], by_itself)
+    places = [*_factors(plant), *(("stiffness", {"element": number}) for number in plant.scatter.elements)]
+    worst = int(np.argmax(np.abs(deviations)))
+    if abs(deviations[worst]) <= normal:
+        return []
+    quantity, location = places[worst]
+    side = "below" if deviations[worst] < 0 else "above"
+    return [
+        f"beside what is named, {quantity} of {place_words(location)} had to go {abs(deviations[worst]):.1f} of its "
+        f"stated standard deviations {side} its nominal value: something else is wrong, or it all is there"
+    ]
+
+
 def _factors(plant: Plant) -> list[tuple[str, dict[str, Any]]]:
     """Return quantity and location of each uncertain factor."""
     parts = [(part.quantity, part.location) for part in plant.parts]

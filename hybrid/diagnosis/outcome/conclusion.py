@@ -16,7 +16,7 @@ from hybrid.diagnosis.fitting.fitting import Fit, residuals_at
 from hybrid.diagnosis.fitting.forecasting import DEVIATION, Forecast, within
 from hybrid.diagnosis.outcome.acting import recordings_of
 from hybrid.diagnosis.outcome.advice import Advice, advise
-from hybrid.diagnosis.outcome.calibration import Calibrated, calibration_of, far_off
+from hybrid.diagnosis.outcome.calibration import Calibrated, astray, calibration_of, far_off
 from hybrid.diagnosis.outcome.extend import extended_structure
 from hybrid.diagnosis.outcome.findings import (
     Alternative,
@@ -110,6 +110,7 @@ def concluded(setting: Setting, evidence: Evidence) -> Diagnosis:
     findings = _findings(scorer, evidence, posterior, simulation, found, listed) if named else ()
     if named:
         notes += _apart(setting, findings)
+        notes += astray(best, ABNORMAL) if verdict is Verdict.PARTLY_EXPLAINED else []
     elif verdict is Verdict.NOTHING_WRONG:
         notes += far_off(replace(base, theta=theta))
         if simulation.fit is base:  # else a cause may matter for the structure, if not for the user's modal model
