@@ -1,35 +1,19 @@
-"""From a structure to the linear model: Exudyn linearises each different finite element once, the rest is a sparse sum.
-
-    M = sum_e B_e^T M_e B_e, likewise C and K, with B_e picking the element's degrees of freedom.
-
-Elements with equal section, length and orientation have equal matrices, so that a structure of 100,000 degrees of
-freedom costs Exudyn no more than the drawn one, and no full matrix is ever formed.
-"""
-
-from collections import defaultdict
-from collections.abc import Hashable, Iterable
-from dataclasses import fields
-from typing import TYPE_CHECKING
+"""From a structure to the linear model: M, C and K, for small motion about the drawn geometry or a state at rest."""
 
 import numpy as np
-from scipy.sparse import coo_array, csr_array
+from scipy.sparse import csr_array
 
-from fe_models.cables import is_slack
-from fe_models.dofs import DofMap, FloatArray, IntArray
+from fe_models.dead_load import dead_load_stiffness
+from fe_models.dofs import FloatArray
 from fe_models.effects import AddedMass, ForceLaw
 from fe_models.effects.laws import replaced_ratios
 from fe_models.errors import raise_faults
+from fe_models.items import equal_items, summed
 from fe_models.linear import LinearModel
 from fe_models.linear_checks import negative_mass_faults, negative_stiffness_faults
-from fe_models.mesh import Mesh, mesh
-from fe_models.structure import Cable, PointMass, Structure
+from fe_models.mesh import mesh
+from fe_models.structure import Structure
 from fe_models.structure_checks import require_structure
-
-if TYPE_CHECKING:
-    from fe_models.exudyn_io import ElementMatrices
-    from fe_models.exudyn_items import Item
-
-    PlacedItem = tuple[Item, tuple[int, ...], FloatArray]
 
 
 def linearise(structure: Structure, state: FloatArray | None = None) -> LinearModel:
@@ -42,7 +26,9 @@ def linearise(structure: Structure, state: FloatArray | None = None) -> LinearMo
     than there is.
     """
     parts = mesh(require_structure(structure))
-    mass, damping, stiffness = summed(_equal_items(structure, parts, state), parts.dofs)
+    mass, damping, stiffness = summed(equal_items(structure, parts, state), parts.dofs)
+    if state is None:
+        stiffness = stiffness + dead_load_stiffness(structure, parts.dofs)
     model = LinearModel(
         mass=mass,
         damping=damping,
@@ -60,17 +46,9 @@ def linearise(structure: Structure, state: FloatArray | None = None) -> LinearMo
 def unsupported(structure: Structure) -> tuple[csr_array, csr_array, csr_array]:
     """Return M, C (without modal damping) and K over all degrees of freedom, as if no support held the structure."""
     parts = mesh(require_structure(structure))
-    return summed(_equal_items(structure, parts, None), parts.dofs.released())
-
-
-def gravity_load(structure: Structure, acceleration: float = 9.81) -> FloatArray:
-    """Return the weight (dof,) of all masses, in N (N m for "rz"): M times ``acceleration`` (m/s^2) along -y."""
-    parts = mesh(structure)
-    falling = np.where(parts.dofs.direction == "y", -acceleration, 0.0)
-    weight = np.zeros(len(parts.dofs))
-    for matrices, rows in _equal_items(structure, parts, None):
-        np.add.at(weight, rows, falling[rows] @ matrices.mass)
-    return weight
+    dofs = parts.dofs.released()
+    mass, damping, stiffness = summed(equal_items(structure, parts, None), dofs)
+    return mass, damping, stiffness + dead_load_stiffness(structure, dofs)
 
 
 def _overdrawn(structure: Structure, model: LinearModel) -> list[str]:
@@ -85,67 +63,3 @@ def _overdrawn(structure: Structure, model: LinearModel) -> list[str]:
     modes = [mode for mode, _ in model.replaced_ratios if mode > len(diagonal)]
     faults += [f"modal_damping: there is no mode {mode}; the structure has {len(diagonal)}" for mode in modes]
     return faults or negative_mass_faults(model) + negative_stiffness_faults(model)
-
-
-Group = tuple["ElementMatrices", IntArray]
-"""Matrices (n, n) of equal items, and the rows (item, n) of their degrees of freedom."""
-
-
-def _equal_items(structure: Structure, parts: Mesh, state: FloatArray | None) -> list[Group]:
-    """Return the matrices of each different item of the structure, and where its copies sit."""
-    from fe_models.exudyn_io import items_of  # loads Exudyn only where it is needed
-
-    return matrices_of(structure, items_of(structure, parts), state)
-
-
-def matrices_of(structure: Structure, items: "Iterable[PlacedItem]", state: FloatArray | None) -> list[Group]:
-    """Return the matrices of each different one of ``items`` (item, mesh nodes, vector), and where its copies sit."""
-    from fe_models import exudyn_io  # loads Exudyn only where it is needed
-    from fe_models.exudyn_items import Options
-
-    options = Options(damping=structure.damping, prestress=state is not None, slack=False)
-    per_node = len(structure.directions)
-    matrices: dict[Hashable, ElementMatrices] = {}
-    rows_of: dict[Hashable, list[list[int]]] = defaultdict(list)
-    for item, nodes, vector in items:
-        rows = [per_node * (node - 1) + i for node in nodes for i in range(per_node)]
-        moved = None if state is None else state[rows]
-        key = (_without_place(item), *vector, None if moved is None else moved.tobytes())
-        if key not in matrices:
-            matrices[key] = exudyn_io.element_matrices(structure.directions, item, vector, options, moved)
-            if moved is not None and isinstance(item, Cable) and is_slack(item, vector, moved):
-                matrices[key] = exudyn_io.ElementMatrices(matrices[key].mass, *np.zeros((2, len(rows), len(rows))))
-        rows_of[key].append(rows)
-    return [(matrices[key], np.array(rows, dtype=np.int64)) for key, rows in rows_of.items()]
-
-
-def _without_place(item: "Item") -> Hashable:
-    """Return what makes an item's matrices: its kind and all its fields but the node numbers and the group."""
-    made_of = [getattr(item, entry.name) for entry in fields(item) if entry.name not in ("node", "nodes", "group")]
-    return (type(item), isinstance(item, PointMass) or len(item.nodes), *made_of)
-
-
-def summed(groups: list[Group], dofs: DofMap) -> tuple[csr_array, csr_array, csr_array]:
-    """Return M, C and K over the free degrees of freedom, each the sum of its blocks in all groups."""
-    return (
-        scatter([(matrices.mass, rows) for matrices, rows in groups], dofs),
-        scatter([(matrices.damping, rows) for matrices, rows in groups], dofs),
-        scatter([(matrices.stiffness, rows) for matrices, rows in groups], dofs),
-    )
-
-
-def scatter(blocks: list[tuple[FloatArray, IntArray]], dofs: DofMap) -> csr_array:
-    """Return the sum of blocks (n, n), each added at all its rows (item, n), over the free degrees of freedom."""
-    place = np.cumsum(dofs.free) - 1  # (dof,): position among the free ones
-    rows, columns, values = [], [], []
-    for block, where in blocks:
-        i, j = np.nonzero(block)
-        kept = dofs.free[where[:, i]] & dofs.free[where[:, j]]
-        rows.append(place[where[:, i]][kept])
-        columns.append(place[where[:, j]][kept])
-        values.append(np.broadcast_to(block[i, j], kept.shape)[kept])
-    size = int(dofs.free.sum())
-    if not blocks:
-        return csr_array((size, size))
-    entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
-    return csr_array(coo_array(entries, shape=(size, size)))

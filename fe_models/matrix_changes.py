@@ -6,11 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csr_array
 
-from fe_models.assembly import linearise, matrices_of, summed
+from fe_models.assembly import linearise
 from fe_models.damping import ratios_of_modes
+from fe_models.dead_load import dead_load_stiffness
 from fe_models.dofs import DofMap, FloatArray, structure_dofs
-from fe_models.effects import Effect
+from fe_models.effects import DeadLoad, Effect
 from fe_models.effects.laws import replaced_ratios
+from fe_models.items import matrices_of, summed
 from fe_models.mechanisms import energy
 from fe_models.mesh import mesh
 from fe_models.modes import natural_modes
@@ -65,6 +67,8 @@ def matrix_changes(structure: Structure, *effects: Effect, state: FloatArray | N
         placed = [(item, nodes, np.array(vector)) for item, nodes, vector in items.elements()]
         dM, dC, dK = summed(matrices_of(structure, placed, state), everywhere)
         mass, damping, stiffness = mass + sign * dM, damping + sign * dC, stiffness + sign * dK
+    if state is None and any(isinstance(effect, DeadLoad) for effect in effects):
+        stiffness = stiffness + dead_load_stiffness(extended, everywhere) - dead_load_stiffness(structure, everywhere)
     vectors, weights = _modal_part(structure, extended, state)
     return MatrixChanges(mass, damping, stiffness, vectors, weights, structure_dofs(extended))
 

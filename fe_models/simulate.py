@@ -8,12 +8,13 @@ import numpy as np
 from scipy.linalg import eigh
 from tqdm import tqdm
 
-from fe_models.assembly import gravity_load, linearise
+from fe_models.assembly import linearise
 from fe_models.damping import full_damping
 from fe_models.dofs import DofMap, FloatArray
 from fe_models.effects import Effect, ForceLaw
 from fe_models.effects.laws import force_laws
 from fe_models.errors import InputError, raise_faults
+from fe_models.items import gravity_load
 from fe_models.linear import LinearModel
 from fe_models.mesh import mesh
 from fe_models.response import Response

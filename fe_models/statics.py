@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fe_models.assembly import gravity_load
 from fe_models.dofs import FloatArray, structure_dofs
 from fe_models.effects.laws import force_laws
 from fe_models.errors import raise_faults
+from fe_models.items import gravity_load
 from fe_models.mesh import mesh
 from fe_models.structure import Cable, Direction, Structure
 from fe_models.structure_checks import require_structure

@@ -16,6 +16,7 @@ from fe_models.effects import (
     Cause,
     CoulombFriction,
     CubicSpring,
+    DeadLoad,
     Effect,
     GapStop,
     HarmonicForce,
@@ -44,6 +45,7 @@ WORDS: list[tuple[Cause, dict[str, object], dict[str, tuple[object, str]]]] = [
     (SupportSpring(4, "y", 1e5), {"node": 4, "direction": "y"}, {"stiffness": (1e5, "N/m")}),
     (SupportSpring(4, "rz", 1e5), {"node": 4, "direction": "rz"}, {"stiffness": (1e5, "N m/rad")}),
     (AxialForce((1,), 3.0), {"elements": [1]}, {"force": (3.0, "N")}),
+    (DeadLoad(0.9), {}, {"share": (0.9, "1")}),
     (ModalDamping((1, 2), 0.02), {"modes": [1, 2]}, {"ratio": (0.02, "1")}),
     (PointDamper((3, 4), "y", 2.0), {"nodes": [3, 4], "direction": "y"}, {"coefficient": (2.0, "N s/m")}),
     (QuadraticDamper((3,), "y", 2.0), {"node": 3, "direction": "y"}, {"coefficient": (2.0, "N s^2/m^2")}),
@@ -82,7 +84,7 @@ def test_words_and_units_are_the_contract_s(
 def test_every_kind_has_an_example_here() -> None:
     assert {cause.kind for cause, _, _ in WORDS} == set(CAUSES)
     assert {effect.kind for effect in EXAMPLES} == set(EFFECTS)
-    assert len(CAUSES) == 17
+    assert len(CAUSES) == 18
 
 
 def test_all_effects_together_come_back_equal(tmp_path: Path) -> None:
@@ -114,6 +116,7 @@ effects = st.one_of(
     several(st.integers(1, 60), sizes).map(lambda two: StiffnessChange(*two)),  # type: ignore[arg-type]
     several(st.integers(1, 60), numbers).map(lambda two: AxialForce(*two)),  # type: ignore[arg-type]
     several(st.integers(1, 400), st.floats(0, 0.99)).map(lambda two: ModalDamping(*two)),  # type: ignore[arg-type]
+    st.builds(DeadLoad, sizes),
     st.builds(AddedMass, nodes, numbers),
     st.builds(SupportSpring, nodes, directions, sizes),
     st.builds(PointDamper, pairs, directions, numbers),
@@ -172,6 +175,8 @@ def faults_of(kind_and_keys: str) -> tuple[str, ...]:
             'kind = "axial_force"\nelements = [3]\nforce = "big"',
             '.force: expected a number or [a number, ...], found "big"',
         ),
+        ('kind = "dead_load"\nshare = -1.0', ": share = -1.0; must not be negative (1 is the weight as drawn)"),
+        ('kind = "dead_load"\nnode = 3', ".node: unknown key"),
         ('kind = "modal_damping"\nmodes = [0]\nratio = 0.01', ": mode 0 does not exist; modes are numbered from 1"),
         ('kind = "modal_damping"\nmodes = [2, 2]\nratio = 0.01', ": modes = [2, 2]: give each mode once"),
         ('kind = "modal_damping"\nmodes = [2]\nratio = 1.5', ": ratio = 1.5; expected 0 <= ratio < 1"),

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fe_models.assembly import gravity_load, linearise
+from fe_models.assembly import linearise
 from fe_models.bridge import bridge
 from fe_models.dofs import FloatArray
 from fe_models.effects import (
@@ -21,6 +21,7 @@ from fe_models.effects import (
 )
 from fe_models.exudyn_io import element_matrices, whole_system
 from fe_models.exudyn_items import Item, Options
+from fe_models.items import gravity_load
 from fe_models.mesh import mesh
 from fe_models.statics import PointLoad, rest_state
 from fe_models.structure import PLANE_FRAME, Beam, Cable, Damping, Dashpot, Direction, PointMass, Spring, Structure

@@ -8,7 +8,7 @@ import pytest
 from scipy.linalg import eigh
 from scipy.optimize import brentq
 
-from fe_models.assembly import gravity_load, linearise
+from fe_models.assembly import linearise
 from fe_models.bridge import bridge
 from fe_models.damping import full_damping
 from fe_models.dofs import FloatArray
@@ -16,6 +16,7 @@ from fe_models.effects import (
     AddedMass,
     AxialForce,
     CubicSpring,
+    DeadLoad,
     Effect,
     ModalDamping,
     PointDamper,
@@ -24,6 +25,7 @@ from fe_models.effects import (
 )
 from fe_models.errors import InputError
 from fe_models.four_dof import four_dof
+from fe_models.items import gravity_load
 from fe_models.matrix_changes import matrix_changes
 from fe_models.modes import natural_modes
 from fe_models.simulate import FreeConfig, ReleaseConfig, simulate_free, simulate_release
@@ -40,6 +42,7 @@ BRIDGE_EFFECTS: dict[str, tuple[Effect, ...]] = {
     "restraint": (SupportSpring(12, "y", 300.0),),
     "soft support": (SupportSpring(4, "y", 2e4),),
     "axial force": (AxialForce((3, 35, 53), (30.0, -20.0, 15.0)),),
+    "dead load": (DeadLoad(0.8),),
     "dampers": (PointDamper((9, 21), "y", 3.0), PointDamper((40,), "x", 1.0)),
     "modal damping": (ModalDamping((1, 3), (0.02, 0.001)),),
 }
@@ -144,6 +147,41 @@ def test_axial_force_is_the_tangent_of_a_loaded_nonlinear_beam(force: float) -> 
     np.testing.assert_allclose(found, expected, rtol=2e-3)  # linear shapes in P-delta: order 2, (b / 16)^2 / 12
 
 
+@pytest.mark.parametrize("share", [0.5, 1.0])
+def test_dead_load_gives_the_drawn_structure_its_tangent_at_rest(share: float) -> None:
+    drawn, loaded = bridge(), bridge().with_effects(DeadLoad(share))
+    rest, plain, found = (linearise(*of) for of in ((drawn, rest_state(drawn)), (drawn,), (loaded,)))
+    expected = plain.stiffness + share * (rest.stiffness - plain.stiffness)
+    assert abs(found.stiffness - expected).max() < 1e-12 * abs(expected).max()
+    assert abs(plain.stiffness - expected).max() > 1e-5 * abs(expected).max()
+    assert abs(found.damping - plain.damping).max() == 0.0
+    again = linearise(loaded, rest_state(loaded)).stiffness  # at rest it is there already
+    assert abs(again - rest.stiffness).max() < 1e-12 * abs(expected).max()
+
+
+def test_weight_hanging_from_a_rod_stiffens_it() -> None:
+    """A massless clamped rod with a mass m below: omega^2 = k(P) / m with k(P) = P / (L (1 - tanh(a) / a)), P = m g,
+    a = L sqrt(P / (E I)).
+    """
+    length, P = 2.0, 0.5 * BUCKLING
+    rod = replace(
+        cantilever(length, 16, replace(TIMBER, density=0.0)),
+        nodes=((0.0, 0.0), (0.0, -length)),
+        point_masses=(PointMass(2, P / 9.81),),
+    )
+    a = length * np.sqrt(P / TIMBER.bending_stiffness)
+    exact = np.sqrt(P / (length * (1 - np.tanh(a) / a)) / (P / 9.81))
+    found = natural_modes(linearise(rod.with_effects(DeadLoad())), 1).omega[0]
+    assert found == pytest.approx(exact, rel=1e-3)  # order 2 of 16 elements
+
+
+def test_dead_load_of_a_structure_that_would_fall_is_refused() -> None:
+    column = replace(cantilever(divisions=4), nodes=((0.0, 0.0), (0.0, 2.0)), point_masses=(PointMass(2, 1e5),))
+    linearise(column)
+    with pytest.raises(InputError, match="state at rest"):
+        linearise(column.with_effects(DeadLoad()))
+
+
 def test_axial_forces_of_several_effects_add_up() -> None:
     once = linearise(simply_supported(2).with_effects(AxialForce((1,), 70.0))).stiffness.toarray()
     twice = linearise(simply_supported(2).with_effects(AxialForce((1,), 100.0), AxialForce((1,), -30.0)))
@@ -231,9 +269,9 @@ def test_changes_of_matrices_are_the_differences(name: str) -> None:
     ):
         error = np.abs(before + change[np.ix_(free, free)] - after).max()
         assert error < 1e-9 * np.abs(after).max()  # shapes of modal damping; rounding elsewhere
-    if name != "modal damping":
+    if name not in ("modal damping", "dead load", "all"):
         total = sum(matrix.nnz for matrix in (changes.mass, changes.damping, changes.stiffness))
-        assert 0 < total < 400  # sparse: of 165 x 165
+        assert 0 < total < 400  # sparse: of 165 x 165; a dead load acts in every element
 
 
 def _supports(structure: Structure, effects: tuple[Effect, ...]) -> tuple[Support, ...]:
@@ -253,7 +291,7 @@ def test_small_release_of_the_bridge_with_effects_is_that_of_its_tangent(name: s
     # The same rule on the same grid: what is left is the square of the pull, 1e-3 N against 10 N of weight, and Newton.
     np.testing.assert_allclose(response.displacement[:, free], expected, atol=2e-3 * np.abs(expected).max())
     plain = linearise(bridge(), rest_state(bridge()))
-    if name not in ("modal damping", "dampers"):
+    if name not in ("modal damping", "dampers", "dead load"):  # which the tangent at rest has by itself
         assert abs(natural_modes(plain, 8).frequencies / natural_modes(tangent, 8).frequencies - 1).max() > 1e-4
 
 
@@ -308,6 +346,7 @@ def test_changes_at_a_loaded_rest_are_those_of_the_tangent() -> None:
         ((AddedMass(1, -0.6), AddedMass(1, -0.6)), "effects leave node 1 a mass of -0.2 kg in x"),
         ((SupportSpring(1, "x", -4.0),), "the stiffness at node 1 in x is negative, -1: the state at rest is unstable"),
         ((SupportSpring(4, "x", -0.6),), "the state at rest is unstable, most of all node 4 in x"),
+        ((DeadLoad(),), "nodes move in x only; weight changes small motions where they move in x and y"),
         ((ModalDamping((1, 5), 0.01),), "modal_damping: there is no mode 5; the structure has 4"),
     ],
 )

@@ -4,7 +4,7 @@ Hiding an effect in data (Exudyn), looking for it in a reduced model (NumPy, PyT
 and building it into the extended structure all use the definition here. There are two sorts:
 
 - Linear effects change M, C or K: `parts` (they become springs, masses and dashpots of the structure), `axial_force`,
-  `modal_damping`. `assembly.linearise` has them in its matrices; `matrix_changes` gives them alone.
+  `dead_load`, `modal_damping`. `assembly.linearise` has them in its matrices; `matrix_changes` gives them alone.
 - The others exert a force that depends on motion or time: a `ForceLaw`, on top of the linear model. Their elongations
   are measured from the state at rest, where they exert none. `laws.force_laws` gives those of a structure.
 
@@ -15,6 +15,7 @@ What falsifies recordings or the simulation itself, and is no part of a structur
 from fe_models.effects.axial_force import AxialForce
 from fe_models.effects.base import Cause, Effect, ForceLaw
 from fe_models.effects.connectors import ConnectorEffect, CoulombFriction, CubicSpring, GapStop, QuadraticDamper
+from fe_models.effects.dead_load import DeadLoad
 from fe_models.effects.harmonic_force import HarmonicForce
 from fe_models.effects.modal_damping import ModalDamping
 from fe_models.effects.parts import AddedMass, PointDamper, StiffnessChange, SupportSpring
@@ -27,6 +28,7 @@ EFFECTS: dict[str, type[Effect]] = {
         AddedMass,
         SupportSpring,
         AxialForce,
+        DeadLoad,
         ModalDamping,
         PointDamper,
         QuadraticDamper,
@@ -46,6 +48,7 @@ __all__ = [
     "ConnectorEffect",
     "CoulombFriction",
     "CubicSpring",
+    "DeadLoad",
     "Effect",
     "ForceLaw",
     "GapStop",

@@ -1,4 +1,4 @@
-"""Causes that change M, C or K, at every place: stiffness, axial forces, masses, springs, dashpots, soft supports."""
+"""Causes that change M, C or K, at every place: stiffness, forces at rest, masses, springs, dashpots, soft supports."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -6,11 +6,22 @@ from functools import partial
 from typing import cast
 
 import numpy as np
+from scipy.linalg import eigvalsh
 from scipy.sparse import csr_array
 
 from fe_models.dofs import FloatArray, IntArray
-from fe_models.effects import AddedMass, AxialForce, Cause, Effect, PointDamper, StiffnessChange, SupportSpring
+from fe_models.effects import (
+    AddedMass,
+    AxialForce,
+    Cause,
+    DeadLoad,
+    Effect,
+    PointDamper,
+    StiffnessChange,
+    SupportSpring,
+)
 from fe_models.effects.laws import with_parts
+from fe_models.errors import InputError
 from fe_models.matrix_changes import matrix_changes
 from fe_models.structure import Direction, Element, Spring, Structure
 from hybrid.diagnosis.causes.candidate import Candidate
@@ -29,6 +40,8 @@ UNBORNE = 0.1  # how probable an axial force is that nothing takes off where its
 # possible, for weights and friction are not drawn, but of two that sensors hardly tell apart not the first to think of
 ECHOED = 0.1  # likewise a spring to the ground beside one that the structure has: that one would be off instead
 YIELDING = 2e-3  # the strain that no metal of a structure bears for long
+HARDLY = 1e-4  # of squared frequencies: a dead load that changes none by more is not felt
+HEAVIEST = 3.0  # times what is drawn: no more weight than that goes unnoticed
 ANY = (-np.inf,)
 
 Changes = tuple[csr_array, csr_array, csr_array]
@@ -39,6 +52,7 @@ def linear_causes(plant: Plant, places: list[Place]) -> list[Candidate]:
     return [
         *_stiffness_changes(plant),
         *_axial_forces(plant),
+        *_dead_load(plant),
         *_added_masses(plant),
         *(_support_spring(plant, place) for place in places if len(place.nodes) == 1),
         *(_point_damper(plant, place) for place in places),
@@ -123,6 +137,35 @@ def _felt_force(plant: Plant, stiffness: csr_array) -> float:
     omega, shapes = plant.modes
     softened = np.abs(np.einsum("di,di->i", shapes, stiffness @ shapes))
     return BUCKLING * float(np.min(omega**2 / np.maximum(softened, 1e-12 * omega**2)))
+
+
+def _dead_load(plant: Plant) -> list[Candidate]:
+    """Return what weight and prestress do to small motions; none where that is not felt, or nothing would stand."""
+    effect, structure = DeadLoad(), plant.structure
+    if effect.faults(structure) or any(isinstance(own, DeadLoad) for own in structure.effects):
+        return []
+    try:
+        changes = _unit(plant, effect)
+    except InputError:  # no state at rest
+        return []
+    omega, shapes = plant.modes
+    felt = shapes.T @ (changes[2] @ shapes)
+    left = eigvalsh(np.diag(omega**2) + felt)
+    if left[0] <= 0 or np.all(np.abs(np.diag(felt)) < HARDLY * omega**2):
+        return []
+    return [
+        Candidate(
+            kind=DeadLoad.kind,
+            location=effect.location,
+            names=("share",),
+            build=DeadLoad,
+            neutral=(0.0,),
+            width=(1.0,),
+            lower=(0.0,),
+            upper=(HEAVIEST,),
+            changes=changes,
+        )
+    ]
 
 
 def _added_masses(plant: Plant) -> list[Candidate]:

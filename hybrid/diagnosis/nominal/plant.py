@@ -11,6 +11,7 @@ from scipy.sparse.linalg import SuperLU
 from fe_models.assembly import linearise, unsupported
 from fe_models.damping import full_damping, replace_ratios
 from fe_models.dofs import DofMap, FloatArray
+from fe_models.effects import DeadLoad
 from fe_models.effects.base import ForceLaw
 from fe_models.effects.laws import force_laws, replaced_ratios
 from fe_models.errors import InputError, raise_faults
@@ -288,6 +289,9 @@ def _felt_parts(
     structure: Structure, mass: csr_array, stiffness: csr_array
 ) -> tuple[tuple[UncertainPart, ...], tuple[csr_array, ...]]:
     """Return the uncertain parts and what doubling each adds to M or K, less those whose mass nothing feels."""
+    effects = tuple(effect for effect in structure.effects if not isinstance(effect, DeadLoad))
+    structure = replace(structure, effects=effects)  # what a heavier part makes of that is of second order
+    mass, _, stiffness = unsupported(structure)
     parts, changes = [], []
     for part in uncertain_parts(structure):
         doubled = unsupported(part.scaled(structure, 2.0))

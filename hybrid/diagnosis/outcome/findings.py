@@ -17,6 +17,8 @@ VERBS = {
     "added_mass": "{place} carries {mass} more than the model has (negative: less)",
     "support_spring": "{place} is held by {stiffness} that the model lacks (negative: it has too much)",
     "axial_force": "{place} carries an axial force of {force} that the model lacks (tension positive)",
+    "dead_load": "the structure feels its own weight and prestress (P-delta), {share} times what is drawn; the model's"
+    " natural modes leave them out",
     "modal_damping": "{place} is damped with a ratio of {ratio}",
     "point_damper": "a damper of {coefficient} acts {at} (negative: the model has too much damping there)",
     "quadratic_damper": "drag of {coefficient} acts {at}",
