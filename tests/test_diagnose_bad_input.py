@@ -18,7 +18,7 @@ from fe_models.four_dof import four_dof
 from fe_models.lowpass import LowPass
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.contest.setting import setting_of
-from hybrid.diagnosis.contest.wrong_units import shown_factors
+from hybrid.diagnosis.contest.wrong_units import shown_otherwise, with_other_units
 from hybrid.diagnosis.recorded.channels import saturation_levels, usable
 from hybrid.diagnosis.recorded.offsets import offsets
 from hybrid.diagnosis.response.marching import is_too_fast
@@ -76,28 +76,56 @@ def test_dead_channel_is_left_out_and_said(tmp_path: Path) -> None:
 def test_recording_in_which_nothing_moves_is_left_out_with_no_sensor() -> None:
     still = with_data(CASE, {"r02": np.zeros_like(CASE.recordings[1].data)})
     sound, (note,) = usable(still)
-    assert note == "most sensors never change in r02: left out"
+    assert note == "no sensor changes in r02: left out"
     assert len(sound.sensors) == 5
     assert [r.name for r in sound.recordings] == ["r01", "r03", "r04"]
+    motions = np.concatenate([CASE.recordings[1].data, np.zeros_like(CASE.recordings[1].data)])
+    sound, (note,) = usable(with_data(CASE, {"r02": motions}))
+    assert note == "no sensor changes in 1 of the 2 motions of r02: left out"
+    assert len(sound.recordings) == 4
 
 
-def test_channel_in_another_unit_is_told_by_the_others(tmp_path: Path) -> None:
+def test_sensors_that_are_dead_in_many_recordings_are_left_out_rather_than_these() -> None:
+    dead = np.arange(5) < 2
+    some = {r.name: np.where(dead, 0.0, r.data) for r in CASE.recordings[1:]}
+    sound, notes = usable(with_data(CASE, some))
+    assert len(sound.recordings) == 4
+    assert len(sound.sensors) == 3
+    assert len(notes) == 2
+
+
+@pytest.mark.parametrize("sensor", ["a1", "a4", "x4"])
+@pytest.mark.parametrize("factor", [1000.0, 1 / 9.81, 0.001])
+def test_channel_in_another_unit_is_told_by_the_others(sensor: str, factor: float) -> None:
+    sound = blind_case(5, BlindConfig(off=True)).dataset
+    setting = setting_of(in_other_unit(sound, sensor, factor))
+    column, found = shown_otherwise(setting.short, setting.searched)
+    assert setting.gauge.sensors[column].name == sensor
+    assert abs(found / factor - 1) < 0.1  # the structure as drawn is off, too
+
+
+def test_channels_whose_units_are_right_are_believed() -> None:
+    for seed in (3, 5):
+        setting = setting_of(blind_case(seed, BlindConfig(off=True, kinds=("sensor_gain",))).dataset)
+        assert with_other_units(setting.candidates(), setting.short, setting.searched) == setting.candidates()
+
+
+@pytest.mark.parametrize("factor", [1000.0, 0.001])  # mm/s^2, and m/s^2 that says mm/s^2
+def test_channel_in_another_unit_is_named(factor: float, tmp_path: Path) -> None:
     """A prior of calibrations, which are off by tenths, would never believe a factor of a thousand."""
-    sound = blind_case(3, BlindConfig(off=True)).dataset
-    scale = np.where(np.arange(5) == NAMES.index("a1"), 1000.0, 1.0)  # mm/s^2
-    setting = setting_of(with_data(sound, {r.name: scale * r.data for r in sound.recordings}))
-    factors = shown_factors(setting.short, setting.searched)
-    measured = [sensor.name for sensor in setting.gauge.sensors]
-    expected = np.where(np.array(measured) == "a1", 1000.0, 1.0)
-    assert np.abs(factors / expected - 1).max() < 0.1  # the structure as drawn is off, too
-    report = diagnosed(with_data(sound, {r.name: scale * r.data for r in sound.recordings}), tmp_path)
+    report = diagnosed(in_other_unit(blind_case(3, BlindConfig(off=True)).dataset, "a4", factor), tmp_path)
     (finding,) = report["findings"]
     assert finding["kind"] == "sensor_gain"
-    assert finding["location"] == {"sensor": "a1"}
+    assert finding["location"] == {"sensor": "a4"}
     assert finding["probability"] > 0.9
-    factor = finding["parameters"]["factor"]
-    assert abs(factor["value"] - 1000) < 3 * factor["std"] < 30
+    found = finding["parameters"]["factor"]
+    assert abs(found["value"] - factor) < 3 * found["std"] < 0.03 * factor
     assert "check its unit" in finding["sentence"]
+
+
+def in_other_unit(sound: Dataset, sensor: str, factor: float) -> Dataset:
+    scale = np.where(np.arange(5) == NAMES.index(sensor), factor, 1.0)
+    return with_data(sound, {r.name: scale * r.data for r in sound.recordings})
 
 
 def test_sampling_rate_that_is_off_by_two_is_asked_for(tmp_path: Path) -> None:
@@ -110,13 +138,18 @@ def test_sampling_rate_that_is_off_by_two_is_asked_for(tmp_path: Path) -> None:
 
 
 def test_channel_that_does_not_swing_about_zero_is_told() -> None:
-    """Gravity left in an accelerometer is an offset; a drift of the same mean is none, nor is a slow decay."""
+    """Gravity left in an accelerometer is an offset, also one that decays slowly; a drift of the same mean is none, nor
+    is what has died down before the end.
+    """
     column, time = NAMES.index("a1"), np.linspace(0, 1, CASE.recordings[0].data.shape[1])
     assert offsets(CASE) == []
-    for shape, told in ((np.ones_like(time), True), (2 * time, False)):
+    shapes = {"steady": np.ones_like(time), "slowly": np.exp(-time / 5), "drift": 2 * time, "dies": np.exp(-2 * time)}
+    for name, shape in shapes.items():
         added = 9.81 * np.where(np.arange(5) == column, shape[:, None], 0.0)
         notes = offsets(with_data(CASE, {r.name: r.data + added for r in CASE.recordings}))
-        assert [note.split(" in ")[0] for note in notes] == ["sensor a1 shows 9.81 m/s^2"] * told
+        sizes = {"steady": "9.81", "slowly": "8.89"}
+        expected = [f"sensor a1 shows {sizes[name]} m/s^2"] if name in sizes else []
+        assert [note.split(" in ")[0] for note in notes] == expected
 
 
 def test_saturated_channel_is_told_from_its_runs() -> None:

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from fe_models.dofs import FloatArray
 from fe_models.sensor_effects import SensorGain
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.fitting.fitting import Fit
@@ -14,45 +13,56 @@ from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.loaded import given
 from hybrid.diagnosis.response.system import drift, observability
 
-FAR = 10.0  # prior standard deviations of a gain: no calibration is as far off
+FAR = 4.0  # times or a part of the truth: no calibration is as far off
+AGREE = 0.1  # of what they leave with it: what the others leave of themselves without a sensor of another unit
 
 
 def with_other_units(candidates: tuple[Candidate, ...], short: Fit, gauge: Gauge) -> tuple[Candidate, ...]:
-    """Return the candidates; a gain that the other sensors tell far off may be as far off as that.
+    """Return the candidates; the gain of a sensor that the others tell far off may be as far off, and begins there.
 
     A channel in mm/s^2 shows a thousand times the truth, which a prior of calibrations would never believe. ``short``:
     the nominal fit of short segments.
     """
-    factors = shown_factors(short, gauge)
+    sensor, factor = shown_otherwise(short, gauge)
+    if 1 / FAR < factor < FAR:
+        return candidates
 
     def wider(candidate: Candidate) -> Candidate:
-        if candidate.kind != SensorGain.kind or candidate.sensor is None:
+        if candidate.kind != SensorGain.kind or candidate.sensor != sensor:
             return candidate
-        off = float(abs(factors[candidate.sensor] - candidate.neutral[0]))
-        return replace(candidate, width=(off,)) if off > FAR * candidate.width[0] else candidate
+        width = max(candidate.width[0], abs(factor - candidate.neutral[0]))
+        return replace(candidate, width=(width,), starts=((factor,),), scalable=False)
 
     return tuple(wider(candidate) for candidate in candidates)
 
 
-def shown_factors(short: Fit, gauge: Gauge) -> FloatArray:
-    """Return how many times what the others tell each sensor shows, (sensor,), of the linear structure as drawn.
+def shown_otherwise(short: Fit, gauge: Gauge) -> tuple[int, float]:
+    """Return the sensor without which the others agree best, and how many times what they tell it shows; 1 where they
+    do not agree far better without it.
 
-    The initial states of each segment of a fit are those that the other sensors ask for.
+    The initial states of each segment of a fit are those that the sensors ask for, of the linear structure as drawn.
     """
     drawn = Hypothesis(replace(short.hypothesis.plant, laws=()))
     system = drawn.system(drawn.centre[None], gauge.sensors, gauge.rate, gauge.positions)
-    along, size = np.zeros((2, len(gauge.sensors)))
+    count = len(gauge.sensors)
+    along, size, left = np.zeros(count), np.zeros(count), np.zeros(count + 1)
     for batch in short.batches:
         data = batch.data - given(system, batch)[0] - drift(system, batch.samples)[0]
         by_state = observability(system, batch.samples)[0]  # (time, sensor, state)
-        for sensor in range(len(along)):
-            others = np.arange(len(along)) != sensor
+        for sensor in range(count + 1):  # the last time with all of them
+            others = np.arange(count) != sensor
             rows = (by_state[:, others] / gauge.sigma[others, None]).reshape(-1, drawn.states)
+            values = (data[..., others] / gauge.sigma[others]).reshape(len(data), -1)
             if not rows.any():  # they feel nothing, or there are none
+                left[sensor] += np.square(values).sum()
                 continue
             basis, upper = orthonormal(rows)
-            taken = (data[..., others] / gauge.sigma[others]).reshape(len(data), -1) @ basis  # (recording, vector)
-            told = np.linalg.solve(upper, taken.T).T @ by_state[:, sensor].T  # (recording, time)
-            along[sensor] += np.vdot(told, data[..., sensor])
-            size[sensor] += np.vdot(told, told)
-    return np.where(size > 0, along / np.where(size > 0, size, 1.0), 1.0)
+            taken = values @ basis  # (recording, vector)
+            left[sensor] += np.square(values).sum() - np.square(taken).sum()
+            if sensor < count:
+                told = np.linalg.solve(upper, taken.T).T @ by_state[:, sensor].T  # (recording, time)
+                along[sensor] += np.vdot(told, data[..., sensor])
+                size[sensor] += np.vdot(told, told)
+    best = int(np.argmin(left[:count]))
+    alone = size[best] <= 0 or left[best] > AGREE * left[count]
+    return best, 1.0 if alone else float(along[best] / size[best])

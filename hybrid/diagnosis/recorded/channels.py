@@ -5,6 +5,7 @@ such sample on; or the channel is left out everywhere, whichever loses fewer val
 whole.
 """
 
+from collections import Counter
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -31,15 +32,14 @@ class _Fault:
 def usable(dataset: Dataset) -> tuple[Dataset, list[str]]:
     """Return the dataset without dead and saturated samples, and a note on each sensor that has some.
 
-    A recording in which most sensors never change recorded no motion, and says nothing of its sensors. `InputError`
-    where no measured channel or no training recording is left.
+    A motion in which no sensor changes says nothing of the sensors. `InputError` where no measured channel or no
+    training recording is left.
     """
     single = [replace(r, data=part[None]) for r in dataset.recordings for part in r.data]
     moving = [recording for recording in single if not _is_still(recording)]
     if len(moving) < len(single) and any(recording.role == "train" for recording in moving):
-        names = dict.fromkeys(recording.name for recording in single if _is_still(recording))
         rest, notes = usable(replace(dataset, recordings=tuple(moving)))
-        return rest, [f"most sensors never change in {', '.join(names)}: left out", *notes]
+        return rest, [f"no sensor changes in {_motions(single)}: left out", *notes]
     faults = {column: fault for column in range(len(dataset.sensors)) if (fault := _fault(single, column))}
     if not faults:
         return dataset, []
@@ -96,8 +96,14 @@ def is_dead(channel: FloatArray) -> bool:
 
 
 def _is_still(recording: Recording) -> bool:
-    dead = [is_dead(channel) for channel in recording.data[0].T]
-    return sum(dead) > len(dead) / 2
+    return all(is_dead(channel) for channel in recording.data[0].T)
+
+
+def _motions(single: list[Recording]) -> str:
+    """Return in words which of the recordings, a motion each, are still: those of one file share its name."""
+    motions = Counter(recording.name for recording in single)
+    still = Counter(recording.name for recording in single if _is_still(recording))
+    return ", ".join(n if c == motions[n] else f"{c} of the {motions[n]} motions of {n}" for n, c in still.items())
 
 
 def saturation_levels(channel: FloatArray) -> list[float]:

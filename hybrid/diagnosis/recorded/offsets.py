@@ -17,7 +17,7 @@ def offsets(dataset: Dataset) -> list[str]:
         means = np.array([channel.mean() for channel in channels])
         if len(means) and all(map(_is_offset, channels)) and np.ptp(means) < STEADY * np.abs(means).max():
             size = f"{means.mean():.3g} {sensor.unit}" if sensor.unit != "1" else f"{means.mean():.3g}"
-            found.append(f"sensor {sensor.name} shows {size} in the mean of its recordings: take its offset off")
+            found.append(f"sensor {sensor.name} shows {size} in the mean of its recordings: subtract it")
     return found
 
 
