@@ -9,10 +9,10 @@ import pytest
 
 from fe_models.assembly import linearise
 from fe_models.blind import SENSORS, BlindConfig, blind_case
-from fe_models.effects import AddedMass, CubicSpring, Effect, QuadraticDamper
+from fe_models.effects import AddedMass, CubicSpring, Effect, PointDamper, QuadraticDamper
 from fe_models.four_dof import four_dof
 from fe_models.modes import mac, natural_modes
-from fe_models.recordings import Dataset, Recording
+from fe_models.recordings import Dataset, Recording, Uncertainty
 from fe_models.simulate import FreeConfig, simulate_free
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.fitting.fitting import fit
@@ -22,6 +22,7 @@ from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import batches_of, columns_of
 from hybrid.diagnosis.recorded.spectra import energy_near
 from hybrid.diagnosis.response.hypothesis import Hypothesis
+from hybrid.diagnosis.shown.all_off import all_off
 from hybrid.diagnosis.shown.amplitude import amplitude_dependence
 from hybrid.diagnosis.shown.example import Example, draw_example
 from hybrid.diagnosis.shown.show import modes_of
@@ -104,6 +105,24 @@ def test_observed_modes_are_those_of_the_truth(found: Diagnosis) -> None:
     assert found.shown.mac.shape == (4,)
     assert found.shown.motion_energy.sum() == pytest.approx(1)
     assert found.shown.error_energy.sum() == pytest.approx(1)
+
+
+def test_frequencies_that_are_all_off_alike_are_told(found: Diagnosis) -> None:
+    """Not those of one mode, which a cause at a place moves, nor by what its owner thinks normal."""
+    shown, f = found.shown, found.shown.nominal.frequencies
+    alike, one = (replace(shown, observed=replace(shown.observed, frequencies=f * (0.8, b, b, b))) for b in (0.8, 1.0))
+    seen = replace(alike, motion_energy=np.full(4, 0.25), mac=np.ones(4))
+    (note,) = all_off(seen, Uncertainty())
+    assert "observed at 0.8 times" in note
+    assert all_off(seen, Uncertainty(stiffness=0.3)) == []
+    assert all_off(replace(one, motion_energy=np.full(4, 0.25), mac=np.ones(4)), Uncertainty()) == []
+
+
+def test_mode_that_is_overdamped_is_in_no_table() -> None:
+    """Of the others fewer are observed than there are nominal ones."""
+    found = diagnose(motions(PointDamper((2,), "x", 10.0)))
+    assert len(found.shown.observed.frequencies) < len(found.shown.nominal.frequencies)
+    assert shown_table(found.shown)
 
 
 def test_tables_tell_channels_and_modes(found: Diagnosis) -> None:

@@ -121,7 +121,7 @@ def concluded(setting: Setting, evidence: Evidence) -> Diagnosis:
     notes += modal_notes(simulation, found.nominal, found.own, scorer, named)
     advice = advise(posterior, evidence.searched, setting.dataset.sensors) if named else ()
     shown = show(setting.dataset, simulation.fit, final, found.nominal, found.calibrated, gauge)
-    notes += all_off(shown)
+    notes += all_off(shown, setting.dataset.assumptions.uncertainty)
     return Diagnosis(
         verdict=verdict,
         findings=findings,
