@@ -3,10 +3,12 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from fe_models.blind import BlindConfig, blind_case
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.fitting.fitting import fit
+from hybrid.diagnosis.fitting.forecasting import deviation_of, deviation_of_groups
 from hybrid.diagnosis.nominal.plant import plant_of
 from hybrid.diagnosis.outcome.calibration import astray, calibration_of, far_off
 from hybrid.diagnosis.recorded.gauge import Gauge
@@ -49,11 +51,10 @@ def test_value_that_is_far_off_is_told_with_its_place_and_side() -> None:
 def test_element_that_is_far_off_by_itself_is_told() -> None:
     setting = setting_of(blind_case(7, BlindConfig(off=True, structure="bridge")).dataset)
     found, plant = setting.short, setting.plant
-    theta, rest = np.zeros_like(found.theta), slice(plant.factors, plant.values)
-    off = np.zeros(len(plant.scatter.elements))
-    off[3] = -1.0
-    weights = plant.scatter.weights
-    theta[rest] = np.linalg.lstsq(weights.T, off, rcond=None)[0]
-    (note,) = astray(replace(found, theta=theta), 4.0)
-    assert f"stiffness of element {plant.scatter.elements[3]} had to go" in note
-    assert "below its nominal value" in note
+    theta, pattern = np.zeros_like(found.theta), plant.scatter.weights[0]
+    most = int(np.argmax(np.abs(pattern)))
+    theta[plant.factors] = -0.02 / pattern[most]  # a pattern's sign is free
+    off = replace(found, theta=theta)
+    (note,) = astray(off, 4.0)
+    assert f"stiffness of element {plant.scatter.elements[most]} had to go 2.0% below that of its group" in note
+    assert deviation_of(off) == pytest.approx(4 * deviation_of_groups(off))  # a quarter of the group's is usual

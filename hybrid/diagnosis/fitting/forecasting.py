@@ -9,6 +9,7 @@ from fe_models.dofs import FloatArray
 from fe_models.recordings import Sensor
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.fitting.geometry_response import added
+from hybrid.diagnosis.nominal.scatter import OWN
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import Batch, columns_of, count_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
@@ -75,6 +76,14 @@ def within(item: Fit, most: float) -> FloatArray:
 def deviation_of(item: Fit) -> float:
     """Return how far the calibration of a fit goes, at most, in stated standard deviations."""
     return float(np.abs(item.deviations).max())
+
+
+def deviation_of_groups(item: Fit) -> float:
+    """Return the same where an element by itself counts as its group does: nobody stated how far one differs from it,
+    and the quarter of the group's uncertainty that a search starts from is no more than usual.
+    """
+    plant, off = item.hypothesis.plant, np.abs(item.deviations)
+    return float(np.append(off[: plant.factors], OWN * off[plant.factors :]).max())
 
 
 def goes_far(item: Fit) -> bool:

@@ -31,51 +31,63 @@ def calibration_of(plant: Plant, theta: FloatArray, covariance: FloatArray) -> t
     No standard deviation is larger than the one stated: recordings cannot tell less than nothing. Of modes beyond a
     low-pass nothing is told.
     """
-    names = [*_factors(plant), *(("stiffness", {"element": number}) for number in plant.scatter.elements)]
     own, rest = slice(0, plant.factors), slice(plant.factors, plant.values)
-    weights = plant.scatter.weights
-    factors = np.append(np.exp(theta[own]), 1 + theta[rest] @ weights)
+    weights, factors = plant.scatter.weights, _factors(plant, theta)
     deviation = np.minimum(np.sqrt(np.diag(covariance)[own]), plant.spread[own]) * factors[: plant.factors]
     scattered = np.sqrt(np.einsum("pe,pq,qe->e", weights, covariance[rest, rest], weights))
     scattered = np.minimum(scattered, np.linalg.norm(plant.spread[rest, None] * weights, axis=0))
     return tuple(
         Calibrated(quantity, location, float(factor), float(std))
-        for (quantity, location), factor, std in zip(names, factors, np.append(deviation, scattered), strict=True)
+        for (quantity, location), factor, std in zip(
+            _places(plant), factors, np.append(deviation, scattered), strict=True
+        )
         if quantity != "damping" or location["modes"][0] <= plant.below
     )
 
 
 def far_off(item: Fit) -> list[str]:
     """Return a note on each nominal value that a fit has further off than usual, in stated standard deviations."""
+    plant = item.hypothesis.plant
     return [
         f"{quantity} of {place_words(location)} is {abs(deviation):.1f} of its stated standard deviations"
         f" {'below' if deviation < 0 else 'above'} its nominal value: rare, but likelier than any cause"
-        for (quantity, location), deviation in zip(_factors(item.hypothesis.plant), item.deviations, strict=False)
+        for (quantity, location), deviation in zip(_places(plant), item.deviations[: plant.factors], strict=False)
         if abs(deviation) > DEVIATION
     ]
 
 
 def astray(item: Fit, normal: float) -> list[str]:
-    """Return a note on the nominal value that a fit with causes has furthest off, if more than is ``normal``, in stated
-    standard deviations: something else is wrong there, or all that is.
+    """Return a note on the nominal value that a fit with causes has furthest off, if that is more than is ``normal``,
+    in stated standard deviations: something else is wrong there, or all that is.
+
+    Of elements that are off by themselves, of which nothing was stated, that which is off most.
     """
-    plant = item.hypothesis.plant
-    rest, weights = slice(plant.factors, plant.values), plant.scatter.weights
-    by_itself = item.theta[rest] @ weights / np.linalg.norm(plant.spread[rest, None] * weights, axis=0)  # (element,)
-    deviations = np.append(item.deviations[: plant.factors], by_itself)
-    places = [*_factors(plant), *(("stiffness", {"element": number}) for number in plant.scatter.elements)]
+    plant, deviations = item.hypothesis.plant, item.deviations
     worst = int(np.argmax(np.abs(deviations)))
     if abs(deviations[worst]) <= normal:
         return []
+    places, factors = _places(plant), _factors(plant, item.theta)
+    if worst >= plant.factors:
+        worst = plant.factors + int(np.argmax(np.abs(factors[plant.factors :] - 1)))
+        size, from_there = f"{abs(factors[worst] - 1):.1%}", "that of its group"
+    else:
+        size, from_there = f"{abs(deviations[worst]):.1f} of its stated standard deviations", "its nominal value"
     quantity, location = places[worst]
-    side = "below" if deviations[worst] < 0 else "above"
+    side = "below" if factors[worst] < 1 else "above"
     return [
-        f"beside what is named, {quantity} of {place_words(location)} had to go {abs(deviations[worst]):.1f} of its "
-        f"stated standard deviations {side} its nominal value: something else is wrong, or it all is there"
+        f"beside what is named, {quantity} of {place_words(location)} had to go {size} {side} {from_there}: "
+        "something else is wrong, or it all is there"
     ]
 
 
-def _factors(plant: Plant) -> list[tuple[str, dict[str, Any]]]:
-    """Return quantity and location of each uncertain factor."""
+def _places(plant: Plant) -> list[tuple[str, dict[str, Any]]]:
+    """Return quantity and location of each uncertain factor, then of each element by itself."""
     parts = [(part.quantity, part.location) for part in plant.parts]
-    return [*parts, *(("damping", {"modes": [mode + 1]}) for mode in range(len(plant.ratios)))]
+    damping = [("damping", {"modes": [mode + 1]}) for mode in range(len(plant.ratios))]
+    return [*parts, *damping, *(("stiffness", {"element": number}) for number in plant.scatter.elements)]
+
+
+def _factors(plant: Plant, theta: FloatArray) -> FloatArray:
+    """Return the factor of each of them at ``theta`` (parameter,)."""
+    by_itself = theta[plant.factors : plant.values] @ plant.scatter.weights
+    return np.append(np.exp(theta[: plant.factors]), 1 + by_itself)

@@ -5,7 +5,7 @@ from enum import Enum
 
 from hybrid.diagnosis.contest.pairs import left
 from hybrid.diagnosis.fitting.fitting import Fit
-from hybrid.diagnosis.fitting.forecasting import deviation_of
+from hybrid.diagnosis.fitting.forecasting import deviation_of, deviation_of_groups
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.noise import Band
 
@@ -77,6 +77,8 @@ def verdict_of(
     normal = deviation_of(best) <= ABNORMAL or _is_explained(best, all_causes, gauge, band)
     if normal and (errors.reached or (errors.near and wholly)):
         return Verdict.EXPLAINED, 1.0 if certain else LISTED
+    if errors.reached and errors.unexplained < WHOLLY and deviation_of_groups(best) <= ABNORMAL:
+        return Verdict.EXPLAINED, LISTED  # elements that are off by themselves took the rest
     partly = min(share, errors.unexplained) < PARTLY  # a calibration gone astray may leave as little
     return (Verdict.PARTLY_EXPLAINED if partly else Verdict.UNEXPLAINED), LISTED_IN_PART
 
