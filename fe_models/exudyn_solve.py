@@ -32,12 +32,10 @@ from fe_models.structure import Spring, Structure
 
 LOAD_STEPS = 5
 STATIC_TOLERANCE = 1e-6  # of Newton's first residual in each load step
-CALMED = (
-    10 / 16,
-    4 / 16,
-    -1 / 16,
-)  # of the accelerations of a step, those next to it, and those beyond: their sum takes
-# away what changes sign with every step, and leaves all else to order 4
+# Of the accelerations at a step and the two before and after it: their sum takes away what changes sign at every step
+# and leaves polynomials as they are up to order 3; at an end and the step before it, from there inwards, up to order 2.
+CALMED = np.array([-1, 4, 10, 4, -1]) / 16
+CALMED_AT_END = np.array([[14, 6, -6, 2], [2, 10, 6, -2]]) / 16
 SMALLEST_TOLERANCE = 1e-10  # N, Exudyn's own, for structures of springs alone
 
 
@@ -146,15 +144,24 @@ def motion_after_release(
 def _calmed_by(step: int, steps: Steps) -> list[tuple[int, float]]:
     """Return the outputs that the accelerations of a ``step`` belong to, each with their weight there.
 
-    The first is as it is; beyond the first and the last step they are taken to go on as they came.
+    The first, before any step is taken, is as it is; so are all of so few steps that nothing can be told from others.
     """
-    last, found = steps.outputs * steps.per_output, [(0, 1.0)] if step == 0 else []
-    for away, weight in enumerate(CALMED):
-        for centre in {step - away, step + away}:
-            if centre % steps.per_output == 0 and 0 < centre <= last and step <= last:
-                mirrored = away > 0 and not 0 <= 2 * centre - step <= last
-                found.append((centre // steps.per_output, weight * (1 + mirrored)))
-    return found
+    last, reach = steps.outputs * steps.per_output, len(CALMED_AT_END[0]) - 1
+    centres = range(max(step - reach, 0), min(step + reach, last) + 1) if step <= last else ()
+    weights = {centre: _calming(centre, last).get(step, 0.0) for centre in centres if centre % steps.per_output == 0}
+    return [(centre // steps.per_output, weight) for centre, weight in weights.items() if weight]
+
+
+def _calming(centre: int, last: int) -> dict[int, float]:
+    """Return the weights, by step, of the accelerations that tell those at the step ``centre`` of 0 to ``last``."""
+    if centre == 0 or last < len(CALMED_AT_END[0]) - 1:
+        return {centre: 1.0}
+    for number, weights in enumerate(CALMED_AT_END.tolist()):
+        if centre == number:
+            return dict(enumerate(weights))
+        if centre == last - number:
+            return {last - away: weight for away, weight in enumerate(weights)}
+    return dict(enumerate(CALMED.tolist(), start=centre - 2))
 
 
 class FreeMotion:

@@ -12,6 +12,7 @@ from fe_models.damping import full_damping, rayleigh_damping
 from fe_models.dofs import FloatArray
 from fe_models.effects import ConnectorEffect, CubicSpring
 from fe_models.errors import InputError
+from fe_models.exudyn_solve import Steps, _calmed_by
 from fe_models.four_dof import four_dof
 from fe_models.linear import LinearModel
 from fe_models.modes import natural_modes
@@ -173,6 +174,20 @@ def test_highest_modes_leave_no_accelerations_that_alternate_with_the_steps() ->
         errors.append(np.abs(response.acceleration[later, tip] - exact).max() / np.abs(exact).max())
     assert errors[1] < 0.02
     assert 3.5 < errors[0] / errors[1] < 4.5  # of order 2; what alternates would fall with no power of the step
+
+
+@pytest.mark.parametrize(("per_output", "outputs"), [(1, 9), (2, 3), (3, 2)])
+def test_calmed_accelerations_keep_what_is_smooth(per_output: int, outputs: int) -> None:
+    """What alternates with the steps goes, but at the start, which no step has touched; parabolas stay, to the ends."""
+    steps = Steps(0.1, outputs, per_output)
+    time = np.arange(steps.outputs * per_output + 1)
+    for shown, left in ((1.0 + 2.0 * time - 0.3 * time**2, 1.0), ((-1.0) ** time, 0.0)):
+        found = np.zeros(outputs + 1)
+        for step, value in enumerate(shown):
+            for output, weight in _calmed_by(step, steps):
+                found[output] += weight * value
+        assert found[0] == shown[0]
+        np.testing.assert_allclose(found[1:], left * shown[per_output::per_output], atol=1e-13)
 
 
 def test_large_displacement_keeps_the_length_of_the_beam() -> None:
