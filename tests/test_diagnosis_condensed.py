@@ -146,6 +146,6 @@ def test_condensed_recordings_ask_for_the_same_step(structure: Built, kind: str,
         np.abs((normal[0] - normal[1]) / np.outer(scale, scale)).max() < 1e-3
     )  # differences by a millionth of a width
     size = np.linalg.norm(by_samples.residual)
-    assert np.abs((gradient[0] - gradient[1]) / scale).max() < 1e-3 * size
+    assert np.abs((gradient[0] - gradient[1]) / scale).max() < 3e-3 * size  # those of the samples are one-sided
     moved = np.abs(by_samples.state_slopes - brief.state_slopes).max(axis=(0, 1))
     assert (moved < 1e-3 * np.abs(by_samples.state_slopes).max(axis=(0, 1))).all()

@@ -63,7 +63,10 @@ def test_a_fault_of_the_data_is_named(folder: Path, data: FloatArray, fault: str
             "time,a2,a3,d3\n0,1,2,3\n0.1,1,2,3\n",
             "the step of its column 'time' is 0.1 s (10 Hz), but sampling_rate says",
         ),
-        ("a2;a3;d3\n0,1;0,2;0,3\n", "line 1 is separated by semicolons; expected commas, and points in numbers"),
+        (
+            "a2;a3;d3\n0,1;0,2;0,3\n",
+            "line 1 is separated by semicolons; expected commas, and decimal points in numbers",
+        ),
         ("a2\ta3\td3\n0.1\t0.2\t0.3\n", "line 1 is separated by tabs; expected commas"),
         ("0.1,-2e-3,0.3\n0.1,0.2,0.3\n", "line 1 holds numbers; expected a header line with a name for each column"),
     ],

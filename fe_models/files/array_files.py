@@ -91,10 +91,13 @@ def _of_another_form(path: Path, first: list[str]) -> list[str]:
     """Return what is wrong with a first line that is no header of comma-separated names."""
     line = ",".join(first)
     for mark, name in ((";", "semicolons"), ("\t", "tabs")):
-        if mark in line:
-            return [f"{path}: line 1 is separated by {name}; expected commas, and points in numbers"]
+        if line.count(mark) > line.count(","):
+            return [f"{path}: line 1 is separated by {name}; expected commas, and decimal points in numbers"]
     if all(map(_is_number, first)):
-        return [f"{path}: line 1 holds numbers; expected a header line with a name for each column before them"]
+        return [
+            f"{path}: line 1 holds numbers; expected a header line with a name for each column before them (a number "
+            "that is a name needs a letter)"
+        ]
     return []
 
 

@@ -10,8 +10,10 @@ from hybrid.diagnosis.causes.candidate import Candidate
 
 @dataclass(frozen=True)
 class Odds:
-    """Every kind is as probable as any other, and places of a kind by their weight; ``weights``: of all of a kind, over
-    the largest of them and one: a kind that has but improbable places is no more probable than these.
+    """Every kind is as probable as any other, and places of a kind by their weight.
+
+    ``weights``: the sum over all places of a kind, divided by the largest of them where that is less than one, so that
+    a kind that has but improbable places is no more probable than these.
 
     ``alike``: number of recorded values that tell as much as one.
     """

@@ -4,10 +4,10 @@ import numpy as np
 
 from fe_models.dofs import FloatArray
 from hybrid.diagnosis.nominal.plant import Plant
-from hybrid.diagnosis.response.reduction import Modes, eigenmodes
+from hybrid.diagnosis.response.reduction import Eigenmodes, eigenmodes
 
 
-def more_damping(plant: Plant, modes: Modes, M: FloatArray, C: FloatArray, factor: FloatArray) -> FloatArray:
+def more_damping(plant: Plant, modes: Eigenmodes, M: FloatArray, C: FloatArray, factor: FloatArray) -> FloatArray:
     """Return what the ``factor`` (variant, mode) of each mode's own damping ratio adds to C.
 
     ``modes``: those of a system whose mass and damping are M and C (variant, vector, vector).
@@ -51,7 +51,7 @@ def _factors(plant: Plant, factor: FloatArray, omega: FloatArray) -> FloatArray:
     return np.where(omega < plant.cutoff, known, 1.0)
 
 
-def _frequencies(modes: Modes) -> FloatArray:
+def _frequencies(modes: Eigenmodes) -> FloatArray:
     """Return natural frequencies (variant, mode) in rad/s."""
     omega2 = modes[0]
     return np.asarray(np.sqrt(np.maximum(omega2, 1e-12 * np.abs(omega2).max(axis=1, keepdims=True))))

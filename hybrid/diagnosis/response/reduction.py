@@ -13,7 +13,7 @@ LEAST = 1e-12  # of the largest eigenvalue: what counts as a force that a change
 LOCAL = 6  # forces at most of a change that is local; one spread over a group of elements is served by the modes
 
 
-Modes = tuple[FloatArray, FloatArray]
+Eigenmodes = tuple[FloatArray, FloatArray]
 """Squared natural frequencies (variant, mode) and mass-normalised shapes (variant, vector, mode)."""
 
 
@@ -101,14 +101,14 @@ def _appended(shapes: FloatArray, shape: FloatArray, plant: Plant) -> FloatArray
     return np.column_stack([shapes, rest / left])
 
 
-def eigenmodes(M: FloatArray, K: FloatArray) -> Modes:
+def eigenmodes(M: FloatArray, K: FloatArray) -> Eigenmodes:
     """Return squared natural frequencies (variant, mode) and mass-normalised shapes (variant, vector, mode)."""
     inverse = np.linalg.inv(np.linalg.cholesky(M))
     omega2, vectors = np.linalg.eigh(inverse @ K @ inverse.swapaxes(-1, -2))
     return omega2, np.asarray(inverse.swapaxes(-1, -2) @ vectors)
 
 
-def turn(modes: Modes, kept: int) -> FloatArray:
+def turn(modes: Eigenmodes, kept: int) -> FloatArray:
     """Return T (variant, vector, mode): the ``kept`` lowest ``modes``, turned as close as can be to the first shapes.
 
     Coordinates then mean the same in all variants, however the modes mix (orthogonal Procrustes problem).
