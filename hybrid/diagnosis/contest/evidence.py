@@ -62,7 +62,7 @@ def gather(setting: Setting, tell: Callable[[str], object]) -> Evidence:
     """Return the evidence; ``tell`` hears what is being done, step by step."""
     tell("screening")
     search, fits = _single_causes(setting, tell)
-    stages = [search.apart, search.nearby, search.together, search.faulty_sensor]
+    stages = [search.apart, search.nearby, search.together, search.promised]
     stages += [search.in_groups, search.beside, search.alone, search.anew]
     for stage in stages:
         fits += stage(fits)

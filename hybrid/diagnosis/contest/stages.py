@@ -9,6 +9,7 @@ from hybrid.diagnosis.contest.discrepancy import in_units_of
 from hybrid.diagnosis.contest.effort import effort_of
 from hybrid.diagnosis.contest.growing import Ground, Lengths, fit_growing, padded, shortened
 from hybrid.diagnosis.contest.neighbours import fits_beside
+from hybrid.diagnosis.contest.odds import Odds
 from hybrid.diagnosis.contest.pairs import (
     asks_for_more,
     each_alone,
@@ -20,16 +21,18 @@ from hybrid.diagnosis.contest.pairs import (
 from hybrid.diagnosis.contest.posterior import Posterior, posterior_of, temper_of
 from hybrid.diagnosis.contest.recording_groups import asked_for, clear_groups
 from hybrid.diagnosis.contest.search import contest
+from hybrid.diagnosis.contest.shortlist import TIED
 from hybrid.diagnosis.contest.switching import fit_switched
 from hybrid.diagnosis.fitting.fitting import Fit, fit
 from hybrid.diagnosis.fitting.forecasting import forecast, model_of
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.noise import Band
-from hybrid.diagnosis.screening.screening import screen
+from hybrid.diagnosis.response.side_by_side import side_by_side
+from hybrid.diagnosis.screening.screening import Screened, screen
 
 LITTLE_LEFT = 1.5  # energy left over that of noise: right causes of blind frames leave 1.2 to 1.3, a stop without the
 # late sensor beside it 2
-EXPLAINING = 0.5  # of the misfit of a law: what a sensor's fault beside it must promise to be fitted
+PROMISING = 4  # causes at most that are fitted because they promise something beside another one
 MOST = 0.8  # of the misfit: a law that leaves more has no change beside it
 WELL = (1.05, 1.25)  # times the noise floor: mean and largest error of forecasts in which a second cause would not show
 
@@ -88,24 +91,32 @@ class Search:
         hears()
         return pair_fits(posterior, self.candidates, self.lengths.whole, self.gauge, self.band, hears)
 
-    def faulty_sensor(self, fits: list[Fit]) -> list[Fit]:
-        """Return the fit of a sensor's fault beside a force law that is ample, if it explains most of what that leaves.
+    def promised(self, fits: list[Fit]) -> list[Fit]:
+        """Return fits of a cause beside a single one, where no second one was looked for, that promises to be more
+        probable than none, and of those that promise as much.
 
-        All other second causes would take a minute there; what a sensor's fault promises is told at once.
+        A search for any second cause takes a minute of a frame, and what is left may be too little to ask for one among
+        all the noise. What one linear cause promises to first order is told at once.
         """
         best = self.posterior(fits).fits[0]
-        taken = {candidate.key for candidate in best.hypothesis.candidates}
-        faults = tuple(c for c in self.candidates if c.sensor is not None and c.key not in taken)
-        apart = any(batch.off for batch in best.batches)
-        if best.hypothesis.is_linear or apart or not faults or not (self.is_ample(best) and self.is_wanting(best)):
+        single = len(best.hypothesis.candidates) == 1 and not any(batch.off for batch in best.batches)
+        if not single or any(len(item.hypothesis.candidates) > 1 for item in fits):
             return []
-        first = screen(best, faults, self.gauge)[0]
-        if first.gain < EXPLAINING * best.misfit:
+        taken = best.hypothesis.candidates[0].key
+        linear = tuple(c for c in self.candidates if not (c.is_law or c.oscillator) and c.key != taken)
+        odds = Odds.among(self.candidates, best.hypothesis.plant.alike)
+        ranked = [trial for trial in screen(best, linear, self.gauge) if trial.gain > odds.price(trial.candidate)]
+        if not ranked:
             return []
-        self.tell("a sensor's fault")
-        hypothesis = best.hypothesis.adding(first.candidate)
-        found = fit(hypothesis, first.theta(best), best.batches, self.gauge, padded(best.states, hypothesis))
-        return [] if found is None else [found]
+        self.tell("what is promised")
+        least = ranked[0].gain - TIED * odds.alike
+
+        def fitted(trial: Screened) -> Fit | None:
+            hypothesis = best.hypothesis.adding(trial.candidate)
+            return fit(hypothesis, trial.theta(best), best.batches, self.gauge, padded(best.states, hypothesis))
+
+        found = side_by_side(fitted, [trial for trial in ranked if trial.gain >= least][:PROMISING])
+        return [item for item in found if item is not None]
 
     def in_groups(self, fits: list[Fit]) -> list[Fit]:
         """Return fits of two causes where one of those found acts in some recordings only, which tells these apart.

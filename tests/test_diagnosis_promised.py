@@ -1,0 +1,53 @@
+"""A second cause that a single one promises, where none was looked for: as a sensor's small fault."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fe_models.effects import CubicSpring, Effect, PointDamper
+from fe_models.recordings import Dataset
+from fe_models.sensor_effects import SensorGain
+from hybrid.diagnosis.contest.growing import ground_of
+from hybrid.diagnosis.contest.setting import setting_of
+from hybrid.diagnosis.contest.stages import Search
+from hybrid.diagnosis.fitting.fitting import Fit, fit
+from tests.masts import RATE, SENSORS, masts, recorded
+
+SPRING = CubicSpring((3,), "x", 5e7)
+DAMPER = PointDamper((5,), "x", 400.0)
+FAULT = SensorGain(SENSORS[0].name, 0.98)
+NAMES = [sensor.name for sensor in SENSORS]
+
+
+def searched(dataset: Dataset, effect: Effect, size: float) -> tuple[Search, list[Fit]]:
+    """Return the search of a dataset, and the fits without any cause and with an ``effect`` of that ``size``."""
+    setting = setting_of(dataset)
+    ground = ground_of(setting.nominal, setting.nominal.centre, setting.lengths, setting.gauge)
+    assert ground is not None
+    base, candidates = ground.whole, setting.candidates()
+    (cause,) = (c for c in candidates if c.kind == effect.kind and c.location == effect.location)
+    best = fit(setting.nominal.adding(cause), np.append(base.theta, size), base.batches, setting.gauge, base.states)
+    assert best is not None
+    return Search(ground, setting.lengths, candidates, setting.gauge, setting.gauge, setting.band, str), [base, best]
+
+
+@pytest.mark.parametrize(("effect", "size"), [(SPRING, 5e7), (DAMPER, 400.0)])
+def test_small_fault_of_a_sensor_is_fitted_beside_a_cause(effect: Effect, size: float) -> None:
+    right = recorded(masts(), effect)
+    faulty = tuple(replace(r, data=FAULT.apply(r.data, NAMES, RATE)) for r in right.recordings)
+    search, fits = searched(replace(right, recordings=faulty), effect, size)
+    found = search.promised(fits)
+    pairs = [[(c.kind, c.location) for c in item.hypothesis.candidates] for item in found]
+    right_one = pairs.index([(effect.kind, effect.location), (FAULT.kind, FAULT.location)])
+    assert found[right_one].cost <= min(item.cost for item in found) + 1  # of one mast's two sensors either may be off
+    error = np.sqrt(found[right_one].covariance[-1, -1])
+    assert found[right_one].theta[-1] == pytest.approx(FAULT.factor, abs=3 * error)
+    assert search.promised([*fits, *found]) == []  # two at once have been looked for
+
+
+@pytest.mark.parametrize(("effect", "size"), [(SPRING, 5e7), (DAMPER, 400.0)])
+def test_nothing_is_promised_beside_a_cause_that_is_all(effect: Effect, size: float) -> None:
+    search, fits = searched(recorded(masts(), effect), effect, size)
+    assert search.promised(fits) == []
+    assert search.promised(fits[:1]) == []
