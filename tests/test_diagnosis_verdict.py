@@ -76,12 +76,15 @@ def test_calibration_astray_may_stand_for_weak_causes_that_are_known() -> None:
         off[last] = 5 * item.hypothesis.width[last]
         return replace(item, theta=item.theta + off)
 
-    def verdict(best: Fit, all_causes: Fit) -> Verdict:
-        errors = Errors(3.0, 1.0, 1.0, 0.0)  # forecasts are at the noise floor
+    def verdict(best: Fit, all_causes: Fit, extended: float = 1.0, unexplained: float = 0.0) -> Verdict:
+        errors = Errors(3.0, extended, 1.0, unexplained)
         return verdict_of(best, all_causes, base, setting.gauge, setting.band, errors)[0]
 
     base, one, both = fitted(), fitted(gain), fitted(gain, damping)
-    assert verdict(one, one) is Verdict.EXPLAINED
+    assert verdict(one, one) is Verdict.EXPLAINED  # forecasts are at the noise floor
+    assert verdict(one, one, 1.3, 0.02) is Verdict.EXPLAINED  # nothing is left to fit, and as good as all is explained
+    assert verdict(one, one, 1.3, 0.05) is Verdict.PARTLY_EXPLAINED
+    assert verdict(base, base, 1.3, 0.02) is Verdict.UNEXPLAINED
     assert verdict(astray(one), one) is Verdict.PARTLY_EXPLAINED
     assert verdict(astray(one), both) is Verdict.EXPLAINED
     assert verdict(astray(one), astray(both)) is Verdict.PARTLY_EXPLAINED

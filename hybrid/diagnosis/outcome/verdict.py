@@ -75,7 +75,8 @@ def verdict_of(
         return Verdict.NOTHING_WRONG if calm and not significant else Verdict.UNEXPLAINED, LISTED
     wholly = min(share, errors.unexplained) < WHOLLY
     normal = deviation_of(best) <= ABNORMAL or _is_explained(best, all_causes, gauge, band)
-    if normal and (errors.reached or (errors.near and wholly)):
+    all_told = not significant and errors.unexplained < WHOLLY  # how sure its parameters are adds to forecast errors
+    if normal and (errors.reached or (errors.near and wholly) or all_told):
         return Verdict.EXPLAINED, 1.0 if certain else LISTED
     if errors.reached and errors.unexplained < WHOLLY and deviation_of_groups(best) <= ABNORMAL:
         return Verdict.EXPLAINED, LISTED  # elements that are off by themselves took the rest
