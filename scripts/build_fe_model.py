@@ -14,6 +14,7 @@ from fe_models.assembly import linearise
 from fe_models.bridge import PAPER_FREQUENCIES
 from fe_models.damping import full_damping
 from fe_models.dofs import FloatArray, structure_dofs
+from fe_models.effects import DeadLoad
 from fe_models.errors import InputError, bad_input_exits, noting, raise_faults
 from fe_models.files.bridge_recordings import bridge_sensors
 from fe_models.files.dataset_file import save_dataset
@@ -144,6 +145,7 @@ def main(
         simulation = recordings_of(model, subject, wishes, seed) if simulate else None
         recordings = simulation() if simulation else None  # before anything is written: it may fail
         modal = build(subject, out, modes)
+        print(f"Natural modes {described(subject)}:")
         print(frequency_table(modal, paper_frequencies(model)))
         if pictures:
             from fe_models.pictures.render import draw_modes  # loads the graphics library only where it is needed
@@ -178,10 +180,15 @@ def paper_frequencies(model: str) -> FloatArray:
     return known.get(model, np.zeros(0))
 
 
+def described(subject: Structure | LinearModel) -> str:
+    """Return about which state a model moves, in words."""
+    loaded = isinstance(subject, Structure) and any(isinstance(effect, DeadLoad) for effect in subject.effects)
+    return "about the state at rest under weight and prestress" if loaded else "without loads and prestress"
+
+
 def frequency_table(modal: ModalModel, paper: FloatArray) -> str:
     """Return the modes as a table, beside the paper's frequencies where there are any."""
-    lines = ["Natural modes of the drawn geometry, without loads and prestress:"]
-    lines.append("mode   frequency   damping ratio" + ("   paper" if len(paper) else ""))
+    lines = ["mode   frequency   damping ratio" + ("   paper" if len(paper) else "")]
     for number, (frequency, ratio) in enumerate(zip(modal.frequencies, modal.damping_ratio, strict=True), start=1):
         line = f"{number:4d}   {frequency:6.4f} Hz   {100 * ratio:11.3f} %"
         known = paper[number - 1 : number]

@@ -14,6 +14,7 @@ from fe_models.effects import (
     AxialForce,
     CoulombFriction,
     CubicSpring,
+    DeadLoad,
     GapStop,
     HarmonicForce,
     ModalDamping,
@@ -45,6 +46,7 @@ def test_bridge_with_pictures(tmp_path: Path) -> None:
     result = build("bridge", "--out", str(tmp_path), "--modes", "3")
     assert result.exit_code == 0, result.output
     assert "153 free degrees of freedom" in result.output
+    assert "Natural modes without loads and prestress:" in result.output
     assert "1.6387 Hz         0.300 %   1.6387 Hz" in result.output
     found = arrays(tmp_path)
     assert found["M"].shape == found["K"].shape == found["C"].shape == (153, 153)
@@ -62,6 +64,7 @@ def test_a_structure_with_effects_is_built_drawn_and_simulated_from_its_file(tmp
         AddedMass(9, 0.4),
         SupportSpring(4, "y", 2e4),
         AxialForce((3, 35), 20.0),
+        DeadLoad(),
         PointDamper((9, 21), "y", 3.0),
         ModalDamping((2,), 0.01),
         QuadraticDamper((12,), "y", 5.0),
@@ -78,6 +81,7 @@ def test_a_structure_with_effects_is_built_drawn_and_simulated_from_its_file(tmp
     assert result.exit_code == 0, result.output
     assert "154 free degrees of freedom" in result.output  # one that a support holds no more
     assert "1.000 %" in result.output
+    assert "Natural modes about the state at rest under weight and prestress:" in result.output
     assert (tmp_path / "run/modes.png").stat().st_size > 10_000
     dataset = load_dataset(tmp_path / "run/dataset.toml")
     assert dataset.model == bridge().with_effects(*effects)

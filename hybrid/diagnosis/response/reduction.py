@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.sparse import csr_array
 
 from fe_models.dofs import FloatArray
 from hybrid.diagnosis.causes.candidate import Candidate
@@ -10,7 +11,8 @@ from hybrid.diagnosis.nominal.plant import Plant
 
 SAME = 1e-6  # of its length: what must be left of a shape for it to add to the basis
 LEAST = 1e-12  # of the largest eigenvalue: what counts as a force that a change brings
-LOCAL = 6  # forces at most of a change that is local; one spread over a group of elements is served by the modes
+LOCAL = 6  # forces at most of a change that is local; one spread over a group of elements is served by the modes, ...
+SPREAD = 1e-6  # ... but for as many forces on single modes that others beyond give way to by this share of their energy
 
 
 Eigenmodes = tuple[FloatArray, FloatArray]
@@ -83,9 +85,21 @@ def _static_shapes(plant: Plant, candidate: Candidate) -> FloatArray:
             felt = np.abs(values) > LEAST * np.abs(values).max()
             full = np.zeros((len(plant.dofs), int(felt.sum())))
             full[rows] = vectors[:, felt]
-            if full.shape[1] <= LOCAL:
-                forces.append(full)
+            forces.append(full if full.shape[1] <= LOCAL else _spread(plant, change, candidate.width[0]))
     return plant.static(np.hstack(forces)) if forces else np.zeros((len(plant.dofs), 0))
+
+
+def _spread(plant: Plant, change: csr_array, amount: float) -> FloatArray:
+    """Return the forces (dof, load) of a spread change on those followed modes that bend most under them beyond the
+    plant's basis, where an ``amount`` of it is felt at all: a sagging beam's bending goes with its stretching.
+    """
+    omega, shapes = plant.modes
+    forces = np.asarray(amount * (change @ shapes))
+    bent = plant.static(forces)
+    bent = bent - plant.basis @ (plant.basis.T @ (plant.mass @ bent))
+    energy = np.einsum("di,di->i", bent, plant.stiffness @ bent) / omega**2
+    worst = np.argsort(-energy)[:LOCAL]
+    return forces[:, worst[energy[worst] > SPREAD]]
 
 
 def _appended(shapes: FloatArray, shape: FloatArray, plant: Plant) -> FloatArray:
