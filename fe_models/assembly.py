@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.sparse import csr_array
 
-from fe_models.dead_load import dead_load_stiffness
+from fe_models.dead_load import dead_load_stiffness, has_dead_load
 from fe_models.dofs import FloatArray
 from fe_models.effects import AddedMass, ForceLaw
 from fe_models.effects.laws import replaced_ratios
@@ -27,7 +27,7 @@ def linearise(structure: Structure, state: FloatArray | None = None) -> LinearMo
     """
     parts = mesh(require_structure(structure))
     mass, damping, stiffness = summed(equal_items(structure, parts, state), parts.dofs)
-    if state is None:
+    if state is None and has_dead_load(structure):
         stiffness = stiffness + dead_load_stiffness(structure, parts.dofs)
     model = LinearModel(
         mass=mass,
@@ -48,7 +48,9 @@ def unsupported(structure: Structure) -> tuple[csr_array, csr_array, csr_array]:
     parts = mesh(require_structure(structure))
     dofs = parts.dofs.released()
     mass, damping, stiffness = summed(equal_items(structure, parts, None), dofs)
-    return mass, damping, stiffness + dead_load_stiffness(structure, dofs)
+    if has_dead_load(structure):
+        stiffness = stiffness + dead_load_stiffness(structure, dofs)
+    return mass, damping, stiffness
 
 
 def _overdrawn(structure: Structure, model: LinearModel) -> list[str]:

@@ -10,6 +10,11 @@ from fe_models.statics import rest_state
 from fe_models.structure import Structure
 
 
+def has_dead_load(structure: Structure) -> bool:
+    """Return whether a structure's small motions feel its weight. To add zeros to K would be to round it anew."""
+    return any(isinstance(effect, DeadLoad) for effect in structure.effects)
+
+
 def dead_load_stiffness(structure: Structure, dofs: DofMap) -> csr_array:
     """Return share (K_rest - K) over the free ones of ``dofs``, zero where the structure has no `DeadLoad`.
 
