@@ -78,7 +78,8 @@ def verdict_of(
     all_told = not significant and errors.unexplained < WHOLLY  # how sure its parameters are adds to forecast errors
     if normal and (errors.reached or (errors.near and wholly) or all_told):
         return Verdict.EXPLAINED, 1.0 if certain else LISTED
-    if errors.reached and errors.unexplained < WHOLLY and deviation_of_groups(best) <= ABNORMAL:
+    single = len(best.hypothesis.candidates) == 1  # two with elements that go far may stand for anything
+    if single and errors.reached and errors.unexplained < WHOLLY and deviation_of_groups(best) <= ABNORMAL:
         return Verdict.EXPLAINED, LISTED  # elements that are off by themselves took the rest
     partly = min(share, errors.unexplained) < PARTLY  # a calibration gone astray may leave as little
     return (Verdict.PARTLY_EXPLAINED if partly else Verdict.UNEXPLAINED), LISTED_IN_PART
