@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.sparse import csr_array
 
-from fe_models.dead_load import dead_load_stiffness, has_dead_load
+from fe_models.dead_load import with_dead_load
 from fe_models.dofs import FloatArray
 from fe_models.effects import AddedMass, ForceLaw
 from fe_models.effects.laws import replaced_ratios
@@ -27,8 +27,8 @@ def linearise(structure: Structure, state: FloatArray | None = None) -> LinearMo
     """
     parts = mesh(require_structure(structure))
     mass, damping, stiffness = summed(equal_items(structure, parts, state), parts.dofs)
-    if state is None and has_dead_load(structure):
-        stiffness = stiffness + dead_load_stiffness(structure, parts.dofs)
+    if state is None:
+        stiffness = with_dead_load(stiffness, structure, parts.dofs)
     model = LinearModel(
         mass=mass,
         damping=damping,
@@ -48,9 +48,7 @@ def unsupported(structure: Structure) -> tuple[csr_array, csr_array, csr_array]:
     parts = mesh(require_structure(structure))
     dofs = parts.dofs.released()
     mass, damping, stiffness = summed(equal_items(structure, parts, None), dofs)
-    if has_dead_load(structure):
-        stiffness = stiffness + dead_load_stiffness(structure, dofs)
-    return mass, damping, stiffness
+    return mass, damping, with_dead_load(stiffness, structure, dofs)
 
 
 def _overdrawn(structure: Structure, model: LinearModel) -> list[str]:

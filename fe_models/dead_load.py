@@ -2,28 +2,27 @@
 
 from scipy.sparse import csr_array
 
-from fe_models.dofs import DofMap
-from fe_models.effects import DeadLoad
-from fe_models.items import equal_items, summed
+from fe_models.dofs import DofMap, FloatArray
+from fe_models.effects.laws import dead_load_share
+from fe_models.items import equal_items, scatter
 from fe_models.mesh import mesh
 from fe_models.statics import rest_state
 from fe_models.structure import Structure
 
 
-def has_dead_load(structure: Structure) -> bool:
-    """Return whether a structure's small motions feel its weight. To add zeros to K would be to round it anew."""
-    return any(isinstance(effect, DeadLoad) for effect in structure.effects)
+def with_dead_load(stiffness: csr_array, structure: Structure, dofs: DofMap) -> csr_array:
+    """Return K over the free ones of ``dofs`` with share (K_rest - K) on top.
 
-
-def dead_load_stiffness(structure: Structure, dofs: DofMap) -> csr_array:
-    """Return share (K_rest - K) over the free ones of ``dofs``, zero where the structure has no `DeadLoad`.
-
-    `InputError` where there is no state at rest: it may buckle under its own weight.
+    The very same K where the structure has no `DeadLoad`: to add zeros would be to round it anew. `InputError` where
+    there is no state at rest: it may buckle under its own weight.
     """
-    shares = [effect.share for effect in structure.effects if isinstance(effect, DeadLoad)]
-    if not shares:
-        size = int(dofs.free.sum())
-        return csr_array((size, size))
-    parts, rest = mesh(structure), rest_state(structure)
-    at_rest, drawn = (summed(equal_items(structure, parts, state), dofs)[2] for state in (rest, None))
-    return csr_array(sum(shares) * (at_rest - drawn))
+    share = dead_load_share(structure)
+    if not share:
+        return stiffness
+    at_rest, drawn = (_stiffness(structure, dofs, state) for state in (rest_state(structure), None))
+    return csr_array(stiffness + share * (at_rest - drawn))
+
+
+def _stiffness(structure: Structure, dofs: DofMap, state: FloatArray | None) -> csr_array:
+    items = equal_items(structure, mesh(structure), state)
+    return scatter([(matrices.stiffness, rows) for matrices, rows in items], dofs)

@@ -8,10 +8,10 @@ from scipy.sparse import csr_array
 
 from fe_models.assembly import linearise
 from fe_models.damping import ratios_of_modes
-from fe_models.dead_load import dead_load_stiffness
+from fe_models.dead_load import with_dead_load
 from fe_models.dofs import DofMap, FloatArray, structure_dofs
-from fe_models.effects import DeadLoad, Effect
-from fe_models.effects.laws import replaced_ratios
+from fe_models.effects import Effect
+from fe_models.effects.laws import dead_load_share, replaced_ratios
 from fe_models.items import matrices_of, summed
 from fe_models.mechanisms import energy
 from fe_models.mesh import mesh
@@ -67,8 +67,10 @@ def matrix_changes(structure: Structure, *effects: Effect, state: FloatArray | N
         placed = [(item, nodes, np.array(vector)) for item, nodes, vector in items.elements()]
         dM, dC, dK = summed(matrices_of(structure, placed, state), everywhere)
         mass, damping, stiffness = mass + sign * dM, damping + sign * dC, stiffness + sign * dK
-    if state is None and any(isinstance(effect, DeadLoad) for effect in effects):
-        stiffness = stiffness + dead_load_stiffness(extended, everywhere) - dead_load_stiffness(structure, everywhere)
+    if state is None and dead_load_share(extended) != dead_load_share(structure):
+        nothing = csr_array(stiffness.shape)
+        before_it, after_it = (with_dead_load(nothing, variant, everywhere) for variant in (structure, extended))
+        stiffness = stiffness + after_it - before_it
     vectors, weights = _modal_part(structure, extended, state)
     return MatrixChanges(mass, damping, stiffness, vectors, weights, structure_dofs(extended))
 

@@ -14,7 +14,7 @@ from fe_models.assembly import linearise
 from fe_models.bridge import PAPER_FREQUENCIES
 from fe_models.damping import full_damping
 from fe_models.dofs import FloatArray, structure_dofs
-from fe_models.effects import DeadLoad
+from fe_models.effects.laws import dead_load_share
 from fe_models.errors import InputError, bad_input_exits, noting, raise_faults
 from fe_models.files.bridge_recordings import bridge_sensors
 from fe_models.files.dataset_file import save_dataset
@@ -182,7 +182,7 @@ def paper_frequencies(model: str) -> FloatArray:
 
 def described(subject: Structure | LinearModel) -> str:
     """Return about which state a model moves, in words."""
-    loaded = isinstance(subject, Structure) and any(isinstance(effect, DeadLoad) for effect in subject.effects)
+    loaded = isinstance(subject, Structure) and dead_load_share(subject) > 0
     return "about the state at rest under weight and prestress" if loaded else "without loads and prestress"
 
 

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 from fe_models.effects.axial_force import AxialForce
 from fe_models.effects.base import ForceLaw
+from fe_models.effects.dead_load import DeadLoad
 from fe_models.effects.modal_damping import ModalDamping
 from fe_models.effects.parts import AddedMass, PointDamper, StiffnessChange, SupportSpring
 from fe_models.structure import Structure
@@ -38,6 +39,11 @@ def axial_forces(structure: Structure) -> dict[int, float]:
             for number, force in effect.forces.items():
                 total[number] = total.get(number, 0.0) + force
     return total
+
+
+def dead_load_share(structure: Structure) -> float:
+    """Return the sum of the shares of dead load that effects bring to small motions, 0 without any."""
+    return sum((effect.share for effect in structure.effects if isinstance(effect, DeadLoad)), 0.0)
 
 
 def replaced_ratios(structure: Structure) -> tuple[tuple[int, float], ...]:

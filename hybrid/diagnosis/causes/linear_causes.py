@@ -20,7 +20,7 @@ from fe_models.effects import (
     StiffnessChange,
     SupportSpring,
 )
-from fe_models.effects.laws import with_parts
+from fe_models.effects.laws import dead_load_share, with_parts
 from fe_models.errors import InputError
 from fe_models.matrix_changes import matrix_changes
 from fe_models.structure import Direction, Element, Spring, Structure
@@ -142,7 +142,7 @@ def _felt_force(plant: Plant, stiffness: csr_array) -> float:
 def _dead_load(plant: Plant) -> list[Candidate]:
     """Return what weight and prestress do to small motions; none where that is not felt, or nothing would stand."""
     effect, structure = DeadLoad(), plant.structure
-    if effect.faults(structure) or any(isinstance(own, DeadLoad) for own in structure.effects):
+    if effect.faults(structure) or dead_load_share(structure):
         return []
     try:
         changes = _unit(plant, effect)

@@ -79,8 +79,8 @@ def deviation_of(item: Fit) -> float:
 
 
 def deviation_of_groups(item: Fit) -> float:
-    """Return the same where an element by itself counts as its group does: nobody stated how far one differs from it,
-    and the quarter of the group's uncertainty that a search starts from is no more than usual.
+    """Return how far it goes where an element by itself may be as far off as its group: nobody stated how far one
+    differs from it, and the quarter of the group's uncertainty that a search takes is a guess.
     """
     plant, off = item.hypothesis.plant, np.abs(item.deviations)
     return float(np.append(off[: plant.factors], OWN * off[plant.factors :]).max())

@@ -223,7 +223,7 @@ def plant_of(dataset: Dataset) -> Plant:
     ratios = np.zeros(modes)
     if assumed.damping_ratio is not None:
         ratios = replace_ratios(damping_ratios(assumed.damping_ratio, modes), _settled(structure))
-    parts, changes = _felt_parts(structure, mass, stiffness)
+    parts, changes = _felt_parts(structure)
     normal = assumed.uncertainty
     spread = [getattr(normal, part.quantity) for part in parts] + [normal.damping] * modes
     own_step = assumed.step if assumed.integrator == "newmark" else None
@@ -285,12 +285,13 @@ def _basis(dataset: Dataset, linear: LinearModel, highest: float) -> tuple[Float
     return modal.shapes[:, :wanted], min(kept, wanted)
 
 
-def _felt_parts(
-    structure: Structure, mass: csr_array, stiffness: csr_array
-) -> tuple[tuple[UncertainPart, ...], tuple[csr_array, ...]]:
-    """Return the uncertain parts and what doubling each adds to M or K, less those whose mass nothing feels."""
+def _felt_parts(structure: Structure) -> tuple[tuple[UncertainPart, ...], tuple[csr_array, ...]]:
+    """Return the uncertain parts and what doubling each adds to M or K, less those whose mass nothing feels.
+
+    A dead load takes no part: what a heavier part makes of it is of second order.
+    """
     effects = tuple(effect for effect in structure.effects if not isinstance(effect, DeadLoad))
-    structure = replace(structure, effects=effects)  # what a heavier part makes of that is of second order
+    structure = replace(structure, effects=effects)
     mass, _, stiffness = unsupported(structure)
     parts, changes = [], []
     for part in uncertain_parts(structure):
