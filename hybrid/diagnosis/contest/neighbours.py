@@ -28,7 +28,7 @@ def fits_beside(
     On frames, and where the best leaves little of what the ``base`` does; ``known`` ones are not fitted again.
     """
     found: list[Fit] = []
-    if best.hypothesis.plant.is_chain or best.misfit > LITTLE * base.misfit:
+    if best.hypothesis.plant.is_chain or looks_wrong(best, base):
         return found
     tried = {_keys(item) for item in (best, *known)}
     for _ in range(STEPS):
@@ -39,6 +39,11 @@ def fits_beside(
         if best is here:
             break
     return found
+
+
+def looks_wrong(best: Fit, base: Fit) -> bool:
+    """Return whether the best leaves so much of what the ``base`` does that its places are guesses."""
+    return best.misfit > LITTLE * base.misfit
 
 
 def _moved(item: Fit, candidates: tuple[Candidate, ...]) -> list[Fit]:

@@ -8,7 +8,7 @@ from hybrid.diagnosis.contest.changes import changed, changes_beside, groups_in
 from hybrid.diagnosis.contest.discrepancy import in_units_of
 from hybrid.diagnosis.contest.effort import effort_of
 from hybrid.diagnosis.contest.growing import Ground, Lengths, fit_growing, padded, shortened
-from hybrid.diagnosis.contest.neighbours import fits_beside
+from hybrid.diagnosis.contest.neighbours import fits_beside, looks_wrong
 from hybrid.diagnosis.contest.odds import Odds
 from hybrid.diagnosis.contest.pairs import (
     asks_for_more,
@@ -85,7 +85,7 @@ class Search:
         """Return fits of two causes at once."""
         posterior = self.posterior(fits)
         best = posterior.fits[0]
-        if self.is_ample(best) or not asks_for_more(self.judged(best), self.judged(fits[0]), self.own, self.band):
+        if not asks_for_more(self.judged(best), self.judged(fits[0]), self.own, self.band) or self.is_ample(best):
             return []
         hears = self._hears("two causes")
         hears()
@@ -125,7 +125,7 @@ class Search:
         """
         posterior = self.posterior(fits)
         best, groups = posterior.fits[0], groups_in(posterior)
-        if groups is None or self.is_enough(best) or is_hopeless(best, fits[0]):
+        if groups is None or is_hopeless(best, fits[0]) or self.is_enough(best):
             return []
         alone = next((item for item in posterior.fits if len(item.hypothesis.candidates) == 1), best)
         if not (effort_of(best.hypothesis.plant).thorough or any(batch.off for batch in alone.batches)):
@@ -136,7 +136,7 @@ class Search:
     def nearby(self, fits: list[Fit]) -> list[Fit]:
         """Return fits of the causes found at the places next to theirs, where more would be looked for otherwise."""
         best = self.posterior(fits).fits[0]
-        return [] if self.is_enough(best) else self._beside(best, fits[0], ())
+        return [] if looks_wrong(best, fits[0]) or self.is_enough(best) else self._beside(best, fits[0], ())
 
     def beside(self, fits: list[Fit]) -> list[Fit]:
         """Return fits of the causes found at the places next to theirs, but for those that are known.
@@ -164,8 +164,8 @@ class Search:
         time is hit at the wrong times ever after.
         """
         best = self.posterior(fits).fits[0]
-        settled = best.hypothesis.is_linear or self.is_enough(best) or any(batch.off for batch in best.batches)
-        if settled or is_hopeless(best, fits[0]):
+        settled = best.hypothesis.is_linear or any(batch.off for batch in best.batches)
+        if settled or is_hopeless(best, fits[0]) or self.is_enough(best):
             return []
         self.tell("the best anew")
         short = self.ground.short
@@ -186,13 +186,13 @@ class Search:
         return factors_off(item) or left(self.judged(item), self.own, self.band).significant
 
     def is_enough(self, item: Fit) -> bool:
-        """Return whether nothing beside a fit could matter."""
+        """Return whether nothing beside a fit could matter; of a frame's force law it takes seconds to say."""
         return forecasts_well(self.judged(item), self.own, WELL) and not factors_off(item)
 
     def is_ample(self, item: Fit) -> bool:
         """Return whether what may be wrong beside a fit is not worth a search, which takes a minute of a frame."""
         thorough = effort_of(item.hypothesis.plant).thorough
-        return not thorough and self.is_enough(item) and temper_of(self.judged(item)) < LITTLE_LEFT
+        return not thorough and temper_of(self.judged(item)) < LITTLE_LEFT and self.is_enough(item)
 
     def _is_settled(self, best: Fit) -> bool:
         """Return whether nothing more is to be looked for beside the best fit."""

@@ -9,6 +9,7 @@ from hybrid.diagnosis.fitting.geometry_response import straightened
 from hybrid.diagnosis.nominal.geometry import Geometry
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import Batch
+from hybrid.diagnosis.response.side_by_side import side_by_side
 
 
 def straighten(
@@ -46,11 +47,11 @@ def fitted_as(ground: Fit, fits: list[Fit], gauge: Gauge) -> list[Fit]:
     if all(_alike(item.batches, ground.batches) for item in fits):
         return fits
     plant, bound = ground.hypothesis.plant, bound_of(fits)
-    again = [
-        fit(replace(item.hypothesis, plant=plant), item.theta, ground.batches, gauge, item.states)
-        for item in fits
-        if item.cost <= bound
-    ]
+
+    def anew(item: Fit) -> Fit | None:
+        return fit(replace(item.hypothesis, plant=plant), item.theta, ground.batches, gauge, item.states)
+
+    again = side_by_side(anew, [item for item in fits if item.cost <= bound])
     return [item for item in again if item is not None]
 
 
