@@ -19,7 +19,7 @@ from hybrid.diagnosis.response.system import System, drift, drifted
 
 @dataclass(frozen=True)
 class Condensed:
-    """A ``batch`` and what a system makes of it, as `Sampled`; a value is a sensor's part along a vector of a frame.
+    """The `Channels` of a ``batch`` and a system; a value is a sensor's part along a vector of a frame.
 
     ``table`` (time, function) of the ``exponentials``, an orthonormal ``frame`` of it (time, coordinate), and what each
     function is in that, ``inside`` (coordinate, function).

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fe_models.dofs import FloatArray
+from hybrid.diagnosis.fitting.channels import Channels
 from hybrid.diagnosis.fitting.condensed import condensed
 from hybrid.diagnosis.fitting.sampled import Sampled
 from hybrid.diagnosis.recorded.gauge import Gauge
@@ -79,7 +80,8 @@ def _linear(
     moved = STEP * hypothesis.width
     thetas = np.vstack([theta, theta + np.diag(moved)]) if slopes else theta[None]
     system = hypothesis.system(thetas, gauge.sensors, gauge.rate, gauge.positions)
-    channels = (condensed(system, batch, gauge, moved) if brief else None) or Sampled(system, batch, gauge, moved)
+    shorter = condensed(system, batch, gauge, moved) if brief else None
+    channels: Channels = shorter or Sampled(system, batch, gauge, moved)
     if not np.abs(channels.by_state).max() < EXPLODED:
         return None
     basis, upper = orthonormal(channels.by_state)  # one serves all recordings whose noise is alike

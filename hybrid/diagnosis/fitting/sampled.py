@@ -15,9 +15,9 @@ from hybrid.diagnosis.response.system import System, drift, observability
 
 @dataclass(frozen=True)
 class Sampled:
-    """A ``batch`` and what a ``system`` makes of it, whose further variants have ``moved`` (parameter,) one each.
+    """The `Channels` of a ``batch`` and a ``system``, whose further variants have ``moved`` (parameter,) one each.
 
-    All in units of the noise; a value is one of a sensor at a sample.
+    A value is one of a sensor at a sample.
     """
 
     system: System
