@@ -3,6 +3,8 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.changes import changed, changes_beside, groups_in
 from hybrid.diagnosis.contest.discrepancy import in_units_of
@@ -34,6 +36,7 @@ LITTLE_LEFT = 1.5  # energy left over that of noise: right causes of blind frame
 # late sensor beside it 2
 PROMISING = 4  # causes at most that are fitted because they promise something beside another one
 MOST = 0.8  # of the misfit: a law that leaves more has no change beside it
+UNALIKE = 1.2  # times: chance has so different mean squares in one of hundreds of nine recordings of a chain
 WELL = (1.05, 1.25)  # times the noise floor: mean and largest error of forecasts in which a second cause would not show
 
 
@@ -61,7 +64,9 @@ class Search:
         """Return fits of causes that act in some recordings only, alone or beside another one."""
         posterior = self.posterior(fits)
         best = posterior.fits[0]
-        if not self.is_wanting(best) or self.ground.hypothesis.plant.laws or self.is_enough(best):
+        if not self.is_wanting(best) or self.ground.hypothesis.plant.laws:
+            return []
+        if not fits_unalike(best) and self.is_enough(best):
             return []
         hears = self._hears("recordings apart")
         hears()
@@ -215,6 +220,16 @@ def _lasting(posterior: Posterior, base: Fit) -> tuple[Fit, ...]:
     single = [f for f in posterior.fits if f.hypothesis.candidates and (f.hypothesis.is_linear or f.misfit <= most)]
     others = [item for item in single if not item.hypothesis.candidates[0].oscillator]
     return tuple({id(item): item for item in (*single[:1], *others[:1])}.values())
+
+
+def fits_unalike(item: Fit) -> bool:
+    """Return whether a fit leaves more of some recordings than of others, as one that stands for a change does."""
+    left_over = [
+        np.square(part).reshape(len(batch.names), -1).mean(axis=1)
+        for part, batch in zip(item.residuals, item.batches, strict=True)
+    ]
+    squares = np.concatenate(left_over)  # (recording,)
+    return bool(squares.max() > UNALIKE * squares.min())
 
 
 def forecasts_well(item: Fit, gauge: Gauge, limits: tuple[float, float]) -> bool:
