@@ -7,6 +7,7 @@ import pytest
 
 from fe_models.blind import BlindConfig, blind_case
 from hybrid.diagnosis.contest.setting import setting_of
+from hybrid.diagnosis.contest.stages import fits_unalike
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.fitting.fitting import fit
 from hybrid.diagnosis.fitting.forecasting import forecast, model_of, without
@@ -40,6 +41,13 @@ def test_a_cause_beside_a_change_is_named_with_it(kinds: tuple[str, str], seed: 
     assert len(set(comes.recordings) - set(case.recordings)) <= 1  # a weak law hardly shows in a quiet recording
 
 
+def test_a_faint_change_is_found_beside_a_law_that_forecasts_well_in_all_recordings() -> None:
+    case = blind_case(860001, BlindConfig(("added_mass",), structure="bridge", off=True, changed=2))
+    found = diagnose(case.dataset)
+    assert found.verdict is Verdict.EXPLAINED  # a cubic spring that never changes forecasts training to 1.06 at most
+    assert judge(case, found).named == judge(case, found).truth
+
+
 def test_what_only_test_recordings_show_is_unexplained() -> None:
     config = BlindConfig(("stiffness_change",), size=0.8, train=4, test=2, duration=30.0, changed=4)
     found = diagnose(blind_case(3, config).dataset)
@@ -63,3 +71,14 @@ def test_a_support_that_gives_way_between_recordings_is_forecast_with_and_withou
     assert [len(part[2]) for part in (with_it, without_it)] == [part[0].states for part in (with_it, without_it)]
     found = forecast(model, batches, setting.gauge.sensors, setting.gauge.positions, setting.gauge)
     assert np.isfinite(found.nrmse).all()
+
+
+def test_a_fit_that_leaves_more_of_one_recording_than_of_the_others_fits_unalike() -> None:
+    case = blind_case(0, BlindConfig((), train=9, test=1))
+    setting = setting_of(case.dataset)
+    item = fit(setting.nominal, np.zeros(setting.nominal.nuisances), setting.lengths.whole, setting.gauge)
+    assert item is not None
+    assert not fits_unalike(item)  # noise alone, nine recordings
+    (part,) = item.residuals
+    more = part * np.where(np.arange(len(part)) == 4, 1.15, 1.0)[:, None, None]  # 1.32 in its square
+    assert fits_unalike(replace(item, residuals=(more,)))
