@@ -7,7 +7,7 @@ import pytest
 
 from fe_models.blind import BlindConfig, blind_case
 from hybrid.diagnosis.contest.setting import setting_of
-from hybrid.diagnosis.contest.stages import fits_unalike
+from hybrid.diagnosis.contest.stages import UNALIKE, fits_unalike
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.fitting.fitting import fit
 from hybrid.diagnosis.fitting.forecasting import forecast, model_of, without
@@ -71,6 +71,11 @@ def test_a_support_that_gives_way_between_recordings_is_forecast_with_and_withou
     assert [len(part[2]) for part in (with_it, without_it)] == [part[0].states for part in (with_it, without_it)]
     found = forecast(model, batches, setting.gauge.sensors, setting.gauge.positions, setting.gauge)
     assert np.isfinite(found.nrmse).all()
+
+
+def test_chance_hardly_leaves_recordings_unalike() -> None:
+    squares = np.random.default_rng(0).chisquare(2004, (50_000, 9))  # of four sensors' 501 samples, nine recordings
+    assert np.mean(squares.max(axis=1) > UNALIKE * squares.min(axis=1)) < 0.003  # 0.0014 expected, 0.0002 its error
 
 
 def test_a_fit_that_leaves_more_of_one_recording_than_of_the_others_fits_unalike() -> None:

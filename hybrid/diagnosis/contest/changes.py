@@ -17,7 +17,7 @@ from hybrid.diagnosis.recorded.records import count_of
 
 ALIKE = 20.0  # in log evidence: what some of the recordings cannot tell apart all of them may
 MOST_ALIKE = 3  # of these
-KEPT = 6  # candidates kept from each screening of a group: all recordings have been searched before
+KEPT_OF_GROUP = 6  # candidates kept from each screening: all recordings have been searched before
 
 
 def changes_beside(
@@ -85,7 +85,7 @@ def changed(
     without = tuple(replace(batch, off=(len(nominal.hypothesis.candidates),)) for batch in near.batches)
     others = tuple(candidate for candidate in candidates if not candidate.oscillator)
     found = []
-    for item in contest(far, others, own, gauge, advance, KEPT)[:MOST_ALIKE]:
+    for item in contest(far, others, own, gauge, advance, KEPT_OF_GROUP)[:MOST_ALIKE]:
         begun = None if item.hypothesis.is_linear else (*near.states, *item.states)
         found.append(fit(item.hypothesis, item.theta, (*without, *far.whole.batches), gauge, begun))
     return [item for item in found if item is not None]
@@ -111,6 +111,6 @@ def _seen_before(
     what these recordings alone hardly tell from it.
     """
     for ground, own in _nearest_first(nominal, groups, gauge)[:1]:
-        ranked = contest(ground, candidates, own, gauge, advance, KEPT)
+        ranked = contest(ground, candidates, own, gauge, advance, KEPT_OF_GROUP)
         return [item for item in ranked[:MOST_ALIKE] if item.log_evidence > ranked[0].log_evidence - ALIKE]
     return []
