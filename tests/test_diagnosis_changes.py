@@ -1,11 +1,16 @@
 """A change between recordings, alone or beside a cause that acts in all of them."""
 
 from dataclasses import replace
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
 
 from fe_models.blind import BlindConfig, blind_case
+from hybrid.calibration import nothing
+from hybrid.diagnosis.contest import changes
+from hybrid.diagnosis.contest.changes import changes_beside
+from hybrid.diagnosis.contest.growing import ground_of
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.contest.stages import UNALIKE, fits_unalike
 from hybrid.diagnosis.diagnosis import diagnose
@@ -46,6 +51,29 @@ def test_a_faint_change_is_found_beside_a_law_that_forecasts_well_in_all_recordi
     found = diagnose(case.dataset)
     assert found.verdict is Verdict.EXPLAINED  # a cubic spring that never changes forecasts training to 1.06 at most
     assert judge(case, found).named == judge(case, found).truth
+
+
+def test_friction_that_comes_is_found_where_a_machine_in_one_recording_would_forecast_as_well() -> None:
+    case = blind_case(860006, BlindConfig(("coulomb_friction",), structure="bridge", off=True, changed=2))
+    found = diagnose(case.dataset)
+    assert found.verdict is Verdict.EXPLAINED
+    assert judge(case, found).named == judge(case, found).truth
+
+
+@pytest.mark.parametrize(("kinds", "searched"), [((), 0), (("point_damper",), 1)])
+def test_what_recordings_show_before_a_change_is_searched_where_something_is_wrong_in_them(
+    kinds: tuple[str, ...], searched: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    contest = Mock(return_value=())
+    monkeypatch.setattr(changes, "contest", contest)
+    setting = setting_of(blind_case(0, BlindConfig(kinds, size=0.8, train=6, test=1)).dataset)
+    gauge = setting.gauge
+    ground = ground_of(setting.nominal, setting.nominal.centre, setting.lengths, gauge)
+    assert ground is not None
+    (batch,) = setting.lengths.whole
+    groups = (batch.take([0, 1, 2]),), (batch.take([3, 4, 5]),)
+    assert changes_beside(ground, groups, (), setting.candidates(), gauge, setting.band, nothing) == []
+    assert contest.call_count == searched
 
 
 def test_what_only_test_recordings_show_is_unexplained() -> None:

@@ -277,6 +277,8 @@ def test_second_cause_is_asked_for_on_a_frame_where_one_leaves_noise_but_a_calib
     for deviation, asks in ((0.0, False), (3.7, False), (4.0, True)):
         off = replace(item, theta=np.concatenate([[deviation * hypothesis.width[0]], item.theta[1:]]))
         assert asks_for_more(off, wrong, setting.gauge, setting.band) == asks
+        change = replace(off, batches=(replace(off.batches[0], off=(0,)),))  # the cause is all that changed
+        assert not asks_for_more(change, wrong, setting.gauge, setting.band)
 
 
 def test_each_of_two_causes_is_tried_alone() -> None:

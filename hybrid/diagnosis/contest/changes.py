@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.growing import Ground, Lengths, ground_of, lengths_of
-from hybrid.diagnosis.contest.pairs import ground_with, left
+from hybrid.diagnosis.contest.pairs import factors_off, ground_with, left
 from hybrid.diagnosis.contest.posterior import Posterior
 from hybrid.diagnosis.contest.recording_groups import FEWEST, Groups, asked_for, clear_share
 from hybrid.diagnosis.contest.search import contest
@@ -37,7 +37,7 @@ def changes_beside(
     batches = nominal.whole.batches
     if count_of(batches) < FEWEST:
         return []
-    seen = [] if groups is None else _seen_before(nominal, groups, candidates, gauge, advance)
+    seen = [] if groups is None else _seen_before(nominal, groups, candidates, gauge, band, advance)
     clear = clear_share(count_of(batches))
     surely = [item for item in seen if not left(item, gauge, band).significant]  # there nothing else acts
     starts = [(item, ONE_GROUP if item.hypothesis.is_linear else clear) for item in surely]  # two laws take too long
@@ -105,12 +105,15 @@ def _seen_before(
     groups: Groups,
     candidates: tuple[Candidate, ...],
     gauge: Gauge,
+    band: Band,
     advance: Callable[[], object],
 ) -> list[Fit]:
     """Return the best fit to those of two groups of recordings that are nearer to the nominal structure, if any, and
-    what these recordings alone hardly tell from it.
+    what these recordings alone hardly tell from it; none where nothing is wrong in them.
     """
     for ground, own in _nearest_first(nominal, groups, gauge)[:1]:
+        if not left(ground.whole, gauge, band).significant and not factors_off(ground.whole):
+            break
         ranked = contest(ground, candidates, own, gauge, advance, KEPT_OF_GROUP)
         return [item for item in ranked[:MOST_ALIKE] if item.log_evidence > ranked[0].log_evidence - ALIKE]
     return []

@@ -51,9 +51,10 @@ def asks_for_more(item: Fit, base: Fit, gauge: Gauge, band: Band) -> bool:
     """
     if not item.hypothesis.candidates:
         return False
-    apart = len(item.hypothesis.candidates) == 1 and any(batch.off for batch in item.batches)
     astray, effort = factors_off(item), effort_of(item.hypothesis.plant)
-    if (apart or not effort.thorough) and not astray and item.misfit < SORTED * base.misfit:
+    if explains_change(item, base) and not (effort.thorough and astray):
+        return False
+    if item.misfit < SORTED * base.misfit and not (effort.thorough or astray):
         return False
     if not left(item, gauge, band).significant:
         return astray
@@ -130,6 +131,12 @@ def each_alone(pair: Fit, gauge: Gauge) -> list[Fit]:
         return fit(both.less(off), pair.theta[both.parameters_of(off)], pair.batches, gauge, states)
 
     return [item for item in side_by_side(alone, range(len(both.candidates))) if item is not None]
+
+
+def explains_change(item: Fit, base: Fit) -> bool:
+    """Return whether one cause that acts in some recordings only leaves next to nothing of what the ``base`` does."""
+    changes = len(item.hypothesis.candidates) == 1 and any(batch.off for batch in item.batches)
+    return changes and item.misfit < SORTED * base.misfit
 
 
 def is_hopeless(best: Fit, base: Fit) -> bool:

@@ -15,6 +15,7 @@ from hybrid.diagnosis.contest.odds import Odds
 from hybrid.diagnosis.contest.pairs import (
     asks_for_more,
     each_alone,
+    explains_change,
     factors_off,
     is_hopeless,
     left,
@@ -27,6 +28,7 @@ from hybrid.diagnosis.contest.shortlist import TIED
 from hybrid.diagnosis.contest.switching import fit_switched
 from hybrid.diagnosis.fitting.fitting import Fit, fit
 from hybrid.diagnosis.fitting.forecasting import forecast, model_of
+from hybrid.diagnosis.fitting.wave import wave
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.noise import Band
 from hybrid.diagnosis.response.side_by_side import side_by_side
@@ -64,9 +66,7 @@ class Search:
         """Return fits of causes that act in some recordings only, alone or beside another one."""
         posterior = self.posterior(fits)
         best = posterior.fits[0]
-        if not self.is_wanting(best) or self.ground.hypothesis.plant.laws:
-            return []
-        if not fits_unalike(best) and self.is_enough(best):
+        if self.ground.hypothesis.plant.laws or not (runs_at_times(best) or self._may_change(best)):
             return []
         hears = self._hears("recordings apart")
         hears()
@@ -79,7 +79,9 @@ class Search:
         if any(batch.off for batch in best.batches):
             groups = groups_in(after)
             found += changed(self.ground, groups, self.candidates, self.gauge, hears)
-            if self._is_settled(self.posterior([*fits, *found]).fits[0]):
+            best = self.posterior([*fits, *found]).fits[0]
+            thorough = effort_of(best.hypothesis.plant).thorough
+            if self._is_settled(best) or (explains_change(best, fits[0]) and not thorough):
                 return found
         else:
             groups = clear_groups(asked, self.lengths.whole)
@@ -199,6 +201,10 @@ class Search:
         thorough = effort_of(item.hypothesis.plant).thorough
         return not thorough and temper_of(self.judged(item)) < LITTLE_LEFT and self.is_enough(item)
 
+    def _may_change(self, best: Fit) -> bool:
+        """Return whether what the best fit leaves may be a change between recordings."""
+        return self.is_wanting(best) and (fits_unalike(best) or not self.is_enough(best))
+
     def _is_settled(self, best: Fit) -> bool:
         """Return whether nothing more is to be looked for beside the best fit."""
         return not self.is_wanting(best) or self.is_ample(best)
@@ -230,6 +236,14 @@ def fits_unalike(item: Fit) -> bool:
     ]
     squares = np.concatenate(left_over)  # (recording,)
     return bool(squares.max() > UNALIKE * squares.min())
+
+
+def runs_at_times(item: Fit) -> bool:
+    """Return whether a fit is of a harmonic force that acts in some recordings only, as one that stands for a change
+    does: of any size in each recording it takes up whatever comes in one of them.
+    """
+    causes = item.hypothesis.candidates
+    return len(causes) == 1 and causes[0].oscillator and not wave(item, 0).acting.all()
 
 
 def forecasts_well(item: Fit, gauge: Gauge, limits: tuple[float, float]) -> bool:
