@@ -14,6 +14,8 @@ from fe_models.dofs import FloatArray
 from hybrid.diagnosis.recorded.noise import BY_CHANCE, Band, noise_of_recordings, variance_told
 from hybrid.diagnosis.recorded.records import Batch
 
+SPARED = 20  # one value in so many may be astray where noise goes with motion
+FAR = 4.0  # standard deviations off: such a value
 TINY = 1e-300  # instead of the logarithm of zero
 
 
@@ -44,25 +46,17 @@ class NoiseLevels:
         """Return the levels of free recordings (see `unloaded`), all measured channels of them.
 
         They are alike unless another pattern is behind them, one that leaves no more than chance would: what differs
-        without one may be motion, such as the ringing of a stop.
+        without one may be motion, such as the ringing of a stop. One value in twenty may be astray: noise that is a
+        share of all motion tells of what a low-pass took away.
         """
         told, motion = (np.concatenate(parts) for parts in zip(*[_told(b, rate, band) for b in batches], strict=True))
         chance = np.concatenate([np.full(len(b.names), variance_told(b.samples, rate, band)) for b in batches])
-        weight = 1 / chance
-        recordings, sensors = told.shape
-        usual = np.average(told, axis=0, weights=weight)
-        fitting: list[tuple[float, NoiseLevels]] = []
-        for pattern in Pattern:
-            expected = _expected(pattern, told - usual, motion)
-            centre = np.average(expected, axis=0, weights=weight)
-            square = float(np.sum((told - usual - expected + centre) ** 2 * weight[:, None]))
-            free = (recordings - 1) * (sensors - (pattern is Pattern.RECORDING))
-            if free > 0 and square <= free + BY_CHANCE * np.sqrt(2 * free):
-                fitting.append((square / free, cls(pattern, usual, centre, rate, band)))
-        alike = cls(Pattern.ALIKE, usual, np.zeros(sensors), rate, band)
-        if any(levels.are_alike for _, levels in fitting):
-            return alike
-        return min(fitting, key=lambda item: item[0], default=(0.0, alike))[1]
+        fits = [(pattern, *_levels_by(pattern, told, motion, chance)) for pattern in Pattern]
+        pattern, astray, _, usual, centre = min(fits, key=lambda item: (item[1], item[0] is not Pattern.ALIKE, item[2]))
+        if astray > told.size // SPARED or pattern is Pattern.ALIKE:
+            usual, centre = np.average(told, axis=0, weights=1 / chance), np.zeros(told.shape[1])
+            pattern = Pattern.ALIKE
+        return cls(pattern, usual, centre, rate, band)
 
     @property
     def are_alike(self) -> bool:
@@ -72,7 +66,30 @@ class NoiseLevels:
     def of_recordings(self, free: Batch) -> FloatArray:
         """Return the noise of each ``free`` recording (recording, sensor) over the usual one."""
         told, motion = _told(free, self.rate, self.band)
-        return np.asarray(np.exp(_expected(self.pattern, told - self.usual, motion) - self.centre))
+        off = told - self.usual
+        level = _expected(self.pattern, off, motion) - self.centre
+        most = FAR * np.sqrt(variance_told(free.samples, self.rate, self.band))
+        own = self.pattern is Pattern.MOTION and np.abs(off - level) > most
+        return np.asarray(np.exp(np.where(own, off, level)))
+
+
+def _levels_by(
+    pattern: Pattern, told: FloatArray, motion: FloatArray, chance: FloatArray
+) -> tuple[int, float, FloatArray, FloatArray]:
+    """Return how many of the levels ``told`` (recording, sensor) are astray if a pattern is behind the others, what
+    these leave over what ``chance``, the variance of each recording's, does, and what `NoiseLevels` has of the pattern.
+    """
+    (recordings, sensors), weight = told.shape, np.repeat(1 / chance[:, None], told.shape[1], axis=1)
+    for astray in range(1 + (0 if pattern is Pattern.RECORDING else told.size // SPARED)):
+        usual = np.average(told, axis=0, weights=weight)
+        expected = _expected(pattern, told - usual, motion)
+        centre = np.average(expected, axis=0, weights=weight)
+        square = (told - usual - expected + centre) ** 2 * weight
+        free = (recordings - 1) * (sensors - (pattern is Pattern.RECORDING)) - astray
+        if free > 0 and square.sum() <= free + BY_CHANCE * np.sqrt(2 * free):
+            return astray, float(square.sum() / free), usual, centre
+        weight[np.unravel_index(square.argmax(), square.shape)] = 0.0
+    return told.size, np.inf, usual, centre
 
 
 def _expected(pattern: Pattern, off: FloatArray, motion: FloatArray) -> FloatArray:
