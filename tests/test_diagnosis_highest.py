@@ -48,6 +48,13 @@ def test_a_mode_beyond_the_lowpass_is_followed_where_it_is_larger_than_noise(amp
     assert np.sum(plant.modes[0] < 2 * np.pi * highest) == plant.size == (14 if amplitude else 11)  # as the bridge has
 
 
+@pytest.mark.parametrize(("ringing", "highest"), [(0.01, USUAL), (0.08, RATE / 2)])
+def test_a_mode_beyond_the_lowpass_is_followed_where_it_rings_for_a_moment(ringing: float, highest: float) -> None:
+    """In half a second it holds too little energy to be seen among that of 20 s, and more than noise then."""
+    data = dataset(two_modes(0.0) + ringing * np.exp(-TIME / 0.5) * np.sin(2 * np.pi * 38.8 * TIME))
+    assert highest_shown(data, lowpass_of(data)) == pytest.approx(highest, rel=1e-12)
+
+
 def test_what_only_a_test_recording_shows_is_not_looked_at() -> None:
     data = dataset(two_modes(0.1), role="test")
     assert highest_shown(data, lowpass_of(data)) == pytest.approx(USUAL, rel=1e-12)

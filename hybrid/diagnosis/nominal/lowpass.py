@@ -16,6 +16,9 @@ LONGEST = 512  # samples of a spectrum
 LEAKS = 3  # lines of a spectrum with a Hann window: how far a wave shows beyond its own
 PASSED = 0.2  # of a motion: what a low-pass leaves of it where motions end, unless recordings hold more than
 FAINT = 1e-3  # of a channel's energy: less is there of noise that was low-passed, too, or is white and under 5 %
+PARTS, CALM = 10, 3  # of a recording: in one may ring what a release has shaken, and in the last there is least motion
+RINGING = 0.2  # of the noise in a part: releases of a mast leave 0.4 to 1.8 of it, stops and slack cables up to 0.1
+LOUDER = 4  # times the usual part: noise alone, after the low-pass, differs by half of that
 
 
 def lowpass_of(dataset: Dataset) -> LowPass | None:
@@ -48,28 +51,50 @@ def highest_shown(dataset: Dataset, lowpass: LowPass | None) -> float:
     """Return up to which frequency (Hz) recordings show motions: at most half their rate.
 
     A low-pass leaves little of what is faster than it, which is more than noise all the same where a stiff stop or
-    spring sets high modes going, at a sensor that feels little else.
+    spring sets high modes going, at a sensor that feels little else, or where a release lets them ring for a moment.
     """
     half = dataset.sampling_rate / 2
     if lowpass is None or lowpass.reach(PASSED) >= half:
         return half
     end = lowpass.reach(PASSED)
-    fitted = (data for r in dataset.select("train") for data in r.data)
-    fast = any(_share_above(data, dataset.sampling_rate, end) > FAINT for data in fitted)
+    fitted = (data[:, data.std(axis=0) > 0] for r in dataset.select("train") for data in r.data)
+    fast = any(
+        _share_above(data, dataset.sampling_rate, end) > FAINT
+        or _rings_above(data, dataset.sampling_rate, lowpass.cutoff, end)
+        for data in fitted
+        if data.size
+    )
     return half if fast else end
 
 
 def _share_above(data: FloatArray, rate: float, lower: float) -> float:
     """Return the largest share of a channel's energy above ``lower`` (Hz), of ``data`` (time, sensor), noise apart."""
-    alive = data[:, data.std(axis=0) > 0]
-    if not alive.size:
-        return 0.0
-    frequency, power = welch(alive, rate, nperseg=min(len(data), LONGEST), axis=0)
+    frequency, power = welch(data, rate, nperseg=min(len(data), LONGEST), axis=0)
     above = frequency > lower + LEAKS * frequency[1]
     if not above.any():
         return 0.0
     lines = power[above] - np.median(power[above], axis=0)
     return float(np.max(lines.sum(axis=0) / power.sum(axis=0)))
+
+
+def _rings_above(data: FloatArray, rate: float, cutoff: float, lower: float) -> bool:
+    """Return whether some channel of ``data`` (time, sensor) has motion above ``lower`` (Hz) in one part of it only.
+
+    In a moment it holds too little energy to be seen among that of the whole, and more than the noise then: what the
+    last parts have where the low-pass still lets all through.
+    """
+    samples = len(data) // PARTS
+    frequency = np.fft.rfftfreq(max(samples, 1), 1 / rate)
+    passed, above = (frequency > cutoff / 2) & (frequency < WITHIN[1] * cutoff), frequency > lower
+    if not (passed.any() and above.any()):
+        return False
+    parts = data[: samples * PARTS].reshape(PARTS, samples, -1)
+    spectra = np.fft.rfft((parts - parts.mean(axis=1, keepdims=True)) * np.hanning(samples)[:, None], axis=1)
+    power = np.abs(spectra) ** 2  # (part, frequency, sensor)
+    fast = power[:, above].sum(axis=1)
+    noise = np.median(power[-CALM:, passed], axis=(0, 1)) / np.log(2) * np.sum(frequency < cutoff)
+    most, usual = fast.max(axis=0), np.median(fast, axis=0)
+    return bool(np.any((most > LOUDER * usual) & (most - usual > RINGING * noise)))
 
 
 def _beyond(data: FloatArray, rate: float, cutoff: float) -> float:
