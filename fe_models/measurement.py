@@ -23,17 +23,18 @@ def measure(
     rng: np.random.Generator,
     lowpass: float | None = None,
     noise: float = 0.0,
+    start: float = 0.0,
 ) -> FloatArray:
-    """Return what the ``sensors`` record of one motion, (time, sensor).
+    """Return what the ``sensors`` record of one motion from ``start`` (s) on, (time, sensor).
 
     ``sampling_rate`` (Hz) must divide that of the response. ``lowpass`` (Hz) acts on the motion before it is sampled,
     so that nothing is folded down from above half the sampling rate, and on the noise. ``noise`` is the standard
     deviation of the noise in the recording over that of each channel without it. `InputError` with all faults.
     """
-    raise_faults(_faults(response, sensors, sampling_rate, lowpass, noise))
+    raise_faults(_faults(response, sensors, sampling_rate, lowpass, noise, start))
     every = round(response.sampling_rate / sampling_rate)
     motion = np.stack([response.channel(s.node, s.direction, s.quantity) for s in sensors], axis=-1)  # (time, sensor)
-    signal = lowpassed(motion, response.sampling_rate, lowpass)[::every]
+    signal = lowpassed(motion, response.sampling_rate, lowpass)[::every][round(start * sampling_rate) :]
     white = rng.standard_normal(signal.shape)
     disturbance = lowpassed(white, sampling_rate, lowpass)
     disturbance *= noise * signal.std(axis=0) / disturbance.std(axis=0)
@@ -49,7 +50,12 @@ def lowpassed(channels: FloatArray, sampling_rate: float, lowpass: float | None)
 
 
 def _faults(
-    response: Response, sensors: tuple[Sensor, ...], sampling_rate: float, lowpass: float | None, noise: float
+    response: Response,
+    sensors: tuple[Sensor, ...],
+    sampling_rate: float,
+    lowpass: float | None,
+    noise: float,
+    start: float,
 ) -> list[str]:
     faults = check_rates(sampling_rate, lowpass)
     nodes = int(response.dofs.node.max())
@@ -63,6 +69,9 @@ def _faults(
         )
     if not 0 <= noise < np.inf:
         faults.append(f"noise = {noise}; must be 0 or more (0.03 is 3 % of each channel's standard deviation)")
+    end = len(response.time) / response.sampling_rate
+    if not 0 <= start < end:
+        faults.append(f"start = {start:g} s; must be 0 or more and before the response ends, after {end:g} s")
     ratio = response.sampling_rate / sampling_rate if sampling_rate > 0 else 1.0
     if abs(ratio - round(ratio)) > 1e-6 or round(ratio) < 1:
         faults.append(

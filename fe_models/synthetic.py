@@ -62,9 +62,17 @@ def release_dataset(
     recordings, fields = [], []
     for number, pulls in enumerate(releases, start=1):
         response = simulate_release(structure, pulls, config, progress)
-        data = measure(response, sensors, acquisition.sampling_rate, rng, acquisition.lowpass, acquisition.noise)
+        data = measure(
+            response,
+            sensors,
+            acquisition.sampling_rate,
+            rng,
+            acquisition.lowpass,
+            acquisition.noise,
+            acquisition.start,
+        )
         is_test = number == len(releases) > 1
-        recordings.append(Recording(f"release_{number}", data[None, first:], "test" if is_test else "train"))
+        recordings.append(Recording(f"release_{number}", data[None], "test" if is_test else "train"))
         fields.append(response.displacement[:: round(response.sampling_rate / acquisition.sampling_rate)][first:])
     dataset = Dataset(structure, acquisition.sampling_rate, sensors, tuple(recordings), acquisition.lowpass)
     return Synthetic(dataset, tuple(fields))

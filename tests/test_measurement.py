@@ -79,6 +79,15 @@ def test_noise_has_the_share_asked_for_and_is_low_passed() -> None:
     assert power[frequency > 40].mean() < 0.01 * power[frequency < 20].mean()
 
 
+def test_noise_is_a_share_of_what_is_recorded_not_of_the_jump_before() -> None:
+    motion = sine(5.0)
+    jumped = np.where(np.arange(len(motion)) < 20, 100.0, 0.0) + motion  # gone long before the recording starts
+    clean, noisy = (measure(response_of(jumped), (TOP,), 100.0, rng(), 30.0, noise, start=1.0) for noise in (0, 0.1))
+    assert len(clean) == len(measure(response_of(motion), (TOP,), 100.0, rng())) - 100
+    assert (noisy - clean).std() == pytest.approx(0.1 * clean.std(), rel=1e-9)
+    assert clean.std() == pytest.approx(motion.std(), rel=0.01)
+
+
 def test_channels_follow_their_quantity_and_place() -> None:
     response = response_of(sine(2.0), sine(3.0))
     sensors = (
@@ -98,12 +107,13 @@ def test_same_generator_same_recording() -> None:
 def test_all_faults_at_once() -> None:
     sensors = (Sensor("s", 7, "x", "displacement", "m"), Sensor("t", 1, "x", "velocity", "m"))
     with pytest.raises(InputError) as caught:
-        measure(response_of(sine(5.0)), sensors, 120.0, rng(), lowpass=80.0, noise=-1.0)
-    lowpass, place, unit, noise, rate = caught.value.faults
+        measure(response_of(sine(5.0)), sensors, 120.0, rng(), lowpass=80.0, noise=-1.0, start=1e3)
+    lowpass, place, unit, noise, start, rate = caught.value.faults
     assert "lowpass = 80 Hz is not below half" in lowpass
     assert "sensor 's': node 7 does not exist" in place
     assert "sensor 't': unit 'm' does not fit velocity" in unit
     assert "noise = -1.0; must be 0 or more" in noise
+    assert "start = 1000 s; must be 0 or more and before the response ends, after 20.002 s" in start
     assert "sampling_rate = 120 Hz does not divide that of the response, 500 Hz" in rate
 
 

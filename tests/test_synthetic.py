@@ -41,7 +41,7 @@ def test_recording_and_field_start_together_after_the_jump() -> None:
     synthetic = release_dataset(bridge(), PULLS[:1], SENSORS, Acquisition(start=0.1), rng(), SHORT)
     response = simulate_release(bridge(), PULLS[0], replace(SHORT, duration=1.1))
     np.testing.assert_array_equal(synthetic.fields[0], response.displacement[50::5])
-    expected = measure(response, SENSORS, 100.0, rng(), 30.0, noise=0.02)[10:]
+    expected = measure(response, SENSORS, 100.0, rng(), 30.0, noise=0.02, start=0.1)
     np.testing.assert_array_equal(synthetic.dataset.recordings[0].data[0], expected)
 
 
