@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from fe_models.dofs import DofMap, FloatArray, structure_dofs
+from fe_models.dofs import DofMap, FloatArray, IntArray, structure_dofs
 from fe_models.structure import Beam, Structure
 
 
@@ -52,3 +52,12 @@ def mesh(structure: Structure) -> Mesh:
         elements.extend(FiniteElement(pair, number) for pair in pairwise(chain))
         next_node += divisions - 1
     return Mesh(np.vstack([corners, *inner]), tuple(elements), structure_dofs(structure))
+
+
+def nodes_in_finer(structure: Structure, times: int) -> IntArray:
+    """Return which nodes (node,), from 1, those of a structure's mesh are where each element is split ``times``."""
+    corners, divisions = len(structure.nodes), structure.divisions
+    beams = sum(isinstance(element, Beam) for element in structure.elements)
+    first = corners + np.arange(beams)[:, None] * (times * divisions - 1)
+    inner = first + times * np.arange(1, divisions)
+    return np.concatenate([np.arange(1, corners + 1), inner.ravel()])

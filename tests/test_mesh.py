@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fe_models.dofs import structure_dofs
-from fe_models.mesh import FiniteElement, mesh
+from fe_models.mesh import FiniteElement, mesh, nodes_in_finer
 from fe_models.sections import Section
 from fe_models.structure import Beam, Cable, Spring, Structure, Support
 
@@ -77,3 +77,10 @@ def test_a_chain_has_one_direction() -> None:
     assert dofs.direction.tolist() == ["x", "x"]
     with pytest.raises(KeyError, match="no degree of freedom 'y'"):
         dofs.row(1, "y")
+
+
+@given(divisions=st.integers(1, 5), times=st.integers(1, 5))
+def test_a_finer_mesh_has_the_nodes_of_a_coarser_one_where_told(divisions: int, times: int) -> None:
+    coarse, fine = mesh(portal().refined(divisions)), mesh(portal().refined(times * divisions))
+    found = fine.coordinates[nodes_in_finer(portal().refined(divisions), times) - 1]
+    np.testing.assert_allclose(found, coarse.coordinates, rtol=1e-14)

@@ -82,17 +82,17 @@ def gather(setting: Setting, tell: Callable[[str], object]) -> Evidence:
 
 def _single_causes(setting: Setting, tell: Callable[[str], object]) -> tuple[Search, list[Fit]]:
     """Return the search, and the fits without any cause and of each alone, in recordings less what geometry adds."""
-    gauge, lengths, geometry = setting.searched, setting.lengths, setting.geometry
+    gauge, lengths, geometries = setting.searched, setting.lengths, setting.geometries
     ground = ground_of(setting.nominal, setting.nominal.centre, lengths, gauge, setting.short)
     if ground is None:
         raise InputError("model: with its own force laws these recordings' motion grows beyond all bounds; check them")
-    ground, lengths = straighten(ground, ground.whole, lengths, gauge, geometry)
+    ground, lengths = straighten(ground, ground.whole, lengths, gauge, geometries)
     search = Search(ground, lengths, setting.candidates(), gauge, setting.gauge, setting.band, tell)
     fits = [ground.whole]
     if setting.is_astray or not _nothing_to_gain(ground.whole, gauge, setting.band):
         fits += search.singles()
         nearest = min(fits, key=lambda item: item.cost)
-        ground, lengths = straighten(ground, nearest, lengths, gauge, geometry)
+        ground, lengths = straighten(ground, nearest, lengths, gauge, geometries)
         fits = [ground.whole, *fitted_as(ground.whole, fits[1:], gauge)]
     own = setting.gauge
     if not setting.is_astray:

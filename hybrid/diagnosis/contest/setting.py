@@ -17,7 +17,7 @@ from hybrid.diagnosis.fitting.crossvalidation import as_recordings
 from hybrid.diagnosis.fitting.driven import states_along
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.nominal.geometry import Geometry
-from hybrid.diagnosis.nominal.geometry_forces import geometry_of
+from hybrid.diagnosis.nominal.geometry_forces import geometries_of
 from hybrid.diagnosis.nominal.lowpass import noise_is_lowpassed
 from hybrid.diagnosis.nominal.mesh_error import coarse_mesh
 from hybrid.diagnosis.nominal.modal_plant import modal_plant, with_ratios_of_modal_model
@@ -40,7 +40,7 @@ SEED = 0  # of the states at which geometric forces are taken: the same of the s
 class Setting:
     """A ``dataset`` less what is unusable in it, and its nominal ``plant``.
 
-    ``geometry``: what the structure may exert beyond its linear model; whether it does, the recordings tell.
+    ``geometries``: what the structure may exert beyond its linear model; whether it does, the recordings tell.
     ``modal``: the modal model that stands for the structure in the user's simulation, None where the structure does.
     ``measured``: columns of the sensors that are fitted; ``gauge``: with the noise that the recordings tell, and
     ``searched``, with which causes are sought: mostly the same (see `discrepancy`); ``levels``: how it differs from
@@ -50,7 +50,7 @@ class Setting:
 
     dataset: Dataset
     plant: Plant
-    geometry: Geometry | None
+    geometries: tuple[Geometry, ...]
     modal: Plant | None
     measured: tuple[int, ...]
     gauge: Gauge
@@ -116,10 +116,10 @@ def setting_of(dataset: Dataset) -> Setting:
     lengths = lengths_of(columns_of(recorded, measured), Hypothesis(plant).states)
     searched, lengths, short = search_gauge(plant, lengths, gauge, short_fit(plant, lengths, gauge))
     motion = Motion.of_states(states_along(short, searched), plant).displacement
-    geometry = geometry_of(plant, motion, np.random.default_rng(SEED))
+    geometries = geometries_of(plant, motion, np.random.default_rng(SEED))
     unlike = () if levels.are_alike or searched is not gauge else (UNLIKE.format(pattern=levels.pattern.value),)
     notes = (*unusable, *offsets(dataset), *apart, *fast, *unlike, *coarse_mesh(plant))
-    return Setting(dataset, plant, geometry, modal, measured, gauge, searched, levels, band, lengths, short, notes)
+    return Setting(dataset, plant, geometries, modal, measured, gauge, searched, levels, band, lengths, short, notes)
 
 
 def _noise(plant: Plant, dataset: Dataset, measured: tuple[int, ...], band: Band) -> tuple[Gauge, NoiseLevels]:

@@ -13,22 +13,19 @@ from hybrid.diagnosis.response.side_by_side import side_by_side
 
 
 def straighten(
-    ground: Ground, best: Fit, lengths: Lengths, gauge: Gauge, geometry: Geometry | None
+    ground: Ground, best: Fit, lengths: Lengths, gauge: Gauge, geometries: tuple[Geometry, ...]
 ) -> tuple[Ground, Lengths]:
-    """Return the ground, and recordings, with that geometric part which the ``best`` fit does best with: of its motion,
-    as before, or none.
+    """Return the ground, and recordings, with that geometric part which the ``best`` fit does best with: one of the
+    ``geometries`` along its motion, as before, or none.
 
     A fit that is far off moves otherwise than the structure, and a model that a user made linear adds nothing.
     """
-    if geometry is None:
-        return ground, lengths
-    trials = []
-    own, bent = best.hypothesis, best.hypothesis
-    if own.plant.geometry is None:
+    trials, own = [], best.hypothesis
+    for geometry in geometries:
         bent = replace(own, plant=replace(own.plant, geometry=geometry))
-    straight = straightened(replace(best, hypothesis=bent), gauge)
-    if straight is not None:
-        trials.append(fit(bent, best.theta, straight, gauge, best.states))
+        straight = straightened(replace(best, hypothesis=bent), gauge)
+        if straight is not None:
+            trials.append(fit(bent, best.theta, straight, gauge, best.states))
     if own.plant.geometry is not None:
         plain = replace(own, plant=replace(own.plant, geometry=None))
         recorded = tuple(batch.restored for batch in best.batches)

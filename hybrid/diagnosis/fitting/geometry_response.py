@@ -1,16 +1,22 @@
 """What geometric forces add to the channels, to first order: they act along the motion as it would be without them."""
 
 import numpy as np
+from scipy.interpolate import make_interp_spline
 
 from fe_models.dofs import FloatArray
 from fe_models.recordings import Sensor
 from hybrid.diagnosis.fitting.driven import History, driven, motion_of
 from hybrid.diagnosis.fitting.fitting import Fit
+from hybrid.diagnosis.nominal.geometry import Geometry
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import Batch
 from hybrid.diagnosis.response.hypothesis import Hypothesis
-from hybrid.diagnosis.response.system import free_form
+from hybrid.diagnosis.response.system import System, free_form, passed
 
+ORDER = {"displacement": 0, "velocity": 1, "acceleration": 2}  # of a quantity's derivative in time
+SMOOTH = (
+    5  # degree of the splines that are differentiated: to 0.1 % up to 30 Hz at 100 samples a second, but for their ends
+)
 FELT = 0.01  # of noise's energy: where geometry adds less than that, or less more, it stays as it is
 
 
@@ -48,7 +54,26 @@ def added(
         feed[n : 2 * n] = moved[:, mode]
         force = History(now[..., mode], between[..., mode])
         found += driven(form, 0, feed, direct[:, mode], force, system)
-    return found
+    coordinates = History(motion.now[..., :n] @ picked, motion.between[..., :n] @ picked)
+    return found + _given_way(geometry, coordinates, sensors, hypothesis.plant.rows(sensors), system)
+
+
+def _given_way(
+    geometry: Geometry, coordinates: History, sensors: tuple[Sensor, ...], rows: FloatArray, system: System
+) -> FloatArray:
+    """Return what the channels (recording, time, sensor) show of modes that give way at once, as a column shortens.
+
+    ``coordinates`` (time, recording, mode); ``rows`` (sensor, dof): what each sensor picks.
+    """
+    both = np.stack([coordinates.now, coordinates.between], axis=1)  # (time, half, recording, mode)
+    bent = geometry.bent_at(both.reshape(-1, *both.shape[2:]), rows)
+    halves = system.step / 2 * np.arange(len(bent))
+    curve = make_interp_spline(halves, bent, k=min(SMOOTH, len(bent) - 1), check_finite=False)
+    shown = [
+        curve(halves[::2] - delay, nu=ORDER[sensor.quantity])[..., position]
+        for position, (sensor, delay) in enumerate(zip(sensors, system.delay[0], strict=True))
+    ]
+    return passed(np.stack(shown, axis=-1).swapaxes(0, 1) * system.gain[0], system)
 
 
 def straightened(item: Fit, gauge: Gauge) -> tuple[Batch, ...] | None:

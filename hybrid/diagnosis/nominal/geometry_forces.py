@@ -9,47 +9,59 @@ from itertools import combinations_with_replacement
 import numpy as np
 
 from fe_models.dofs import FloatArray, IntArray
+from hybrid.diagnosis.nominal.finer_mesh import ElasticMesh, finer_mesh, same_mesh
 from hybrid.diagnosis.nominal.geometry import Geometry, products
 from hybrid.diagnosis.nominal.plant import Plant
 
-SMALL = 0.02  # of the largest: modes whose displacements are smaller count once at most in a product
+SMALL = 0.02  # of the largest: modes whose displacements are smaller count once at most in a product of three
 STATES = 4  # at which forces are taken, for each of the products
 REACH = 2.5  # times the rms of a motion: how far these states go
 SETTLING = 15  # steps at most in which the modes that are not followed give way
 SETTLED = 3e-3  # of what they bend: what the last step may still change
+ALIKE = 0.05  # of the forces: a difference that matters no more than what else is off
 LINEAR = 1e-3  # of elastic forces at a hundredth of the motion: geometric ones are less
 
 
-def geometry_of(plant: Plant, motion: FloatArray, rng: np.random.Generator) -> Geometry | None:
-    """Return the geometric forces about motions like ``motion`` (..., dof).
+def geometries_of(plant: Plant, motion: FloatArray, rng: np.random.Generator) -> tuple[Geometry, ...]:
+    """Return the geometric forces about motions like ``motion`` (..., dof): what a beam exerts and, where that is not
+    alike, what the plant's own elements do, on which recordings may have been simulated.
 
     None of a chain, which has none; without motion; and where they do not settle, as of what buckles.
     """
     omega, shapes = plant.modes
-    weighted = plant.mass @ shapes
+    weighted = np.asarray(plant.mass @ shapes)
     size = np.sqrt(np.mean((motion @ weighted).reshape(-1, len(omega)) ** 2, axis=0))
     if plant.kept is None or not size.all():
-        return None
+        return ()
     powers = _powers(size * np.abs(shapes).max(axis=0))
     coordinates = REACH * size * rng.uniform(-1, 1, (STATES * len(powers), len(size)))
-    felt = _modal_forces(plant, coordinates)
-    if felt is None:
-        return None
-    fitted = np.linalg.lstsq(products(coordinates / size, powers), felt, rcond=None)[0]
-    return Geometry(np.asarray(weighted), size, powers, np.asarray(fitted, dtype=float))
+    scaled, found = products(coordinates / size, powers), list[Geometry]()
+    for mesh in (finer_mesh(plant), same_mesh(plant)):
+        told = _forces_and_bends(mesh, omega, coordinates)
+        if told is None:
+            return ()
+        fitted = np.asarray(np.linalg.lstsq(scaled, np.hstack(told), rcond=None)[0], dtype=float)
+        forces, bends = np.split(fitted, [len(size)], axis=1)
+        found.append(Geometry(weighted, size, powers, forces, bends[:, mesh.rows]))
+    beams, drawn = (geometry.forces for geometry in found)
+    alike = np.linalg.norm(drawn - beams) < ALIKE * np.linalg.norm(beams)
+    return tuple(found[:1] if alike else found)
 
 
-def _modal_forces(plant: Plant, coordinates: FloatArray) -> FloatArray | None:
-    """Return the geometric modal forces (state, mode) at modal ``coordinates`` (state, mode), all else giving way."""
+def _forces_and_bends(
+    mesh: ElasticMesh, omega: FloatArray, coordinates: FloatArray
+) -> tuple[FloatArray, FloatArray] | None:
+    """Return the geometric modal forces (state, mode) at modal ``coordinates`` (state, mode), all else giving way, and
+    how far that does (state, dof). ``omega`` (mode,): natural frequencies, rad/s.
+    """
     from fe_models.exudyn_forces import InternalForces  # loads Exudyn only where it is needed
 
-    omega, shapes = plant.modes
-    weighted, still = plant.mass @ shapes, np.zeros(len(plant.dofs))
-    forces, free = InternalForces(plant.structure.without_prestress()), plant.dofs.free[:, None]
+    shapes, still = mesh.shapes, np.zeros(len(mesh.dofs))
+    forces, free = InternalForces(mesh.structure.without_prestress()), mesh.dofs.free[:, None]
 
     def beyond(u: FloatArray) -> FloatArray:
         exerted = np.stack([forces(column, still) for column in u.T], axis=1)  # (dof, state)
-        return np.where(free, exerted + plant.stiffness @ u, 0.0)
+        return np.where(free, exerted + mesh.stiffness @ u, 0.0)
 
     u = shapes @ coordinates.T  # (dof, state)
     slight = shapes.T @ beyond(0.01 * u[:, :1])
@@ -57,23 +69,26 @@ def _modal_forces(plant: Plant, coordinates: FloatArray) -> FloatArray | None:
         return None  # the linear model is not the tangent of what Exudyn has
     felt, bent = beyond(u), np.zeros_like(u)
     for _ in range(SETTLING):
-        given = plant.static(felt)
-        given -= shapes @ (weighted.T @ given)
+        given = mesh.static(felt)
+        given -= shapes @ (mesh.weighted.T @ given)
         change, bent = np.abs(given - bent).max(), given
         felt = beyond(u + bent)
         if change <= SETTLED * np.abs(bent).max():
-            return np.asarray(felt.T @ shapes)
+            return np.asarray(felt.T @ shapes), np.asarray(bent.T)
     return None
 
 
 def _powers(displacements: FloatArray) -> IntArray:
-    """Return the quadratic and cubic products (product, mode) with one factor at most of modes that hardly move."""
+    """Return the quadratic and cubic products (product, mode), these with one factor at most of modes that hardly move.
+
+    What is twice as fast may meet a mode of that frequency, however little there is of it.
+    """
     count, large = len(displacements), displacements > SMALL * displacements.max()
     return np.array(
         [
             np.bincount(factors, minlength=count)
             for degree in (2, 3)
             for factors in combinations_with_replacement(range(count), degree)
-            if sum(not large[i] for i in factors) <= 1
+            if degree == 2 or sum(not large[i] for i in factors) <= 1
         ]
     )
