@@ -21,7 +21,7 @@ from fe_models.structure import Structure
 from hybrid.diagnosis.nominal.plant import Plant
 
 DIVISIONS = 4  # elements of a beam at least: with one, what geometry adds to a portal is off by 40 %, with four by 2 %
-MOST = 3000  # ... but no more degrees of freedom than so many, which take half a minute
+MOST = 3000  # ... but no more degrees of freedom than so many, with which that takes seconds
 
 
 @dataclass(frozen=True)
