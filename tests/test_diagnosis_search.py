@@ -160,6 +160,24 @@ def test_first_steps_beside_a_law_go_on_only_where_they_may_lead_low(seed: int, 
     assert (ended.cost == led.cost) is leads
 
 
+def test_first_steps_go_on_while_each_halves_the_cost_if_that_leads_low(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A support that has gone soft, begun at twice its compliance in the bridge as drawn: three steps stop half-way."""
+    setting = setting_of(blind_case(890002, BlindConfig(("support_spring",), structure="bridge", off=True)).dataset)
+    short, where = setting.short, {"node": 23, "direction": "y"}
+    soft = next(c for c in setting.candidates() if c.kind == "support_spring" and c.location == where)
+    extended = short.hypothesis.adding(soft)
+    start = np.append(np.zeros_like(short.theta), 3.1e-5)  # m/N; of 1.65e-5, as the scan has it
+    begun = extended, start, short.batches, setting.gauge, padded(short.states, extended)
+    led, behind = first_steps(*begun, steps=3, bound=short.cost), first_steps(*begun, steps=3, bound=0.0)
+    monkeypatch.setattr(fitting, "HALF", 0.0)  # three steps and no more
+    stopped = first_steps(*begun, steps=3, bound=short.cost)
+    assert led is not None
+    assert behind is not None
+    assert stopped is not None
+    assert led.cost < 0.6 * short.cost < 0.9 * stopped.cost  # measured: 0.48 and 0.98 of it
+    assert behind.cost == stopped.cost  # what would not lead low is not followed
+
+
 def test_drift_goes_on_from_segment_to_segment() -> None:
     case = blind_case(5, BlindConfig(("sensor_drift",), size=0.8, train=3, test=1, duration=30.0))
     (cause,) = case.truth

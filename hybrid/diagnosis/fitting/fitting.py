@@ -22,6 +22,7 @@ WEAKER = (1.0, 0.5, 0.2)  # of force laws, one after the other, where the motion
 # Steps that tell whether more are worth it: a law's initial states must leave those of the motion without it.
 FIRST, FIRST_OF_LAWS = 1, 2
 TELLING = 5  # steps until it shows whether a start that is far off leads low: a second one may still be short
+HALF = 0.5  # of the cost: without a law a step that leaves less is followed by another one
 STEEP = 0.2  # share of the cost: a law whose last step took as much away starts far off, and goes on
 FREE = 1e-10  # of Marquardt's damping: none; a cause and the uncertain factor it resembles need whole steps
 DAMPING = (1e-3, 30.0, 1e3)  # where a whole step fails: first, factor, give up
@@ -189,13 +190,15 @@ def first_steps(
     """Return where the first ``steps`` of a `fit` lead; None as of `fit`.
 
     A force law takes two; another candidate beside one two at most; both more while they fall steeply, the other
-    candidate only if that would lead below the cost ``bound``. Without the slopes there, which take longest.
+    candidate only if that would lead below the cost ``bound``. Without one up to twice as many are taken, while each
+    halves the cost and that would lead there. Without the slopes there, which take longest.
     """
     problem = _Problem(hypothesis, batches, gauge)
-    least = most = steps
+    least, most, steep, telling = steps, 2 * steps, HALF, 0
     if not hypothesis.is_linear:
         comes = hypothesis.candidates[-1].is_law
         least, most = FIRST_OF_LAWS if comes else min(steps, FIRST_OF_LAWS), LAW_ITERATIONS
+        steep, telling = 1 - STEEP, TELLING
         bound = inf if comes else bound  # how a law that starts far off falls tells nothing of where it ends
     taken, best = 0, problem.begun(theta, states)
     point = best
@@ -205,8 +208,8 @@ def first_steps(
             break
         fall = then.cost / point.cost
         taken, best = taken + 1, then
-        steep = fall < 1 - STEEP and (taken < TELLING or then.cost * fall ** (most - taken) < bound)
-        if taken >= (most if steep else least):
+        falls = fall < steep and (taken < telling or then.cost * fall ** (most - taken) < bound)
+        if taken >= (most if falls else least):
             break
         point = problem.at(then.theta, then.states)  # the slopes, too
     return None if best is None else Step(hypothesis, best.theta, best.states, best.cost)
