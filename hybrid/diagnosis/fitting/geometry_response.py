@@ -14,9 +14,7 @@ from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.system import System, free_form, passed
 
 ORDER = {"displacement": 0, "velocity": 1, "acceleration": 2}  # of a quantity's derivative in time
-SMOOTH = (
-    5  # degree of the splines that are differentiated: to 0.1 % up to 30 Hz at 100 samples a second, but for their ends
-)
+SMOOTH = 5  # degree of splines whose derivatives are taken: right to 0.1 % up to 0.3 of the sampling rate, ends apart
 FELT = 0.01  # of noise's energy: where geometry adds less than that, or less more, it stays as it is
 
 

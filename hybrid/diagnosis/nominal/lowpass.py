@@ -17,7 +17,7 @@ LEAKS = 3  # lines of a spectrum with a Hann window: how far a wave shows beyond
 PASSED = 0.2  # of a motion: what a low-pass leaves of it where motions end, unless recordings hold more than
 FAINT = 1e-3  # of a channel's energy: less is there of noise that was low-passed, too, or is white and under 5 %
 PARTS, CALM = 10, 3  # of a recording: in one may ring what a release has shaken, and in the last there is least motion
-RINGING = 0.2  # of the noise in a part: releases of a mast leave 0.4 to 1.8 of it, stops and slack cables up to 0.1
+RINGING = 0.2  # of the noise in a part: releases of a mast leave 0.4 to 1.8 of it, most causes less than 0.1
 LOUDER = 4  # times the usual part: noise alone, after the low-pass, differs by half of that
 
 
