@@ -4,7 +4,7 @@ import numpy as np
 from scipy.interpolate import make_interp_spline
 
 from fe_models.dofs import FloatArray
-from fe_models.recordings import Sensor
+from fe_models.recordings import QUANTITIES, Sensor
 from hybrid.diagnosis.fitting.driven import History, driven, motion_of
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.nominal.geometry import Geometry
@@ -13,7 +13,6 @@ from hybrid.diagnosis.recorded.records import Batch
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.system import System, free_form, passed
 
-ORDER = {"displacement": 0, "velocity": 1, "acceleration": 2}  # of a quantity's derivative in time
 SMOOTH = 5  # degree of splines whose derivatives are taken: right to 0.1 % up to 0.3 of the sampling rate, ends apart
 FELT = 0.01  # of noise's energy: where geometry adds less than that, or less more, it stays as it is
 
@@ -42,18 +41,19 @@ def added(
     reduced, form = hypothesis.reduced(theta[None]), free_form(system, n)
     shapes = reduced.shapes[0]  # (dof, vector)
     picked = shapes.T @ geometry.weighted  # (vector, mode)
-    now, between = (geometry.at(part[..., :n] @ picked) for part in (motion.now, motion.between))
+    coordinates = History(motion.now[..., :n] @ picked, motion.between[..., :n] @ picked)
+    now, between = geometry.at(coordinates.now), geometry.at(coordinates.between)
+    rows = hypothesis.plant.rows(sensors)
     moved = np.linalg.solve(reduced.mass[0], picked)
     accelerations = np.array([sensor.quantity == "acceleration" for sensor in sensors])
-    direct = np.where(accelerations[:, None], hypothesis.plant.rows(sensors) @ shapes @ moved, 0.0)
+    direct = np.where(accelerations[:, None], rows @ shapes @ moved, 0.0)
     direct = direct * system.gain[0][:, None]
     for mode in range(picked.shape[1]):
         feed = np.zeros(system.A.shape[1])
         feed[n : 2 * n] = moved[:, mode]
         force = History(now[..., mode], between[..., mode])
         found += driven(form, 0, feed, direct[:, mode], force, system)
-    coordinates = History(motion.now[..., :n] @ picked, motion.between[..., :n] @ picked)
-    return found + _given_way(geometry, coordinates, sensors, hypothesis.plant.rows(sensors), system)
+    return found + _given_way(geometry, coordinates, sensors, rows, system)
 
 
 def _given_way(
@@ -66,11 +66,10 @@ def _given_way(
     both = np.stack([coordinates.now, coordinates.between], axis=1)  # (time, half, recording, mode)
     bent = geometry.bent_at(both.reshape(-1, *both.shape[2:]), rows)
     halves = system.step / 2 * np.arange(len(bent))
-    curve = make_interp_spline(halves, bent, k=min(SMOOTH, len(bent) - 1), check_finite=False)
-    shown = [
-        curve(halves[::2] - delay, nu=ORDER[sensor.quantity])[..., position]
-        for position, (sensor, delay) in enumerate(zip(sensors, system.delay[0], strict=True))
-    ]
+    shown = []
+    for position, (sensor, delay) in enumerate(zip(sensors, system.delay[0], strict=True)):
+        curve = make_interp_spline(halves, bent[..., position], k=min(SMOOTH, len(bent) - 1), check_finite=False)
+        shown.append(curve(halves[::2] - delay, nu=QUANTITIES.index(sensor.quantity)))
     return passed(np.stack(shown, axis=-1).swapaxes(0, 1) * system.gain[0], system)
 
 

@@ -5,16 +5,13 @@ order is off by tens of per cent.
 """
 
 from dataclasses import dataclass
-from functools import cached_property
 from math import ceil
 
 import numpy as np
 from scipy.sparse import csr_array
-from scipy.sparse.linalg import SuperLU
 
 from fe_models.assembly import linearise, unsupported
 from fe_models.dofs import DofMap, FloatArray, IntArray
-from fe_models.mechanisms import factorise
 from fe_models.mesh import nodes_in_finer
 from fe_models.modes import natural_modes
 from fe_models.structure import Structure
@@ -38,27 +35,15 @@ class ElasticMesh:
     weighted: FloatArray
     rows: IntArray
 
-    def static(self, forces: FloatArray) -> FloatArray:
-        """Return the displacements (dof, load) under ``forces`` (dof, load), supports holding."""
-        return self.dofs.expand(self._factors.solve(np.asarray(forces)[self.dofs.free]))
 
-    @cached_property
-    def _factors(self) -> SuperLU:
-        free = self.dofs.free_rows
-        return factorise(self.stiffness[free][:, free])
+def times_finer(plant: Plant) -> int:
+    """Return how many times each element of a plant is to be split for what its geometry adds."""
+    return max(min(ceil(DIVISIONS / plant.structure.divisions), MOST // len(plant.dofs)), 1)
 
 
-def same_mesh(plant: Plant) -> ElasticMesh:
-    """Return a frame on the plant's own mesh."""
-    shapes = plant.modes[1]
-    rows = np.arange(len(plant.dofs))
-    return ElasticMesh(plant.structure, plant.dofs, plant.stiffness, shapes, np.asarray(plant.mass @ shapes), rows)
-
-
-def finer_mesh(plant: Plant) -> ElasticMesh:
-    """Return a frame on elements that are short enough; its modes are those that look like the plant's."""
+def finer_mesh(plant: Plant, times: int) -> ElasticMesh:
+    """Return a frame with each element split ``times``; its modes are those that look like the plant's."""
     drawn = plant.structure
-    times = max(min(ceil(DIVISIONS / drawn.divisions), MOST // len(plant.dofs)), 1)
     structure = drawn.refined(times * drawn.divisions)
     linear = linearise(structure)
     mass, _, stiffness = unsupported(structure)

@@ -9,7 +9,8 @@ from itertools import combinations_with_replacement
 import numpy as np
 
 from fe_models.dofs import FloatArray, IntArray
-from hybrid.diagnosis.nominal.finer_mesh import ElasticMesh, finer_mesh, same_mesh
+from fe_models.mechanisms import factorise
+from hybrid.diagnosis.nominal.finer_mesh import ElasticMesh, finer_mesh, times_finer
 from hybrid.diagnosis.nominal.geometry import Geometry, products
 from hybrid.diagnosis.nominal.plant import Plant
 
@@ -36,16 +37,16 @@ def geometries_of(plant: Plant, motion: FloatArray, rng: np.random.Generator) ->
     powers = _powers(size * np.abs(shapes).max(axis=0))
     coordinates = REACH * size * rng.uniform(-1, 1, (STATES * len(powers), len(size)))
     scaled, found = products(coordinates / size, powers), list[Geometry]()
-    for mesh in (finer_mesh(plant), same_mesh(plant)):
+    for times in sorted({times_finer(plant), 1}, reverse=True):
+        mesh = finer_mesh(plant, times)
         told = _forces_and_bends(mesh, omega, coordinates)
         if told is None:
             return ()
         fitted = np.asarray(np.linalg.lstsq(scaled, np.hstack(told), rcond=None)[0], dtype=float)
         forces, bends = np.split(fitted, [len(size)], axis=1)
         found.append(Geometry(weighted, size, powers, forces, bends[:, mesh.rows]))
-    beams, drawn = (geometry.forces for geometry in found)
-    alike = np.linalg.norm(drawn - beams) < ALIKE * np.linalg.norm(beams)
-    return tuple(found[:1] if alike else found)
+    off, beams = found[-1].forces - found[0].forces, found[0].forces
+    return tuple(found[:1] if np.linalg.norm(off) <= ALIKE * np.linalg.norm(beams) else found)
 
 
 def _forces_and_bends(
@@ -57,11 +58,12 @@ def _forces_and_bends(
     from fe_models.exudyn_forces import InternalForces  # loads Exudyn only where it is needed
 
     shapes, still = mesh.shapes, np.zeros(len(mesh.dofs))
-    forces, free = InternalForces(mesh.structure.without_prestress()), mesh.dofs.free[:, None]
+    forces, free, rows = InternalForces(mesh.structure.without_prestress()), mesh.dofs.free, mesh.dofs.free_rows
+    held = factorise(mesh.stiffness[rows][:, rows])
 
     def beyond(u: FloatArray) -> FloatArray:
         exerted = np.stack([forces(column, still) for column in u.T], axis=1)  # (dof, state)
-        return np.where(free, exerted + mesh.stiffness @ u, 0.0)
+        return np.where(free[:, None], exerted + mesh.stiffness @ u, 0.0)
 
     u = shapes @ coordinates.T  # (dof, state)
     slight = shapes.T @ beyond(0.01 * u[:, :1])
@@ -69,7 +71,7 @@ def _forces_and_bends(
         return None  # the linear model is not the tangent of what Exudyn has
     felt, bent = beyond(u), np.zeros_like(u)
     for _ in range(SETTLING):
-        given = mesh.static(felt)
+        given = mesh.dofs.expand(held.solve(felt[free]))
         given -= shapes @ (mesh.weighted.T @ given)
         change, bent = np.abs(given - bent).max(), given
         felt = beyond(u + bent)

@@ -92,7 +92,8 @@ def _rings_above(data: FloatArray, rate: float, cutoff: float, lower: float) -> 
     spectra = np.fft.rfft((parts - parts.mean(axis=1, keepdims=True)) * np.hanning(samples)[:, None], axis=1)
     power = np.abs(spectra) ** 2  # (part, frequency, sensor)
     fast = power[:, above].sum(axis=1)
-    noise = np.median(power[-CALM:, passed], axis=(0, 1)) / np.log(2) * np.sum(frequency < cutoff)
+    density = np.median(power[-CALM:, passed], axis=(0, 1)) / np.log(2)  # of a mean power the median is log 2
+    noise = density * np.sum(frequency < cutoff)
     most, usual = fast.max(axis=0), np.median(fast, axis=0)
     return bool(np.any((most > LOUDER * usual) & (most - usual > RINGING * noise)))
 
