@@ -66,13 +66,16 @@ def band_scores(model: Hybrid, comparison: Comparison, sensors: tuple[Sensor, ..
 
 
 def field_scores(comparison: Comparison, modal: ModalModel, truth: FloatArray) -> dict[str, float]:
-    """Return each model's error of the displacement field over the first test window, relative to the field's size.
+    """Return each model's error of the displacement field, relative to the field's size.
 
-    RMS over all translations and times, of the error over that of the truth (time, dof).
+    RMS over all translations, times and windows of the error, over that of the truth (window, time, dof): the truth of
+    the first windows compared.
     """
-    translations = np.isin(modal.dofs.direction, ["x", "y"])
-    size = np.sqrt(np.mean(truth[:, translations] ** 2))
-    fields = {"fe": comparison.fe.q[0] @ modal.shapes.T, "hybrid": comparison.hybrid.forecast.q[0] @ modal.shapes.T}
+    rows = np.isin(modal.dofs.direction, ["x", "y"])
+    known = truth[:, :, rows]
+    size = np.sqrt(np.mean(known**2))
+    coordinates = {"fe": comparison.fe.q, "hybrid": comparison.hybrid.forecast.q}
     return {
-        name: float(np.sqrt(np.mean((field - truth)[:, translations] ** 2)) / size) for name, field in fields.items()
+        name: float(np.sqrt(np.mean((q[: len(truth)] @ modal.shapes[rows].T - known) ** 2)) / size)
+        for name, q in coordinates.items()
     }

@@ -22,6 +22,7 @@ from hybrid.figures import channel_labels, draw_curves, draw_history, draw_laten
 from hybrid.forecast import Forecast
 from hybrid.run import Run
 from hybrid.uncertainty import set_relative_error
+from hybrid.windows import cut_field
 
 LOOP = "force_displacement.png"
 OF_THE_TEST = (PREDICTION, "channels.png", "latent.png", "displacement.png", LOOP)
@@ -75,11 +76,12 @@ def write_results(
             metrics["test"]["expert_weights"] = expert_weights(model, run.origin, comparison.windows)
         metrics["scores"] = score_table(forecasts, comparison.windows, dataset.sensors)
         metrics["bands"] = band_scores(model, comparison, dataset.sensors)
-        field = None if truth is None else truth[:length]
-        if field is not None:
-            metrics["field"] = field_scores(comparison, modal, field)
+        if truth is not None:
+            truth = cut_field(truth, dataset.select("test")[0], length, training.stride)
+            metrics["field"] = field_scores(comparison, modal, truth)
         initial = fe_initial_state(run.origin, comparison.windows[0], run.config.model.encoder_samples)
-        prediction = prediction_of(comparison.hybrid.forecast, comparison.fe, run.origin, initial, field)
+        first = None if truth is None else truth[0]
+        prediction = prediction_of(comparison.hybrid.forecast, comparison.fe, run.origin, initial, first)
         save_prediction(prediction, folder)
         _draw(dataset, modal, comparison, prediction, folder, advance)
     write_json(folder / "metrics.json", metrics)

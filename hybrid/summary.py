@@ -47,7 +47,9 @@ def describe(metrics: dict[str, Any]) -> str:
     if "field" in metrics:
         field = metrics["field"]
         lines.append(f"{'displacement field (*)':26}{field['fe']:9.4f}{'':9}{field['hybrid']:9.4f}")
-        lines.append("(*) all nodes, first window: error over the size of the simulated truth.")
+        lines.append(
+            "(*) all nodes, every window of the first test recording: error over the size of the simulated truth."
+        )
     return "\n".join([*lines, "", MEANING])
 
 

@@ -5,7 +5,7 @@ from typing import Literal
 
 import numpy as np
 
-from fe_models.dofs import FloatArray
+from fe_models.dofs import BoolArray, FloatArray
 from fe_models.errors import InputError
 from fe_models.recordings import Dataset, Recording
 
@@ -16,15 +16,33 @@ def cut(recording: Recording, length: int, stride: int) -> FloatArray:
     Windows in which a channel is constant (silence before a trigger, say) tell nothing and are passed over;
     `InputError` where none remains.
     """
-    views = np.lib.stride_tricks.sliding_window_view(recording.data, length, axis=1)
-    windows = views[:, ::stride].transpose(0, 1, 3, 2).reshape(-1, length, recording.data.shape[2])
-    alive = np.ptp(windows, axis=1).all(axis=1)
+    windows = _stretches(recording.data, length, stride)
+    alive = _alive(windows)
     if not alive.any():
         raise InputError(
             f"recording {recording.name!r}: in every window of {length} samples some channel is constant;"
             " leave the recording or the channel out"
         )
     return windows[alive]
+
+
+def cut_field(field: FloatArray, recording: Recording, length: int, stride: int) -> FloatArray:
+    """Return the windows (window, time, dof) of a field (time, dof) where `cut` has those of the recording.
+
+    The field is that of the recording's first realisation, whose windows come first.
+    """
+    return _stretches(field[None], length, stride)[0, _alive(_stretches(recording.data[:1], length, stride))[0]]
+
+
+def _stretches(data: FloatArray, length: int, stride: int) -> FloatArray:
+    """Return a view (realisation, window, time, column) of data (realisation, time, column)."""
+    views = np.lib.stride_tricks.sliding_window_view(data, length, axis=1)
+    return views[:, ::stride].swapaxes(2, 3)
+
+
+def _alive(stretches: FloatArray) -> BoolArray:
+    """Return whether no channel is constant in a window (realisation, window)."""
+    return np.asarray(np.ptp(stretches, axis=2).all(axis=-1))
 
 
 def cut_all(recordings: Sequence[Recording], length: int, stride: int) -> FloatArray:

@@ -67,6 +67,7 @@ def test_the_demo_from_end_to_end(tmp_path: Path) -> None:
     assert metrics["training"]["epochs"] == 1
     for role in ("measured", "held_out"):
         assert metrics["scores"]["hybrid"][role]["nrmse"] < 0.5 * metrics["scores"]["fe"][role]["nrmse"]
+    assert metrics["field"]["hybrid"] < metrics["field"]["fe"]
     assert [recording.data.shape for recording in load_dataset(tmp_path / "data" / "dataset.toml").recordings] == [
         (1, 401, 8)
     ] * 4

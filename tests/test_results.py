@@ -74,15 +74,18 @@ def test_field_scores_are_relative_errors_of_the_translations() -> None:
     truth[:, dofs.direction == "rz"] *= 1e6
     modal = ModalModel(np.array([1.0, 2.0]), np.zeros(2), shapes, dofs)
     comparison = Comparison(np.zeros((1, 30, 1)), forecast_of(0.5 * q), banded(forecast_of(3 * q)))
-    assert field_scores(comparison, modal, truth) == pytest.approx({"hybrid": 2.0, "fe": 0.5}, rel=1e-12)
+    assert field_scores(comparison, modal, truth[None]) == pytest.approx({"hybrid": 2.0, "fe": 0.5}, rel=1e-12)
 
 
-def test_only_the_first_window_counts_for_the_field() -> None:
+def test_all_windows_whose_truth_is_known_count_for_the_field() -> None:
+    """The first of two known windows is right, the second twice what it should be; the third has no known truth."""
     modal = chain_modes()
-    q = np.random.default_rng(0).standard_normal((2, 30, 4))
-    forecast = Forecast(q, 0 * q, 0 * q, np.zeros((2, 30, 1)))
-    scores = field_scores(Comparison(np.zeros((2, 30, 1)), forecast, banded(forecast)), modal, q[0] @ modal.shapes.T)
-    assert scores == pytest.approx({"hybrid": 0.0, "fe": 0.0}, abs=1e-12)
+    q = np.random.default_rng(0).standard_normal((3, 30, 4))
+    forecast = Forecast(q * np.array([1.0, 2.0, 9.0])[:, None, None], 0 * q, 0 * q, np.zeros((3, 30, 1)))
+    truth = q[:2] @ modal.shapes.T
+    scores = field_scores(Comparison(np.zeros((3, 30, 1)), forecast, banded(forecast)), modal, truth)
+    expected = np.sqrt(np.sum(truth[1] ** 2) / np.sum(truth**2))
+    assert scores == pytest.approx({"hybrid": expected, "fe": expected}, rel=1e-12)
 
 
 def test_the_fe_model_alone_finds_the_start_of_its_own_motion() -> None:
@@ -129,20 +132,23 @@ def test_a_prediction_is_the_first_window_at_all_nodes() -> None:
 
 
 def test_a_known_truth_is_scored_and_kept(dataset: Dataset, tmp_path: Path) -> None:
-    """A truth that is the hybrid's own field leaves it without error; later samples than the window's are not used."""
-    finished(dataset, tmp_path / "a")
-    plain = load_run(tmp_path / "a").prediction
-    assert plain is not None
-    assert "field" not in json.loads((tmp_path / "a" / "metrics.json").read_text())
-    finished(dataset, tmp_path / "b", truth=np.concatenate([plain.hybrid, np.full((20, 4), np.nan)]))
-    known = load_run(tmp_path / "b").prediction
-    assert known is not None
-    assert known.truth is not None
-    np.testing.assert_array_equal(known.truth, plain.hybrid)
-    field = json.loads((tmp_path / "b" / "metrics.json").read_text())["field"]
-    assert field["hybrid"] == 0.0
-    error = np.sqrt(np.mean((plain.fe - plain.hybrid) ** 2) / np.mean(plain.hybrid**2))
-    assert field["fe"] == pytest.approx(error, rel=1e-12)
+    """In all windows of the first realisation, the only one whose truth is known; the first window is kept."""
+    run = finished(dataset, tmp_path)
+    assert "field" not in json.loads((tmp_path / "metrics.json").read_text())
+    truth = np.random.default_rng(5).standard_normal((dataset.select("test")[0].data.shape[1], 4))
+    write_results(run, dataset, truth)
+    length, stride = run.trainer.windows.shape[1], ONE_EPOCH.training.stride
+    kept = load_run(tmp_path).prediction
+    assert kept is not None
+    np.testing.assert_array_equal(kept.truth, truth[:length])
+    comparison = compare(run.trainer.model, dataset, length, stride)
+    assert comparison is not None
+    starts = range(0, len(truth) - length + 1, stride)
+    assert len(starts) > 1
+    known = np.array([truth[start : start + length] for start in starts])
+    errors = comparison.hybrid.forecast.q[: len(starts)] @ run.origin.modal.shapes.T - known
+    field = json.loads((tmp_path / "metrics.json").read_text())["field"]
+    assert field["hybrid"] == pytest.approx(np.sqrt(np.mean(errors**2) / np.mean(known**2)), rel=1e-12)
 
 
 def test_without_test_recordings_nothing_is_scored(dataset: Dataset, tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ import pytest
 
 from fe_models.errors import InputError
 from fe_models.recordings import Recording
-from hybrid.windows import columns, cut, cut_all, window_length
+from hybrid.windows import columns, cut, cut_all, cut_field, window_length
 from tests.hybrid_problems import HELD_OUT, MEASURED, chain_dataset
 
 
@@ -33,6 +33,17 @@ def test_windows_of_several_recordings_follow_each_other() -> None:
     together = cut_all([first, second], 5, 1)
     np.testing.assert_array_equal(together, np.concatenate([cut(first, 5, 1), cut(second, 5, 1)]))
     assert len(together) == 2 + 2 * 3
+
+
+def test_a_field_is_cut_where_its_recording_is() -> None:
+    """The field is that of the first realisation; windows in which that one's channels are silent are passed over."""
+    recording = numbered(2, 12)
+    recording.data[0, :5] = 0.0
+    field = np.arange(12.0)[:, None] * np.array([1.0, 10.0, 100.0])
+    found = cut_field(field, recording, 4, 2)
+    assert found[:, 0, 0].tolist() == [2.0, 4.0, 6.0, 8.0]  # the window from 0 is silent, that from 2 not wholly
+    np.testing.assert_array_equal(found, [field[start : start + 4] for start in (2, 4, 6, 8)])
+    np.testing.assert_array_equal(cut(recording, 4, 2)[:4, 3, 0], 10.0 * found[:, 3, 0])
 
 
 def test_columns_of_a_role() -> None:
