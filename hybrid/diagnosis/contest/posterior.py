@@ -6,6 +6,7 @@ import numpy as np
 
 from fe_models.dofs import FloatArray
 from hybrid.diagnosis.causes.candidate import Candidate
+from hybrid.diagnosis.contest.exactness import log_evidences
 from hybrid.diagnosis.contest.odds import Odds
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.fitting.wave import TOLD, wave
@@ -45,7 +46,7 @@ def posterior_of(fits: tuple[Fit, ...], candidates: tuple[Candidate, ...]) -> Po
     evidence = np.array([fit.log_evidence for fit in fits])
     best = fits[int(np.argmax(evidence + prior))]
     temper = temper_of(best) * odds.alike
-    score = evidence / temper + prior  # at these very places
+    score = log_evidences(fits, best, temper) + prior  # at these very places
     probability = np.exp(score - score.max()) * [_alike(fit) for fit in fits]
     probability /= probability.sum()
     order = np.argsort(-score, kind="stable")

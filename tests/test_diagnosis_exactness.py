@@ -1,0 +1,71 @@
+"""How exact nominal values are: Gaussian closed forms, fits made anew, and causes that an exact structure tells apart."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.stats import multivariate_normal
+
+from fe_models.blind import BlindConfig, blind_case
+from fe_models.recordings import Dataset
+from hybrid.diagnosis.contest.exactness import SCALES, log_evidences, tightened
+from hybrid.diagnosis.fitting.fitting import Fit, fit
+from hybrid.diagnosis.nominal.plant import plant_of
+from hybrid.diagnosis.response.hypothesis import Hypothesis
+from tests.chain_fits import candidate, gauge_of, nominal_fit
+
+
+def chain(off: bool, *kinds: str, seed: int = 5, size: float = 0.5) -> Dataset:
+    return blind_case(seed, BlindConfig(kinds, off=off, size=size, train=3, test=1, duration=30.0)).dataset
+
+
+def linear_fit(hypothesis: Hypothesis, J: np.ndarray, y: np.ndarray) -> Fit:
+    """The least squares of y = J (theta - centre) + white noise, with the hypothesis' prior: exact."""
+    precision = np.diag(hypothesis.precision)
+    covariance = np.linalg.inv(J.T @ J + precision)
+    step = covariance @ J.T @ y
+    chi2 = float(np.square(y - J @ step).sum())
+    cost = chi2 + float(step @ precision @ step)
+    return Fit(hypothesis, hypothesis.centre + step, covariance, chi2, cost, (), (), (), (), ())
+
+
+def marginal(hypothesis: Hypothesis, J: np.ndarray, y: np.ndarray, scale: float) -> float:
+    """The log density of y, all of theta integrated out, nominal values known ``scale`` times as well as stated."""
+    width = hypothesis.precision**-0.5
+    width[: hypothesis.plant.values] *= scale
+    return float(multivariate_normal(cov=np.eye(len(y)) + (J * width**2) @ J.T).logpdf(y))
+
+
+@pytest.mark.parametrize("scale", SCALES)
+def test_a_linear_model_has_its_closed_form(scale: float) -> None:
+    """Evidence at one scale over that at another is that of the data's own normal distribution."""
+    dataset = chain(False)
+    hypothesis = Hypothesis(plant_of(dataset)).adding(candidate(dataset, "added_mass", node=2))
+    rng = np.random.default_rng(1)
+    J = rng.standard_normal((40, len(hypothesis.centre))) * hypothesis.precision**0.5 * rng.uniform(0, 3, 40)[:, None]
+    y = 3 * rng.standard_normal(40)
+    found = tightened(linear_fit(hypothesis, J, y), scale)
+    gained = found.narrowed + found.volume - 0.5 * found.rise
+    expected = marginal(hypothesis, J, y, scale) - marginal(hypothesis, J, y, 1.0)
+    assert gained == pytest.approx(expected, rel=1e-9, abs=1e-9)
+
+
+def test_the_rise_of_the_cost_is_that_of_a_fit_made_anew() -> None:
+    """With a quarter of what is stated; 3 %: nominal values off by some per cent act nearly linearly."""
+    dataset = chain(True)
+    batches, gauge = gauge_of(dataset)
+    wide = nominal_fit(dataset, batches, gauge)
+    stated = dataset.assumptions.uncertainty
+    quarter = replace(stated, stiffness=stated.stiffness / 4, mass=stated.mass / 4, damping=stated.damping / 4)
+    sure = replace(dataset, assumptions=replace(dataset.assumptions, uncertainty=quarter))
+    narrow = nominal_fit(sure, batches, gauge)
+    assert narrow.cost - wide.cost > 10
+    assert tightened(wide, 0.25).rise == pytest.approx(narrow.cost - wide.cost, rel=0.03)
+
+
+@pytest.mark.parametrize(("off", "scale"), [(True, SCALES[0]), (False, SCALES[-1])])
+def test_recordings_tell_whether_a_structure_is_as_drawn(off: bool, scale: float) -> None:
+    dataset = chain(off)
+    base = nominal_fit(dataset, *gauge_of(dataset))
+    evidence = [found.volume - 0.5 * found.rise for found in (tightened(base, scale) for scale in SCALES)]
+    assert SCALES[int(np.argmax(evidence))] == scale
