@@ -1,4 +1,4 @@
-"""How exact nominal values are: Gaussian closed forms, fits made anew, and causes that an exact structure tells apart."""
+"""How exact nominal values are: Gaussian closed forms, fits made anew, chains as drawn and off."""
 
 from dataclasses import replace
 
@@ -8,8 +8,8 @@ from scipy.stats import multivariate_normal
 
 from fe_models.blind import BlindConfig, blind_case
 from fe_models.recordings import Dataset
-from hybrid.diagnosis.contest.exactness import SCALES, log_evidences, tightened
-from hybrid.diagnosis.fitting.fitting import Fit, fit
+from hybrid.diagnosis.contest.exactness import SCALES, tightened
+from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.nominal.plant import plant_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from tests.chain_fits import candidate, gauge_of, nominal_fit

@@ -2,8 +2,8 @@
 
 Stated uncertainties are what is normal, and a structure may be as drawn. While every nominal value may move as far as
 is normal, it takes up what tells one cause from the next. So all stated deviations count times a common scale, whose
-values are equally probable beforehand, and evidence is averaged over them (a hierarchical prior: Gelman et al., Bayesian
-Data Analysis, chapter 5). To second order about each fit nothing is fitted anew.
+values are equally probable beforehand, and evidence is averaged over them (a hierarchical prior: Gelman et al.,
+Bayesian Data Analysis, chapter 5). To second order about each fit nothing is fitted anew.
 """
 
 from collections.abc import Sequence

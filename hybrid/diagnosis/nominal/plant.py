@@ -13,7 +13,7 @@ from fe_models.damping import full_damping, replace_ratios
 from fe_models.dofs import DofMap, FloatArray
 from fe_models.effects import DeadLoad
 from fe_models.effects.base import ForceLaw
-from fe_models.effects.laws import force_laws, replaced_ratios
+from fe_models.effects.laws import force_laws, replaced_ratios, with_parts
 from fe_models.errors import InputError, raise_faults
 from fe_models.linear import LinearModel
 from fe_models.lowpass import LowPass
@@ -85,6 +85,11 @@ class Plant:
     def is_chain(self) -> bool:
         """Whether all is springs and masses in one direction."""
         return self.structure.is_chain
+
+    @cached_property
+    def has_dashpots(self) -> bool:
+        """Whether the nominal structure has dashpots, drawn or as effects."""
+        return bool(with_parts(self.structure).dashpots)
 
     @property
     def alike(self) -> float:

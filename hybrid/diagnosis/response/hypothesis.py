@@ -14,6 +14,7 @@ from fe_models.time_integration import TimeIntegration
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.response.damping import assumed_damping, more_damping
+from hybrid.diagnosis.response.dashpots import Trailing, trailing_of, with_trailing
 from hybrid.diagnosis.response.forces import force_of, law_in_motion
 from hybrid.diagnosis.response.reduction import Basis, basis_of, eigenmodes, turn
 from hybrid.diagnosis.response.residual import Residual, residual_of
@@ -195,14 +196,16 @@ class Hypothesis:
         if self.nuisances > plant.values and any(candidate.turns_modes for candidate in self.candidates):
             turned = 0.5 * (1 + theta[:, plant.values, None, None])
             more = (1 - turned) * more + turned * more_damping(plant, modes, M, C, factor[:, parts:])
-        shapes = np.broadcast_to(basis.shapes, (variants, *basis.shapes.shape))
+        shapes, trailing = np.broadcast_to(basis.shapes, (variants, *basis.shapes.shape)), None
         if self.size < M.shape[1]:
             T = turn(modes, self.size)
+            if plant.has_dashpots or any(candidate.is_dashpot for candidate in self.candidates):
+                trailing = trailing_of(modes, T, C + more + dashpots, basis.shapes)
             M, C, K, more, dashpots = (T.transpose(0, 2, 1) @ matrix @ T for matrix in (M, C, K, more, dashpots))
             shapes = basis.shapes @ T
         C = C + more
         C = C + assumed_damping(plant, M, C, K, factor[:, parts:], replaced) + dashpots
-        return Reduced(M, C, K, shapes)
+        return Reduced(M, C, K, shapes, trailing)
 
     def system(self, theta: FloatArray, sensors: tuple[Sensor, ...], rate: float, positions: tuple[int, ...]) -> System:
         """Return the systems of ``theta`` (variant, parameter).
@@ -212,16 +215,17 @@ class Hypothesis:
         plant, n, variants = self.plant, self.size, len(theta)
         reduced, laws, waves = self.reduced(theta), self._laws(theta), self._waves(theta)
         inverse = np.linalg.inv(reduced.mass)
-        lower = -inverse @ np.concatenate([reduced.stiffness, reduced.damping], axis=2)  # (variant, mode, state)
         A = np.zeros((variants, self.states, self.states))
         A[:, :n, n : 2 * n] = np.eye(n)
-        A[:, n : 2 * n, : 2 * n] = lower
-        accelerations = np.zeros((variants, n, self.states))
-        accelerations[:, :, : 2 * n] = lower
+        A[:, n : 2 * n, : 2 * n] = -inverse @ np.concatenate([reduced.stiffness, reduced.damping], axis=2)
         for number, (pull, _, frequency) in enumerate(waves):
             first, omega = 2 * n + 2 * number, 2 * np.pi * frequency
-            A[:, n : 2 * n, first] = accelerations[:, :, first] = reduced.fed(pull, inverse)
+            A[:, n : 2 * n, first] = reduced.fed(pull, inverse)
             A[:, first, first + 1], A[:, first + 1, first] = omega, -omega
+        trailing = reduced.trailing
+        if trailing is not None:
+            A, trails = with_trailing(A, trailing, inverse)
+        exact = A
         if plant.integration is not None and not any(c.kind == TimeIntegration.kind for c in self.candidates):
             A = _stepped(A, plant.integration)
         B, G = np.zeros((variants, self.states, len(laws))), np.zeros((variants, 2 * len(laws), self.states))
@@ -236,7 +240,9 @@ class Hypothesis:
         displaced, moved, pushed = kinds
         seen[:, displaced, :n] = picked[:, displaced]
         seen[:, moved, n : 2 * n] = picked[:, moved]
-        seen[:, pushed] = picked[:, pushed] @ accelerations
+        seen[:, pushed] = picked[:, pushed] @ exact[:, n : 2 * n]
+        if trailing is not None:
+            seen += trailing.shown(trails, exact, rows, kinds)
         for number, (_, bent, frequency) in enumerate(waves):
             first, omega = 2 * n + 2 * number, 2 * np.pi * frequency[:, None]
             shown = rows @ bent  # (sensor,)
@@ -311,12 +317,15 @@ class Hypothesis:
 
 @dataclass(frozen=True)
 class Reduced:
-    """``mass``, ``damping``, ``stiffness`` (variant, mode, mode) and ``shapes`` (variant, dof, mode) of the modes."""
+    """``mass``, ``damping``, ``stiffness`` (variant, mode, mode) and ``shapes`` (variant, dof, mode) of the modes, and
+    what is ``trailing`` them, None where nothing does.
+    """
 
     mass: FloatArray
     damping: FloatArray
     stiffness: FloatArray
     shapes: FloatArray
+    trailing: Trailing | None = None
 
     def feed(self, pulls: list[FloatArray], inverse: Any) -> FloatArray:
         """Return the accelerations (variant, mode, force) by unit forces along ``pulls`` (dof,); see `fed`."""

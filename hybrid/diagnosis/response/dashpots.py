@@ -1,0 +1,87 @@
+"""What dashpots do in the modes of a frame that are not followed: they trail those that are.
+
+A dashpot pulls all modes. Those that are followed decay hardly otherwise whether others give way or not, but wherever
+these bend, sensors show a motion that is early or late. Each of the system's decaying oscillations takes the others
+along at its own root (dynamic condensation: Leung, Int. J. Numer. Meth. Engng 12, 1978, 1705-1715).
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from fe_models.dofs import BoolArray, FloatArray
+from hybrid.diagnosis.response.reduction import Eigenmodes
+from hybrid.diagnosis.response.system import is_defective
+
+ROUNDS = 2  # of roots and what trails them; the second is for dashpots that turn modes by more than a tenth
+# Times the lowest natural frequency of what trails: roots that are faster, of a dashpot that all but holds its place,
+# take nothing along. What they would, no few modes tell.
+FAST, STEEP = 2.0, 8
+
+
+@dataclass(frozen=True)
+class Trailing:
+    """The modes that are not followed: ``square`` (variant, mode) of natural frequencies, ``shapes`` (variant, dof,
+    mode), mass-normalised; their damping among themselves, ``own`` (variant, mode, mode), and with those that are
+    followed, ``coupling`` (variant, mode, followed).
+    """
+
+    square: FloatArray
+    shapes: FloatArray
+    own: FloatArray
+    coupling: FloatArray
+
+    def along(self, A: FloatArray) -> FloatArray | None:
+        """Return X (variant, mode, state): the coordinates X z of these modes in the motions z' = A z of those that are
+        followed, the first entries of z. None where eigenvectors fall together.
+        """
+        roots, vectors = np.linalg.eig(A)
+        if is_defective(vectors):
+            return None
+        fast = np.abs(roots) / (FAST * np.sqrt(self.square[:, :1]))
+        pulled = self.coupling @ vectors[:, : self.coupling.shape[2]] * (-roots / (1 + fast**STEEP))[:, None]
+        stiff = roots[:, :, None, None] * self.own[:, None]  # (variant, root, mode, mode)
+        every = np.arange(self.square.shape[1])
+        stiff[:, :, every, every] += self.square[:, None] + roots[:, :, None] ** 2
+        taken = np.linalg.solve(stiff, pulled.transpose(0, 2, 1)[..., None])[..., 0]  # (variant, root, mode)
+        return np.real(taken.transpose(0, 2, 1) @ np.linalg.inv(vectors))
+
+    def shown(self, X: FloatArray, A: FloatArray, rows: FloatArray, kinds: BoolArray) -> FloatArray:
+        """Return what sensors show of X z, where z' = A z, (variant, sensor, state).
+
+        ``rows`` (sensor, dof): what each picks; ``kinds`` (3, sensor): displacement, velocity or acceleration.
+        """
+        seen, shown = rows @ self.shapes, np.zeros((len(A), len(rows), A.shape[2]))
+        for kind in kinds:
+            shown[:, kind] = seen[:, kind] @ X
+            X = X @ A
+        return shown
+
+
+def trailing_of(modes: Eigenmodes, followed: FloatArray, damping: FloatArray, shapes: FloatArray) -> Trailing:
+    """Return what trails the ``followed`` modes (variant, vector, mode), the first of the ``modes``.
+
+    ``damping`` (variant, vector, vector) in the basis of ``shapes`` (dof, vector).
+    """
+    square, vectors = modes
+    size = followed.shape[2]
+    others = vectors[:, :, size:]
+    felt = others.transpose(0, 2, 1) @ damping
+    return Trailing(square[:, size:], shapes @ others, felt @ others, felt @ followed)
+
+
+def with_trailing(A: FloatArray, trailing: Trailing, inverse: Any) -> tuple[FloatArray, FloatArray]:
+    """Return A (variant, state, state) with what trails its motions pulling back, and X of `Trailing.along`.
+
+    ``inverse`` of the mass of the modes that are followed (variant, mode, mode).
+    """
+    n, alone = inverse.shape[1], A
+    X = np.zeros((len(A), trailing.square.shape[1], A.shape[1]))
+    for _ in range(ROUNDS):
+        found = trailing.along(A)
+        if found is None:
+            return alone, np.zeros_like(X)
+        rates, X, A = found @ A, found, alone.copy()
+        A[:, n : 2 * n] -= inverse @ trailing.coupling.transpose(0, 2, 1) @ rates
+    return A, X

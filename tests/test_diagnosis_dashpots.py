@@ -1,0 +1,104 @@
+"""Dashpots on a bridge in few modes, against the decaying oscillations of the whole one that Exudyn assembles."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.linalg import eig
+
+from fe_models.assembly import linearise
+from fe_models.blind.bridge import SENSORS
+from fe_models.bridge import bridge
+from fe_models.damping import full_damping
+from fe_models.dofs import ComplexArray
+from fe_models.effects import PointDamper
+from fe_models.recordings import QUANTITIES
+from fe_models.structure import Structure
+from hybrid.diagnosis.nominal.plant import Plant, plant_of
+from hybrid.diagnosis.response import dashpots, hypothesis
+from hybrid.diagnosis.response.hypothesis import Hypothesis
+from tests.test_diagnosis_reduction import BRIDGE, bridge_candidates, bridge_plant, chosen
+
+PLACE = PointDamper((9,), "y", 15.0)  # N s/m: damping ratios of up to 3 %
+SHOWN = tuple(
+    replace(sensor, name=f"{sensor.name} {quantity}", quantity=quantity, unit="1")
+    for sensor in SENSORS
+    for quantity in QUANTITIES
+)
+MODES = 9  # of whose frequencies the highest is 20.3 Hz; the band of the recordings ends at 30
+
+
+def of_the_whole(structure: Structure) -> tuple[ComplexArray, ComplexArray]:
+    """Return roots (mode,), 1/s, and what sensors show of each (sensor, mode), from all degrees of freedom."""
+    linear = linearise(structure)
+    M, K, C = (np.asarray(matrix.toarray()) for matrix in (linear.mass, linear.stiffness, linear.damping))
+    C = full_damping(linear) if linear.has_modal_damping else C
+    inverse = np.linalg.inv(M)
+    size = len(M)
+    A = np.block([[np.zeros((size, size)), np.eye(size)], [-inverse @ K, -inverse @ C]])
+    roots, vectors = eig(A)
+    lowest = np.argsort(np.where(roots.imag > 0, np.abs(roots), np.inf))[:MODES]
+    roots, moved = roots[lowest], vectors[:size, lowest]
+    q = linear.dofs.expand(moved.real) + 1j * linear.dofs.expand(moved.imag)
+    rows = [linear.dofs.row(sensor.node, sensor.direction) for sensor in SHOWN]
+    return roots, q[rows] * np.array([roots ** QUANTITIES.index(sensor.quantity) for sensor in SHOWN])
+
+
+def of_few_modes(plant: Plant, damper: PointDamper | None) -> tuple[ComplexArray, ComplexArray]:
+    """Return the same of the diagnosis' own system: all its roots."""
+    causes = () if damper is None else (chosen(bridge_candidates(), damper),)
+    own = Hypothesis(plant, causes)
+    theta = np.array([[0.0] * own.nuisances + [damper.coefficient for damper in (damper,) if damper]])
+    system = own.system(theta, SHOWN, 100.0, (-1,) * len(SHOWN))
+    roots, vectors = np.linalg.eig(system.A[0])
+    return roots, system.C[0] @ vectors
+
+
+def errors(few: tuple[ComplexArray, ComplexArray], whole: tuple[ComplexArray, ComplexArray]) -> tuple[float, float]:
+    """Return the largest relative error of a root, and of what sensors of one quantity show of its oscillation."""
+    of_roots, of_shapes = [], []
+    for root, shape in zip(whole[0], whole[1].T, strict=True):
+        nearest = int(np.argmin(np.abs(few[0] - root)))
+        of_roots.append(abs(few[0][nearest] / root - 1))
+        found = few[1][:, nearest]
+        found = found * (np.vdot(found, shape) / np.vdot(found, found))
+        for number in range(len(QUANTITIES)):
+            own = slice(number, None, len(QUANTITIES))
+            of_shapes.append(np.linalg.norm((found - shape)[own]) / np.linalg.norm(shape[own]))
+    return max(of_roots), float(max(of_shapes))
+
+
+@pytest.mark.parametrize(("coefficient", "of_roots", "of_shapes"), [(15.0, 1e-7, 1e-5), (60.0, 1e-5, 1e-4)])
+def test_a_damper_shows_what_it_does_to_the_whole_bridge(coefficient: float, of_roots: float, of_shapes: float) -> None:
+    """60 N s/m is more than hidden dampers have; its errors grow with the square, as what the basis lacks does."""
+    damper = replace(PLACE, coefficient=coefficient)
+    found = errors(of_few_modes(bridge_plant(), damper), of_the_whole(bridge().with_effects(damper)))
+    assert found[0] < of_roots
+    assert found[1] < of_shapes
+
+
+def test_without_what_trails_sensors_show_it_too_early_or_late(monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = of_the_whole(bridge().with_effects(PLACE))
+    monkeypatch.setattr(hypothesis, "trailing_of", lambda *_: None)
+    assert errors(of_few_modes(bridge_plant(), PLACE), whole)[1] > 3e-3
+
+
+def test_the_structures_own_dashpots_are_felt_alike() -> None:
+    """Ten times as well as without; the basis holds nothing bent by them, as it does by a cause."""
+    own = bridge().with_effects(PLACE)
+    found = of_few_modes(plant_of(replace(BRIDGE, model=own)), None)
+    assert max(errors(found, of_the_whole(own))) < 7e-4
+
+
+@pytest.mark.parametrize("coefficient", [300.0, 3e3, 3e5])
+def test_a_damper_that_all_but_holds_its_place_stays_stable(coefficient: float) -> None:
+    roots, _ = of_few_modes(bridge_plant(), replace(PLACE, coefficient=coefficient))
+    assert roots.real.max() < 0
+
+
+def test_a_second_round_is_for_strong_dampers(monkeypatch: pytest.MonkeyPatch) -> None:
+    strong = replace(PLACE, coefficient=60.0)
+    whole = of_the_whole(bridge().with_effects(strong))
+    twice = errors(of_few_modes(bridge_plant(), strong), whole)
+    monkeypatch.setattr(dashpots, "ROUNDS", 1)
+    assert errors(of_few_modes(bridge_plant(), strong), whole)[0] > 2 * twice[0]
