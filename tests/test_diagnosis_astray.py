@@ -1,15 +1,17 @@
-"""A calibration that follows a machine: it moves a natural frequency to where that runs, and leaves the mode itself."""
+"""Calibrations that go far: after a machine, which leaves the mode itself, and after a cable that is mostly slack."""
 
 import numpy as np
 import pytest
 
 from fe_models.blind import BlindConfig, blind_case
-from fe_models.effects import HarmonicForce
+from fe_models.effects import HarmonicForce, SlackCable
 from hybrid.calibration import nothing
 from hybrid.diagnosis.contest.growing import ground_of
 from hybrid.diagnosis.contest.harmonic import fit_forces
 from hybrid.diagnosis.contest.setting import setting_of
+from hybrid.diagnosis.contest.starts import best_start
 from hybrid.diagnosis.fitting.forecasting import DEVIATION, deviation_of
+from hybrid.diagnosis.screening.screening import screen
 
 
 def test_a_machine_that_the_calibration_followed_is_found_from_the_structure_as_drawn() -> None:
@@ -32,3 +34,20 @@ def test_a_machine_that_the_calibration_followed_is_found_from_the_structure_as_
     found = min(fit_forces(base, forces, [], gauge, nothing), key=lambda item: item.cost)
     assert found.theta[-1] == pytest.approx(truth.frequency, abs=0.001)  # a fiftieth of what 20 s resolve
     assert found.hypothesis.candidates[0].location == {"node": 38, "direction": "x"}
+
+
+def test_a_cable_that_is_mostly_slack_begins_so_in_the_structure_as_drawn() -> None:
+    """The calibration has softened it and much else; from there, or hardly slack, no step leads down."""
+    case = blind_case(950009, BlindConfig(("slack_cable",), structure="bridge", off=True, rich=False))
+    (truth,) = case.truth
+    assert isinstance(truth, SlackCable)
+    setting = setting_of(case.dataset)
+    gauge = setting.searched
+    ground = ground_of(setting.nominal, setting.nominal.centre, setting.lengths, gauge, setting.short)
+    assert ground is not None
+    cables = tuple(c for c in setting.candidates() if c.kind == truth.kind and c.location == truth.location)
+    (trial,) = screen(ground.whole, cables, gauge)
+    begun = best_start(ground.hypothesis, ground.short, gauge, trial)
+    assert begun is not None
+    assert begun.cost < 0.02 * ground.short.cost
+    assert begun.theta[-1] == pytest.approx(truth.pretension, rel=0.02)

@@ -38,12 +38,11 @@ def starts_of(trial: Screened, base: Fit) -> list[FloatArray]:
 
 def gaps_of(trial: Screened, base: Fit) -> list[FloatArray]:
     """Return further starts of a law with a gap: where a stop is hit in the structure as drawn, the motion of the
-    ``base`` does not tell. From one gap of five the steps lead there.
+    ``base`` does not tell. From one gap of five the steps lead there. A cable that is slack most of the time begins so.
     """
-    starts = trial.candidate.first_starts
-    if trial.candidate.hardly or len(starts) < 2 or not _also_drawn(trial, base):
-        return []
-    return [_drawn(trial, base, start) for start in starts]
+    gaps = trial.candidate.first_starts
+    starts = (trial.start,) if trial.candidate.hardly else gaps if len(gaps) > 1 else ()
+    return [_drawn(trial, base, start) for start in starts] if _also_drawn(trial, base) else []
 
 
 def _also_drawn(trial: Screened, base: Fit) -> bool:
