@@ -30,7 +30,7 @@ def linear_fit(hypothesis: Hypothesis, J: np.ndarray, y: np.ndarray) -> Fit:
 
 
 def marginal(hypothesis: Hypothesis, J: np.ndarray, y: np.ndarray, scale: float) -> float:
-    """The log density of y, all of theta integrated out, nominal values known ``scale`` times as well as stated."""
+    """The log density of y, theta integrated out; nominal values are uncertain by ``scale`` times what was stated."""
     width = hypothesis.precision**-0.5
     width[: hypothesis.plant.values] *= scale
     return float(multivariate_normal(cov=np.eye(len(y)) + (J * width**2) @ J.T).logpdf(y))

@@ -16,12 +16,12 @@ from scipy.special import logsumexp
 from fe_models.dofs import FloatArray
 from hybrid.diagnosis.fitting.fitting import Fit
 
-SCALES = (1.0, 1 / 2, 1 / 4, 1 / 8, 1 / 16)  # of the stated standard deviations; below, recordings feel no difference
+SCALES = (1.0, 1 / 2, 1 / 4, 1 / 8, 1 / 16)  # of the stated standard deviations: no model is nearer than the last
 
 
 @dataclass(frozen=True)
 class Tightened:
-    """What becomes of a fit where nominal values are known ``scale`` times as well as stated.
+    """What becomes of a fit where nominal values are uncertain by less than was stated.
 
     ``rise`` of the cost; ``narrowed``: log of what is left of the candidates' parameters' posterior volume; ``volume``:
     log of the share of the nominal values' prior volume that fits, all but for what all scales have in common.
@@ -33,7 +33,7 @@ class Tightened:
 
 
 def tightened(item: Fit, scale: float) -> Tightened:
-    """Return what becomes of a fit where nominal values are known ``scale`` times as well as stated.
+    """Return what becomes of a fit where nominal values are uncertain by ``scale`` times what was stated.
 
     More precision X of the values moves them towards their centre against the fit's covariance C: the cost rises by
     d (1/X + C)^-1 d of their deviation d, and C becomes (1/C + X)^-1.
