@@ -54,7 +54,7 @@ class Evidence:
 
         Its temper is in units of the search's, as of the one over all.
         """
-        found = posterior_of(fits, self.candidates)
+        found = posterior_of(fits, self.candidates, is_astray=self.gauge is not self.searched)
         return replace(found, temper=max(found.temper / self.energy, 1.0))
 
 

@@ -29,8 +29,11 @@ class Posterior:
     temper: float
 
 
-def posterior_of(fits: tuple[Fit, ...], candidates: tuple[Candidate, ...]) -> Posterior:
+def posterior_of(fits: tuple[Fit, ...], candidates: tuple[Candidate, ...], is_astray: bool = False) -> Posterior:
     """Return the posterior over ``fits``; every kind is equally probable beforehand, places of a kind by their weight.
+
+    ``is_astray``: whether what the nominal model lacks counted as noise. Of such a structure nobody can tell how exact
+    its nominal values are, and these are as uncertain as was stated.
 
     Where even the best fit leaves more than noise, its errors are no independent draws: the log evidences are divided
     by the energy left over that of noise, times the number of values that tell as much as one. A model that fits leaves
@@ -46,7 +49,7 @@ def posterior_of(fits: tuple[Fit, ...], candidates: tuple[Candidate, ...]) -> Po
     evidence = np.array([fit.log_evidence for fit in fits])
     best = fits[int(np.argmax(evidence + prior))]
     temper = temper_of(best) * odds.alike
-    score = log_evidences(fits, best, temper) + prior  # at these very places
+    score = prior + (evidence / temper if is_astray else log_evidences(fits, best, temper))  # at these very places
     probability = np.exp(score - score.max()) * [_alike(fit) for fit in fits]
     probability /= probability.sum()
     order = np.argsort(-score, kind="stable")

@@ -182,7 +182,7 @@ class Search:
 
     def posterior(self, fits: list[Fit]) -> Posterior:
         """Return the posterior over fits."""
-        return posterior_of(tuple(fits), self.candidates)
+        return posterior_of(tuple(fits), self.candidates, is_astray=self.gauge is not self.own)
 
     def judged(self, item: Fit) -> Fit:
         """Return a fit in units of the recordings' own noise."""
