@@ -177,7 +177,9 @@ def test_change_of_a_frame_is_looked_for_beside_a_cause_unless_one_in_all_record
 
     def with_causes(count: int, parted: bool, gain: float) -> Fit:
         hypothesis = replace(base.hypothesis, candidates=search.candidates[:count])
-        found = replace(base, hypothesis=hypothesis, covariance=np.diag(hypothesis.width**2), cost=base.cost - gain)
+        theta = np.append(base.theta, hypothesis.centre[len(base.theta) :])
+        covariance = np.diag(hypothesis.width**2)
+        found = replace(base, hypothesis=hypothesis, theta=theta, covariance=covariance, cost=base.cost - gain)
         if not parted:
             return found
         residuals, states = ((part[:1], part[1:]) for (part,) in (base.residuals, base.states))
