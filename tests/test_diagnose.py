@@ -48,9 +48,9 @@ def test_clean_case_is_called_clean() -> None:
     assert found.findings == ()
 
 
-def stiffer(*others: Effect) -> Dataset:
-    """Recordings of a chain whose third spring is 3.5 of its stated deviations stiffer than drawn."""
-    truth = four_dof().with_effects(StiffnessChange((3,), 1.035), *others)
+def stiffer(percent: float, *others: Effect) -> Dataset:
+    """Recordings of a chain whose third spring is so much stiffer than drawn; its stated deviation is 1 %."""
+    truth = four_dof().with_effects(StiffnessChange((3,), 1 + percent / 100), *others)
     states = np.random.default_rng(1).standard_normal((2, 8, 4))
     motion = simulate_free(truth, states[0], states[1], FreeConfig(20.0, 10.0), progress=False)
     data = np.stack([motion.channel(s.node, s.direction, s.quantity) for s in SENSORS], axis=-1)
@@ -63,7 +63,7 @@ def test_a_value_far_off_that_no_cause_explains_better_is_calibrated_and_told() 
     """Among others that are off, one of some thousand is so far, and fewer have a cause there."""
     springs = (StiffnessChange((1,), 1.009), StiffnessChange((2,), 0.988), StiffnessChange((4,), 1.011))
     masses = (AddedMass(1, 0.011), AddedMass(2, -0.018), AddedMass(3, 0.03), AddedMass(4, -0.05))
-    found = diagnose(stiffer(*springs, *masses))
+    found = diagnose(stiffer(3.5, *springs, *masses))
     assert found.verdict is Verdict.NOTHING_WRONG
     assert [note.split(" is ")[0] for note in found.notes] == ["stiffness of element 3"]
     assert found.scores["extended"]["measured"] < 1.05 * found.noise_floor  # type: ignore[operator]
@@ -72,11 +72,19 @@ def test_a_value_far_off_that_no_cause_explains_better_is_calibrated_and_told() 
 
 def test_a_value_far_off_where_all_others_are_as_drawn_has_a_cause() -> None:
     """A tenth of what the spring is off is left to what the others may be off."""
-    (finding,) = diagnose(stiffer()).findings
+    (finding,) = diagnose(stiffer(3.5)).findings
     assert isinstance(finding.cause, StiffnessChange)
     assert finding.cause.elements == (3,)
     assert finding.cause.factor == pytest.approx(1.035, abs=0.005)
     assert finding.probability > 0.9
+
+
+def test_a_value_off_by_what_is_normal_is_no_cause_though_all_others_are_as_drawn() -> None:
+    """The calibrated model forecasts as well; a note tells of it."""
+    found = diagnose(stiffer(2.0))
+    assert found.verdict is Verdict.NOTHING_WRONG
+    (note,) = found.notes
+    assert note.startswith("significant, but too weak to matter for forecasts: Element 3 ")
 
 
 def test_script_writes_report_and_a_model_that_loads(tmp_path: Path) -> None:

@@ -19,8 +19,8 @@ from hybrid.diagnosis.response.hypothesis import Hypothesis
 from tests.chain_fits import RATE, candidate, gauge_of, nominal_fit
 
 
-def chain(off: bool, *kinds: str, seed: int = 5, size: float = 0.5) -> Dataset:
-    return blind_case(seed, BlindConfig(kinds, off=off, size=size, train=3, test=1, duration=30.0)).dataset
+def chain(off: bool) -> Dataset:
+    return blind_case(5, BlindConfig(off=off, train=3, test=1, duration=30.0)).dataset
 
 
 def linear_fit(hypothesis: Hypothesis, J: np.ndarray, y: np.ndarray) -> Fit:

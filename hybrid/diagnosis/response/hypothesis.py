@@ -224,7 +224,7 @@ class Hypothesis:
             A[:, first, first + 1], A[:, first + 1, first] = omega, -omega
         trailing = reduced.trailing
         if trailing is not None:
-            A, trails = with_trailing(A, trailing, inverse)
+            A, trails = with_trailing(A, trailing)
         exact = A
         if plant.integration is not None and not any(c.kind == TimeIntegration.kind for c in self.candidates):
             A = _stepped(A, plant.integration)
