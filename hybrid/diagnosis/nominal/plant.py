@@ -34,6 +34,7 @@ MORE_MODES = 15  # in the basis of a frame, beyond those kept: they carry what a
 SPARE = 1  # mode beyond those kept whose damping is uncertain, too: a cause may bring it
 TURNING = 1.0  # of damping ratios that are off: they are those of the modes without any cause (-1), as causes turn them
 # (1) or between: what else dissipates may stay where it is or go with the modes, and recordings tell
+DISPERSION = 1.0  # that of recordings simulated in steps of a tenth of their interval: see `response.dispersion`
 NEGLIGIBLE = 1e-3  # of all mass: what a part must hold to be felt
 FRAME = 4.0  # values of a frame that tell as much as one: elements, joints and mesh are a little off everywhere; so
 # wide, intervals cover as many parameters of blind bridges as they should (README)
@@ -50,10 +51,11 @@ class Plant:
     is uncertain as a whole, and ``part_changes`` (dof, dof): what the doubling of each adds to M or K. ``ratios``:
     assumed modal damping ratios (mode,) on top of ``damping``, of the modes kept and of one that a cause may bring.
     ``scatter``: how elements are off by themselves. ``spread``: prior standard deviations of the log factors of parts
-    and damping ratios, of the scatter's patterns and of the damping's `TURNING`, where the structure has damping of its
-    own, in this order (nuisance,). ``laws``: forces that the nominal structure itself has. ``integration``: the error
-    of the user's own time steps, None where it integrates exactly. ``loaded``: where recordings are loaded.
-    ``geometry``: forces beyond the linear model's, None where there are none. ``rate``: of the recordings' samples, Hz.
+    and damping ratios, of the scatter's patterns, of the damping's `TURNING`, where it ``turns``, as the structure has
+    damping of its own, and of the `dispersion`, where it ``disperses``, in this order (nuisance,). ``laws``: forces
+    that the nominal structure itself has. ``integration``: the error of the user's own time steps, None where it
+    integrates exactly. ``loaded``: where recordings are loaded. ``geometry``: forces beyond the linear model's, None
+    where there are none. ``rate``: of the recordings' samples, Hz.
     """
 
     structure: Structure
@@ -75,6 +77,8 @@ class Plant:
     highest: float = np.inf
     lowpass: LowPass | None = None
     rate: float = np.inf
+    turns: bool = False
+    disperses: bool = False
 
     @property
     def size(self) -> int:
@@ -105,6 +109,11 @@ class Plant:
     def values(self) -> int:
         """Number of nominal values that may be off: the factors, then the scatter's patterns."""
         return self.factors + len(self.scatter.changes)
+
+    @property
+    def dispersion(self) -> int:
+        """Which nuisance is the dispersion, where it is one; the damping's turning comes after the values."""
+        return self.values + self.turns
 
     @property
     def cutoff(self) -> float:
@@ -253,8 +262,9 @@ def plant_of(dataset: Dataset) -> Plant:
         rate=dataset.sampling_rate,
     )
     plant = _scattered(plant, normal.stiffness)
-    has_own = assumed.damping_ratio is None
-    return replace(plant, spread=np.append(plant.spread, TURNING)) if has_own else plant
+    turns, disperses = assumed.damping_ratio is None, own_step is None
+    spread = [*plant.spread, *[TURNING] * turns, *[DISPERSION] * disperses]
+    return replace(plant, spread=np.array(spread), turns=turns, disperses=disperses)
 
 
 def _scattered(plant: Plant, stiffness: float) -> Plant:

@@ -10,6 +10,9 @@ from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.fitting.forecasting import DEVIATION
 from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.outcome.findings import place_words
+from hybrid.diagnosis.response.dispersion import shift, step_of
+
+TOLD = 4.0  # standard deviations: from there on a dispersion is told
 
 
 @dataclass(frozen=True)
@@ -53,6 +56,24 @@ def far_off(item: Fit) -> list[str]:
         f" {'below' if deviation < 0 else 'above'} its nominal value: rare, but likelier than any cause"
         for (quantity, location), deviation in zip(_places(plant), item.deviations[: plant.factors], strict=False)
         if abs(deviation) > DEVIATION
+    ]
+
+
+def dispersed(item: Fit, temper: float) -> list[str]:
+    """Return a note where recordings tell a fit's dispersion, with their values over ``temper``."""
+    plant = item.hypothesis.plant
+    if not plant.disperses:
+        return []
+    amount, variance = item.theta[plant.dispersion], item.covariance[plant.dispersion, plant.dispersion]
+    if abs(amount) < TOLD * np.sqrt(temper * variance):
+        return []
+    highest = float(plant.modes[0][max(plant.below - 1, 0)])  # rad/s
+    share, side = abs(shift(amount, highest, plant.rate)), "lower" if amount > 0 else "higher"
+    why = f"recordings simulated in steps of {step_of(amount, plant.rate):.2g} s, or a" if amount > 0 else "a"
+    return [
+        f"natural frequencies are {side} than the model's in proportion to their square, by {share:.2%} at"
+        f" {highest / (2 * np.pi):.3g} Hz ({why} coarse mesh, do so): taken into account, but not built into the"
+        " extended model"
     ]
 
 

@@ -15,6 +15,7 @@ from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.response.damping import assumed_damping, more_damping
 from hybrid.diagnosis.response.dashpots import Trailing, trailing_of, with_trailing
+from hybrid.diagnosis.response.dispersion import dispersed
 from hybrid.diagnosis.response.forces import force_of, law_in_motion
 from hybrid.diagnosis.response.reduction import Basis, basis_of, eigenmodes, turn
 from hybrid.diagnosis.response.residual import Residual, residual_of
@@ -193,7 +194,7 @@ class Hypothesis:
         drawn = eigenmodes(before[0], before[2])
         modes = drawn if M is before[0] else eigenmodes(M, K)
         more = more_damping(plant, drawn, *before[:2], factor[:, parts:])
-        if self.nuisances > plant.values and any(candidate.turns_modes for candidate in self.candidates):
+        if plant.turns and any(candidate.turns_modes for candidate in self.candidates):
             turned = 0.5 * (1 + theta[:, plant.values, None, None])
             more = (1 - turned) * more + turned * more_damping(plant, modes, M, C, factor[:, parts:])
         shapes, trailing = np.broadcast_to(basis.shapes, (variants, *basis.shapes.shape)), None
@@ -205,6 +206,8 @@ class Hypothesis:
             shapes = basis.shapes @ T
         C = C + more
         C = C + assumed_damping(plant, M, C, K, factor[:, parts:], replaced) + dashpots
+        if plant.disperses:
+            K = dispersed(M, K, theta[:, plant.dispersion], plant.rate)
         return Reduced(M, C, K, shapes, trailing)
 
     def system(self, theta: FloatArray, sensors: tuple[Sensor, ...], rate: float, positions: tuple[int, ...]) -> System:

@@ -27,8 +27,8 @@ CLOSER = 9  # sizes that are tried between the two next to the best
 
 @dataclass(frozen=True)
 class _Calibration:
-    """What nominal values can do about modes, to first order: ``slopes`` (nominal value, value), and the ``inverse`` of
-    their normal matrix, prior and all. ``plain`` (1, value): what they leave of the modes seen where they are as drawn.
+    """What nuisances can do about modes, to first order: ``slopes`` (nuisance, value), and the ``inverse`` of their
+    normal matrix, prior and all. ``plain`` (1, value): what they leave of the modes seen where all are as drawn.
     """
 
     slopes: FloatArray
@@ -38,7 +38,7 @@ class _Calibration:
     @classmethod
     def of(cls, hypothesis: Hypothesis, drawn: FloatArray, seen: SeenModes, gauge: Gauge) -> "_Calibration":
         """Return the calibration of a hypothesis about ``drawn``, its theta (parameter,)."""
-        values = hypothesis.plant.values
+        values = hypothesis.nuisances
         moved = STEP * hypothesis.width[:values]
         thetas = drawn + np.vstack([np.zeros(len(drawn)), np.eye(values, len(drawn)) * moved[:, None]])
         plain, left = np.split(seen.less(picked_modes(hypothesis, thetas, gauge)), [1])
@@ -48,7 +48,7 @@ class _Calibration:
 
     def best(self, left: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the least cost (variant,) of what is ``left`` (variant, value), prior and all, and the nominal values
-        (variant, nominal value) there.
+        (variant, nuisance) there.
         """
         along = left @ self.slopes.T
         found = along @ self.inverse
