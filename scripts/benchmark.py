@@ -82,6 +82,7 @@ def main(
         typer.Option(help="With --blind: noise alike in all recordings, in proportion to each, or after the low-pass."),
     ] = "alike",
     changed: Annotated[int, typer.Option(min=0, help="With --blind: recordings made before the last effect.")] = 0,
+    step: Annotated[float | None, typer.Option(min=1e-6, help="With --blind: time steps of the bridge, s.")] = None,
     peers: Annotated[bool, typer.Option(help="With --blind: have the peers answer, too.")] = True,
     jobs: Annotated[int, typer.Option(min=1, help="With --blind or --rates: processes, one thread each.")] = 1,
     only: Annotated[list[Section] | None, typer.Option(help="This section only. Repeat for more.")] = None,
@@ -106,7 +107,7 @@ def main(
     """
     with bad_input_exits():
         if blind is not None:
-            config = BlindConfig(off=off, noise=noise, noisy=noisy, changed=changed, structure=structure)
+            config = BlindConfig(off=off, noise=noise, noisy=noisy, changed=changed, structure=structure, step=step)
             cases = tasks(blind, seed, kinds.split(",") if kinds else words_of(structure), config)
             run_blind(cases, tuple(PEERS) if peers else (), jobs, off, out)
             return

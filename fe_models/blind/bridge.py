@@ -60,7 +60,7 @@ def bridge_case(seed: int, config: BlindConfig) -> BlindCase:
         built = scattered(built, SCATTER_OFF if config.off else SCATTER, rng)
 
     def recorded(which: slice, changed: bool) -> FloatArray:
-        truth = Truth(built.with_effects(*(effects if changed else lasting)), ratios, config.rich)
+        truth = Truth(built.with_effects(*(effects if changed else lasting)), ratios, config.rich, config.step)
         shown = motion_at(truth, starts[which], SENSORS, campaign.duration, MARGIN, more if changed else (), LOWPASS)
         every = round(OUTPUT_RATE / campaign.sampling_rate)
         first = round(MARGIN * OUTPUT_RATE) - LATEST * every

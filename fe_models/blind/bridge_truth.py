@@ -19,6 +19,7 @@ from fe_models.linear import LinearModel, ModalModel
 from fe_models.modes import natural_modes
 from fe_models.recordings import QUANTITIES, Sensor, Uncertainty
 from fe_models.structure import Beam, Element, Spring, Structure
+from fe_models.time_integration import TimeIntegration
 
 OUTPUT_RATE = 500.0  # Hz; far enough above the recordings' rate for their low-pass to act first
 SMOOTH_STEPS, STEPS = 1, 2  # in each 1 / OUTPUT_RATE: without force laws and with them
@@ -26,6 +27,7 @@ DIVISIONS = 2
 SCATTER = 2e-4  # of sections, and of nodes relative to the shortest deck element: too small to ask about
 SCATTER_OFF = 1e-3  # likewise of a bridge that is off: a tenth of that, so that it is no longer off in wholes alone
 SHORTEST = 0.2  # m
+DAMPED = 0.9  # damping ratio: from there on a mode hardly swings
 
 
 @dataclass(frozen=True)
@@ -44,12 +46,14 @@ class Truth:
     """A bridge to simulate: the ``structure`` with its effects, and ``ratios`` (mode,) of its damping, dashpots left
     out, to the drawn one.
 
-    ``rich``: with the geometric nonlinearity of its beams and cables.
+    ``rich``: with the geometric nonlinearity of its beams and cables. ``step`` (s): in which Newmark's method simulates
+    its linear motion; None: exactly.
     """
 
     structure: Structure
     ratios: FloatArray
     rich: bool
+    step: float | None = None
 
 
 def off_by_uncertainty(design: Structure, rng: np.random.Generator) -> Structure:
@@ -103,6 +107,7 @@ def motion_at(
     modal = replace(modal, damping_ratio=modal.damping_ratio + (factors - 1) * _own_ratios(truth.structure, modal))
     laws = (*force_laws(truth.structure), *more)
     others = _geometric(truth.structure, linear, modal) if truth.rich else _coupled_damping(linear, modal)
+    modal = modal if truth.step is None else _stepped(modal, truth.step)
     states = [modal_state(modal, start, highest) for start in starts]
     q, p = (np.stack(part, axis=-1) for part in zip(*states, strict=True))
     steps = STEPS if laws else SMOOTH_STEPS
@@ -112,6 +117,14 @@ def motion_at(
     motion = march(modal, (q, p), grid, rows, laws, others)
     which = [QUANTITIES.index(sensor.quantity) for sensor in sensors]
     return motion[which, :, range(len(sensors))].transpose(2, 1, 0)  # (motion, time, sensor)
+
+
+def _stepped(modal: ModalModel, step: float) -> ModalModel:
+    """Return what Newmark's method shows in steps of ``step`` s of the modes that swing."""
+    swinging = modal.damping_ratio < DAMPED
+    shown = TimeIntegration(step).frequency_and_ratio(modal.omega, np.where(swinging, modal.damping_ratio, 0.0))
+    omega, ratio = (np.where(swinging, *both) for both in zip(shown, (modal.omega, modal.damping_ratio), strict=True))
+    return replace(modal, omega=omega, damping_ratio=ratio)
 
 
 def _scaled(element: Element, stiffness: float, mass: float, name: str) -> Element:

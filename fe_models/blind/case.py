@@ -73,7 +73,7 @@ class BlindConfig:
     ``train``, ``test``, ``duration`` (s) and ``sampling_rate`` (Hz): see `Campaign`; None leaves them to the
     ``structure``'s `CAMPAIGNS`. ``rich``, of the bridge alone: the truth is geometrically nonlinear, on a finer mesh,
     and all its parts differ a little from the drawing; without, it is the diagnosis' own linear model plus what is
-    hidden.
+    hidden. ``step`` (s), of the bridge alone: its frequencies are those of Newmark's method in such steps; None: exact.
     """
 
     kinds: tuple[str, ...] = ()
@@ -88,6 +88,7 @@ class BlindConfig:
     changed: int = 0
     structure: Literal["four_dof", "bridge"] = "four_dof"
     rich: bool = True
+    step: float | None = None
 
     @property
     def campaign(self) -> Campaign:
@@ -138,6 +139,8 @@ def check_config(config: BlindConfig) -> None:
     faults = [f"kinds {', '.join(unknown)} are unknown; expected {', '.join(known)}"] if unknown else []
     if config.noisy == "unfiltered" and config.structure != "bridge":
         faults.append(f"noisy = {config.noisy}: recordings of {config.structure} have no low-pass")
+    if config.step is not None and config.structure != "bridge":
+        faults.append(f"step = {config.step:g} s: {config.structure} moves so slowly that its steps do not show")
     if not 0 <= config.changed <= config.campaign.train:
         faults.append(f"changed = {config.changed}; expected 0 to {config.campaign.train}, the training recordings")
     raise_faults(faults)
