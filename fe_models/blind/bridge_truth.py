@@ -27,7 +27,7 @@ DIVISIONS = 2
 SCATTER = 2e-4  # of sections, and of nodes relative to the shortest deck element: too small to ask about
 SCATTER_OFF = 1e-3  # likewise of a bridge that is off: a tenth of that, so that it is no longer off in wholes alone
 SHORTEST = 0.2  # m
-DAMPED = 0.9  # damping ratio: from there on a mode hardly swings
+FOLLOWED = 0.5  # of a mode's phase, rad a step
 
 
 @dataclass(frozen=True)
@@ -120,10 +120,13 @@ def motion_at(
 
 
 def _stepped(modal: ModalModel, step: float) -> ModalModel:
-    """Return what Newmark's method shows in steps of ``step`` s of the modes that swing."""
-    swinging = modal.damping_ratio < DAMPED
-    shown = TimeIntegration(step).frequency_and_ratio(modal.omega, np.where(swinging, modal.damping_ratio, 0.0))
-    omega, ratio = (np.where(swinging, *both) for both in zip(shown, (modal.omega, modal.damping_ratio), strict=True))
+    """Return what Newmark's method shows in steps of ``step`` s of the modes that these follow; the others just give
+    way, as they do without steps.
+    """
+    followed = modal.omega * step < FOLLOWED
+    shown = TimeIntegration(step).frequency_and_ratio(modal.omega[followed], modal.damping_ratio[followed])
+    omega, ratio = modal.omega.copy(), modal.damping_ratio.copy()
+    omega[followed], ratio[followed] = shown
     return replace(modal, omega=omega, damping_ratio=ratio)
 
 
