@@ -25,7 +25,8 @@ from tests.test_diagnosis_left_out import FITTED, MOVING, RATE, SAMPLES, chosen,
 
 
 def without_patterns(plant: Plant) -> Plant:
-    return replace(plant, scatter=NONE, spread=plant.spread[: plant.factors])
+    plant = plant.undispersed
+    return replace(plant, scatter=NONE, spread=plant.spread[: plant.factors], turns=False)
 
 
 def frequencies(structure: Structure, count: int) -> FloatArray:
@@ -75,9 +76,8 @@ def test_what_patterns_leave_moves_no_frequency() -> None:
 
 def test_the_extended_structure_has_the_frequencies_of_the_fit() -> None:
     plant = plant_with(None)
-    theta = np.concatenate(
-        [np.zeros(plant.factors), 0.01 * np.random.default_rng(4).standard_normal(len(plant.scatter.weights))]
-    )
+    theta = np.zeros(len(plant.spread))
+    theta[plant.factors : plant.values] = 0.01 * np.random.default_rng(4).standard_normal(len(plant.scatter.weights))
     reduced = Hypothesis(plant).reduced(theta[None])
     omega2 = np.linalg.eigvals(np.linalg.solve(reduced.mass[0], reduced.stiffness[0])).real
     omega2 = np.sort(omega2)[:MOVING]

@@ -106,7 +106,8 @@ def test_the_users_own_newmark_steps_are_shown() -> None:
     plant = plant_of(dataset)
     hypothesis = Hypothesis(plant)
     system = hypothesis.system(np.zeros((1, hypothesis.nuisances)), FITTED, RATE, (0, 1, 2, 3))
-    exact = Hypothesis(plant_of(EXACT)).system(np.zeros((1, hypothesis.nuisances)), FITTED, RATE, (0, 1, 2, 3))
+    drawn = Hypothesis(plant_of(EXACT))
+    exact = drawn.system(np.zeros((1, drawn.nuisances)), FITTED, RATE, (0, 1, 2, 3))
     half = 0.05 * exact.A[0]
     step = np.linalg.solve(np.eye(8) - half, np.eye(8) + half)  # the trapezoidal rule
     expected = exact.C[0] @ np.linalg.matrix_power(step, 100)

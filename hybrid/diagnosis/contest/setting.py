@@ -16,12 +16,13 @@ from hybrid.diagnosis.contest.wrong_units import with_other_units
 from hybrid.diagnosis.fitting.crossvalidation import as_recordings
 from hybrid.diagnosis.fitting.driven import states_along
 from hybrid.diagnosis.fitting.fitting import Fit
+from hybrid.diagnosis.fitting.forecasting import DEVIATION
 from hybrid.diagnosis.nominal.geometry import Geometry
 from hybrid.diagnosis.nominal.geometry_forces import geometries_of
 from hybrid.diagnosis.nominal.lowpass import noise_is_lowpassed
 from hybrid.diagnosis.nominal.mesh_error import coarse_mesh
 from hybrid.diagnosis.nominal.modal_plant import modal_plant, with_ratios_of_modal_model
-from hybrid.diagnosis.nominal.plant import Plant, plant_of
+from hybrid.diagnosis.nominal.plant import DISPERSION, Plant, plant_of
 from hybrid.diagnosis.recorded.channels import usable
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.noise import Band, noise_of_recordings, structure_band
@@ -114,12 +115,22 @@ def setting_of(dataset: Dataset) -> Setting:
     gauge, levels = _noise(plant, dataset, measured, band)
     recorded = tuple(_with_noise(batch, measured, plant, gauge, levels) for batch in batches_of(dataset, "train"))
     lengths = lengths_of(columns_of(recorded, measured), Hypothesis(plant).states)
-    searched, lengths, short = search_gauge(plant, lengths, gauge, short_fit(plant, lengths, gauge))
+    short = short_fit(plant, lengths, gauge)
+    if _disperses_too_far(short):
+        plant, modal = plant.undispersed, modal and modal.undispersed
+        short = short_fit(plant, lengths, gauge)
+    searched, lengths, short = search_gauge(plant, lengths, gauge, short)
     motion = Motion.of_states(states_along(short, searched), plant).displacement
     geometries = geometries_of(plant, motion, np.random.default_rng(SEED))
     unlike = () if levels.are_alike or searched is not gauge else (UNLIKE.format(pattern=levels.pattern.value),)
     notes = (*unusable, *offsets(dataset), *apart, *fast, *unlike, *coarse_mesh(plant))
     return Setting(dataset, plant, geometries, modal, measured, gauge, searched, levels, band, lengths, short, notes)
+
+
+def _disperses_too_far(short: Fit) -> bool:
+    """Return whether a fit takes up by dispersion what is wrong otherwise: a search would begin astray."""
+    plant = short.hypothesis.plant
+    return plant.disperses and bool(np.abs(short.theta[plant.dispersion]) > DEVIATION * DISPERSION)
 
 
 def _noise(plant: Plant, dataset: Dataset, measured: tuple[int, ...], band: Band) -> tuple[Gauge, NoiseLevels]:

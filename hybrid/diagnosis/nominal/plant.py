@@ -116,6 +116,13 @@ class Plant:
         return self.values + self.turns
 
     @property
+    def undispersed(self) -> "Plant":
+        """The plant without dispersion."""
+        if not self.disperses:
+            return self
+        return replace(self, spread=np.delete(self.spread, self.dispersion), disperses=False)
+
+    @property
     def cutoff(self) -> float:
         """Of the low-pass, rad/s."""
         return np.inf if self.lowpass is None else 2 * np.pi * self.lowpass.cutoff
