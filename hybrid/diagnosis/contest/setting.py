@@ -22,7 +22,7 @@ from hybrid.diagnosis.nominal.geometry_forces import geometries_of
 from hybrid.diagnosis.nominal.lowpass import noise_is_lowpassed
 from hybrid.diagnosis.nominal.mesh_error import coarse_mesh
 from hybrid.diagnosis.nominal.modal_plant import modal_plant, with_ratios_of_modal_model
-from hybrid.diagnosis.nominal.plant import DISPERSION, Plant, plant_of
+from hybrid.diagnosis.nominal.plant import Plant, plant_of
 from hybrid.diagnosis.recorded.channels import usable
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.noise import Band, noise_of_recordings, structure_band
@@ -130,7 +130,7 @@ def setting_of(dataset: Dataset) -> Setting:
 def _disperses_too_far(short: Fit) -> bool:
     """Return whether a fit takes up by dispersion what is wrong otherwise: a search would begin astray."""
     plant = short.hypothesis.plant
-    return plant.disperses and bool(np.abs(short.theta[plant.dispersion]) > DEVIATION * DISPERSION)
+    return plant.disperses and bool(abs(short.theta[plant.dispersion]) > DEVIATION * plant.spread[plant.dispersion])
 
 
 def _noise(plant: Plant, dataset: Dataset, measured: tuple[int, ...], band: Band) -> tuple[Gauge, NoiseLevels]:

@@ -59,7 +59,7 @@ def far_off(item: Fit) -> list[str]:
     ]
 
 
-def dispersed(item: Fit, temper: float) -> list[str]:
+def dispersion_of(item: Fit, temper: float) -> list[str]:
     """Return a note where recordings tell a fit's dispersion, with their values over ``temper``."""
     plant = item.hypothesis.plant
     if not plant.disperses:

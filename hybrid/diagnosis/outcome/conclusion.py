@@ -16,7 +16,7 @@ from hybrid.diagnosis.fitting.fitting import Fit, residuals_at
 from hybrid.diagnosis.fitting.forecasting import DEVIATION, Forecast, within
 from hybrid.diagnosis.outcome.acting import recordings_of
 from hybrid.diagnosis.outcome.advice import Advice, advise
-from hybrid.diagnosis.outcome.calibration import Calibrated, astray, calibration_of, dispersed, far_off
+from hybrid.diagnosis.outcome.calibration import Calibrated, astray, calibration_of, dispersion_of, far_off
 from hybrid.diagnosis.outcome.extend import extended_structure
 from hybrid.diagnosis.outcome.findings import (
     Alternative,
@@ -121,7 +121,7 @@ def concluded(setting: Setting, evidence: Evidence) -> Diagnosis:
     notes += modal_notes(simulation, found.nominal, found.own, scorer, named)
     advice = advise(posterior, evidence.searched, setting.dataset.sensors) if named else ()
     shown = show(setting.dataset, simulation.fit, final, found.nominal, found.calibrated, gauge)
-    notes += dispersed(replace(final, theta=theta), posterior.temper)
+    notes += dispersion_of(replace(final, theta=theta), posterior.temper)
     notes += all_off(shown, setting.dataset.assumptions.uncertainty)
     return Diagnosis(
         verdict=verdict,
