@@ -11,7 +11,7 @@ from fe_models.blind.bridge import SENSORS
 from fe_models.bridge import bridge
 from fe_models.damping import full_damping
 from fe_models.dofs import ComplexArray
-from fe_models.effects import PointDamper
+from fe_models.effects import AxialForce, PointDamper
 from fe_models.recordings import QUANTITIES
 from fe_models.structure import Structure
 from hybrid.diagnosis.nominal.plant import Plant, plant_of
@@ -94,6 +94,17 @@ def test_the_structures_own_dashpots_are_felt_alike() -> None:
 def test_a_damper_that_all_but_holds_its_place_stays_stable(coefficient: float) -> None:
     roots, _ = of_few_modes(bridge_plant(), replace(PLACE, coefficient=coefficient))
     assert roots.real.max() < 0
+
+
+def test_a_step_of_a_search_into_buckling_is_of_numbers_still() -> None:
+    """The deck pressed so hard that more modes buckle than are followed: no motion, but a sum of squares too large."""
+    pressed = AxialForce(tuple(range(1, 29)), -1e6)  # N
+    own = Hypothesis(bridge_plant(), tuple(chosen(bridge_candidates(), cause) for cause in (PLACE, pressed)))
+    theta = np.append(np.zeros(own.nuisances), [PLACE.coefficient, pressed.force])[None]
+    reduced = own.reduced(theta)
+    assert reduced.trailing is not None
+    assert reduced.trailing.square.min() < 0
+    assert np.isfinite(own.system(theta, SHOWN, 100.0, (-1,) * len(SHOWN)).A).all()
 
 
 def test_a_second_round_is_for_strong_dampers(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -39,7 +39,7 @@ class Trailing:
         roots, vectors = np.linalg.eig(A)
         if is_defective(vectors):
             return None
-        fast = np.abs(roots) / (FAST * np.sqrt(self.square[:, :1]))
+        fast = np.abs(roots) / (FAST * np.sqrt(np.abs(self.square[:, :1])))
         pulled = self.coupling @ vectors[:, : self.coupling.shape[2]] * (-roots / (1 + fast**STEEP))[:, None]
         stiff = roots[:, :, None, None] * self.own[:, None]  # (variant, root, mode, mode)
         every = np.arange(self.square.shape[1])
