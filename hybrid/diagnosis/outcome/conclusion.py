@@ -40,8 +40,8 @@ RIVALS = 0.005  # least probability of an alternative that is told
 TINY = 1e-300  # instead of a division by zero
 SUREST = 0.999  # no probability is said to be more
 UNSEEN = (
-    "the training recordings show nothing{more} wrong, the test recordings do: what acts there is not felt in those;"
-    " train on recordings that show it"
+    "the training recordings show nothing{more} wrong, but test recordings do ({names}): what acts there is not felt in"
+    ' training; take such a recording for training (role = "train") and diagnose again'
 )
 
 
@@ -116,7 +116,8 @@ def concluded(setting: Setting, evidence: Evidence) -> Diagnosis:
         if simulation.fit is base:  # else a cause may matter for the structure, if not for the user's modal model
             notes += [weak(best, number, posterior.temper) for number in range(len(best.hypothesis.candidates))]
     if verdict is not Verdict.NOTHING_WRONG and not (named and errors.near):
-        notes += _unseen(best if named else base, evidence, setting, " more" if named else "")
+        item, forecast, more = (best, found.extended, " more") if named else (base, found.own, "")
+        notes += _unseen(item, forecast, scorer, evidence, more)
     after = found.extended if named else found.own if theta.any() else found.drawn
     notes += modal_notes(simulation, found.nominal, found.own, scorer, named)
     advice = advise(posterior, evidence.searched, setting.dataset.sensors) if named else ()
@@ -172,10 +173,14 @@ def _forecasts(scorer: Scorer, simulated: Fit, base: Fit, best: Fit, normal: flo
     return _Forecasts(nominal, calibrated, drawn, own, scorer.forecast(best))
 
 
-def _unseen(item: Fit, evidence: Evidence, setting: Setting, more: str) -> list[str]:
-    """Return a note where a fit leaves nothing of the training recordings that is wrong."""
-    seen = left(item, evidence.gauge, setting.band).significant or factors_off(item)
-    return [] if seen else [UNSEEN.format(more=more)]
+def _unseen(item: Fit, found: Forecast, scorer: Scorer, evidence: Evidence, more: str) -> list[str]:
+    """Return a note on test recordings whose forecasts by a fit are wrong, where it leaves nothing of the training
+    recordings that is.
+    """
+    if left(item, evidence.gauge, scorer.setting.band).significant or factors_off(item):
+        return []
+    names = ", ".join(scorer.wrong_in(found))
+    return [UNSEEN.format(more=more, names=names)] if names else []
 
 
 def _as_drawn_or_calibrated(base: Fit, gauge: Gauge, most: float) -> tuple[Fit, FloatArray]:

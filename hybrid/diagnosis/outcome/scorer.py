@@ -10,6 +10,7 @@ from hybrid.diagnosis.contest.setting import Setting
 from hybrid.diagnosis.fitting.crossvalidation import Folds, folds_of
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.fitting.forecasting import Forecast, Model, forecast, idle_by_order, model_of, within
+from hybrid.diagnosis.outcome.verdict import NEAR
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import Batch
 
@@ -59,6 +60,14 @@ class Scorer:
     def floor(self, found: Forecast) -> float:
         """Return the NRMSE that noise alone makes, mean over the measured channels."""
         return float(found.floor[:, list(self.setting.measured)].mean())
+
+    def wrong_in(self, found: Forecast) -> tuple[str, ...]:
+        """Return the names of the recordings kept for testing that are forecast worse than is near the noise floor."""
+        if self.folds is not None:
+            return ()
+        names = [name for batch in self.test for name in batch.names]
+        error, floor = (of[:, list(self.setting.measured)].mean(axis=1) for of in (found.nrmse, found.floor))
+        return tuple(dict.fromkeys(name for name, wrong in zip(names, error > NEAR * floor, strict=True) if wrong))
 
     @property
     def shown(self) -> Batch:
