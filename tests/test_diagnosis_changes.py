@@ -81,7 +81,7 @@ def test_what_only_test_recordings_show_is_unexplained() -> None:
     found = diagnose(blind_case(3, config).dataset)
     assert found.verdict is Verdict.UNEXPLAINED
     assert found.findings == ()
-    assert any("the test recordings do" in note for note in found.notes)
+    assert any("test recordings do (r05, r06)" in note for note in found.notes)
 
 
 def test_a_support_that_gives_way_between_recordings_is_forecast_with_and_without() -> None:

@@ -41,7 +41,7 @@ TINY = 1e-300  # instead of a division by zero
 SUREST = 0.999  # no probability is said to be more
 UNSEEN = (
     "the training recordings show nothing{more} wrong, but test recordings do ({names}): what acts there is not felt in"
-    ' training; take such a recording for training (role = "train") and diagnose again'
+    ' training, or came later; take such a recording for training (role = "train") and diagnose again'
 )
 
 
