@@ -7,10 +7,12 @@ import numpy as np
 from fe_models.blind import BlindConfig, blind_case
 from fe_models.measurement import lowpassed
 from fe_models.recordings import Recording
+from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.fitting.crossvalidation import as_recordings, folds_of
 from hybrid.diagnosis.fitting.fitting import Fit, fit
-from hybrid.diagnosis.fitting.forecasting import Model
+from hybrid.diagnosis.fitting.forecasting import Forecast, Model
 from hybrid.diagnosis.nominal.plant import plant_of
+from hybrid.diagnosis.outcome.scorer import Scorer
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import batches_of, columns_of, measured_columns
 from hybrid.diagnosis.response.hypothesis import Hypothesis
@@ -42,6 +44,15 @@ def test_every_recording_is_forecast_by_a_fit_to_the_others() -> None:
     assert set().union(*tested) == names
     assert [set(others) for others in seen] == [names - own for own in tested]
     assert max(left) < 0.02 * whole.chi2 / whole.values  # in what counts as noise, of a hundred times its energy
+
+
+def test_recordings_are_told_as_forecast_wrongly_only_where_they_were_kept_for_testing() -> None:
+    wrong, floor = np.ones((6, 5)), np.ones((6, 5))
+    wrong[4] = 1.2  # beyond what is near the floor
+    found, setting = Forecast(wrong, floor, 0.0, 0.0), setting_of(CASE)
+    tests = batches_of(CASE, "train")
+    assert Scorer(setting, GAUGE, tests, None).wrong_in(found) == (tests[0].names[4],)
+    assert Scorer(setting, GAUGE, (), folds_of(CASE, MEASURED, GAUGE)).wrong_in(found) == ()
 
 
 def test_all_recordings_tell_together_whether_noise_was_low_passed() -> None:

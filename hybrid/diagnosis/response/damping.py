@@ -4,7 +4,7 @@ import numpy as np
 
 from fe_models.dofs import FloatArray
 from hybrid.diagnosis.nominal.plant import Plant
-from hybrid.diagnosis.response.reduction import Eigenmodes, eigenmodes
+from hybrid.diagnosis.response.reduction import Eigenmodes, eigenmodes, natural_frequencies
 
 
 def more_damping(plant: Plant, modes: Eigenmodes, M: FloatArray, C: FloatArray, factor: FloatArray) -> FloatArray:
@@ -12,7 +12,7 @@ def more_damping(plant: Plant, modes: Eigenmodes, M: FloatArray, C: FloatArray, 
 
     ``modes``: those of a system whose mass and damping are M and C (variant, vector, vector).
     """
-    omega, phi = _frequencies(modes), modes[1]
+    omega, phi = natural_frequencies(modes[0]), modes[1]
     own = np.einsum("pdi,pde,pei->pi", phi, C, phi, optimize=True)  # 2 xi omega
     return _of_modes(M, phi, own * (_factors(plant, factor, omega) - 1))
 
@@ -31,7 +31,7 @@ def assumed_damping(
     if not (plant.ratios.any() or replaced):
         return np.zeros_like(C)
     modes = eigenmodes(M, K)
-    omega, phi = _frequencies(modes), modes[1]
+    omega, phi = natural_frequencies(modes[0]), modes[1]
     more = max(len(M[0]) - len(plant.ratios), 0)  # modes that candidates bring, beyond the spare one
     ratios = np.pad(plant.ratios, (0, more), mode="edge")[: len(M[0])]
     added = 2 * ratios * omega * _factors(plant, factor, omega)
@@ -49,12 +49,6 @@ def _factors(plant: Plant, factor: FloatArray, omega: FloatArray) -> FloatArray:
     count = omega.shape[1]
     known = np.pad(factor, ((0, 0), (0, max(count - factor.shape[1], 0))), constant_values=1.0)[:, :count]
     return np.where(omega < plant.cutoff, known, 1.0)
-
-
-def _frequencies(modes: Eigenmodes) -> FloatArray:
-    """Return natural frequencies (variant, mode) in rad/s."""
-    omega2 = modes[0]
-    return np.asarray(np.sqrt(np.maximum(omega2, 1e-12 * np.abs(omega2).max(axis=1, keepdims=True))))
 
 
 def _of_modes(M: FloatArray, phi: FloatArray, added: FloatArray) -> FloatArray:

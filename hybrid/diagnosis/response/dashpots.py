@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fe_models.dofs import BoolArray, FloatArray
-from hybrid.diagnosis.response.reduction import Eigenmodes
+from hybrid.diagnosis.response.reduction import Eigenmodes, natural_frequencies
 from hybrid.diagnosis.response.system import is_defective
 
 ROUNDS = 2  # of roots and what trails them: 60 N s/m on the bridge are off by 8e-5 of a root after one, by
@@ -39,7 +39,7 @@ class Trailing:
         roots, vectors = np.linalg.eig(A)
         if is_defective(vectors):
             return None
-        fast = np.abs(roots) / (FAST * np.sqrt(np.abs(self.square[:, :1])))
+        fast = np.abs(roots) / (FAST * natural_frequencies(self.square)[:, :1])
         pulled = self.coupling @ vectors[:, : self.coupling.shape[2]] * (-roots / (1 + fast**STEEP))[:, None]
         stiff = roots[:, :, None, None] * self.own[:, None]  # (variant, root, mode, mode)
         every = np.arange(self.square.shape[1])

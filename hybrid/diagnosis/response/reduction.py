@@ -122,6 +122,11 @@ def eigenmodes(M: FloatArray, K: FloatArray) -> Eigenmodes:
     return omega2, np.asarray(inverse.swapaxes(-1, -2) @ vectors)
 
 
+def natural_frequencies(omega2: FloatArray) -> FloatArray:
+    """Return natural frequencies (variant, mode), rad/s, of their squares; next to nothing where it buckles."""
+    return np.asarray(np.sqrt(np.maximum(omega2, 1e-12 * np.abs(omega2).max(axis=1, keepdims=True))))
+
+
 def turn(modes: Eigenmodes, kept: int) -> FloatArray:
     """Return T (variant, vector, mode): the ``kept`` lowest ``modes``, turned as close as can be to the first shapes.
 
