@@ -12,6 +12,9 @@ from fe_models.dofs import FloatArray, IntArray
 from hybrid.diagnosis.response.compiled import compiled
 from hybrid.diagnosis.response.system import System
 
+LANES = (
+    8  # recordings that are stepped side by side: in a substep sums wait for each other, but not for the next lane's
+)
 WORST = 1e6  # condition number of coordinates that are still told as well as slopes by finite differences need them
 
 
@@ -20,17 +23,16 @@ class Scheme(NamedTuple):
 
     ``ahead`` (3 row, coordinate): the felt rows of G now, half a substep ahead and one ahead; ``near`` (3, coordinate):
     what the one before, the coordinate itself and the next bring to each in a substep; where others do, too, it has no
-    entries, and ``whole`` (from, to) serves; ``watch`` (watched, coordinate): what is told of the motion. ``direct``
-    and ``delayed`` (law, row): what forces move within the substep; ``first``, ``middle`` and ``last`` (law,
-    coordinate): at its end.
+    entries, and ``whole`` (from, to) serves; ``watch`` (watched, coordinate): what is told of the motion. ``answer``
+    (3, law, row): what forces of each stage but the last move until the next; ``first``, ``middle`` and ``last`` (law,
+    coordinate): at the end of the substep.
     """
 
     ahead: FloatArray
     near: FloatArray
     watch: FloatArray
     whole: FloatArray
-    direct: FloatArray
-    delayed: FloatArray
+    answer: FloatArray
     first: FloatArray
     middle: FloatArray
     last: FloatArray
@@ -59,8 +61,10 @@ def scheme_of(system: System, h: float, rows: IntArray, watch: FloatArray, apart
     near[:, 1] = np.diagonal(whole, 0, 1, 2)
     if np.triu(whole, 2).any() or np.tril(whole, -2).any():
         near = near[..., :0]
-    columns = (whole, h * (G @ B), h * (G @ half_B), h / 6 * (whole @ B), h / 3 * half_B, h / 6 * B)
-    scheme = Scheme(ahead, near, watch @ basis, *(np.ascontiguousarray(part.swapaxes(1, 2)) for part in columns))
+    later = h * (G @ half_B)  # half a substep after they act
+    answer = np.stack([later / 2, h / 2 * (G @ B), later], axis=1)  # (variant, stage, row, law)
+    columns = (whole, answer, h / 6 * (whole @ B), h / 3 * half_B, h / 6 * B)
+    scheme = Scheme(ahead, near, watch @ basis, *(np.ascontiguousarray(part.swapaxes(-2, -1)) for part in columns))
     return scheme, Coordinates(basis, inverse)
 
 
@@ -101,52 +105,94 @@ def _force(tables: FloatArray, row: int, place: float) -> float:
 
 
 @compiled
-def _multiply_columns(columns: FloatArray, amounts: FloatArray, to: FloatArray) -> None:
-    """Set the product of a matrix, given by its ``columns`` (column, entry), and ``amounts``."""
-    to[:] = 0.0
-    for j in range(len(amounts)):
-        amount = amounts[j]
-        for i in range(len(to)):
-            to[i] += columns[j, i] * amount
+def _step_lanes(
+    scheme: Scheme,
+    values: FloatArray,
+    variant: int,
+    start: FloatArray,
+    final: FloatArray,
+    watched: FloatArray,
+    applied: FloatArray,
+    reach: FloatArray,
+    law_of: IntArray,
+    known: FloatArray,
+    substeps: int,
+) -> bool:
+    """Do the work of `step_through` for one ``variant`` and a few recordings, each of which is a lane.
 
-
-@compiled
-def _multiply(matrix: FloatArray, vector: FloatArray, to: FloatArray) -> None:
-    """Set the product of a matrix and a vector."""
-    for i in range(len(to)):
-        total = 0.0
-        for j in range(len(vector)):
-            total += matrix[i, j] * vector[j]
-        to[i] = total
-
-
-@compiled
-def _multiply_near(below: FloatArray, on: FloatArray, above: FloatArray, vector: FloatArray, to: FloatArray) -> None:
-    """Set the product of a matrix that has entries ``on`` its diagonal and next to it alone, and a vector."""
-    for i in range(len(to)):
-        to[i] = on[i] * vector[i]
-    for i in range(1, len(to)):
-        to[i] += below[i] * vector[i - 1]
-    for i in range(len(to) - 1):
-        to[i] += above[i] * vector[i + 1]
-
-
-@compiled
-def _meet(stage: int, seen: FloatArray, f: FloatArray, direct: FloatArray, delayed: FloatArray, at: FloatArray) -> None:
-    """Set ``at`` (row,), what the laws meet at a ``stage`` of four: ``seen`` (time of three times row,) of the motion
-    without them, and what the forces ``f`` (stage, law) before did at once (``direct``) or half a step ago.
+    Its sums are written out: a function that is given arrays counts who holds them, which takes longer than a sum.
     """
-    rows = len(at)
-    place = 0 if stage == 0 else rows if stage < 3 else 2 * rows
-    for row in range(rows):
-        at[row] = seen[place + row]
-        for law in range(f.shape[1]):
-            if stage == 1:
-                at[row] += 0.5 * f[0, law] * delayed[law, row]
-            elif stage == 2:
-                at[row] += 0.5 * f[1, law] * direct[law, row]
-            elif stage == 3:
-                at[row] += f[2, law] * delayed[law, row]
+    ahead, near, whole, watch = (
+        scheme.ahead[variant],
+        scheme.near[variant],
+        scheme.whole[variant],
+        scheme.watch[variant],
+    )
+    below, on, above = near[0], near[1], near[2]
+    first, middle, last = scheme.first[variant], scheme.middle[variant], scheme.last[variant]
+    answer, table = scheme.answer[variant], values[variant]
+    lanes, samples, laws = applied.shape
+    rows, states = len(reach), len(whole)
+    own = states - known.shape[2]  # the states that are not known
+    middle_node = (table.shape[1] - 1) / 2
+    per_unit = middle_node / reach
+    seen, f = np.zeros((lanes, 3 * rows)), np.zeros((4, lanes, laws))
+    z, moved = np.zeros((lanes, states + 2)), np.zeros((lanes, states + 2))  # at the ends nothing, so that all have two
+    z[:, 1:-1] = start  # neighbours
+    for k in range(samples):
+        for lane in range(lanes):
+            for i in range(own, states):
+                z[lane, 1 + i] = known[lane, k, i - own]
+            for row in range(len(watch)):
+                told = 0.0
+                for i in range(states):
+                    told += watch[row, i] * z[lane, 1 + i]
+                watched[lane, k, row] = told
+        for part in range(substeps):
+            for lane in range(lanes):
+                for row in range(rows):
+                    now, between, then = 0.0, 0.0, 0.0
+                    for i in range(states):
+                        now += ahead[row, i] * z[lane, 1 + i]
+                        between += ahead[rows + row, i] * z[lane, 1 + i]
+                        then += ahead[2 * rows + row, i] * z[lane, 1 + i]
+                    seen[lane, row], seen[lane, rows + row], seen[lane, 2 * rows + row] = now, between, then
+            for stage in range(4):
+                for lane in range(lanes):
+                    for law in range(laws):
+                        f[stage, lane, law] = 0.0
+                    for row in range(rows):
+                        met = seen[lane, (stage + 1) // 2 * rows + row]
+                        if stage > 0:
+                            for law in range(laws):
+                                met += answer[stage - 1, law, row] * f[stage - 1, lane, law]
+                        if not abs(met) <= reach[row]:
+                            return False
+                        f[stage, lane, law_of[row]] -= _force(table, row, middle_node + met * per_unit[row])
+            if part == 0:
+                for lane in range(lanes):
+                    for law in range(laws):
+                        applied[lane, k, law] = f[0, lane, law]
+            if k == samples - 1:
+                break
+            for lane in range(lanes):
+                if near.shape[1]:
+                    for i in range(states):
+                        moved[lane, 1 + i] = below[i] * z[lane, i] + on[i] * z[lane, 1 + i] + above[i] * z[lane, 2 + i]
+                else:
+                    for i in range(states):
+                        moved[lane, 1 + i] = 0.0
+                    for j in range(states):
+                        amount = z[lane, 1 + j]
+                        for i in range(states):
+                            moved[lane, 1 + i] += whole[j, i] * amount
+                for law in range(laws):
+                    begun, between, ended = f[0, lane, law], f[1, lane, law] + f[2, lane, law], f[3, lane, law]
+                    for i in range(states):
+                        moved[lane, 1 + i] += begun * first[law, i] + between * middle[law, i] + ended * last[law, i]
+            z, moved = moved, z
+    final[:] = z[:, 1:-1]
+    return True
 
 
 @compiled
@@ -168,49 +214,10 @@ def step_through(
     Each row of the tables belongs to a law (``law_of``). The last states are ``known`` at each sample (recording, time,
     known).
     """
-    variants, recordings, samples, laws = applied.shape
-    states, rows = start.shape[2], len(reach)
-    own = states - known.shape[2]  # the states that are not known
-    middle_node = (values.shape[2] - 1) / 2
-    per_unit = middle_node / reach
-    seen, at, f = np.zeros(3 * rows), np.zeros(rows), np.zeros((4, laws))
-    z, moved = np.zeros(states), np.zeros(states)
-    for variant in range(variants):  # what is picked here need not be picked in the loops below
-        ahead, near = scheme.ahead[variant], scheme.near[variant]
-        below, on, above = near[0], near[1], near[2]
-        first, middle, last = scheme.first[variant], scheme.middle[variant], scheme.last[variant]
-        direct, delayed, table = scheme.direct[variant], scheme.delayed[variant], values[variant]
-        watch, whole = scheme.watch[variant], scheme.whole[variant]
-        for recording in range(recordings):
-            z[:] = start[variant, recording]
-            for k in range(samples):
-                for i in range(own, states):
-                    z[i] = known[recording, k, i - own]
-                for part in range(substeps):
-                    _multiply(ahead, z, seen)
-                    for stage in range(4):
-                        _meet(stage, seen, f, direct, delayed, at)
-                        for law in range(laws):
-                            f[stage, law] = 0.0
-                        for row in range(rows):
-                            if not abs(at[row]) <= reach[row]:
-                                return False
-                            f[stage, law_of[row]] -= _force(table, row, middle_node + at[row] * per_unit[row])
-                        if stage == 0 and part == 0:
-                            _multiply(watch, z, watched[variant, recording, k])
-                            applied[variant, recording, k] = f[0]
-                            if k == samples - 1:
-                                break
-                    if k == samples - 1:
-                        break
-                    if near.shape[1]:
-                        _multiply_near(below, on, above, z, moved)
-                    else:
-                        _multiply_columns(whole, z, moved)
-                    for law in range(laws):
-                        begun, between, ended = f[0, law], f[1, law] + f[2, law], f[3, law]
-                        for i in range(states):
-                            moved[i] += begun * first[law, i] + between * middle[law, i] + ended * last[law, i]
-                    z[:] = moved
-            final[variant, recording] = z
+    for v in range(len(start)):
+        for begin in range(0, start.shape[1], LANES):
+            r = slice(begin, begin + LANES)
+            parts = start[v, r], final[v, r], watched[v, r], applied[v, r]
+            if not _step_lanes(scheme, values, v, *parts, reach, law_of, known[r], substeps):
+                return False
     return True
