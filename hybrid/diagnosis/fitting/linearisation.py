@@ -17,7 +17,7 @@ from hybrid.diagnosis.recorded.records import Batch
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.loaded import loaded_size
 from hybrid.diagnosis.response.marching import respond
-from hybrid.diagnosis.response.system import drifted, observability
+from hybrid.diagnosis.response.system import System, drifted, observability
 
 STEP = 1e-6  # of a prior width (of the rms of a state): finite differences, through thousands of radians
 RIDGE = 1e-6  # of each column of the initial state's Jacobian: what no sensor feels apart from the rest stays at rest
@@ -106,7 +106,7 @@ def _forced(
         return None
     if not slopes:
         return _left_over(residual, batch, states)
-    changes = _changes(hypothesis, theta, batch, gauge, states)
+    changes = _changes(hypothesis, system, theta, batch, gauge, states)
     if changes is None:
         return None
     change, by_state = changes
@@ -126,36 +126,39 @@ def _forced(
 
 
 def _changes(
-    hypothesis: Hypothesis, theta: FloatArray, batch: Batch, gauge: Gauge, states: FloatArray
+    hypothesis: Hypothesis, system: System, theta: FloatArray, batch: Batch, gauge: Gauge, states: FloatArray
 ) -> tuple[FloatArray, FloatArray] | None:
-    """Return what parameters change, (parameter, recording, value), and entries of a state, (recording, value, state).
+    """Return what parameters change, (parameter, recording, value), and entries of a state, (recording, value, state);
+    ``system``: that of ``theta``.
 
     Of motions told as if nothing folded (`respond`), which changes what is left of recordings, but hardly the direction
     of a step. Differences are taken from one such motion, lest they see it.
     """
-    moved, size = STEP * hypothesis.width, STEP * _size(hypothesis, theta, batch, gauge, states)
-    own = 1 + len(theta)  # variants that differ in a parameter; those that differ in a state come after
-    thetas = np.vstack([theta, theta + np.diag(moved), np.repeat(theta[None], len(size), axis=0)])
-    start = np.repeat(states[None], len(thetas), axis=0)
-    start[own:] += np.diag(size)[:, None]
-    system = hypothesis.system(thetas, gauge.sensors, gauge.rate, gauge.positions)
-    y = respond(system, start, batch.samples, batch.loads, often=1) + drifted(system, batch.begins)
-    y /= batch.sigma(gauge)
-    if not np.isfinite(y).all():
+    moved, size = STEP * hypothesis.width, STEP * _size(system, batch, states)
+    thetas, starts = np.vstack([theta, theta + np.diag(moved)]), np.repeat(states[None], 1 + len(size), axis=0)
+    starts[1:] += np.diag(size)[:, None]
+    varied = hypothesis.system(thetas, gauge.sensors, gauge.rate, gauge.positions)
+    y = respond(varied, np.repeat(states[None], len(thetas), axis=0), batch.samples, batch.loads, often=1)
+    y += drifted(varied, batch.begins)
+    copies = np.tile(np.arange(len(states)), len(starts))  # all of one system, as further recordings
+    loads = batch.loads and batch.loads.take(copies)
+    begun = respond(system, starts.reshape(1, len(copies), -1), batch.samples, loads, often=1)
+    change, by_state = (
+        ((part[1:] - part[0]) / batch.sigma(gauge)).reshape(len(part) - 1, len(states), -1) / amounts[:, None, None]
+        for part, amounts in ((y, moved), (begun.reshape(len(starts), *y.shape[1:]), size))
+    )
+    if not (np.isfinite(change).all() and np.isfinite(by_state).all()):
         return None
-    change = (y[1:] - y[0]).reshape(len(thetas) - 1, len(states), -1)
-    change /= np.concatenate([moved, size])[:, None, None]
-    by_state = change[own - 1 :].transpose(1, 2, 0)
-    shown = np.linalg.norm(observability(system.only(0), batch.samples).reshape(-1, hypothesis.states), axis=0)
+    by_state = by_state.transpose(1, 2, 0)
+    shown = np.linalg.norm(observability(system, batch.samples).reshape(-1, hypothesis.states), axis=0)
     by_state[..., shown < UNFELT * shown.max()] = 0.0  # differences of these would be rounding alone
-    return change[: own - 1], by_state
+    return change, by_state
 
 
-def _size(hypothesis: Hypothesis, theta: FloatArray, batch: Batch, gauge: Gauge, states: FloatArray) -> FloatArray:
+def _size(system: System, batch: Batch, states: FloatArray) -> FloatArray:
     """Return how large each entry of a state is (state,): the initial ones', and what loads make of them."""
     square = np.mean(states**2, axis=0)
     if batch.loads is not None:
-        system = hypothesis.system(theta[None], gauge.sensors, gauge.rate, gauge.positions)
         square = square + loaded_size(system, batch.loads)
     return np.maximum(np.sqrt(square), LEAST)
 
@@ -172,21 +175,28 @@ def split_off(columns: FloatArray, basis: FloatArray) -> tuple[FloatArray, Float
     taken = inside(columns, basis)
     if basis.ndim == 2:
         return np.asarray(columns - taken @ basis.T), taken
-    return np.asarray(columns - (basis @ taken[..., None])[..., 0]), taken
+    return columns - _by_recording(taken, basis.swapaxes(1, 2)), taken
 
 
 def inside(columns: FloatArray, basis: FloatArray) -> FloatArray:
     """Return how much of columns (..., recording, value) each vector of a ``basis`` (value, vector) or (recording,
     value, vector) takes, (..., recording, vector).
     """
-    return np.asarray(columns @ basis if basis.ndim == 2 else (columns[..., None, :] @ basis)[..., 0, :])
+    return np.asarray(columns @ basis if basis.ndim == 2 else _by_recording(columns, basis))
+
+
+def _by_recording(rows: FloatArray, matrices: FloatArray) -> FloatArray:
+    """Return products of rows (..., recording, entry) with a matrix of each recording, (recording, entry, to)."""
+    many = rows.reshape(-1, *rows.shape[-2:]).swapaxes(0, 1)  # all of a recording at once
+    return np.asarray((many @ matrices).swapaxes(0, 1).reshape(*rows.shape[:-1], -1))
 
 
 def _in_states(upper: FloatArray, taken: FloatArray) -> FloatArray:
-    """Return the initial states (..., state) that show what is ``taken`` (..., vector) by the basis of the triangle
-    ``upper`` (..., vector, state).
+    """Return the initial states (..., recording, state) that show what is ``taken`` (..., recording, vector) by the
+    basis of the triangle ``upper`` (vector, state) or (recording, vector, state).
     """
-    return np.asarray(np.linalg.solve(upper, taken[..., None])[..., 0], dtype=np.float64)
+    many = taken.reshape(-1, *taken.shape[-2:]).transpose(1, 2, 0)  # each triangle is taken apart once
+    return np.asarray(np.linalg.solve(upper, many).transpose(2, 0, 1).reshape(taken.shape), dtype=np.float64)
 
 
 def _errors(upper: FloatArray, states: FloatArray) -> FloatArray:

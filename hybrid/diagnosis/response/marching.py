@@ -7,7 +7,6 @@ laws, each defined where it belongs (`fe_models.effects`).
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import ceil
-from typing import Any
 
 import numpy as np
 from scipy.linalg import expm
@@ -137,15 +136,25 @@ def march(
     return None
 
 
-def _all_stepped(parts: tuple[FloatArray, ...], *common: Any) -> bool:
-    """Return whether all variants stay within their tables; threads share the ``parts``, whose first axis they are."""
+def _all_stepped(
+    parts: tuple[FloatArray, ...], reach: FloatArray, law_of: IntArray, known: FloatArray, substeps: int
+) -> bool:
+    """Return whether all variants stay within their tables: threads share them or, of one, the recordings.
+
+    ``parts``: the scheme, the tables, and arrays (variant, recording, ...), as `step_through` takes them.
+    """
+    fields = len(Scheme._fields)
+    variants, recordings = parts[-1].shape[:2]
+    whole = slice(None)
 
     def stepped(bounds: tuple[int, int]) -> bool:
-        first, last = bounds
-        scheme = Scheme(*(part[first:last] for part in parts[: len(Scheme._fields)]))
-        return bool(step_through(scheme, *(part[first:last] for part in parts[len(Scheme._fields) :]), *common))
+        share = slice(*bounds)
+        v, r = (share, whole) if variants > 1 else (whole, share)
+        *scheme, values = (part[v] for part in parts[: fields + 1])
+        motion = (part[v, r] for part in parts[fields + 1 :])
+        return bool(step_through(Scheme(*scheme), values, *motion, reach, law_of, known[r], substeps))
 
-    bounds = np.unique(np.linspace(0, len(parts[0]), THREADS + 1).astype(int))
+    bounds = np.unique(np.linspace(0, variants if variants > 1 else recordings, THREADS + 1).astype(int))
     return all(side_by_side(stepped, pairwise(bounds.tolist())))
 
 

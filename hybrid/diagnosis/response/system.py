@@ -7,12 +7,11 @@ from math import ceil, sqrt
 import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.linalg import expm
-from scipy.ndimage import convolve1d
-from scipy.signal import fftconvolve
 
 from fe_models.dofs import ComplexArray, FloatArray
 from fe_models.lowpass import LowPass
 from hybrid.diagnosis.nominal.loads import LoadPlace
+from hybrid.diagnosis.response.filtering import convolved
 from hybrid.diagnosis.response.residual import Residual
 
 Force = Callable[[FloatArray, FloatArray], FloatArray]
@@ -20,7 +19,6 @@ Force = Callable[[FloatArray, FloatArray], FloatArray]
 
 MOST_GROWTH = 200.0  # in e-folds, of a motion without damping; more would overflow, and is as wrong
 DEFECTIVE = 1e9  # condition number of eigenvectors, beyond which matrix exponentials serve better
-SHORT = 64  # entries of a low-pass's kernel, up to which sums are faster than transforms; a sharp filter's has hundreds
 SOFT = 1e-8  # of the highest eigenvalue: springs that hold a body that moves freely
 
 
@@ -207,11 +205,7 @@ def passed(
     half = len(kernel) // 2
     if before is None or after is None:
         before, after = np.repeat(y[..., :1, :], half, axis=-2), np.repeat(y[..., -1:, :], half, axis=-2)
-    long = np.concatenate([before, y, after], axis=-2)
-    with np.errstate(over="ignore", invalid="ignore"):
-        if len(kernel) <= SHORT:
-            return np.asarray(convolve1d(long, kernel, axis=-2)[..., half : half + y.shape[-2], :])
-        return np.asarray(fftconvolve(long, kernel.reshape(*[1] * (y.ndim - 2), -1, 1), mode="valid", axes=-2))
+    return convolved(np.concatenate([before, y, after], axis=-2), kernel)
 
 
 def as_shown(system: System, y: FloatArray) -> FloatArray:

@@ -1,0 +1,63 @@
+"""Linearisations under force laws: they foretell what a small move of parameters and initial states leaves."""
+
+import numpy as np
+import pytest
+
+from fe_models.blind import SENSORS
+from fe_models.dofs import FloatArray
+from fe_models.effects import CubicSpring
+from fe_models.four_dof import four_dof
+from fe_models.recordings import Dataset, Load, Recording
+from hybrid.diagnosis.fitting.linearisation import linearise_batch
+from hybrid.diagnosis.nominal.plant import plant_of
+from hybrid.diagnosis.recorded.gauge import Gauge
+from hybrid.diagnosis.recorded.records import Batch, batches_of
+from hybrid.diagnosis.response.hypothesis import Hypothesis
+
+RATE, SAMPLES = 10.0, 120
+FITTED = tuple(sensor for sensor in SENSORS if sensor.role == "measured")
+SMALL = 1e-4  # of a step: what is of second order in it is a ten-thousandth of it
+
+
+def case(loaded: bool) -> tuple[Hypothesis, FloatArray, Batch, Gauge, FloatArray]:
+    """Return a chain with a cubic spring, recordings that are noise, and where they are linearised."""
+    rng = np.random.default_rng(3)
+    pushes = [(Load(2, "x", 0.5 * rng.standard_normal(SAMPLES)),) if loaded else () for _ in range(3)]
+    data = rng.standard_normal((3, 1, SAMPLES, len(SENSORS)))
+    recordings = tuple(Recording(f"r{i}", data[i], loads=loads) for i, loads in enumerate(pushes))
+    structure = four_dof().with_effects(CubicSpring((1,), "x", 0.5))
+    dataset = Dataset(structure, RATE, SENSORS, recordings)
+    hypothesis = Hypothesis(plant_of(dataset))
+    (batch,) = batches_of(dataset, "train")
+    gauge = Gauge(FITTED, RATE, np.ones(len(FITTED)))
+    batch = Batch(batch.data[..., : len(FITTED)], batch.names, loads=batch.loads)
+    theta, states = 0.01 * rng.standard_normal(hypothesis.nuisances), rng.standard_normal((3, hypothesis.states))
+    return hypothesis, theta, batch, gauge, states
+
+
+@pytest.mark.parametrize("loaded", [False, True])
+def test_a_small_step_leaves_what_the_linearisation_says(loaded: bool) -> None:
+    hypothesis, theta, batch, gauge, states = case(loaded)
+    part = linearise_batch(hypothesis, theta, batch, gauge, states)
+    assert part is not None
+
+    def left(theta: FloatArray, states: FloatArray) -> FloatArray:
+        moved = linearise_batch(hypothesis, theta, batch, gauge, states, slopes=False)
+        assert moved is not None
+        return (part.raw - moved.raw).reshape(len(states), -1) / SMALL
+
+    taken = left(theta, states + SMALL * part.state_step)  # what initial states can take of each recording
+    expected = part.raw.reshape(len(states), -1) - part.residual
+    assert np.abs(taken - expected).max() < 1e-2 * np.abs(expected).max()
+    for number, width in enumerate(hypothesis.width):
+        step = np.zeros_like(theta)
+        step[number] = SMALL * width
+        gone = left(theta + step, states + step[number] * part.state_slopes[number])
+        slope = part.slopes[number] * width
+        assert np.abs(gone - slope).max() <= 1e-2 * np.abs(slope).max()
+
+
+def test_recordings_under_other_loads_have_other_slopes() -> None:
+    slopes = [linearise_batch(*case(loaded)) for loaded in (False, True)]
+    bare, pushed = (part.slopes for part in slopes if part is not None)
+    assert np.abs(pushed - bare).max() > 0.1 * np.abs(bare).max()
