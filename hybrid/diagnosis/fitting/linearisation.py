@@ -143,16 +143,16 @@ def _changes(
     copies = np.tile(np.arange(len(states)), len(starts))  # all of one system, as further recordings
     loads = batch.loads and batch.loads.take(copies)
     begun = respond(system, starts.reshape(1, len(copies), -1), batch.samples, loads, often=1)
-    change, by_state = (
-        ((part[1:] - part[0]) / batch.sigma(gauge)).reshape(len(part) - 1, len(states), -1) / amounts[:, None, None]
-        for part, amounts in ((y, moved), (begun.reshape(len(starts), *y.shape[1:]), size))
-    )
+    begun = begun.reshape(len(starts), *y.shape[1:])
+    change, by_state = y[1:] - y[0], begun[1:] - begun[0]
+    for part, amounts in ((change, moved), (by_state, size)):
+        part /= batch.sigma(gauge) * amounts[:, None, None, None]
     if not (np.isfinite(change).all() and np.isfinite(by_state).all()):
         return None
-    by_state = by_state.transpose(1, 2, 0)
+    by_state = by_state.reshape(len(size), len(states), -1).transpose(1, 2, 0)
     shown = np.linalg.norm(observability(system, batch.samples).reshape(-1, hypothesis.states), axis=0)
     by_state[..., shown < UNFELT * shown.max()] = 0.0  # differences of these would be rounding alone
-    return change, by_state
+    return change.reshape(len(moved), len(states), -1), by_state
 
 
 def _size(system: System, batch: Batch, states: FloatArray) -> FloatArray:

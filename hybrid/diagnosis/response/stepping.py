@@ -12,9 +12,7 @@ from fe_models.dofs import FloatArray, IntArray
 from hybrid.diagnosis.response.compiled import compiled
 from hybrid.diagnosis.response.system import System
 
-LANES = (
-    8  # recordings that are stepped side by side: in a substep sums wait for each other, but not for the next lane's
-)
+LANES = 8  # recordings that go side by side: the sums of a substep wait for each other, not for those of other lanes
 WORST = 1e6  # condition number of coordinates that are still told as well as slopes by finite differences need them
 
 
@@ -137,8 +135,9 @@ def _step_lanes(
     middle_node = (table.shape[1] - 1) / 2
     per_unit = middle_node / reach
     seen, f = np.zeros((lanes, 3 * rows)), np.zeros((4, lanes, laws))
-    z, moved = np.zeros((lanes, states + 2)), np.zeros((lanes, states + 2))  # at the ends nothing, so that all have two
-    z[:, 1:-1] = start  # neighbours
+    # Nothing stands before the first coordinate and after the last, so that all have two neighbours.
+    z, moved = np.zeros((lanes, 1 + states + 1)), np.zeros((lanes, 1 + states + 1))
+    z[:, 1:-1] = start
     for k in range(samples):
         for lane in range(lanes):
             for i in range(own, states):
