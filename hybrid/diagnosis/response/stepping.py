@@ -120,15 +120,10 @@ def _step_lanes(
 
     Its sums are written out: a function that is given arrays counts who holds them, which takes longer than a sum.
     """
-    ahead, near, whole, watch = (
-        scheme.ahead[variant],
-        scheme.near[variant],
-        scheme.whole[variant],
-        scheme.watch[variant],
-    )
+    ahead, near, whole = scheme.ahead[variant], scheme.near[variant], scheme.whole[variant]
+    watch, answer, table = scheme.watch[variant], scheme.answer[variant], values[variant]
     below, on, above = near[0], near[1], near[2]
     first, middle, last = scheme.first[variant], scheme.middle[variant], scheme.last[variant]
-    answer, table = scheme.answer[variant], values[variant]
     lanes, samples, laws = applied.shape
     rows, states = len(reach), len(whole)
     own = states - known.shape[2]  # the states that are not known
