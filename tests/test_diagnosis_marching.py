@@ -10,6 +10,7 @@ from fe_models.dofs import FloatArray
 from fe_models.lowpass import LowPass
 from fe_models.measurement import lowpassed
 from hybrid.diagnosis.response.marching import march, respond
+from hybrid.diagnosis.response.side_by_side import THREADS
 from hybrid.diagnosis.response.stepping import LANES
 from hybrid.diagnosis.response.system import Force, System
 
@@ -155,7 +156,7 @@ def test_every_variant_and_recording_moves_on_its_own() -> None:
     system = two_masses(lambda u, v: strengths * u**3)
     A, B, C, D, G = (np.repeat(part, 2, axis=0) for part in (system.A, system.B, system.C, system.D, system.G))
     system = replace(system, A=A, B=B, C=C, D=D, G=G)
-    recordings = LANES + 3  # more than go side by side
+    recordings = THREADS * LANES + 3  # more than go side by side in all threads
     start = np.random.default_rng(0).standard_normal((2, recordings, 4))
     marched, one = march(system, start, 50), march(two_masses(cubic), start[1:], 50)
     assert marched is not None
@@ -164,6 +165,7 @@ def test_every_variant_and_recording_moves_on_its_own() -> None:
         alone = march(two_masses(cubic), start[1:, [recording]], 50)
         assert alone is not None
         assert marched.watched[1, recording] == pytest.approx(alone.watched[0, 0], abs=1e-8)  # their tables differ
+        assert marched.last[1, recording] == pytest.approx(alone.last[0, 0], abs=1e-8)
         assert one.watched[0, recording] == pytest.approx(alone.watched[0, 0], abs=1e-8)
         assert one.last[0, recording] == pytest.approx(alone.last[0, 0], abs=1e-8)
         assert np.all(marched.forces[0, recording] == 0.0)

@@ -132,21 +132,21 @@ def _changes(
     ``system``: that of ``theta``.
 
     Of motions told as if nothing folded (`respond`), which changes what is left of recordings, but hardly the direction
-    of a step. Differences are taken from one such motion, lest they see it.
+    of a step. Each difference is between two motions that are told alike, lest it see that.
     """
-    moved, size = STEP * hypothesis.width, STEP * _size(system, batch, states)
-    thetas, starts = np.vstack([theta, theta + np.diag(moved)]), np.repeat(states[None], 1 + len(size), axis=0)
-    starts[1:] += np.diag(size)[:, None]
+    moved, size, sigma = STEP * hypothesis.width, STEP * _size(system, batch, states), batch.sigma(gauge)
+    thetas = np.vstack([theta, theta + np.diag(moved)])
     varied = hypothesis.system(thetas, gauge.sensors, gauge.rate, gauge.positions)
     y = respond(varied, np.repeat(states[None], len(thetas), axis=0), batch.samples, batch.loads, often=1)
     y += drifted(varied, batch.begins)
-    copies = np.tile(np.arange(len(states)), len(starts))  # all of one system, as further recordings
-    loads = batch.loads and batch.loads.take(copies)
-    begun = respond(system, starts.reshape(1, len(copies), -1), batch.samples, loads, often=1)
-    begun = begun.reshape(len(starts), *y.shape[1:])
-    change, by_state = y[1:] - y[0], begun[1:] - begun[0]
-    for part, amounts in ((change, moved), (by_state, size)):
-        part /= batch.sigma(gauge) * amounts[:, None, None, None]
+    change = y[1:] - y[0]
+    change /= sigma * moved[:, None, None, None]
+    starts = np.repeat(states[None], 1 + len(size), axis=0)  # of one system, to which they are further recordings
+    starts[1:] += np.diag(size)[:, None]
+    begun = respond(system, starts.reshape(1, -1, len(size)), batch.samples, batch.loads, often=1)
+    begun = begun.reshape(len(starts), *y.shape[1:])  # all drift alike
+    by_state = begun[1:] - begun[0]
+    by_state /= sigma * size[:, None, None, None]
     if not (np.isfinite(change).all() and np.isfinite(by_state).all()):
         return None
     by_state = by_state.reshape(len(size), len(states), -1).transpose(1, 2, 0)
@@ -188,14 +188,16 @@ def inside(columns: FloatArray, basis: FloatArray) -> FloatArray:
 def _by_recording(rows: FloatArray, matrices: FloatArray) -> FloatArray:
     """Return products of rows (..., recording, entry) with a matrix of each recording, (recording, entry, to)."""
     many = rows.reshape(-1, *rows.shape[-2:]).swapaxes(0, 1)  # all of a recording at once
-    return np.asarray((many @ matrices).swapaxes(0, 1).reshape(*rows.shape[:-1], -1))
+    return np.asarray((many @ matrices).swapaxes(0, 1).reshape(*rows.shape[:-1], matrices.shape[-1]))
 
 
 def _in_states(upper: FloatArray, taken: FloatArray) -> FloatArray:
     """Return the initial states (..., recording, state) that show what is ``taken`` (..., recording, vector) by the
     basis of the triangle ``upper`` (vector, state) or (recording, vector, state).
     """
-    many = taken.reshape(-1, *taken.shape[-2:]).transpose(1, 2, 0)  # each triangle is taken apart once
+    many = taken.reshape(-1, *taken.shape[-2:]).transpose(
+        1, 2, 0
+    )  # a triangle is taken apart once for all of a recording
     return np.asarray(np.linalg.solve(upper, many).transpose(2, 0, 1).reshape(taken.shape), dtype=np.float64)
 
 

@@ -1,5 +1,6 @@
-"""Weighted sums over the samples of many channels at once, compiled: five times as fast as SciPy's, which walks along
-each channel apart.
+"""Weighted sums over the samples of many channels at once, compiled.
+
+Five times as fast as SciPy's, which walk along each channel apart, and up to 200 weights as fast as its transforms.
 """
 
 import numpy as np
@@ -11,12 +12,14 @@ BLOCK = 1024  # values at a time, which stay near the processor
 
 
 def convolved(long: FloatArray, kernel: FloatArray) -> FloatArray:
-    """Return the convolution of channels (..., time, sensor) and a ``kernel`` (time,), where both overlap whole."""
+    """Return the convolution of channels (..., time, sensor) and a ``kernel`` (weight,) where both overlap whole: at
+    time - weight + 1 samples.
+    """
     *outer, samples, sensors = long.shape
-    found = np.empty((*outer, samples - len(kernel) + 1, sensors))
-    rows = int(np.prod(outer))
-    _weigh(np.ascontiguousarray(long).reshape(rows, -1), kernel[::-1].copy(), sensors, found.reshape(rows, -1))
-    return found
+    kept, rows = samples - len(kernel) + 1, int(np.prod(outer))
+    values, found = np.ascontiguousarray(long).reshape(rows, samples * sensors), np.empty((rows, kept * sensors))
+    _weigh(values, kernel[::-1].copy(), sensors, found)
+    return found.reshape(*outer, kept, sensors)
 
 
 @compiled

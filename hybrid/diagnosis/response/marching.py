@@ -100,6 +100,8 @@ def march(
     the system's steps, for slopes alone: modes may turn that much further in a substep, and a law that is sharp takes
     that many times as many.
 
+    Of ``loads`` for fewer recordings all act again and again.
+
     Order 4; only the elongations are needed within a substep, so that all four stages cost one product with the state.
     Known ``loads`` and their derivatives are carried as states that each sample sets anew, so that the linear part
     stays exact.
@@ -120,7 +122,7 @@ def march(
     watch = system.C if only_channels else np.broadcast_to(np.eye(states), (variants, states, states))
     known = np.zeros((recordings, samples, 0))
     if loads is not None:
-        system, known = _with_loads(system, loads)
+        system, known = _with_loads(system, _repeated(loads, recordings))
     whole, watch = (np.pad(part, ((0, 0), (0, 0), (0, known.shape[2]))) for part in (start, watch))
     watched = np.empty((variants, recordings, samples, watch.shape[1]))
     applied = np.empty((variants, recordings, samples, len(system.forces)))
@@ -128,8 +130,8 @@ def march(
     begun = np.ascontiguousarray(whole @ coordinates.inverse.swapaxes(1, 2))
     final = np.empty_like(begun)
     for _ in range(ATTEMPTS):
-        parts = (*scheme, tables.values, begun, final, watched, applied)
-        if _all_stepped(parts, tables.reach, tables.rows % len(system.forces), known, substeps):
+        motion = begun, final, watched, applied
+        if _all_stepped(scheme, tables, motion, tables.rows % len(system.forces), known, substeps):
             return Marched(watched, applied, start, (final @ coordinates.basis.swapaxes(1, 2))[..., :states])
         reach = reach * WIDER
         tables = _tables(system, reach)
@@ -137,25 +139,28 @@ def march(
 
 
 def _all_stepped(
-    parts: tuple[FloatArray, ...], reach: FloatArray, law_of: IntArray, known: FloatArray, substeps: int
+    scheme: Scheme, tables: _Tables, motion: tuple[FloatArray, ...], law_of: IntArray, known: FloatArray, substeps: int
 ) -> bool:
     """Return whether all variants stay within their tables: threads share them or, of one, the recordings.
 
-    ``parts``: the scheme, the tables, and arrays (variant, recording, ...), as `step_through` takes them.
+    ``motion``: the arrays (variant, recording, ...) of `step_through`.
     """
-    fields = len(Scheme._fields)
-    variants, recordings = parts[-1].shape[:2]
+    variants, recordings = motion[0].shape[:2]
     whole = slice(None)
 
     def stepped(bounds: tuple[int, int]) -> bool:
         share = slice(*bounds)
         v, r = (share, whole) if variants > 1 else (whole, share)
-        *scheme, values = (part[v] for part in parts[: fields + 1])
-        motion = (part[v, r] for part in parts[fields + 1 :])
-        return bool(step_through(Scheme(*scheme), values, *motion, reach, law_of, known[r], substeps))
+        own, parts = Scheme(*(part[v] for part in scheme)), (part[v, r] for part in motion)
+        return bool(step_through(own, tables.values[v], *parts, tables.reach, law_of, known[r], substeps))
 
     bounds = np.unique(np.linspace(0, variants if variants > 1 else recordings, THREADS + 1).astype(int))
     return all(side_by_side(stepped, pairwise(bounds.tolist())))
+
+
+def _repeated(loads: Loads, recordings: int) -> Loads:
+    """Return the loads of as many ``recordings``: of fewer all, again and again."""
+    return loads.take(np.arange(recordings) % loads.courses.shape[1])
 
 
 def _with_loads(system: System, loads: Loads) -> tuple[System, FloatArray]:
@@ -221,7 +226,7 @@ def _channels(system: System, marched: Marched, loads: Loads | None) -> FloatArr
         y = marched.forces @ system.D[:, None].swapaxes(2, 3)
         y += marched.watched
         if loads is not None and system.loads is not None:
-            courses = loads.at(system.loads.places)
+            courses = _repeated(loads, y.shape[1]).at(system.loads.places)
             y += np.einsum("psl,rtl->prts", system.loads.direct, courses[0])
             y += np.einsum("osl,ortl->rts", system.loads.bent, courses[:3])
         if system.lowpass is not None:

@@ -118,7 +118,9 @@ def _step_lanes(
 ) -> bool:
     """Do the work of `step_through` for one ``variant`` and a few recordings, each of which is a lane.
 
-    Its sums are written out: a function that is given arrays counts who holds them, which takes longer than a sum.
+    ``scheme`` and ``values``: of all variants; ``start`` and ``final`` (lane, coordinate), ``watched`` and ``applied``
+    (lane, sample, ...), ``known`` (lane, time, known). Sums are written out: most functions that are given arrays are
+    called by counting who holds these, which takes longer than a sum.
     """
     ahead, near, whole = scheme.ahead[variant], scheme.near[variant], scheme.whole[variant]
     watch, answer, table = scheme.watch[variant], scheme.answer[variant], values[variant]
@@ -151,7 +153,9 @@ def _step_lanes(
                         between += ahead[rows + row, i] * z[lane, 1 + i]
                         then += ahead[2 * rows + row, i] * z[lane, 1 + i]
                     seen[lane, row], seen[lane, rows + row], seen[lane, 2 * rows + row] = now, between, then
-            for stage in range(4):
+            for stage in range(
+                4 if k < samples - 1 else 1
+            ):  # at the last sample the forces there are told, and no more
                 for lane in range(lanes):
                     for law in range(laws):
                         f[stage, lane, law] = 0.0
