@@ -16,12 +16,24 @@ from hybrid.diagnosis.contest.stages import Search, forecasts_well
 from hybrid.diagnosis.contest.straightening import fitted_as, straighten
 from hybrid.diagnosis.fitting.fitting import Fit, fit
 from hybrid.diagnosis.fitting.forecasting import DEVIATION, within
+from hybrid.diagnosis.nominal.geometry import Geometry
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.noise import Band, excess
 
 BEST = (1.02, 1.1)  # times the noise floor: mean and largest error of forecasts in which no cause would show
 FITS = 1.05  # times the energy of noise: what a fit may leave in which no cause would show
 NOISE_OFF = (0.5, 1.5)  # of the noise that the recordings themselves tell: how far it may be told anew
+ANEW = 3  # times at most that geometry is taken along another motion: the best fit changes once or never
+STAGES = (
+    Search.apart,
+    Search.nearby,
+    Search.together,
+    Search.promised,
+    Search.in_groups,
+    Search.beside,
+    Search.alone,
+    Search.anew,
+)
 GEOMETRIC = (
     "motions are so large that the frame's geometry shows: what it adds to a linear model was taken into account"
 )
@@ -62,10 +74,10 @@ def gather(setting: Setting, tell: Callable[[str], object]) -> Evidence:
     """Return the evidence; ``tell`` hears what is being done, step by step."""
     tell("screening")
     search, fits = _single_causes(setting, tell)
-    stages = [search.apart, search.nearby, search.together, search.promised]
-    stages += [search.in_groups, search.beside, search.alone, search.anew]
-    for stage in stages:
-        fits += stage(fits)
+    for stage in STAGES:
+        known = search.posterior(fits).fits[0]
+        fits = [*fits, *stage(search, fits)]
+        search, fits = _straightened_anew(search, fits, known, setting.geometries)
     candidates, gauge, own = search.candidates, search.gauge, search.own
     notes = () if search.ground.hypothesis.plant.geometry is None else (GEOMETRIC,)
     if setting.is_astray:
@@ -99,6 +111,29 @@ def _single_causes(setting: Setting, tell: Callable[[str], object]) -> tuple[Sea
         gauge, fits = _with_better_noise(fits, gauge, setting.band)
         own = gauge
     return replace(search, ground=ground, lengths=lengths, gauge=gauge, own=own), fits
+
+
+def _straightened_anew(
+    search: Search, fits: list[Fit], known: Fit, geometries: tuple[Geometry, ...]
+) -> tuple[Search, list[Fit]]:
+    """Return the search and the fits, in recordings less what geometry adds to the motion of the best of them.
+
+    While that is another than the one ``known`` before: along the motion of a wrong cause geometry may seem to add
+    nothing, and hide the right one. Changes between recordings stay as they are found.
+    """
+    for _ in range(ANEW):
+        best = search.posterior(fits).fits[0]
+        if best.hypothesis.candidates == known.hypothesis.candidates or any(
+            b.off for item in fits for b in item.batches
+        ):
+            break
+        known = best
+        ground, lengths = straighten(search.ground, best, search.lengths, search.gauge, geometries)
+        if ground is search.ground:
+            break
+        search = replace(search, ground=ground, lengths=lengths)
+        fits = [ground.whole, *fitted_as(ground.whole, fits[1:], search.gauge)]
+    return search, fits
 
 
 def _nothing_to_gain(base: Fit, gauge: Gauge, band: Band) -> bool:
