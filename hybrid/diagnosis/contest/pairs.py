@@ -23,6 +23,8 @@ SECOND = 10.0  # in tempered log evidence: what a second effect must gain for th
 ONE_IN = 200  # structures: in which chance has one calibrated factor as far off as `farthest_of`
 TOGETHER = 3.0  # standard deviations of the mean square of all of them over its mean
 SORTED = 0.02  # of the misfit: what a cause that acts in some recordings may leave and still be the only one
+HELPLESS = 0.8  # likewise, of one: where the best cause leaves more, a second one would only add to the guess; a cable
+# as good as gone leaves 0.71 beside friction
 HOPELESS = 0.3  # likewise, of two causes: the best of them leave so much that neither is likely right
 FIRSTS = 2  # single causes that a second one is looked for
 
@@ -58,7 +60,7 @@ def asks_for_more(item: Fit, base: Fit, gauge: Gauge, band: Band) -> bool:
         return False
     if not left(item, gauge, band).significant:
         return astray
-    return item.misfit <= effort.helpless * base.misfit
+    return item.misfit <= HELPLESS * base.misfit
 
 
 def pair_fits(
