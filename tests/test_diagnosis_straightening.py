@@ -1,0 +1,20 @@
+"""What geometry adds is taken along the motion of the right cause, once that is among those fitted."""
+
+from fe_models.blind import BlindConfig, blind_case
+from hybrid.diagnosis.contest.evidence import gather
+from hybrid.diagnosis.contest.setting import setting_of
+
+
+def test_geometry_is_taken_along_a_better_place() -> None:
+    """Of the causes alone a stop two nodes on does best, beside whose motion geometry seems to add nothing; without
+    geometry the node between does better than the right one.
+    """
+    case = blind_case(1040008, BlindConfig(("gap_stop",), structure="bridge"))
+    (cause,) = case.truth
+    evidence = gather(setting_of(case.dataset), lambda _: None)
+    best, *others = evidence.posterior.fits
+    (found,) = best.hypothesis.candidates
+    assert best.hypothesis.plant.geometry is not None
+    assert (found.kind, found.location["node"]) == (cause.kind, 34)
+    next_best = min(other.cost for other in others if other.hypothesis.candidates)
+    assert best.cost + 100 < next_best
