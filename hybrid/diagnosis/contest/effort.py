@@ -12,7 +12,8 @@ class Effort:
     ``contests``: searches for a second cause, each on top of another first one.
     ``beside_law``: of the usual number of causes, the share that goes on after first steps beside a force law.
     ``thorough``: whether more is looked for beside causes that forecast well or leave next to nothing, and beside a
-    change where a cause in all recordings does better alone; and recordings are sorted anew by force laws, too.
+    change where a cause in all recordings does better alone; whether recordings are sorted anew by force laws, too; and
+    whether a second cause may replace the first, and single causes far behind the best are tried beside others.
     """
 
     contests: int
@@ -21,7 +22,7 @@ class Effort:
 
 
 CHAIN = Effort(contests=3, beside_law=1.0, thorough=True)
-FRAME = Effort(contests=1, beside_law=0.5, thorough=False)  # a contest takes a minute
+FRAME = Effort(contests=2, beside_law=0.5, thorough=False)  # a contest takes half a minute
 
 
 def effort_of(plant: Plant) -> Effort:

@@ -7,6 +7,7 @@ import numpy as np
 from scipy.stats import norm
 
 from hybrid.diagnosis.causes.candidate import Candidate
+from hybrid.diagnosis.contest.bounds import bound_of
 from hybrid.diagnosis.contest.effort import effort_of
 from hybrid.diagnosis.contest.growing import Ground, Lengths, ground_of, lengths_of, padded
 from hybrid.diagnosis.contest.posterior import Posterior
@@ -78,11 +79,12 @@ def pair_fits(
     singles = [
         item for item in posterior.fits if item.hypothesis.candidates and not any(batch.off for batch in item.batches)
     ]
-    starts = singles[:FIRSTS]
+    effort, bound = effort_of(posterior.fits[0].hypothesis.plant), bound_of(singles)
+    starts = [item for item in singles[:FIRSTS] if effort.thorough or item.cost <= bound]
     nominal = next((item for item in posterior.fits if not item.hypothesis.candidates), None)
     found: list[Fit] = []
     done: set[str] = set()
-    for _ in range(effort_of(posterior.fits[0].hypothesis.plant).contests):
+    for _ in range(effort.contests):
         if not starts:
             break
         start = starts.pop(0)
@@ -102,7 +104,7 @@ def pair_fits(
         gained = (best.log_evidence - ground.whole.log_evidence) / posterior.temper
         if not left(best, gauge, band).significant and not factors_off(best):
             return found + list(rivals_contest(best, candidates, lengths, gauge, plain, advance))
-        if gained >= SECOND:
+        if gained >= SECOND and effort.thorough:
             starts.insert(0, best)
     return found
 
