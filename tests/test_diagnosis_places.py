@@ -14,10 +14,11 @@ from fe_models.recordings import Dataset, Recording
 from fe_models.structure import Beam, Spring, Structure
 from hybrid.diagnosis.causes.linear_causes import ECHOED, linear_causes
 from hybrid.diagnosis.causes.places import Motion, places_of
-from hybrid.diagnosis.contest import neighbours, stages
+from hybrid.diagnosis.contest import neighbours, pairs, stages
 from hybrid.diagnosis.contest.growing import fit_growing, ground_of, passed_by, shortened
 from hybrid.diagnosis.contest.neighbours import fits_beside
 from hybrid.diagnosis.contest.pairs import asks_for_more
+from hybrid.diagnosis.contest.posterior import Posterior
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.contest.stages import Search
 from hybrid.diagnosis.diagnosis import diagnose
@@ -156,6 +157,30 @@ def test_second_cause_is_looked_for_unless_the_first_leaves_most_of_what_is_wron
     wrong = replace(base, cost=base.cost - base.misfit + 1e6)
     assert first.misfit == pytest.approx(rest * wrong.misfit)
     assert asks_for_more(first, wrong, setting.gauge, setting.band) is asks
+
+
+@pytest.mark.parametrize(("behind", "count"), [(1.0, 2), (1e6, 1)])
+def test_second_cause_of_a_frame_is_looked_for_beside_the_next_single_one_if_that_is_near(
+    behind: float, count: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    setting, begun = setting_of(recorded(masts())), list[Fit]()
+    ground = ground_of(setting.nominal, setting.nominal.centre, setting.lengths, setting.gauge)
+    assert ground is not None
+    base = ground.whole
+    singles = [
+        replace(base, hypothesis=replace(base.hypothesis, candidates=(candidate,)), cost=base.cost + more)
+        for candidate, more in zip(setting.candidates()[:2], (0.0, behind), strict=True)
+    ]
+
+    def none(start: Fit, *_: object) -> tuple[None, None, None]:
+        begun.append(start)
+        return None, None, None
+
+    monkeypatch.setattr(pairs, "ground_with", none)
+    posterior = Posterior((*singles, base), np.full(3, 1 / 3), 1.0)
+    found = pairs.pair_fits(posterior, (), setting.lengths.whole, setting.gauge, setting.band, lambda: None)
+    assert found == []
+    assert [id(item) for item in begun] == [id(item) for item in singles[:count]]
 
 
 @pytest.mark.parametrize(("better", "asks"), [("in some recordings", True), ("in all recordings", False)])

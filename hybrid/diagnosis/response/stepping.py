@@ -153,9 +153,8 @@ def _step_lanes(
                         between += ahead[rows + row, i] * z[lane, 1 + i]
                         then += ahead[2 * rows + row, i] * z[lane, 1 + i]
                     seen[lane, row], seen[lane, rows + row], seen[lane, 2 * rows + row] = now, between, then
-            for stage in range(
-                4 if k < samples - 1 else 1
-            ):  # at the last sample the forces there are told, and no more
+            stages = 4 if k < samples - 1 else 1  # at the last sample the forces there are told, and no more
+            for stage in range(stages):
                 for lane in range(lanes):
                     for law in range(laws):
                         f[stage, lane, law] = 0.0
