@@ -35,8 +35,8 @@ def chain(sensors: tuple[Sensor, ...], effect: StiffnessChange | AddedMass, samp
     return Dataset(four_dof(), 10.0, sensors, tuple(Recording(f"r{i}", part[None]) for i, part in enumerate(data)))
 
 
-def two_fits(dataset: Dataset, keys: tuple[str, str]) -> tuple[Posterior, Gauge]:
-    """Return a posterior that cannot tell the causes of two keys apart."""
+def two_fits(dataset: Dataset, keys: tuple[str, str], alike: dict[str, int] | None = None) -> tuple[Posterior, Gauge]:
+    """Return a posterior that cannot tell the causes of two keys apart; ``alike``: their twins' node, by key."""
     plant = plant_of(dataset)
     measured = tuple(range(len(dataset.sensors)))
     batches = batches_of(dataset, "train")
@@ -45,7 +45,8 @@ def two_fits(dataset: Dataset, keys: tuple[str, str]) -> tuple[Posterior, Gauge]
     candidates = {c.key: c for c in all_candidates(plant, dataset, unit, measured)}
     fits: list[Fit] = []
     for key in keys:
-        hypothesis = Hypothesis(plant).adding(candidates[key])
+        twins = tuple({**candidates[key].location, "node": (alike or {})[own]} for own in {key} & set(alike or {}))
+        hypothesis = Hypothesis(plant).adding(replace(candidates[key], twins=twins))
         found = fit(hypothesis, hypothesis.centre, batches, gauge)
         assert found is not None
         fits.append(found)
@@ -97,6 +98,22 @@ def test_twins_that_no_sensor_tells_apart_are_said_to_be_so() -> None:
     assert advice.sensor is None
     assert advice.then == pytest.approx(0.4)
     assert "no added sensor" in advice.sentence
+
+
+def test_a_rival_at_two_places_that_move_alike_is_advised_on_once() -> None:
+    """The second place is none of the fits': once it ended in a traceback."""
+    keys = ("added_mass {'node': 4}", "added_mass {'node': 3}")
+    (advice,) = advise(*two_fits(chain((X1,), AddedMass(4, 0.5), 100), keys, alike={keys[1]: 2}), (X1,))
+    assert advice.rival_location == {"node": 3}
+
+
+def test_another_kind_at_the_place_of_a_twin_is_not_taken_for_the_twin() -> None:
+    keys = ("point_damper {'node': 4, 'direction': 'x'}", "support_spring {'node': 3, 'direction': 'x'}")
+    posterior, gauge = two_fits(chain((X1,), AddedMass(4, 0.5), 100), keys, alike={keys[0]: 3})
+    other, twin = advise(posterior, gauge, (X1,))
+    assert (twin.rival, twin.rival_location["node"], twin.sensor) == ("point_damper", 3, None)
+    assert (other.rival, other.rival_location["node"]) == ("support_spring", 3)
+    assert other.sensor is not None
 
 
 def test_sentence_of_little_help() -> None:

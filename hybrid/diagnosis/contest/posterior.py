@@ -116,20 +116,23 @@ def of_candidate(posterior: Posterior, candidate: Candidate) -> float:
 
 
 def rivals_of(posterior: Posterior, candidate: Candidate, least: float) -> list[tuple[Candidate, float]]:
-    """Return what may stand in a candidate's place in the best fit, with its probability, if that is ``least``."""
+    """Return what may stand in a candidate's place in the best fit, with its probability, if that is ``least``.
+
+    Twins, the candidate's own and those of others, as well as what was fitted.
+    """
     rest = {other.key for other in posterior.fits[0].hypothesis.candidates} - {candidate.key}
     share = of_candidate(posterior, candidate)
-    found = {twin.key: (twin, share) for twin in _twins(candidate)}
+    found = {twin.key: (twin, share) for twin in twins_of(candidate)}
     for fit, p in zip(posterior.fits, posterior.probability, strict=True):
         own = {other.key: other for other in fit.hypothesis.candidates}
         extra = [other for key, other in own.items() if key not in rest]
         if rest <= own.keys() and len(extra) == 1 and extra[0].key != candidate.key:
-            for place in (extra[0], *_twins(extra[0])):
+            for place in (extra[0], *twins_of(extra[0])):
                 known = found.get(place.key, (place, 0.0))
                 found[place.key] = (place, known[1] + float(p) / (1 + len(extra[0].twins)))
     return sorted((item for item in found.values() if item[1] >= least), key=lambda item: -item[1])
 
 
-def _twins(candidate: Candidate) -> list[Candidate]:
+def twins_of(candidate: Candidate) -> list[Candidate]:
     """Return a candidate at each of the other places where it would do the same."""
     return [replace(candidate, location=twin, twins=()) for twin in candidate.twins]

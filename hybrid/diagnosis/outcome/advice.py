@@ -15,7 +15,7 @@ from fe_models.files.recording_checks import UNITS
 from fe_models.recordings import Quantity, Sensor
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.causes.places import UNMOVED
-from hybrid.diagnosis.contest.posterior import Posterior, rivals_of
+from hybrid.diagnosis.contest.posterior import Posterior, rivals_of, twins_of
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.fitting.linearisation import linearise_batch
 from hybrid.diagnosis.nominal.plant import Plant
@@ -71,11 +71,9 @@ def advise(posterior: Posterior, searched: Gauge, present: tuple[Sensor, ...]) -
     added = possible_sensors(best.hypothesis.plant, present)
     found = []
     for candidate in best.hypothesis.candidates:
-        for rival, probability in rivals_of(posterior, candidate, DOUBTFUL)[:RIVALS]:
-            if rival.location in candidate.twins:
-                sensor, log_odds = None, 0.0  # they move alike
-            else:
-                sensor, log_odds = _most_telling(best, _fit_with(posterior, candidate, rival), added, searched)
+        for rival, probability in _rivals(posterior, candidate)[:RIVALS]:
+            item = _fit_with(posterior, candidate, rival)
+            sensor, log_odds = (None, 0.0) if item is best else _most_telling(best, item, added, searched)
             left = probability * float(np.exp(-log_odds / posterior.temper))
             found.append(
                 Advice(
@@ -106,8 +104,19 @@ def possible_sensors(plant: Plant, present: tuple[Sensor, ...]) -> tuple[Sensor,
     return tuple(found)
 
 
+def _rivals(posterior: Posterior, candidate: Candidate) -> list[tuple[Candidate, float]]:
+    """Return a candidate's rivals that are not improbable; one for all those places at which another would do the
+    same: what tells it tells them.
+    """
+    found = rivals_of(posterior, candidate, DOUBTFUL)
+    others = {twin.key for rival, _ in found for twin in twins_of(rival)}
+    return [item for item in found if item[0].key not in others]
+
+
 def _fit_with(posterior: Posterior, candidate: Candidate, rival: Candidate) -> Fit:
-    """Return the most probable fit that has the rival in the candidate's place."""
+    """Return the most probable fit that has the rival in the candidate's place; of its own twin, the candidate's."""
+    if any(twin.key == rival.key for twin in twins_of(candidate)):
+        return posterior.fits[0]
     wanted = {other.key for other in posterior.fits[0].hypothesis.candidates} - {candidate.key} | {rival.key}
     return next(item for item in posterior.fits if {c.key for c in item.hypothesis.candidates} == wanted)
 
