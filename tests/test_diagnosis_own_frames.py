@@ -5,10 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fe_models.effects import SupportSpring
-from fe_models.recordings import Assumptions
+from fe_models.assembly import linearise
+from fe_models.effects import AddedMass, SupportSpring
+from fe_models.modes import natural_modes
+from fe_models.recordings import Assumptions, Dataset, Recording, Sensor
 from fe_models.sections import round_wire
-from fe_models.structure import Beam, Cable, PointMass, Spring, Structure, Support
+from fe_models.simulate import FreeConfig, simulate_free
+from fe_models.structure import Beam, Cable, Damping, PointMass, Spring, Structure, Support
 from fe_models.uncertain_parts import uncertain_parts
 from hybrid.diagnosis.contest.growing import fit_growing
 from hybrid.diagnosis.contest.posterior import posterior_of
@@ -52,6 +55,34 @@ def test_pin_that_resists_rotation_is_told() -> None:
     (finding,) = found.findings
     assert (finding.cause.kind, finding.cause.location) == ("support_spring", {"node": 1, "direction": "rz"})
     assert finding.parameters["stiffness"].value == pytest.approx(stiffness, rel=0.1)  # the contract's bound
+
+
+def test_what_one_sensor_cannot_tell_from_one_mode_is_all_told() -> None:
+    """A mass on top moves one frequency, as softer columns do. Supports that give way bring a mode of their own to each
+    segment, which takes up noise: by that they were ahead, and what shares the mode's shape was given up.
+    """
+    frame = Structure(
+        "portal",
+        ((0.0, 0.0), (0.0, 3.0), (4.0, 3.0), (4.0, 0.0)),
+        tuple(Beam((i, i + 1), TUBE) for i in (1, 2, 3)),
+        (PointMass(2, 50.0),),
+        supports=(Support(1, ("x", "y", "rz")), Support(4, ("x", "y"))),
+        damping=Damping(modal_ratios=(0.01,)),
+    )
+    rng, modal = np.random.default_rng(3), natural_modes(linearise(frame), 1)
+    shape = modal.shapes[modal.dofs.free, 0]
+    start = rng.standard_normal((4, 1)) * 0.003 * shape / np.abs(shape).max()
+    truth, config = frame.with_effects(AddedMass(2, 15.0)), FreeConfig(4.0, 100.0, 2.5e-4)
+    sensor = Sensor("a", 2, "x", "acceleration", "m/s^2")
+    clean = simulate_free(truth, start, 0 * start, config, progress=False).channel(2, "x", "acceleration")[..., None]
+    data = clean + 0.05 * clean.std() * rng.standard_normal(clean.shape)
+    recordings = tuple(Recording(f"r{i}", part[None], "test" if i == 3 else "train") for i, part in enumerate(data))
+    found = diagnose(Dataset(frame, 100.0, (sensor,), recordings))
+    (finding,) = found.findings
+    told = [(finding.cause.kind, finding.cause.location), *((a.kind, a.location) for a in finding.alternatives)]
+    for wanted in (("added_mass", {"node": 2}), ("stiffness_change", {"element": 1})):
+        assert wanted in told
+    assert finding.probability < 0.5
 
 
 def test_end_of_a_cable_that_is_held_from_turning_is_no_support_that_gives() -> None:

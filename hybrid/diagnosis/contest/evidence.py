@@ -103,7 +103,7 @@ def _single_causes(setting: Setting, tell: Callable[[str], object]) -> tuple[Sea
     fits = [ground.whole]
     if setting.is_astray or not _nothing_to_gain(ground.whole, gauge, setting.band):
         fits += search.singles()
-        nearest = min(fits, key=lambda item: item.cost)
+        nearest = min(fits, key=lambda item: item.charged)
         ground, lengths = straighten(ground, nearest, lengths, gauge, geometries)
         fits = [ground.whole, *fitted_as(ground.whole, fits[1:], gauge)]
     own = setting.gauge
@@ -144,7 +144,7 @@ def _nothing_to_gain(base: Fit, gauge: Gauge, band: Band) -> bool:
 
 def _with_better_noise(fits: list[Fit], gauge: Gauge, band: Band) -> tuple[Gauge, list[Fit]]:
     """Return the gauge with the noise that the best fit leaves above the structure's band, and fits rescaled to it."""
-    best = min(fits, key=lambda item: item.cost)
+    best = min(fits, key=lambda item: item.charged)
     scale = np.clip(excess(best.residuals, gauge.rate, band).sigma, *NOISE_OFF)
     if left(best, gauge, band).significant:  # of what the best fit leaves there some is no noise
         scale = np.minimum(scale, 1.0)

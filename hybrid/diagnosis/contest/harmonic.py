@@ -92,7 +92,7 @@ def _fit_best(
         if tried >= least and not _lead(found, rivals):
             break
         behind = forces[0].gain - two[0].gain
-        if tried >= NEIGHBOURS and min(item.cost for item in found) + behind > bound_of(found):
+        if tried >= NEIGHBOURS and min(item.charged for item in found) + behind > bound_of(found):
             break
         bound = bound_of([base, *rivals, *found])
         near = [trial for trial in two if base.cost - UNDERRATED * trial.gain < bound]

@@ -80,7 +80,7 @@ def pair_fits(
         item for item in posterior.fits if item.hypothesis.candidates and not any(batch.off for batch in item.batches)
     ]
     effort, bound = effort_of(posterior.fits[0].hypothesis.plant), bound_of(singles)
-    starts = [item for item in singles[:FIRSTS] if effort.thorough or item.cost <= bound]
+    starts = [item for item in singles[:FIRSTS] if effort.thorough or item.charged <= bound]
     nominal = next((item for item in posterior.fits if not item.hypothesis.candidates), None)
     found: list[Fit] = []
     done: set[str] = set()

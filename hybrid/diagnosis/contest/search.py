@@ -92,7 +92,7 @@ def _foretold(ground: Ground, ranked: list[Screened], present: list[Fit], length
     lead astray (a cable that is slack most of the time).
     """
     base = ground.whole
-    best = min((item.cost for item in present), default=base.cost)
+    best = min((item.charged for item in present), default=base.cost)
     wanted = base.cost - best + LEFT * (best - base.values)
     known = {item.hypothesis.candidates[-1].key for item in present}
     promised = {trial.candidate.key: trial for trial in reversed(ranked) if trial.gain > wanted}
@@ -177,17 +177,19 @@ def _race(fits: list[Fit], longer: tuple[Batch, ...], gauge: Gauge, enough: floa
     limit = bound_of(fits)
     found: list[Fit] = []
     beside_law = any(item.hypothesis.is_beside_law for item in fits)
-    ranked = sorted(fits, key=lambda item: item.cost)
-    tied = [item for item in ranked if item.hypothesis.is_linear and item.cost <= ranked[0].cost + TIED * odds.alike]
+    ranked = sorted(fits, key=lambda item: item.charged)
+    tied = [
+        item for item in ranked if item.hypothesis.is_linear and item.charged <= ranked[0].charged + TIED * odds.alike
+    ]
     most = RACING_LAWS if beside_law else max(RACING, min(len(tied), MOST_TIED))
-    ranked.sort(key=lambda item: item.cost + odds.price(item.hypothesis.candidates[-1]))
-    racing = [item for item in ranked[:most] if item.cost <= limit]
+    ranked.sort(key=lambda item: item.charged + odds.price(item.hypothesis.candidates[-1]))
+    racing = [item for item in ranked[:most] if item.charged <= limit]
     if not any(item.hypothesis.is_linear for item in racing):  # laws may take up what no cause explains, and hide it
         racing += [item for item in ranked if item.hypothesis.is_linear][:1]
     for two in by_twos(racing):
 
         def further(item: Fit, bound: float = bound_of(found)) -> Fit | None:
-            states, most = continued(item, longer), bound if item.cost <= limit else np.inf
+            states, most = continued(item, longer), bound if item.charged <= limit else np.inf
             return fit(item.hypothesis, item.theta, longer, gauge, states, enough=enough, bound=most)
 
         found += [item for item in side_by_side(further, two) if item is not None]

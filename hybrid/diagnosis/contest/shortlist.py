@@ -65,7 +65,7 @@ def foremost(begun: list[tuple[bool, Step]], odds: Odds) -> list[Step]:
 
     The best are so with their ``odds``, as in `promising`.
     """
-    ranked = sorted(begun, key=lambda item: item[1].cost + odds.price(item[1].hypothesis.candidates[-1]))
+    ranked = sorted(begun, key=lambda item: item[1].charged + odds.price(item[1].hypothesis.candidates[-1]))
     share = min((effort_of(s.hypothesis.plant).beside_law for _, s in begun if s.hypothesis.is_beside_law), default=1.0)
     laws = _first_of_each_kind([step for _, step in ranked])[:KEPT_LAWS]
     drawn, others = (
@@ -73,7 +73,7 @@ def foremost(begun: list[tuple[bool, Step]], odds: Odds) -> list[Step]:
         for side in (True, False)
     )
     return sorted(
-        [*laws, *others[: int(share * FOREMOST)], *drawn[: int(share * FOREMOST_DRAWN)]], key=lambda step: step.cost
+        [*laws, *others[: int(share * FOREMOST)], *drawn[: int(share * FOREMOST_DRAWN)]], key=lambda step: step.charged
     )
 
 

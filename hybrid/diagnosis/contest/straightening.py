@@ -48,7 +48,7 @@ def fitted_as(ground: Fit, fits: list[Fit], gauge: Gauge) -> list[Fit]:
     def anew(item: Fit) -> Fit | None:
         return fit(replace(item.hypothesis, plant=plant), item.theta, ground.batches, gauge, item.states)
 
-    again = side_by_side(anew, [item for item in fits if item.cost <= bound])
+    again = side_by_side(anew, [item for item in fits if item.charged <= bound])
     return [item for item in again if item is not None]
 
 

@@ -48,13 +48,13 @@ def fit_switched(
     for candidate, high in trials:
         bound = bound_of([*rivals, *(item for item, _ in sorted_fits)])
         begun = side_by_side(partial(_fit_sorted, short, candidate, gauge, bound), (high, ~high))
-        either = [found for found in begun if found is not None and found[0].cost <= bound]
-        sorted_fits += [pair for pair in either if pair[0].cost <= min(item.cost for item, _ in either) + TIED]
+        either = [found for found in begun if found is not None and found[0].charged <= bound]
+        sorted_fits += [pair for pair in either if pair[0].charged <= min(item.charged for item, _ in either) + TIED]
     for longer in lengths.cut[1:]:
         limit = bound_of([item for item, _ in sorted_fits])
         further: list[tuple[Fit, BoolArray]] = []
-        for item, acting in sorted(sorted_fits, key=lambda pair: pair[0].cost):
-            if item.cost <= limit:
+        for item, acting in sorted(sorted_fits, key=lambda pair: pair[0].charged):
+            if item.charged <= limit:
                 batches = _split(longer, acting, number)
                 states, bound = continued(item, batches), bound_of([other for other, _ in further])
                 start, enough = (item.hypothesis, item.theta, batches, gauge, states), lengths.enough(longer)

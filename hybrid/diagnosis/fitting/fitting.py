@@ -59,6 +59,13 @@ class Fit:
         return self.cost - self.values + sum(states.size for states in self.states)
 
     @property
+    def charged(self) -> float:
+        """The cost, and one for each entry of an initial state that other hypotheses do not have: what it takes of
+        noise. By this fits are compared, over short segments above all, where such entries are many.
+        """
+        return self.cost + self.hypothesis.extra_entries(self.states)
+
+    @property
     def deviations(self) -> FloatArray:
         """How far nominal values are off, (value,), in stated standard deviations: of a value or of its logarithm,
         whichever makes less of it, as its owner did not say which. At 10 %, 0.7 times as much is 3 off, not 3.6.
@@ -177,6 +184,11 @@ class Step:
     states: tuple[FloatArray, ...]
     cost: float
 
+    @property
+    def charged(self) -> float:
+        """The cost as fits are compared by it."""
+        return self.cost + self.hypothesis.extra_entries(self.states)
+
 
 def first_steps(
     hypothesis: Hypothesis,
@@ -228,14 +240,14 @@ def fit(
     """Return the best fit from ``theta`` (parameter,) by Levenberg and Marquardt; None where no start is possible.
 
     ``states``: where initial states begin, one array (recording, state) for each batch, needed with force laws. A fit
-    that would not get below the cost ``bound``, even if every step to come brought as much as the last, is broken off.
+    that would not get its `Fit.charged` below ``bound``, even if every step to come brought as much as the last, is broken off.
     """
     problem = _Problem(hypothesis, batches, gauge)
     point = problem.begun(theta, states)
     if point is None:
         return None
     values = sum(batch.data.size for batch in batches)
-    damping = FREE
+    damping, bound = FREE, bound - hypothesis.extra_entries(point.states)
     iterations = iterations if hypothesis.is_linear else min(iterations, LAW_ITERATIONS)
     for to_come in reversed(range(iterations)):
         then, damping = problem.improved(point, damping)

@@ -140,6 +140,11 @@ class Hypothesis:
         modes = [[end - 1 - number] for number in range(self.brought) for end in (n, 2 * n)]
         return modes + [[2 * n + 2 * number, 2 * n + 2 * number + 1] for number in forces]
 
+    def extra_entries(self, states: tuple[FloatArray, ...]) -> int:
+        """Return how many of the entries of initial ``states`` (recording, state), a batch each, others do not have."""
+        common = self.states - sum(len(entries) for entries in self.own_states)
+        return sum(len(part) * (part.shape[1] - common) for part in states)
+
     def weighs(self, theta: FloatArray) -> BoolArray:
         """Return whether every motion has mass at a ``theta``, (variant,) of (variant, parameter): not where more is
         taken off a node than moves with it.
