@@ -3,13 +3,16 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from fe_models.blind import BlindConfig, blind_case
 from hybrid.diagnosis.causes.candidates import all_candidates
 from hybrid.diagnosis.causes.places import Motion
 from hybrid.diagnosis.contest.discrepancy import energy_over, in_units_of, repeated, search_gauge
+from hybrid.diagnosis.contest.evidence import Evidence
 from hybrid.diagnosis.contest.growing import lengths_of
 from hybrid.diagnosis.contest.pairs import short_fit
+from hybrid.diagnosis.contest.posterior import posterior_of
 from hybrid.diagnosis.fitting.fitting import fit
 from hybrid.diagnosis.fitting.wave import wave
 from hybrid.diagnosis.nominal.plant import plant_of
@@ -69,3 +72,25 @@ def test_forces_are_told_alike_in_either_unit() -> None:
     before, after = wave(found, 0), wave(told, 0)
     assert (before.amplitude, before.error) == (after.amplitude, after.error)
     np.testing.assert_array_equal(before.acting, after.acting)
+
+
+def test_some_of_the_fits_are_as_probable_among_themselves_as_among_all() -> None:
+    """Though these are told in units of the recordings' noise, in which the prior would hardly count."""
+    case = blind_case(5, BlindConfig(("stiffness_change",), size=0.3, train=3, test=1, duration=30.0))
+    dataset = case.dataset
+    plant, measured = plant_of(dataset), measured_columns(dataset)
+    batches = columns_of(batches_of(dataset, "train"), measured)
+    gauge = Gauge(tuple(dataset.sensors[i] for i in measured), dataset.sampling_rate, np.full(len(measured), 0.003))
+    searched = replace(gauge, sigma=100 * gauge.sigma)
+    candidates = all_candidates(plant, dataset, Motion(np.eye(4), np.eye(4)), measured)
+    springs = [candidate for candidate in candidates if candidate.kind == "stiffness_change"][:4]
+    hypotheses = [Hypothesis(plant), *(Hypothesis(plant).adding(spring) for spring in springs)]
+    fits = [fit(h, h.centre, batches, searched) for h in hypotheses]
+    known = tuple(item for item in fits if item is not None)
+    whole = posterior_of(known, candidates, is_astray=True)
+    told = replace(whole, fits=tuple(in_units_of(gauge, item, searched) for item in whole.fits))
+    evidence = Evidence(in_units_of(gauge, known[0], searched), told, gauge, searched, candidates)
+    again = evidence.among(told.fits)
+    assert again.temper == pytest.approx(whole.temper)
+    np.testing.assert_allclose(again.probability, whole.probability)
+    np.testing.assert_allclose([item.cost for item in again.fits], [item.cost for item in told.fits])

@@ -14,7 +14,7 @@ from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.simulate import FreeConfig, simulate_free
 from hybrid.diagnosis.causes.candidates import all_candidates
 from hybrid.diagnosis.causes.places import Motion
-from hybrid.diagnosis.fitting.fitting import fit
+from hybrid.diagnosis.fitting.fitting import fit, residuals_at
 from hybrid.diagnosis.fitting.forecasting import (
     ORDERLY,
     Model,
@@ -168,3 +168,19 @@ def test_a_stop_that_is_not_hit_early_is_forecast_as_the_order_of_recordings_has
     )
     np.testing.assert_array_equal(y, expected)
     assert np.abs(y - unexpected).max() > 10 * NOISE  # it is hit later
+
+
+def test_what_is_left_elsewhere_is_that_of_the_best_initial_states_there() -> None:
+    """Without its law a fit leaves what the linear model does, whose initial states are solved for."""
+    dataset = chain(CubicSpring((2,), "x", 1.0))
+    hypothesis = with_causes(dataset, CUBIC)
+    plain = Hypothesis(hypothesis.plant)
+    batches = batches_of(dataset, "train")
+    linear = fit(plain, plain.centre, batches, GAUGE)
+    assert linear is not None
+    item = fit(hypothesis, np.append(linear.theta, 1.0), batches, GAUGE, linear.states)
+    assert item is not None
+    without_it, expected = residuals_at(item, np.append(linear.theta, 0.0), GAUGE), linear.residuals
+    assert without_it[0] is not None
+    np.testing.assert_allclose(without_it[0], expected[0], atol=1e-3)  # of the noise: steps of finite differences
+    assert residuals_at(item, np.append(linear.theta, -100.0), GAUGE) == (None,)  # it grows beyond all bounds

@@ -14,7 +14,7 @@ from hybrid.diagnosis.contest.growing import fit_growing, ground_of
 from hybrid.diagnosis.contest.setting import Setting, setting_of
 from hybrid.diagnosis.contest.straightening import straighten
 from hybrid.diagnosis.fitting.fitting import fit
-from hybrid.diagnosis.fitting.forecasting import forecast, model_of
+from hybrid.diagnosis.fitting.forecasting import begun_from, forecast, model_of
 from hybrid.diagnosis.fitting.geometry_response import added, straightened
 from hybrid.diagnosis.nominal.geometry_forces import geometries_of
 from hybrid.diagnosis.nominal.plant import Plant, plant_of
@@ -163,6 +163,12 @@ def test_a_geometrically_exact_bridge_leaves_noise_alone_and_is_forecast(bridge_
         for each in (item, replace(item, hypothesis=linear))
     )
     assert found.nrmse.mean() < 1.1 * found.floor.mean() < 1.5 * found.floor.mean() < without.nrmse.mean()
+    (batch,), positions = straight, gauge.positions  # whole, as where a cause is asked for that acts in some only
+    whole, astray = (
+        begun_from(model_of(each, gauge), (), batch, gauge.sensors, positions, gauge, batch.samples).cost.sum()
+        for each in (item, replace(item, hypothesis=linear))
+    )
+    assert whole < 1.15 * item.values < 1.3 * item.values < astray
 
 
 def test_what_was_recorded_is_scored_not_what_was_fitted(bridge_setting: Setting) -> None:

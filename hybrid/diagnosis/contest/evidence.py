@@ -7,7 +7,7 @@ import numpy as np
 
 from fe_models.errors import InputError
 from hybrid.diagnosis.causes.candidate import Candidate
-from hybrid.diagnosis.contest.discrepancy import energy_over
+from hybrid.diagnosis.contest.discrepancy import energy_over, in_units_of
 from hybrid.diagnosis.contest.growing import ground_of
 from hybrid.diagnosis.contest.pairs import left
 from hybrid.diagnosis.contest.posterior import Posterior, posterior_of
@@ -62,12 +62,15 @@ class Evidence:
         return energy_over(self.gauge, self.searched)
 
     def among(self, fits: tuple[Fit, ...]) -> Posterior:
-        """Return the posterior over some of the fits, by what they leave in units of the recordings' noise.
+        """Return the posterior over some of the fits, as the one over all: by what they leave in the search's units."""
+        if self.gauge is self.searched:
+            return posterior_of(fits, self.candidates)
+        found = posterior_of(tuple(map(self.as_searched, fits)), self.candidates, is_astray=True)
+        return replace(found, fits=tuple(in_units_of(self.gauge, item, self.searched) for item in found.fits))
 
-        Its temper is in units of the search's, as of the one over all.
-        """
-        found = posterior_of(fits, self.candidates, is_astray=self.gauge is not self.searched)
-        return replace(found, temper=max(found.temper / self.energy, 1.0))
+    def as_searched(self, item: Fit) -> Fit:
+        """Return a fit in units of what counted as noise in the search."""
+        return item if self.gauge is self.searched else in_units_of(self.searched, item, self.gauge)
 
 
 def gather(setting: Setting, tell: Callable[[str], object]) -> Evidence:
@@ -148,13 +151,15 @@ def _with_better_noise(fits: list[Fit], gauge: Gauge, band: Band) -> tuple[Gauge
     scale = np.clip(excess(best.residuals, gauge.rate, band).sigma, *NOISE_OFF)
     if left(best, gauge, band).significant:  # of what the best fit leaves there some is no noise
         scale = np.minimum(scale, 1.0)
+    better = replace(gauge, sigma=gauge.sigma * scale)
+    usual = float(np.sqrt(np.mean(scale**2)))
 
     def rescaled(item: Fit) -> Fit:
-        residuals = tuple(part / scale for part in item.residuals)
-        chi2 = sum(float(np.square(part).sum()) for part in residuals)
-        return replace(item, residuals=residuals, chi2=chi2, cost=item.cost - item.chi2 + chi2)
+        grown = np.where(np.arange(len(item.theta)) < item.hypothesis.nuisances, 1.0, usual)  # nominal values are known
+        covariance, errors = item.covariance * np.outer(grown, grown), tuple(usual * part for part in item.state_errors)
+        return replace(in_units_of(better, item, gauge), covariance=covariance, state_errors=errors)
 
-    return replace(gauge, sigma=gauge.sigma * scale), [rescaled(item) for item in fits]
+    return better, [rescaled(item) for item in fits]
 
 
 def _with_same_noise(posterior: Posterior, base: Fit, gauge: Gauge, candidates: tuple[Candidate, ...]) -> Posterior:

@@ -12,8 +12,7 @@ from hybrid.diagnosis.contest.effort import effort_of
 from hybrid.diagnosis.contest.growing import CLOSE_ENOUGH, Lengths, continued, padded, shortened
 from hybrid.diagnosis.contest.recording_groups import Asked, each_with
 from hybrid.diagnosis.contest.shortlist import TIED
-from hybrid.diagnosis.fitting.fitting import Fit, fit
-from hybrid.diagnosis.fitting.linearisation import linearise_batch
+from hybrid.diagnosis.fitting.fitting import Fit, fit, left_at
 from hybrid.diagnosis.fitting.wave import wave
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import Batch
@@ -26,7 +25,6 @@ ASKING = 0.2  # of a chain's misfit over short segments: what the best must prom
 NOISE = 3.0  # standard deviations of noise's sum of squares: a misfit may be as large without anything wrong
 ROUNDS = 3  # of sorting the recordings by the fit and fitting again
 ENDLESS = 1e12  # a sum of squares beyond all that is compared, of motions that explode
-SETTLING = 3  # steps of Newton's method in which initial states follow a law that comes or goes
 
 
 def fit_switched(
@@ -198,12 +196,7 @@ def _cost_by_recording(
     hypothesis: Hypothesis, theta: FloatArray, batch: Batch, states: FloatArray | None, gauge: Gauge
 ) -> FloatArray:
     """Return the sum of squares (recording,) at one theta, the initial states of all segments fitted."""
-    for _ in range(0 if hypothesis.less(batch.off).is_linear else SETTLING):
-        part = linearise_batch(hypothesis, theta, batch, gauge, states)
-        if part is None:
-            return np.full(len(batch.names), np.inf)
-        states = part.states + part.state_step
-    part = linearise_batch(hypothesis, theta, batch, gauge, states, slopes=False)
-    if part is None:
+    left = left_at(hypothesis, theta, batch, gauge, states)
+    if left is None:
         return np.full(len(batch.names), np.inf)
-    return np.sum(part.raw.reshape(len(batch.names), -1) ** 2, axis=1)
+    return np.sum(left.reshape(len(batch.names), -1) ** 2, axis=1)

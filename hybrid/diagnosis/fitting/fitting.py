@@ -25,6 +25,7 @@ TELLING = 5  # steps until it shows whether a start that is far off leads low: a
 HALF = 0.5  # of the cost: without a law a step that leaves less is followed by another one
 STEEP = 0.2  # share of the cost: a law whose last step took as much away starts far off, and goes on
 FREE = 1e-10  # of Marquardt's damping: none; a cause and the uncertain factor it resembles need whole steps
+SETTLING = 3  # steps of Newton's method in which initial states follow a law that comes, goes or changes
 DAMPING = (1e-3, 30.0, 1e3)  # where a whole step fails: first, factor, give up
 
 
@@ -272,16 +273,31 @@ def fit(
     )
 
 
-def residuals_at(item: Fit, theta: FloatArray, gauge: Gauge) -> tuple[FloatArray, ...]:
+def residuals_at(item: Fit, theta: FloatArray, gauge: Gauge) -> tuple[FloatArray | None, ...]:
     """Return what the hypothesis of a fit leaves at ``theta``, an array (recording, time, sensor) for each batch.
 
-    In units of the noise. Initial states are fitted where it is linear; else they are those of the fit.
+    In units of the noise, the initial states fitted; None where the motion explodes.
     """
-    found = []
-    for batch, states, own in zip(item.batches, item.states, item.residuals, strict=True):
-        part = linearise_batch(item.hypothesis, theta, batch, gauge, states, slopes=False)
-        found.append(own if part is None else part.raw)
-    return tuple(found)
+    return tuple(
+        left_at(item.hypothesis, theta, batch, gauge, states)
+        for batch, states in zip(item.batches, item.states, strict=True)
+    )
+
+
+def left_at(
+    hypothesis: Hypothesis, theta: FloatArray, batch: Batch, gauge: Gauge, states: FloatArray | None
+) -> FloatArray | None:
+    """Return what a hypothesis leaves of a batch at ``theta``, (recording, time, sensor), as `residuals_at`.
+
+    ``states``: where initial states begin, needed where there are laws: they follow these by Newton's steps.
+    """
+    for _ in range(0 if hypothesis.less(batch.off).is_linear else SETTLING):
+        part = linearise_batch(hypothesis, theta, batch, gauge, states)
+        if part is None:
+            return None
+        states = part.states + part.state_step
+    part = linearise_batch(hypothesis, theta, batch, gauge, states, slopes=False)
+    return None if part is None else part.raw
 
 
 def _weakened(hypothesis: Hypothesis, theta: FloatArray, share: float) -> FloatArray:

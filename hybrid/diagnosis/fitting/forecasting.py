@@ -56,6 +56,17 @@ class Forecast:
     floor_energy: float
 
 
+@dataclass(frozen=True)
+class Begun:
+    """Initial ``states`` (recording, state), their ``cost`` (recording,), and what geometry adds to the motion from
+    there, ``geometric`` (recording, time, sensor); none of a linear model.
+    """
+
+    states: FloatArray
+    cost: FloatArray
+    geometric: FloatArray
+
+
 def shown_of(samples: int) -> int:
     """Return how many of a recording's ``samples`` its initial state is estimated from; the others are forecast."""
     return max(int(np.ceil(SHOWN * samples)), 2)
@@ -149,22 +160,39 @@ def predicted(
     best: FloatArray | None = None
     least = np.full(len(batch.data), np.inf)
     for off in ((), model.switched) if model.switched else ((),):
-        hypothesis, theta, size = without(model, off)
-        shown = shown_of(batch.samples)
-        (own,) = columns_of((batch.first(shown),), measured)
-        geometric = np.zeros(batch.recorded.shape)
-        for _ in range(1 if hypothesis.plant.geometry is None else ROUNDS):
-            straight = own.less(geometric[:, :shown][..., list(measured)])
-            states, cost = initial_states(hypothesis, theta, size, straight, gauge)
-            cost = cost + [model.idle.get(name, 0.0) for name in batch.names] if off else cost
-            geometric = added(hypothesis, theta, states, batch, sensors, gauge.rate, tuple(positions))
+        begun = begun_from(model, off, batch, sensors, measured, gauge, shown_of(batch.samples))
+        cost = begun.cost + [model.idle.get(name, 0.0) for name in batch.names] if off else begun.cost
+        hypothesis, theta, _ = without(model, off)
         system = hypothesis.system(theta[None], sensors, gauge.rate, tuple(positions))
-        y = respond(system, states[None], batch.samples, batch.loads)[0] + geometric
+        y = respond(system, begun.states[None], batch.samples, batch.loads)[0] + begun.geometric
         y = np.nan_to_num(y, nan=EXPLODED, posinf=EXPLODED, neginf=-EXPLODED)
         best = y if best is None else np.where((cost < least)[:, None, None], y, best)
         least = np.minimum(least, cost)
     assert best is not None  # there is at least one choice
     return best
+
+
+def begun_from(
+    model: Model,
+    off: tuple[int, ...],
+    batch: Batch,
+    sensors: tuple[Sensor, ...],
+    measured: tuple[int, ...],
+    gauge: Gauge,
+    shown: int,
+) -> Begun:
+    """Return where the recordings of a ``batch`` begin, as their first ``shown`` samples tell, and what geometry adds
+    from there; by a ``model`` less the candidates whose numbers are ``off``.
+    """
+    hypothesis, theta, size = without(model, off)
+    positions = tuple(measured.index(i) if i in measured else -1 for i in range(len(sensors)))
+    (own,) = columns_of((batch.first(shown),), measured)
+    geometric = np.zeros(batch.recorded.shape)
+    for _ in range(1 if hypothesis.plant.geometry is None else ROUNDS):
+        straight = own.less(geometric[:, :shown][..., list(measured)])
+        states, cost = initial_states(hypothesis, theta, size, straight, gauge)
+        geometric = added(hypothesis, theta, states, batch, sensors, gauge.rate, positions)
+    return Begun(states, cost, geometric)
 
 
 def without(model: Model, off: tuple[int, ...]) -> tuple[Hypothesis, FloatArray, FloatArray]:

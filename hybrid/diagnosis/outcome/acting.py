@@ -4,7 +4,7 @@ import numpy as np
 
 from hybrid.diagnosis.contest.switching import acting_recordings
 from hybrid.diagnosis.fitting.fitting import Fit
-from hybrid.diagnosis.fitting.forecasting import Model, initial_states, without
+from hybrid.diagnosis.fitting.forecasting import Model, begun_from
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import Batch, columns_of, count_of
 
@@ -27,7 +27,11 @@ def recordings_of(
         with_it = np.ones(len(batch.names), dtype=bool)
         if not everywhere:
             (own,) = columns_of((batch,), measured)
-            on, off = (initial_states(*without(model, left_out), own, gauge)[1] for left_out in ((), (number,)))
+            columns = tuple(range(len(gauge.sensors)))
+            on, off = (
+                begun_from(model, left_out, own, gauge.sensors, columns, gauge, own.samples).cost
+                for left_out in ((), (number,))
+            )
             with_it = off - on > TOLD * temper
         names |= {name for name, acts in zip(batch.names, with_it, strict=True) if acts}
     return names

@@ -188,7 +188,10 @@ def _as_drawn_or_calibrated(base: Fit, gauge: Gauge, most: float) -> tuple[Fit, 
     where what is wrong has led that astray.
     """
     drawn, calibrated = np.zeros_like(base.theta), within(base, most)
-    left_by = [sum(float(np.square(part).sum()) for part in residuals_at(base, t, gauge)) for t in (drawn, calibrated)]
+    left_by = [
+        sum(np.inf if part is None else float(np.square(part).sum()) for part in residuals_at(base, theta, gauge))
+        for theta in (drawn, calibrated)
+    ]
     return base, drawn if left_by[0] < left_by[1] else calibrated
 
 

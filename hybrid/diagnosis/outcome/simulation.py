@@ -69,7 +69,8 @@ def simulation_of(setting: Setting, evidence: Evidence, posterior: Posterior, sc
     nominal = scorer.forecast(plain, 0.0)
     trifle = is_trifle(before, after, nominal.energy - nominal.floor_energy, bool(causes))
     guess = trifle and left(best, evidence.gauge, setting.band).significant
-    log_odds = (best.log_evidence - same.log_evidence) / (posterior.temper * evidence.energy)
+    ours, theirs = (evidence.as_searched(item).log_evidence for item in (best, same))
+    log_odds = (ours - theirs) / posterior.temper
     matters = scorer.error(before) - scorer.error(after) > MATERIAL * scorer.floor(after)
     if guess or not matters or log_odds <= 0:
         return Simulation(plain, differs=differs)

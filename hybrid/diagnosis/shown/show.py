@@ -73,7 +73,8 @@ def show(dataset: Dataset, base: Fit, own: Fit, nominal: Forecast, calibrated: F
         below=dataset.lowpass or np.inf,
     )
     motion = tuple(batch.data / batch.sigma(gauge) for batch in base.batches)
-    error = residuals_at(base, np.zeros_like(base.theta), gauge)
+    drawn = residuals_at(base, np.zeros_like(base.theta), gauge)
+    error = tuple(all_of_it if part is None else part for part, all_of_it in zip(drawn, motion, strict=True))
     by_mode = [energy_near(modes[2].frequencies, part, gauge.rate) for part in (motion, error)]
     fitted = [dataset.sensors.index(sensor) for sensor in gauge.sensors]
     noise, share = np.full((2, len(dataset.sensors)), np.nan)
