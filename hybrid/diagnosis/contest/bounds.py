@@ -10,7 +10,7 @@ LEFT = 0.3  # of what the best leaves beyond noise: by how much another may be b
 
 
 def bound_of(fits: list[Fit]) -> float:
-    """Return the cost, as `charged`, beyond which a fit is too far behind the best of the others for its rank to matter.
+    """Return the cost, as `Fit.charged`, beyond which a fit is too far behind the best for its rank to matter.
 
     Where the best leaves more than noise there may be a second cause, and the one of the two that matters more need
     not be the best yet.

@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import chi2
 
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.changes import changed, changes_beside, groups_in
@@ -38,7 +39,8 @@ LITTLE_LEFT = 1.5  # energy left over that of noise: right causes of blind frame
 # late sensor beside it 2
 PROMISING = 4  # causes at most that are fitted because they promise something beside another one
 MOST = 0.8  # of the misfit: a law that leaves more has no change beside it
-UNALIKE = 1.2  # times: white noise has such mean squares in one of 700 draws of nine recordings of 2004 values each
+UNALIKE = 1.2  # times: that far apart are mean squares that tell of a change between recordings ...
+BY_CHANCE = 1 / 700  # ... if white noise has one as far from the others more rarely
 WELL = (1.05, 1.25)  # times the noise floor: mean and largest error of forecasts in which a second cause would not show
 
 
@@ -229,13 +231,19 @@ def _lasting(posterior: Posterior, base: Fit) -> tuple[Fit, ...]:
 
 
 def fits_unalike(item: Fit) -> bool:
-    """Return whether a fit leaves more of some recordings than of others, as one that stands for a change does."""
-    left_over = [
-        np.square(part).reshape(len(batch.names), -1).mean(axis=1)
-        for part, batch in zip(item.residuals, item.batches, strict=True)
-    ]
-    squares = np.concatenate(left_over)  # (recording,)
-    return bool(squares.max() > UNALIKE * squares.min())
+    """Return whether a fit leaves more of some recordings than of others, as one that stands for a change does, and as
+    chance rarely does: of short recordings mean squares scatter.
+    """
+    whole = [part.reshape(len(batch.names), -1) for part, batch in zip(item.residuals, item.batches, strict=True)]
+    squares = np.concatenate([np.square(part).mean(axis=1) for part in whole])  # (recording,)
+    values = np.repeat(
+        [batch.share * part.shape[1] for part, batch in zip(whole, item.batches, strict=True)],
+        [len(part) for part in whole],
+    )
+    drawn = chi2(values)
+    sums = values * squares / np.average(squares, weights=values)
+    by_chance = 2 * len(values) * float(np.minimum(drawn.cdf(sums), drawn.sf(sums)).min())
+    return bool(squares.max() > UNALIKE * squares.min() and by_chance < BY_CHANCE)
 
 
 def runs_at_times(item: Fit) -> bool:

@@ -241,7 +241,8 @@ def fit(
     """Return the best fit from ``theta`` (parameter,) by Levenberg and Marquardt; None where no start is possible.
 
     ``states``: where initial states begin, one array (recording, state) for each batch, needed with force laws. A fit
-    that would not get its `Fit.charged` below ``bound``, even if every step to come brought as much as the last, is broken off.
+    that would not get its `Fit.charged` below ``bound``, even if every step to come brought as much as the last, is
+    broken off.
     """
     problem = _Problem(hypothesis, batches, gauge)
     point = problem.begun(theta, states)
