@@ -7,12 +7,16 @@ import numpy as np
 import pytest
 
 from fe_models.blind import BlindConfig, blind_case
+from fe_models.effects import CubicSpring, StiffnessChange
+from fe_models.four_dof import four_dof
+from fe_models.recordings import Dataset, Recording, Sensor
+from fe_models.simulate import FreeConfig, simulate_free
 from hybrid.calibration import nothing
 from hybrid.diagnosis.contest import changes
 from hybrid.diagnosis.contest.changes import changes_beside
 from hybrid.diagnosis.contest.growing import ground_of
 from hybrid.diagnosis.contest.setting import setting_of
-from hybrid.diagnosis.contest.stages import UNALIKE, fits_unalike
+from hybrid.diagnosis.contest.stages import fits_unalike
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.fitting.fitting import fit
 from hybrid.diagnosis.fitting.forecasting import forecast, model_of, without
@@ -60,6 +64,34 @@ def test_friction_that_comes_is_found_where_a_machine_in_one_recording_would_for
     assert judge(case, found).named == judge(case, found).truth
 
 
+@pytest.mark.parametrize(("seed", "kind"), [(861, "added_mass"), (862, "added_mass")])
+def test_a_change_is_no_machine_that_begins_anew_in_each_segment(seed: int, kind: str) -> None:
+    """Its two entries of each segment's initial state take up noise: a machine (0.94, 1.00) was named for a mass."""
+    config = BlindConfig((kind,), size=0.15, off=True, changed=4, train=8, test=2, duration=30.0)
+    case = blind_case(seed, config)
+    found = diagnose(case.dataset)
+    assert judge(case, found).named == judge(case, found).truth
+    assert [finding.recordings for finding in found.findings] == [case.recordings]
+
+
+def test_a_change_of_a_structure_that_has_a_force_law_of_its_own_is_told() -> None:
+    sensors = tuple(Sensor(f"x{node}", node, "x", "displacement", "m") for node in (1, 2, 3, 4))
+    before = four_dof().with_effects(CubicSpring((2,), "x", 1.0))
+    rng = np.random.default_rng(1)
+    position, velocity = rng.standard_normal((2, 7, 4))
+    motions = [
+        simulate_free(structure, position, velocity, FreeConfig(20.0, 10.0), progress=False)
+        for structure in (before, before.with_effects(StiffnessChange((3,), 0.85)))
+    ]
+    clean = [np.stack([m.channel(s.node, "x", "displacement") for s in sensors], axis=-1) for m in motions]
+    data = np.concatenate([clean[0][:3], clean[1][3:]])
+    data = data + 0.03 * data.std(axis=(0, 1)) * rng.standard_normal(data.shape)
+    recordings = tuple(Recording(f"r{i}", part[None], "train" if i < 6 else "test") for i, part in enumerate(data))
+    (finding,) = diagnose(Dataset(before, 10.0, sensors, recordings)).findings
+    assert (finding.cause.kind, finding.cause.location) == ("stiffness_change", {"element": 3})
+    assert finding.recordings == ("r3", "r4", "r5", "r6")
+
+
 @pytest.mark.parametrize(("kinds", "searched"), [((), 0), (("point_damper",), 1)])
 def test_what_recordings_show_before_a_change_is_searched_where_something_is_wrong_in_them(
     kinds: tuple[str, ...], searched: int, monkeypatch: pytest.MonkeyPatch
@@ -101,9 +133,15 @@ def test_a_support_that_gives_way_between_recordings_is_forecast_with_and_withou
     assert np.isfinite(found.nrmse).all()
 
 
-def test_chance_hardly_leaves_recordings_unalike() -> None:
-    squares = np.random.default_rng(0).chisquare(2004, (50_000, 9))  # of four sensors' 501 samples, nine recordings
-    assert np.mean(squares.max(axis=1) > UNALIKE * squares.min(axis=1)) < 0.003  # 0.0014 expected, 0.0002 its error
+@pytest.mark.parametrize("samples", [60, 501])
+def test_chance_hardly_leaves_recordings_unalike(samples: int) -> None:
+    """Of nine recordings with 60 samples of four sensors 9 of 10 draws are more than a fifth apart."""
+    setting = setting_of(blind_case(0, BlindConfig((), train=9, test=1)).dataset)
+    item = fit(setting.nominal, np.zeros(setting.nominal.nuisances), setting.lengths.whole, setting.gauge)
+    assert item is not None
+    rng = np.random.default_rng(0)
+    drawn = [replace(item, residuals=(rng.standard_normal((9, samples, 4)),)) for _ in range(1000)]
+    assert sum(map(fits_unalike, drawn)) <= 6  # 1.4 expected at most; more than 6 in one of 2000
 
 
 def test_a_fit_that_leaves_more_of_one_recording_than_of_the_others_fits_unalike() -> None:

@@ -10,7 +10,7 @@ from fe_models.recordings import Recording
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.fitting.crossvalidation import as_recordings, folds_of
 from hybrid.diagnosis.fitting.fitting import Fit, fit
-from hybrid.diagnosis.fitting.forecasting import Forecast, Model
+from hybrid.diagnosis.fitting.forecasting import Forecast, Model, model_of
 from hybrid.diagnosis.nominal.plant import plant_of
 from hybrid.diagnosis.outcome.scorer import Scorer
 from hybrid.diagnosis.recorded.gauge import Gauge
@@ -44,6 +44,26 @@ def test_every_recording_is_forecast_by_a_fit_to_the_others() -> None:
     assert set().union(*tested) == names
     assert [set(others) for others in seen] == [names - own for own in tested]
     assert max(left) < 0.02 * whole.chi2 / whole.values  # in what counts as noise, of a hundred times its energy
+
+
+def test_a_recording_that_alone_a_cause_spares_is_forecast_without_it() -> None:
+    """Left out, it leaves none where the cause does not act, and was forecast as if it acted everywhere."""
+    config = BlindConfig(("stiffness_change",), size=0.6, train=4, test=0, changed=1, duration=20.0)
+    case = blind_case(860, config)
+    setting = setting_of(case.dataset)
+    places = {c.key: c for c in setting.candidates()}
+    (truth,) = case.truth
+    hypothesis = setting.nominal.adding(places[f"{truth.kind} {truth.location}"])
+    (batch,) = setting.lengths.whole
+    batches = (replace(batch.take([0]), off=(0,)), batch.take([1, 2, 3]))
+    item = fit(hypothesis, hypothesis.centre, batches, setting.gauge)
+    folds = folds_of(case.dataset, setting.measured, setting.searched)
+    assert item is not None
+    assert folds is not None
+    found = folds.forecast(item, lambda one: model_of(one, setting.gauge), setting.gauge)
+    own = list(setting.measured)
+    over = found.nrmse[:, own].mean(axis=1) / found.floor[:, own].mean(axis=1)
+    assert over.max() < 1.15  # as near as counts; the nominal model leaves 16 times the floor
 
 
 def test_recordings_are_told_as_forecast_wrongly_only_where_they_were_kept_for_testing() -> None:

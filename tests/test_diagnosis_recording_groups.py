@@ -1,5 +1,7 @@
 """Recordings in two groups: what chance makes of them, and what those say that hardly feel a cause."""
 
+from itertools import product
+
 import numpy as np
 import pytest
 
@@ -10,11 +12,12 @@ from fe_models.simulate import FreeConfig, simulate_free
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.causes.candidates import all_candidates
 from hybrid.diagnosis.causes.places import Motion
+from hybrid.diagnosis.contest.odds import log_of_groups
 from hybrid.diagnosis.contest.recording_groups import BY_CHANCE, Asked, asked_for, clear_share
 from hybrid.diagnosis.fitting.fitting import fit
 from hybrid.diagnosis.nominal.plant import plant_of
 from hybrid.diagnosis.recorded.gauge import Gauge
-from hybrid.diagnosis.recorded.records import batches_of, columns_of
+from hybrid.diagnosis.recorded.records import as_made, batches_of, columns_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 
 DRAWS = 20_000
@@ -58,7 +61,7 @@ def test_a_stop_that_most_recordings_do_not_touch_tells_no_groups() -> None:
 
 def test_groups_are_split_for_the_least_variance() -> None:
     _, any_candidate = gap_stop()
-    asked = Asked(any_candidate, np.array([1.0, 5.0, np.nan, 1.2, 5.1]), np.ones(5))
+    asked = Asked(any_candidate, np.array([1.0, 5.0, np.nan, 1.2, 5.1]), np.ones(5), np.arange(5))
     assert not asked.is_change
     assert list(asked.high) == [False, True, False, False, True]  # what hardly feels it is not in the upper
     ranked = np.array([1.0, 1.2, 5.0, 5.1])
@@ -69,7 +72,7 @@ def test_groups_are_split_for_the_least_variance() -> None:
 def test_chance_makes_a_change_as_often_as_it_says() -> None:
     _, any_candidate = gap_stop()
     drawn = np.random.default_rng(4).standard_normal((400, 9))
-    changes = [Asked(any_candidate, amounts, np.ones(9)).is_change for amounts in drawn]
+    changes = [Asked(any_candidate, amounts, np.ones(9), np.arange(9)).is_change for amounts in drawn]
     assert np.mean(changes) == pytest.approx(BY_CHANCE, abs=0.05)  # three standard deviations of 400 draws
 
 
@@ -77,7 +80,36 @@ def test_a_change_is_told_by_what_feels_it() -> None:
     _, any_candidate = gap_stop()
     amounts = np.array([0.0, 0.9, 0.1, -0.1, 1.0, 0.9, 1.1, 0.2])  # the second and the last hardly feel it
     sizes = np.array([9.0, 0.1, 9.0, 9.0, 9.0, 9.0, 9.0, 0.1])
-    asked = Asked(any_candidate, amounts, sizes)
+    asked = Asked(any_candidate, amounts, sizes, np.arange(8))
     assert asked.is_change
     assert list(asked.high) == [False] * 4 + [True] * 4
-    assert not Asked(any_candidate, amounts, np.ones(8)).is_change
+    assert not Asked(any_candidate, amounts, np.ones(8), np.arange(8)).is_change
+
+
+def test_recordings_of_unequal_length_are_told_in_the_order_they_were_made() -> None:
+    """Those of one length stand together: r0, r2, ... before r1, r3, ...; a change came after the fourth of eight."""
+    lengths = (100, 90) * 4
+    given = Dataset(
+        four_dof(), 10.0, SENSORS, tuple(Recording(f"r{i}", np.ones((1, n, 5))) for i, n in enumerate(lengths))
+    )
+    batches = batches_of(given, "train")
+    names = [name for batch in batches for name in batch.names]
+    made = as_made(batches)
+    assert [names[i] for i in made] == [f"r{i}" for i in range(8)]
+    amounts = np.array([float(int(name[1:]) >= 4) for name in names])
+    asked = Asked(gap_stop()[1], amounts, np.ones(8), made)
+    assert asked.is_change
+    assert [name for name, high in zip(names, asked.high, strict=True) if high] == ["r4", "r6", "r5", "r7"]
+
+
+def test_groups_of_recordings_are_as_probable_as_they_are_many() -> None:
+    """All 2^n of them together no more probable than two of one; what comes once more so than what comes and goes."""
+    for count in (2, 3, 6, 9):
+        groups = list(product((False, True), repeat=count))[1:-1]
+        logs = np.array([log_of_groups(np.array(group)) for group in groups])
+        once = np.array([np.count_nonzero(np.diff(group)) == 1 for group in groups])
+        assert np.exp(logs[once]).sum() == pytest.approx(0.5)
+        assert np.exp(logs[~once]).sum() <= 0.5
+        assert np.ptp(logs[once]) == 0
+        assert count < 6 or logs[once].min() > logs[~once].max()
+    assert log_of_groups(np.ones(5, dtype=bool)) == 0.0

@@ -56,7 +56,9 @@ def test_support_that_gives_in_some_recordings_is_fitted_there() -> None:
     setting = setting_of(replace(before, recordings=parts))
     ground = ground_of(setting.nominal, setting.nominal.centre, setting.lengths, setting.searched, setting.short)
     assert ground is not None
-    asked = Asked(candidate_of(setting, "support_spring", FOOT), np.array([0.0, 0.0, 1.0]), np.full(3, 1e6))
+    asked = Asked(
+        candidate_of(setting, "support_spring", FOOT), np.array([0.0, 0.0, 1.0]), np.full(3, 1e6), np.arange(3)
+    )
     found = fit_switched(ground.short, ground.whole, (asked,), setting.lengths, setting.searched)
     names = [tuple(name for batch in item.batches if not batch.off for name in batch.names) for item in found]
     assert ("r2",) in names

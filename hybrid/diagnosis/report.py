@@ -6,15 +6,17 @@ from hybrid.diagnosis.learned.gain import Gain, Trained
 from hybrid.diagnosis.outcome.advice import Advice
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
 from hybrid.diagnosis.outcome.findings import Finding, at_place
-from hybrid.diagnosis.outcome.verdict import Verdict
+from hybrid.diagnosis.outcome.verdict import MATERIAL, Verdict
 from hybrid.diagnosis.shown.show_report import describe_shown, shown_table
 
 WORDS = {
-    Verdict.NOTHING_WRONG: "Nothing is wrong: the simulation, calibrated within its uncertainty, reaches the noise.",
+    Verdict.NOTHING_WRONG: "Nothing is wrong: calibrated within its uncertainty, the simulation forecasts {reach}.",
     Verdict.EXPLAINED: "The simulation is wrong, and {causes} named below.",
     Verdict.PARTLY_EXPLAINED: "The simulation is wrong; what is named may be part of it, or stand for something else.",
     Verdict.UNEXPLAINED: "The simulation is wrong, and nothing on the list of causes explains it.",
 }
+REACHED = "as well as the noise lets it"
+NEARLY = "nearly as well as the noise lets it, and leaves nothing but noise of the training recordings"
 RIVALS = 5  # of a finding, told on the terminal
 LEARNED_PLACES = 3  # where most was learned, told on the terminal
 CALIBRATED = 1e-4  # a smaller change of a factor is not worth a line
@@ -91,7 +93,9 @@ def describe_diagnosis(diagnosis: Diagnosis, gain: Gain | None = None) -> str:
     """Return the report in a few lines."""
     shown = diagnosis.shown
     causes = "the causes are" if len(diagnosis.findings) > 1 else "the cause is"
-    lines = [*describe_shown(shown), "", WORDS[diagnosis.verdict].format(causes=causes)]
+    error = diagnosis.scores["extended"]["measured"]
+    reach = REACHED if error is None or error <= (1 + MATERIAL) * diagnosis.noise_floor else NEARLY
+    lines = [*describe_shown(shown), "", WORDS[diagnosis.verdict].format(causes=causes, reach=reach)]
     for finding in diagnosis.findings:
         lines.append(f"- {finding.sentence}")
         lines.append(f"  Probability {finding.probability:.2f}; explains {finding.explains:.0%} of what was wrong.")

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fe_models.dofs import BoolArray
 from hybrid.diagnosis.causes.candidate import Candidate
 
 
@@ -38,3 +39,15 @@ class Odds:
     def price(self, candidate: Candidate) -> float:
         """Return the fall in the sum of squares that a cause must bring to be as probable as one known beforehand."""
         return -2 * self.alike * self.log(candidate)
+
+
+def log_of_groups(acting: BoolArray) -> float:
+    """Return the log probability that a cause acts in these recordings (recording,), in the order they were made.
+
+    It acts in all of them, or comes or goes once, or now and then: the last two as probable as each other, together
+    as all that acts everywhere, and so is each group of either.
+    """
+    count, turns = len(acting), np.count_nonzero(np.diff(acting))
+    if turns == 0:
+        return 0.0
+    return -float(np.log(2)) - float(np.log(2 * (count - 1)) if turns == 1 else count * np.log(2))

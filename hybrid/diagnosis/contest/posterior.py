@@ -7,11 +7,11 @@ import numpy as np
 from fe_models.dofs import FloatArray
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.exactness import log_evidences
-from hybrid.diagnosis.contest.odds import Odds
+from hybrid.diagnosis.contest.odds import Odds, log_of_groups
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.fitting.wave import TOLD, wave
 from hybrid.diagnosis.recorded.noise import correlation_factor
-from hybrid.diagnosis.recorded.records import count_of
+from hybrid.diagnosis.recorded.records import acting_as_made
 
 NOTHING = 0.5  # prior probability that nothing is wrong; each further effect halves what is left
 
@@ -94,10 +94,8 @@ def temper_of(best: Fit) -> float:
 
 def _log_prior(fit: Fit, odds: Odds) -> float:
     total = float(np.log(NOTHING))
-    for candidate in fit.hypothesis.candidates:
-        total += float(np.log(NOTHING)) + odds.log(candidate)
-    if any(batch.off for batch in fit.batches):
-        total -= count_of(fit.batches) * float(np.log(2))
+    for number, candidate in enumerate(fit.hypothesis.candidates):
+        total += float(np.log(NOTHING)) + odds.log(candidate) + log_of_groups(acting_as_made(fit.batches, number))
     return total
 
 

@@ -5,11 +5,11 @@ from functools import cached_property
 
 import numpy as np
 
-from fe_models.dofs import BoolArray, FloatArray
+from fe_models.dofs import BoolArray, FloatArray, IntArray
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.recorded.gauge import Gauge
-from hybrid.diagnosis.recorded.records import Batch, count_of
+from hybrid.diagnosis.recorded.records import Batch, as_made, count_of
 from hybrid.diagnosis.screening.screening import amounts_by_recording
 
 Groups = tuple[tuple[Batch, ...], tuple[Batch, ...]]
@@ -27,12 +27,13 @@ ORDERS, SEED, ROUNDING = 1000, 0, 1e-9
 @dataclass(frozen=True)
 class Asked:
     """How much of a ``candidate`` each recording asks for: ``amounts`` (recording,), nan where it hardly feels it, and
-    how much it feels of a unit, ``sizes`` (recording,).
+    how much it feels of a unit, ``sizes`` (recording,); ``made`` (recording,): their positions as they were made.
     """
 
     candidate: Candidate
     amounts: FloatArray
     sizes: FloatArray
+    made: IntArray
 
     @property
     def gain(self) -> float:
@@ -43,7 +44,8 @@ class Asked:
     def high(self) -> BoolArray:
         """Which recordings (recording,) are of one of two groups: those after a change, or those that ask for more."""
         if self.is_change:
-            return np.arange(len(self.amounts)) >= self._change[0]
+            place = np.argsort(self.made)
+            return np.asarray(place >= place[self._change[0]])
         return np.nan_to_num(self.amounts, nan=-np.inf) >= self._split()[0]
 
     @property
@@ -54,7 +56,7 @@ class Asked:
     @cached_property
     def _change(self) -> tuple[int, float]:
         """Return the first recording after the clearest change, and how often one is as clear in another order."""
-        felt = np.flatnonzero(np.isfinite(self.amounts))
+        felt = self.made[np.isfinite(self.amounts[self.made])]
         orders = np.random.default_rng(SEED).permuted(np.tile(felt, (ORDERS, 1)), axis=1)
         told = _told_by_changes(*(values[np.vstack([felt, orders])] for values in (self.amounts, self.sizes)))
         found = told.max(axis=1)
@@ -96,7 +98,7 @@ def asked_for(short: Fit, candidates: tuple[Candidate, ...], gauge: Gauge) -> tu
     for candidate, (amounts, sizes) in zip(usable, amounts_by_recording(short, middle, gauge), strict=True):
         felt = sizes >= FELT * np.max(sizes)
         if np.isfinite(amounts).all() and felt.sum() >= FEWEST:
-            ranked.append(Asked(candidate, np.where(felt, amounts, np.nan), sizes))
+            ranked.append(Asked(candidate, np.where(felt, amounts, np.nan), sizes, as_made(short.batches)))
     ranked.sort(key=lambda item: -item.gain)
     chosen: list[Asked] = []
     for item in ranked:

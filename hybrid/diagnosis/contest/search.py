@@ -178,10 +178,9 @@ def _race(fits: list[Fit], longer: tuple[Batch, ...], gauge: Gauge, enough: floa
     found: list[Fit] = []
     beside_law = any(item.hypothesis.is_beside_law for item in fits)
     ranked = sorted(fits, key=lambda item: item.charged)
-    tied = [
-        item for item in ranked if item.hypothesis.is_linear and item.charged <= ranked[0].charged + TIED * odds.alike
-    ]
-    most = RACING_LAWS if beside_law else max(RACING, min(len(tied), MOST_TIED))
+    near = min((item.charged for item in fits), default=np.inf) + TIED * odds.alike
+    tied = sum(item.hypothesis.is_linear and item.charged <= near for item in ranked)
+    most = RACING_LAWS if beside_law else max(RACING, min(tied, MOST_TIED))
     ranked.sort(key=lambda item: item.charged + odds.price(item.hypothesis.candidates[-1]))
     racing = [item for item in ranked[:most] if item.charged <= limit]
     if not any(item.hypothesis.is_linear for item in racing):  # laws may take up what no cause explains, and hide it

@@ -68,7 +68,7 @@ class Search:
         """Return fits of causes that act in some recordings only, alone or beside another one."""
         posterior = self.posterior(fits)
         best = posterior.fits[0]
-        if self.ground.hypothesis.plant.laws or not (runs_at_times(best) or self._may_change(best)):
+        if not (runs_at_times(best) or self._may_change(best)):
             return []
         hears = self._hears("recordings apart")
         hears()

@@ -10,12 +10,13 @@ from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.bounds import bound_of
 from hybrid.diagnosis.contest.effort import effort_of
 from hybrid.diagnosis.contest.growing import CLOSE_ENOUGH, Lengths, continued, padded, shortened
+from hybrid.diagnosis.contest.odds import log_of_groups
 from hybrid.diagnosis.contest.recording_groups import Asked, each_with
 from hybrid.diagnosis.contest.shortlist import TIED
 from hybrid.diagnosis.fitting.fitting import Fit, fit, left_at
 from hybrid.diagnosis.fitting.wave import wave
 from hybrid.diagnosis.recorded.gauge import Gauge
-from hybrid.diagnosis.recorded.records import Batch
+from hybrid.diagnosis.recorded.records import Batch, as_made
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.side_by_side import side_by_side
 
@@ -182,14 +183,14 @@ def _preference(
         )
         for off in ((), (number,))
     )
-    told = np.minimum(without, ENDLESS) - np.minimum(with_it, ENDLESS)  # by each recording, for its acting there
-    count = len(told)
-    after = np.arange(count) >= np.arange(1, count)[:, None]  # (change, recording)
+    made = as_made(batches)
+    told = (np.minimum(without, ENDLESS) - np.minimum(with_it, ENDLESS))[made]  # by each recording, for acting there
+    after = np.arange(len(told)) >= np.arange(1, len(told))[:, None]  # (change, recording)
     ordered = np.concatenate([after, ~after])
-    best = ordered[np.argmax(ordered @ told)]
-    surer = 2 * (count * np.log(2) - np.log(len(ordered)))
-    free = np.asarray(told > 0)
-    return free if len(set(free)) == 1 or told[free].sum() - told[best].sum() > surer else best
+    best, free = ordered[np.argmax(ordered @ told)], np.asarray(told > 0)
+    surer = 2 * (log_of_groups(best) - log_of_groups(free))
+    chosen = free if len(set(free)) == 1 or told[free].sum() - told[best].sum() > surer else best
+    return chosen[np.argsort(made)]
 
 
 def _cost_by_recording(

@@ -9,7 +9,7 @@ from fe_models.dofs import FloatArray
 from fe_models.files.recording_checks import FEWEST_SAMPLES
 from fe_models.recordings import Dataset, Recording, Sensor
 from hybrid.diagnosis.fitting.fitting import Fit, fit
-from hybrid.diagnosis.fitting.forecasting import Forecast, Model, forecast
+from hybrid.diagnosis.fitting.forecasting import Forecast, Model, forecast, switched_in
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import Batch, batches_of
 
@@ -32,13 +32,20 @@ class Folds:
     def forecast(self, item: Fit, model_of: Callable[[Fit], Model], gauge: Gauge) -> Forecast:
         """Return the scores of all recordings, each by the ``model_of`` what was fitted without it."""
         parts = []
-        for tests in self.tests:
-            own = [data[..., list(self.measured)] for batch in tests for data in batch.data]
-            fewer = _without(item, own, self.searched)
-            parts.append(forecast(model_of(fewer), tests, self.sensors, self.measured, gauge))
+        for number, tests in enumerate(self.tests):
+            model = self.unseeing(item, number, model_of)
+            parts.append(forecast(model, tests, self.sensors, self.measured, gauge))
         nrmse, floor = (np.concatenate([getattr(part, word) for part in parts]) for word in ("nrmse", "floor"))
         energy, floor_energy = (float(sum(getattr(part, w) for part in parts)) for w in ("energy", "floor_energy"))
         return Forecast(nrmse, floor, energy, floor_energy)
+
+    def unseeing(self, item: Fit, number: int, model_of: Callable[[Fit], Model]) -> Model:
+        """Return the ``model_of`` a fit without the recordings of fold ``number``.
+
+        What acts in some recordings only may act in none or all of the others; it is still asked whether it does.
+        """
+        left_out = [data[..., list(self.measured)] for batch in self.tests[number] for data in batch.data]
+        return replace(model_of(_without(item, left_out, self.searched)), switched=switched_in(item))
 
 
 def as_recordings(dataset: Dataset) -> tuple[Dataset, list[str]]:

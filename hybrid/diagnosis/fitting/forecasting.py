@@ -26,6 +26,7 @@ EXPLODED = 1e6  # of a channel: what stands for a motion beyond all bounds
 STEP = 1e-4  # of a state's prior size
 ORDERLY = 6.0  # in a cost: 2 log 20, as one of twenty recordings is not as those before and after it are
 ROUNDS = 3  # of taking away what geometry adds to a motion, which tells what it adds
+TINY = 1e-300  # instead of nothing
 DEVIATION = 2.5  # of its stated standard deviations: how far a nominal value may be calibrated
 
 
@@ -54,6 +55,11 @@ class Forecast:
     floor: FloatArray
     energy: float
     floor_energy: float
+
+    @property
+    def excess(self) -> float:
+        """The energy of errors beyond that of a perfect model; more than nothing, as shares of it are told."""
+        return max(self.energy - self.floor_energy, TINY)
 
 
 @dataclass(frozen=True)
@@ -110,8 +116,13 @@ def model_of(item: Fit, gauge: Gauge, theta: FloatArray | None = None) -> Model:
     most = max(range(len(item.states)), key=lambda i: item.states[i].shape[1])
     full = [states for states in item.states if states.shape[1] == item.states[most].shape[1]]
     size = np.sqrt(np.mean(np.concatenate(full) ** 2, axis=0) + _pushed(item, gauge))
-    switched = tuple(sorted({number for batch in item.batches for number in batch.off}))
-    return Model(item.hypothesis, item.theta if theta is None else theta, np.maximum(size, 1e-6 * size.max()), switched)
+    theta = item.theta if theta is None else theta
+    return Model(item.hypothesis, theta, np.maximum(size, 1e-6 * size.max()), switched_in(item))
+
+
+def switched_in(item: Fit) -> tuple[int, ...]:
+    """Return the numbers of a fit's candidates that act in some recordings only."""
+    return tuple(sorted({number for batch in item.batches for number in batch.off}))
 
 
 def idle_by_order(item: Fit, order: Sequence[str]) -> dict[str, float]:

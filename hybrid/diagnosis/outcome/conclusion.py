@@ -13,7 +13,7 @@ from hybrid.diagnosis.contest.pairs import factors_off, left
 from hybrid.diagnosis.contest.posterior import Posterior, of_candidate, rivals_of
 from hybrid.diagnosis.contest.setting import Setting
 from hybrid.diagnosis.fitting.fitting import Fit, residuals_at
-from hybrid.diagnosis.fitting.forecasting import DEVIATION, Forecast, within
+from hybrid.diagnosis.fitting.forecasting import DEVIATION, TINY, Forecast, within
 from hybrid.diagnosis.outcome.acting import recordings_of
 from hybrid.diagnosis.outcome.advice import Advice, advise
 from hybrid.diagnosis.outcome.calibration import Calibrated, astray, calibration_of, dispersion_of, far_off
@@ -37,7 +37,6 @@ from hybrid.diagnosis.shown.example import Example, example_of
 from hybrid.diagnosis.shown.show import Shown, show
 
 RIVALS = 0.005  # least probability of an alternative that is told
-TINY = 1e-300  # instead of a division by zero
 SUREST = 0.999  # no probability is said to be more
 UNSEEN = (
     "the training recordings show nothing{more} wrong, but test recordings do ({names}): what acts there is not felt in"
@@ -87,8 +86,7 @@ class _Forecasts:
     @property
     def unexplained(self) -> float:
         """The share of the nominal model's wrong energy that the extended one leaves."""
-        wrong = max(self.nominal.energy - self.nominal.floor_energy, TINY)
-        return float(np.clip((self.extended.energy - self.extended.floor_energy) / wrong, 0.0, 1.0))
+        return min(self.extended.excess / self.nominal.excess, 1.0)
 
 
 def concluded(setting: Setting, evidence: Evidence) -> Diagnosis:
@@ -138,8 +136,8 @@ def concluded(setting: Setting, evidence: Evidence) -> Diagnosis:
         shown=shown,
         example=example_of(
             scorer.shown,
-            scorer.model(simulation.fit, np.zeros_like(simulation.fit.theta)),
-            scorer.model(final, theta),
+            scorer.example_model(simulation.fit, np.zeros_like(simulation.fit.theta)),
+            scorer.example_model(final, None if named else theta),
             setting.dataset.sensors,
             setting.measured,
             gauge,
@@ -210,7 +208,6 @@ def _findings(
     """
     best, findings = posterior.fits[0], list[Finding]()
     whole, model = found.extended, scorer.model(best)
-    had = max(found.nominal.energy - found.nominal.floor_energy, TINY)
     setting, temper = scorer.setting, posterior.temper * evidence.energy  # of what is left of the recordings themselves
     names, taken = _names(setting), _taken_away(posterior, found, scorer)
     if simulation.is_wrong:
@@ -223,7 +220,7 @@ def _findings(
                 cause,
                 parameters,
                 min(of_candidate(posterior, candidate), SUREST) * listed,
-                float(np.clip(taken[number] / had, 0.0, 1.0)),
+                float(np.clip(taken[number] / found.nominal.excess, 0.0, 1.0)),
                 tuple(name for name in names if name in acting),
                 tuple(
                     Alternative(rival.kind, reported_location(rival), p * listed)

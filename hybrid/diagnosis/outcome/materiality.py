@@ -21,7 +21,6 @@ def material(evidence: Evidence, scorer: Scorer) -> tuple[Posterior, list[str]]:
     """
     posterior, notes = _with_cause(evidence, scorer), list[str]()
     nominal = scorer.forecast(evidence.base, 0.0)
-    wrong = nominal.energy - nominal.floor_energy
     floor = scorer.floor(nominal)
     while posterior.fits[0].hypothesis.candidates:
         best = posterior.fits[0]
@@ -38,7 +37,7 @@ def material(evidence: Evidence, scorer: Scorer) -> tuple[Posterior, list[str]]:
                 simpler, before = evidence.among((evidence.base,)), plain
         several = bool(simpler.fits[0].hypothesis.candidates)
         guess = left(best, evidence.gauge, scorer.setting.band).significant
-        trifle = is_trifle(before, after, wrong, several)
+        trifle = is_trifle(before, after, nominal, several)
         weaker = scorer.error(before) - scorer.error(after) <= (BESIDE if several else MATERIAL) * floor
         if count == 1:
             reached = scorer.error(before) <= (1 + MATERIAL) * floor  # then it is told as weak: see `verdict`
@@ -53,10 +52,10 @@ def material(evidence: Evidence, scorer: Scorer) -> tuple[Posterior, list[str]]:
     return posterior, notes
 
 
-def is_trifle(before: Forecast, after: Forecast, wrong: float, several: bool) -> bool:
-    """Return whether one of ``several`` causes takes hardly anything away of the energy that is ``wrong`` at first."""
+def is_trifle(before: Forecast, after: Forecast, nominal: Forecast, several: bool) -> bool:
+    """Return whether one of ``several`` causes takes hardly any of what is wrong with the ``nominal`` model away."""
     taken = before.energy - after.energy
-    return taken <= TRIFLES[several] * wrong and taken <= HALF * (before.energy - before.floor_energy)
+    return taken <= TRIFLES[several] * nominal.excess and taken <= HALF * before.excess
 
 
 def without_weak(posterior: Posterior, evidence: Evidence, scorer: Scorer) -> tuple[Posterior, list[str]]:

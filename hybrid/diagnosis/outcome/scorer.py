@@ -69,6 +69,12 @@ class Scorer:
         error, floor = (of[:, list(self.setting.measured)].mean(axis=1) for of in (found.nrmse, found.floor))
         return tuple(dict.fromkeys(name for name, wrong in zip(names, error > NEAR * floor, strict=True) if wrong))
 
+    def example_model(self, item: Fit, theta: FloatArray | None = None) -> Model:
+        """Return the `model` by which the recording that is `shown` is forecast: of a fit that did not see it."""
+        if self.folds is None:
+            return self.model(item, theta)
+        return self.folds.unseeing(item, 0, lambda one: self.model(one, theta))
+
     @property
     def shown(self) -> Batch:
         """The batch whose first recording is forecast as an example."""

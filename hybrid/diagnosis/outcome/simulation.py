@@ -67,7 +67,7 @@ def simulation_of(setting: Setting, evidence: Evidence, posterior: Posterior, sc
     most = max(DEVIATION, deviation_of(best))  # what the one needs, the other may have
     before, after = (scorer.forecast(item, most) for item in (same, best))
     nominal = scorer.forecast(plain, 0.0)
-    trifle = is_trifle(before, after, nominal.energy - nominal.floor_energy, bool(causes))
+    trifle = is_trifle(before, after, nominal, bool(causes))
     guess = trifle and left(best, evidence.gauge, setting.band).significant
     ours, theirs = (evidence.as_searched(item).log_evidence for item in (best, same))
     log_odds = (ours - theirs) / posterior.temper
@@ -85,12 +85,11 @@ def modal_finding(
 
     ``nominal``: its forecast; ``whole``: that by the extended structure; ``most``: may be said of a probability.
     """
-    had = max(nominal.energy - nominal.floor_energy, 1e-300)
     return Finding(
         WrongModalModel(),
         {},
         min(simulation.probability, most),
-        float(np.clip(((simulation.beside or nominal).energy - whole.energy) / had, 0.0, 1.0)),
+        float(np.clip(((simulation.beside or nominal).energy - whole.energy) / nominal.excess, 0.0, 1.0)),
         recordings,
         (),
         f"The modal model of the simulation is not that of its structure ({simulation.differs}): use the structure's"
@@ -109,8 +108,7 @@ def modal_notes(simulation: Simulation, nominal: Forecast, own: Forecast, scorer
         return ["the modal model forecasts as its structure does: what differs would not show beside noise"]
     told = [] if simulation.is_wrong else [f"the modal model is not that of its structure: {simulation.differs}"]
     if scorer.error(own) <= scorer.error(nominal):
-        wrong, rest = (max(found.energy - found.floor_energy, 0.0) for found in (nominal, own))
-        share = 1 - min(rest / max(wrong, 1e-300), 1.0)
+        share = 1 - min(own.excess / nominal.excess, 1.0)
         told.append(f"the structure's own modes, calibrated, avoid {share:.0%} of what the modal model gets wrong")
     else:
         told.append(

@@ -6,8 +6,8 @@ from typing import Literal
 
 import numpy as np
 
-from fe_models.dofs import FloatArray
-from fe_models.recordings import Dataset, Load, Recording
+from fe_models.dofs import BoolArray, FloatArray, IntArray
+from fe_models.recordings import Dataset, Recording
 from hybrid.diagnosis.nominal.loads import Loads, loads_of
 from hybrid.diagnosis.nominal.lowpass import noise_is_lowpassed
 from hybrid.diagnosis.recorded.gauge import Gauge
@@ -22,6 +22,8 @@ class Batch:
     sampling rate, those where a low-pass has left noise. ``loads``: what is known to act, None where nothing is.
     ``whole``: what was recorded, where ``data`` are that less something known (see `geometry_response`); None where
     they are the same. ``noise`` (recording, sensor): of each recording over the gauge's; None where all are alike.
+    ``order`` (recording,): its place among all as they were made, which batches of unequal lengths are not in; empty:
+    that in which they stand here.
     """
 
     data: FloatArray
@@ -32,6 +34,7 @@ class Batch:
     loads: Loads | None = None
     whole: FloatArray | None = None
     noise: FloatArray | None = None
+    order: tuple[int, ...] = ()
 
     def sigma(self, gauge: Gauge) -> FloatArray:
         """Return the standard deviation of the noise (recording or segment, 1, sensor); one row where all are alike."""
@@ -74,7 +77,8 @@ class Batch:
         whole = None if self.whole is None else self.whole[rows]
         noise = None if self.noise is None else self.noise[recordings]
         loads = self.loads and self.loads.take(rows)
-        return replace(self, data=self.data[rows], names=names, loads=loads, whole=whole, noise=noise)
+        order = tuple(self.order[number] for number in recordings) if self.order else ()
+        return replace(self, data=self.data[rows], names=names, loads=loads, whole=whole, noise=noise, order=order)
 
     def first(self, samples: int) -> "Batch":
         """Return the first ``samples`` of its recordings (uncut)."""
@@ -97,22 +101,34 @@ def batches_of(
     """Return the recordings of one role, or those ``recordings`` of a dataset: those of equal length together, loaded
     ones apart; several in one file share its name.
     """
-    alike: dict[tuple[int, bool], list[tuple[str, FloatArray, tuple[Load, ...]]]] = {}
-    for recording in dataset.select(role) if recordings is None else recordings:
-        for data in recording.data:
-            key = len(data), bool(recording.loads)
-            alike.setdefault(key, []).append((recording.name, data, recording.loads))
+    alike: dict[tuple[int, bool], list[tuple[int, Recording, FloatArray]]] = {}
+    motions = [(r, data) for r in (dataset.select(role) if recordings is None else recordings) for data in r.data]
+    for number, (recording, data) in enumerate(motions):
+        alike.setdefault((len(data), bool(recording.loads)), []).append((number, recording, data))
     rate, lowpass = dataset.sampling_rate, dataset.lowpass
     share = lowpass / (rate / 2) if lowpass and noise_is_lowpassed(dataset) else 1.0
     return tuple(
         Batch(
-            np.stack([data for _, data, _ in items]),
-            tuple(name for name, _, _ in items),
+            np.stack([data for _, _, data in items]),
+            tuple(recording.name for _, recording, _ in items),
             share=share,
-            loads=loads_of([loads for _, _, loads in items], samples, rate, lowpass),
+            loads=loads_of([recording.loads for _, recording, _ in items], samples, rate, lowpass),
+            order=tuple(number for number, _, _ in items),
         )
         for (samples, _), items in alike.items()
     )
+
+
+def as_made(batches: tuple[Batch, ...]) -> IntArray:
+    """Return the positions (recording,) of the recordings of all batches, one behind the other, as they were made."""
+    order = [number for batch in batches for number in batch.order]
+    return np.argsort(order) if order else np.arange(count_of(batches))
+
+
+def acting_as_made(batches: tuple[Batch, ...], number: int) -> BoolArray:
+    """Return in which recordings (recording,), as they were made, candidate ``number`` of a hypothesis acts."""
+    acts = np.concatenate([np.full(len(batch.names), number not in batch.off) for batch in batches])
+    return acts[as_made(batches)]
 
 
 def count_of(batches: tuple[Batch, ...]) -> int:
