@@ -50,6 +50,10 @@ class TimeIntegration(Cause):
         half = self.step / 2 * exact
         return np.asarray((np.log1p(half) - np.log1p(-half)) / self.step)
 
+    def shown_as(self, omega: FloatArray) -> FloatArray:
+        """Return the frequency without damping (rad/s) that shows ``omega`` (rad/s), any shape."""
+        return np.asarray(2 / self.step * np.tan(self.step / 2 * omega))
+
     def faults(self) -> list[str]:
         """Return a fault of a step that is none."""
         return [] if 0 < self.step < np.inf else [f"step = {self.step} s; must be positive"]

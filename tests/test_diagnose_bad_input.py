@@ -193,6 +193,15 @@ def test_channel_that_is_always_saturated_is_left_out() -> None:
     assert notes[0].endswith("it is left out")
 
 
+def test_a_channel_that_is_dead_in_one_recording_may_be_saturated_in_the_others() -> None:
+    column = NAMES.index("a1")
+    dead = CASE.recordings[0].data * (np.arange(5) != column)
+    small = {r.name: clipped(r.data, "a1", 0.02) for r in CASE.recordings[1:]}
+    sound, notes = usable(with_data(CASE, {**small, "r01": dead}))
+    assert "a1" not in [sensor.name for sensor in sound.sensors]
+    assert "never changes or is saturated at" in notes[0]
+
+
 def test_sound_data_stay_as_they_are() -> None:
     sound, notes = usable(CASE)
     assert sound is CASE

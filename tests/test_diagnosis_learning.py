@@ -21,6 +21,7 @@ from hybrid.config import Config, places_preset
 from hybrid.diagnosis.learned import gain
 from hybrid.diagnosis.learned.learning import PlaceForce, corrected, learn, learning_preset, undo
 from hybrid.diagnosis.learned.projection import location_of, project
+from hybrid.diagnosis.outcome.findings import Finding
 from hybrid.preparation import prepare
 from hybrid.scoring import nrmse
 from scripts.diagnose import app
@@ -67,6 +68,22 @@ def test_faults_of_sensors_are_taken_back(fault: SensorGain | SensorDelay | Sens
     back = undo(fault).apply(fault.apply(data, names, 10.0), names, 10.0)
     np.testing.assert_allclose(back[5:-5], data[5:-5], atol=2e-3)
     assert np.abs(fault.apply(data, names, 10.0) - data)[5:-5].max() > 0.05
+
+
+def test_faults_of_one_sensor_are_taken_back_where_they_act_the_last_first() -> None:
+    """A gain of 1.5 acts before a drift comes on top: the drift goes first, in whatever order they were found."""
+    case = blind_case(14, BlindConfig(train=2, test=1, duration=5.0)).dataset
+    names, rate = [sensor.name for sensor in case.sensors], case.sampling_rate
+    first, drift = case.recordings[0], SensorDrift("a1", 0.1)
+    spoilt = drift.apply(SensorGain("a1", 1.5).apply(first.data, names, rate), names, rate)
+    given = replace(case, recordings=(replace(first, data=spoilt), *case.recordings[1:]))
+    findings = tuple(
+        Finding(cause, {}, 1.0, 0.5, (first.name,), (), "") for cause in (SensorGain("a1", 1.5), SensorDrift("a1", 0.1))
+    )
+    for found in (findings, findings[::-1]):
+        back = corrected(given, found)
+        for recording, clean in zip(back.recordings, case.recordings, strict=True):
+            np.testing.assert_allclose(recording.data, clean.data, atol=1e-12)
 
 
 def test_chains_learn_at_places() -> None:

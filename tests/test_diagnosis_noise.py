@@ -14,8 +14,15 @@ from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.nominal.lowpass import noise_is_lowpassed
 from hybrid.diagnosis.nominal.plant import plant_of
 from hybrid.diagnosis.outcome.verdict import Verdict
-from hybrid.diagnosis.recorded.noise import Band, correlation_factor, excess, noise_of_recordings, structure_band
-from hybrid.diagnosis.recorded.records import batches_of, columns_of, measured_columns
+from hybrid.diagnosis.recorded.noise import (
+    Band,
+    correlation_factor,
+    excess,
+    noise_of_recordings,
+    structure_band,
+    variance_told,
+)
+from hybrid.diagnosis.recorded.records import Batch, batches_of, columns_of, measured_columns
 
 RATE, BAND = 10.0, Band(0.55, room=True)  # Hz
 WHITE = np.random.default_rng(0).standard_normal((9, 501, 4))
@@ -118,3 +125,12 @@ def test_noise_that_came_after_a_lowpass_is_no_reason_to_call_a_simulation_wrong
     found = diagnose(noise_after_the_lowpass(train=2, test=1, duration=10.0))
     assert found.verdict is Verdict.NOTHING_WRONG
     assert found.scores["extended"]["measured"] == pytest.approx(found.noise_floor, rel=0.05)
+
+
+def test_recordings_too_short_for_a_line_in_the_band_tell_noise_by_their_first() -> None:
+    """Behind a low-pass at 0.5 Hz 15 samples at 10 Hz have none: it ended in a traceback."""
+    band = Band(upper=0.5, room=False)
+    rng = np.random.default_rng(0)
+    short = Batch(rng.standard_normal((3, 15, 2)), ("a", "b", "c"))
+    assert np.isfinite(noise_of_recordings((short,), 10.0, band)).all()
+    assert np.isfinite(variance_told(15, 10.0, band))

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from fe_models.assembly import linearise
-from fe_models.effects import AddedMass, SupportSpring
+from fe_models.effects import AddedMass, SlackCable, StiffnessChange, SupportSpring
+from fe_models.errors import InputError
+from fe_models.four_dof import four_dof
 from fe_models.modes import natural_modes
 from fe_models.recordings import Assumptions, Dataset, Recording, Sensor
 from fe_models.sections import round_wire
@@ -83,6 +85,46 @@ def test_what_one_sensor_cannot_tell_from_one_mode_is_all_told() -> None:
     for wanted in (("added_mass", {"node": 2}), ("stiffness_change", {"element": 1})):
         assert wanted in told
     assert finding.probability < 0.5
+
+
+@pytest.mark.parametrize("ratios", [(0.01,), (0.01, 0.012), 0.01])
+def test_modes_that_the_recordings_show_are_followed_whatever_the_simulation_keeps(
+    ratios: float | tuple[float],
+) -> None:
+    """A simulation of fewer was called wrong in a stiffness: an element so soft that it brought the others."""
+    count = len(ratios) if isinstance(ratios, tuple) else 2
+    given = replace(recorded(portal()), assumptions=Assumptions(damping_ratio=ratios, modes=count))
+    setting = setting_of(given)
+    assert setting.plant.size == 3
+    assert setting.plant.ratios[2] == (ratios[-1] if isinstance(ratios, tuple) else ratios)
+    assert any(
+        note.startswith(f"the simulation keeps {count} modes, and the recordings can show 3") for note in setting.notes
+    )
+
+
+def test_a_cable_goes_slack_by_the_stiffness_that_the_structures_effects_give_it() -> None:
+    sensors = tuple(Sensor(f"x{node}", node, "x", "displacement", "m") for node in (1, 2, 3, 4))
+    rng, half = np.random.default_rng(2), StiffnessChange((3,), 0.5)
+    drawn = four_dof()
+    third = drawn.elements[2]
+    assert isinstance(third, Spring)
+    softer = replace(third, stiffness=third.stiffness / 2)
+    truth = replace(drawn, elements=(*drawn.elements[:2], softer, drawn.elements[3])).with_effects(SlackCable(3, 1.0))
+    position, velocity = rng.standard_normal((2, 4, 4))
+    motion = simulate_free(truth, position, velocity, FreeConfig(20.0, 10.0), progress=False)
+    data = np.stack([motion.channel(s.node, "x", "displacement") for s in sensors], axis=-1)
+    data = data + 0.02 * data.std(axis=(0, 1)) * rng.standard_normal(data.shape)
+    recordings = tuple(Recording(f"r{i}", part[None], "test" if i == 3 else "train") for i, part in enumerate(data))
+    (finding,) = diagnose(Dataset(drawn.with_effects(half), 10.0, sensors, recordings)).findings
+    assert (finding.cause.kind, finding.cause.location) == ("slack_cable", {"element": 3})
+    assert finding.parameters["pretension"].value == pytest.approx(1.0, rel=0.1)  # the contract's bound
+
+
+def test_nodes_of_a_chain_that_have_no_mass_are_refused() -> None:
+    light = replace(four_dof(), point_masses=tuple(m for m in four_dof().point_masses if m.node != 2))
+    sensors = (Sensor("x1", 1, "x", "displacement", "m"),)
+    with pytest.raises(InputError, match="node 2 has no mass"):
+        plant_of(Dataset(light, 10.0, sensors, (Recording("r", np.ones((1, 100, 1))),)))
 
 
 def test_end_of_a_cable_that_is_held_from_turning_is_no_support_that_gives() -> None:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hybrid.diagnosis.recorded.spectra import combination_lines
+from hybrid.diagnosis.recorded.spectra import combination_lines, energy_near
 
 
 def test_lines_are_sums_and_differences_of_the_strongest_modes() -> None:
@@ -13,3 +13,7 @@ def test_lines_are_sums_and_differences_of_the_strongest_modes() -> None:
 
 def test_two_modes_are_enough() -> None:
     assert combination_lines(np.array([2.0]), np.array([1.0])) == pytest.approx([4.0])
+
+
+def test_where_there_are_no_modes_no_energy_is_near_one() -> None:
+    assert energy_near(np.zeros(0), (np.ones((1, 50, 2)),), 10.0).shape == (0,)

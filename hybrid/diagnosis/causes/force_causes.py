@@ -15,6 +15,7 @@ from fe_models.effects import (
     QuadraticDamper,
     SlackCable,
 )
+from fe_models.effects.laws import with_parts
 from hybrid.diagnosis.causes.candidate import SMALL, Candidate
 from hybrid.diagnosis.causes.places import Motion, Place
 from hybrid.diagnosis.nominal.plant import Plant
@@ -101,10 +102,10 @@ def _law(
 
 
 def _slack_cables(plant: Plant, motion: Motion) -> list[Candidate]:
-    found = []
+    found, whole = [], with_parts(plant.structure)
     for number in range(1, len(plant.structure.elements) + 1):
         effect = SlackCable(number, 1.0)
-        law = None if effect.faults(plant.structure) else effect.law(plant.structure)
+        law = None if effect.faults(plant.structure) else effect.law(whole)
         if law is not None:
             pull = plant.pull(law)
             u = motion.displacement @ pull
@@ -128,10 +129,11 @@ def _slack_cables(plant: Plant, motion: Motion) -> list[Candidate]:
     return found
 
 
-def harmonic_forces(places: list[Place], slowest: float) -> list[Candidate]:
+def harmonic_forces(places: list[Place], slowest: float, fastest: float) -> list[Candidate]:
     """Return a harmonic force at every place against the ground; amplitude and phase are each recording's own.
 
     ``slowest``: the lowest frequency (Hz); below one cycle in a recording it would be any constant force or drift.
+    ``fastest``: the highest that recordings show.
     """
     return [
         Candidate(
@@ -140,7 +142,7 @@ def harmonic_forces(places: list[Place], slowest: float) -> list[Candidate]:
             names=("frequency",),
             build=partial(HarmonicForce, place.nodes[0], place.direction, 1.0),
             neutral=(0.0,),
-            width=(1.0,),
+            width=(fastest,),
             lower=(slowest,),
             pull=place.pull,
             oscillator=True,

@@ -19,6 +19,7 @@ from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.fitting.forecasting import DEVIATION
 from hybrid.diagnosis.nominal.geometry import Geometry
 from hybrid.diagnosis.nominal.geometry_forces import geometries_of
+from hybrid.diagnosis.nominal.left_out import modes_left_out
 from hybrid.diagnosis.nominal.lowpass import noise_is_lowpassed
 from hybrid.diagnosis.nominal.mesh_error import coarse_mesh
 from hybrid.diagnosis.nominal.modal_plant import modal_plant, with_ratios_of_modal_model
@@ -123,7 +124,15 @@ def setting_of(dataset: Dataset) -> Setting:
     motion = Motion.of_states(states_along(short, searched), plant).displacement
     geometries = geometries_of(plant, motion, np.random.default_rng(SEED))
     unlike = () if levels.are_alike or searched is not gauge else (UNLIKE.format(pattern=levels.pattern.value),)
-    notes = (*unusable, *offsets(dataset), *apart, *fast, *unlike, *coarse_mesh(plant))
+    notes = (
+        *unusable,
+        *offsets(dataset),
+        *apart,
+        *fast,
+        *unlike,
+        *modes_left_out(plant, dataset.assumptions.modes),
+        *coarse_mesh(plant),
+    )
     return Setting(dataset, plant, geometries, modal, measured, gauge, searched, levels, band, lengths, short, notes)
 
 

@@ -7,7 +7,6 @@ from typing import Any
 from fe_models.effects import ModalDamping, PointDamper, SlackCable, StiffnessChange, SupportSpring
 from fe_models.errors import InputError
 from fe_models.recordings import Dataset
-from fe_models.sensor_effects import SensorEffect
 from fe_models.structure import Structure
 from hybrid.calibration import nothing
 from hybrid.config import Config
@@ -54,9 +53,8 @@ def hybrid_gain(
 ) -> Gain:
     """Train on both structures and score both; ``advance`` is called after each epoch of each."""
     data = _with_test(dataset)
-    faults = tuple(f.cause for f in found.findings if isinstance(f.cause, SensorEffect))
     own = replace(data.assumptions, damping_ratio=None, modal_model=None)  # the extended structure has it all
-    extended = replace(corrected(data, faults), model=found.extended, assumptions=own)
+    extended = replace(corrected(data, found.findings), model=found.extended, assumptions=own)
     notes: list[str] = []
     trained: list[Trained | None] = []
     for name, each in (("nominal", data), ("extended", extended)):

@@ -15,12 +15,14 @@ from hybrid.calibration import nothing
 from hybrid.config import Config, ModelConfig, places_preset
 from hybrid.connector_residual import ConnectorResidual
 from hybrid.diagnosis.fitting.forecasting import shown_of
+from hybrid.diagnosis.outcome.findings import Finding
 from hybrid.linear_form import ConnectorForm
 from hybrid.model import NeuralModalODE
 from hybrid.preparation import Prepared, modal_damping_matrix, prepare
 from hybrid.state_estimation import StatePrior, smooth_state, trajectory
 from hybrid.trainers import trainer_for
 
+LAST_FIRST = (SensorDrift, SensorGain, SensorDelay)  # faults of one sensor, as they are undone
 LEAST_VARIANCE = 0.1  # of the mean over a state's entries: few recordings may hardly move one that others do
 
 
@@ -58,13 +60,20 @@ def learning_preset(structure: object) -> Config:
     return places_preset() if along else Config(ModelConfig(residual="backbone"))
 
 
-def corrected(dataset: Dataset, faults: tuple[SensorEffect, ...]) -> Dataset:
-    """Return the dataset as sensors without these ``faults`` would have recorded it."""
+def corrected(dataset: Dataset, findings: tuple[Finding, ...]) -> Dataset:
+    """Return the dataset as sensors without the faults among ``findings`` would have recorded it.
+
+    Each in the recordings where it acts, the last that came in first: motion is late, then told by a gain, then drifts.
+    """
     names = [sensor.name for sensor in dataset.sensors]
+    faults = [(finding.cause, finding.recordings) for finding in findings if isinstance(finding.cause, SensorEffect)]
     recordings = dataset.recordings
-    for fault in faults:
+    for fault, acting in sorted(faults, key=lambda item: LAST_FIRST.index(type(item[0]))):
         undone = undo(fault)
-        recordings = tuple(replace(r, data=undone.apply(r.data, names, dataset.sampling_rate)) for r in recordings)
+        recordings = tuple(
+            replace(r, data=undone.apply(r.data, names, dataset.sampling_rate)) if r.name in acting else r
+            for r in recordings
+        )
     return replace(dataset, recordings=recordings)
 
 

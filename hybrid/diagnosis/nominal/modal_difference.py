@@ -8,6 +8,7 @@ from hybrid.diagnosis.nominal.plant import Plant
 
 TOLD = 5e-4  # of a frequency, of a damping ratio of 1, of a MAC of 1: smaller differences are not worth a word
 COUPLED = 0.01  # of the product of two modes' own damping: the square of what dashpots add between them, told beyond
+ROUNDING = 1e-12  # of the most damped mode's: what an undamped one is taken to have
 TINY = 1e-300  # of a mode's damping: instead of a division by zero
 
 
@@ -35,8 +36,8 @@ def _coupling(plant: Plant) -> float:
     """Return the largest C_ij^2 / (C_ii C_jj) of two of a plant's modes."""
     shapes = plant.modes[1]
     C = shapes.T @ (plant.damping @ shapes)
-    own = np.maximum(np.diag(C), TINY)
-    return float(np.max((C - np.diag(np.diag(C))) ** 2 / np.outer(own, own)))
+    own = np.sqrt(np.maximum(np.diag(C), max(ROUNDING * float(np.diag(C).max()), TINY)))
+    return float(np.max(((C - np.diag(np.diag(C))) / own / own[:, None]) ** 2))
 
 
 def _range(ratios: FloatArray) -> str:

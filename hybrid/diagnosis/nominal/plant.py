@@ -243,7 +243,10 @@ def plant_of(dataset: Dataset) -> Plant:
     modes = basis.shape[1] if kept is None else min(kept + SPARE, basis.shape[1])
     ratios = np.zeros(modes)
     if assumed.damping_ratio is not None:
-        ratios = replace_ratios(damping_ratios(assumed.damping_ratio, modes), _settled(structure))
+        given = np.atleast_1d(np.asarray(assumed.damping_ratio, dtype=float))
+        if kept is not None:  # as many as the recordings need, of which nobody was told; the last counts for the others
+            given = np.append(given, np.full(max(modes - len(given), 0), given[-1]))
+        ratios = replace_ratios(damping_ratios(tuple(given), modes), _settled(structure))
     parts, changes = _felt_parts(structure)
     normal = assumed.uncertainty
     spread = [getattr(normal, part.quantity) for part in parts] + [normal.damping] * modes
@@ -294,13 +297,15 @@ def _basis(dataset: Dataset, linear: LinearModel, highest: float) -> tuple[Float
     assert isinstance(dataset.model, Structure)  # its caller has seen to that
     free = len(linear.dofs.free_rows)
     if dataset.model.is_chain:
+        massless = linear.dofs.node[linear.dofs.free_rows][linear.mass.diagonal() <= 0]
+        raise_faults(f"model: node {node} has no mass: give it a point mass, or join its springs" for node in massless)
         return linear.dofs.expand(np.eye(free)), None
     count = min(MORE_MODES, free)
     modal = natural_modes(linear, count)
     while modal.frequencies[-1] < highest and count < free:
         count = min(2 * count, free)
         modal = natural_modes(linear, count)
-    kept = dataset.assumptions.modes or max(int(np.sum(modal.frequencies < highest)), 1)
+    kept = max(int(np.sum(modal.frequencies < highest)), dataset.assumptions.modes or 1)
     wanted = min(kept + MORE_MODES, free)
     if wanted > count:
         modal = natural_modes(linear, wanted)

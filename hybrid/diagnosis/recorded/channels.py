@@ -78,16 +78,15 @@ def usable(dataset: Dataset) -> tuple[Dataset, list[str]]:
 def _fault(recordings: list[Recording], column: int) -> _Fault | None:
     channels = [recording.data[0, :, column] for recording in recordings]
     dead = [is_dead(channel) for channel in channels]
-    if any(dead):
-        counts = tuple(len(c) if off else 0 for c, off in zip(channels, dead, strict=True))
-        return _Fault("never changes", counts, counts)
-    levels = sorted({level for channel in channels for level in saturation_levels(channel)})
-    bad = [_at(channel, levels) for channel in channels]
+    alive = [channel for channel, off in zip(channels, dead, strict=True) if not off]
+    levels = sorted({level for channel in alive for level in saturation_levels(channel)})
+    bad = [np.full(len(c), True) if off else _at(c, levels) for c, off in zip(channels, dead, strict=True)]
     if not any(part.any() for part in bad):
         return None
     last = tuple(int(np.flatnonzero(part)[-1]) + 1 if part.any() else 0 for part in bad)
-    words = " and ".join(f"{level:.4g}" for level in levels)
-    return _Fault(f"is saturated at {words}", tuple(int(part.sum()) for part in bad), last)
+    words = ["never changes"] * any(dead)
+    words += [f"is saturated at {' and '.join(f'{level:.4g}' for level in levels)}"] * bool(levels)
+    return _Fault(" or ".join(words), tuple(int(part.sum()) for part in bad), last)
 
 
 def is_dead(channel: FloatArray) -> bool:

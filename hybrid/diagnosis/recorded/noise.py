@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fe_models.dofs import ComplexArray, FloatArray
+from fe_models.dofs import BoolArray, ComplexArray, FloatArray
 from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.recorded.records import Batch
 
@@ -79,8 +79,7 @@ def variance_told(samples: int, rate: float, band: Band) -> float:
     """Return the variance of the logarithm of the noise's standard deviation, as one recording tells it."""
     if band.room:
         return NEIGHBOURLY / 4 / float(np.sum(np.fft.rfftfreq(samples, 1 / rate) > _lower(rate, band)))
-    lines = np.fft.rfftfreq(_end(samples), 1 / rate)
-    return NEIGHBOURLY * QUARTILE_LOSS / 4 / float(np.sum((lines > 0) & (lines <= band.upper)))
+    return NEIGHBOURLY * QUARTILE_LOSS / 4 / float(np.sum(_lines(_end(samples), rate, band)))
 
 
 def _lower(rate: float, band: Band) -> float:
@@ -91,6 +90,12 @@ def _lower(rate: float, band: Band) -> float:
 def _end(samples: int) -> int:
     """Return how many of a recording's last samples are quiet."""
     return max(int(QUIET * samples), 2)
+
+
+def _lines(samples: int, rate: float, band: Band) -> BoolArray:
+    """Return which lines (frequency,) of a spectrum lie in the band; of a short recording the first in any case."""
+    frequencies = np.fft.rfftfreq(samples, 1 / rate)
+    return np.asarray((frequencies > 0) & (frequencies <= max(band.upper, frequencies[1])))
 
 
 def _unexplained(spectra: ComplexArray, pushes: ComplexArray, frequencies: FloatArray) -> tuple[ComplexArray, float]:
@@ -117,8 +122,7 @@ def _quiet_density(parts: tuple[FloatArray, ...], rate: float, band: Band) -> Fl
         end = part[:, -_end(part.shape[1]) :]
         window = np.hanning(end.shape[1])[:, None]
         density = np.abs(np.fft.rfft(end * window, axis=1)) ** 2 / np.sum(window**2)
-        frequencies = np.fft.rfftfreq(end.shape[1], 1 / rate)
-        powers.append(density[:, (frequencies > 0) & (frequencies <= band.upper)].reshape(-1, part.shape[2]))
+        powers.append(density[:, _lines(end.shape[1], rate, band)].reshape(-1, part.shape[2]))
     return np.asarray(np.quantile(np.concatenate(powers), QUARTILE, axis=0) / QUARTER)
 
 

@@ -15,7 +15,7 @@ def energy_near(frequencies: FloatArray, parts: tuple[FloatArray, ...], rate: fl
     ``parts`` (recording, time, sensor) in units of the noise, whose energy is taken off.
     """
     found = np.zeros(len(frequencies))
-    for part in parts:
+    for part in parts if len(frequencies) else ():  # below a low-pass there may be none
         window = np.hanning(part.shape[1])[:, None]
         power = (np.abs(np.fft.rfft((part - part.mean(axis=1, keepdims=True)) * window, axis=1)) ** 2).sum(axis=(0, 2))
         power -= np.sum(window**2) * part.shape[0] * part.shape[2]

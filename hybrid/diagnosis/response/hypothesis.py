@@ -226,16 +226,18 @@ class Hypothesis:
         A = np.zeros((variants, self.states, self.states))
         A[:, :n, n : 2 * n] = np.eye(n)
         A[:, n : 2 * n, : 2 * n] = -inverse @ np.concatenate([reduced.stiffness, reduced.damping], axis=2)
+        steps = None if any(c.kind == TimeIntegration.kind for c in self.candidates) else plant.integration
         for number, (pull, _, frequency) in enumerate(waves):
             first, omega = 2 * n + 2 * number, 2 * np.pi * frequency
+            omega = omega if steps is None else steps.shown_as(omega)  # a force keeps its frequency
             A[:, n : 2 * n, first] = reduced.fed(pull, inverse)
             A[:, first, first + 1], A[:, first + 1, first] = omega, -omega
         trailing = reduced.trailing
         if trailing is not None:
             A, trails = with_trailing(A, trailing)
         exact = A
-        if plant.integration is not None and not any(c.kind == TimeIntegration.kind for c in self.candidates):
-            A = _stepped(A, plant.integration)
+        if steps is not None:
+            A = _stepped(A, steps)
         B, G = np.zeros((variants, self.states, len(laws))), np.zeros((variants, 2 * len(laws), self.states))
         B[:, n : 2 * n] = feed = reduced.feed([pull for pull, _ in laws], inverse)
         for number, (pull, _) in enumerate(laws):

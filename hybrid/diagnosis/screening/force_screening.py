@@ -27,7 +27,7 @@ def screen_forces(fit: Fit, candidates: tuple[Candidate, ...], gauge: Gauge) -> 
         return []
     hypothesis = fit.hypothesis
     system = hypothesis.system(fit.theta[None], gauge.sensors, gauge.rate, gauge.positions)
-    n, states = hypothesis.size, hypothesis.states
+    n = hypothesis.size
     reduced = hypothesis.reduced(fit.theta[None])
     inverse = np.linalg.inv(reduced.mass)
     accelerations = np.array([sensor.quantity == "acceleration" for sensor in gauge.sensors])
@@ -36,12 +36,13 @@ def screen_forces(fit: Fit, candidates: tuple[Candidate, ...], gauge: Gauge) -> 
     trials = np.arange(FREQUENCIES_A_LINE, count // 2) * gauge.rate / count
     pulls = [candidate.pull for candidate in forces if candidate.pull is not None]  # of every force
     feed = np.stack([reduced.fed(pull, inverse)[0] for pull in pulls], axis=1)  # (mode, place)
-    B = np.zeros((states, len(forces)))
-    B[n : 2 * n] = feed
+    B = np.zeros((2 * n, len(forces)))  # the structure's own states: at another force's frequency its own are singular
+    B[n:] = feed
     D = np.where(accelerations[:, None], hypothesis.plant.rows(gauge.sensors) @ reduced.shapes[0] @ feed, 0.0)
     omega = 2j * np.pi * trials[:, None, None]
     pushed = np.broadcast_to(B, (len(trials), *B.shape))
-    transfer = system.C[0] @ np.linalg.solve(omega * np.eye(states) - system.A[0], pushed) + D
+    A, C = system.A[0, : 2 * n, : 2 * n], system.C[0, :, : 2 * n]
+    transfer = C @ np.linalg.solve(omega * np.eye(2 * n) - A, pushed) + D
     transfer = transfer * system.gain[0][:, None]  # (frequency, sensor, place)
     gains = np.zeros((len(trials), len(forces)))
     for batch, states_found in zip(fit.batches, fit.states, strict=True):

@@ -81,6 +81,7 @@ def draw_example(path: Path, example: Example) -> Path:
         for frequency in example.frequencies:
             axes[-1].axvline(frequency, color="#999999", linewidth=0.7, linestyle=":")
         axes[-1].set(xlabel="frequency (Hz); dotted: natural frequencies", ylabel="error / size")
-        axes[-1].set_xlim(0, min(WIDTH * example.frequencies.max(), example.rate / 2))
+        widest = WIDTH * example.frequencies.max() if len(example.frequencies) else example.rate
+        axes[-1].set_xlim(0, min(widest, example.rate / 2))
         sheet.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3, frameon=False)
     return path

@@ -1,0 +1,72 @@
+"""Harmonic forces, whatever the unit of time, the user's time steps, and what else runs slowly."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fe_models.blind import BlindConfig, blind_case
+from fe_models.effects import HarmonicForce
+from fe_models.recordings import Dataset
+from hybrid.diagnosis.fitting.fitting import Fit, fit
+from hybrid.diagnosis.nominal.plant import plant_of
+from hybrid.diagnosis.response.hypothesis import Hypothesis
+from hybrid.diagnosis.screening.force_screening import screen_forces
+from tests.chain_fits import RATE, candidate, gauge_of
+
+FORCED = blind_case(7, BlindConfig(("harmonic_force",), size=0.6, train=3, test=1, duration=30.0))
+
+
+def machine() -> HarmonicForce:
+    (cause,) = FORCED.truth
+    assert isinstance(cause, HarmonicForce)
+    return cause
+
+
+def fitted(dataset: Dataset, begun: float) -> Fit:
+    """Return the fit of a harmonic force where it acts, from a frequency that is ``begun`` (Hz)."""
+    batches, gauge = gauge_of(dataset)
+    hypothesis = Hypothesis(plant_of(dataset), (candidate(dataset, "harmonic_force", node=machine().node),))
+    found = fit(hypothesis, np.append(np.zeros(hypothesis.nuisances), begun), batches, gauge)
+    assert found is not None
+    return found
+
+
+def test_its_frequency_costs_nothing_in_any_unit_of_time() -> None:
+    """Its prior was as wide as 1 Hz: of a stiff structure's machine it took (108 Hz)^2 off."""
+    force = candidate(FORCED.dataset, "harmonic_force", node=machine().node)
+    assert force.width == (RATE / 2,)
+    hypothesis = Hypothesis(plant_of(FORCED.dataset), (force,))
+    assert hypothesis.precision[-1] * (RATE / 2) ** 2 <= 1  # at the highest that recordings show
+
+
+def test_it_keeps_its_frequency_in_a_simulation_by_time_steps() -> None:
+    """Natural frequencies are lower there; a force's is what the user makes it."""
+    own = replace(FORCED.dataset.assumptions, integrator="newmark", step=0.08)
+    force = candidate(FORCED.dataset, "harmonic_force", node=machine().node)
+    exact, stepped = (
+        Hypothesis(plant_of(replace(FORCED.dataset, assumptions=assumptions)), (force,))
+        for assumptions in (FORCED.dataset.assumptions, own)
+    )
+    roots = []
+    for hypothesis in (exact, stepped):
+        theta = np.append(np.zeros(hypothesis.nuisances), 0.9)  # 0.9 Hz, which steps of 0.08 s would show as 0.885
+        sensors = FORCED.dataset.sensors
+        system = hypothesis.system(theta[None], sensors, RATE, tuple(range(len(sensors))))
+        roots.append(np.linalg.eigvals(system.A[0]))
+    force_root = 2j * np.pi * 0.9
+    assert [np.abs(own - force_root).min() for own in roots] == pytest.approx([0, 0], abs=1e-9)
+    own_roots = [np.sort(found.imag)[-2] for found in roots]  # the structure's highest
+    assert own_roots[1] < 0.999 * own_roots[0]
+
+
+def test_another_one_is_screened_for_beside_one_at_a_frequency_that_is_tried() -> None:
+    """The lowest that is tried is the least that a fit may have: an undamped root, where the system is singular."""
+    batches, gauge = gauge_of(FORCED.dataset)
+    longest = max(batch.samples for batch in batches)
+    item = fitted(FORCED.dataset, RATE / longest)
+    slow = replace(item, theta=np.append(item.theta[:-1], RATE / longest))
+    forces = (candidate(FORCED.dataset, "harmonic_force", node=machine().node),)
+    found = screen_forces(slow, forces, gauge)
+    assert found
+    assert all(np.isfinite(trial.gain) for trial in found)
