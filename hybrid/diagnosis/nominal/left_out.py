@@ -8,6 +8,6 @@ def modes_left_out(plant: Plant, modes: int | None) -> list[str]:
     if modes is None or plant.kept is None or modes >= plant.kept:
         return []
     return [
-        f"the simulation keeps {modes} modes, and the recordings can show {plant.kept}, up to {plant.highest:.4g} Hz:"
-        f" the diagnosis follows these, and its scores are with them; set modes = {plant.kept}"
+        f"the simulation keeps {modes} modes, and the recordings can show {plant.kept}: the diagnosis follows these,"
+        f" and its scores are with them; set modes = {plant.kept}"
     ]

@@ -305,7 +305,8 @@ def _basis(dataset: Dataset, linear: LinearModel, highest: float) -> tuple[Float
     while modal.frequencies[-1] < highest and count < free:
         count = min(2 * count, free)
         modal = natural_modes(linear, count)
-    kept = max(int(np.sum(modal.frequencies < highest)), dataset.assumptions.modes or 1)
+    wished, passed = dataset.assumptions.modes, min(dataset.lowpass or np.inf, dataset.sampling_rate / 2)
+    kept = max(int(np.sum(modal.frequencies < (passed if wished else highest))), wished or 1)
     wanted = min(kept + MORE_MODES, free)
     if wanted > count:
         modal = natural_modes(linear, wanted)
