@@ -15,7 +15,6 @@ from fe_models.effects import (
     QuadraticDamper,
     SlackCable,
 )
-from fe_models.effects.laws import with_parts
 from hybrid.diagnosis.causes.candidate import SMALL, Candidate
 from hybrid.diagnosis.causes.places import Motion, Place
 from hybrid.diagnosis.nominal.plant import Plant
@@ -102,10 +101,10 @@ def _law(
 
 
 def _slack_cables(plant: Plant, motion: Motion) -> list[Candidate]:
-    found, whole = [], with_parts(plant.structure)
+    found = []
     for number in range(1, len(plant.structure.elements) + 1):
         effect = SlackCable(number, 1.0)
-        law = None if effect.faults(plant.structure) else effect.law(whole)
+        law = None if effect.faults(plant.structure) else effect.law(plant.built)
         if law is not None:
             pull = plant.pull(law)
             u = motion.displacement @ pull

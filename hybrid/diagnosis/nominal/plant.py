@@ -172,6 +172,11 @@ class Plant:
         return full
 
     @cached_property
+    def built(self) -> Structure:
+        """The structure with its effects that are plain parts built in: what its force laws act on."""
+        return with_parts(self.structure)
+
+    @cached_property
     def load_pulls(self) -> FloatArray:
         """What a unit of each known load pulls, (load, dof)."""
         return np.eye(len(self.dofs))[[self.dofs.row(node, direction) for node, direction in self.loaded]]

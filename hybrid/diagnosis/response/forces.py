@@ -5,7 +5,6 @@ from typing import Any
 
 from fe_models.dofs import FloatArray
 from fe_models.effects import SlackCable
-from fe_models.effects.laws import with_parts
 from fe_models.uncertain_parts import UncertainPart
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.nominal.plant import Plant
@@ -21,7 +20,7 @@ def force_of(candidate: Candidate, plant: Plant, values: FloatArray, stiffnesses
     """Return the force of a law of ``values`` (variant, parameter); ``stiffnesses`` (variant, part): factors."""
     cause: Any = candidate.build(*(values[:, i, None] for i in range(values.shape[1])))
     if isinstance(cause, SlackCable):
-        law: Any = SlackCable(cause.element, 1.0).law(with_parts(plant.structure))
+        law: Any = SlackCable(cause.element, 1.0).law(plant.built)
         (part,) = (i for i, part in enumerate(plant.parts) if _is_stiffness_of(part, cause.element))
         own = law.stiffness * stiffnesses[:, part, None]
         law = replace(law, stiffness=own, pretension=cause.pretension)
