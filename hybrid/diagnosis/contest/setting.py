@@ -25,6 +25,7 @@ from hybrid.diagnosis.nominal.mesh_error import coarse_mesh
 from hybrid.diagnosis.nominal.modal_plant import modal_plant, with_ratios_of_modal_model
 from hybrid.diagnosis.nominal.plant import Plant, plant_of
 from hybrid.diagnosis.recorded.channels import usable
+from hybrid.diagnosis.recorded.filtered_ends import without_ringing_ends
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.noise import Band, noise_of_recordings, structure_band
 from hybrid.diagnosis.recorded.noise_levels import NoiseLevels
@@ -105,6 +106,7 @@ def _too_fast(plant: Plant) -> list[str]:
 
 def setting_of(dataset: Dataset) -> Setting:
     """Return the setting of a dataset; `InputError` where it cannot be diagnosed."""
+    dataset, rung = without_ringing_ends(dataset)
     plant = plant_of(with_ratios_of_modal_model(dataset))
     modal = modal_plant(plant, dataset)
     dataset, unusable = usable(dataset)
@@ -125,6 +127,7 @@ def setting_of(dataset: Dataset) -> Setting:
     geometries = geometries_of(plant, motion, np.random.default_rng(SEED))
     unlike = () if levels.are_alike or searched is not gauge else (UNLIKE.format(pattern=levels.pattern.value),)
     notes = (
+        *rung,
         *unusable,
         *offsets(dataset),
         *apart,

@@ -6,6 +6,7 @@ import numpy as np
 
 from fe_models.dofs import FloatArray
 from fe_models.effects import StiffnessChange, SupportSpring
+from fe_models.sensor_effects import SensorGain
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.fitting.forecasting import goes_far, within
@@ -22,7 +23,9 @@ from hybrid.diagnosis.screening.screening import Screened
 SIZES = (-2.0, -1.0, -0.5, -0.2, 0.2, 0.5, 1.0, 2.0)  # of a prior width, from doing nothing
 FIRM = (-20.0, -5.0, 0.006, 0.012, 0.025, 0.05, 0.1, 5.0, 20.0)  # besides, of springs to the ground: supports may give
 # way by a hundredth of the usual or be all but lost, and a start must be within a third of the size
+REVERSED = -1.0  # a sensor's gain where it is mounted the wrong way round
 LEFT = (0.02, 0.05, 0.12, 0.25)  # of a stiffness: what may be left; its compliance, which is felt, goes to infinity
+ABSOLUTE: dict[str, tuple[float, ...]] = {StiffnessChange.kind: LEFT, SensorGain.kind: (REVERSED,)}
 MUCH = 2.0  # times the energy of noise: what an element that is all but lost makes a fit without it leave, at least
 
 Trial = tuple[Candidate, FloatArray]
@@ -105,7 +108,7 @@ def sizes_of(candidate: Candidate) -> FloatArray:
     sizes = candidate.neutral[0] + np.array((*SIZES, *far)) * candidate.width[0]
     most = candidate.upper[0] if candidate.upper else np.inf
     sizes = sizes[(sizes > candidate.lower[0]) & (sizes < most)]
-    return np.append(sizes, LEFT if candidate.kind == StiffnessChange.kind else ())[:, None]
+    return np.append(sizes, ABSOLUTE.get(candidate.kind, ()))[:, None]
 
 
 def with_sizes(theta: FloatArray, sizes: FloatArray) -> FloatArray:

@@ -1,0 +1,32 @@
+"""The ends of low-passed recordings: a filter that begins or stops amid a motion rings there, and no structure does.
+
+A recording that starts at the release holds the filtered jump of the accelerations; what ran before its first sample,
+the filter never saw. A fit takes such ringing for dampers and axial forces that act on fast modes.
+"""
+
+from dataclasses import replace
+from math import ceil
+
+from fe_models.files.recording_checks import FEWEST_SAMPLES
+from fe_models.recordings import Dataset
+
+PERIODS = 2.0  # of the cutoff: until the usual filter's ringing is a hundredth of the jump
+MOST = 0.05  # of a recording, at either end: short ones need what they have
+
+
+def without_ringing_ends(dataset: Dataset) -> tuple[Dataset, list[str]]:
+    """Return a dataset without the samples in which a low-pass may ring, and a note on them."""
+    rate, lowpass = dataset.sampling_rate, dataset.lowpass
+    if lowpass is None or lowpass >= rate / 2:
+        return dataset, []
+    wanted, recordings, left_out = ceil(PERIODS * rate / lowpass), [], set[int]()
+    for recording in dataset.recordings:
+        samples = recording.data.shape[1]
+        count = max(min(wanted, int(MOST * samples), (samples - FEWEST_SAMPLES) // 2), 0)
+        recordings.append(recording.part(count, samples - count))
+        left_out.add(count)
+    if left_out == {0}:
+        return dataset, []
+    told = " to ".join(str(count) for count in sorted({min(left_out), max(left_out)}))
+    note = f"a low-pass rings where a recording begins and ends: {told} samples at each end are not used"
+    return replace(dataset, recordings=tuple(recordings)), [note]
