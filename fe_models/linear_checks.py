@@ -4,13 +4,12 @@ import numpy as np
 from scipy.linalg import eigh, eigvalsh
 from scipy.sparse import csr_array
 
-from fe_models.dofs import DofMap
+from fe_models.damping import LARGEST_DENSE, full_damping
+from fe_models.dofs import DofMap, FloatArray
 from fe_models.linear import LinearModel
 
 SYMMETRY = 1e-6
 """Largest |A - A^T| over the largest |A|; matrices printed with seven digits pass."""
-SIGNED = {"C": "damping", "K": "stiffness"}
-"""Matrices whose diagonal must not be negative, and what it is; that of M is checked with its eigenvalues."""
 NEGATIVE = 1e-9
 """Smallest negative eigenvalue of K scaled to a unit diagonal that is no rounding; a mechanism has one of 1e-16."""
 LARGEST_EIGENVALUE_CHECK = 1000
@@ -33,8 +32,8 @@ def check_linear_model(model: LinearModel) -> list[str]:
             )
         else:
             faults += _check_symmetry(name, matrix, model.dofs) if symmetric else []
-            faults += _check_signs(name, matrix, model.dofs) if name in SIGNED else []
-    return faults or _check_mass(model)
+            faults += _check_signs("K", "stiffness", matrix.diagonal(), model.dofs) if name == "K" else []
+    return faults or _check_mass(model) or _check_damping(model)
 
 
 def dof_name(dofs: DofMap, free_row: int) -> str:
@@ -111,12 +110,19 @@ def _first_broken(matrix: csr_array, dofs: DofMap) -> str:
     return f", the first between {' and '.join(dof_name(dofs, int(index[first])) for index in entries.coords)}"
 
 
-def _check_signs(name: str, matrix: csr_array, dofs: DofMap) -> list[str]:
-    diagonal = matrix.diagonal()
+def _check_signs(name: str, quantity: str, diagonal: FloatArray, dofs: DofMap) -> list[str]:
     return [
-        f"{name} has a negative {SIGNED[name]}, {diagonal[row]:.6g}, at {dof_name(dofs, row)}"
+        f"{name} has a negative {quantity}, {diagonal[row]:.6g}, at {dof_name(dofs, row)}"
         for row in np.flatnonzero(diagonal < 0)[:5]
     ]
+
+
+def _check_damping(model: LinearModel) -> list[str]:
+    """Return faults of C, the modal part included: a damper may take away from what that gives."""
+    diagonal = model.damping.diagonal()
+    if np.any(diagonal < 0) and model.has_modal_damping and len(diagonal) <= LARGEST_DENSE:
+        diagonal = full_damping(model).diagonal()
+    return _check_signs("C", "damping", diagonal, model.dofs)
 
 
 def _check_mass(model: LinearModel) -> list[str]:

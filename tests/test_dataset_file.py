@@ -206,3 +206,16 @@ def test_an_unknown_key_hides_no_other_fault_of_the_simulation(folder: Path) -> 
         load_dataset(path)
     assert any("foo" in fault and "uncertainty" in fault for fault in caught.value.faults), caught.value.faults
     assert any("step" in fault for fault in caught.value.faults), caught.value.faults
+
+
+def test_a_value_of_the_wrong_type_hides_no_other_fault_of_its_table(folder: Path) -> None:
+    path = folder / "dataset.toml"
+    text = path.read_text().replace("lowpass = 30.0", 'lowpass = "thirty"').replace("modes = 2", 'modes = "two"')
+    text = text.replace("[simulation]", "[simulation]\nstep = -0.5", 1)
+    text = text.replace("stiffness = 0.05", "stiffness = 0.05, mass = true, damping = -1")
+    path.write_text(text.replace("sampling_rate = 100.0", "sampling_rate = -100.0"))
+    with pytest.raises(InputError) as caught:
+        load_dataset(path)
+    faults = [fault for fault in caught.value.faults if "recordings" not in fault]
+    for words in ("thirty", "two", "step = -0.5", "mass", "damping = -1", "sampling_rate = -100"):
+        assert_fault(faults, words)

@@ -119,7 +119,9 @@ def test_another_kind_at_the_place_of_a_twin_is_not_taken_for_the_twin() -> None
 def test_sentence_of_little_help() -> None:
     sensor = Sensor("x2", 2, "x", "displacement", "m")
     little = Advice("added_mass", {"node": 4}, "added_mass", {"node": 3}, 0.4, sensor, 0.3)
-    assert "0.40 becomes 0.30" in little.sentence
+    assert "hardly tells" in little.sentence
+    assert "the latter's probability falls from 0.40 to 0.30" in little.sentence
+    assert "would help" in replace(little, then=0.08).sentence
     assert "would tell" in replace(little, then=0.01).sentence
 
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from fe_models.blind import BlindConfig, blind_case
+from fe_models.dofs import FloatArray
 from fe_models.measurement import lowpassed
 from fe_models.recordings import Recording
 from hybrid.diagnosis.contest.setting import setting_of
@@ -100,3 +101,21 @@ def test_single_recording_is_halved_and_a_short_one_scored_as_it_is() -> None:
     same, notes = as_recordings(short)
     assert [r.role for r in same.recordings] == ["train", "test"]
     assert "what was fitted" in notes[0]
+
+
+def test_a_test_recording_that_is_only_noisier_holds_nothing_that_training_does_not_show() -> None:
+    case = blind_case(5, BlindConfig(train=4, test=2, duration=20.0)).dataset
+    setting = setting_of(case)
+    base = fit(setting.nominal, setting.nominal.centre, setting.lengths.whole, setting.gauge)
+    assert base is not None
+    (tests,) = setting.test_recordings()
+    names, rng = tests.names, np.random.default_rng(2)
+    loud, other = tests.data.copy(), tests.data.copy()
+    loud[1] += 3 * np.append(setting.gauge.sigma, 0)[: loud.shape[2]] * rng.standard_normal(loud[1].shape)
+    other[1] *= np.where(np.arange(other.shape[2]) == 0, 1.4, 1.0)  # another gain
+
+    def told(data: FloatArray) -> tuple[str, ...]:
+        return Scorer(setting, setting.gauge, (replace(tests, data=data),), None).only_louder(base, names[1:])
+
+    assert told(loud) == (names[1],)
+    assert told(other) == ()

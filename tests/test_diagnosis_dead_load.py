@@ -67,7 +67,7 @@ def test_weight_that_modes_lack_is_named_with_its_share() -> None:
     (finding,) = found.findings
     assert finding.cause.kind == "dead_load"
     assert finding.cause.location == {}
-    assert finding.probability > 0.8
+    assert finding.probability > 0.7  # compression of all elements is nearly the same
     share = finding.parameters["share"]
     assert abs(share.value - 1.0) < 2 * share.std < 0.2
     before, after = (found.scores[name]["measured"] for name in ("baseline", "extended"))

@@ -22,10 +22,10 @@ from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import batches_of, columns_of
 from hybrid.diagnosis.recorded.spectra import energy_near
 from hybrid.diagnosis.response.hypothesis import Hypothesis
-from hybrid.diagnosis.shown.all_off import all_off
+from hybrid.diagnosis.shown.all_off import all_off, damping_off
 from hybrid.diagnosis.shown.amplitude import amplitude_dependence
 from hybrid.diagnosis.shown.example import Example, draw_example
-from hybrid.diagnosis.shown.show import modes_of
+from hybrid.diagnosis.shown.show import Shown, modes_of
 from hybrid.diagnosis.shown.show_report import describe_shown, shown_table
 
 NOISE = 0.02
@@ -116,6 +116,23 @@ def test_frequencies_that_are_all_off_alike_are_told(found: Diagnosis) -> None:
     assert "observed at 0.8 times" in note
     assert all_off(seen, Uncertainty(stiffness=0.3)) == []
     assert all_off(replace(one, motion_energy=np.full(4, 0.25), mac=np.ones(4)), Uncertainty()) == []
+
+
+def test_damping_that_is_off_in_all_modes_is_told(found: Diagnosis) -> None:
+    """Not that of one mode, nor what its owner thinks normal; from none at all it is infinitely far."""
+    shown = replace(found.shown, motion_energy=np.full(4, 0.25), mac=np.ones(4))
+
+    def with_ratios(observed: tuple[float, ...], nominal: tuple[float, ...]) -> Shown:
+        two = (np.array(ratios) for ratios in (observed, nominal))
+        own, drawn = (replace(m, ratios=r) for m, r in zip((shown.observed, shown.nominal), two, strict=True))
+        return replace(shown, observed=own, nominal=drawn)
+
+    less = with_ratios((0.015,) * 4, (0.05,) * 4)
+    (note,) = damping_off(less, Uncertainty())
+    assert "modes 1, 2, 3, 4 are observed with damping ratios of 0.015, 0.015, 0.015, 0.015 instead of 0.05" in note
+    assert damping_off(less, Uncertainty(damping=0.8)) == []
+    assert damping_off(with_ratios((0.015,) * 4, (0.0,) * 4), Uncertainty())
+    assert damping_off(with_ratios((0.015, 0.015, 0.05, 0.05), (0.05,) * 4), Uncertainty()) == []
 
 
 def test_mode_that_is_overdamped_is_in_no_table() -> None:

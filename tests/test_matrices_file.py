@@ -227,3 +227,10 @@ def test_damping_that_feeds_energy_is_a_fault() -> None:
     model = linearise(four_dof())
     negative = replace(model, damping=csr_array(-model.damping))
     assert "C has a negative damping, -0.1, at node 1 in x" in check_linear_model(negative)
+
+
+def test_a_damper_may_take_away_from_modal_damping() -> None:
+    model = linearise(four_dof())
+    taken = replace(model, damping=csr_array(-0.1 * model.damping), modal_ratios=(0.1,))
+    assert not check_linear_model(taken)
+    assert any("negative damping" in fault for fault in check_linear_model(replace(taken, modal_ratios=(0.001,))))

@@ -75,7 +75,7 @@ class _LoadTable:
 def read_header(document: Table, where: str, faults: list[str]) -> DatasetHeader | None:
     """Return the single values, with the two frequencies checked against each other."""
     table = {key: document[key] for key in HEADER_KEYS if key in document}
-    header = read_table(DatasetHeader, table, where, faults)
+    header = read_table(DatasetHeader, table, where, faults, go_on=True)
     if header is not None:
         faults.extend(f"{where} {fault}" for fault in check_rates(header.sampling_rate, header.lowpass))
     return header
@@ -134,9 +134,9 @@ def read_assumptions(document: Table, where: str, surroundings: Surroundings, fa
         own = [item.name for item in fields(_SimulationTable)]
         check_keys(table, [*own, "uncertainty"], place, faults)
         plain = {key: value for key, value in table.items() if key in own}
-    row = read_table(_SimulationTable, plain, place, faults) or _SimulationTable()
+    row = read_table(_SimulationTable, plain, place, faults, go_on=True) or _SimulationTable()
     given = table.get("uncertainty", {}) if isinstance(table, dict) else {}
-    uncertainty = read_table(Uncertainty, given, f"{place}.uncertainty", faults) or Uncertainty()
+    uncertainty = read_table(Uncertainty, given, f"{place}.uncertainty", faults, go_on=True) or Uncertainty()
     faults.extend(f"{place}.{fault}" for fault in _simulation_faults(row, uncertainty, surroundings))
     modal_model = None
     if row.modal_model is not None and surroundings.dofs is not None:

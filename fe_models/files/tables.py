@@ -40,12 +40,18 @@ def read_toml(path: Path) -> Table:
 
 
 def read_table(
-    make: Callable[..., T], table: object, where: str, faults: list[str], required: Collection[str] = ()
+    make: Callable[..., T],
+    table: object,
+    where: str,
+    faults: list[str],
+    required: Collection[str] = (),
+    go_on: bool = False,
 ) -> T | None:
     """Return ``make(**table)`` with each value checked against the annotation of its parameter.
 
     ``make`` is a dataclass or a function; its parameters without default, and those named in ``required``, must be
-    there. Adds what is wrong to ``faults`` and returns None then.
+    there. Adds what is wrong to ``faults`` and returns None then; with ``go_on`` only if something is missing, else
+    the rest with defaults in place of what is wrong, so that its other faults are found as well.
     """
     if not isinstance(table, dict):
         faults.append(f"{where}: expected a table, found {show(table)}")
@@ -55,11 +61,15 @@ def read_table(
     check_keys(table, parameters, where, faults)
     values: Table = {}
     for key, parameter in parameters.items():
+        known = len(faults)
         if key in table:
-            values[key] = read_value(parameter.annotation, table[key], at(where, key), faults)
+            value = read_value(parameter.annotation, table[key], at(where, key), faults)
+            if len(faults) == known:
+                values[key] = value
         elif key in required or parameter.default is parameter.empty:
             faults.append(f"{at(where, key)}: missing; expected {describe(parameter.annotation)}")
-    if len(faults) > before:
+    complete = all(key in values or parameter.default is not parameter.empty for key, parameter in parameters.items())
+    if len(faults) > before and not (go_on and complete):
         return None
     try:
         return make(**values)

@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fe_models.dofs import BoolArray
 from fe_models.errors import InputError
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.causes.candidate import Candidate
@@ -24,6 +25,7 @@ from hybrid.diagnosis.nominal.lowpass import noise_is_lowpassed
 from hybrid.diagnosis.nominal.mesh_error import coarse_mesh
 from hybrid.diagnosis.nominal.modal_plant import modal_plant, with_ratios_of_modal_model
 from hybrid.diagnosis.nominal.plant import Plant, plant_of
+from hybrid.diagnosis.nominal.unstated_lowpass import unstated_lowpass
 from hybrid.diagnosis.recorded.channels import usable
 from hybrid.diagnosis.recorded.filtered_ends import without_ringing_ends
 from hybrid.diagnosis.recorded.gauge import Gauge
@@ -31,11 +33,13 @@ from hybrid.diagnosis.recorded.noise import Band, noise_of_recordings, structure
 from hybrid.diagnosis.recorded.noise_levels import NoiseLevels
 from hybrid.diagnosis.recorded.offsets import offsets
 from hybrid.diagnosis.recorded.records import Batch, batches_of, columns_of, measured_columns
+from hybrid.diagnosis.recorded.spectra import energy_near
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.marching import is_too_fast
 from hybrid.diagnosis.response.unloaded import unloaded
 
 UNLIKE = "noise goes with {pattern}: each recording counts by its own"
+STILL = 5e-4  # of the motion's energy: a mode that has less hardly shows
 SEED = 0  # of the states at which geometric forces are taken: the same of the same recordings
 
 
@@ -106,6 +110,7 @@ def _too_fast(plant: Plant) -> list[str]:
 
 def setting_of(dataset: Dataset) -> Setting:
     """Return the setting of a dataset; `InputError` where it cannot be diagnosed."""
+    other_end = unstated_lowpass(dataset)
     dataset, rung = without_ringing_ends(dataset)
     plant = plant_of(with_ratios_of_modal_model(dataset))
     modal = modal_plant(plant, dataset)
@@ -127,6 +132,7 @@ def setting_of(dataset: Dataset) -> Setting:
     geometries = geometries_of(plant, motion, np.random.default_rng(SEED))
     unlike = () if levels.are_alike or searched is not gauge else (UNLIKE.format(pattern=levels.pattern.value),)
     notes = (
+        *other_end,
         *rung,
         *unusable,
         *offsets(dataset),
@@ -134,9 +140,15 @@ def setting_of(dataset: Dataset) -> Setting:
         *fast,
         *unlike,
         *modes_left_out(plant, dataset.assumptions.modes),
-        *coarse_mesh(plant),
+        *coarse_mesh(plant, _moved(plant, lengths.whole, gauge)),
     )
     return Setting(dataset, plant, geometries, modal, measured, gauge, searched, levels, band, lengths, short, notes)
+
+
+def _moved(plant: Plant, batches: tuple[Batch, ...], gauge: Gauge) -> BoolArray:
+    """Return in which nominal modes (mode,) the recordings have motion."""
+    motion = tuple(batch.recorded / batch.sigma(gauge) for batch in batches)
+    return energy_near(plant.modes[0] / (2 * np.pi), motion, gauge.rate) > STILL
 
 
 def _disperses_too_far(short: Fit) -> bool:

@@ -5,7 +5,7 @@ from math import ceil
 import numpy as np
 
 from fe_models.assembly import linearise
-from fe_models.dofs import FloatArray
+from fe_models.dofs import BoolArray, FloatArray
 from fe_models.modes import natural_modes
 from fe_models.structure import Beam, Structure
 from hybrid.diagnosis.nominal.plant import Plant
@@ -15,13 +15,13 @@ FINE_ENOUGH = 2e-4  # of it: about what recordings tell
 ORDER = 4  # the error falls with the fourth power of the length of elements whose deflection is cubic
 
 
-def coarse_mesh(plant: Plant) -> list[str]:
-    """Return a note where elements half as long move a natural frequency that the recordings show."""
+def coarse_mesh(plant: Plant, moved: BoolArray) -> list[str]:
+    """Return a note where elements half as long move a natural frequency of modes that are ``moved`` (mode,)."""
     structure = plant.structure
     if plant.kept is None or not any(isinstance(element, Beam) for element in structure.elements):
         return []
     coarse, fine = (_omega(one, plant.kept) for one in (structure, structure.refined(2 * structure.divisions)))
-    off = np.abs(coarse / fine - 1)
+    off = np.where(moved, np.abs(coarse / fine - 1), 0.0)
     worst = int(np.argmax(off))
     if off[worst] <= SEEN:
         return []

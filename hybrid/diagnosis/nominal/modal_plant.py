@@ -38,7 +38,8 @@ def modal_plant(plant: Plant, dataset: Dataset) -> Plant | None:
     shapes = _normalised(modal.shapes, plant)
     P = _left_inverse(shapes)
     count = len(modal.omega)
-    diagonals = np.ones(count), 2 * modal.damping_ratio * modal.omega, modal.omega**2
+    as_matrix = modal.damping_ratio if plant.turns else np.zeros(count)  # else each mode has its ratio, as there
+    diagonals = np.ones(count), 2 * as_matrix * modal.omega, modal.omega**2
     mass, damping, stiffness = (P.T @ diags_array(values) @ P for values in diagonals)
     normal = np.maximum(dataset.assumptions.uncertainty.damping, CERTAIN)
     asked = plant.spread[: len(plant.parts)], np.full(count, normal), plant.spread[plant.values :]
@@ -49,7 +50,7 @@ def modal_plant(plant: Plant, dataset: Dataset) -> Plant | None:
         stiffness=csr_array(stiffness),
         basis=shapes,
         kept=None,
-        ratios=np.zeros(count),
+        ratios=(modal.damping_ratio - as_matrix)[np.argsort(modal.omega)],
         scatter=NONE,
         spread=np.concatenate(asked),
     )

@@ -9,7 +9,7 @@ from scipy.sparse import csr_array, vstack
 from scipy.sparse.linalg import SuperLU
 
 from fe_models.assembly import linearise, unsupported
-from fe_models.damping import full_damping, replace_ratios
+from fe_models.damping import full_damping, ratios_of_modes, replace_ratios
 from fe_models.dofs import DofMap, FloatArray
 from fe_models.effects import DeadLoad
 from fe_models.effects.base import ForceLaw
@@ -49,13 +49,14 @@ class Plant:
     modes whose motion is followed, those up to the ``highest`` frequency (Hz) that recordings behind a ``lowpass``
     (None without) show, if nothing else is asked for; the others only bend along with them; None: all. ``parts``: what
     is uncertain as a whole, and ``part_changes`` (dof, dof): what the doubling of each adds to M or K. ``ratios``:
-    assumed modal damping ratios (mode,) on top of ``damping``, of the modes kept and of one that a cause may bring.
-    ``scatter``: how elements are off by themselves. ``spread``: prior standard deviations of the log factors of parts
-    and damping ratios, of the scatter's patterns, of the damping's `TURNING`, where it ``turns``, as the structure has
-    damping of its own, and of the `dispersion`, where it ``disperses``, in this order (nuisance,). ``laws``: forces
-    that the nominal structure itself has. ``integration``: the error of the user's own time steps, None where it
-    integrates exactly. ``loaded``: where recordings are loaded. ``geometry``: forces beyond the linear model's, None
-    where there are none. ``rate``: of the recordings' samples, Hz.
+    modal damping ratios (mode,), assumed or the structure's, on top of ``damping``, of the modes kept and of one that a
+    cause may bring: each mode has its own, whatever causes make of its shape. ``scatter``: how elements are off by
+    themselves. ``spread``: prior standard deviations of the log factors of parts and damping ratios, of the scatter's
+    patterns, of the damping's `TURNING`, where it ``turns``, as the structure has a damping matrix of its own, and of
+    the `dispersion`, where it ``disperses``, in this order (nuisance,). ``laws``: forces that the nominal structure
+    itself has. ``integration``: the error of the user's own time steps, None where it integrates exactly. ``loaded``:
+    where recordings are loaded. ``geometry``: forces beyond the linear model's, None where there are none. ``rate``: of
+    the recordings' samples, Hz.
     """
 
     structure: Structure
@@ -238,20 +239,22 @@ def plant_of(dataset: Dataset) -> Plant:
         structure = replace(structure, dashpots=(), damping=Damping())
     linear = linearise(structure)
     mass, damping, stiffness = unsupported(structure)
-    if linear.has_modal_damping:
-        more = csr_array(full_damping(linear) - linear.damping.toarray()).tocoo()
+    if linear.replaced_ratios:
+        settled = replace(linear, modal_ratios=())
+        more = csr_array(full_damping(settled) - linear.damping.toarray()).tocoo()
         rows = linear.dofs.free_rows
         damping = damping + csr_array((more.data, (rows[more.row], rows[more.col])), shape=damping.shape)
     lowpass = lowpass_of(dataset)
     highest = highest_shown(dataset, lowpass)
     basis, kept = _basis(dataset, linear, highest)
     modes = basis.shape[1] if kept is None else min(kept + SPARE, basis.shape[1])
-    ratios = np.zeros(modes)
+    ratios = ratios_of_modes(structure.damping.modal_ratios, modes)
     if assumed.damping_ratio is not None:
         given = np.atleast_1d(np.asarray(assumed.damping_ratio, dtype=float))
         if kept is not None:  # as many as the recordings need, of which nobody was told; the last counts for the others
             given = np.append(given, np.full(max(modes - len(given), 0), given[-1]))
-        ratios = replace_ratios(damping_ratios(tuple(given), modes), _settled(structure))
+        ratios = damping_ratios(tuple(given), modes)
+    ratios = replace_ratios(ratios, _settled(structure))
     parts, changes = _felt_parts(structure)
     normal = assumed.uncertainty
     spread = [getattr(normal, part.quantity) for part in parts] + [normal.damping] * modes
@@ -277,7 +280,8 @@ def plant_of(dataset: Dataset) -> Plant:
         rate=dataset.sampling_rate,
     )
     plant = _scattered(plant, normal.stiffness)
-    turns, disperses = assumed.damping_ratio is None, own_step is None
+    turns = assumed.damping_ratio is None and bool(damping.count_nonzero())
+    disperses = own_step is None
     spread = [*plant.spread, *[TURNING] * turns, *[DISPERSION] * disperses]
     return replace(plant, spread=np.array(spread), turns=turns, disperses=disperses)
 

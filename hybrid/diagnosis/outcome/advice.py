@@ -24,6 +24,7 @@ from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.response.marching import respond
 
 DOUBTFUL = 0.05  # least probability of a rival worth a sensor; one that falls below it is ruled out
+MUCH_LESS = 0.3  # times a rival's probability: a sensor that makes it so helps
 RIVALS = 3  # of each finding, the most probable
 TRIED = 3  # sensors at which the rival may move as it pleases; chosen by how far apart the two are if it does not
 OFFERED: tuple[Quantity, ...] = ("displacement", "acceleration")
@@ -55,10 +56,10 @@ class Advice:
         where = f"{self.sensor.quantity} at node {self.sensor.node} in {self.sensor.direction}"
         if self.then < DOUBTFUL:
             return f"a sensor of the {where} would tell {told} apart"
-        return (
-            f"even a sensor of the {where} hardly tells {told} apart"
-            f" ({self.probability:.2f} becomes {self.then:.2f}); record more or larger motions"
-        )
+        falls = f"the latter's probability falls from {self.probability:.2f} to {self.then:.2f}"
+        if self.then < MUCH_LESS * self.probability:
+            return f"a sensor of the {where} would help to tell {told} apart: {falls}"
+        return f"even a sensor of the {where} hardly tells {told} apart ({falls}): record more or larger motions"
 
 
 def advise(posterior: Posterior, searched: Gauge, present: tuple[Sensor, ...]) -> tuple[Advice, ...]:

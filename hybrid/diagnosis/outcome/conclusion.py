@@ -32,7 +32,7 @@ from hybrid.diagnosis.outcome.scorer import Scorer
 from hybrid.diagnosis.outcome.simulation import Simulation, modal_finding, modal_notes, simulation_of
 from hybrid.diagnosis.outcome.verdict import ABNORMAL, Errors, Verdict, verdict_of
 from hybrid.diagnosis.recorded.gauge import Gauge
-from hybrid.diagnosis.shown.all_off import all_off
+from hybrid.diagnosis.shown.all_off import all_off, damping_off
 from hybrid.diagnosis.shown.example import Example, example_of
 from hybrid.diagnosis.shown.show import Shown, show
 
@@ -42,6 +42,7 @@ UNSEEN = (
     "the training recordings show nothing{more} wrong, but test recordings do ({names}): what acts there is not felt in"
     ' training, or came later; take such a recording for training (role = "train") and diagnose again'
 )
+LOUDER = "test recordings ({names}) are noisier than those for training: their forecasts are off by that noise"
 
 
 @dataclass(frozen=True)
@@ -122,6 +123,8 @@ def concluded(setting: Setting, evidence: Evidence) -> Diagnosis:
     shown = show(setting.dataset, simulation.fit, final, found.nominal, found.calibrated, gauge)
     notes += dispersion_of(replace(final, theta=theta), posterior.temper)
     notes += all_off(shown, setting.dataset.assumptions.uncertainty)
+    if verdict in (Verdict.PARTLY_EXPLAINED, Verdict.UNEXPLAINED):
+        notes += damping_off(shown, setting.dataset.assumptions.uncertainty)
     return Diagnosis(
         verdict=verdict,
         findings=findings,
@@ -177,8 +180,11 @@ def _unseen(item: Fit, found: Forecast, scorer: Scorer, evidence: Evidence, more
     """
     if left(item, evidence.gauge, scorer.setting.band).significant or factors_off(item):
         return []
-    names = ", ".join(scorer.wrong_in(found))
-    return [UNSEEN.format(more=more, names=names)] if names else []
+    names = scorer.wrong_in(found)
+    louder = scorer.only_louder(item, names) if names else ()
+    unseen = [name for name in names if name not in louder]
+    notes = [UNSEEN.format(more=more, names=", ".join(unseen))] if unseen else []
+    return notes + ([LOUDER.format(names=", ".join(louder))] if louder else [])
 
 
 def _as_drawn_or_calibrated(base: Fit, gauge: Gauge, most: float) -> tuple[Fit, FloatArray]:

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from fe_models.damping import ratios_of_modes
 from fe_models.dofs import FloatArray
 from fe_models.effects import Effect
 from fe_models.structure import Structure
@@ -25,11 +24,11 @@ def extended_structure(plant: Plant, theta: FloatArray, findings: tuple[Finding,
         structure = part.scaled(structure, float(factor))
     structure = plant.scatter.applied(structure, theta[plant.factors : plant.values])
     ratios = factors[len(plant.parts) :]
-    own = plant.own_ratios - plant.ratios
+    own, given = plant.own_ratios - plant.ratios, structure.damping.modal_ratios
     modal = own * (ratios - 1) + plant.ratios * ratios
-    if not plant.ratios.any():
-        modal = np.append(modal, 0.0)  # modes beyond those that are followed keep what they have
-    already = ratios_of_modes(structure.damping.modal_ratios, len(modal))
-    damping = replace(structure.damping, modal_ratios=tuple(float(ratio) for ratio in already + modal))
+    if given or not plant.ratios.any():
+        rest = given[len(modal) :] or given[-1:] or (0.0,)
+        modal = np.append(modal, rest)  # modes beyond those that are followed keep what they have
+    damping = replace(structure.damping, modal_ratios=tuple(float(ratio) for ratio in modal))
     built = replace(structure, damping=damping)
     return built.with_effects(*(f.cause for f in findings if isinstance(f.cause, Effect)))

@@ -14,6 +14,7 @@ BESIDE = 0.01  # likewise of a second cause: that the simulation is wrong is no 
 WHOLLY = 0.03  # of the excess energy: what may be left where all is called explained
 NEAR = 1.15  # times the noise floor: as near as a model that is off by its uncertainty must come
 PARTLY = 0.5  # of it: beyond, nothing is
+HARM = 1.5  # times the calibrated model's error: what forecasts so much worse is no part of what is wrong
 ABNORMAL = 4.0  # stated standard deviations: a calibration that far off takes the place of something else that is wrong
 LISTED = 0.85  # probability that the list has what is wrong, where something significant is left ...
 LISTED_IN_PART = 0.25  # ... and where a part only is explained: of 72 names in such blind cases nine were right
@@ -81,7 +82,8 @@ def verdict_of(
     single = len(best.hypothesis.candidates) == 1  # two with elements that go far may stand for anything
     if single and errors.reached and errors.unexplained < WHOLLY and deviation_of_groups(best) <= ABNORMAL:
         return Verdict.EXPLAINED, LISTED  # elements that are off by themselves took the rest
-    partly = min(share, errors.unexplained) < PARTLY  # a calibration gone astray may leave as little
+    harmless = errors.extended <= HARM * errors.calibrated
+    partly = harmless and min(share, errors.unexplained) < PARTLY  # a calibration gone astray may leave as little
     return (Verdict.PARTLY_EXPLAINED if partly else Verdict.UNEXPLAINED), LISTED_IN_PART
 
 

@@ -102,6 +102,8 @@ def sizes_of(candidate: Candidate) -> FloatArray:
     """Return the sizes (size, parameter) that are tried of a candidate, none where a scan does not serve."""
     if not candidate.names:
         return np.zeros((1, 0))  # it acts or it does not
+    if candidate.kind == SensorGain.kind and candidate.starts:  # what the other sensors tell: see `with_other_units`
+        return np.array(candidate.starts)
     if len(candidate.names) > 1 or not candidate.scalable or candidate.is_law or candidate.oscillator:
         return np.zeros((0, len(candidate.names)))
     far = FIRM if candidate.kind == SupportSpring.kind else ()

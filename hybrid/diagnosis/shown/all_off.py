@@ -1,13 +1,16 @@
-"""Natural frequencies that are all off alike: a sampling rate or a unit is wrong, rather than something at a place."""
+"""What is off in all modes: frequencies by a sampling rate or a unit, damping by what the simulation assumes of it."""
 
 import numpy as np
 
+from fe_models.dofs import BoolArray
 from fe_models.recordings import Uncertainty
 from hybrid.diagnosis.shown.show import Shown
 
 SEEN = (0.01, 0.8)  # share of the motion, and MAC, of a mode that tells
 ALIKE = 1.05  # largest over smallest ratio: local causes move modes each by its own
 FAR = 0.15  # a uniform error of stiffness that is normal moves them by a few hundredths ...
+DAMPED = 1.5  # times the nominal damping ratios, or a part of them: no place damps all modes alike ...
+STATED = 4.0  # ... and this many times what they are stated to be uncertain by, if that is more
 NORMAL = 1.5  # ... or by this many times what stiffness and mass are stated to be uncertain by, half of it in frequency
 
 
@@ -16,8 +19,7 @@ def all_off(shown: Shown, uncertainty: Uncertainty) -> list[str]:
 
     Overdamped modes are in neither list, so that of one there may be more than of the other.
     """
-    count = min(len(modes.frequencies) for modes in (shown.observed, shown.nominal))
-    told = (shown.motion_energy[:count] > SEEN[0]) & (shown.mac[:count] > SEEN[1])
+    count, told = _told(shown)
     ratios = (shown.observed.frequencies[:count] / shown.nominal.frequencies[:count])[told]
     if len(ratios) < 2 or ratios.max() > ALIKE * ratios.min():
         return []
@@ -29,3 +31,30 @@ def all_off(shown: Shown, uncertainty: Uncertainty) -> list[str]:
         f"all natural frequencies that are well seen are observed at {usual:.3g} times the nominal ones: "
         "check sampling_rate, and the units of the model's stiffness and mass"
     ]
+
+
+def damping_off(shown: Shown, uncertainty: Uncertainty) -> list[str]:
+    """Return a note where all modes that are well seen, two or more, are observed damped far more, or far less."""
+    count, told = _told(shown)
+    observed, nominal = shown.observed.ratios[:count][told], shown.nominal.ratios[:count][told]
+    far = max(DAMPED, 1 + STATED * uncertainty.damping)
+    if len(observed) < 2 or not (np.all(observed > far * nominal) or np.all(far * observed < nominal)):
+        return []
+    modes, one, other = (
+        ", ".join(words)
+        for words in (
+            [str(mode + 1) for mode in np.flatnonzero(told)],
+            [f"{ratio:.2g}" for ratio in observed],
+            [f"{ratio:.2g}" for ratio in nominal],
+        )
+    )
+    return [
+        f"modes {modes} are observed with damping ratios of {one} instead of {other}: "
+        "check the damping that the simulation assumes ([simulation] damping_ratio, or that of the model)"
+    ]
+
+
+def _told(shown: Shown) -> tuple[int, BoolArray]:
+    """Return how many modes are in both lists, observed and nominal, and which of these are well seen."""
+    count = min(len(modes.frequencies) for modes in (shown.observed, shown.nominal))
+    return count, (shown.motion_energy[:count] > SEEN[0]) & (shown.mac[:count] > SEEN[1])

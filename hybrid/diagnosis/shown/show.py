@@ -8,7 +8,7 @@ from fe_models.dofs import FloatArray
 from fe_models.modes import mac
 from fe_models.recordings import Dataset, Sensor
 from hybrid.diagnosis.contest.growing import fit_growing, lengths_of
-from hybrid.diagnosis.fitting.fitting import Fit, residuals_at
+from hybrid.diagnosis.fitting.fitting import Fit, fit, residuals_at
 from hybrid.diagnosis.fitting.forecasting import Forecast
 from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.recorded.gauge import Gauge
@@ -63,7 +63,7 @@ def show(dataset: Dataset, base: Fit, own: Fit, nominal: Forecast, calibrated: F
     ``own``: that of the structure with what was found, which the recordings alone may go on from: a
     frequency that is far off in the nominal model is not reached from there.
     """
-    free = _free_fit(own, gauge) or base
+    free = _free_fit(own, base, gauge) or base
     hypothesis = base.hypothesis
     brought = free.hypothesis.brought
     modes = _told(
@@ -129,17 +129,22 @@ def every_translation(plant: Plant) -> tuple[Sensor, ...]:
     )
 
 
-def _free_fit(own: Fit, gauge: Gauge) -> Fit | None:
+def _free_fit(own: Fit, base: Fit, gauge: Gauge) -> Fit | None:
     """Return the fit of a linear model whose factors the recordings alone determine, from where ``own`` is.
 
-    Causes that are linear and everywhere the same stay in it; a support that gives way would bring a mode of its own.
+    Causes that are linear and everywhere the same stay in it, a sensor's faults, too; a support that gives way would
+    bring a mode of its own. Without it calibrated values are far from those beside it: from where the ``base`` is, too.
     """
     plant, known = own.hypothesis.plant, own.hypothesis.candidates
     off = {number for batch in own.batches for number in batch.off}
-    kept = [i for i, c in enumerate(known) if c.is_structural and c.released is None and i not in off]
+    stays = [c.sensor is not None or (c.is_structural and c.released is None) for c in known]
+    kept = [i for i in range(len(known)) if stays[i] and i not in off]
     spread = np.where(np.arange(len(plant.spread)) < plant.factors, WIDE, plant.spread)
     free = Hypothesis(replace(plant, laws=(), spread=spread), tuple(known[i] for i in kept))
     theta = np.concatenate([own.theta[: free.nuisances], *(own.theta[own.hypothesis.slices[i]] for i in kept)])
     batches = tuple(replace(batch, off=()) for batch in own.batches)
     with np.errstate(over="ignore", invalid="ignore"):  # a step that goes too far is taken back
-        return fit_growing(free, theta, lengths_of(batches, free.states), gauge)
+        found = [fit_growing(free, theta, lengths_of(batches, free.states), gauge)]
+        if base.hypothesis.plant is plant and len(kept) < len(known):
+            found.append(fit(free, np.append(base.theta, theta[free.nuisances :]), batches, gauge))
+    return min((item for item in found if item is not None), key=lambda item: item.cost, default=None)
