@@ -216,6 +216,6 @@ def test_a_value_of_the_wrong_type_hides_no_other_fault_of_its_table(folder: Pat
     path.write_text(text.replace("sampling_rate = 100.0", "sampling_rate = -100.0"))
     with pytest.raises(InputError) as caught:
         load_dataset(path)
-    faults = [fault for fault in caught.value.faults if "recordings" not in fault]
+    faults = tuple(fault for fault in caught.value.faults if "recordings" not in fault)
     for words in ("thirty", "two", "step = -0.5", "mass", "damping = -1", "sampling_rate = -100"):
         assert_fault(faults, words)

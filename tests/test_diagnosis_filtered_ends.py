@@ -1,4 +1,4 @@
-"""Ends of low-passed recordings: how long a filter that begins amid a motion rings, and that it is taken for no cause."""
+"""Ends of low-passed recordings: how long a filter that begins amid a motion rings, and what that is taken for."""
 
 from dataclasses import replace
 

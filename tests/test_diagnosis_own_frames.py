@@ -136,9 +136,7 @@ def test_sensor_mounted_the_wrong_way_round_is_told(reversed_one: int) -> None:
     sensors = tuple(Sensor(f"a{node}", node, "x", "acceleration", "m/s^2") for node in (2, 3, 5))
     given = vibrations(frame, frame, sensors, 3)
     sign = np.where(np.arange(3) == reversed_one, -1.0, 1.0)
-    found = diagnose(
-        replace(given, recordings=tuple(replace(r, data=sign * r.data) for r in given.recordings))
-    )
+    found = diagnose(replace(given, recordings=tuple(replace(r, data=sign * r.data) for r in given.recordings)))
     assert found.verdict is Verdict.EXPLAINED
     (finding,) = found.findings
     assert (finding.cause.kind, finding.cause.location) == ("sensor_gain", {"sensor": sensors[reversed_one].name})
