@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
+from scipy.signal import lfilter
 
 from fe_models.assembly import linearise
 from fe_models.blind import SENSORS
@@ -32,6 +33,7 @@ from hybrid.diagnosis.fitting.driven import fitted_motion
 from hybrid.diagnosis.fitting.fitting import fit
 from hybrid.diagnosis.fitting.forecasting import forecast, model_of
 from hybrid.diagnosis.learned.gain import hybrid_gain
+from hybrid.diagnosis.nominal.loads import loads_of
 from hybrid.diagnosis.nominal.plant import plant_of
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
 from hybrid.diagnosis.outcome.verdict import Verdict
@@ -292,3 +294,18 @@ def test_loads_are_batched_cut_and_halved_with_their_recordings() -> None:
 def test_peers_refuse_loads() -> None:
     with pytest.raises(InputError, match="free vibrations only"):
         certain_of(chain_dataset(Recording("r", NOTHING, loads=(load_of(waves(1)),))))
+
+
+def test_a_load_passes_the_low_pass_of_recordings_that_it_has_not_passed_however_little_lies_above() -> None:
+    """With 3 % above, the load was used as it was, and a clean chain's sensor told a gain of 0.96."""
+    rate, lowpass, samples = 100.0, 30.0, 4000
+    white = np.random.default_rng(4).standard_normal((samples, 1))
+    wide = lfilter([1.0], [1.0, -0.9], white[:, 0])[:, None]  # a first-order low-pass at 1.7 Hz
+    passed = lowpassed(wide, rate, lowpass)
+    power = np.abs(np.fft.rfft(wide[:, 0])) ** 2
+    above = np.fft.rfftfreq(samples, 1 / rate) > lowpass
+    assert power[above].sum() < 0.03 * power.sum()
+    for given, used in ((wide, passed), (passed, passed)):
+        found = loads_of([(Load(1, "x", given[:, 0]),)], samples, rate, lowpass)
+        assert found is not None
+        np.testing.assert_allclose(found.courses[0, 0], used, atol=1e-12)

@@ -14,9 +14,11 @@ from fe_models.dofs import FloatArray, IntArray
 from fe_models.measurement import lowpassed
 from fe_models.recordings import Dataset, Load
 from fe_models.structure import Direction
+from hybrid.diagnosis.nominal.lowpass import WHITE, beyond
 
 ORDERS = 4  # of a cubic: its value and its derivatives
-ABOVE = 0.1  # of a load's energy: with more above the recordings' low-pass, the load has not passed it yet
+ABOVE = 0.1  # of a load's energy: with more above the recordings' low-pass, the load has not passed it yet, nor with
+# as much on either side of it (`lowpass.WHITE`)
 
 LoadPlace = tuple[int, Direction]
 """Node and direction of a load."""
@@ -79,4 +81,5 @@ def _within(values: FloatArray, rate: float, lowpass: float | None) -> FloatArra
         return values
     power = np.abs(np.fft.rfft(values)) ** 2
     above = np.fft.rfftfreq(len(values), 1 / rate) > lowpass
-    return lowpassed(values, rate, lowpass) if power[above].sum() > ABOVE * power.sum() else values
+    passes_by = power[above].sum() > ABOVE * power.sum() or beyond(values[:, None], rate, lowpass) > WHITE
+    return lowpassed(values, rate, lowpass) if passes_by else values

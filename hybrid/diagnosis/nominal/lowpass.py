@@ -42,7 +42,7 @@ def noise_is_lowpassed(dataset: Dataset) -> bool:
 
 def _power_beyond(dataset: Dataset, cutoff: float) -> float:
     """Return the power beyond a cutoff over that below it, median of the recordings; NaN where none is sampled."""
-    shares = [_beyond(data, dataset.sampling_rate, cutoff) for r in dataset.recordings for data in r.data]
+    shares = [beyond(data, dataset.sampling_rate, cutoff) for r in dataset.recordings for data in r.data]
     known = [share for share in shares if np.isfinite(share)]
     return float(np.median(known)) if known else float("nan")
 
@@ -98,7 +98,7 @@ def _rings_above(data: FloatArray, rate: float, cutoff: float, lower: float) -> 
     return bool(np.any((most > LOUDER * usual) & (most - usual > RINGING * noise)))
 
 
-def _beyond(data: FloatArray, rate: float, cutoff: float) -> float:
+def beyond(data: FloatArray, rate: float, cutoff: float) -> float:
     """Return the power beyond a cutoff over that below it, of ``data`` (time, sensor); NaN where none is sampled."""
     size = data.std(axis=0)
     alive = data[:, size > 0] / size[size > 0]
