@@ -21,6 +21,7 @@ from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.contest.wrong_units import shown_otherwise, with_other_units
 from hybrid.diagnosis.recorded.channels import saturation_levels, usable
 from hybrid.diagnosis.recorded.offsets import offsets
+from hybrid.diagnosis.recorded.sizes import other_sizes
 from hybrid.diagnosis.response.marching import is_too_fast
 from scripts.diagnose import app
 
@@ -152,6 +153,13 @@ def test_channel_that_does_not_swing_about_zero_is_told() -> None:
         assert [note.split(" in ")[0] for note in notes] == expected
 
 
+def test_recording_in_another_unit_is_told() -> None:
+    one = CASE.recordings[1].name
+    (note,) = other_sizes(with_data(CASE, {one: 1000 * CASE.recordings[1].data}))
+    assert note.startswith(f"motions of {one} are ")
+    assert other_sizes(with_data(CASE, {one: 10 * CASE.recordings[1].data})) == []
+
+
 def test_saturated_channel_is_told_from_its_runs() -> None:
     """The largest values in a row are the end of the sensor; those of coarsely rounded or smooth motion are not."""
     time = np.arange(300) / 10
@@ -163,6 +171,9 @@ def test_saturated_channel_is_told_from_its_runs() -> None:
     noisy = decay + 0.03 * np.random.default_rng(0).standard_normal(300)
     assert saturation_levels(noisy) == []
     assert saturation_levels(np.clip(noisy, -2, 0.5)) == [0.5]
+    fast = np.exp(-0.01 * time) * np.sin(16 * time) + 0.03 * np.random.default_rng(1).standard_normal(300)
+    assert saturation_levels(np.clip(fast, -2, 0.7)) == [0.7]  # four samples a period: no two in a row
+    assert saturation_levels(np.round(fast, 1)) == []
 
 
 def test_recordings_are_used_from_behind_a_few_saturated_samples() -> None:

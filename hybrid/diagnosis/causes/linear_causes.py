@@ -39,7 +39,8 @@ BUCKLING = 0.3  # of a squared frequency: what the usual axial force takes from 
 UNBORNE = 0.1  # how probable an axial force is that nothing takes off where its element ends, to one that is borne:
 # possible, for weights and friction are not drawn, but of two that sensors hardly tell apart not the first to think of
 ECHOED = 0.1  # likewise a spring to the ground beside one that the structure has: that one would be off instead
-YIELDING = 2e-3  # the strain that no metal of a structure bears for long
+YIELDING = 2e-3  # the strain that no metal of a structure bears for long ...
+WORKING = 5e-4  # ... and that which structures are designed for, 100 N/mm^2 in steel
 HARDLY = 1e-4  # of squared frequencies: a dead load that changes none by more is not felt
 HEAVIEST = 3.0  # times what is drawn: no more weight than that goes unnoticed
 ANY = (-np.inf,)
@@ -104,7 +105,7 @@ def _axial_forces(plant: Plant) -> list[Candidate]:
         if not effect.faults(plant.structure):
             unit = _unit(plant, effect)
             own = [plant.structure.elements[number - 1] for number in numbers]
-            most = YIELDING * min(_axial_stiffness(element) for element in own)
+            stretch = min(_axial_stiffness(element) for element in own)
             found.append(
                 Candidate(
                     kind=AxialForce.kind,
@@ -112,9 +113,9 @@ def _axial_forces(plant: Plant) -> list[Candidate]:
                     names=("force",),
                     build=partial(AxialForce, numbers),
                     neutral=(0.0,),
-                    width=(min(_felt_force(plant, unit[2]), most),),
-                    lower=(-most,),
-                    upper=(most,),
+                    width=(min(_felt_force(plant, unit[2]), WORKING * stretch),),
+                    lower=(-YIELDING * stretch,),
+                    upper=(YIELDING * stretch,),
                     changes=unit,
                     weight=_weight(plant.structure, own),
                 )

@@ -20,10 +20,10 @@ from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.fitting.forecasting import DEVIATION
 from hybrid.diagnosis.nominal.geometry import Geometry
 from hybrid.diagnosis.nominal.geometry_forces import geometries_of
-from hybrid.diagnosis.nominal.left_out import modes_left_out
 from hybrid.diagnosis.nominal.lowpass import noise_is_lowpassed
 from hybrid.diagnosis.nominal.mesh_error import coarse_mesh
 from hybrid.diagnosis.nominal.modal_plant import modal_plant, with_ratios_of_modal_model
+from hybrid.diagnosis.nominal.not_followed import not_followed
 from hybrid.diagnosis.nominal.plant import Plant, plant_of
 from hybrid.diagnosis.nominal.unstated_lowpass import unstated_lowpass
 from hybrid.diagnosis.recorded.channels import usable
@@ -33,6 +33,7 @@ from hybrid.diagnosis.recorded.noise import Band, noise_of_recordings, structure
 from hybrid.diagnosis.recorded.noise_levels import NoiseLevels
 from hybrid.diagnosis.recorded.offsets import offsets
 from hybrid.diagnosis.recorded.records import Batch, batches_of, columns_of, measured_columns
+from hybrid.diagnosis.recorded.sizes import other_sizes
 from hybrid.diagnosis.recorded.spectra import energy_near
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.marching import is_too_fast
@@ -136,10 +137,11 @@ def setting_of(dataset: Dataset) -> Setting:
         *rung,
         *unusable,
         *offsets(dataset),
+        *other_sizes(dataset),
         *apart,
         *fast,
         *unlike,
-        *modes_left_out(plant, dataset.assumptions.modes),
+        *not_followed(plant, dataset.assumptions),
         *coarse_mesh(plant, _moved(plant, lengths.whole, gauge)),
     )
     return Setting(dataset, plant, geometries, modal, measured, gauge, searched, levels, band, lengths, short, notes)

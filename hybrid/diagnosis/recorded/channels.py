@@ -17,6 +17,8 @@ from fe_models.recordings import Dataset, Recording
 
 RUN = 3  # equal extreme values in a row: noise makes no two of them equal, rounding rarely three
 ELSEWHERE = 2  # times the longest run of equal values below the extremes: coarsely rounded peaks are no saturation
+TIMES = 5  # that often is an extreme value no chance, where nearly all others differ: a few samples a period reach it
+DIFFERENT = 0.9  # of the other values: rounding makes fewer
 ROUNDING = 1e-9  # of a channel's range: values this close are equal
 
 
@@ -112,11 +114,13 @@ def saturation_levels(channel: FloatArray) -> list[float]:
     between = (channel > low + tolerance) & (channel < high - tolerance)
     still = np.abs(np.diff(channel)) <= tolerance
     elsewhere = 1 + _longest(still & between[1:] & between[:-1])
-    return [
-        level
-        for level in (low, high)
-        if _longest(np.abs(channel - level) <= tolerance) >= max(RUN, ELSEWHERE * elsewhere + 1)
-    ]
+    unrounded = len(np.unique(channel[between])) > DIFFERENT * between.sum()
+
+    def is_reached(level: float) -> bool:
+        at = np.abs(channel - level) <= tolerance
+        return _longest(at) >= max(RUN, ELSEWHERE * elsewhere + 1) or bool(unrounded and at.sum() >= TIMES)
+
+    return [level for level in (low, high) if is_reached(level)]
 
 
 def _at(channel: FloatArray, levels: list[float]) -> BoolArray:
