@@ -39,6 +39,7 @@ LITTLE_LEFT = 1.5  # energy left over that of noise: right causes of blind frame
 # late sensor beside it 2
 PROMISING = 4  # causes at most that are fitted because they promise something beside another one
 MOST = 0.8  # of the misfit: a law that leaves more has no change beside it
+FAINT = 2.0  # standard deviations of what noise alone leaves
 UNALIKE = 1.2  # times: that far apart are mean squares that tell of a change between recordings ...
 BY_CHANCE = 1 / 700  # ... if white noise has one as far from the others more rarely
 WELL = (1.05, 1.25)  # times the noise floor: mean and largest error of forecasts in which a second cause would not show
@@ -204,8 +205,16 @@ class Search:
         return not thorough and temper_of(self.judged(item)) < LITTLE_LEFT and self.is_enough(item)
 
     def _may_change(self, best: Fit) -> bool:
-        """Return whether what the best fit leaves may be a change between recordings."""
-        return self.is_wanting(best) and (fits_unalike(best) or not self.is_enough(best))
+        """Return whether what the best fit leaves may be a change between recordings.
+
+        Calibrations that go far to hide one leave something all the same, if less than is significant.
+        """
+        if not self.is_wanting(best):
+            return False
+        judged = self.judged(best)
+        rest = left(judged, self.own, self.band)
+        nothing = rest.total <= FAINT * rest.std and forecasts_well(judged, self.own, WELL)
+        return fits_unalike(best) or not (nothing or self.is_enough(best))
 
     def _is_settled(self, best: Fit) -> bool:
         """Return whether nothing more is to be looked for beside the best fit."""
