@@ -86,8 +86,9 @@ def test_recordings_simulated_in_steps_show_nothing_wrong(clean: Dataset) -> Non
     found = diagnose(clean)
     assert found.verdict is Verdict.NOTHING_WRONG
     assert told_step(found) == pytest.approx(STEP, rel=0.05)
-    assert [note.startswith("natural frequencies are lower") for note in found.notes] == [True]
-    assert f"steps of {told_step(found):.2g} s" in found.notes[0]
+    _, note = found.notes  # the other is on the ends of filtered recordings
+    assert note.startswith("natural frequencies are lower")
+    assert f"steps of {told_step(found):.2g} s" in note
 
 
 def test_without_it_the_calibrated_bridge_misses_them(clean: Dataset, monkeypatch: pytest.MonkeyPatch) -> None:
