@@ -37,17 +37,21 @@ class Load:
 
 @dataclass(frozen=True)
 class Recording:
-    """``data`` (realisation, time, sensor): one recording, or many alike in one file."""
+    """``data`` (realisation, time, sensor): one recording, or many alike in one file.
+
+    ``skipped``: samples before the first of them that were recorded and are not used.
+    """
 
     name: str
     data: FloatArray
     role: Literal["train", "test"] = "train"
     loads: tuple[Load, ...] = ()
+    skipped: int = 0
 
     def part(self, begin: int, end: int | None = None) -> "Recording":
         """Return the samples from ``begin`` to before ``end``, of the loads, too."""
         loads = tuple(replace(load, values=load.values[begin:end]) for load in self.loads)
-        return replace(self, data=self.data[:, begin:end], loads=loads)
+        return replace(self, data=self.data[:, begin:end], loads=loads, skipped=self.skipped + begin)
 
 
 @dataclass(frozen=True)

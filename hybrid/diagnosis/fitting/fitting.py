@@ -88,10 +88,10 @@ class Fit:
         occam = (
             0.5 * np.linalg.slogdet(own)[1] - float(np.log(self.hypothesis.width[first:]).sum()) if len(own) else 0.0
         )
-        for entries in self.hypothesis.own_states:
+        for rows in self.hypothesis.own_motions(self.theta):
             full = [i for i, states in enumerate(self.states) if states.shape[1] == self.hypothesis.states]
-            waves = np.concatenate([self.states[i][:, entries] for i in full])
-            errors = np.concatenate([self.state_errors[i][:, entries] for i in full])
+            waves = np.concatenate([self.states[i] @ rows.T for i in full])
+            errors = np.concatenate([np.sqrt(self.state_errors[i] ** 2 @ rows.T**2) for i in full])
             square = np.mean(waves**2) + 1e-300
             occam -= 0.5 * float(np.sum(np.log1p(square / errors**2) + waves**2 / square))
         return -0.5 * self.cost + float(occam)

@@ -13,9 +13,9 @@ from hybrid.diagnosis.nominal.scatter import OWN
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import Batch, columns_of, count_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
-from hybrid.diagnosis.response.loaded import loaded_channels, loaded_size
+from hybrid.diagnosis.response.loaded import given, loaded_size
 from hybrid.diagnosis.response.marching import respond
-from hybrid.diagnosis.response.system import System, drift, observability
+from hybrid.diagnosis.response.system import System, drift, drifted, observability
 
 SHOWN = 0.2  # of each recording: what its initial state is estimated from
 GROWTH = (0.15, 0.25, 0.35, 0.5, 0.7, 1.0)  # of that, where force laws act: so that the search begins near
@@ -175,7 +175,8 @@ def predicted(
         cost = begun.cost + [model.idle.get(name, 0.0) for name in batch.names] if off else begun.cost
         hypothesis, theta, _ = without(model, off)
         system = hypothesis.system(theta[None], sensors, gauge.rate, tuple(positions))
-        y = respond(system, begun.states[None], batch.samples, batch.loads)[0] + begun.geometric
+        y = (respond(system, begun.states[None], batch.samples, batch.loads) + drifted(system, batch.begins))[0]
+        y = y + begun.geometric
         y = np.nan_to_num(y, nan=EXPLODED, posinf=EXPLODED, neginf=-EXPLODED)
         best = y if best is None else np.where((cost < least)[:, None, None], y, best)
         least = np.minimum(least, cost)
@@ -239,7 +240,7 @@ def _linear_states(system: System, size: FloatArray, batch: Batch, gauge: Gauge)
     """Return what `initial_states` does, of a linear system: by least squares."""
     recordings, samples, _ = batch.data.shape
     weight = batch.weights(gauge)  # (recording or one row, value)
-    free = batch.data if batch.loads is None else batch.data - loaded_channels(system, batch.loads)[0]
+    free = batch.data - given(system, batch)[0]
     shown = observability(system, samples)[0].reshape(-1, len(size))
     wanted = (free.reshape(recordings, -1) - drift(system, samples)[0].ravel()) * weight
     precision = np.stack([(shown.T * square) @ shown for square in weight**2]) + np.diag(size**-2.0)
@@ -262,7 +263,8 @@ def _states_under_laws(
     for _ in range(ITERATIONS):
         start = np.repeat(trial[None], len(size) + 1, axis=0)
         start[1:] += np.diag(STEP * size)[:, None]
-        y = respond(copies, start, batch.samples, batch.loads).reshape(len(start), recordings, -1) * weight
+        y = respond(copies, start, batch.samples, batch.loads) + drifted(copies, batch.begins)
+        y = y.reshape(len(start), recordings, -1) * weight
         y = np.nan_to_num(y, nan=EXPLODED, posinf=EXPLODED, neginf=-EXPLODED)
         left = wanted - y[0]
         new = np.sum(left**2, axis=1) + np.sum((trial / size) ** 2, axis=1)

@@ -70,13 +70,14 @@ def loads_of(recordings: list[tuple[Load, ...]], samples: int, rate: float, lowp
     values = np.zeros((len(recordings), samples, len(places)))
     for number, loads in enumerate(recordings):
         for load in loads:
-            values[number, :, places.index((load.node, load.direction))] += _within(load.values, rate, lowpass)
+            values[number, :, places.index((load.node, load.direction))] += behind(load.values, rate, lowpass)
     time = np.arange(samples) / rate
     spline = CubicSpline(time, values, axis=1)
     return Loads(places, np.stack([spline(time, order) for order in range(ORDERS)]))
 
 
-def _within(values: FloatArray, rate: float, lowpass: float | None) -> FloatArray:
+def behind(values: FloatArray, rate: float, lowpass: float | None) -> FloatArray:
+    """Return a load's ``values`` (time,) behind the ``lowpass`` (Hz) of the recordings, which it may have passed."""
     if lowpass is None:
         return values
     power = np.abs(np.fft.rfft(values)) ** 2

@@ -9,13 +9,17 @@ from math import ceil
 
 from fe_models.files.recording_checks import FEWEST_SAMPLES
 from fe_models.recordings import Dataset
+from hybrid.diagnosis.nominal.loads import behind
 
 PERIODS = 2.0  # of the cutoff: until the usual filter's ringing is a hundredth of the jump
 MOST = 0.05  # of a recording, at either end: short ones need what they have
 
 
 def without_ringing_ends(dataset: Dataset) -> tuple[Dataset, list[str]]:
-    """Return a dataset without the samples in which a low-pass may ring, and a note on them."""
+    """Return a dataset without the samples in which a low-pass may ring, and a note on them.
+
+    Known loads pass it whole, before they are cut.
+    """
     rate, lowpass = dataset.sampling_rate, dataset.lowpass
     if lowpass is None or lowpass >= rate / 2:
         return dataset, []
@@ -23,7 +27,8 @@ def without_ringing_ends(dataset: Dataset) -> tuple[Dataset, list[str]]:
     for recording in dataset.recordings:
         samples = recording.data.shape[1]
         count = max(min(wanted, int(MOST * samples), (samples - FEWEST_SAMPLES) // 2), 0)
-        recordings.append(recording.part(count, samples - count))
+        loads = tuple(replace(load, values=behind(load.values, rate, lowpass)) for load in recording.loads)
+        recordings.append(replace(recording, loads=loads).part(count, samples - count))
         left_out.add(count)
     if left_out == {0}:
         return dataset, []

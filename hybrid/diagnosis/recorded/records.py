@@ -23,7 +23,7 @@ class Batch:
     ``whole``: what was recorded, where ``data`` are that less something known (see `geometry_response`); None where
     they are the same. ``noise`` (recording, sensor): of each recording over the gauge's; None where all are alike.
     ``order`` (recording,): its place among all as they were made, which batches of unequal lengths are not in; empty:
-    that in which they stand here.
+    that in which they stand here. ``skipped`` (recording,): samples of each before the first one here; empty: none.
     """
 
     data: FloatArray
@@ -35,6 +35,7 @@ class Batch:
     whole: FloatArray | None = None
     noise: FloatArray | None = None
     order: tuple[int, ...] = ()
+    skipped: tuple[int, ...] = ()
 
     def sigma(self, gauge: Gauge) -> FloatArray:
         """Return the standard deviation of the noise (recording or segment, 1, sensor); one row where all are alike."""
@@ -68,7 +69,8 @@ class Batch:
     @property
     def begins(self) -> FloatArray:
         """When each recording or segment begins in its recording, in samples."""
-        return np.tile(np.arange(self.pieces) * float(self.samples), len(self.data) // self.pieces)
+        within = np.tile(np.arange(self.pieces) * float(self.samples), len(self.data) // self.pieces)
+        return within + np.repeat(self.skipped, self.pieces) if self.skipped else within
 
     def take(self, recordings: list[int]) -> "Batch":
         """Return the batch with some of its recordings, each with all its segments."""
@@ -77,8 +79,11 @@ class Batch:
         whole = None if self.whole is None else self.whole[rows]
         noise = None if self.noise is None else self.noise[recordings]
         loads = self.loads and self.loads.take(rows)
-        order = tuple(self.order[number] for number in recordings) if self.order else ()
-        return replace(self, data=self.data[rows], names=names, loads=loads, whole=whole, noise=noise, order=order)
+        order, skipped = (
+            tuple(known[number] for number in recordings) if known else () for known in (self.order, self.skipped)
+        )
+        own = replace(self, data=self.data[rows], names=names, loads=loads, whole=whole, noise=noise)
+        return replace(own, order=order, skipped=skipped)
 
     def first(self, samples: int) -> "Batch":
         """Return the first ``samples`` of its recordings (uncut)."""
@@ -114,6 +119,7 @@ def batches_of(
             share=share,
             loads=loads_of([recording.loads for _, recording, _ in items], samples, rate, lowpass),
             order=tuple(number for number, _, _ in items),
+            skipped=tuple(recording.skipped for _, recording, _ in items),
         )
         for (samples, _), items in alike.items()
     )

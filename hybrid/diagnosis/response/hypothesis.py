@@ -133,16 +133,25 @@ class Hypothesis:
         """Number of entries of an initial state: displacements, velocities, two for each harmonic force."""
         return 2 * self.size + 2 * sum(c.oscillator for c in self.candidates)
 
-    @property
-    def own_states(self) -> list[list[int]]:
-        """Entries of an initial state that other hypotheses do not have, those of like size together."""
-        n, forces = self.size, range(sum(c.oscillator for c in self.candidates))
-        modes = [[end - 1 - number] for number in range(self.brought) for end in (n, 2 * n)]
-        return modes + [[2 * n + 2 * number, 2 * n + 2 * number + 1] for number in forces]
+    def own_motions(self, theta: FloatArray) -> list[FloatArray]:
+        """Return what initial states (state,) have at ``theta`` (parameter,) that those of other hypotheses do not,
+        rows (part, state) of parts of like size: displacement and velocity of the modes brought, waves of the forces.
+
+        Of modes, not of coordinates: these keep their meaning, and hold a part of all modes where these have changed.
+        """
+        every = np.eye(self.states)
+        found = [every[[first, first + 1]] for first in range(2 * self.size, self.states, 2)]
+        if self.brought:
+            reduced = self.reduced(theta[None])
+            highest = eigenmodes(reduced.mass, reduced.stiffness)[1][0, :, -self.brought :]
+            rows = highest.T @ reduced.mass[0]  # (mode, coordinate)
+            n = self.size
+            found += [row[None] @ every[part] for row in rows for part in (slice(n), slice(n, 2 * n))]
+        return found
 
     def extra_entries(self, states: tuple[FloatArray, ...]) -> int:
         """Return how many of the entries of initial ``states`` (recording, state), a batch each, others do not have."""
-        common = self.states - sum(len(entries) for entries in self.own_states)
+        common = 2 * (self.size - self.brought)
         return sum(len(part) * (part.shape[1] - common) for part in states)
 
     def weighs(self, theta: FloatArray) -> BoolArray:
