@@ -4,8 +4,9 @@ import numpy as np
 from scipy.linalg import eigh, eigvalsh
 from scipy.sparse import csr_array
 
-from fe_models.damping import LARGEST_DENSE, full_damping
+from fe_models.damping import full_damping
 from fe_models.dofs import DofMap, FloatArray
+from fe_models.errors import InputError
 from fe_models.linear import LinearModel
 
 SYMMETRY = 1e-6
@@ -33,7 +34,8 @@ def check_linear_model(model: LinearModel) -> list[str]:
         else:
             faults += _check_symmetry(name, matrix, model.dofs) if symmetric else []
             faults += _check_signs("K", "stiffness", matrix.diagonal(), model.dofs) if name == "K" else []
-    return faults or _check_mass(model) or _check_damping(model)
+            faults += _check_damping(model) if name == "C" else []
+    return faults or _check_mass(model)
 
 
 def dof_name(dofs: DofMap, free_row: int) -> str:
@@ -118,10 +120,13 @@ def _check_signs(name: str, quantity: str, diagonal: FloatArray, dofs: DofMap) -
 
 
 def _check_damping(model: LinearModel) -> list[str]:
-    """Return faults of C, the modal part included: a damper may take away from what that gives."""
+    """Return faults of C, the modal part included, from which a damper may take away; none where that is not told."""
     diagonal = model.damping.diagonal()
-    if np.any(diagonal < 0) and model.has_modal_damping and len(diagonal) <= LARGEST_DENSE:
-        diagonal = full_damping(model).diagonal()
+    if np.any(diagonal < 0) and model.has_modal_damping:
+        try:
+            diagonal = full_damping(model).diagonal()
+        except (InputError, np.linalg.LinAlgError, ValueError):  # too large; or M or K is at fault, as others tell
+            return []
     return _check_signs("C", "damping", diagonal, model.dofs)
 
 

@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator
 from math import isfinite
 
-from fe_models.effects import Effect
+from fe_models.effects import Effect, PointDamper
 from fe_models.effects.laws import with_parts
 from fe_models.errors import raise_faults
 from fe_models.sections import Section
@@ -67,7 +67,8 @@ def check_frame(structure: Structure) -> list[str]:
     damping = structure.damping
     for name, value in (("mass_factor", damping.mass_factor), ("stiffness_factor", damping.stiffness_factor)):
         faults.extend(_not_negative(f"damping.{name}", value))
-    other = bool(structure.dashpots) or damping.mass_factor > 0 or damping.stiffness_factor > 0
+    dampers = bool(structure.dashpots) or any(isinstance(effect, PointDamper) for effect in structure.effects)
+    other = dampers or damping.mass_factor > 0 or damping.stiffness_factor > 0
     least, why = (-1, " (negative: less than dashpots and Rayleigh damping give)") if other else (0, "")
     for ratio in damping.modal_ratios:
         if not (least < ratio < 1 or ratio == 0):

@@ -157,6 +157,9 @@ def test_recording_in_another_unit_is_told() -> None:
     one = CASE.recordings[1].name
     (note,) = other_sizes(with_data(CASE, {one: 1000 * CASE.recordings[1].data}))
     assert note.startswith(f"motions of {one} are ")
+    two = {r.name: 1000 * r.data for r in CASE.recordings[1:3]}
+    (note,) = other_sizes(with_data(CASE, two))
+    assert note.startswith(f"motions of {', '.join(two)} are ")
     assert other_sizes(with_data(CASE, {one: 10 * CASE.recordings[1].data})) == []
 
 

@@ -13,6 +13,7 @@ from hybrid.diagnosis.fitting.crossvalidation import as_recordings, folds_of
 from hybrid.diagnosis.fitting.fitting import Fit, fit
 from hybrid.diagnosis.fitting.forecasting import Forecast, Model, model_of
 from hybrid.diagnosis.nominal.plant import plant_of
+from hybrid.diagnosis.outcome.noisier import only_noisier
 from hybrid.diagnosis.outcome.scorer import Scorer
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import batches_of, columns_of, measured_columns
@@ -109,13 +110,18 @@ def test_a_test_recording_that_is_only_noisier_holds_nothing_that_training_does_
     base = fit(setting.nominal, setting.nominal.centre, setting.lengths.whole, setting.gauge)
     assert base is not None
     (tests,) = setting.test_recordings()
-    names, rng = tests.names, np.random.default_rng(2)
-    loud, other = tests.data.copy(), tests.data.copy()
-    loud[1] += 3 * np.append(setting.gauge.sigma, 0)[: loud.shape[2]] * rng.standard_normal(loud[1].shape)
-    other[1] *= np.where(np.arange(other.shape[2]) == 0, 1.4, 1.0)  # another gain
+    first, second = tests.names
+    rng, sigma = np.random.default_rng(2), np.append(setting.gauge.sigma, 0)[: tests.data.shape[2]]
+    noisy, other = tests.data.copy(), tests.data.copy()
+    noisy[1] += 3 * sigma * rng.standard_normal(noisy[1].shape)
+    other[1] *= np.where(np.arange(other.shape[2]) == 0, 1.2, 1.0)  # another gain
 
-    def told(data: FloatArray) -> tuple[str, ...]:
-        return Scorer(setting, setting.gauge, (replace(tests, data=data),), None).only_louder(base, names[1:])
+    def told(data: FloatArray, *names: str) -> tuple[str, ...]:
+        batch = replace(tests, data=data, names=names)
+        return only_noisier(Scorer(setting, setting.gauge, (batch,), None), base)
 
-    assert told(loud) == (names[1],)
-    assert told(other) == ()
+    assert told(noisy, first, second) == (second,)
+    assert told(other, first, second) == ()
+    both = np.stack([noisy[1], other[1]])
+    assert told(both, first, second) == (first,)
+    assert told(both, first, first) == ()  # two motions of one file, and one of them is something else

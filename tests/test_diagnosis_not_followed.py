@@ -2,12 +2,22 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
-from fe_models.recordings import Assumptions
+from fe_models.four_dof import four_dof
+from fe_models.recordings import Assumptions, Dataset, Recording, Sensor
 from hybrid.diagnosis.nominal.not_followed import not_followed
 from hybrid.diagnosis.nominal.plant import plant_of
 from tests.masts import masts, recorded
+
+
+def test_modes_of_a_chain_beyond_its_low_pass_are_not_asked_for() -> None:
+    sensor = Sensor("x1", 1, "x", "displacement", "m")
+    data = np.random.default_rng(0).standard_normal((1, 300, 1))
+    for lowpass, told in ((None, 1), (0.25, 0)):
+        given = Dataset(four_dof(), 10.0, (sensor,), (Recording("r", data),), lowpass, Assumptions(modes=2))
+        assert len(not_followed(plant_of(given), given.assumptions)) == told
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,7 @@ from fe_models.four_dof import four_dof
 from fe_models.modes import natural_modes
 from fe_models.recordings import Assumptions, Dataset, Recording
 from fe_models.simulate import FreeConfig, simulate_free
-from fe_models.structure import Structure
+from fe_models.structure import Damping, Structure
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.nominal.plant import plant_of
 from hybrid.diagnosis.outcome.extend import extended_structure
@@ -26,6 +26,7 @@ from hybrid.diagnosis.outcome.findings import Finding
 from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.diagnosis.response.marching import respond
 from scripts.build_fe_model import app as build
+from tests.masts import masts, recorded
 
 CONFIG = BlindConfig(off=True, size=0.8, train=3, test=1, duration=20.0)
 
@@ -107,3 +108,23 @@ def test_it_is_simulated_and_diagnosed_as_a_model(tmp_path: Path) -> None:
     recording = Recording("r", simulated.recordings[0].data[:1])
     path = save_dataset(replace(simulated, recordings=(recording,)), tmp_path / "again")
     assert plant_of(load_dataset(path)).laws
+
+
+def test_calibrated_damping_of_a_mode_that_an_effect_sets_is_written_into_the_effect(tmp_path: Path) -> None:
+    """As a modal ratio on top it was negative, and the file refused: nothing was written at all."""
+    structure = masts().with_effects(ModalDamping((2,), 0.02))
+    plant = plant_of(recorded(structure))
+    theta, factor = np.zeros(len(plant.spread)), np.exp(-0.05)
+    theta[len(plant.parts) : plant.factors] = -0.05
+    extended = extended_structure(plant, theta, ())
+    save_structure(extended, tmp_path / "extended_model.toml")
+    found, drawn = (natural_modes(linearise(s), 4).damping_ratio for s in (extended, structure))
+    np.testing.assert_allclose(found, factor * drawn, rtol=1e-6)
+
+
+def test_modes_that_causes_bring_have_the_ratios_of_their_numbers_in_the_list() -> None:
+    ratios = (0.01, 0.012, 0.014, 0.016, 0.018, 0.05, 0.06)
+    structure = replace(masts(), damping=Damping(modal_ratios=ratios))
+    plant = plant_of(recorded(structure))
+    np.testing.assert_array_equal(plant.ratios_of(8), [*ratios, ratios[-1]])
+    assert len(plant.ratios) < 6

@@ -234,3 +234,7 @@ def test_a_damper_may_take_away_from_modal_damping() -> None:
     taken = replace(model, damping=csr_array(-0.1 * model.damping), modal_ratios=(0.1,))
     assert not check_linear_model(taken)
     assert any("negative damping" in fault for fault in check_linear_model(replace(taken, modal_ratios=(0.001,))))
+    loose = replace(taken, stiffness=0.0 * taken.stiffness)  # which its natural modes tell, not this
+    assert not any("negative damping" in fault for fault in check_linear_model(loose))
+    both = replace(taken, modal_ratios=(), stiffness=csr_array(-taken.stiffness))
+    assert {fault.split(" has")[0] for fault in check_linear_model(both)} == {"C", "K"}

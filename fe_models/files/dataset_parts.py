@@ -5,7 +5,7 @@ Each function adds to ``faults`` what it finds.
 
 from collections import Counter
 from dataclasses import dataclass, fields
-from math import isfinite
+from math import inf, isfinite
 from pathlib import Path
 from typing import Literal
 
@@ -48,6 +48,12 @@ class Surroundings:
 
 
 @dataclass(frozen=True)
+class _Rates:
+    sampling_rate: float = inf  # where it cannot be read, any low-pass is below half of it
+    lowpass: float | None = None
+
+
+@dataclass(frozen=True)
 class _SimulationTable:
     damping_ratio: float | tuple[float, ...] | None = None
     modes: int | None = None
@@ -75,9 +81,10 @@ class _LoadTable:
 def read_header(document: Table, where: str, faults: list[str]) -> DatasetHeader | None:
     """Return the single values, with the two frequencies checked against each other."""
     table = {key: document[key] for key in HEADER_KEYS if key in document}
-    header = read_table(DatasetHeader, table, where, faults, go_on=True)
-    if header is not None:
-        faults.extend(f"{where} {fault}" for fault in check_rates(header.sampling_rate, header.lowpass))
+    header = read_table(DatasetHeader, table, where, faults)
+    rates = {key: table[key] for key in ("sampling_rate", "lowpass") if key in table}
+    readable = read_table(_Rates, rates, where, [], go_on=True) or _Rates()
+    faults.extend(f"{where} {fault}" for fault in check_rates(readable.sampling_rate, readable.lowpass))
     return header
 
 

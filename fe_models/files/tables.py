@@ -50,8 +50,8 @@ def read_table(
     """Return ``make(**table)`` with each value checked against the annotation of its parameter.
 
     ``make`` is a dataclass or a function; its parameters without default, and those named in ``required``, must be
-    there. Adds what is wrong to ``faults`` and returns None then; with ``go_on`` only if something is missing, else
-    the rest with defaults in place of what is wrong, so that its other faults are found as well.
+    there. Adds what is wrong to ``faults`` and returns None then; with ``go_on`` only if one of these is missing or
+    wrong, else the rest with defaults in place of what is wrong, so that its other faults are found as well.
     """
     if not isinstance(table, dict):
         faults.append(f"{where}: expected a table, found {show(table)}")
@@ -68,8 +68,8 @@ def read_table(
                 values[key] = value
         elif key in required or parameter.default is parameter.empty:
             faults.append(f"{at(where, key)}: missing; expected {describe(parameter.annotation)}")
-    complete = all(key in values or parameter.default is not parameter.empty for key, parameter in parameters.items())
-    if len(faults) > before and not (go_on and complete):
+    needed = {*required, *(key for key, parameter in parameters.items() if parameter.default is parameter.empty)}
+    if len(faults) > before and not (go_on and needed <= values.keys()):
         return None
     try:
         return make(**values)

@@ -15,6 +15,7 @@ from hybrid.diagnosis.fitting.driven import states_along
 from hybrid.diagnosis.fitting.fitting import Fit, fit
 from hybrid.diagnosis.nominal.lowpass import noise_is_lowpassed
 from hybrid.diagnosis.nominal.plant import CERTAIN, plant_of
+from hybrid.diagnosis.recorded.filtered_ends import without_ringing_ends
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.noise import noise_of_recordings, structure_band
 from hybrid.diagnosis.recorded.records import batches_of, columns_of, measured_columns
@@ -40,6 +41,7 @@ class Certain:
 
 def certain_of(dataset: Dataset) -> Certain:
     """Return what a peer starts from; every factor of the nominal model is certain."""
+    dataset, _ = without_ringing_ends(dataset)
     plant, modal = plant_of(dataset), dataset.assumptions.modal_model
     refused = {
         "recordings name loads: the peers take free vibrations only; leave them out": bool(plant.loaded),

@@ -209,12 +209,12 @@ class Search:
 
         Calibrations that go far to hide one leave something all the same, if less than is significant.
         """
-        if not self.is_wanting(best):
-            return False
+        if not self.is_wanting(best) or fits_unalike(best):
+            return self.is_wanting(best)
         judged = self.judged(best)
         rest = left(judged, self.own, self.band)
-        nothing = rest.total <= FAINT * rest.std and forecasts_well(judged, self.own, WELL)
-        return fits_unalike(best) or not (nothing or self.is_enough(best))
+        hidden = factors_off(best) and rest.total > FAINT * rest.std
+        return hidden or not forecasts_well(judged, self.own, WELL)
 
     def _is_settled(self, best: Fit) -> bool:
         """Return whether nothing more is to be looked for beside the best fit."""

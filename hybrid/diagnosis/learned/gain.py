@@ -16,6 +16,7 @@ from hybrid.diagnosis.learned.projection import Projected, project
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
 from hybrid.diagnosis.outcome.findings import Finding, at_place
 from hybrid.diagnosis.recorded.channels import usable
+from hybrid.diagnosis.recorded.filtered_ends import without_ringing_ends
 from hybrid.training import TrainingDivergedError
 
 SAME = {  # causes that a linear law's word stands for
@@ -76,7 +77,7 @@ def hybrid_gain(
 
 def _with_test(dataset: Dataset) -> Dataset:
     """Return the usable part of the dataset; without test recordings the last one is set apart."""
-    data, _ = as_recordings(usable(dataset)[0])
+    data, _ = as_recordings(usable(without_ringing_ends(dataset)[0])[0])
     if not data.select("test"):
         data = replace(data, recordings=(*data.recordings[:-1], replace(data.recordings[-1], role="test")))
     return data

@@ -8,7 +8,7 @@ import torch
 from torch import Tensor
 
 from fe_models.dofs import FloatArray
-from fe_models.recordings import Dataset
+from fe_models.recordings import Dataset, Recording
 from fe_models.sensor_effects import SensorDelay, SensorDrift, SensorEffect, SensorGain
 from fe_models.structure import Structure
 from hybrid.calibration import nothing
@@ -71,10 +71,16 @@ def corrected(dataset: Dataset, findings: tuple[Finding, ...]) -> Dataset:
     for fault, acting in sorted(faults, key=lambda item: LAST_FIRST.index(type(item[0]))):
         undone = undo(fault)
         recordings = tuple(
-            replace(r, data=undone.apply(r.data, names, dataset.sampling_rate)) if r.name in acting else r
+            replace(r, data=_whole(undone, r, names, dataset.sampling_rate)) if r.name in acting else r
             for r in recordings
         )
     return replace(dataset, recordings=recordings)
+
+
+def _whole(effect: SensorEffect, recording: Recording, names: list[str], rate: float) -> FloatArray:
+    """Return a recording's data with an effect that began where it did, before what is used of it."""
+    begun = np.pad(recording.data, ((0, 0), (recording.skipped, 0), (0, 0)), mode="edge")
+    return effect.apply(begun, names, rate)[:, recording.skipped :]
 
 
 def undo(fault: SensorEffect) -> SensorEffect:

@@ -98,15 +98,21 @@ def _rings_above(data: FloatArray, rate: float, cutoff: float, lower: float) -> 
     return bool(np.any((most > LOUDER * usual) & (most - usual > RINGING * noise)))
 
 
-def beyond(data: FloatArray, rate: float, cutoff: float) -> float:
-    """Return the power beyond a cutoff over that below it, of ``data`` (time, sensor); NaN where none is sampled."""
+def spectrum(data: FloatArray, rate: float) -> tuple[FloatArray, FloatArray]:
+    """Return frequencies (Hz) and power (frequency, sensor) of ``data`` (time, sensor), each of the sensors that move
+    over its own energy; of none where a value is not finite.
+    """
     size = data.std(axis=0)
     alive = data[:, size > 0] / size[size > 0]
-    if not alive.size or not np.isfinite(alive).all():
-        return float("nan")
-    frequency, power = welch(alive, rate, nperseg=min(len(data), LONGEST), axis=0)
+    alive = alive[:, np.isfinite(alive).all(axis=0)]
+    return welch(alive, rate, nperseg=min(len(data), LONGEST), axis=0)
+
+
+def beyond(data: FloatArray, rate: float, cutoff: float) -> float:
+    """Return the power beyond a cutoff over that below it, of ``data`` (time, sensor); NaN where none is sampled."""
+    frequency, power = spectrum(data, rate)
     bands = [(frequency > low * cutoff) & (frequency < high * cutoff) for low, high in (WITHIN, BEYOND)]
-    if not all(band.any() for band in bands):
+    if not (power.size and all(band.any() for band in bands)):
         return float("nan")
     below, beyond = (float(np.quantile(power[band], QUIET)) for band in bands)
     return beyond / below if below > 0 else float("nan")

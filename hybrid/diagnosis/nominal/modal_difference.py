@@ -33,10 +33,11 @@ def difference(plant: Plant, modal: Plant) -> str:
 
 
 def _coupling(plant: Plant) -> float:
-    """Return the largest C_ij^2 / (C_ii C_jj) of two of a plant's modes."""
-    shapes = plant.modes[1]
+    """Return the largest C_ij^2 / (C_ii C_jj) of two of a plant's modes, C_ii with all the damping that a mode has."""
+    omega, shapes = plant.modes
     C = shapes.T @ (plant.damping @ shapes)
-    own = np.sqrt(np.maximum(np.diag(C), max(ROUNDING * float(np.diag(C).max()), TINY)))
+    whole = 2 * plant.own_ratios[: len(omega)] * omega
+    own = np.sqrt(np.maximum(whole, max(ROUNDING * float(whole.max()), TINY)))
     return float(np.max(((C - np.diag(np.diag(C))) / own / own[:, None]) ** 2))
 
 

@@ -160,6 +160,11 @@ class Plant:
         own = np.einsum("di,di->i", shapes, self.damping @ shapes)
         return np.asarray(own / (2 * np.maximum(omega, 1e-300)) + self.ratios)
 
+    def ratios_of(self, count: int) -> FloatArray:
+        """Return the modal damping ratios of ``count`` modes: causes may bring some beyond those that are uncertain."""
+        given = self.structure.damping.modal_ratios or (float(self.ratios[-1]),)
+        return np.append(self.ratios, ratios_of_modes(given, max(count, len(self.ratios)))[len(self.ratios) :])[:count]
+
     def _lowest(self, count: int) -> tuple[FloatArray, FloatArray]:
         M, _, K = self.projected[:3]
         omega2, shapes = eigh(K, M)

@@ -1,16 +1,16 @@
 """Recordings that end as behind a low-pass which the dataset does not state."""
 
 import numpy as np
-from scipy.signal import welch
 
 from fe_models.dofs import FloatArray
 from fe_models.recordings import Dataset
-from hybrid.diagnosis.nominal.lowpass import LONGEST, QUIET, WITHIN
+from hybrid.diagnosis.nominal.lowpass import QUIET, WITHIN, spectrum
 
 FAR_BEYOND = (1.5, 1.8)  # of an end: where nothing is
 LOWEST = 3  # line of a spectrum that has nothing of the mean, which is taken away
 LEVEL, GONE = 10.0, 5e-3  # ratios of power: that near is level, and this little nothing; the usual filter leaves 2e-3
-NOISELESS = 1e-7  # of a channel's energy: motions without noise fall as steeply
+LASTING = 3.0  # likewise: what motion makes of the level falls with it from one half of a recording to the other
+NOISELESS = 1e-5  # of a channel's energy: motions with less noise fall as steeply
 AT_CUTOFF = 0.25  # of the power: what the usual filter leaves at its cutoff
 STATED = 0.75  # of the low-pass that is stated: an end below is another one
 FEW = 4  # lines of a spectrum in a band that tell its level
@@ -21,36 +21,51 @@ def unstated_lowpass(dataset: Dataset) -> list[str]:
 
     What a filter takes away of noise is then taken for a quiet sensor, and of motions for a fault of the model.
     """
-    half, rate = dataset.sampling_rate / 2, dataset.sampling_rate
+    rate = dataset.sampling_rate
     found = [_end(data, rate) for recording in dataset.recordings for data in recording.data]
     ends = [end for end in found if end is not None]
-    highest = min(dataset.lowpass or half, half)
-    if 2 * len(ends) <= len(found) or float(np.median(ends)) > STATED * highest:
+    if 2 * len(ends) <= len(found):
+        return []
+    end, half = float(np.median(ends)), rate / 2
+    if end > STATED * min(dataset.lowpass or half, half):
         return []
     stated = "which the dataset does not state" if dataset.lowpass is None else f"not {dataset.lowpass:g} Hz as stated"
-    end = float(np.median(ends))
-    return [f"the recordings end at about {end:.2g} Hz, as behind a low-pass, {stated}: set lowpass = {end:.2g}"]
+    return [f"the recordings end at about {end:.3g} Hz, as behind a low-pass, {stated}: set lowpass = {end:.3g}"]
 
 
 def _end(data: FloatArray, rate: float) -> float | None:
     """Return where the spectra of ``data`` (time, sensor) fall steeply (Hz) and are level before; None if nowhere."""
-    size = data.std(axis=0)
-    alive = data[:, size > 0] / size[size > 0]
-    if not alive.size or not np.isfinite(alive).all():
+    frequency, power = spectrum(data, rate)
+    if not power.size:
         return None
-    frequency, power = welch(alive, rate, nperseg=min(len(data), LONGEST), axis=0)
-
-    def quiet(lower: float, upper: float) -> FloatArray | None:
-        inside = (frequency > lower) & (frequency < upper)
-        return np.quantile(power[inside], QUIET, axis=0) if inside.sum() >= FEW else None
-
     for cutoff in frequency[LOWEST:]:
-        far, edge = (quiet(band[0] * cutoff, band[1] * cutoff) for band in (FAR_BEYOND, WITHIN))
-        before = quiet(frequency[LOWEST - 1], WITHIN[0] * cutoff)
+        far, edge = (_quiet(frequency, power, band[0] * cutoff, band[1] * cutoff) for band in (FAR_BEYOND, WITHIN))
+        before = _quiet(frequency, power, frequency[LOWEST - 1], WITHIN[0] * cutoff)
         if far is None or before is None or edge is None:
             continue
         level = (edge > before / LEVEL) & (edge < LEVEL * before) & (edge * rate / 2 > NOISELESS)
-        if np.all(level & (far < GONE * edge)):
+        if np.all(level & (far < GONE * edge)) and _lasts(data, rate, cutoff):
             above = np.flatnonzero(np.median(power / edge, axis=1) > AT_CUTOFF)
             return float(frequency[above[-1]])
     return None
+
+
+def _quiet(frequency: FloatArray, power: FloatArray, lower: float, upper: float) -> FloatArray | None:
+    """Return the power (sensor,) of what lies between the lines of motions in a band, None of too few lines."""
+    inside = (frequency > lower) & (frequency < upper)
+    return np.quantile(power[inside], QUIET, axis=0) if inside.sum() >= FEW else None
+
+
+def _lasts(data: FloatArray, rate: float, cutoff: float) -> bool:
+    """Return whether what is below a cutoff is as strong late in a recording as early, as noise is."""
+    middle, levels = len(data) // 2, []
+    for part in (data[:middle], data[middle:]):
+        frequency, power = spectrum(part, rate)
+        level = _quiet(
+            frequency, power * part.var(axis=0)[part.std(axis=0) > 0], WITHIN[0] * cutoff, WITHIN[1] * cutoff
+        )
+        if level is None:
+            return False
+        levels.append(level)
+    early, late = levels
+    return early.shape == late.shape and bool(np.median(early) < LASTING * np.median(late))

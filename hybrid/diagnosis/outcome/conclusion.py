@@ -28,6 +28,7 @@ from hybrid.diagnosis.outcome.findings import (
     sentence_of,
 )
 from hybrid.diagnosis.outcome.materiality import material, weak, without_weak
+from hybrid.diagnosis.outcome.noisier import only_noisier
 from hybrid.diagnosis.outcome.scorer import Scorer
 from hybrid.diagnosis.outcome.simulation import Simulation, modal_finding, modal_notes, simulation_of
 from hybrid.diagnosis.outcome.verdict import ABNORMAL, Errors, Verdict, verdict_of
@@ -42,7 +43,7 @@ UNSEEN = (
     "the training recordings show nothing{more} wrong, but test recordings do ({names}): what acts there is not felt in"
     ' training, or came later; take such a recording for training (role = "train") and diagnose again'
 )
-LOUDER = "test recordings ({names}) are noisier than those for training: their forecasts are off by that noise"
+NOISIER = "test recordings ({names}) are noisier than those for training: their forecasts are off by that noise"
 
 
 @dataclass(frozen=True)
@@ -181,10 +182,10 @@ def _unseen(item: Fit, found: Forecast, scorer: Scorer, evidence: Evidence, more
     if left(item, evidence.gauge, scorer.setting.band).significant or factors_off(item):
         return []
     names = scorer.wrong_in(found)
-    louder = scorer.only_louder(item, names) if names else ()
-    unseen = [name for name in names if name not in louder]
+    known = only_noisier(scorer, item) if names else ()
+    unseen, noisier = ([name for name in names if (name in known) is so] for so in (False, True))
     notes = [UNSEEN.format(more=more, names=", ".join(unseen))] if unseen else []
-    return notes + ([LOUDER.format(names=", ".join(louder))] if louder else [])
+    return notes + ([NOISIER.format(names=", ".join(noisier))] if noisier else [])
 
 
 def _as_drawn_or_calibrated(base: Fit, gauge: Gauge, most: float) -> tuple[Fit, FloatArray]:

@@ -4,8 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from fe_models.damping import ratios_of_modes
 from fe_models.dofs import FloatArray
-from fe_models.effects import Effect
+from fe_models.effects import Effect, ModalDamping
+from fe_models.effects.laws import replaced_ratios
 from fe_models.structure import Structure
 from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.outcome.findings import Finding
@@ -26,9 +28,20 @@ def extended_structure(plant: Plant, theta: FloatArray, findings: tuple[Finding,
     ratios = factors[len(plant.parts) :]
     own, given = plant.own_ratios - plant.ratios, structure.damping.modal_ratios
     modal = own * (ratios - 1) + plant.ratios * ratios
+    settled = [mode - 1 for mode, _ in replaced_ratios(structure) if mode <= len(modal)]
+    modal[settled] = ratios_of_modes(given, len(modal))[settled]  # an effect's ratio stands in its place
     if given or not plant.ratios.any():
         rest = given[len(modal) :] or given[-1:] or (0.0,)
         modal = np.append(modal, rest)  # modes beyond those that are followed keep what they have
     damping = replace(structure.damping, modal_ratios=tuple(float(ratio) for ratio in modal))
-    built = replace(structure, damping=damping)
+    effects = tuple(_calibrated(effect, ratios) for effect in structure.effects)
+    built = replace(structure, damping=damping, effects=effects)
     return built.with_effects(*(f.cause for f in findings if isinstance(f.cause, Effect)))
+
+
+def _calibrated(effect: Effect, factors: FloatArray) -> Effect:
+    """Return an effect of a structure, damping ratios that it sets times the ``factors`` (mode,) of these modes."""
+    if not isinstance(effect, ModalDamping):
+        return effect
+    by_mode = dict(enumerate(factors, start=1))
+    return replace(effect, ratio=tuple(float(ratio * by_mode.get(mode, 1.0)) for mode, ratio in effect.ratios))

@@ -9,20 +9,10 @@ from hybrid.diagnosis.contest.evidence import Evidence
 from hybrid.diagnosis.contest.setting import Setting
 from hybrid.diagnosis.fitting.crossvalidation import Folds, folds_of
 from hybrid.diagnosis.fitting.fitting import Fit
-from hybrid.diagnosis.fitting.forecasting import (
-    Forecast,
-    Model,
-    begun_from,
-    forecast,
-    idle_by_order,
-    model_of,
-    within,
-)
+from hybrid.diagnosis.fitting.forecasting import Forecast, Model, forecast, idle_by_order, model_of, within
 from hybrid.diagnosis.outcome.verdict import NEAR
 from hybrid.diagnosis.recorded.gauge import Gauge
-from hybrid.diagnosis.recorded.noise import noise_of_recordings
-from hybrid.diagnosis.recorded.records import Batch, columns_of
-from hybrid.diagnosis.response.unloaded import unloaded
+from hybrid.diagnosis.recorded.records import Batch
 
 
 @dataclass(frozen=True)
@@ -78,25 +68,6 @@ class Scorer:
         names = [name for batch in self.test for name in batch.names]
         error, floor = (of[:, list(self.setting.measured)].mean(axis=1) for of in (found.nrmse, found.floor))
         return tuple(dict.fromkeys(name for name, wrong in zip(names, error > NEAR * floor, strict=True) if wrong))
-
-    def only_louder(self, item: Fit, names: tuple[str, ...]) -> tuple[str, ...]:
-        """Return those of ``names`` of test recordings that a fit follows, from the initial states that they ask for
-        whole, as well as their own noise lets it: they are noisier than all others, which is all that is wrong in them.
-        """
-        if any(batch.off for batch in item.batches):
-            return ()
-        sensors, found = self.gauge.sensors, list[str]()
-        rate, band = self.setting.dataset.sampling_rate, self.setting.band
-        for batch in columns_of(self.test, self.setting.measured):
-            whole = begun_from(self.model(item), (), batch, sensors, self.gauge.positions, self.gauge, batch.samples)
-            usual = np.broadcast_to(batch.sigma(self.gauge)[:, 0], (len(batch.names), len(sensors)))
-            (free,) = unloaded(self.setting.plant, (replace(batch, noise=None),), sensors, rate)
-            for number, name in enumerate(batch.names):
-                own = noise_of_recordings((free.take([number]),), rate, band)
-                expected = batch.samples * batch.share * float(np.sum((own / usual[number]) ** 2))
-                if name in names and whole.cost[number] <= NEAR**2 * expected:
-                    found.append(name)
-        return tuple(dict.fromkeys(found))
 
     def example_model(self, item: Fit, theta: FloatArray | None = None) -> Model:
         """Return the `model` by which the recording that is `shown` is forecast: of a fit that did not see it."""

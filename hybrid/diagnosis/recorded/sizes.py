@@ -4,18 +4,25 @@ import numpy as np
 
 from fe_models.recordings import Dataset
 
-FAR = 100.0  # times what is usual: of m/s^2, mm/s^2 are a thousand, and motions of one campaign hardly differ so much
-FEWEST = 3  # recordings: of two nobody knows which is the usual one
+FAR = 100.0  # times: of m/s^2, mm/s^2 are a thousand, and motions of one campaign hardly differ so much
+FEWEST = 3  # motions: of two nobody knows which is the usual one
+TINY = 1e-300  # instead of the logarithm of zero
 
 
 def other_sizes(dataset: Dataset) -> list[str]:
-    """Return a note on each recording that is far from the usual size."""
-    if len(dataset.recordings) < FEWEST:
+    """Return a note where motions fall into two groups of sizes that are far apart, on the smaller group."""
+    motions = [(recording.name, data) for recording in dataset.recordings for data in recording.data]
+    if len(motions) < FEWEST:
         return []
-    sizes = np.array([recording.data.std(axis=1).mean(axis=0) for recording in dataset.recordings])
-    relative = np.median(sizes / np.maximum(np.median(sizes, axis=0), 1e-300), axis=1)
-    return [
-        f"motions of {recording.name} are {size:.3g} times as large as usual in the other recordings: check its unit"
-        for recording, size in zip(dataset.recordings, relative, strict=True)
-        if not 1 / FAR < size < FAR
-    ]
+    sizes = np.log(np.maximum([data.std(axis=0) for _, data in motions], TINY))  # (motion, sensor)
+    size = np.median(sizes - np.median(sizes, axis=0), axis=1)
+    order = np.argsort(size)
+    gaps = np.diff(size[order])
+    if gaps.max() < np.log(FAR):
+        return []
+    first = int(gaps.argmax()) + 1
+    low, high = order[:first], order[first:]
+    few, others = (low, high) if len(low) < len(high) else (high, low)
+    times = float(np.exp(np.median(size[few]) - np.median(size[others])))
+    names = ", ".join(dict.fromkeys(motions[i][0] for i in sorted(few)))
+    return [f"motions of {names} are {times:.3g} times as large as the others: check their unit"]

@@ -32,9 +32,7 @@ def assumed_damping(
         return np.zeros_like(C)
     modes = eigenmodes(M, K)
     omega, phi = natural_frequencies(modes[0]), modes[1]
-    more = max(len(M[0]) - len(plant.ratios), 0)  # modes that candidates bring, beyond the spare one
-    ratios = np.pad(plant.ratios, (0, more), mode="edge")[: len(M[0])]
-    added = 2 * ratios * omega * _factors(plant, factor, omega)
+    added = 2 * plant.ratios_of(len(M[0])) * omega * _factors(plant, factor, omega)
     for mode, ratio in replaced:
         shape = phi[:, :, mode]
         added[:, mode] = 2 * ratio * omega[:, mode] - np.einsum("pd,pde,pe->p", shape, C, shape)

@@ -40,16 +40,10 @@ def damping_off(shown: Shown, uncertainty: Uncertainty) -> list[str]:
     far = max(DAMPED, 1 + STATED * uncertainty.damping)
     if len(observed) < 2 or not (np.all(observed > far * nominal) or np.all(far * observed < nominal)):
         return []
-    modes, one, other = (
-        ", ".join(words)
-        for words in (
-            [str(mode + 1) for mode in np.flatnonzero(told)],
-            [f"{ratio:.2g}" for ratio in observed],
-            [f"{ratio:.2g}" for ratio in nominal],
-        )
-    )
+    modes = ", ".join(str(mode + 1) for mode in np.flatnonzero(told))
+    seen, assumed = (", ".join(f"{ratio:.2g}" for ratio in ratios) for ratios in (observed, nominal))
     return [
-        f"modes {modes} are observed with damping ratios of {one} instead of {other}: "
+        f"modes {modes} are observed with damping ratios of {seen} instead of {assumed}: "
         "check the damping that the simulation assumes ([simulation] damping_ratio, or that of the model)"
     ]
 

@@ -133,7 +133,8 @@ def _free_fit(own: Fit, base: Fit, gauge: Gauge) -> Fit | None:
     """Return the fit of a linear model whose factors the recordings alone determine, from where ``own`` is.
 
     Causes that are linear and everywhere the same stay in it, a sensor's faults, too; a support that gives way would
-    bring a mode of its own. Without it calibrated values are far from those beside it: from where the ``base`` is, too.
+    bring a mode of its own. Calibrated values beside a cause that is left out may be far from those without it: then
+    from where the ``base`` is, too.
     """
     plant, known = own.hypothesis.plant, own.hypothesis.candidates
     off = {number for batch in own.batches for number in batch.off}
