@@ -13,8 +13,9 @@ from hybrid.diagnosis.fitting.crossvalidation import as_recordings, folds_of
 from hybrid.diagnosis.fitting.fitting import Fit, fit
 from hybrid.diagnosis.fitting.forecasting import Forecast, Model, model_of
 from hybrid.diagnosis.nominal.plant import plant_of
-from hybrid.diagnosis.outcome.noisier import only_noisier
+from hybrid.diagnosis.outcome.noisier import with_own_noise
 from hybrid.diagnosis.outcome.scorer import Scorer
+from hybrid.diagnosis.outcome.verdict import NEAR
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import batches_of, columns_of, measured_columns
 from hybrid.diagnosis.response.hypothesis import Hypothesis
@@ -116,12 +117,19 @@ def test_a_test_recording_that_is_only_noisier_holds_nothing_that_training_does_
     noisy[1] += 3 * sigma * rng.standard_normal(noisy[1].shape)
     other[1] *= np.where(np.arange(other.shape[2]) == 0, 1.2, 1.0)  # another gain
 
-    def told(data: FloatArray, *names: str) -> tuple[str, ...]:
-        batch = replace(tests, data=data, names=names)
-        return only_noisier(Scorer(setting, setting.gauge, (batch,), None), base)
+    def told(data: FloatArray) -> tuple[float, list[str]]:
+        """Return how far forecasts are above the noise floor, and the notes."""
+        scorer = Scorer(setting, setting.gauge, (replace(tests, data=data),), None)
+        knowing, notes = with_own_noise(scorer, base)
+        found = knowing.forecast(base)
+        return knowing.error(found) / knowing.floor(found), notes
 
-    assert told(noisy, first, second) == (second,)
-    assert told(other, first, second) == ()
-    both = np.stack([noisy[1], other[1]])
-    assert told(both, first, second) == (first,)
-    assert told(both, first, first) == ()  # two motions of one file, and one of them is something else
+    over, (note,) = told(noisy)
+    assert over < NEAR
+    assert f"({second})" in note
+    over, notes = told(other)
+    assert over > NEAR
+    assert notes == []
+    over, (note,) = told(np.stack([noisy[1], other[1]]))
+    assert over > NEAR
+    assert f"({first})" in note

@@ -41,9 +41,10 @@ def posterior_of(fits: tuple[Fit, ...], candidates: tuple[Candidate, ...], is_as
 
     A harmonic force whose amplitude is not told from none is no hypothesis: slower than any mode, it may do no more
     than push a law to and fro, which takes up whatever that law's model lacks. Nor is a support that is not told from a
-    rigid one: the motion that it brings may take up what the structure's model lacks.
+    rigid one: the motion that it brings may take up what the structure's model lacks. Nor is a linear cause whose size
+    is not told from none.
     """
-    fits = _distinct(tuple(fit for fit in fits if _waves_told(fit) and _softness_told(fit)))
+    fits = _distinct(tuple(fit for fit in fits if _waves_told(fit) and _softness_told(fit) and _sizes_told(fit)))
     odds = Odds.among(candidates, fits[0].hypothesis.plant.alike)
     prior = np.array([_log_prior(fit, odds) for fit in fits])
     evidence = np.array([fit.log_evidence for fit in fits])
@@ -73,6 +74,16 @@ def _softness_told(fit: Fit) -> bool:
     soft = [part.start for candidate, part in parts if candidate.released is not None]
     least = np.maximum(fit.hypothesis.lower, TOLD * np.sqrt(np.diag(fit.covariance)))
     return bool((fit.theta[soft] > least[soft]).all())
+
+
+def _sizes_told(fit: Fit) -> bool:
+    """Return whether the size of each linear cause of a fit is told from none."""
+    errors = np.sqrt(np.diag(fit.covariance))
+    return all(
+        abs(fit.theta[part.start] - candidate.neutral[0]) > TOLD * errors[part.start]
+        for candidate, part in zip(fit.hypothesis.candidates, fit.hypothesis.slices, strict=True)
+        if candidate.names and candidate.pull is None and candidate.released is None
+    )
 
 
 def _distinct(fits: tuple[Fit, ...]) -> tuple[Fit, ...]:

@@ -28,7 +28,7 @@ from hybrid.diagnosis.outcome.findings import (
     sentence_of,
 )
 from hybrid.diagnosis.outcome.materiality import material, weak, without_weak
-from hybrid.diagnosis.outcome.noisier import only_noisier
+from hybrid.diagnosis.outcome.noisier import with_own_noise
 from hybrid.diagnosis.outcome.scorer import Scorer
 from hybrid.diagnosis.outcome.simulation import Simulation, modal_finding, modal_notes, simulation_of
 from hybrid.diagnosis.outcome.verdict import ABNORMAL, Errors, Verdict, verdict_of
@@ -43,7 +43,6 @@ UNSEEN = (
     "the training recordings show nothing{more} wrong, but test recordings do ({names}): what acts there is not felt in"
     ' training, or came later; take such a recording for training (role = "train") and diagnose again'
 )
-NOISIER = "test recordings ({names}) are noisier than those for training: their forecasts are off by that noise"
 
 
 @dataclass(frozen=True)
@@ -94,8 +93,9 @@ class _Forecasts:
 def concluded(setting: Setting, evidence: Evidence) -> Diagnosis:
     """Return the diagnosis that the evidence amounts to."""
     base, gauge = evidence.base, evidence.gauge
-    scorer = Scorer.of(setting, evidence)
+    scorer, noisier = with_own_noise(Scorer.of(setting, evidence), evidence.posterior.fits[0])
     posterior, notes = _mattering(setting, evidence, scorer)
+    notes = noisier + notes
     best = posterior.fits[0]
     simulation = simulation_of(setting, evidence, posterior, scorer)
     normal = DEVIATION if best.hypothesis.candidates else ABNORMAL  # no cause is likelier than a value that far off
@@ -181,11 +181,8 @@ def _unseen(item: Fit, found: Forecast, scorer: Scorer, evidence: Evidence, more
     """
     if left(item, evidence.gauge, scorer.setting.band).significant or factors_off(item):
         return []
-    names = scorer.wrong_in(found)
-    known = only_noisier(scorer, item) if names else ()
-    unseen, noisier = ([name for name in names if (name in known) is so] for so in (False, True))
-    notes = [UNSEEN.format(more=more, names=", ".join(unseen))] if unseen else []
-    return notes + ([NOISIER.format(names=", ".join(noisier))] if noisier else [])
+    names = ", ".join(scorer.wrong_in(found))
+    return [UNSEEN.format(more=more, names=names)] if names else []
 
 
 def _as_drawn_or_calibrated(base: Fit, gauge: Gauge, most: float) -> tuple[Fit, FloatArray]:

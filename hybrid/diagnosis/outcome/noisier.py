@@ -4,31 +4,49 @@ from dataclasses import replace
 
 import numpy as np
 
+from fe_models.dofs import BoolArray, FloatArray
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.fitting.forecasting import begun_from
 from hybrid.diagnosis.outcome.scorer import Scorer
 from hybrid.diagnosis.outcome.verdict import NEAR
 from hybrid.diagnosis.recorded.noise import noise_of_recordings
-from hybrid.diagnosis.recorded.records import columns_of
+from hybrid.diagnosis.recorded.records import Batch, columns_of
 from hybrid.diagnosis.response.unloaded import unloaded
 
+NOISIER = "test recordings ({names}) are noisier than those for training: they are scored against their own noise"
 
-def only_noisier(scorer: Scorer, item: Fit) -> tuple[str, ...]:
-    """Return the names of test recordings that a fit follows, from the initial states that they ask for whole, as well
-    as their own noise lets it, where that is more than is usual; of several motions in one file, if all are so.
+
+def with_own_noise(scorer: Scorer, item: Fit) -> tuple[Scorer, list[str]]:
+    """Return a scorer that knows the noise of test recordings that are only noisier, and a note on these.
+
+    Only noisier is what a fit follows, from the initial states that it asks for whole, as well as its own noise lets
+    it, where that is more than is usual. Asked of recordings alone that the fit forecasts wrongly.
     """
-    if any(batch.off for batch in item.batches):
-        return ()
-    gauge, rate = scorer.gauge, scorer.setting.dataset.sampling_rate
-    followed, noisier = dict[str, bool](), dict[str, bool]()
-    for batch in columns_of(scorer.test, scorer.setting.measured):
-        begun = begun_from(scorer.model(item), (), batch, gauge.sensors, gauge.positions, gauge, batch.samples)
-        usual = np.broadcast_to(batch.sigma(gauge)[:, 0], (len(batch.names), len(gauge.sensors)))
-        (free,) = unloaded(scorer.setting.plant, (replace(batch, noise=None),), gauge.sensors, rate)
-        for number, name in enumerate(batch.names):
-            own = noise_of_recordings((free.take([number]),), rate, scorer.setting.band)
-            louder = float(np.mean((own / usual[number]) ** 2))
-            expected = louder * batch.samples * batch.share * len(own)
-            followed[name] = followed.get(name, True) and bool(begun.cost[number] <= NEAR**2 * expected)
-            noisier[name] = noisier.get(name, False) or louder > NEAR**2
-    return tuple(name for name in followed if followed[name] and noisier[name])
+    if any(batch.off for batch in item.batches) or not scorer.wrong_in(scorer.forecast(item)):
+        return scorer, []
+    batches, names = list[Batch](), dict[str, None]()
+    for batch in scorer.test:
+        own, noisier = _only_noisier(scorer, item, batch)
+        known = np.ones((len(batch.names), batch.data.shape[2])) if batch.noise is None else batch.noise.copy()
+        known[np.ix_(noisier, list(scorer.setting.measured))] = own[noisier]
+        batches.append(replace(batch, noise=known) if noisier.any() else batch)
+        names |= dict.fromkeys(name for name, is_so in zip(batch.names, noisier, strict=True) if is_so)
+    notes = [NOISIER.format(names=", ".join(names))] if names else []
+    return replace(scorer, test=tuple(batches)), notes
+
+
+def _only_noisier(scorer: Scorer, item: Fit, batch: Batch) -> tuple[FloatArray, BoolArray]:
+    """Return the noise of each recording over the gauge's (recording, measured sensor), and which are only noisier."""
+    gauge, (measured,) = scorer.gauge, columns_of((batch,), scorer.setting.measured)
+    begun = begun_from(scorer.model(item), (), measured, gauge.sensors, gauge.positions, gauge, batch.samples)
+    usual = np.broadcast_to(measured.sigma(gauge)[:, 0], (len(batch.names), len(gauge.sensors)))
+    (free,) = unloaded(scorer.setting.plant, (replace(measured, noise=None),), gauge.sensors, gauge.rate)
+    own = np.stack(
+        [
+            noise_of_recordings((free.take([number]),), gauge.rate, scorer.setting.band)
+            for number in range(len(batch.names))
+        ]
+    )
+    louder = np.mean((own / usual) ** 2, axis=1)
+    expected = louder * batch.samples * batch.share * len(gauge.sensors)
+    return own / gauge.sigma, (louder > NEAR**2) & (begun.cost <= NEAR**2 * expected)
