@@ -126,7 +126,7 @@ def _lowpass_faults(channel: FloatArray, name: str, sampling_rate: float, lowpas
     return [
         f"channel {name!r}: {share:.0%} of its energy lies well above the lowpass of {lowpass:g} Hz "
         f"(at most {LARGEST_SHARE:.0%} is expected): a wrong sampling rate for its low-pass, a wrong low-pass, "
-        "or nothing but noise"
+        "a spike, or nothing but noise"
     ]
 
 

@@ -28,7 +28,7 @@ def with_own_noise(scorer: Scorer, item: Fit) -> tuple[Scorer, list[str]]:
     for batch in scorer.test:
         own, noisier = _only_noisier(scorer, item, batch)
         known = np.ones((len(batch.names), batch.data.shape[2])) if batch.noise is None else batch.noise.copy()
-        known[np.ix_(noisier, list(scorer.setting.measured))] = own[noisier]
+        known[np.ix_(noisier, np.array(scorer.setting.measured))] = own[noisier]
         batches.append(replace(batch, noise=known) if noisier.any() else batch)
         names |= dict.fromkeys(name for name, is_so in zip(batch.names, noisier, strict=True) if is_so)
     notes = [NOISIER.format(names=", ".join(names))] if names else []
