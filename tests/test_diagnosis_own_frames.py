@@ -59,6 +59,17 @@ def test_pin_that_resists_rotation_is_told() -> None:
     assert finding.parameters["stiffness"].value == pytest.approx(stiffness, rel=0.1)  # the contract's bound
 
 
+def test_spring_that_a_pin_has_as_an_effect_may_be_softer_than_drawn() -> None:
+    """Else a softer one was told as a negative spring elsewhere and a softer element, together."""
+    stiff = portal().with_effects(SupportSpring(1, "rz", 2e5))
+    bounds = {
+        c.location["node"]: c.lower
+        for c in setting_of(recorded(stiff)).candidates()
+        if c.kind == "support_spring" and c.location["direction"] == "rz" and c.released is None
+    }
+    assert bounds == {1: (-2e5,), 4: (0.0,)}
+
+
 def test_what_one_sensor_cannot_tell_from_one_mode_is_all_told() -> None:
     """A mass on top moves one frequency, as softer columns do. Supports that give way bring a mode of their own to each
     segment, which takes up noise: by that they were ahead, and what shares the mode's shape was given up.

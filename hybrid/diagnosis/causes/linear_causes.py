@@ -270,7 +270,9 @@ def _stiff_pins(plant: Plant) -> list[Candidate]:
         pull[row] = 1.0
         stiffness = 1 / float(plant.static(pull[:, None])[row, 0])
         place = Place({"node": node, "direction": "rz"}, (node,), "rz", pull, stiffness, coefficient=0.0)
-        found.append(replace(_support_spring(plant, place), lower=(0.0,)))  # a pin turns freely or resists
+        springs = [e for e in plant.structure.effects if isinstance(e, SupportSpring)]
+        own = sum(e.stiffness for e in springs if (e.node, e.direction) == (node, "rz"))
+        found.append(replace(_support_spring(plant, place), lower=(-own,)))  # a pin turns freely, or resists as drawn
     return found
 
 
