@@ -64,7 +64,7 @@ class Fit:
         """The cost, and one for each entry of an initial state that other hypotheses do not have: what it takes of
         noise. By this fits are compared, over short segments above all, where such entries are many.
         """
-        return self.cost + self.hypothesis.extra_entries(self.states)
+        return self.cost + self.hypothesis.extra_entries(self.theta, self.states)
 
     @property
     def deviations(self) -> FloatArray:
@@ -188,7 +188,7 @@ class Step:
     @property
     def charged(self) -> float:
         """The cost as fits are compared by it."""
-        return self.cost + self.hypothesis.extra_entries(self.states)
+        return self.cost + self.hypothesis.extra_entries(self.theta, self.states)
 
 
 def first_steps(
@@ -249,7 +249,7 @@ def fit(
     if point is None:
         return None
     values = sum(batch.data.size for batch in batches)
-    damping, bound = FREE, bound - hypothesis.extra_entries(point.states)
+    damping, bound = FREE, bound - hypothesis.extra_entries(point.theta, point.states)
     iterations = iterations if hypothesis.is_linear else min(iterations, LAW_ITERATIONS)
     for to_come in reversed(range(iterations)):
         then, damping = problem.improved(point, damping)

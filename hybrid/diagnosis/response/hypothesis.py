@@ -17,7 +17,7 @@ from hybrid.diagnosis.response.damping import assumed_damping, more_damping
 from hybrid.diagnosis.response.dashpots import Trailing, trailing_of, with_trailing
 from hybrid.diagnosis.response.dispersion import dispersed
 from hybrid.diagnosis.response.forces import force_of, law_in_motion
-from hybrid.diagnosis.response.reduction import Basis, basis_of, eigenmodes, turn
+from hybrid.diagnosis.response.reduction import Basis, basis_of, eigenmodes, natural_frequencies, turn
 from hybrid.diagnosis.response.residual import Residual, residual_of
 from hybrid.diagnosis.response.system import Behind, Entry, Force, System
 
@@ -139,20 +139,29 @@ class Hypothesis:
 
         Of modes, not of coordinates: these keep their meaning, and hold a part of all modes where these have changed.
         """
-        every = np.eye(self.states)
-        found = [every[[first, first + 1]] for first in range(2 * self.size, self.states, 2)]
-        if self.brought:
-            reduced = self.reduced(theta[None])
-            highest = eigenmodes(reduced.mass, reduced.stiffness)[1][0, :, -self.brought :]
-            rows = highest.T @ reduced.mass[0]  # (mode, coordinate)
-            n = self.size
-            found += [row[None] @ every[part] for row in rows for part in (slice(n), slice(n, 2 * n))]
-        return found
+        every, n = np.eye(self.states), self.size
+        found = [every[[first, first + 1]] for first in range(2 * n, self.states, 2)]
+        _, rows = self._modes_brought(theta)
+        return found + [row[None] @ every[part] for row in rows for part in (slice(n), slice(n, 2 * n))]
 
-    def extra_entries(self, states: tuple[FloatArray, ...]) -> int:
-        """Return how many of the entries of initial ``states`` (recording, state), a batch each, others do not have."""
-        common = 2 * (self.size - self.brought)
-        return sum(len(part) * (part.shape[1] - common) for part in states)
+    def extra_entries(self, theta: FloatArray, states: tuple[FloatArray, ...]) -> int:
+        """Return how many of the entries of initial ``states`` (recording, state), a batch each, others do not have and
+        take up noise at ``theta`` (parameter,): of a mode beyond a low-pass they take none, as none is left there.
+        """
+        silent = int(np.sum(self._modes_brought(theta)[0] > self.plant.cutoff))
+        common = 2 * (self.size - self.brought + silent)
+        return sum(len(part) * max(part.shape[1] - common, 0) for part in states)
+
+    def _modes_brought(self, theta: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the natural frequencies (mode,), rad/s, of the modes brought, the highest at ``theta``, and how much
+        of each coordinate is in them, (mode, coordinate).
+        """
+        if not self.brought:
+            return np.zeros(0), np.zeros((0, self.size))
+        reduced = self.reduced(theta[None])
+        omega2, shapes = eigenmodes(reduced.mass, reduced.stiffness)
+        own = slice(-self.brought, None)
+        return natural_frequencies(omega2)[0, own], shapes[0, :, own].T @ reduced.mass[0]
 
     def weighs(self, theta: FloatArray) -> BoolArray:
         """Return whether every motion has mass at a ``theta``, (variant,) of (variant, parameter): not where more is
