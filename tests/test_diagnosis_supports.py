@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from fe_models.effects import HarmonicForce, SupportSpring
+from fe_models.lowpass import LowPass
+from fe_models.structure import Beam
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.growing import ground_of
 from hybrid.diagnosis.contest.recording_groups import Asked
@@ -15,7 +17,9 @@ from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.fitting.fitting import fit
 from hybrid.diagnosis.fitting.wave import wave
 from hybrid.diagnosis.outcome.verdict import Verdict
-from tests.masts import masts, recorded
+from hybrid.diagnosis.response.hypothesis import Hypothesis
+from hybrid.diagnosis.response.reduction import eigenmodes
+from tests.masts import TUBE, masts, recorded
 
 FOOT = {"node": 1, "direction": "rz"}
 SPRING = SupportSpring(1, "rz", 5e6)  # N m/rad: takes a twentieth from the natural frequencies of a mast
@@ -79,3 +83,38 @@ def test_harmonic_force_is_told_beside_a_support_that_gives_in_some_recordings()
     item = fit(hypothesis, theta, batches, setting.gauge)
     assert item is not None
     assert wave(item, 1).amplitude == pytest.approx(force.amplitude, rel=0.1)  # the contract's bound
+
+
+def test_entries_of_a_mode_that_a_support_brings_count_up_to_a_low_pass() -> None:
+    """Beyond it they take up no noise, as none is left; those of a machine always do."""
+    given = recorded(masts().with_effects(SPRING))
+    setting = setting_of(replace(given, model=masts()))
+    foot = candidate_of(setting, "support_spring", FOOT)
+    machine = next(c for c in setting.candidates() if c.oscillator)
+    modes = setting.plant.modes[0] / (2 * np.pi)
+    for lowpass, counted in ((None, 2), (LowPass(1e6), 2), (LowPass(0.8 * modes[-1]), 0)):
+        plant = replace(setting.plant, lowpass=lowpass)
+        for candidates, more in (((foot,), counted), ((machine,), 2), ((foot, machine), 2 + counted)):
+            hypothesis = Hypothesis(plant, candidates)
+            theta = hypothesis.centre.copy()
+            theta[hypothesis.slices[0]] = 1 / SPRING.stiffness if candidates[0] is foot else 3.0
+            states = (np.zeros((5, hypothesis.states)),)
+            assert hypothesis.extra_entries(theta, states) == 5 * more
+            rows = np.concatenate(hypothesis.own_motions(theta))
+            assert rows.shape == (2 * len(candidates), hypothesis.states)
+
+
+def test_what_a_support_brings_is_the_highest_mode_whatever_the_coordinates_hold() -> None:
+    """A motion in the other modes has nothing of it, in one of them each coordinate."""
+    tied = masts(apart=3.0)
+    tied = replace(tied, elements=(*tied.elements, Beam((3, 6), TUBE)))
+    setting = setting_of(recorded(tied))
+    hypothesis = setting.nominal.adding(candidate_of(setting, "support_spring", FOOT))
+    theta = np.append(setting.nominal.centre, 1 / 2e5)
+    reduced = hypothesis.reduced(theta[None])
+    shapes = eigenmodes(reduced.mass, reduced.stiffness)[1][0]
+    n = hypothesis.size
+    displaced, moved = (part[0] for part in hypothesis.own_motions(theta))
+    np.testing.assert_allclose(displaced[:n] @ shapes, np.eye(n)[-1], atol=1e-9)
+    np.testing.assert_allclose(moved[n : 2 * n] @ shapes, np.eye(n)[-1], atol=1e-9)
+    assert np.abs(shapes[-1, :-1]).max() > 0.01  # the last coordinate is in other modes, too
