@@ -38,6 +38,7 @@ from hybrid.diagnosis.shown.example import Example, example_of
 from hybrid.diagnosis.shown.show import Shown, show
 
 RIVALS = 0.005  # least probability of an alternative that is told
+NEXT_TO_NOTHING = 1e-9  # of the energy of an error
 SUREST = 0.999  # no probability is said to be more
 UNSEEN = (
     "the training recordings show nothing{more} wrong, but test recordings do ({names}): what acts there is not felt in"
@@ -87,7 +88,7 @@ class _Forecasts:
     @property
     def unexplained(self) -> float:
         """The share of the nominal model's wrong energy that the extended one leaves."""
-        return min(self.extended.excess / self.nominal.excess, 1.0)
+        return _share(self.extended.excess, self.nominal.excess)
 
 
 def concluded(setting: Setting, evidence: Evidence) -> Diagnosis:
@@ -224,7 +225,7 @@ def _findings(
                 cause,
                 parameters,
                 min(of_candidate(posterior, candidate), SUREST) * listed,
-                float(np.clip(taken[number] / found.nominal.excess, 0.0, 1.0)),
+                _share(taken[number], found.nominal.excess),
                 tuple(name for name in names if name in acting),
                 tuple(
                     Alternative(rival.kind, reported_location(rival), p * listed)
@@ -234,6 +235,12 @@ def _findings(
             )
         )
     return tuple(sorted(findings, key=lambda finding: -finding.explains))
+
+
+def _share(part: float, whole: float) -> float:
+    """Return what a part is of the whole, between 0 and 1; of next to nothing nothing."""
+    share = float(np.clip(part / whole, 0.0, 1.0))
+    return share if share > NEXT_TO_NOTHING else 0.0
 
 
 def _names(setting: Setting) -> tuple[str, ...]:

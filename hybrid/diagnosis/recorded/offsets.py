@@ -5,7 +5,7 @@ import numpy as np
 from fe_models.dofs import FloatArray
 from fe_models.recordings import Dataset
 
-LARGE = 1.0  # times the standard deviation about it: a mean that no oscillation leaves
+LARGE = 0.25  # times the standard deviation about it: a mean that no oscillation of two periods or more leaves
 STEADY = 0.3  # of the mean: how far it may differ between recordings, and move within one; a drift does
 
 
