@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 
 from fe_models.blind import BlindConfig, blind_case
+from fe_models.four_dof import four_dof
 from fe_models.measurement import lowpassed
-from fe_models.recordings import Dataset
+from fe_models.recordings import Dataset, Recording, Sensor
+from fe_models.simulate import FreeConfig, simulate_free
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.nominal.lowpass import noise_is_lowpassed
@@ -134,3 +136,19 @@ def test_recordings_too_short_for_a_line_in_the_band_tell_noise_by_their_first()
     short = Batch(rng.standard_normal((3, 15, 2)), ("a", "b", "c"))
     assert np.isfinite(noise_of_recordings((short,), 10.0, band)).all()
     assert np.isfinite(variance_told(15, 10.0, band))
+
+
+@pytest.mark.parametrize("rate", [0.85, 10.0])
+def test_noise_is_told_whether_or_not_modes_reach_up_to_half_the_rate(rate: float) -> None:
+    """Where the fourth, at 0.34 Hz, was above the band of motion its energy counted as noise: three times as much."""
+    rng, sensors = np.random.default_rng(3), tuple(Sensor(f"x{n}", n, "x", "acceleration", "m/s^2") for n in (1, 3, 4))
+    begun = rng.standard_normal((2, 4, 4))
+    config = FreeConfig(400.0 if rate < 1 else 60.0, rate, 0.02)
+    motion = simulate_free(four_dof(), begun[0], begun[1], config, progress=False)
+    clean = np.stack([motion.channel(s.node, s.direction, s.quantity) for s in sensors], axis=-1)
+    sigma = 0.01 * clean.std(axis=(0, 1))
+    data = clean + sigma * rng.standard_normal(clean.shape)
+    dataset = Dataset(four_dof(), rate, sensors, tuple(Recording(f"r{i}", part[None]) for i, part in enumerate(data)))
+    band = structure_band(plant_of(dataset), rate, white=True)
+    told = noise_of_recordings(batches_of(dataset, "train"), rate, band)
+    np.testing.assert_allclose(told, sigma, rtol=0.15)  # four recordings tell it to a twentieth

@@ -9,6 +9,7 @@ from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.recorded.records import Batch
 
 ABOVE = 1.6  # times the highest natural frequency: where noise alone is expected
+CLOSE = 1.15  # times it: motion there is not noise alone
 MOST = 0.7  # of half the sampling rate: at least this share of the band is taken as the structure's, where it must be
 UPPER = 0.5  # of half the sampling rate: where noise is told in the recordings themselves, which have harmonics, too
 HARMONICS = 2.0  # times the structure's band: likewise ...
@@ -44,7 +45,7 @@ def structure_band(plant: Plant, rate: float, lowpass: float | None = None, whit
     """
     half, highest = rate / 2, float(plant.modes[0][-1]) / (2 * np.pi)
     passed = half if lowpass is None else min(lowpass, half)
-    if plant.kept is None and (white or passed == half):
+    if plant.kept is None and (white or passed == half) and CLOSE * highest < MOST * half:
         return Band(min(ABOVE * highest, MOST * half), room=True)
     if white and CLEAR * passed < CUT * half:
         return Band(CLEAR * passed, room=True)
