@@ -152,6 +152,20 @@ def test_support_that_gives_a_little_is_told_from_the_softer_element_beside_it(s
     assert finding.probability > 0.9
 
 
+def test_element_that_loses_half_its_stiffness_between_recordings_is_told() -> None:
+    """First steps from what all recordings share, which neither of the two structures is, led nowhere."""
+    frame = replace(portal(), supports=tuple(Support(node, ("x", "y", "rz")) for node in (1, 4)))
+    softer = frame.with_effects(StiffnessChange((2,), 0.5))
+    sensors = tuple(Sensor(f"a{node}", node, "x", "acceleration", "m/s^2") for node in (2, 3, 5))
+    before, after = (vibrations(frame, truth, sensors, 3) for truth in (frame, softer))
+    found = diagnose(replace(before, recordings=(*before.recordings[:1], *after.recordings[1:])))
+    assert found.verdict is Verdict.EXPLAINED
+    (finding,) = found.findings
+    assert (finding.cause.kind, finding.cause.location) == ("stiffness_change", {"element": 2})
+    assert finding.parameters["factor"].value == pytest.approx(0.5, rel=0.1)  # the contract's bound
+    assert finding.recordings == ("r1", "r2", "r3")
+
+
 @pytest.mark.parametrize("reversed_one", range(3))
 def test_sensor_mounted_the_wrong_way_round_is_told(reversed_one: int) -> None:
     """What the others tell of it was tried beside a calibration that had gone far astray."""

@@ -14,11 +14,13 @@ from hybrid.diagnosis.contest.odds import log_of_groups
 from hybrid.diagnosis.contest.recording_groups import Asked, each_with
 from hybrid.diagnosis.contest.shortlist import TIED
 from hybrid.diagnosis.fitting.fitting import Fit, fit, left_at
+from hybrid.diagnosis.fitting.forecasting import goes_far, within
 from hybrid.diagnosis.fitting.wave import wave
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import Batch, as_made
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.side_by_side import side_by_side
+from hybrid.diagnosis.screening.scanning import MUCH, scan
 
 ONE_GROUP = 0.4  # of the variance within two groups: more is one group for a force law, whose fits take long
 ASKING = 0.2  # of a chain's misfit over short segments: what the best must promise; where something else is wrong it
@@ -100,21 +102,34 @@ def _fit_sorted(
     hypothesis = short.hypothesis.adding(candidate)
     number = len(hypothesis.candidates) - 1
     starts = candidate.first_starts
-    theta = np.append(short.theta, starts[len(starts) // 2])
+    thetas = [np.append(short.theta, starts[len(starts) // 2]), *_as_drawn(short, candidate, acting, gauge)]
     present: tuple[Fit, BoolArray] | None = None
     for _ in range(ROUNDS):
         if acting.all() or not acting.any():
             return present
-        batches = _split(short.batches, acting, number)
-        item = fit(hypothesis, theta, batches, gauge, _states(short, acting), enough=CLOSE_ENOUGH, bound=bound)
+        batches, states = _split(short.batches, acting, number), _states(short, acting)
+        tried = [fit(hypothesis, theta, batches, gauge, states, enough=CLOSE_ENOUGH, bound=bound) for theta in thetas]
+        item = min((one for one in tried if one is not None), key=lambda one: one.cost, default=None)
         if item is None:
             return present
-        present, theta = (item, acting), item.theta
+        present, thetas = (item, acting), [item.theta]
         better = _preference(item, short.batches, short.states, number, gauge)
         if (better == acting).all():
             break
         acting = better
     return present
+
+
+def _as_drawn(short: Fit, candidate: Candidate, acting: BoolArray, gauge: Gauge) -> list[FloatArray]:
+    """Return a start of a fit in the structure as drawn, the candidate as large as those recordings ask for in which it
+    acts; none where the ``short`` fit, of recordings of two structures perhaps, is not astray.
+    """
+    if not (goes_far(short) or short.chi2 > MUCH * short.values):
+        return []
+    parts = [(batch, np.flatnonzero(chosen).tolist()) for batch, chosen in each_with(short.batches, acting)]
+    own = tuple(batch.take(chosen) for batch, chosen in parts if chosen)
+    found = scan(replace(short, batches=own), (candidate,), gauge)
+    return [np.append(within(short, 0.0), trial.start) for trial in found]
 
 
 def _split(batches: tuple[Batch, ...], acting: BoolArray, number: int) -> tuple[Batch, ...]:
