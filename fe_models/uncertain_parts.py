@@ -1,14 +1,15 @@
 """The parts of a structure whose stiffness or mass its owner knows only within a tolerance, each as a whole.
 
-Every spring, every cable and every group of beams has one stiffness; so has the mass of every group of beams, with the
-point masses along it, and every other point mass.
+Every spring, every group of beams and every cable, or every group of cables that has a name of its own, has one
+stiffness; so has the mass of every group of beams, with the point masses along it, and every other point mass.
 """
 
+from collections import defaultdict
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
-from fe_models.structure import Beam, Element, Spring, Structure
+from fe_models.structure import Beam, Cable, Element, Spring, Structure
 
 ALONG = 0.5  # of the nodes of a group of beams: where as many carry point masses these are its own mass, lumped
 
@@ -55,15 +56,17 @@ class UncertainPart:
 
 def uncertain_parts(structure: Structure) -> tuple[UncertainPart, ...]:
     """Return all stiffnesses, then all masses; the wires' own mass, which nothing feels, goes with no part."""
-    beams: dict[str, list[int]] = {}
+    beams, bars = defaultdict[str, list[int]](list), defaultdict[str, list[int]](list)
     single = []
     for number, element in enumerate(structure.elements, start=1):
         if isinstance(element, Beam):
-            beams.setdefault(element.group, []).append(number)
+            beams[element.group].append(number)
+        elif isinstance(element, Cable) and element.group != Cable.group:
+            bars[element.group].append(number)
         else:
             single.append(number)
     groups = [tuple(numbers) for numbers in beams.values()]
-    stiffness = sorted([*groups, *((number,) for number in single)])
+    stiffness = sorted([*groups, *map(tuple, bars.values()), *((number,) for number in single)])
     masses, carrying = [], {point.node for point in structure.point_masses}
     loose = set(carrying)
     for numbers in groups:

@@ -305,6 +305,19 @@ def test_coarse_mesh_is_told_with_one_that_is_fine_enough() -> None:
     assert coarse_mesh(plant_of(replace(dataset, model=masts().refined(8))), all_moved) == []
 
 
+def test_bars_of_a_group_with_a_name_are_off_together_and_cables_without_one_each_by_itself() -> None:
+    braces = tuple(Cable(pair, ROPE, tension_only=False, group="braces") for pair in ((1, 6), (4, 3)))
+    guys = (Cable((2, 6), ROPE), Cable((5, 3), ROPE))
+    braced = replace(portal(), elements=(*portal().elements, *braces, *guys))
+    stiffnesses = [part for part in uncertain_parts(braced) if part.quantity == "stiffness"]
+    assert [part.elements for part in stiffnesses] == [(1, 2, 3, 4, 5), (6, 7), (8,), (9,)]
+    stiffer = stiffnesses[1].scaled(braced, 1.1).elements
+    assert isinstance(stiffer[5], Cable)
+    assert isinstance(stiffer[7], Cable)
+    assert stiffer[5].section.youngs_modulus == pytest.approx(1.1 * ROPE.youngs_modulus)
+    assert stiffer[7].section == ROPE
+
+
 def test_lone_mass_is_uncertain_by_itself_and_masses_along_beams_with_them() -> None:
     head = replace(masts(), point_masses=(PointMass(3, 80.0),))
     masses = [part for part in uncertain_parts(head) if part.quantity == "mass"]

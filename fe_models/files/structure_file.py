@@ -20,7 +20,8 @@
     kind = "beam"                      # "beam", "cable" (also: prestress; tension_only = false for a bar) or
     through = [1, 2, 3, 4]             # "spring" (direction, stiffness; node = 1 for one to ground)
     section = "column"                 # through: one element after the other; nodes = [1, 2]: one alone
-    group = "frame"                    # a free name; to the diagnosis, the stiffness of a group is off as a whole
+    group = "frame"                    # a free name; to the diagnosis, a group's stiffness is off as a whole; springs,
+                                       # and cables without one, each by itself
 
     [[supports]]
     node = 1
