@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fe_models.dofs import FloatArray
+from fe_models.effects import DeadLoad
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.exactness import log_evidences
 from hybrid.diagnosis.contest.odds import Odds, log_of_groups
@@ -41,8 +42,8 @@ def posterior_of(fits: tuple[Fit, ...], candidates: tuple[Candidate, ...], is_as
 
     A harmonic force whose amplitude is not told from none is no hypothesis: slower than any mode, it may do no more
     than push a law to and fro, which takes up whatever that law's model lacks. Nor is a support that is not told from a
-    rigid one: the motion that it brings may take up what the structure's model lacks. Nor is a linear cause whose size
-    is not told from none.
+    rigid one: the motion that it brings may take up what the structure's model lacks. Nor is weight, or a
+    sensor's fault, whose size is not told from none: unlike others, no nominal value may stand for it in part.
     """
     fits = _distinct(tuple(fit for fit in fits if _waves_told(fit) and _softness_told(fit) and _sizes_told(fit)))
     odds = Odds.among(candidates, fits[0].hypothesis.plant.alike)
@@ -77,12 +78,12 @@ def _softness_told(fit: Fit) -> bool:
 
 
 def _sizes_told(fit: Fit) -> bool:
-    """Return whether the size of each linear cause of a fit is told from none."""
+    """Return whether weight, and each fault of a sensor, in a fit is told from none."""
     errors = np.sqrt(np.diag(fit.covariance))
     return all(
         abs(fit.theta[part.start] - candidate.neutral[0]) > TOLD * errors[part.start]
         for candidate, part in zip(fit.hypothesis.candidates, fit.hypothesis.slices, strict=True)
-        if candidate.names and candidate.pull is None and candidate.released is None
+        if candidate.sensor is not None or candidate.kind == DeadLoad.kind
     )
 
 
