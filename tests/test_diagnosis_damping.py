@@ -14,7 +14,8 @@ from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.causes.candidates import all_candidates
 from hybrid.diagnosis.causes.places import Motion
 from hybrid.diagnosis.nominal.plant import Plant, plant_of
-from hybrid.diagnosis.response.hypothesis import Hypothesis, Reduced
+from hybrid.diagnosis.response.hypothesis import Hypothesis
+from hybrid.diagnosis.response.reduced import Reduced
 
 WHITE = np.random.default_rng(0).standard_normal((1, 200, 8))  # a plant only asks for sensors and rates
 CHAIN = Dataset(four_dof(), 10.0, CHAIN_SENSORS, (Recording("r", WHITE[..., :5]),))

@@ -80,6 +80,8 @@ def test_calibration_astray_may_stand_for_weak_causes_that_are_known() -> None:
     assert verdict(one, one) is Verdict.EXPLAINED  # forecasts are at the noise floor
     assert verdict(one, one, 1.3, 0.02) is Verdict.EXPLAINED  # nothing is left to fit, and as good as all is explained
     assert verdict(one, one, 1.3, 0.05) is Verdict.PARTLY_EXPLAINED
+    assert verdict(astray(one), one, 4.4, 0.05) is Verdict.PARTLY_EXPLAINED
+    assert verdict(astray(one), one, 4.6, 0.05) is Verdict.UNEXPLAINED  # half as wrong again as without it, or more
     assert verdict(base, base, 1.3, 0.02) is Verdict.UNEXPLAINED
     assert verdict(astray(one), one) is Verdict.PARTLY_EXPLAINED
     assert verdict(astray(one), both) is Verdict.EXPLAINED

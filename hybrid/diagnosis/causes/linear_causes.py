@@ -264,13 +264,13 @@ def _stiff_pins(plant: Plant) -> list[Candidate]:
     """Return the supports that may resist rotation, though they are drawn to turn freely: base plates, rusty pins."""
     dofs, supported = plant.dofs, [support.node for support in plant.structure.supports]
     turning = dofs.free & (dofs.direction == "rz") & np.isin(dofs.node, supported)
+    springs = [e for e in plant.structure.effects if isinstance(e, SupportSpring)]
     found = []
     for row in np.flatnonzero(turning & (plant.stiffness.diagonal() > 0)):
         node, pull = int(dofs.node[row]), np.zeros(len(dofs))
         pull[row] = 1.0
         stiffness = 1 / float(plant.static(pull[:, None])[row, 0])
         place = Place({"node": node, "direction": "rz"}, (node,), "rz", pull, stiffness, coefficient=0.0)
-        springs = [e for e in plant.structure.effects if isinstance(e, SupportSpring)]
         own = sum(e.stiffness for e in springs if (e.node, e.direction) == (node, "rz"))
         found.append(replace(_support_spring(plant, place), lower=(-own,)))  # a pin turns freely, or resists as drawn
     return found

@@ -34,13 +34,12 @@ from hybrid.diagnosis.recorded.noise_levels import NoiseLevels
 from hybrid.diagnosis.recorded.offsets import offsets
 from hybrid.diagnosis.recorded.records import Batch, batches_of, columns_of, measured_columns
 from hybrid.diagnosis.recorded.sizes import other_sizes
-from hybrid.diagnosis.recorded.spectra import energy_near
+from hybrid.diagnosis.recorded.spectra import HARDLY_SHOWN, energy_near
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.marching import is_too_fast
 from hybrid.diagnosis.response.unloaded import unloaded
 
 UNLIKE = "noise goes with {pattern}: each recording counts by its own"
-STILL = 5e-4  # of the motion's energy: a mode that has less hardly shows
 SEED = 0  # of the states at which geometric forces are taken: the same of the same recordings
 
 
@@ -150,7 +149,7 @@ def setting_of(dataset: Dataset) -> Setting:
 def _moved(plant: Plant, batches: tuple[Batch, ...], gauge: Gauge) -> BoolArray:
     """Return in which nominal modes (mode,) the recordings have motion."""
     motion = tuple(batch.recorded / batch.sigma(gauge) for batch in batches)
-    return energy_near(plant.modes[0] / (2 * np.pi), motion, gauge.rate) > STILL
+    return energy_near(plant.modes[0] / (2 * np.pi), motion, gauge.rate) >= HARDLY_SHOWN
 
 
 def _disperses_too_far(short: Fit) -> bool:

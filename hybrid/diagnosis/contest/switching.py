@@ -14,13 +14,13 @@ from hybrid.diagnosis.contest.odds import log_of_groups
 from hybrid.diagnosis.contest.recording_groups import Asked, each_with
 from hybrid.diagnosis.contest.shortlist import TIED
 from hybrid.diagnosis.fitting.fitting import Fit, fit, left_at
-from hybrid.diagnosis.fitting.forecasting import goes_far, within
+from hybrid.diagnosis.fitting.forecasting import goes_far
 from hybrid.diagnosis.fitting.wave import wave
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import Batch, as_made
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.side_by_side import side_by_side
-from hybrid.diagnosis.screening.scanning import MUCH, scan
+from hybrid.diagnosis.screening.scanning import leaves_much, scan
 
 ONE_GROUP = 0.4  # of the variance within two groups: more is one group for a force law, whose fits take long
 ASKING = 0.2  # of a chain's misfit over short segments: what the best must promise; where something else is wrong it
@@ -124,12 +124,12 @@ def _as_drawn(short: Fit, candidate: Candidate, acting: BoolArray, gauge: Gauge)
     """Return a start of a fit in the structure as drawn, the candidate as large as those recordings ask for in which it
     acts; none where the ``short`` fit, of recordings of two structures perhaps, is not astray.
     """
-    if not (goes_far(short) or short.chi2 > MUCH * short.values):
+    if not (goes_far(short) or leaves_much(short)):
         return []
     parts = [(batch, np.flatnonzero(chosen).tolist()) for batch, chosen in each_with(short.batches, acting)]
     own = tuple(batch.take(chosen) for batch, chosen in parts if chosen)
     found = scan(replace(short, batches=own), (candidate,), gauge)
-    return [np.append(within(short, 0.0), trial.start) for trial in found]
+    return [trial.theta(short) for trial in found]
 
 
 def _split(batches: tuple[Batch, ...], acting: BoolArray, number: int) -> tuple[Batch, ...]:

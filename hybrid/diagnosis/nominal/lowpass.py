@@ -100,11 +100,10 @@ def _rings_above(data: FloatArray, rate: float, cutoff: float, lower: float) -> 
 
 def spectrum(data: FloatArray, rate: float) -> tuple[FloatArray, FloatArray]:
     """Return frequencies (Hz) and power (frequency, sensor) of ``data`` (time, sensor), each of the sensors that move
-    over its own energy; of none where a value is not finite.
+    over its own energy; not of those with a value that is not finite.
     """
     size = data.std(axis=0)
     alive = data[:, size > 0] / size[size > 0]
-    alive = alive[:, np.isfinite(alive).all(axis=0)]
     return welch(alive, rate, nperseg=min(len(data), LONGEST), axis=0)
 
 

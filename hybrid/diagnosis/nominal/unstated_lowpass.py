@@ -58,14 +58,13 @@ def _quiet(frequency: FloatArray, power: FloatArray, lower: float, upper: float)
 
 def _lasts(data: FloatArray, rate: float, cutoff: float) -> bool:
     """Return whether what is below a cutoff is as strong late in a recording as early, as noise is."""
-    middle, levels = len(data) // 2, []
+    middle, levels = len(data) // 2, list[float]()
     for part in (data[:middle], data[middle:]):
-        frequency, power = spectrum(part, rate)
-        level = _quiet(
-            frequency, power * part.var(axis=0)[part.std(axis=0) > 0], WITHIN[0] * cutoff, WITHIN[1] * cutoff
-        )
+        moving = part[:, part.std(axis=0) > 0]
+        frequency, power = spectrum(moving, rate)
+        level = _quiet(frequency, power * moving.var(axis=0), WITHIN[0] * cutoff, WITHIN[1] * cutoff)
         if level is None:
             return False
-        levels.append(level)
+        levels.append(float(np.median(level)))
     early, late = levels
-    return early.shape == late.shape and bool(np.median(early) < LASTING * np.median(late))
+    return early < LASTING * late

@@ -20,7 +20,7 @@ def with_own_noise(scorer: Scorer, item: Fit) -> tuple[Scorer, list[str]]:
     """Return a scorer that knows the noise of test recordings that are only noisier, and a note on these.
 
     Only noisier is what a fit follows, from the initial states that it asks for whole, as well as its own noise lets
-    it, where that is more than is usual. Asked of recordings alone that the fit forecasts wrongly.
+    it, where that is more than is usual. Asked only where the fit forecasts some recording wrongly.
     """
     if any(batch.off for batch in item.batches) or not scorer.wrong_in(scorer.forecast(item)):
         return scorer, []

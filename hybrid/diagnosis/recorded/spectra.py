@@ -4,6 +4,7 @@ import numpy as np
 
 from fe_models.dofs import FloatArray
 
+HARDLY_SHOWN = 5e-4  # of a motion's energy: a mode that has less hardly shows, and its damping not at all
 STRONGEST = 3  # modes whose sums and differences are looked at
 ORDER = 2  # of the lines: multiples and sums of so many frequencies, as stretching that comes with bending makes them
 WIDTH = 1.5  # of a recording's resolution: how far from its place a line may be

@@ -14,9 +14,10 @@ from fe_models.time_integration import TimeIntegration
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.response.damping import assumed_damping, more_damping
-from hybrid.diagnosis.response.dashpots import Trailing, trailing_of, with_trailing
+from hybrid.diagnosis.response.dashpots import trailing_of, with_trailing
 from hybrid.diagnosis.response.dispersion import dispersed
 from hybrid.diagnosis.response.forces import force_of, law_in_motion
+from hybrid.diagnosis.response.reduced import Reduced
 from hybrid.diagnosis.response.reduction import Basis, basis_of, eigenmodes, natural_frequencies, turn
 from hybrid.diagnosis.response.residual import Residual, residual_of
 from hybrid.diagnosis.response.system import Behind, Entry, Force, System
@@ -186,7 +187,7 @@ class Hypothesis:
         """Which of the plant's parts (part,) are masses; the others are stiffnesses."""
         return np.array([part.quantity == "mass" for part in self.plant.parts], dtype=bool)
 
-    def reduced(self, theta: FloatArray) -> "Reduced":
+    def reduced(self, theta: FloatArray) -> Reduced:
         """Return M, C, K and the shapes of ``theta`` (variant, parameter)."""
         plant, basis = self.plant, self.basis
         parts, variants = len(plant.parts), len(theta)
@@ -294,7 +295,7 @@ class Hypothesis:
         return residual_of(plant, [plant.pull(law) for law in plant.laws] + [pull for pull in own if pull is not None])
 
     def _loads(
-        self, reduced: "Reduced", inverse: Any, rows: FloatArray, kinds: BoolArray, laws: list[FloatArray]
+        self, reduced: Reduced, inverse: Any, rows: FloatArray, kinds: BoolArray, laws: list[FloatArray]
     ) -> Entry | None:
         """Return how the plant's known loads enter: ``rows`` (sensor, dof) of sensors of three ``kinds`` (3, sensor),
         pulls (dof,) of ``laws``; ``inverse`` of the mass. None where there are none.
@@ -341,30 +342,6 @@ class Hypothesis:
         """How far a unit of each candidate's harmonic force bends modes that are not followed (dof,)."""
         plant, nothing = self.plant, np.zeros(len(self.plant.dofs))
         return [nothing if c.pull is None or c.is_law else plant.left_out(c.pull) for c in self.candidates]
-
-
-@dataclass(frozen=True)
-class Reduced:
-    """``mass``, ``damping``, ``stiffness`` (variant, mode, mode) and ``shapes`` (variant, dof, mode) of the modes, and
-    what is ``trailing`` them, None where nothing does.
-    """
-
-    mass: FloatArray
-    damping: FloatArray
-    stiffness: FloatArray
-    shapes: FloatArray
-    trailing: Trailing | None = None
-
-    def feed(self, pulls: list[FloatArray], inverse: Any) -> FloatArray:
-        """Return the accelerations (variant, mode, force) by unit forces along ``pulls`` (dof,); see `fed`."""
-        feed = np.zeros((*self.mass.shape[:2], len(pulls)))
-        for number, pull in enumerate(pulls):
-            feed[:, :, number] = self.fed(pull, inverse)
-        return feed
-
-    def fed(self, pull: FloatArray, inverse: Any) -> FloatArray:
-        """Return the accelerations (variant, mode) by a unit force along ``pull`` (dof,); ``inverse`` of the mass."""
-        return np.asarray(np.einsum("pij,pj->pi", inverse, pull @ self.shapes))
 
 
 def _stepped(A: FloatArray, integration: TimeIntegration) -> FloatArray:

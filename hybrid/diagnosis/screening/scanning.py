@@ -52,7 +52,7 @@ def unseen(fit: Fit, candidates: tuple[Candidate, ...], gauge: Gauge) -> list[Sc
     factors resemble, where these are far off; and elements, with what may be `LEFT` of their stiffness, where a ``fit``
     leaves much. Modes that come down into the recordings' band with an element are followed.
     """
-    much = fit.chi2 > MUCH * fit.values
+    much = leaves_much(fit)
     if not fit.hypothesis.is_linear or not (much or goes_far(fit)):
         return []
     resembled = [candidate for candidate in candidates if candidate.released is not None or not candidate.names]
@@ -63,6 +63,11 @@ def unseen(fit: Fit, candidates: tuple[Candidate, ...], gauge: Gauge) -> list[Sc
     for found in sorted(_best_of(trials, fit, gauge), key=lambda trial: -trial.gain):
         best.setdefault(found.candidate.key, found)
     return list(best.values())
+
+
+def leaves_much(fit: Fit) -> bool:
+    """Return whether a fit leaves so much that an element may be all but lost."""
+    return fit.chi2 > MUCH * fit.values
 
 
 def _bringing(candidate: Candidate, sizes: FloatArray, plant: Plant) -> list[Trial]:

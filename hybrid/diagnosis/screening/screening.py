@@ -17,8 +17,9 @@ from hybrid.diagnosis.fitting.linearisation import Linearisation, inside, linear
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import Batch
 from hybrid.diagnosis.response.forces import force_of
-from hybrid.diagnosis.response.hypothesis import Hypothesis, Reduced
+from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.marching import respond
+from hybrid.diagnosis.response.reduced import Reduced
 from hybrid.diagnosis.response.side_by_side import side_by_side
 from hybrid.diagnosis.response.system import ModalForm, System, drifted, free_form
 

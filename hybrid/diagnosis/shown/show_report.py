@@ -4,10 +4,10 @@ from typing import Any
 
 import numpy as np
 
+from hybrid.diagnosis.recorded.spectra import HARDLY_SHOWN
 from hybrid.diagnosis.shown.amplitude import Amplitude
 from hybrid.diagnosis.shown.show import Modes, Shown
 
-UNSEEN = 5e-4  # of the motion's energy
 CLEAR = 3.0  # standard deviations: a change with amplitude beyond is called one
 
 
@@ -85,7 +85,7 @@ def _modes(shown: Shown) -> list[str]:
         three = (shown.nominal, shown.calibrated, shown.observed)
         frequencies = " ".join(f"{each.frequencies[mode]:9.4f}" for each in three)
         ratios = " ".join(f"{each.ratios[mode]:8.4f}" for each in three[:2])
-        seen = shown.motion_energy[mode] >= UNSEEN  # else it hardly shows, and its damping not at all
+        seen = shown.motion_energy[mode] >= HARDLY_SHOWN
         ratios += f" {shown.observed.ratios[mode]:8.4f}" if seen else f" {'-':>8s}"
         lines.append(
             f"  {mode + 1:4d} {frequencies} {ratios} {shown.mac[mode]:6.3f} {shown.motion_energy[mode]:10.0%}"
