@@ -284,3 +284,18 @@ def test_of_causes_that_promise_nearly_the_same_the_more_probable_one_goes_on(
     steps = [(False, Step(Hypothesis(plant, (item,)), np.zeros(1), (), -gain)) for item, gain in gains]
     monkeypatch.setattr(shortlist, "FOREMOST", 1)
     assert [step.hypothesis.candidates[0].location["node"] for step in foremost(steps, odds)] == [first]
+
+
+def test_twice_as_many_go_on_of_those_that_are_ranked_by_their_modes() -> None:
+    dataset = blind_case(33021, BlindConfig()).dataset
+    nuisances = np.zeros(plant_of(dataset).values)
+    causes = [candidate(dataset, "stiffness_change", element=element) for element in (1, 2, 3, 4)]
+    gains = 1e4 * np.arange(4, 0, -1)  # far apart: none goes on for being near another
+    by_modes, tested = (
+        [Screened(item, (0.9,), gain, nuisances, is_drawn=drawn) for item, gain in zip(causes, gains, strict=True)]
+        for drawn in (True, False)
+    )
+    odds = Odds.among(causes, alike=4.0)
+    kept = [trial.is_drawn for trial in promising([tested, by_modes, []], 2, odds)]
+    assert kept.count(False) == 2
+    assert kept.count(True) == 4

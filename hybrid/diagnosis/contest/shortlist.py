@@ -8,6 +8,7 @@ from hybrid.diagnosis.fitting.fitting import Step
 from hybrid.diagnosis.screening.screening import Screened
 
 SCANNED = 4  # times as many candidates of a scan, which knows nothing of what the uncertain factors could do besides
+BY_MODES = 2  # times as many of a ranking by modes, which are seen about a calibration that may be far off
 HOPEFUL = 8.0  # fall in the sum of squares that the score test must promise; less cannot outweigh the prior odds
 ALWAYS = 2  # candidates of each ranking that are fitted, however little they promise
 FOREMOST = 16  # of all without a force law, after their first step: a large effect may need some more to show
@@ -32,7 +33,7 @@ def promising(ranked: list[list[Screened]], kept: int, odds: Odds) -> list[Scree
     chosen: dict[tuple[str, bool, bool], Screened] = {}
     for ranking in ranked:
         taken, far, laws = 0, ranking is ranked[-1], Counter[str]()
-        most = SCANNED * kept if far else kept
+        most = kept * (SCANNED if far else BY_MODES if any(trial.is_drawn for trial in ranking) else 1)
         tied = min(map(behind, ranking), default=0.0) + TIED * odds.alike
         for trial in sorted(ranking, key=behind):
             enough = taken >= (max(most, MOST_TIED) if behind(trial) <= tied else most)
