@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from fe_models.assembly import linearise
+from fe_models.blind import BlindConfig, blind_case
 from fe_models.effects import AddedMass, SlackCable, StiffnessChange, SupportSpring
 from fe_models.errors import InputError
 from fe_models.four_dof import four_dof
@@ -26,6 +27,7 @@ from hybrid.diagnosis.outcome.advice import possible_sensors
 from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.screening.modal_scan import modal_scan
+from hybrid.diagnosis.screening.screening import screen
 from tests.frames import beam, gable, portal, vibrations
 from tests.masts import TUBE, masts, recorded
 
@@ -223,6 +225,22 @@ def test_no_more_mass_is_taken_off_a_node_than_moves_with_it() -> None:
     thetas[:, -1] = -0.99 * most, -1.01 * most
     assert hypothesis.weighs(thetas).tolist() == [True, False]
     assert -1.01 * most > taken.lower[0]  # so that the search would try it
+
+
+def test_nothing_is_told_of_a_cause_whose_shapes_have_no_mass_left() -> None:
+    """A fit may have taken off as much as its own shapes bear; those that another cause adds bear less."""
+    setting = setting_of(blind_case(1, BlindConfig(train=2, duration=3.0, structure="bridge", rich=False)).dataset)
+    causes = {(c.kind, str(c.location)): c for c in setting.candidates()}
+    taken, force = (causes[key] for key in (("added_mass", "{'node': 54}"), ("axial_force", "{'elements': [52]}")))
+    hypothesis = setting.nominal.adding(taken)
+    thetas = np.repeat(hypothesis.centre[None], 1000, axis=0)
+    thetas[:, [i for i, part in enumerate(setting.plant.parts) if part.quantity == "mass"]] = -0.1  # and lighter beams
+    thetas[:, -1] = np.linspace(taken.lower[0], 0, 1000)
+    borne = hypothesis.weighs(thetas) & ~hypothesis.adding(force).weighs(np.pad(thetas, ((0, 0), (0, 1))))
+    start = setting.short
+    begun = fit(hypothesis, thetas[borne][0], start.batches, setting.searched, start.states, iterations=0)
+    assert begun is not None
+    assert [trial.gain for trial in screen(begun, (force,), setting.searched)] == [0.0]
 
 
 def test_modes_are_scanned_where_hardly_any_mass_can_be_taken_off() -> None:

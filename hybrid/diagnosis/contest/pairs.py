@@ -57,8 +57,6 @@ def asks_for_more(item: Fit, base: Fit, gauge: Gauge, band: Band) -> bool:
     astray, effort = factors_off(item), effort_of(item.hypothesis.plant)
     if explains_change(item, base) and not (effort.thorough and astray):
         return False
-    if item.misfit < SORTED * base.misfit and not (effort.thorough or astray):
-        return False
     if not left(item, gauge, band).significant:
         return astray
     return item.misfit <= HELPLESS * base.misfit

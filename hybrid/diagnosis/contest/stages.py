@@ -102,20 +102,21 @@ class Search:
         return pair_fits(posterior, self.candidates, self.lengths.whole, self.gauge, self.band, hears)
 
     def promised(self, fits: list[Fit]) -> list[Fit]:
-        """Return fits of a cause beside a single one, where no second one was looked for, that promises to be more
-        probable than none, and of those that promise as much.
+        """Return fits of a cause that promises to be more probable than none, and of those that promise as much: beside
+        a single one where no second one was looked for, or alone where none was.
 
-        A search for any second cause takes a minute of a frame, and what is left may be too little to ask for one among
-        all the noise. What one linear cause promises to first order is told at once.
+        A search takes a minute of a frame, and what is left may be too little to ask for one among all the noise. What
+        a weak cause promises to first order is told at once; in other recordings it may be all that matters.
         """
         best = self.posterior(fits).fits[0]
-        single = len(best.hypothesis.candidates) == 1 and not any(batch.off for batch in best.batches)
-        if not single or any(len(item.hypothesis.candidates) > 1 for item in fits):
+        causes = best.hypothesis.candidates
+        searched = any(len(item.hypothesis.candidates) > len(causes) for item in fits)
+        if searched or len(causes) > 1 or any(batch.off for batch in best.batches):
             return []
-        taken = best.hypothesis.candidates[0].key
-        linear = tuple(c for c in self.candidates if not (c.is_law or c.oscillator) and c.key != taken)
+        taken = {candidate.key for candidate in causes}
+        others = tuple(candidate for candidate in self.candidates if candidate.key not in taken)
         odds = Odds.among(self.candidates, best.hypothesis.plant.alike)
-        ranked = [trial for trial in screen(best, linear, self.gauge) if trial.gain > odds.price(trial.candidate)]
+        ranked = [trial for trial in screen(best, others, self.gauge) if trial.gain > odds.price(trial.candidate)]
         if not ranked:
             return []
         self.tell("what is promised")

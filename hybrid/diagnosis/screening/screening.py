@@ -137,7 +137,8 @@ def _effect(present: _Present, candidate: Candidate, start: tuple[float, ...], s
     """Return what a candidate at ``start`` adds to the channels (recording, value) shown, in units of sigma.
 
     Both are taken in the shapes, and with the damping, that the candidate asks for: these move a calibrated structure a
-    little by themselves. The pull of force laws is taken as given where there are any.
+    little by themselves. The pull of force laws is taken as given where there are any. Nothing is told where
+    shapes that come with it have no mass: a fit without a cause may have taken most of a node's away.
     """
     fit, gauge, batch, states = present.fit, present.gauge, stretch.batch, stretch.states
     extended = fit.hypothesis.adding(candidate)
@@ -149,6 +150,8 @@ def _effect(present: _Present, candidate: Candidate, start: tuple[float, ...], s
     if not candidate.is_structural and not stretch.forces:
         return _response(extended, theta[None], batch, gauge, states)[0] - stretch.shown
     thetas = np.stack([theta, np.append(fit.theta, candidate.without)])
+    if not extended.weighs(thetas).all():
+        return np.zeros_like(stretch.shown)
     if stretch.forces:
         with_it, without = _forced_response(extended, thetas, batch, gauge, states, stretch.forces)
     else:
