@@ -211,7 +211,9 @@ def test_second_cause_is_asked_for_on_a_frame_where_one_leaves_noise_but_a_calib
         assert asks_for_more(off, wrong, setting.gauge, setting.band) == asks
         change = replace(off, batches=(replace(off.batches[0], off=(0,)),))  # the cause is all that changed
         assert not asks_for_more(change, wrong, setting.gauge, setting.band)
-    wanting = replace(item, residuals=tuple(2 * part for part in item.residuals))
+    (part,) = item.residuals
+    left = 2 * np.sin(0.3 * np.arange(part.shape[1]))[:, None]  # 5 Hz, which is in the structure's band
+    wanting = replace(item, residuals=(part + left,))
     worse = replace(item, cost=item.cost + 1e8)
     assert asks_for_more(wanting, worse, setting.gauge, setting.band)  # little beside that, and yet not noise alone
 
