@@ -5,14 +5,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fe_models.assembly import linearise
 from fe_models.blind import BlindConfig, blind_case
 from fe_models.effects import HarmonicForce
+from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset
+from hybrid.diagnosis.contest.growing import ground_of
+from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.fitting.fitting import Fit, fit
 from hybrid.diagnosis.nominal.plant import plant_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.screening.force_screening import screen_forces
 from tests.chain_fits import RATE, candidate, gauge_of
+from tests.masts import DURATION, masts, recorded
 
 FORCED = blind_case(7, BlindConfig(("harmonic_force",), size=0.6, train=3, test=1, duration=30.0))
 
@@ -70,3 +75,15 @@ def test_another_one_is_screened_for_beside_one_at_a_frequency_that_is_tried() -
     found = screen_forces(slow, forces, gauge)
     assert found
     assert all(np.isfinite(trial.gain) for trial in found)
+
+
+def test_it_is_told_though_it_runs_at_a_difference_of_natural_frequencies() -> None:
+    """A little of a frame's motion is there as it is, when its geometry shows; not as much as most of what is left."""
+    first, _, third, _ = natural_modes(linearise(masts()), 4).frequencies
+    setting = setting_of(recorded(masts(), HarmonicForce(3, "x", 20.0, third - first, 0.3)))
+    ground = ground_of(setting.nominal, setting.nominal.centre, setting.lengths, setting.gauge)
+    assert ground is not None
+    best = screen_forces(ground.whole, setting.candidates(), setting.gauge)[0]
+    assert best.candidate.location == {"node": 3, "direction": "x"}
+    assert best.start[0] == pytest.approx(third - first, abs=1 / DURATION / 2)
+    assert best.gain > 0.9 * ground.whole.misfit

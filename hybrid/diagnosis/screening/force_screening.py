@@ -13,7 +13,8 @@ from hybrid.diagnosis.screening.screening import Screened
 
 FREQUENCIES_A_LINE = 2  # trial frequencies of a harmonic force within the resolution of a recording
 PEAKS = 2  # frequencies kept at each place
-SECONDARY = 2.5e-3  # of all energy: a line at a sum or difference of natural frequencies must be stronger on a frame
+SECONDARY = 2.5e-3  # of all energy: a line at a sum or difference of natural frequencies must be stronger on a frame ...
+MOSTLY = 0.5  # ... or be as much of what a fit leaves, and more than its noise: a machine may run there by chance
 
 
 def screen_forces(fit: Fit, candidates: tuple[Candidate, ...], gauge: Gauge) -> list[Screened]:
@@ -53,7 +54,8 @@ def screen_forces(fit: Fit, candidates: tuple[Candidate, ...], gauge: Gauge) -> 
             basis = part.basis[number] if part.basis.ndim == 3 else part.basis  # of laws: the first one's
             gains += _wave_gains(residual, basis, transfer / sigma[number][:, None], trials / gauge.rate)
     if hypothesis.plant.kept is not None:
-        gains[_is_of_structure(trials, system, fit, gauge)[:, None] & (gains < SECONDARY * _energy(fit, gauge))] = 0.0
+        least = min(SECONDARY * _energy(fit, gauge), max(MOSTLY * fit.misfit, fit.values))
+        gains[_is_of_structure(trials, system, fit, gauge)[:, None] & (gains < least)] = 0.0
     found = []
     for place, candidate in enumerate(forces):
         curve = gains[:, place].copy()
