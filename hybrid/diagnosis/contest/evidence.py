@@ -27,6 +27,7 @@ ANEW = 3  # times at most that geometry is taken along another motion: the best 
 STAGES = (
     Search.apart,
     Search.nearby,
+    Search.everywhere,
     Search.together,
     Search.promised,
     Search.in_groups,

@@ -26,7 +26,7 @@ from hybrid.diagnosis.contest.posterior import Posterior, posterior_of, temper_o
 from hybrid.diagnosis.contest.recording_groups import asked_for, clear_groups
 from hybrid.diagnosis.contest.search import contest
 from hybrid.diagnosis.contest.shortlist import TIED
-from hybrid.diagnosis.contest.switching import fit_switched
+from hybrid.diagnosis.contest.switching import fit_everywhere, fit_switched
 from hybrid.diagnosis.fitting.fitting import Fit, fit
 from hybrid.diagnosis.fitting.forecasting import forecast, model_of
 from hybrid.diagnosis.fitting.wave import wave
@@ -91,6 +91,20 @@ class Search:
         lasting = _lasting(posterior, fits[0])
         return found + changes_beside(self.ground, groups, lasting, self.candidates, self.gauge, self.band, hears)
 
+    def everywhere(self, fits: list[Fit]) -> list[Fit]:
+        """Return the fit of a cause in all recordings that does best in some of them only, and was not fitted there.
+
+        Where a second one hides its place, a cause is left out of recordings that it does not fit at another.
+        """
+        best = self.posterior(fits).fits[0]
+        keys = _keys(best)
+        known = any(_keys(item) == keys and not any(batch.off for batch in item.batches) for item in fits)
+        if known or not any(batch.off for batch in best.batches) or self._is_settled(best):
+            return []
+        self.tell("all recordings")
+        found = fit_everywhere(best, self.lengths.whole, self.gauge)
+        return [] if found is None else [found]
+
     def together(self, fits: list[Fit]) -> list[Fit]:
         """Return fits of two causes at once."""
         posterior = self.posterior(fits)
@@ -113,7 +127,7 @@ class Search:
         searched = any(len(item.hypothesis.candidates) > len(causes) for item in fits)
         if searched or len(causes) > 1 or any(batch.off for batch in best.batches):
             return []
-        taken = {candidate.key for candidate in causes}
+        taken = _keys(best)
         others = tuple(candidate for candidate in self.candidates if candidate.key not in taken)
         odds = Odds.among(self.candidates, best.hypothesis.plant.alike)
         ranked = [trial for trial in screen(best, others, self.gauge) if trial.gain > odds.price(trial.candidate)]
@@ -160,7 +174,7 @@ class Search:
     def alone(self, fits: list[Fit]) -> list[Fit]:
         """Return fits of each cause found without the others, which may only have led the search to it."""
         best = self.posterior(fits).fits[0]
-        causes = {candidate.key for candidate in best.hypothesis.candidates}
+        causes = _keys(best)
         known = {item.hypothesis.candidates[0].key for item in fits if len(item.hypothesis.candidates) == 1}
         if causes <= known or len(causes) < 2 or any(batch.off for batch in best.batches):
             return []
@@ -226,6 +240,10 @@ class Search:
 
     def _hears(self, stage: str) -> Callable[[], object]:
         return lambda: self.tell(stage)
+
+
+def _keys(item: Fit) -> set[str]:
+    return {candidate.key for candidate in item.hypothesis.candidates}
 
 
 def _lasting(posterior: Posterior, base: Fit) -> tuple[Fit, ...]:

@@ -65,6 +65,11 @@ def fit_switched(
     return [item for item, _ in sorted_fits]
 
 
+def fit_everywhere(item: Fit, whole: tuple[Batch, ...], gauge: Gauge) -> Fit | None:
+    """Return the fit of the same causes acting in all recordings, the ``whole`` of them; None where it fails."""
+    return fit(item.hypothesis, item.theta, whole, gauge, _states_in(whole, item))
+
+
 def _asks_little(short: Fit, asked: tuple[Asked, ...]) -> bool:
     """Return whether the recordings of a chain hardly ask for any candidate in amounts of their own."""
     misfitting = short.misfit - NOISE * np.sqrt(2 * short.values)
@@ -162,23 +167,26 @@ def _sorted_anew(
     """
     if not (item.hypothesis.is_linear or effort_of(item.hypothesis.plant).thorough):
         return item, acting
-    begun = {
+    better = _preference(item, whole, _states_in(whole, item), number, gauge)
+    if better.all() or not better.any() or (better == acting).all():
+        return item, acting
+    batches = _split(whole, better, number)
+    again = fit(item.hypothesis, item.theta, batches, gauge, _states_in(batches, item))
+    return (item, acting) if again is None or again.cost > item.cost else (again, better)
+
+
+def _states_in(batches: tuple[Batch, ...], item: Fit) -> tuple[FloatArray, ...] | None:
+    """Return the initial states of a fit's recordings as they stand in other ``batches``; None of a linear hypothesis,
+    whose states are solved for, and are more where a support gives way.
+    """
+    if item.hypothesis.is_linear:
+        return None
+    found = {
         name: own
         for batch, states in zip(item.batches, item.states, strict=True)
         for name, own in zip(batch.names, states.reshape(len(batch.names), batch.pieces, -1), strict=True)
     }
-
-    def states_of(batches: tuple[Batch, ...]) -> tuple[FloatArray, ...] | None:
-        if item.hypothesis.is_linear:  # solved for; where a support gives way there are more of them
-            return None
-        return tuple(np.concatenate([begun[name] for name in batch.names]) for batch in batches)
-
-    better = _preference(item, whole, states_of(whole), number, gauge)
-    if better.all() or not better.any() or (better == acting).all():
-        return item, acting
-    batches = _split(whole, better, number)
-    again = fit(item.hypothesis, item.theta, batches, gauge, states_of(batches))
-    return (item, acting) if again is None or again.cost > item.cost else (again, better)
+    return tuple(np.concatenate([found[name] for name in batch.names]) for batch in batches)
 
 
 def _preference(

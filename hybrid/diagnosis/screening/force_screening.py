@@ -13,8 +13,8 @@ from hybrid.diagnosis.screening.screening import Screened
 
 FREQUENCIES_A_LINE = 2  # trial frequencies of a harmonic force within the resolution of a recording
 PEAKS = 2  # frequencies kept at each place
-SECONDARY = 2.5e-3  # of all energy: a line at a sum or difference of natural frequencies must be stronger on a frame ...
-MOSTLY = 0.5  # ... or be as much of what a fit leaves, and more than its noise: a machine may run there by chance
+SECONDARY = 2.5e-3  # of all energy: a line at a sum or difference of natural frequencies must be stronger on a frame,
+MOSTLY = 0.5  # or be as much of what a fit leaves, and more than its noise: a machine may run there by chance
 
 
 def screen_forces(fit: Fit, candidates: tuple[Candidate, ...], gauge: Gauge) -> list[Screened]:

@@ -1,4 +1,4 @@
-"""A cause that little asks for and the score test promises, where none was looked for: as a sensor's small fault."""
+"""Stages of the search: what is promised where none was looked for, and what was left out of some recordings."""
 
 from dataclasses import replace
 
@@ -63,3 +63,20 @@ def test_weak_law_is_promised_alone_and_beside_a_cause(beside: tuple[Effect, ...
     assert (law.kind, law.location) == (WEAK.kind, WEAK.location)
     assert best.theta[-1] == pytest.approx(WEAK.stiffness, abs=3 * np.sqrt(best.covariance[-1, -1]))
     assert search.promised([*fits, best]) == []  # it has been looked for
+
+
+def test_cause_that_is_left_out_of_a_recording_is_fitted_in_all_of_them_too() -> None:
+    """At another place it may fit some of them better than not at all, and lead the search astray."""
+    search, (base, right) = searched(recorded(masts(), SPRING), SPRING, 5e7)
+    (batch,) = right.batches
+    first, rest = (batch.take(chosen) for chosen in ([0], list(range(1, len(batch.names)))))
+    (states,) = right.states
+    parts, begun = (replace(first, off=(0,)), rest), (states[:1], states[1:])
+    spared = fit(right.hypothesis, right.theta, parts, search.gauge, begun)
+    assert spared is not None
+    wanting = [base, spared]
+    (found,) = search.everywhere(wanting)
+    assert not any(part.off for part in found.batches)
+    assert found.cost == pytest.approx(right.cost, abs=1)
+    assert search.everywhere([*wanting, found]) == []
+    assert search.everywhere([base, replace(spared, batches=(replace(first, off=()), rest))]) == []
