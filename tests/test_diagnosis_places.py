@@ -10,13 +10,14 @@ from fe_models.blind import SENSORS as CHAIN_SENSORS
 from fe_models.bridge import bridge
 from fe_models.effects import CoulombFriction, CubicSpring, GapStop
 from fe_models.four_dof import four_dof
-from fe_models.recordings import Dataset, Recording
+from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.structure import Beam, Spring, Structure
+from hybrid.calibration import nothing
 from hybrid.diagnosis.causes.linear_causes import ECHOED, linear_causes
 from hybrid.diagnosis.causes.places import Motion, places_of
 from hybrid.diagnosis.contest import neighbours, pairs, stages
 from hybrid.diagnosis.contest.growing import fit_growing, ground_of, passed_by, shortened
-from hybrid.diagnosis.contest.neighbours import fits_beside
+from hybrid.diagnosis.contest.neighbours import fits_beside, fits_tied
 from hybrid.diagnosis.contest.pairs import asks_for_more
 from hybrid.diagnosis.contest.posterior import Posterior
 from hybrid.diagnosis.contest.setting import setting_of
@@ -28,6 +29,7 @@ from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import Batch
 from hybrid.diagnosis.screening.force_screening import screen_forces
+from tests.frames import beam, vibrations
 from tests.masts import RATE, SENSORS, TUBE, masts, recorded
 
 WHITE = np.random.default_rng(0).standard_normal((1, 200, 5))
@@ -113,6 +115,20 @@ def test_the_node_next_to_the_one_found_is_fitted_and_goes_on_to_the_right_one()
     assert [item.hypothesis.candidates[0].key for item in found] == [right.key]
     assert found[0].log_evidence > best.log_evidence + 100
     assert found[0].theta[-1] == pytest.approx(STIFF, rel=0.1)  # the contract's bound
+
+
+@pytest.mark.parametrize(("temper", "places"), [(1e-6, {2, 4}), (1e6, {2, 4, 5, 6, 7})])
+def test_places_that_do_as_well_are_fitted_one_after_the_other(temper: float, places: set[int]) -> None:
+    """Where recordings tell little, the right one may be any number of nodes away, up to the roller."""
+    sensors = tuple(Sensor(f"a{node}", node, "y", "acceleration", "m/s^2") for node in (2, 4, 5))
+    setting = setting_of(vibrations(beam(), beam(), sensors, 3))
+    candidates = tuple(c for c in setting.candidates() if c.kind == "added_mass")
+    base = fitted(setting.short, setting.lengths.whole, setting.gauge)
+    (here,) = (c for c in candidates if c.location == {"node": 3})
+    best = fit(setting.nominal.adding(here), np.append(base.theta, 0.0), base.batches, setting.gauge)
+    assert best is not None
+    found = fits_tied([best], temper, candidates, setting.gauge, nothing)
+    assert {item.hypothesis.candidates[0].location["node"] for item in found} == places
 
 
 def test_the_places_next_to_what_explains_little_are_not_fitted(monkeypatch: pytest.MonkeyPatch) -> None:

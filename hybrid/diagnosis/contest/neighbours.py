@@ -12,6 +12,8 @@ from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.response.side_by_side import side_by_side
 
 STEPS = 4  # at most, from place to place
+TIED = 3.0  # in tempered log evidence, less than the best: places that the recordings do not tell from each other
+MOST_TIED = 12  # fits of these at least before the spreading ends: a tower has as many nodes
 LITTLE = 0.5  # of what is wrong: where the best leaves more, its places are guesses; friction three nodes off: 0.25
 
 
@@ -38,6 +40,31 @@ def fits_beside(
         here, best = best, max((best, *found), key=lambda item: item.log_evidence)
         if best is here:
             break
+    return found
+
+
+def fits_tied(
+    fits: Sequence[Fit],
+    temper: float,
+    candidates: tuple[Candidate, ...],
+    gauge: Gauge,
+    advance: Callable[[], object],
+) -> list[Fit]:
+    """Return fits with the causes of the best of the ``fits`` at places that do as well: next to those that are known
+    to, and so on. One of them may be the right one. ``temper``: what log evidences are divided by.
+    """
+    best = max(fits, key=lambda item: item.log_evidence)
+    least = best.log_evidence - TIED * temper
+    kinds = _kinds(best)
+    edge = [item for item in fits if item.log_evidence >= least and _kinds(item) == kinds]
+    tried, found = {_keys(item) for item in fits}, list[Fit]()
+    while edge and len(found) < MOST_TIED and not best.hypothesis.plant.is_chain:
+        moved = {_keys(start): start for item in edge for start in _moved(item, candidates)}
+        starts = [start for keys, start in moved.items() if keys not in tried]
+        tried |= moved.keys()
+        settled = side_by_side(partial(_settled, gauge), starts, advance)
+        edge = [item for item in settled if item is not None and item.log_evidence >= least]
+        found += [item for item in settled if item is not None]
     return found
 
 
@@ -71,6 +98,10 @@ def _settled(gauge: Gauge, start: Fit) -> Fit | None:
 
 def _keys(item: Fit) -> tuple[str, ...]:
     return tuple(candidate.key for candidate in item.hypothesis.candidates)
+
+
+def _kinds(item: Fit) -> tuple[str, ...]:
+    return tuple(candidate.kind for candidate in item.hypothesis.candidates)
 
 
 def _is_next(one: dict[str, Any], other: dict[str, Any], structure: Structure) -> bool:

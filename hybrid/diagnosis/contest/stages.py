@@ -11,7 +11,7 @@ from hybrid.diagnosis.contest.changes import changed, changes_beside, groups_in
 from hybrid.diagnosis.contest.discrepancy import in_units_of
 from hybrid.diagnosis.contest.effort import effort_of
 from hybrid.diagnosis.contest.growing import Ground, Lengths, fit_growing, padded, shortened
-from hybrid.diagnosis.contest.neighbours import fits_beside, looks_wrong
+from hybrid.diagnosis.contest.neighbours import fits_beside, fits_tied, looks_wrong
 from hybrid.diagnosis.contest.odds import Odds
 from hybrid.diagnosis.contest.pairs import (
     asks_for_more,
@@ -164,12 +164,17 @@ class Search:
         return [] if looks_wrong(best, fits[0]) or self.is_enough(best) else self._beside(best, fits[0], ())
 
     def beside(self, fits: list[Fit]) -> list[Fit]:
-        """Return fits of the causes found at the places next to theirs, but for those that are known.
+        """Return fits of the causes found at the places next to theirs, but for those that are known, and at all places
+        that the recordings do not tell from the best.
 
         Not where they leave so much that they are hardly the right ones.
         """
         best = self.posterior(fits).fits[0]
-        return [] if is_hopeless(best, fits[0]) else self._beside(best, fits[0], fits)
+        if is_hopeless(best, fits[0]):
+            return []
+        found = self._beside(best, fits[0], fits)
+        after = self.posterior([*fits, *found])
+        return found + fits_tied(after.fits, after.temper, self.candidates, self.gauge, self._hears("places alike"))
 
     def alone(self, fits: list[Fit]) -> list[Fit]:
         """Return fits of each cause found without the others, which may only have led the search to it."""
