@@ -9,8 +9,8 @@ import pytest
 from fe_models.blind import BlindCase, BlindConfig, blind_case
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.evidence import Evidence
+from hybrid.diagnosis.contest.far_off import farthest_of
 from hybrid.diagnosis.contest.growing import fit_growing
-from hybrid.diagnosis.contest.pairs import farthest_of
 from hybrid.diagnosis.contest.posterior import posterior_of
 from hybrid.diagnosis.contest.setting import Setting, setting_of
 from hybrid.diagnosis.fitting.fitting import Fit

@@ -17,7 +17,7 @@ from hybrid.diagnosis.causes.linear_causes import ECHOED, linear_causes
 from hybrid.diagnosis.causes.places import Motion, places_of
 from hybrid.diagnosis.contest import neighbours, pairs, stages
 from hybrid.diagnosis.contest.growing import fit_growing, ground_of, passed_by, shortened
-from hybrid.diagnosis.contest.neighbours import fits_beside, fits_tied
+from hybrid.diagnosis.contest.neighbours import fits_beside, fits_tied, of_other_kinds
 from hybrid.diagnosis.contest.pairs import asks_for_more
 from hybrid.diagnosis.contest.posterior import Posterior
 from hybrid.diagnosis.contest.setting import setting_of
@@ -29,6 +29,7 @@ from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import Batch
 from hybrid.diagnosis.screening.force_screening import screen_forces
+from hybrid.diagnosis.screening.screening import Screened
 from tests.frames import beam, vibrations
 from tests.masts import RATE, SENSORS, TUBE, masts, recorded
 
@@ -129,6 +130,23 @@ def test_places_that_do_as_well_are_fitted_one_after_the_other(temper: float, pl
     assert best is not None
     found = fits_tied([best], temper, candidates, setting.gauge, nothing)
     assert {item.hypothesis.candidates[0].location["node"] for item in found} == places
+
+
+def test_other_kinds_of_cause_sit_where_the_one_found_does() -> None:
+    """A mass at either end of an element does what its stiffness does, with a calibration that goes along."""
+    sensors = tuple(Sensor(f"a{node}", node, "y", "acceleration", "m/s^2") for node in (2, 4, 5))
+    setting = setting_of(vibrations(beam(), beam(), sensors, 3))
+    softer = next(c for c in setting.candidates() if c.kind == "stiffness_change" and c.location == {"element": 2})
+    short = setting.short
+    best = fit(setting.nominal.adding(softer), np.append(short.theta, 1.0), short.batches, setting.gauge)
+    assert best is not None
+    trials = [Screened(c, c.neutral, 0.0, np.zeros_like(best.theta)) for c in setting.candidates()]
+    there = [trial.candidate for trial in of_other_kinds(best, trials)]
+    assert {c.kind for c in there} == {"added_mass", "support_spring", "point_damper", "axial_force"}
+    nodes = {c.location["node"] for c in there if "node" in c.location}
+    assert nodes == {2, 3}
+    elements = [c.location["elements"] for c in there if "elements" in c.location]
+    assert elements == [[1], [2], [3]]  # that meet there
 
 
 def test_the_places_next_to_what_explains_little_are_not_fitted(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -11,9 +11,10 @@ from fe_models.dofs import FloatArray
 from fe_models.effects import CubicSpring, HarmonicForce
 from hybrid.diagnosis.causes.candidates import all_candidates
 from hybrid.diagnosis.contest import shortlist
+from hybrid.diagnosis.contest.far_off import farthest_of
 from hybrid.diagnosis.contest.growing import fit_growing, ground_of, lengths_of, padded
 from hybrid.diagnosis.contest.odds import Odds
-from hybrid.diagnosis.contest.pairs import asks_for_more, each_alone, farthest_of
+from hybrid.diagnosis.contest.pairs import asks_for_more, each_alone
 from hybrid.diagnosis.contest.posterior import posterior_of
 from hybrid.diagnosis.contest.recording_groups import asked_for
 from hybrid.diagnosis.contest.setting import setting_of

@@ -4,8 +4,9 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from hybrid.diagnosis.causes.candidate import Candidate
+from hybrid.diagnosis.contest.far_off import factors_off
 from hybrid.diagnosis.contest.growing import Ground, Lengths, ground_of, lengths_of
-from hybrid.diagnosis.contest.pairs import factors_off, ground_with, left
+from hybrid.diagnosis.contest.pairs import ground_with, left
 from hybrid.diagnosis.contest.posterior import Posterior
 from hybrid.diagnosis.contest.recording_groups import FEWEST, Groups, asked_for, clear_share
 from hybrid.diagnosis.contest.search import contest

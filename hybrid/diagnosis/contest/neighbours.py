@@ -10,6 +10,7 @@ from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.fitting.fitting import Fit, fit
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.response.side_by_side import side_by_side
+from hybrid.diagnosis.screening.screening import Screened
 
 STEPS = 4  # at most, from place to place
 TIED = 3.0  # in tempered log evidence, less than the best: places that the recordings do not tell from each other
@@ -68,6 +69,22 @@ def fits_tied(
     return found
 
 
+def of_other_kinds(best: Fit, trials: Sequence[Screened]) -> list[Screened]:
+    """Return those ``trials`` of structural causes that sit where the last cause of a fit does, and are of other kinds.
+
+    A mass does what a softer beam next to it does, but for what the calibration must go along with.
+    """
+    structure, own = best.hypothesis.plant.structure, best.hypothesis.candidates[-1]
+    here = _nodes_at(own.location, structure)
+    return [
+        trial
+        for trial in trials
+        if trial.candidate.is_structural
+        and trial.candidate.kind != own.kind
+        and not here.isdisjoint(_nodes_at(trial.candidate.location, structure))
+    ]
+
+
 def looks_wrong(best: Fit, base: Fit) -> bool:
     """Return whether the best leaves so much of what the ``base`` does that its places are guesses."""
     return best.misfit > LITTLE * base.misfit
@@ -102,6 +119,14 @@ def _keys(item: Fit) -> tuple[str, ...]:
 
 def _kinds(item: Fit) -> tuple[str, ...]:
     return tuple(candidate.kind for candidate in item.hypothesis.candidates)
+
+
+def _nodes_at(place: dict[str, Any], structure: Structure) -> set[int]:
+    """Return the nodes of a place that is one node or one element; none of others."""
+    elements = [place["element"]] if "element" in place else place.get("elements", [])
+    if len(elements) == 1:
+        return set(structure.elements[elements[0] - 1].nodes)
+    return {place["node"]} if "node" in place else set()
 
 
 def _is_next(one: dict[str, Any], other: dict[str, Any], structure: Structure) -> bool:

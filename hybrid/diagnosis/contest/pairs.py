@@ -3,12 +3,10 @@
 from collections.abc import Callable
 from dataclasses import replace
 
-import numpy as np
-from scipy.stats import norm
-
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.bounds import bound_of
 from hybrid.diagnosis.contest.effort import effort_of
+from hybrid.diagnosis.contest.far_off import factors_off
 from hybrid.diagnosis.contest.growing import Ground, Lengths, ground_of, lengths_of, padded
 from hybrid.diagnosis.contest.posterior import Posterior
 from hybrid.diagnosis.contest.search import contest, rivals_contest
@@ -21,8 +19,6 @@ from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.side_by_side import side_by_side
 
 SECOND = 10.0  # in tempered log evidence: what a second effect must gain for the first to be looked for again
-ONE_IN = 200  # structures: in which chance has one calibrated factor as far off as `farthest_of`
-TOGETHER = 3.0  # standard deviations of the mean square of all of them over its mean
 SORTED = 0.02  # of the misfit: what a cause that acts in some recordings may leave and still be the only one
 HELPLESS = 0.8  # likewise, of one: where the best cause leaves more, a second one would only add to the guess; a cable
 # as good as gone leaves 0.71 beside friction
@@ -144,18 +140,3 @@ def explains_change(item: Fit, base: Fit) -> bool:
 def is_hopeless(best: Fit, base: Fit) -> bool:
     """Return whether the best of two causes leaves so much of what the ``base`` does that neither is likely right."""
     return best.misfit > HOPELESS * base.misfit
-
-
-def farthest_of(factors: int) -> float:
-    """Return how many stated standard deviations off one of so many factors is by chance: 3.5 of 12, 3.9 of 42."""
-    return float(norm.isf(0.5 / ONE_IN / factors))
-
-
-def factors_off(item: Fit) -> bool:
-    """Return whether the calibrated factors are further off than their owner thinks normal: one, or all together."""
-    return bool(np.abs(item.deviations).max() > farthest_of(len(item.deviations))) or off_together(item)
-
-
-def off_together(item: Fit) -> bool:
-    """Return whether the calibrated factors are off by more than chance has it of so many."""
-    return bool(np.mean(item.deviations**2) > 1 + TOGETHER * np.sqrt(2 / len(item.deviations)))

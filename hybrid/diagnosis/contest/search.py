@@ -9,8 +9,10 @@ import numpy as np
 from hybrid.calibration import nothing
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.bounds import LEFT, bound_of
+from hybrid.diagnosis.contest.far_off import factors_off
 from hybrid.diagnosis.contest.growing import CLOSE_ENOUGH, Ground, Lengths, continued, fit_growing, padded, shortened
 from hybrid.diagnosis.contest.harmonic import fit_forces
+from hybrid.diagnosis.contest.neighbours import of_other_kinds
 from hybrid.diagnosis.contest.odds import Odds
 from hybrid.diagnosis.contest.shortlist import MOST_TIED, TIED, foremost, promising, with_others
 from hybrid.diagnosis.contest.starts import best_start, starts_of
@@ -58,12 +60,24 @@ def contest(
     advance()
     trials = with_others(promising(ranked, kept, odds), [*unseen(short, others, gauge), *_found_alone(short, alone)])
     present = _begun(ground.hypothesis, short, trials, gauge, odds, advance)
+    others_there = _others_there(present, ranked, trials)
+    present += _begun(ground.hypothesis, short, others_there, gauge, odds, advance)
     for longer in lengths.cut[1:]:
         present = _race(present, longer, gauge, lengths.enough(longer), odds)
         advance()
     present += _foretold(ground, tested, present, lengths, gauge)
     present += fit_forces(base, others, present, gauge, advance)
     return tuple(sorted(present, key=lambda item: -item.log_evidence))
+
+
+def _others_there(present: list[Fit], ranked: list[list[Screened]], tried: list[Screened]) -> list[Screened]:
+    """Return further trials where the best of the ``present`` sits, of other kinds, if its calibration is far off."""
+    best = min(present, key=lambda item: item.charged, default=None)
+    if best is None or not (best.hypothesis.candidates[-1].is_structural and factors_off(best)):
+        return []
+    done = {trial.candidate.key for trial in tried}
+    more = {(t.candidate.key, t.is_drawn): t for ranking in reversed(ranked) for t in ranking}
+    return of_other_kinds(best, [trial for (key, _), trial in more.items() if key not in done])
 
 
 def _found_alone(short: Fit, alone: Iterable[Fit]) -> list[Screened]:

@@ -10,6 +10,7 @@ from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.changes import changed, changes_beside, groups_in
 from hybrid.diagnosis.contest.discrepancy import in_units_of
 from hybrid.diagnosis.contest.effort import effort_of
+from hybrid.diagnosis.contest.far_off import factors_off
 from hybrid.diagnosis.contest.growing import Ground, Lengths, fit_growing, padded, shortened
 from hybrid.diagnosis.contest.neighbours import fits_beside, fits_tied, looks_wrong
 from hybrid.diagnosis.contest.odds import Odds
@@ -17,7 +18,6 @@ from hybrid.diagnosis.contest.pairs import (
     asks_for_more,
     each_alone,
     explains_change,
-    factors_off,
     is_hopeless,
     left,
     pair_fits,

@@ -9,7 +9,8 @@ from fe_models.effects import HarmonicForce
 from fe_models.sensor_effects import SensorEffect
 from fe_models.structure import Structure
 from hybrid.diagnosis.contest.evidence import Evidence
-from hybrid.diagnosis.contest.pairs import factors_off, left
+from hybrid.diagnosis.contest.far_off import factors_off
+from hybrid.diagnosis.contest.pairs import left
 from hybrid.diagnosis.contest.posterior import Posterior, of_candidate, rivals_of
 from hybrid.diagnosis.contest.setting import Setting
 from hybrid.diagnosis.fitting.fitting import Fit, residuals_at

@@ -1,7 +1,8 @@
 """Which causes matter: those without which recordings that were never fitted are forecast worse."""
 
 from hybrid.diagnosis.contest.evidence import Evidence
-from hybrid.diagnosis.contest.pairs import factors_off, farthest_of, left, off_together
+from hybrid.diagnosis.contest.far_off import factors_off, farthest_of, off_together
+from hybrid.diagnosis.contest.pairs import left
 from hybrid.diagnosis.contest.posterior import Posterior
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.fitting.forecasting import DEVIATION, Forecast, deviation_of
