@@ -11,6 +11,7 @@ from hybrid.diagnosis.contest.harmonic import fit_forces
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.contest.starts import best_start
 from hybrid.diagnosis.fitting.forecasting import DEVIATION, deviation_of
+from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.screening.screening import screen
 
 
@@ -27,7 +28,7 @@ def test_a_machine_that_the_calibration_followed_is_found_from_the_structure_as_
     assert ground is not None
     base = ground.whole
     assert deviation_of(base) > 10 * DEVIATION
-    system = base.hypothesis.system(base.theta[None], gauge.sensors, gauge.rate, gauge.positions)
+    system = system_of(base.hypothesis, base.theta[None], gauge.sensors, gauge.rate, gauge.positions)
     natural = np.linalg.eigvals(system.A[0]).imag / (2 * np.pi)  # Hz
     assert np.abs(natural - truth.frequency).min() < 0.001  # nothing is left there that a force could explain
     forces = tuple(c for c in setting.candidates() if c.oscillator)

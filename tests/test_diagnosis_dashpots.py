@@ -17,6 +17,7 @@ from fe_models.structure import Structure
 from hybrid.diagnosis.nominal.plant import Plant, plant_of
 from hybrid.diagnosis.response import dashpots, hypothesis
 from hybrid.diagnosis.response.hypothesis import Hypothesis
+from hybrid.diagnosis.response.state_space import system_of
 from tests.test_diagnosis_reduction import BRIDGE, bridge_candidates, bridge_plant, chosen
 
 PLACE = PointDamper((9,), "y", 15.0)  # N s/m: damping ratios of up to 3 %
@@ -49,7 +50,7 @@ def of_few_modes(plant: Plant, damper: PointDamper | None) -> tuple[ComplexArray
     causes = () if damper is None else (chosen(bridge_candidates(), damper),)
     own = Hypothesis(plant, causes)
     theta = np.append(np.zeros(own.nuisances), [] if damper is None else damper.coefficient)[None]
-    system = own.system(theta, SHOWN, 100.0, (-1,) * len(SHOWN))
+    system = system_of(own, theta, SHOWN, 100.0, (-1,) * len(SHOWN))
     roots, vectors = np.linalg.eig(system.A[0])
     return roots, system.C[0] @ vectors
 
@@ -104,7 +105,7 @@ def test_a_step_of_a_search_into_buckling_is_of_numbers_still() -> None:
     reduced = own.reduced(theta)
     assert reduced.trailing is not None
     assert reduced.trailing.square.min() < 0
-    assert np.isfinite(own.system(theta, SHOWN, 100.0, (-1,) * len(SHOWN)).A).all()
+    assert np.isfinite(system_of(own, theta, SHOWN, 100.0, (-1,) * len(SHOWN)).A).all()
 
 
 def test_a_second_round_is_for_strong_dampers(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -30,6 +30,7 @@ from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import batches_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.marching import respond
+from hybrid.diagnosis.response.state_space import system_of
 from tests.masts import masts, recorded
 
 NOISE = 0.03
@@ -79,7 +80,7 @@ def test_initial_states_under_a_law_are_as_probable_as_an_independent_optimiser_
     batch = batch.first(80)
     at = np.append(np.zeros(hypothesis.nuisances), theta)
     states, cost = initial_states(hypothesis, at, np.full(hypothesis.states, size), batch, GAUGE)
-    system = hypothesis.system(at[None], GAUGE.sensors, GAUGE.rate, GAUGE.positions)
+    system = system_of(hypothesis, at[None], GAUGE.sensors, GAUGE.rate, GAUGE.positions)
     for own, reached, data in zip(states, cost, batch.data, strict=True):
 
         def rest(state: FloatArray, data: FloatArray = data) -> FloatArray:

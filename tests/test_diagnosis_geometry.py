@@ -20,6 +20,7 @@ from hybrid.diagnosis.nominal.geometry_forces import geometries_of
 from hybrid.diagnosis.nominal.plant import Plant, plant_of
 from hybrid.diagnosis.recorded.records import Batch, batches_of, columns_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
+from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.response.system import linear_channels
 from tests.problems import CANTILEVER_ROOTS, TIMBER, cantilever
 
@@ -123,7 +124,7 @@ def test_the_mesh_that_recordings_come_from_is_told_by_them(mesh: int) -> None:
     geometries = geometries_of(plant, SWAY * np.array([[1.0], [-1.0]]) @ shapes.T, rng())
     hypothesis = Hypothesis(replace(plant, geometry=geometries[mesh]))
     batch, start = Batch(np.zeros((2, 400, 2)), ("a", "b")), SWAY * np.array([[1.0, 0.0], [0.0, omega]])
-    system = hypothesis.system(hypothesis.centre[None], sensors, rate, (0, 1))
+    system = system_of(hypothesis, hypothesis.centre[None], sensors, rate, (0, 1))
     clean = linear_channels(system, start[None], 400)[0]
     clean = clean + added(hypothesis, hypothesis.centre, start, batch, sensors, rate, (0, 1))
     data = clean + 0.03 * clean.std(axis=(0, 1)) * rng().standard_normal(clean.shape)

@@ -41,6 +41,7 @@ from hybrid.diagnosis.recorded.records import batches_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.loaded import loaded_states
 from hybrid.diagnosis.response.marching import respond
+from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.response.system import System
 
 RATE, SAMPLES = 10.0, 301
@@ -76,7 +77,7 @@ def chain_dataset(*parts: Recording) -> Dataset:
 def nominal(dataset: Dataset, *laws: Effect) -> System:
     plant = plant_of(replace(dataset, model=four_dof().with_effects(*laws)))
     hypothesis = Hypothesis(plant)
-    return hypothesis.system(np.zeros((1, hypothesis.nuisances)), FITTED, RATE, EVERY)
+    return system_of(hypothesis, np.zeros((1, hypothesis.nuisances)), FITTED, RATE, EVERY)
 
 
 START = np.random.default_rng(0).standard_normal((2, 4))
@@ -145,7 +146,8 @@ def test_a_body_that_moves_freely_is_pushed_away() -> None:
     )
     hypothesis = Hypothesis(plant, (lost,))
     theta = np.zeros((1, hypothesis.nuisances + 1))
-    shown = respond(hypothesis.system(theta, FITTED, RATE, EVERY), START.reshape(1, 1, -1), SAMPLES, batch.loads)[0, 0]
+    system = system_of(hypothesis, theta, FITTED, RATE, EVERY)
+    shown = respond(system, START.reshape(1, 1, -1), SAMPLES, batch.loads)[0, 0]
     # SOFT springs, of 1e-8 of the highest eigenvalue, hold it back by half that times (omega T)^2, here 5e-5.
     assert np.abs(shown - truth).max() < 1e-4 * np.abs(truth).max()
 
@@ -169,7 +171,7 @@ def test_bridge_under_a_load_moves_as_with_all_its_modes(law: CubicSpring | None
         (batch,) = batches_of(dataset, "train")
         hypothesis = Hypothesis(plant_of(dataset))
         theta = np.zeros((1, hypothesis.nuisances))
-        system = hypothesis.system(theta, BRIDGE_SENSORS, rate, (-1,) * len(BRIDGE_SENSORS))
+        system = system_of(hypothesis, theta, BRIDGE_SENSORS, rate, (-1,) * len(BRIDGE_SENSORS))
         assert system.loads is not None
         if forget:
             system = replace(system, loads=replace(system.loads, bent=0 * system.loads.bent))

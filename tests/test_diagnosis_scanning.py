@@ -31,6 +31,7 @@ from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import Batch
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.marching import respond
+from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.response.system import System, drift, modal_form, observability
 from hybrid.diagnosis.screening.absorbed import absorbed
 from hybrid.diagnosis.screening.scanning import LEFT, scan, unseen
@@ -114,7 +115,7 @@ def chain_system() -> System:
     plant = plant_of(Dataset(four_dof(), 10.0, CHAIN_SENSORS, (Recording("r", np.ones((1, 20, 5))),)))
     hypothesis = Hypothesis(plant)
     rest = tuple(range(len(CHAIN_SENSORS)))
-    plain = hypothesis.system(np.zeros((1, hypothesis.nuisances)), CHAIN_SENSORS, 10.0, rest)
+    plain = system_of(hypothesis, np.zeros((1, hypothesis.nuisances)), CHAIN_SENSORS, 10.0, rest)
     gain, delay, slope = np.array([[1.0, 0.7, 1.0, 1.3, 1.0], [0.0, 0.03, -0.25, 0.0, 0.1], [0.0, 0.0, 0.2, 0.0, -0.1]])
     return replace(plain, gain=gain[None], delay=delay[None], slope=slope[None])
 

@@ -32,6 +32,7 @@ from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import Batch
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.marching import respond
+from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.response.system import observability
 from hybrid.diagnosis.screening.screening import law_responses, screen
 
@@ -78,7 +79,7 @@ def shown_here(effect: Effect, values: list[float]) -> FloatArray:
     plant = plant_of(EXACT)
     hypothesis = Hypothesis(plant, (chosen(plant, effect),))
     theta = np.array([[0.0] * hypothesis.nuisances + values])
-    system = hypothesis.system(theta, FITTED, RATE, (0, 1, 2, 3))
+    system = system_of(hypothesis, theta, FITTED, RATE, (0, 1, 2, 3))
     return respond(system, np.concatenate([START[0], START[1]], axis=1)[None], SAMPLES)[0]
 
 
@@ -105,9 +106,9 @@ def test_the_users_own_newmark_steps_are_shown() -> None:
     dataset = replace(EXACT, assumptions=Assumptions(integrator="newmark", step=0.1))
     plant = plant_of(dataset)
     hypothesis = Hypothesis(plant)
-    system = hypothesis.system(np.zeros((1, hypothesis.nuisances)), FITTED, RATE, (0, 1, 2, 3))
+    system = system_of(hypothesis, np.zeros((1, hypothesis.nuisances)), FITTED, RATE, (0, 1, 2, 3))
     drawn = Hypothesis(plant_of(EXACT))
-    exact = drawn.system(np.zeros((1, drawn.nuisances)), FITTED, RATE, (0, 1, 2, 3))
+    exact = system_of(drawn, np.zeros((1, drawn.nuisances)), FITTED, RATE, (0, 1, 2, 3))
     half = 0.05 * exact.A[0]
     step = np.linalg.solve(np.eye(8) - half, np.eye(8) + half)  # the trapezoidal rule
     expected = exact.C[0] @ np.linalg.matrix_power(step, 100)
@@ -158,7 +159,7 @@ def test_responses_of_laws_equal_differences(weak: tuple[Fit, Gauge, tuple[Candi
         shown = []
         for candidate, values in ((None, ()), (law, law.first_starts[0])):
             hypothesis = found.hypothesis if candidate is None else found.hypothesis.adding(candidate)
-            system = hypothesis.system(np.append(found.theta, values)[None], gauge.sensors, RATE, gauge.positions)
+            system = system_of(hypothesis, np.append(found.theta, values)[None], gauge.sensors, RATE, gauge.positions)
             shown.append(respond(system, z[None], 60)[0] / gauge.sigma)
         difference = (shown[1] - shown[0]).reshape(len(z), -1)
         error = np.abs(responses[law.key][0][0] - difference).max() / np.abs(difference).max()

@@ -10,6 +10,7 @@ from hybrid.diagnosis.fitting.fitting import ENOUGH, Fit, fit
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import Batch
 from hybrid.diagnosis.response.hypothesis import Hypothesis
+from hybrid.diagnosis.response.state_space import system_of
 
 PIECES = (10, 3, 1)  # segments that recordings are cut into, one after the other: short ones forgive a wrong start
 FEWEST = 8  # values a segment at least, for each of its initial state's entries
@@ -125,7 +126,7 @@ def shortened(
 
 def passed_by(whole: Fit, segments: tuple[Batch, ...], gauge: Gauge) -> tuple[FloatArray, ...]:
     """Return the states (segment, state) that the motion of a fit of ``whole`` recordings has where segments begin."""
-    system = whole.hypothesis.system(whole.theta[None], gauge.sensors, gauge.rate, gauge.positions)
+    system = system_of(whole.hypothesis, whole.theta[None], gauge.sensors, gauge.rate, gauge.positions)
     found = []
     for batch, states, short in zip(whole.batches, whole.states, segments, strict=True):
         motion = fitted_motion(system, states, batch).now[:: short.samples, :, : states.shape[1]]

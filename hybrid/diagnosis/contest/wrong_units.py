@@ -11,6 +11,7 @@ from hybrid.diagnosis.fitting.linearisation import orthonormal
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.loaded import given
+from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.response.system import drift, observability
 
 FAR = 4.0  # times or a part of the truth: no calibration is as far off
@@ -43,7 +44,7 @@ def shown_otherwise(short: Fit, gauge: Gauge) -> tuple[int, float]:
     The initial states of each segment of a fit are those that the sensors ask for, of the linear structure as drawn.
     """
     drawn = Hypothesis(replace(short.hypothesis.plant, laws=()))
-    system = drawn.system(drawn.centre[None], gauge.sensors, gauge.rate, gauge.positions)
+    system = system_of(drawn, drawn.centre[None], gauge.sensors, gauge.rate, gauge.positions)
     count = len(gauge.sensors)
     along, size, left = np.zeros(count), np.zeros(count), np.zeros(count + 1)
     for batch in short.batches:

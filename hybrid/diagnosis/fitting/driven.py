@@ -14,6 +14,7 @@ from hybrid.diagnosis.response.compiled import compiled
 from hybrid.diagnosis.response.giving_way import with_residual
 from hybrid.diagnosis.response.loaded import loaded_states
 from hybrid.diagnosis.response.marching import march
+from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.response.system import ModalForm, System, passed
 
 ALONG = 40  # places of a segment, evenly spread: of ten segments of three recordings enough to tell the farthest
@@ -74,7 +75,7 @@ def fitted_motion(system: System, states: FloatArray, batch: Batch) -> History:
 def states_along(item: Fit, gauge: Gauge) -> FloatArray:
     """Return states (n, state) of a fit that tell how large its motion is, at `ALONG` places of a segment or more."""
     found = []
-    system = item.hypothesis.system(item.theta[None], gauge.sensors, gauge.rate, gauge.positions)
+    system = system_of(item.hypothesis, item.theta[None], gauge.sensors, gauge.rate, gauge.positions)
     for batch, states in zip(item.batches, item.states, strict=True):
         motion = fitted_motion(system, states, batch).now
         found.append(motion[:: max(batch.samples // ALONG, 1)].reshape(-1, motion.shape[-1]))

@@ -15,6 +15,7 @@ from hybrid.diagnosis.recorded.records import Batch, columns_of, count_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.loaded import given, loaded_size
 from hybrid.diagnosis.response.marching import respond
+from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.response.system import System, drift, drifted, observability
 
 SHOWN = 0.2  # of each recording: what its initial state is estimated from
@@ -149,7 +150,7 @@ def idle_by_order(item: Fit, order: Sequence[str]) -> dict[str, float]:
 def _pushed(item: Fit, gauge: Gauge) -> FloatArray:
     """Return the mean squares (state,) of the motion that known loads make of rest in a fit's recordings."""
     loaded = [batch for batch in item.batches if batch.loads is not None]
-    system = item.hypothesis.system(item.theta[None], gauge.sensors, gauge.rate, gauge.positions)
+    system = system_of(item.hypothesis, item.theta[None], gauge.sensors, gauge.rate, gauge.positions)
     sizes = [len(batch.names) * loaded_size(system, batch.loads) for batch in loaded if batch.loads is not None]
     return np.sum(sizes, axis=0) / count_of(item.batches) if sizes else np.zeros(1)
 
@@ -174,7 +175,7 @@ def predicted(
         begun = begun_from(model, off, batch, sensors, measured, gauge, shown_of(batch.samples))
         cost = begun.cost + [model.idle.get(name, 0.0) for name in batch.names] if off else begun.cost
         hypothesis, theta, _ = without(model, off)
-        system = hypothesis.system(theta[None], sensors, gauge.rate, tuple(positions))
+        system = system_of(hypothesis, theta[None], sensors, gauge.rate, tuple(positions))
         y = (respond(system, begun.states[None], batch.samples, batch.loads) + drifted(system, batch.begins))[0]
         y = y + begun.geometric
         y = np.nan_to_num(y, nan=EXPLODED, posinf=EXPLODED, neginf=-EXPLODED)
@@ -220,13 +221,13 @@ def initial_states(
 
     Prior: each entry normal with standard deviation ``size``.
     """
-    system = hypothesis.system(theta[None], gauge.sensors, gauge.rate, gauge.positions)
+    system = system_of(hypothesis, theta[None], gauge.sensors, gauge.rate, gauge.positions)
     if system.is_linear:
         return _linear_states(system, size, batch, gauge)
     linear = replace(system, B=system.B[:, :, :0], D=system.D[:, :, :0], forces=(), G=system.G[:, :0])
     states, cost = _linear_states(linear, size, batch.first(_samples(GROWTH[0], batch)), gauge)
     thetas = np.repeat(theta[None], len(size) + 1, axis=0)  # a copy for each entry of a state that moves, and one
-    copies = hypothesis.system(thetas, gauge.sensors, gauge.rate, gauge.positions)
+    copies = system_of(hypothesis, thetas, gauge.sensors, gauge.rate, gauge.positions)
     for share in GROWTH:
         states, cost = _states_under_laws(copies, size, batch.first(_samples(share, batch)), gauge, states)
     return states, cost
@@ -314,7 +315,7 @@ def _leverage(
     """Return the variance (time, sensor) that the uncertain initial state adds, over that of the measured ``noise``."""
     hypothesis, theta, size = without(model, tuple(range(len(model.hypothesis.candidates))))
     positions = tuple(measured.index(i) if i in measured else -1 for i in range(len(sensors)))
-    rows = observability(hypothesis.system(theta[None], sensors, rate, positions), batch.samples)[0]
+    rows = observability(system_of(hypothesis, theta[None], sensors, rate, positions), batch.samples)[0]
     sigma, first = np.ones(len(sensors)), shown_of(batch.samples)
     sigma[list(measured)] = noise
     rows = rows / sigma[:, None]

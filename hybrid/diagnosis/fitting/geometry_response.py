@@ -11,6 +11,7 @@ from hybrid.diagnosis.nominal.geometry import Geometry
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import Batch
 from hybrid.diagnosis.response.hypothesis import Hypothesis
+from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.response.system import System, free_form, passed
 
 SMOOTH = 5  # degree of splines whose derivatives are taken: right to 0.1 % up to 0.3 of the sampling rate, ends apart
@@ -29,12 +30,12 @@ def added(
     """Return what geometry adds to the channels (recording, time, sensor) of motions.
 
     ``states`` (recording, state): where they begin; ``batch``: of which recordings; ``positions``: as in
-    `Hypothesis.system`. Zero where the plant has no geometry, and where the motion explodes.
+    `system_of`. Zero where the plant has no geometry, and where the motion explodes.
     """
     found, geometry = np.zeros((len(states), batch.samples, len(sensors))), hypothesis.plant.geometry
     if geometry is None:
         return found
-    system, n = hypothesis.system(theta[None], sensors, rate, positions), hypothesis.size
+    system, n = system_of(hypothesis, theta[None], sensors, rate, positions), hypothesis.size
     motion = motion_of(system, states, batch.samples, batch.loads)
     if motion is None:
         return found

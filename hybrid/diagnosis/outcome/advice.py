@@ -22,6 +22,7 @@ from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.outcome.findings import at_place, reported_location
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.response.marching import respond
+from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.response.system import drifted
 
 DOUBTFUL = 0.05  # least probability of a rival worth a sensor; one that falls below it is ruled out
@@ -176,7 +177,7 @@ def _motions(item: Fit, sensors: tuple[Sensor, ...], gauge: Gauge) -> dict[bytes
     found: dict[bytes, FloatArray] = {}
     for batch, states in zip(item.batches, item.states, strict=True):
         theta = item.theta[item.hypothesis.parameters_of(batch.off)]
-        system = item.hypothesis.less(batch.off).system(theta[None], sensors, gauge.rate, positions)
+        system = system_of(item.hypothesis.less(batch.off), theta[None], sensors, gauge.rate, positions)
         y = (respond(system, states[None], batch.samples, batch.loads) + drifted(system, batch.begins))[0]
         found |= {data.tobytes(): motion for data, motion in zip(batch.data, y, strict=True)}
     return found

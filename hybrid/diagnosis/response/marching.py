@@ -36,7 +36,7 @@ SIZES = 10.0 ** np.arange(-12, 13)  # m, m/s: a law that answers to none of them
 
 def is_too_fast(plant: Plant) -> bool:
     """Return whether between two samples the structure moves too fast to follow under force laws."""
-    often = 1 if plant.lowpass is None or plant.loaded else OFTEN  # see `respond`, and `Hypothesis.system` of loads
+    often = 1 if plant.lowpass is None or plant.loaded else OFTEN  # see `respond`, and `state_space` of loads
     step = 1 / plant.rate / often
     return float(plant.modes[0][-1]) * step > MOST_SUBSTEPS * SUBSTEP
 
@@ -219,7 +219,7 @@ def respond(
 
 def _channels(system: System, marched: Marched, loads: Loads | None) -> FloatArray:
     """Return the channels (variant, recording, time, sensor) of what `march` returns of them under known ``loads``, as
-    sensors without fault show them. No low-pass acts under known loads: see `Hypothesis.system`.
+    sensors without fault show them. No low-pass acts under known loads: see `state_space`.
     """
     system = with_residual(system)
     with np.errstate(over="ignore", invalid="ignore"):

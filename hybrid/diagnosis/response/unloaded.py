@@ -9,6 +9,7 @@ from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.recorded.records import Batch
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.loaded import loaded_channels
+from hybrid.diagnosis.response.state_space import system_of
 
 
 def unloaded(plant: Plant, batches: tuple[Batch, ...], sensors: tuple[Sensor, ...], rate: float) -> tuple[Batch, ...]:
@@ -17,7 +18,7 @@ def unloaded(plant: Plant, batches: tuple[Batch, ...], sensors: tuple[Sensor, ..
         return batches
     linear = Hypothesis(replace(plant, laws=()))
     theta = np.zeros((1, linear.nuisances))
-    system = linear.system(theta, sensors, rate, tuple(range(len(sensors))))
+    system = system_of(linear, theta, sensors, rate, tuple(range(len(sensors))))
     return tuple(
         batch if batch.loads is None else batch.less(loaded_channels(system, batch.loads)[0]) for batch in batches
     )

@@ -8,6 +8,7 @@ from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.fitting.linearisation import linearise_batch
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.spectra import WIDTH, combination_lines, energy_near
+from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.response.system import System
 from hybrid.diagnosis.screening.screening import Screened
 
@@ -27,7 +28,7 @@ def screen_forces(fit: Fit, candidates: tuple[Candidate, ...], gauge: Gauge) -> 
     if not forces:
         return []
     hypothesis = fit.hypothesis
-    system = hypothesis.system(fit.theta[None], gauge.sensors, gauge.rate, gauge.positions)
+    system = system_of(hypothesis, fit.theta[None], gauge.sensors, gauge.rate, gauge.positions)
     n = hypothesis.size
     reduced = hypothesis.reduced(fit.theta[None])
     inverse = np.linalg.inv(reduced.mass)

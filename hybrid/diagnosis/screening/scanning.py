@@ -17,6 +17,7 @@ from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.loaded import given
 from hybrid.diagnosis.response.reduction import basis_of, eigenmodes
 from hybrid.diagnosis.response.side_by_side import side_by_side
+from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.response.system import drift, observability
 from hybrid.diagnosis.screening.screening import Screened
 
@@ -125,7 +126,7 @@ def with_sizes(theta: FloatArray, sizes: FloatArray) -> FloatArray:
 
 def _left(hypothesis: Hypothesis, thetas: FloatArray, fit: Fit, gauge: Gauge) -> FloatArray:
     """Return the sum of squares (variant,) that initial states leave, channels of a recording noisy alike."""
-    system = hypothesis.system(thetas, gauge.sensors, gauge.rate, gauge.positions)
+    system = system_of(hypothesis, thetas, gauge.sensors, gauge.rate, gauge.positions)
     total = np.zeros(len(thetas))
     for batch in fit.batches:
         loud = np.exp(np.log(batch.sigma(gauge) / gauge.sigma).mean(axis=(1, 2)))  # (recording,): one basis serves

@@ -21,6 +21,7 @@ from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.marching import respond
 from hybrid.diagnosis.response.reduced import Reduced
 from hybrid.diagnosis.response.side_by_side import side_by_side
+from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.response.system import ModalForm, System, drifted, free_form
 
 ABSORBED = 1e-9  # of the energy of a response: what the rest of the model leaves of it is rounding
@@ -97,7 +98,7 @@ def screen(fit: Fit, candidates: tuple[Candidate, ...], gauge: Gauge) -> list[Sc
 
 def _present(fit: Fit, gauge: Gauge) -> _Present:
     stretches = []
-    system = fit.hypothesis.system(fit.theta[None], gauge.sensors, gauge.rate, gauge.positions)
+    system = system_of(fit.hypothesis, fit.theta[None], gauge.sensors, gauge.rate, gauge.positions)
     given = fit.hypothesis.plant.kept is not None and not system.is_linear  # too many modes to march for each
     for batch, states in zip(fit.batches, fit.states, strict=True):
         part = linearise_batch(fit.hypothesis, fit.theta, batch, gauge, states, brief=True)
@@ -168,7 +169,7 @@ def _forced_response(
     forces: tuple[History, ...],
 ) -> FloatArray:
     """Return the channels (variant, recording, value) under given forces, in units of sigma."""
-    system = hypothesis.system(thetas, gauge.sensors, gauge.rate, gauge.positions)
+    system = system_of(hypothesis, thetas, gauge.sensors, gauge.rate, gauge.positions)
     form = free_form(system, hypothesis.size)
     start = np.broadcast_to(states, (len(thetas), *states.shape))
     y = respond(replace(system, forces=()), start, batch.samples, batch.loads) + drifted(system, batch.begins)
@@ -181,7 +182,7 @@ def _forced_response(
 
 def _response(hypothesis: Hypothesis, thetas: FloatArray, batch: Batch, gauge: Gauge, states: FloatArray) -> FloatArray:
     """Return the channels (variant, recording, value) in units of sigma."""
-    system = hypothesis.system(thetas, gauge.sensors, gauge.rate, gauge.positions)
+    system = system_of(hypothesis, thetas, gauge.sensors, gauge.rate, gauge.positions)
     y = respond(system, np.broadcast_to(states, (len(thetas), *states.shape)), batch.samples, batch.loads)
     y = (y + drifted(system, batch.begins)) / batch.sigma(gauge)
     return np.asarray(y.reshape(len(thetas), len(states), -1))
@@ -198,7 +199,7 @@ def law_responses(fit: Fit, laws: list[Candidate], gauge: Gauge) -> dict[str, li
     columns = [own for law in laws for own in found[law.key]]
     if not trials:
         return found
-    system = fit.hypothesis.system(fit.theta[None], gauge.sensors, gauge.rate, gauge.positions)
+    system = system_of(fit.hypothesis, fit.theta[None], gauge.sensors, gauge.rate, gauge.positions)
     form = free_form(system, fit.hypothesis.size)
     reduced = fit.hypothesis.reduced(fit.theta[None])
     for batch, states in zip(fit.batches, fit.states, strict=True):

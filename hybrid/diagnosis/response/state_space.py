@@ -1,0 +1,127 @@
+"""The state space of a hypothesis: how each parameter vector moves, and what its sensors show of that."""
+
+from typing import Any
+
+import numpy as np
+
+from fe_models.dofs import BoolArray, FloatArray
+from fe_models.recordings import QUANTITIES, Sensor
+from fe_models.sensor_effects import SensorDelay, SensorDrift, SensorGain
+from fe_models.time_integration import TimeIntegration
+from hybrid.diagnosis.response.dashpots import with_trailing
+from hybrid.diagnosis.response.forces import force_of, law_in_motion
+from hybrid.diagnosis.response.hypothesis import Hypothesis
+from hybrid.diagnosis.response.reduced import Reduced
+from hybrid.diagnosis.response.system import Behind, Entry, Force, System
+
+FAULTS = SensorGain.kind, SensorDelay.kind, SensorDrift.kind
+
+
+def system_of(
+    hypothesis: Hypothesis, theta: FloatArray, sensors: tuple[Sensor, ...], rate: float, positions: tuple[int, ...]
+) -> System:
+    """Return the systems of ``theta`` (variant, parameter).
+
+    ``positions``: for each of the ``sensors`` its position among the measured ones, -1 where it is none of them.
+    """
+    plant, n, variants = hypothesis.plant, hypothesis.size, len(theta)
+    reduced, laws, waves = hypothesis.reduced(theta), _laws(hypothesis, theta), _waves(hypothesis, theta)
+    inverse = np.linalg.inv(reduced.mass)
+    A = np.zeros((variants, hypothesis.states, hypothesis.states))
+    A[:, :n, n : 2 * n] = np.eye(n)
+    A[:, n : 2 * n, : 2 * n] = -inverse @ np.concatenate([reduced.stiffness, reduced.damping], axis=2)
+    steps = None if any(c.kind == TimeIntegration.kind for c in hypothesis.candidates) else plant.integration
+    for number, (pull, _, frequency) in enumerate(waves):
+        first, omega = 2 * n + 2 * number, 2 * np.pi * frequency
+        omega = omega if steps is None else steps.shown_as(omega)  # a force keeps its frequency
+        A[:, n : 2 * n, first] = reduced.fed(pull, inverse)
+        A[:, first, first + 1], A[:, first + 1, first] = omega, -omega
+    trailing = reduced.trailing
+    if trailing is not None:
+        A, trails = with_trailing(A, trailing)
+    exact = A
+    if steps is not None:
+        A = _stepped(A, steps)
+    B, G = np.zeros((variants, hypothesis.states, len(laws))), np.zeros((variants, 2 * len(laws), hypothesis.states))
+    B[:, n : 2 * n] = feed = reduced.feed([pull for pull, _ in laws], inverse)
+    for number, (pull, _) in enumerate(laws):
+        G[:, number, :n] = G[:, len(laws) + number, n : 2 * n] = pull @ reduced.shapes
+    rows = plant.rows(sensors)
+    picked = rows @ reduced.shapes  # (variant, sensor, mode)
+    seen = np.zeros((variants, len(sensors), hypothesis.states))
+    quantities = np.array([sensor.quantity for sensor in sensors], dtype=str)
+    kinds = np.stack([quantities == word for word in QUANTITIES])
+    displaced, moved, pushed = kinds
+    seen[:, displaced, :n] = picked[:, displaced]
+    seen[:, moved, n : 2 * n] = picked[:, moved]
+    seen[:, pushed] = picked[:, pushed] @ exact[:, n : 2 * n]
+    if trailing is not None:
+        seen += trailing.shown(trails, exact, rows, kinds)
+    for number, (_, bent, frequency) in enumerate(waves):
+        first, omega = 2 * n + 2 * number, 2 * np.pi * frequency[:, None]
+        shown = rows @ bent  # (sensor,)
+        seen[:, displaced, first] += shown[displaced]
+        seen[:, moved, first + 1] += omega * shown[moved]
+        seen[:, pushed, first] -= omega**2 * shown[pushed]
+    direct = np.where(pushed[:, None], picked @ feed, 0.0)
+    forces = tuple(force for _, force in laws)
+    gain, delay, slope = _faults(hypothesis, theta, positions)
+    loads = _loads(hypothesis, reduced, inverse, rows, kinds, [pull for pull, _ in laws])
+    lowpass = plant.lowpass if loads is None else None  # known loads have passed it before they act
+    residual = hypothesis.residual
+    behind = None if residual is None else Behind(residual, kinds[..., None] * (rows @ residual.shapes))
+    return System(A, B, seen, direct, G, forces, gain, delay, slope, 1 / rate, behind, loads, lowpass)
+
+
+def _loads(
+    hypothesis: Hypothesis, reduced: Reduced, inverse: Any, rows: FloatArray, kinds: BoolArray, laws: list[FloatArray]
+) -> Entry | None:
+    """Return how the plant's known loads enter: ``rows`` (sensor, dof) of sensors of three ``kinds`` (3, sensor),
+    pulls (dof,) of ``laws``; ``inverse`` of the mass. None where there are none.
+    """
+    plant, n = hypothesis.plant, hypothesis.size
+    if not plant.loaded:
+        return None
+    pulls, bent = plant.load_pulls, plant.load_shapes
+    feed = np.zeros((len(inverse), 2 * n, len(pulls)))
+    feed[:, n:] = reduced.feed(list(pulls), inverse)
+    direct = np.where(kinds[2][:, None], rows @ reduced.shapes @ feed[:, n:], 0.0)
+    stretch = np.array(laws).reshape(len(laws), len(bent)) @ bent
+    return Entry(plant.loaded, feed, direct, kinds[..., None] * (rows @ bent), stretch)
+
+
+def _laws(hypothesis: Hypothesis, theta: FloatArray) -> list[tuple[FloatArray, Force]]:
+    """Return pull (dof,) and force of each law: the plant's, then the candidates'."""
+    plant, stiffnesses = hypothesis.plant, np.exp(theta[:, : len(hypothesis.plant.parts)])
+    found = [(plant.pull(law), law_in_motion(law)) for law in plant.laws]
+    for candidate, part in zip(hypothesis.candidates, hypothesis.slices, strict=True):
+        if candidate.pull is not None and candidate.is_law:
+            found.append((candidate.pull, force_of(candidate, plant, theta[:, part], stiffnesses)))
+    return found
+
+
+def _waves(hypothesis: Hypothesis, theta: FloatArray) -> list[tuple[FloatArray, FloatArray, FloatArray]]:
+    """Return pull (dof,), what it bends besides (dof,) and frequency (variant,), Hz, of each harmonic force."""
+    return [
+        (candidate.pull, shape, theta[:, part.start])
+        for candidate, part, shape in zip(hypothesis.candidates, hypothesis.slices, hypothesis.left_out, strict=True)
+        if candidate.oscillator and candidate.pull is not None
+    ]
+
+
+def _faults(hypothesis: Hypothesis, theta: FloatArray, positions: tuple[int, ...]) -> FloatArray:
+    """Return gain, delay (s) and slope (1/s) of the sensors, (3, variant, sensor); ``positions``: see `system_of`."""
+    faults = np.zeros((3, len(theta), len(positions)))
+    faults[0] = 1.0
+    for candidate, part in zip(hypothesis.candidates, hypothesis.slices, strict=True):
+        if candidate.sensor is not None:
+            own = [i for i, position in enumerate(positions) if position == candidate.sensor]
+            faults[FAULTS.index(candidate.kind)][:, own] = theta[:, part]
+    return faults
+
+
+def _stepped(A: FloatArray, integration: TimeIntegration) -> FloatArray:
+    """Return A (variant, state, state) of the system that the user's own time steps show instead."""
+    roots, vectors = np.linalg.eig(A)
+    shown = integration.shown_root(roots)
+    return np.asarray(np.real((vectors * shown[:, None]) @ np.linalg.inv(vectors)))
