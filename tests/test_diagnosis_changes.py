@@ -129,7 +129,7 @@ def test_a_support_that_gives_way_between_recordings_is_forecast_with_and_withou
     model = model_of(item, setting.gauge)
     with_it, without_it = (without(model, off) for off in ((), (0,)))
     assert [len(part[2]) for part in (with_it, without_it)] == [part[0].states for part in (with_it, without_it)]
-    found = forecast(model, batches, setting.gauge.sensors, setting.gauge.positions, setting.gauge)
+    found = forecast(model, batches, setting.gauge.view)
     assert np.isfinite(found.nrmse).all()
 
 

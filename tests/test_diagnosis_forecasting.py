@@ -20,13 +20,13 @@ from hybrid.diagnosis.fitting.forecasting import (
     Model,
     forecast,
     idle_by_order,
-    initial_states,
     predicted,
     shown_of,
     without,
 )
+from hybrid.diagnosis.fitting.initial_states import initial_states
 from hybrid.diagnosis.nominal.plant import plant_of
-from hybrid.diagnosis.recorded.gauge import Gauge
+from hybrid.diagnosis.recorded.gauge import Gauge, View
 from hybrid.diagnosis.recorded.records import batches_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.marching import respond
@@ -37,6 +37,7 @@ NOISE = 0.03
 SENSORS = tuple(Sensor(f"x{node}", node, "x", "displacement", "m") for node in (1, 3, 4))
 MEASURED = tuple(range(len(SENSORS)))
 GAUGE = Gauge(SENSORS, 10.0, np.full(len(SENSORS), NOISE))
+VIEW = View(SENSORS, MEASURED, GAUGE)
 
 
 def chain(*effects: Effect, size: float = 1.0) -> Dataset:
@@ -98,7 +99,7 @@ def test_forecasts_of_a_linear_model_reach_the_floor_that_is_told() -> None:
     dataset = chain()
     hypothesis = with_causes(dataset)
     model = Model(hypothesis, np.zeros(hypothesis.nuisances), np.ones(hypothesis.states))
-    found = forecast(model, batches_of(dataset, "train"), SENSORS, MEASURED, GAUGE)
+    found = forecast(model, batches_of(dataset, "train"), VIEW)
     assert 0.8 < found.energy / found.floor_energy < 1.25  # 1440 values: a standard deviation of 0.04, states' besides
 
 
@@ -116,7 +117,7 @@ def test_floor_is_that_of_the_structure_whatever_the_model_has_more() -> None:
     with_it = Model(plain.adding(soft), np.append(theta, soft.first_starts[0]), more)
     (batch,) = batches_of(dataset, "train")
     floors = [
-        forecast(model, (batch,), dataset.sensors, measured, gauge).floor
+        forecast(model, (batch,), View(dataset.sensors, measured, gauge)).floor
         for model in (Model(plain, theta, size), with_it)
     ]
     np.testing.assert_allclose(floors[0], floors[1])
@@ -161,12 +162,10 @@ def test_a_stop_that_is_not_hit_early_is_forecast_as_the_order_of_recordings_has
     theta = np.append(np.zeros(hypothesis.nuisances), [200.0, gap])
     one = batch.take([number])
     model = Model(hypothesis, theta, np.ones(hypothesis.states), (0,), {one.names[0]: ORDERLY if acts else -ORDERLY})
-    y = predicted(model, one, SENSORS, MEASURED, GAUGE)
+    y = predicted(model, one, VIEW)
     only = replace(model, switched=())
     other = Model(*without(only, (0,)))
-    expected, unexpected = (
-        predicted(m, one, SENSORS, MEASURED, GAUGE) for m in ((only, other) if acts else (other, only))
-    )
+    expected, unexpected = (predicted(m, one, VIEW) for m in ((only, other) if acts else (other, only)))
     np.testing.assert_array_equal(y, expected)
     assert np.abs(y - unexpected).max() > 10 * NOISE  # it is hit later
 

@@ -160,13 +160,12 @@ def test_a_geometrically_exact_bridge_leaves_noise_alone_and_is_forecast(bridge_
     assert item.chi2 < 1.15 * item.values < 1.3 * item.values < bent.chi2
     linear = replace(item.hypothesis, plant=replace(item.hypothesis.plant, geometry=None))
     found, without = (
-        forecast(model_of(each, gauge), straight, gauge.sensors, gauge.positions, gauge)
-        for each in (item, replace(item, hypothesis=linear))
+        forecast(model_of(each, gauge), straight, gauge.view) for each in (item, replace(item, hypothesis=linear))
     )
     assert found.nrmse.mean() < 1.1 * found.floor.mean() < 1.5 * found.floor.mean() < without.nrmse.mean()
-    (batch,), positions = straight, gauge.positions  # whole, as where a cause is asked for that acts in some only
+    (batch,) = straight  # whole, as where a cause is asked for that acts in some only
     whole, astray = (
-        begun_from(model_of(each, gauge), (), batch, gauge.sensors, positions, gauge, batch.samples).cost.sum()
+        begun_from(model_of(each, gauge), (), batch, gauge.view, batch.samples).cost.sum()
         for each in (item, replace(item, hypothesis=linear))
     )
     assert whole < 1.15 * item.values < 1.3 * item.values < astray
@@ -178,10 +177,7 @@ def test_what_was_recorded_is_scored_not_what_was_fitted(bridge_setting: Setting
     item = replace(setting.short, batches=setting.lengths.whole)
     (batch,) = columns_of(batches_of(setting.dataset, "train"), setting.measured)
     model = model_of(item, setting.gauge)
-    found = [
-        forecast(model, (each,), setting.gauge.sensors, setting.gauge.positions, setting.gauge).energy
-        for each in (batch, batch.less(0.1 * batch.data))
-    ]
+    found = [forecast(model, (each,), setting.gauge.view).energy for each in (batch, batch.less(0.1 * batch.data))]
     assert found[0] == found[1]
 
 

@@ -37,6 +37,7 @@ from hybrid.diagnosis.nominal.loads import loads_of
 from hybrid.diagnosis.nominal.plant import plant_of
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
 from hybrid.diagnosis.outcome.verdict import Verdict
+from hybrid.diagnosis.recorded.gauge import View
 from hybrid.diagnosis.recorded.records import batches_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.loaded import loaded_states
@@ -268,7 +269,7 @@ def test_a_free_recording_is_forecast_by_what_was_fitted_from_rest() -> None:
     item = fit(setting.nominal, setting.nominal.centre, setting.lengths.whole, setting.gauge)
     assert item is not None
     batches = batches_of(setting.dataset, "test")
-    found = forecast(model_of(item, setting.gauge), batches, SENSORS, EVERY, setting.gauge)
+    found = forecast(model_of(item, setting.gauge), batches, View(SENSORS, EVERY, setting.gauge))
     level = 0.03 * free.recordings[0].data[0].std(axis=0) / np.ptp(free.recordings[0].data[0], axis=0)
     assert found.nrmse[0, :4].mean() < 1.2 * level[:4].mean()  # 0.03 is of the motion without noise
 

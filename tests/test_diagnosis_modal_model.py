@@ -86,7 +86,7 @@ def forecast_of(plant: Plant, dataset: Dataset, theta: FloatArray | None = None)
     hypothesis = Hypothesis(plant)
     gauge = Gauge(dataset.sensors, dataset.sampling_rate, np.ones(len(dataset.sensors)))
     model = Model(hypothesis, hypothesis.centre if theta is None else theta, np.full(hypothesis.states, FREE))
-    return predicted(model, batches_of(dataset, "train")[0], gauge.sensors, gauge.positions, gauge)
+    return predicted(model, batches_of(dataset, "train")[0], gauge.view)
 
 
 def noise(model: Structure, rate: float, sensors: tuple[Sensor, ...], lowpass: float | None = None) -> Dataset:

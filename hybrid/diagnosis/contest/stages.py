@@ -291,6 +291,6 @@ def forecasts_well(item: Fit, gauge: Gauge, limits: tuple[float, float]) -> bool
     """Return whether a fit forecasts the recordings that it was fitted to, each from its first fifth, as well as noise
     lets it: their NRMSE over the noise floor, mean and largest, within ``limits``.
     """
-    found = forecast(model_of(item, gauge), item.batches, gauge.sensors, gauge.positions, gauge)
+    found = forecast(model_of(item, gauge), item.batches, gauge.view)
     over = found.nrmse.mean(axis=1) / found.floor.mean(axis=1)  # (recording,)
     return bool(over.mean() <= limits[0] and over.max() <= limits[1])

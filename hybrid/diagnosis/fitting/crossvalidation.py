@@ -10,7 +10,7 @@ from fe_models.files.recording_checks import FEWEST_SAMPLES
 from fe_models.recordings import Dataset, Recording, Sensor
 from hybrid.diagnosis.fitting.fitting import Fit, fit
 from hybrid.diagnosis.fitting.forecasting import Forecast, Model, forecast, switched_in
-from hybrid.diagnosis.recorded.gauge import Gauge
+from hybrid.diagnosis.recorded.gauge import Gauge, View
 from hybrid.diagnosis.recorded.records import Batch, batches_of
 
 FOLDS = 4  # groups of recordings, each forecast by the fit to the others; every fold costs a fit of each model
@@ -34,7 +34,7 @@ class Folds:
         parts = []
         for number, tests in enumerate(self.tests):
             model = self.unseeing(item, number, model_of)
-            parts.append(forecast(model, tests, self.sensors, self.measured, gauge))
+            parts.append(forecast(model, tests, View(self.sensors, self.measured, gauge)))
         nrmse, floor = (np.concatenate([getattr(part, word) for part in parts]) for word in ("nrmse", "floor"))
         energy, floor_energy = (float(sum(getattr(part, w) for part in parts)) for w in ("energy", "floor_energy"))
         return Forecast(nrmse, floor, energy, floor_energy)

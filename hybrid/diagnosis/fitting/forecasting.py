@@ -1,30 +1,24 @@
 """Forecasts of recordings from their first fifth, for every model alike, and what a perfect model would score."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from fe_models.dofs import FloatArray
-from fe_models.recordings import Sensor
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.fitting.geometry_response import added
+from hybrid.diagnosis.fitting.initial_states import EXPLODED, initial_states
 from hybrid.diagnosis.nominal.scatter import OWN
-from hybrid.diagnosis.recorded.gauge import Gauge
+from hybrid.diagnosis.recorded.gauge import Gauge, View
 from hybrid.diagnosis.recorded.records import Batch, columns_of, count_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
-from hybrid.diagnosis.response.loaded import given, loaded_size
+from hybrid.diagnosis.response.loaded import loaded_size
 from hybrid.diagnosis.response.marching import respond
 from hybrid.diagnosis.response.state_space import system_of
-from hybrid.diagnosis.response.system import System, drift, drifted, observability
+from hybrid.diagnosis.response.system import drifted, observability
 
 SHOWN = 0.2  # of each recording: what its initial state is estimated from
-GROWTH = (0.15, 0.25, 0.35, 0.5, 0.7, 1.0)  # of that, where force laws act: so that the search begins near
-ITERATIONS = 20  # at most, of each
-DAMPING = (1e-3, 10.0)  # of Levenberg and Marquardt: at first, and how much less or more after a step
-ENOUGH = 0.01  # of a sum of squares in units of the noise: a step that promises less is not taken
-EXPLODED = 1e6  # of a channel: what stands for a motion beyond all bounds
-STEP = 1e-4  # of a state's prior size
 ORDERLY = 6.0  # in a cost: 2 log 20, as one of twenty recordings is not as those before and after it are
 ROUNDS = 3  # of taking away what geometry adds to a motion, which tells what it adds
 TINY = 1e-300  # instead of nothing
@@ -155,27 +149,22 @@ def _pushed(item: Fit, gauge: Gauge) -> FloatArray:
     return np.sum(sizes, axis=0) / count_of(item.batches) if sizes else np.zeros(1)
 
 
-def forecast(
-    model: Model, batches: tuple[Batch, ...], sensors: tuple[Sensor, ...], measured: tuple[int, ...], gauge: Gauge
-) -> Forecast:
-    """Return the scores over the last 80 % of the recordings, of all ``sensors``; ``measured``: those fitted."""
-    parts = [_one(model, batch, sensors, measured, gauge) for batch in batches]
+def forecast(model: Model, batches: tuple[Batch, ...], view: View) -> Forecast:
+    """Return the scores over the last 80 % of the recordings, of all sensors in ``view``."""
+    parts = [_one(model, batch, view) for batch in batches]
     nrmse, floor = (np.concatenate([part[i] for part in parts]) for i in (0, 1))
     return Forecast(nrmse, floor, float(sum(part[2] for part in parts)), float(sum(part[3] for part in parts)))
 
 
-def predicted(
-    model: Model, batch: Batch, sensors: tuple[Sensor, ...], measured: tuple[int, ...], gauge: Gauge
-) -> FloatArray:
+def predicted(model: Model, batch: Batch, view: View) -> FloatArray:
     """Return the channels (recording, time, sensor) forecast from the first fifth of the measured ones."""
-    positions = [measured.index(i) if i in measured else -1 for i in range(len(sensors))]
     best: FloatArray | None = None
     least = np.full(len(batch.data), np.inf)
     for off in ((), model.switched) if model.switched else ((),):
-        begun = begun_from(model, off, batch, sensors, measured, gauge, shown_of(batch.samples))
+        begun = begun_from(model, off, batch, view, shown_of(batch.samples))
         cost = begun.cost + [model.idle.get(name, 0.0) for name in batch.names] if off else begun.cost
         hypothesis, theta, _ = without(model, off)
-        system = system_of(hypothesis, theta[None], sensors, gauge.rate, tuple(positions))
+        system = system_of(hypothesis, theta[None], view.sensors, view.gauge.rate, view.positions)
         y = (respond(system, begun.states[None], batch.samples, batch.loads) + drifted(system, batch.begins))[0]
         y = y + begun.geometric
         y = np.nan_to_num(y, nan=EXPLODED, posinf=EXPLODED, neginf=-EXPLODED)
@@ -185,26 +174,17 @@ def predicted(
     return best
 
 
-def begun_from(
-    model: Model,
-    off: tuple[int, ...],
-    batch: Batch,
-    sensors: tuple[Sensor, ...],
-    measured: tuple[int, ...],
-    gauge: Gauge,
-    shown: int,
-) -> Begun:
+def begun_from(model: Model, off: tuple[int, ...], batch: Batch, view: View, shown: int) -> Begun:
     """Return where the recordings of a ``batch`` begin, as their first ``shown`` samples tell, and what geometry adds
     from there; by a ``model`` less the candidates whose numbers are ``off``.
     """
     hypothesis, theta, size = without(model, off)
-    positions = tuple(measured.index(i) if i in measured else -1 for i in range(len(sensors)))
-    (own,) = columns_of((batch.first(shown),), measured)
+    (own,) = columns_of((batch.first(shown),), view.measured)
     geometric = np.zeros(batch.recorded.shape)
     for _ in range(1 if hypothesis.plant.geometry is None else ROUNDS):
-        straight = own.less(geometric[:, :shown][..., list(measured)])
-        states, cost = initial_states(hypothesis, theta, size, straight, gauge)
-        geometric = added(hypothesis, theta, states, batch, sensors, gauge.rate, positions)
+        straight = own.less(geometric[:, :shown][..., list(view.measured)])
+        states, cost = initial_states(hypothesis, theta, size, straight, view.gauge)
+        geometric = added(hypothesis, theta, states, batch, view.sensors, view.gauge.rate, view.positions)
     return Begun(states, cost, geometric)
 
 
@@ -214,111 +194,31 @@ def without(model: Model, off: tuple[int, ...]) -> tuple[Hypothesis, FloatArray,
     return hypothesis.less(off), model.theta[hypothesis.parameters_of(off)], model.size[hypothesis.states_of(off)]
 
 
-def initial_states(
-    hypothesis: Hypothesis, theta: FloatArray, size: FloatArray, batch: Batch, gauge: Gauge
-) -> tuple[FloatArray, FloatArray]:
-    """Return the most probable states (recording, state) given the fitted channels of a ``batch``, and their costs.
-
-    Prior: each entry normal with standard deviation ``size``.
-    """
-    system = system_of(hypothesis, theta[None], gauge.sensors, gauge.rate, gauge.positions)
-    if system.is_linear:
-        return _linear_states(system, size, batch, gauge)
-    linear = replace(system, B=system.B[:, :, :0], D=system.D[:, :, :0], forces=(), G=system.G[:, :0])
-    states, cost = _linear_states(linear, size, batch.first(_samples(GROWTH[0], batch)), gauge)
-    thetas = np.repeat(theta[None], len(size) + 1, axis=0)  # a copy for each entry of a state that moves, and one
-    copies = system_of(hypothesis, thetas, gauge.sensors, gauge.rate, gauge.positions)
-    for share in GROWTH:
-        states, cost = _states_under_laws(copies, size, batch.first(_samples(share, batch)), gauge, states)
-    return states, cost
-
-
-def _samples(share: float, batch: Batch) -> int:
-    return max(round(share * batch.samples), 2)
-
-
-def _linear_states(system: System, size: FloatArray, batch: Batch, gauge: Gauge) -> tuple[FloatArray, FloatArray]:
-    """Return what `initial_states` does, of a linear system: by least squares."""
-    recordings, samples, _ = batch.data.shape
-    weight = batch.weights(gauge)  # (recording or one row, value)
-    free = batch.data - given(system, batch)[0]
-    shown = observability(system, samples)[0].reshape(-1, len(size))
-    wanted = (free.reshape(recordings, -1) - drift(system, samples)[0].ravel()) * weight
-    precision = np.stack([(shown.T * square) @ shown for square in weight**2]) + np.diag(size**-2.0)
-    states = np.linalg.solve(precision, ((wanted * weight) @ shown)[..., None])[..., 0]
-    return states, np.sum((wanted - states @ shown.T * weight) ** 2, axis=1) + np.sum((states / size) ** 2, axis=1)
-
-
-def _states_under_laws(
-    copies: System, size: FloatArray, batch: Batch, gauge: Gauge, states: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Return what `initial_states` does, of force laws, from ``states``: by Levenberg and Marquardt's steps.
-
-    ``copies``: the system, once and once more for each entry of a state, which finite differences move.
-    """
-    recordings = len(states)
-    weight = batch.weights(gauge)  # (recording or one row, value)
-    wanted = batch.data.reshape(recordings, -1) * weight
-    cost, damping = np.full(recordings, np.inf), np.full(recordings, DAMPING[0])
-    X, residual, trial = np.zeros((recordings, wanted.shape[1], len(size))), wanted, states
-    for _ in range(ITERATIONS):
-        start = np.repeat(trial[None], len(size) + 1, axis=0)
-        start[1:] += np.diag(STEP * size)[:, None]
-        y = respond(copies, start, batch.samples, batch.loads) + drifted(copies, batch.begins)
-        y = y.reshape(len(start), recordings, -1) * weight
-        y = np.nan_to_num(y, nan=EXPLODED, posinf=EXPLODED, neginf=-EXPLODED)
-        left = wanted - y[0]
-        new = np.sum(left**2, axis=1) + np.sum((trial / size) ** 2, axis=1)
-        better = new < cost
-        slopes = ((y[1:] - y[0]) / (STEP * size)[:, None, None]).transpose(1, 2, 0)
-        states, cost = np.where(better[:, None], trial, states), np.minimum(cost, new)
-        X = np.where(better[:, None, None], slopes, X)
-        residual = np.where(better[:, None], left, residual)
-        damping = np.where(better, damping / DAMPING[1], damping * DAMPING[1])
-        H = np.einsum("rvs,rvt->rst", X, X, optimize=True) + np.diag(size**-2.0)
-        H = H + damping[:, None, None] * np.einsum("rss->rs", H)[:, :, None] * np.eye(len(size))
-        g = np.einsum("rvs,rv->rs", X, residual) - states / size**2
-        step = np.linalg.solve(H, g[..., None])[..., 0]
-        if np.all(np.sum(g * step, axis=1) < ENOUGH):
-            break
-        trial = states + step
-    return states, cost
-
-
-def _one(
-    model: Model, batch: Batch, sensors: tuple[Sensor, ...], measured: tuple[int, ...], gauge: Gauge
-) -> tuple[FloatArray, FloatArray, float, float]:
+def _one(model: Model, batch: Batch, view: View) -> tuple[FloatArray, FloatArray, float, float]:
     first = shown_of(batch.samples)
-    y = predicted(model, batch, sensors, measured, gauge)[:, first:]
+    y = predicted(model, batch, view)[:, first:]
     data = batch.recorded[:, first:]
     span = np.maximum(np.ptp(data, axis=1), 1e-30)  # (recording, sensor)
     square = np.mean((y - data) ** 2, axis=1)
-    own = list(measured)
-    noise = columns_of((batch,), measured)[0].sigma(gauge)[:, 0]  # (recording or one row, sensor)
-    sigma = np.full((len(noise), len(sensors)), np.nan)
+    own = list(view.measured)
+    noise = columns_of((batch,), view.measured)[0].sigma(view.gauge)[:, 0]  # (recording or one row, sensor)
+    sigma = np.full((len(noise), len(view.sensors)), np.nan)
     sigma[:, own] = noise
-    leverage = np.stack([_leverage(model, batch, sensors, measured, row, gauge.rate) for row in noise])
+    leverage = np.stack([_leverage(model, batch, view, row) for row in noise])
     floor = sigma * np.sqrt(batch.share + leverage.mean(axis=1)) / span
     energy = float(np.sum(square[:, own] / noise**2)) * data.shape[1]
     floor_energy = float(np.sum(batch.share + leverage[..., own])) * len(data) / len(noise)
     return np.sqrt(square) / span, floor, energy, floor_energy
 
 
-def _leverage(
-    model: Model,
-    batch: Batch,
-    sensors: tuple[Sensor, ...],
-    measured: tuple[int, ...],
-    noise: FloatArray,
-    rate: float,
-) -> FloatArray:
+def _leverage(model: Model, batch: Batch, view: View, noise: FloatArray) -> FloatArray:
     """Return the variance (time, sensor) that the uncertain initial state adds, over that of the measured ``noise``."""
     hypothesis, theta, size = without(model, tuple(range(len(model.hypothesis.candidates))))
-    positions = tuple(measured.index(i) if i in measured else -1 for i in range(len(sensors)))
-    rows = observability(system_of(hypothesis, theta[None], sensors, rate, positions), batch.samples)[0]
-    sigma, first = np.ones(len(sensors)), shown_of(batch.samples)
-    sigma[list(measured)] = noise
+    system = system_of(hypothesis, theta[None], view.sensors, view.gauge.rate, view.positions)
+    rows = observability(system, batch.samples)[0]
+    sigma, first = np.ones(len(view.sensors)), shown_of(batch.samples)
+    sigma[list(view.measured)] = noise
     rows = rows / sigma[:, None]
-    X = rows[:first, list(measured)].reshape(-1, rows.shape[-1])
+    X = rows[:first, list(view.measured)].reshape(-1, rows.shape[-1])
     covariance = np.linalg.inv(X.T @ X + np.diag(size**-2.0))
     return np.asarray(np.einsum("tsn,nm,tsm->ts", rows[first:], covariance, rows[first:], optimize=True))

@@ -27,11 +27,7 @@ def recordings_of(
         with_it = np.ones(len(batch.names), dtype=bool)
         if not everywhere:
             (own,) = columns_of((batch,), measured)
-            columns = tuple(range(len(gauge.sensors)))
-            on, off = (
-                begun_from(model, left_out, own, gauge.sensors, columns, gauge, own.samples).cost
-                for left_out in ((), (number,))
-            )
+            on, off = (begun_from(model, idle, own, gauge.view, own.samples).cost for idle in ((), (number,)))
             with_it = off - on > TOLD * temper
         names |= {name for name, acts in zip(batch.names, with_it, strict=True) if acts}
     return names

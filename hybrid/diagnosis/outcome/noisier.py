@@ -38,7 +38,7 @@ def with_own_noise(scorer: Scorer, item: Fit) -> tuple[Scorer, list[str]]:
 def _only_noisier(scorer: Scorer, item: Fit, batch: Batch) -> tuple[FloatArray, BoolArray]:
     """Return the noise of each recording over the gauge's (recording, measured sensor), and which are only noisier."""
     gauge, (measured,) = scorer.gauge, columns_of((batch,), scorer.setting.measured)
-    begun = begun_from(scorer.model(item), (), measured, gauge.sensors, gauge.positions, gauge, batch.samples)
+    begun = begun_from(scorer.model(item), (), measured, gauge.view, batch.samples)
     usual = np.broadcast_to(measured.sigma(gauge)[:, 0], (len(batch.names), len(gauge.sensors)))
     (free,) = unloaded(scorer.setting.plant, (replace(measured, noise=None),), gauge.sensors, gauge.rate)
     own = np.stack(

@@ -11,7 +11,7 @@ from hybrid.diagnosis.fitting.crossvalidation import Folds, folds_of
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.fitting.forecasting import Forecast, Model, forecast, idle_by_order, model_of, within
 from hybrid.diagnosis.outcome.verdict import NEAR
-from hybrid.diagnosis.recorded.gauge import Gauge
+from hybrid.diagnosis.recorded.gauge import Gauge, View
 from hybrid.diagnosis.recorded.records import Batch
 
 
@@ -33,6 +33,11 @@ class Scorer:
             folds = replace(folds, tests=tuple(setting.with_noise(tests) for tests in folds.tests))
         return cls(setting, evidence.gauge, setting.test_recordings(), folds)
 
+    @property
+    def view(self) -> View:
+        """What the test recordings show."""
+        return View(self.setting.dataset.sensors, self.setting.measured, self.gauge)
+
     def forecast(self, item: Fit, most: float = np.inf) -> Forecast:
         """Return the scores of a fit, nominal values calibrated by no more than ``most`` standard deviations."""
 
@@ -41,7 +46,7 @@ class Scorer:
 
         if self.folds is not None:
             return self.folds.forecast(item, model, self.gauge)
-        return forecast(model(item), self.test, self.setting.dataset.sensors, self.setting.measured, self.gauge)
+        return forecast(model(item), self.test, self.view)
 
     def model(self, item: Fit, theta: FloatArray | None = None) -> Model:
         """Return a fit's model, at its own theta or at another; where causes act follows the order of recordings."""

@@ -125,8 +125,7 @@ def _forecasts_differ(own: Fit, other: Fit, gauge: Gauge) -> bool:
     for batch in own.batches:
         first = shown_of(batch.samples)
         one, two = (
-            predicted(model_of(item, gauge, np.zeros_like(item.theta)), batch, gauge.sensors, gauge.positions, gauge)
-            for item in (own, other)
+            predicted(model_of(item, gauge, np.zeros_like(item.theta)), batch, gauge.view) for item in (own, other)
         )
         apart = ((one - two) / batch.sigma(gauge))[:, first:]
         square += float(np.square(apart).sum())

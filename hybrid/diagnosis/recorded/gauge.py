@@ -21,3 +21,25 @@ class Gauge:
     def positions(self) -> tuple[int, ...]:
         """Each sensor's position among the measured ones: its own."""
         return tuple(range(len(self.sensors)))
+
+    @property
+    def view(self) -> "View":
+        """The view of recordings that show the fitted sensors and no others."""
+        return View(self.sensors, self.positions, self)
+
+
+@dataclass(frozen=True)
+class View:
+    """The ``sensors`` that recordings show, the columns of those ``measured`` among them, and the ``gauge`` of these.
+
+    The others are held out: what they show is forecast, and tells nothing.
+    """
+
+    sensors: tuple[Sensor, ...]
+    measured: tuple[int, ...]
+    gauge: Gauge
+
+    @property
+    def positions(self) -> tuple[int, ...]:
+        """For each sensor its position among the measured ones, -1 where it is none of them."""
+        return tuple(self.measured.index(i) if i in self.measured else -1 for i in range(len(self.sensors)))

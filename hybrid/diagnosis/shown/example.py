@@ -8,7 +8,7 @@ import numpy as np
 from fe_models.dofs import FloatArray
 from fe_models.recordings import Sensor
 from hybrid.diagnosis.fitting.forecasting import Model, predicted, shown_of
-from hybrid.diagnosis.recorded.gauge import Gauge
+from hybrid.diagnosis.recorded.gauge import View
 from hybrid.diagnosis.recorded.records import Batch
 from hybrid.figures import channel_labels, figure
 
@@ -42,22 +42,13 @@ class Example:
         return np.asarray(np.fft.rfftfreq(len(error), 1 / self.rate)), np.asarray(np.sqrt((amplitude**2).mean(axis=1)))
 
 
-def example_of(
-    batch: Batch,
-    nominal: Model,
-    extended: Model,
-    sensors: tuple[Sensor, ...],
-    measured: tuple[int, ...],
-    gauge: Gauge,
-    frequencies: FloatArray,
-) -> Example:
+def example_of(batch: Batch, nominal: Model, extended: Model, view: View, frequencies: FloatArray) -> Example:
     """Return the first recording of a batch as two models forecast it."""
     one = batch.take([0])
     first = shown_of(one.samples)
-    before, after = (predicted(model, one, sensors, measured, gauge)[0, first:] for model in (nominal, extended))
-    return Example(
-        one.names[0], gauge.rate, first / gauge.rate, sensors, one.data[0, first:], before, after, frequencies
-    )
+    before, after = (predicted(model, one, view)[0, first:] for model in (nominal, extended))
+    rate = view.gauge.rate
+    return Example(one.names[0], rate, first / rate, view.sensors, one.data[0, first:], before, after, frequencies)
 
 
 def draw_example(path: Path, example: Example) -> Path:

@@ -1,0 +1,92 @@
+"""The initial states of recordings of which a stretch is known, for a model that is: the most probable ones."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from fe_models.dofs import FloatArray
+from hybrid.diagnosis.recorded.gauge import Gauge
+from hybrid.diagnosis.recorded.records import Batch
+from hybrid.diagnosis.response.hypothesis import Hypothesis
+from hybrid.diagnosis.response.loaded import given
+from hybrid.diagnosis.response.marching import respond
+from hybrid.diagnosis.response.state_space import system_of
+from hybrid.diagnosis.response.system import System, drift, drifted, observability
+
+GROWTH = (0.15, 0.25, 0.35, 0.5, 0.7, 1.0)  # of the stretch, where force laws act: so that the search begins near
+ITERATIONS = 20  # at most, of each
+DAMPING = (1e-3, 10.0)  # of Levenberg and Marquardt: at first, and how much less or more after a step
+ENOUGH = 0.01  # of a sum of squares in units of the noise: a step that promises less is not taken
+EXPLODED = 1e6  # of a channel: what stands for a motion beyond all bounds
+STEP = 1e-4  # of a state's prior size
+
+
+def initial_states(
+    hypothesis: Hypothesis, theta: FloatArray, size: FloatArray, batch: Batch, gauge: Gauge
+) -> tuple[FloatArray, FloatArray]:
+    """Return the most probable states (recording, state) given the fitted channels of a ``batch``, and their costs.
+
+    Prior: each entry normal with standard deviation ``size``.
+    """
+    system = system_of(hypothesis, theta[None], gauge.sensors, gauge.rate, gauge.positions)
+    if system.is_linear:
+        return _linear_states(system, size, batch, gauge)
+    linear = replace(system, B=system.B[:, :, :0], D=system.D[:, :, :0], forces=(), G=system.G[:, :0])
+    states, cost = _linear_states(linear, size, batch.first(_samples(GROWTH[0], batch)), gauge)
+    thetas = np.repeat(theta[None], len(size) + 1, axis=0)  # a copy for each entry of a state that moves, and one
+    copies = system_of(hypothesis, thetas, gauge.sensors, gauge.rate, gauge.positions)
+    for share in GROWTH:
+        states, cost = _states_under_laws(copies, size, batch.first(_samples(share, batch)), gauge, states)
+    return states, cost
+
+
+def _samples(share: float, batch: Batch) -> int:
+    return max(round(share * batch.samples), 2)
+
+
+def _linear_states(system: System, size: FloatArray, batch: Batch, gauge: Gauge) -> tuple[FloatArray, FloatArray]:
+    """Return what `initial_states` does, of a linear system: by least squares."""
+    recordings, samples, _ = batch.data.shape
+    weight = batch.weights(gauge)  # (recording or one row, value)
+    free = batch.data - given(system, batch)[0]
+    shown = observability(system, samples)[0].reshape(-1, len(size))
+    wanted = (free.reshape(recordings, -1) - drift(system, samples)[0].ravel()) * weight
+    precision = np.stack([(shown.T * square) @ shown for square in weight**2]) + np.diag(size**-2.0)
+    states = np.linalg.solve(precision, ((wanted * weight) @ shown)[..., None])[..., 0]
+    return states, np.sum((wanted - states @ shown.T * weight) ** 2, axis=1) + np.sum((states / size) ** 2, axis=1)
+
+
+def _states_under_laws(
+    copies: System, size: FloatArray, batch: Batch, gauge: Gauge, states: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return what `initial_states` does, of force laws, from ``states``: by Levenberg and Marquardt's steps.
+
+    ``copies``: the system, once and once more for each entry of a state, which finite differences move.
+    """
+    recordings = len(states)
+    weight = batch.weights(gauge)  # (recording or one row, value)
+    wanted = batch.data.reshape(recordings, -1) * weight
+    cost, damping = np.full(recordings, np.inf), np.full(recordings, DAMPING[0])
+    X, residual, trial = np.zeros((recordings, wanted.shape[1], len(size))), wanted, states
+    for _ in range(ITERATIONS):
+        start = np.repeat(trial[None], len(size) + 1, axis=0)
+        start[1:] += np.diag(STEP * size)[:, None]
+        y = respond(copies, start, batch.samples, batch.loads) + drifted(copies, batch.begins)
+        y = y.reshape(len(start), recordings, -1) * weight
+        y = np.nan_to_num(y, nan=EXPLODED, posinf=EXPLODED, neginf=-EXPLODED)
+        left = wanted - y[0]
+        new = np.sum(left**2, axis=1) + np.sum((trial / size) ** 2, axis=1)
+        better = new < cost
+        slopes = ((y[1:] - y[0]) / (STEP * size)[:, None, None]).transpose(1, 2, 0)
+        states, cost = np.where(better[:, None], trial, states), np.minimum(cost, new)
+        X = np.where(better[:, None, None], slopes, X)
+        residual = np.where(better[:, None], left, residual)
+        damping = np.where(better, damping / DAMPING[1], damping * DAMPING[1])
+        H = np.einsum("rvs,rvt->rst", X, X, optimize=True) + np.diag(size**-2.0)
+        H = H + damping[:, None, None] * np.einsum("rss->rs", H)[:, :, None] * np.eye(len(size))
+        g = np.einsum("rvs,rv->rs", X, residual) - states / size**2
+        step = np.linalg.solve(H, g[..., None])[..., 0]
+        if np.all(np.sum(g * step, axis=1) < ENOUGH):
+            break
+        trial = states + step
+    return states, cost
