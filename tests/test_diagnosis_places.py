@@ -17,7 +17,7 @@ from hybrid.diagnosis.causes.linear_causes import ECHOED, linear_causes
 from hybrid.diagnosis.causes.places import Motion, places_of
 from hybrid.diagnosis.contest import neighbours, pairs, stages
 from hybrid.diagnosis.contest.growing import fit_growing, ground_of, passed_by, shortened
-from hybrid.diagnosis.contest.neighbours import fits_beside, fits_tied, of_other_kinds
+from hybrid.diagnosis.contest.neighbours import adjoin, fits_beside, fits_tied, of_other_kinds
 from hybrid.diagnosis.contest.pairs import asks_for_more
 from hybrid.diagnosis.contest.posterior import Posterior
 from hybrid.diagnosis.contest.setting import setting_of
@@ -28,6 +28,7 @@ from hybrid.diagnosis.nominal.plant import plant_of
 from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import Batch
+from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.screening.force_screening import screen_forces
 from hybrid.diagnosis.screening.screening import Screened
 from tests.frames import beam, vibrations
@@ -130,6 +131,29 @@ def test_places_that_do_as_well_are_fitted_one_after_the_other(temper: float, pl
     assert best is not None
     found = fits_tied([best], temper, candidates, setting.gauge, nothing)
     assert {item.hypothesis.candidates[0].location["node"] for item in found} == places
+
+
+def test_no_cause_moves_to_where_another_one_of_its_kind_is() -> None:
+    """Two halves of one cause would do the same as the whole, and cost less beforehand."""
+    sensors = tuple(Sensor(f"a{node}", node, "y", "acceleration", "m/s^2") for node in (2, 4, 5))
+    setting = setting_of(vibrations(beam(), beam(), sensors, 3))
+    masses = {c.location["node"]: c for c in setting.candidates() if c.kind == "added_mass"}
+    both, short = Hypothesis(setting.plant, (masses[3], masses[4])), setting.short
+    best = fit(both, np.append(short.theta, (0.0, 0.0)), short.batches, setting.gauge)
+    assert best is not None
+    found = fits_tied([best], 1e-6, tuple(masses.values()), setting.gauge, nothing)
+    places = {tuple(c.location["node"] for c in item.hypothesis.candidates) for item in found}
+    assert {(2, 4), (3, 5)} <= places
+    assert all(one != other for one, other in places)
+
+
+@pytest.mark.parametrize(("one", "other", "adjoins"), [(2, 3, True), (2, 4, False)])
+def test_causes_adjoin_at_nodes_that_an_element_joins(one: int, other: int, adjoins: bool) -> None:
+    sensors = tuple(Sensor(f"a{node}", node, "y", "acceleration", "m/s^2") for node in (2, 4, 5))
+    setting = setting_of(vibrations(beam(), beam(), sensors, 3))
+    masses = {c.location["node"]: c for c in setting.candidates() if c.kind == "added_mass"}
+    both = replace(setting.short, hypothesis=Hypothesis(setting.plant, (masses[one], masses[other])))
+    assert adjoin(both) == adjoins
 
 
 def test_other_kinds_of_cause_sit_where_the_one_found_does() -> None:

@@ -11,9 +11,9 @@ class Effort:
 
     ``contests``: searches for a second cause, each on top of another first one.
     ``beside_law``: of the usual number of causes, the share that goes on after first steps beside a force law.
-    ``thorough``: whether more is looked for beside causes that forecast well or leave next to nothing, and beside a
-    change where a cause in all recordings does better alone; whether recordings are sorted anew by force laws, too; and
-    whether a second cause may replace the first, and single causes far behind the best are tried beside others.
+    ``thorough``: whether more is looked for beside causes that forecast well, and beside a change where a cause in all
+    recordings does better alone; whether recordings are sorted anew by force laws, too; and whether a second cause may
+    replace the first, and single causes far behind the best are tried beside others.
     """
 
     contests: int

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
+from itertools import combinations
 from typing import Any
 
 from fe_models.structure import Structure
@@ -13,8 +14,8 @@ from hybrid.diagnosis.response.side_by_side import side_by_side
 from hybrid.diagnosis.screening.screening import Screened
 
 STEPS = 4  # at most, from place to place
-TIED = 3.0  # in tempered log evidence, less than the best: places that the recordings do not tell from each other
-MOST_TIED = 12  # fits of these at least before the spreading ends: a tower has as many nodes
+AS_GOOD = 3.0  # in tempered log evidence, less than the best: places that the recordings do not tell from each other
+ENOUGH = 12  # fits at them, after which it spreads no further: a tower has as many nodes
 LITTLE = 0.5  # of what is wrong: where the best leaves more, its places are guesses; friction three nodes off: 0.25
 
 
@@ -33,10 +34,10 @@ def fits_beside(
     found: list[Fit] = []
     if best.hypothesis.plant.is_chain or looks_wrong(best, base):
         return found
-    tried = {_keys(item) for item in (best, *known)}
+    tried = {item.claim for item in (best, *known)}
     for _ in range(STEPS):
-        moved = [item for item in _moved(best, candidates) if _keys(item) not in tried]
-        tried |= {_keys(item) for item in moved}
+        moved = [item for item in _moved(best, candidates) if item.claim not in tried]
+        tried |= {item.claim for item in moved}
         found += [item for item in side_by_side(partial(_settled, gauge), moved, advance) if item is not None]
         here, best = best, max((best, *found), key=lambda item: item.log_evidence)
         if best is here:
@@ -51,21 +52,22 @@ def fits_tied(
     gauge: Gauge,
     advance: Callable[[], object],
 ) -> list[Fit]:
-    """Return fits with the causes of the best of the ``fits`` at places that do as well: next to those that are known
-    to, and so on. One of them may be the right one. ``temper``: what log evidences are divided by.
+    """Return fits with the causes of the first of the ``fits``, the best, at places that do as well on a frame: next to
+    those that are known to, and so on. One of them may be the right one. ``temper``: what log evidences are divided by.
     """
-    best = max(fits, key=lambda item: item.log_evidence)
-    least = best.log_evidence - TIED * temper
-    kinds = _kinds(best)
+    best, found, tried = fits[0], list[Fit](), {item.claim for item in fits}
+    if best.hypothesis.plant.is_chain:
+        return found
+    least, kinds = best.log_evidence - AS_GOOD * temper, _kinds(best)
     edge = [item for item in fits if item.log_evidence >= least and _kinds(item) == kinds]
-    tried, found = {_keys(item) for item in fits}, list[Fit]()
-    while edge and len(found) < MOST_TIED and not best.hypothesis.plant.is_chain:
-        moved = {_keys(start): start for item in edge for start in _moved(item, candidates)}
-        starts = [start for keys, start in moved.items() if keys not in tried]
+    while edge and len(found) < ENOUGH:
+        edge.sort(key=lambda item: item.log_evidence)  # a place that several lead to begins from the best of them
+        moved = {start.claim: start for item in edge for start in _moved(item, candidates)}
+        starts = [start for claim, start in moved.items() if claim not in tried]
         tried |= moved.keys()
-        settled = side_by_side(partial(_settled, gauge), starts, advance)
-        edge = [item for item in settled if item is not None and item.log_evidence >= least]
-        found += [item for item in settled if item is not None]
+        settled = [item for item in side_by_side(partial(_settled, gauge), starts, advance) if item is not None]
+        edge = [item for item in settled if item.log_evidence >= least]
+        found += settled
     return found
 
 
@@ -85,6 +87,22 @@ def of_other_kinds(best: Fit, trials: Sequence[Screened]) -> list[Screened]:
     ]
 
 
+def adjoin(item: Fit) -> bool:
+    """Return whether two causes of a frame's fit sit at one place or at places next to each other.
+
+    By chance few do: what is one cause, and none of the list, may look like both.
+    """
+    if item.hypothesis.plant.is_chain:  # where most places adjoin
+        return False
+    structure = item.hypothesis.plant.structure
+    places = [_nodes_at(candidate.location, structure) for candidate in item.hypothesis.candidates]
+    joined = [set(element.nodes) for element in structure.elements]
+    return any(
+        not one.isdisjoint(other) or any(not (one.isdisjoint(ends) or other.isdisjoint(ends)) for ends in joined)
+        for one, other in combinations(places, 2)
+    )
+
+
 def looks_wrong(best: Fit, base: Fit) -> bool:
     """Return whether the best leaves so much of what the ``base`` does that its places are guesses."""
     return best.misfit > LITTLE * base.misfit
@@ -93,13 +111,14 @@ def looks_wrong(best: Fit, base: Fit) -> bool:
 def _moved(item: Fit, candidates: tuple[Candidate, ...]) -> list[Fit]:
     """Return a fit with one of its causes moved to each next place: where another fit may begin.
 
-    The cause is as large there as it was, by what is felt at either place.
+    The cause is as large there as it was, by what is felt at either place. Not to where another one of its kind is.
     """
     moved, hypothesis = [], item.hypothesis
+    taken = {candidate.key for candidate in hypothesis.candidates}
     for number, own in enumerate(hypothesis.candidates):
         for other in candidates:
             alike = other.kind == own.kind and (other.released is None) == (own.released is None)
-            if alike and _is_next(own.location, other.location, hypothesis.plant.structure):
+            if alike and other.key not in taken and _is_next(own.location, other.location, hypothesis.plant.structure):
                 moved_there = replace(other, brings=own.brings)
                 causes = (*hypothesis.candidates[:number], moved_there, *hypothesis.candidates[number + 1 :])
                 theta, part = item.theta.copy(), hypothesis.slices[number]
@@ -113,20 +132,16 @@ def _settled(gauge: Gauge, start: Fit) -> Fit | None:
     return fit(start.hypothesis, start.theta, start.batches, gauge, start.states)
 
 
-def _keys(item: Fit) -> tuple[str, ...]:
-    return tuple(candidate.key for candidate in item.hypothesis.candidates)
-
-
 def _kinds(item: Fit) -> tuple[str, ...]:
-    return tuple(candidate.kind for candidate in item.hypothesis.candidates)
+    return tuple(sorted(candidate.kind for candidate in item.hypothesis.candidates))
 
 
 def _nodes_at(place: dict[str, Any], structure: Structure) -> set[int]:
-    """Return the nodes of a place that is one node or one element; none of others."""
+    """Return the nodes of a place that is one node, two of them, or one element; none of others."""
     elements = [place["element"]] if "element" in place else place.get("elements", [])
     if len(elements) == 1:
         return set(structure.elements[elements[0] - 1].nodes)
-    return {place["node"]} if "node" in place else set()
+    return {place["node"]} if "node" in place else set(place.get("nodes", ()))
 
 
 def _is_next(one: dict[str, Any], other: dict[str, Any], structure: Structure) -> bool:

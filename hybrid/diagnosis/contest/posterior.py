@@ -91,11 +91,9 @@ def _distinct(fits: tuple[Fit, ...]) -> tuple[Fit, ...]:
     """Return the best fit of each hypothesis: searches may reach the same one from several starts."""
     best: dict[tuple[object, ...], Fit] = {}
     for fit in fits:
-        keys = [candidate.key for candidate in fit.hypothesis.candidates]
-        off = {(n, tuple(sorted(keys[i] for i in batch.off))) for batch in fit.batches for n in batch.names}
-        word = (frozenset(keys), frozenset(off))
-        if word not in best or best[word].log_evidence < fit.log_evidence:
-            best[word] = fit
+        known = best.get(fit.claim)
+        if known is None or known.log_evidence < fit.log_evidence:
+            best[fit.claim] = fit
     return tuple(best.values())
 
 

@@ -96,7 +96,7 @@ def asked_for(short: Fit, candidates: tuple[Candidate, ...], gauge: Gauge) -> tu
     middle = [replace(c, starts=(c.first_starts[len(c.first_starts) // 2],)) for c in usable]
     ranked: list[Asked] = []
     for candidate, (amounts, sizes) in zip(usable, amounts_by_recording(short, middle, gauge), strict=True):
-        felt = sizes >= FELT * np.max(sizes)
+        felt = (sizes > 0) & (sizes >= FELT * np.max(sizes))
         if np.isfinite(amounts).all() and felt.sum() >= FEWEST:
             ranked.append(Asked(candidate, np.where(felt, amounts, np.nan), sizes, as_made(short.batches)))
     ranked.sort(key=lambda item: -item.gain)

@@ -60,8 +60,10 @@ def contest(
     advance()
     trials = with_others(promising(ranked, kept, odds), [*unseen(short, others, gauge), *_found_alone(short, alone)])
     present = _begun(ground.hypothesis, short, trials, gauge, odds, advance)
-    others_there = _others_there(present, ranked, trials)
-    present += _begun(ground.hypothesis, short, others_there, gauge, odds, advance)
+    if present:
+        best = min(present, key=lambda item: item.charged)
+        others_there = _others_there(best, ranked, trials)
+        present += _begun(ground.hypothesis, short, others_there, gauge, odds, advance, best)
     for longer in lengths.cut[1:]:
         present = _race(present, longer, gauge, lengths.enough(longer), odds)
         advance()
@@ -70,14 +72,13 @@ def contest(
     return tuple(sorted(present, key=lambda item: -item.log_evidence))
 
 
-def _others_there(present: list[Fit], ranked: list[list[Screened]], tried: list[Screened]) -> list[Screened]:
-    """Return further trials where the best of the ``present`` sits, of other kinds, if its calibration is far off."""
-    best = min(present, key=lambda item: item.charged, default=None)
-    if best is None or not (best.hypothesis.candidates[-1].is_structural and factors_off(best)):
+def _others_there(best: Fit, ranked: list[list[Screened]], tried: list[Screened]) -> list[Screened]:
+    """Return further trials of other kinds where the last cause of the ``best`` sits, if its calibration is far off."""
+    if not (best.hypothesis.candidates[-1].is_structural and factors_off(best)):
         return []
     done = {trial.candidate.key for trial in tried}
     more = {(t.candidate.key, t.is_drawn): t for ranking in reversed(ranked) for t in ranking}
-    return of_other_kinds(best, [trial for (key, _), trial in more.items() if key not in done])
+    return of_other_kinds(best, [trial for (key, _), trial in more.items() if key not in done and trial.gain > 0])
 
 
 def _found_alone(short: Fit, alone: Iterable[Fit]) -> list[Screened]:

@@ -1,6 +1,7 @@
 """Which causes go on: of those that were screened, and of those that have made their first steps."""
 
 from collections import Counter
+from collections.abc import Iterable
 
 from hybrid.diagnosis.contest.effort import effort_of
 from hybrid.diagnosis.contest.odds import Odds
@@ -49,6 +50,15 @@ def promising(ranked: list[list[Screened]], kept: int, odds: Odds) -> list[Scree
             if not trial.candidate.names and trial.gain > 0:  # without a size to refine, its gain says little yet
                 chosen.setdefault((trial.candidate.key, trial.is_drawn, far), trial)
     return list(chosen.values())
+
+
+def not_too_many_of_a_kind(trials: Iterable[Screened]) -> list[Screened]:
+    """Return the first `ALIKE` of each kind."""
+    seen, found = Counter[str](), list[Screened]()
+    for trial in trials:
+        seen[trial.candidate.kind] += 1
+        found += [trial] if seen[trial.candidate.kind] <= ALIKE else []
+    return found
 
 
 def with_others(chosen: list[Screened], others: list[Screened]) -> list[Screened]:

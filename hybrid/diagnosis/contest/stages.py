@@ -25,7 +25,7 @@ from hybrid.diagnosis.contest.pairs import (
 from hybrid.diagnosis.contest.posterior import Posterior, posterior_of, temper_of
 from hybrid.diagnosis.contest.recording_groups import asked_for, clear_groups
 from hybrid.diagnosis.contest.search import contest
-from hybrid.diagnosis.contest.shortlist import TIED
+from hybrid.diagnosis.contest.shortlist import TIED, not_too_many_of_a_kind
 from hybrid.diagnosis.contest.switching import fit_everywhere, fit_switched
 from hybrid.diagnosis.fitting.fitting import Fit, fit
 from hybrid.diagnosis.fitting.forecasting import forecast, model_of
@@ -37,7 +37,7 @@ from hybrid.diagnosis.screening.screening import Screened, screen
 
 LITTLE_LEFT = 1.5  # energy left over that of noise: right causes of blind frames leave 1.2 to 1.3, a stop without the
 # late sensor beside it 2
-PROMISING = 4  # causes at most that are fitted because they promise something beside another one
+PROMISING = 4  # causes at most that are fitted because a score test promises something of them
 MOST = 0.8  # of the misfit: a law that leaves more has no change beside it
 FAINT = 2.0  # standard deviations of what noise alone leaves
 UNALIKE = 1.2  # times: that far apart are mean squares that tell of a change between recordings ...
@@ -92,9 +92,9 @@ class Search:
         return found + changes_beside(self.ground, groups, lasting, self.candidates, self.gauge, self.band, hears)
 
     def everywhere(self, fits: list[Fit]) -> list[Fit]:
-        """Return the fit of a cause in all recordings that does best in some of them only, and was not fitted there.
+        """Return the fit in all recordings of a cause that does best in some of them only, and was not fitted in all.
 
-        Where a second one hides its place, a cause is left out of recordings that it does not fit at another.
+        At a wrong place, where a second cause has led it, it fits some recordings worse than not at all.
         """
         best = self.posterior(fits).fits[0]
         keys = _keys(best)
@@ -120,7 +120,8 @@ class Search:
         a single one where no second one was looked for, or alone where none was.
 
         A search takes a minute of a frame, and what is left may be too little to ask for one among all the noise. What
-        a weak cause promises to first order is told at once; in other recordings it may be all that matters.
+        a weak cause promises to first order, no harmonic force, is told at once; in other recordings it may be all that
+        matters.
         """
         best = self.posterior(fits).fits[0]
         causes = best.hypothesis.candidates
@@ -130,17 +131,21 @@ class Search:
         taken = _keys(best)
         others = tuple(candidate for candidate in self.candidates if candidate.key not in taken)
         odds = Odds.among(self.candidates, best.hypothesis.plant.alike)
-        ranked = [trial for trial in screen(best, others, self.gauge) if trial.gain > odds.price(trial.candidate)]
-        if not ranked:
-            return []
-        self.tell("what is promised")
-        least = ranked[0].gain - TIED * odds.alike
+
+        def ahead(trial: Screened) -> float:
+            return trial.gain - odds.price(trial.candidate)
+
+        ranked = sorted(screen(best, others, self.gauge), key=ahead, reverse=True)
+        least = max(ahead(ranked[0]) - TIED * odds.alike, 0.0) if ranked else 0.0
+        trials = not_too_many_of_a_kind(trial for trial in ranked if ahead(trial) > least)
+        if trials:
+            self.tell("what is promised")
 
         def fitted(trial: Screened) -> Fit | None:
             hypothesis = best.hypothesis.adding(trial.candidate)
             return fit(hypothesis, trial.theta(best), best.batches, self.gauge, padded(best.states, hypothesis))
 
-        found = side_by_side(fitted, [trial for trial in ranked if trial.gain >= least][:PROMISING])
+        found = side_by_side(fitted, trials[:PROMISING])
         return [item for item in found if item is not None]
 
     def in_groups(self, fits: list[Fit]) -> list[Fit]:
@@ -170,7 +175,7 @@ class Search:
         Not where they leave so much that they are hardly the right ones.
         """
         best = self.posterior(fits).fits[0]
-        if is_hopeless(best, fits[0]):
+        if self._is_hopeless(best, fits[0]):
             return []
         found = self._beside(best, fits[0], fits)
         after = self.posterior([*fits, *found])
@@ -195,7 +200,7 @@ class Search:
         """
         best = self.posterior(fits).fits[0]
         settled = best.hypothesis.is_linear or any(batch.off for batch in best.batches)
-        if settled or is_hopeless(best, fits[0]) or self.is_enough(best):
+        if settled or self._is_hopeless(best, fits[0]) or self.is_enough(best):
             return []
         self.tell("the best anew")
         short = self.ground.short
@@ -239,6 +244,10 @@ class Search:
     def _is_settled(self, best: Fit) -> bool:
         """Return whether nothing more is to be looked for beside the best fit."""
         return not self.is_wanting(best) or self.is_ample(best)
+
+    def _is_hopeless(self, best: Fit, base: Fit) -> bool:
+        """Return whether the best leaves most of what is wrong, where the ``base`` leaves more than noise."""
+        return is_hopeless(best, base) and self.is_wanting(base)
 
     def _beside(self, best: Fit, base: Fit, known: Sequence[Fit]) -> list[Fit]:
         return fits_beside(best, base, self.candidates, self.gauge, self._hears("places next to it"), known)

@@ -9,7 +9,7 @@ from fe_models.dofs import BoolArray, FloatArray
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.bounds import bound_of
 from hybrid.diagnosis.contest.effort import effort_of
-from hybrid.diagnosis.contest.growing import CLOSE_ENOUGH, Lengths, continued, padded, shortened
+from hybrid.diagnosis.contest.growing import CLOSE_ENOUGH, QUIET, Lengths, continued, padded, shortened
 from hybrid.diagnosis.contest.odds import log_of_groups
 from hybrid.diagnosis.contest.recording_groups import Asked, each_with
 from hybrid.diagnosis.contest.shortlist import TIED
@@ -176,17 +176,22 @@ def _sorted_anew(
 
 
 def _states_in(batches: tuple[Batch, ...], item: Fit) -> tuple[FloatArray, ...] | None:
-    """Return the initial states of a fit's recordings as they stand in other ``batches``; None of a linear hypothesis,
-    whose states are solved for, and are more where a support gives way.
+    """Return the initial states of a fit's recordings as they stand in other ``batches``, at rest in what did not act;
+    None of a linear hypothesis, whose states are solved for.
     """
-    if item.hypothesis.is_linear:
+    hypothesis, found = item.hypothesis, dict[object, FloatArray]()
+    if hypothesis.is_linear:
         return None
-    found = {
-        name: own
-        for batch, states in zip(item.batches, item.states, strict=True)
-        for name, own in zip(batch.names, states.reshape(len(batch.names), batch.pieces, -1), strict=True)
-    }
-    return tuple(np.concatenate([found[name] for name in batch.names]) for batch in batches)
+    for batch, states in zip(item.batches, item.states, strict=True):
+        whole = np.zeros((len(states), hypothesis.states))
+        whole[:, 2 * hypothesis.size :] = QUIET
+        whole[:, hypothesis.states_of(batch.off)] = states
+        own = whole.reshape(len(batch.names), batch.pieces, -1)
+        found.update(zip(batch.order or batch.names, own, strict=True))  # several motions may share a name
+    return tuple(
+        np.concatenate([found[key] for key in batch.order or batch.names])[:, hypothesis.states_of(batch.off)]
+        for batch in batches
+    )
 
 
 def _preference(

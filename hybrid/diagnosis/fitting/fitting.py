@@ -50,6 +50,13 @@ class Fit:
     state_slopes: tuple[FloatArray, ...]
 
     @property
+    def claim(self) -> tuple[object, ...]:
+        """What a fit says is wrong: its causes, in any order, and in which recordings which of them do not act."""
+        keys = [candidate.key for candidate in self.hypothesis.candidates]
+        off = {(name, tuple(sorted(keys[i] for i in batch.off))) for batch in self.batches for name in batch.names}
+        return tuple(sorted(keys)), frozenset(off)
+
+    @property
     def values(self) -> float:
         """Number of data, as independent as those of white noise: a low-pass leaves fewer."""
         return sum(part.size * batch.share for part, batch in zip(self.residuals, self.batches, strict=True))

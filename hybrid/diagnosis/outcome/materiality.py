@@ -13,12 +13,15 @@ from hybrid.diagnosis.outcome.verdict import BESIDE, MATERIAL, Errors
 TRIFLES = (0.02, 0.005)  # of the energy that the nominal model gets wrong: what takes no more away explains nothing,
 # where it is the only cause, and beside another ...
 HALF = 0.5  # ... unless it takes that much away of what is wrong without it
+TOO_WEAK = "significant, but too weak to matter for forecasts"
+BENDS = "fits only with nominal values beyond what is normal, and forecasts are good without it"
 
 
 def material(evidence: Evidence, scorer: Scorer) -> tuple[Posterior, list[str]]:
     """Return the posterior among hypotheses of no more causes than matter, and a note on each that does not.
 
-    What leaves no more than noise explains all. Otherwise a cause that takes hardly anything away is a guess.
+    What leaves no more than noise explains all. Otherwise a cause that takes hardly anything away is a guess. So is a
+    second one that bends nominal values beyond what is normal, beside a first that forecasts well without.
     """
     posterior, notes = _with_cause(evidence, scorer), list[str]()
     nominal = scorer.forecast(evidence.base, 0.0)
@@ -40,15 +43,17 @@ def material(evidence: Evidence, scorer: Scorer) -> tuple[Posterior, list[str]]:
         guess = left(best, evidence.gauge, scorer.setting.band).significant
         trifle = is_trifle(before, after, nominal, several)
         weaker = scorer.error(before) - scorer.error(after) <= (BESIDE if several else MATERIAL) * floor
-        if count == 1:
-            reached = scorer.error(before) <= (1 + MATERIAL) * floor  # then it is told as weak: see `verdict`
+        reached = scorer.error(before) <= (1 + MATERIAL) * floor
+        bends = reached and several and factors_off(best) and not factors_off(simpler.fits[0])
+        if count == 1:  # what is not needed is told as weak then: see `verdict`
             if reached or not (guess and trifle and weaker):
                 break
-        elif not weaker and not (guess and trifle):
+        elif not (weaker or bends or (guess and trifle)):
             break
         kept = {candidate.key for candidate in simpler.fits[0].hypothesis.candidates}
         dropped = [i for i, c in enumerate(best.hypothesis.candidates) if c.key not in kept]
-        notes += [weak(best, number, posterior.temper) for number in dropped]
+        words = TOO_WEAK if weaker or not bends else BENDS
+        notes += [told_apart(best, number, posterior.temper, words) for number in dropped]
         posterior = simpler
     return posterior, notes
 
@@ -99,7 +104,12 @@ def _is_simpler(item: Fit, than: Fit) -> bool:
 
 
 def weak(item: Fit, number: int, temper: float) -> str:
-    """Return a note on candidate ``number`` of a fit; ``temper``: see `cause_of`."""
+    """Return a note on candidate ``number`` of a fit that forecasts do not need; ``temper``: see `cause_of`."""
+    return told_apart(item, number, temper, TOO_WEAK)
+
+
+def told_apart(item: Fit, number: int, temper: float, words: str) -> str:
+    """Return a note on candidate ``number`` of a fit, which is not named: why, in ``words``."""
     cause, parameters = cause_of(item, number, temper)
     told = sentence_of(cause, parameters, held=is_held(item.hypothesis.plant.structure.supports, cause))
-    return f"significant, but too weak to matter for forecasts: {told.rstrip('.')}"
+    return f"{words}: {told.rstrip('.')}"

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from enum import Enum
 
+from hybrid.diagnosis.contest.neighbours import adjoin
 from hybrid.diagnosis.contest.pairs import left
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.fitting.forecasting import deviation_of, deviation_of_groups
@@ -16,8 +17,8 @@ NEAR = 1.15  # times the noise floor: as near as a model that is off by its unce
 PARTLY = 0.5  # of it: beyond, nothing is
 HARM = 1.5  # times the calibrated model's error: what forecasts so much worse is no part of what is wrong
 ABNORMAL = 4.0  # stated standard deviations: a calibration that far off takes the place of something else that is wrong
-LISTED = 0.85  # probability that the list has what is wrong, where something significant is left ...
-LISTED_IN_PART = 0.25  # ... and where a part only is explained: of 72 names in such blind cases nine were right
+LISTED = 0.85  # probability that the list has what is wrong, where something significant is left or two causes adjoin;
+LISTED_IN_PART = 0.25  # and where a part only is explained: of 72 names in such blind cases nine were right
 
 
 class Verdict(Enum):
@@ -68,7 +69,7 @@ def verdict_of(
     significant = left(best, gauge, band).significant
     rest = max(left(best, gauge, band).total, best.misfit)
     share = rest / max(base.misfit, rest, 1e-300) if significant else 0.0
-    certain = errors.reached and not (significant and share > WHOLLY / 3)
+    certain = errors.reached and not (significant and share > WHOLLY / 3) and not adjoin(best)
     if errors.nothing_to_gain:
         return Verdict.NOTHING_WRONG, LISTED
     if not best.hypothesis.candidates and best.hypothesis.plant is base.hypothesis.plant:

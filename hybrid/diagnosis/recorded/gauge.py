@@ -1,4 +1,4 @@
-"""What recordings were measured with: sensors, rate and noise."""
+"""What recordings were measured with, sensors, rate and noise, and what they show."""
 
 from dataclasses import dataclass
 
@@ -30,7 +30,7 @@ class Gauge:
 
 @dataclass(frozen=True)
 class View:
-    """The ``sensors`` that recordings show, the columns of those ``measured`` among them, and the ``gauge`` of these.
+    """The ``sensors`` that recordings show, the columns of those ``measured``, and the ``gauge`` with these alone.
 
     The others are held out: what they show is forecast, and tells nothing.
     """

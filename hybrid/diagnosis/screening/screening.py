@@ -139,7 +139,7 @@ def _effect(present: _Present, candidate: Candidate, start: tuple[float, ...], s
 
     Both are taken in the shapes, and with the damping, that the candidate asks for: these move a calibrated structure a
     little by themselves. The pull of force laws is taken as given where there are any. Nothing is told where
-    shapes that come with it have no mass: a fit without a cause may have taken most of a node's away.
+    shapes that come with it have no mass: a fit without it may have taken most of a node's away.
     """
     fit, gauge, batch, states = present.fit, present.gauge, stretch.batch, stretch.states
     extended = fit.hypothesis.adding(candidate)
