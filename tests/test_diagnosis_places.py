@@ -20,6 +20,7 @@ from hybrid.diagnosis.contest.growing import fit_growing, ground_of, passed_by, 
 from hybrid.diagnosis.contest.neighbours import adjoin, fits_beside, fits_tied, of_other_kinds
 from hybrid.diagnosis.contest.pairs import asks_for_more
 from hybrid.diagnosis.contest.posterior import Posterior
+from hybrid.diagnosis.contest.search import others_there
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.contest.stages import Search
 from hybrid.diagnosis.diagnosis import diagnose
@@ -171,6 +172,13 @@ def test_other_kinds_of_cause_sit_where_the_one_found_does() -> None:
     assert nodes == {2, 3}
     elements = [c.location["elements"] for c in there if "elements" in c.location]
     assert elements == [[1], [2], [3]]  # that meet there
+    promising = [replace(trial, gain=1.0) for trial in trials]
+    off = best.theta.copy()
+    off[0] = 6 * best.hypothesis.width[0]
+    far = replace(best, theta=off)
+    assert others_there(best, [promising], []) == []  # its calibration is normal
+    assert {trial.candidate.key for trial in others_there(far, [promising], [])} == {c.key for c in there}
+    assert others_there(far, [promising], promising) == []  # all have been tried
 
 
 def test_the_places_next_to_what_explains_little_are_not_fitted(monkeypatch: pytest.MonkeyPatch) -> None:

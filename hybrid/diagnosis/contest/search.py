@@ -62,8 +62,8 @@ def contest(
     present = _begun(ground.hypothesis, short, trials, gauge, odds, advance)
     if present:
         best = min(present, key=lambda item: item.charged)
-        others_there = _others_there(best, ranked, trials)
-        present += _begun(ground.hypothesis, short, others_there, gauge, odds, advance, best)
+        more = others_there(best, ranked, trials)
+        present += _begun(ground.hypothesis, short, more, gauge, odds, advance, best)
     for longer in lengths.cut[1:]:
         present = _race(present, longer, gauge, lengths.enough(longer), odds)
         advance()
@@ -72,7 +72,7 @@ def contest(
     return tuple(sorted(present, key=lambda item: -item.log_evidence))
 
 
-def _others_there(best: Fit, ranked: list[list[Screened]], tried: list[Screened]) -> list[Screened]:
+def others_there(best: Fit, ranked: list[list[Screened]], tried: list[Screened]) -> list[Screened]:
     """Return further trials of other kinds where the last cause of the ``best`` sits, if its calibration is far off."""
     if not (best.hypothesis.candidates[-1].is_structural and factors_off(best)):
         return []
