@@ -11,7 +11,7 @@ from fe_models.sensor_effects import SensorGain
 from hybrid.diagnosis.contest.growing import ground_of
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.contest.stages import Search
-from hybrid.diagnosis.contest.switching import fit_everywhere
+from hybrid.diagnosis.contest.switching import states_in
 from hybrid.diagnosis.fitting.fitting import Fit, fit
 from tests.masts import RATE, SENSORS, masts, recorded
 
@@ -83,13 +83,24 @@ def test_cause_that_is_left_out_of_a_recording_is_fitted_in_all_of_them_too() ->
 
 
 def test_initial_states_go_with_their_recordings_though_these_share_a_name() -> None:
-    """A support's own mode has none where it holds: there it begins at rest."""
+    _, (_, right) = searched(recorded(masts(), SPRING), SPRING, 5e7)
+    (batch,), (states,) = right.batches, right.states
+    whole = replace(batch, names=("r",) * len(batch.names))
+    numbers = range(len(batch.names))
+    parts = tuple(replace(whole.take([number]), off=(0,) * (number == 0)) for number in numbers)
+    split = replace(right, batches=parts, states=tuple(states[[number]] for number in numbers))
+    (found,) = states_in((whole,), split) or ()
+    np.testing.assert_array_equal(found, states)
+
+
+def test_mode_that_a_support_brings_is_at_rest_where_it_holds() -> None:
     search, (_, right) = searched(recorded(masts(), SPRING), SPRING, 5e7)
-    (batch,) = right.batches
-    same = replace(batch, names=("r",) * len(batch.names))
-    parts = tuple(replace(same.take([number]), off=(0,) * (number == 0)) for number in range(len(batch.names)))
-    (states,) = right.states
-    split = replace(right, batches=parts, states=tuple(states[[number]] for number in range(len(batch.names))))
-    found = fit_everywhere(split, (same,), search.gauge)
-    assert found is not None
-    assert found.cost == pytest.approx(right.cost, abs=1)
+    soft = next(c for c in search.candidates if c.released is not None)
+    both = right.hypothesis.adding(replace(soft, brings=1))
+    (batch,), (states,) = right.batches, right.states
+    held = replace(right, hypothesis=both, batches=(replace(batch, off=(1,)),))
+    (found,) = states_in((batch,), held) or ()
+    old = both.states_of((1,))
+    assert found.shape[1] == states.shape[1] + 2  # its displacement and velocity
+    np.testing.assert_array_equal(found[:, old], states)
+    assert not np.delete(found, old, axis=1).any()

@@ -147,8 +147,7 @@ def _nodes_at(place: dict[str, Any], structure: Structure) -> set[int]:
 def _is_next(one: dict[str, Any], other: dict[str, Any], structure: Structure) -> bool:
     """Return whether two places are nodes that an element joins, or elements that meet, and alike in all else."""
     if "element" in one and "element" in other:
-        ends = [set(structure.elements[place["element"] - 1].nodes) for place in (one, other)]
-        return one != other and not ends[0].isdisjoint(ends[1])
+        return one != other and not _nodes_at(one, structure).isdisjoint(_nodes_at(other, structure))
     if "node" in one and "node" in other:
         rest = [{key: value for key, value in place.items() if key != "node"} for place in (one, other)]
         nodes = {one["node"], other["node"]}

@@ -67,7 +67,7 @@ def fit_switched(
 
 def fit_everywhere(item: Fit, whole: tuple[Batch, ...], gauge: Gauge) -> Fit | None:
     """Return the fit of the same causes acting in all recordings, the ``whole`` of them; None where it fails."""
-    return fit(item.hypothesis, item.theta, whole, gauge, _states_in(whole, item))
+    return fit(item.hypothesis, item.theta, whole, gauge, states_in(whole, item))
 
 
 def _asks_little(short: Fit, asked: tuple[Asked, ...]) -> bool:
@@ -167,15 +167,15 @@ def _sorted_anew(
     """
     if not (item.hypothesis.is_linear or effort_of(item.hypothesis.plant).thorough):
         return item, acting
-    better = _preference(item, whole, _states_in(whole, item), number, gauge)
+    better = _preference(item, whole, states_in(whole, item), number, gauge)
     if better.all() or not better.any() or (better == acting).all():
         return item, acting
     batches = _split(whole, better, number)
-    again = fit(item.hypothesis, item.theta, batches, gauge, _states_in(batches, item))
+    again = fit(item.hypothesis, item.theta, batches, gauge, states_in(batches, item))
     return (item, acting) if again is None or again.cost > item.cost else (again, better)
 
 
-def _states_in(batches: tuple[Batch, ...], item: Fit) -> tuple[FloatArray, ...] | None:
+def states_in(batches: tuple[Batch, ...], item: Fit) -> tuple[FloatArray, ...] | None:
     """Return the initial states of a fit's recordings as they stand in other ``batches``, at rest in what did not act;
     None of a linear hypothesis, whose states are solved for.
     """

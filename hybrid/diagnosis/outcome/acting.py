@@ -27,7 +27,7 @@ def recordings_of(
         with_it = np.ones(len(batch.names), dtype=bool)
         if not everywhere:
             (own,) = columns_of((batch,), measured)
-            on, off = (begun_from(model, idle, own, gauge.view, own.samples).cost for idle in ((), (number,)))
+            on, off = (begun_from(model, less, own, gauge.view, own.samples).cost for less in ((), (number,)))
             with_it = off - on > TOLD * temper
         names |= {name for name, acts in zip(batch.names, with_it, strict=True) if acts}
     return names
