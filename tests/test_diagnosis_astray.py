@@ -10,7 +10,7 @@ from hybrid.diagnosis.contest.growing import ground_of
 from hybrid.diagnosis.contest.harmonic import fit_forces
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.contest.starts import best_start
-from hybrid.diagnosis.fitting.forecasting import DEVIATION, deviation_of
+from hybrid.diagnosis.fitting.far_off import DEVIATION, deviation_of
 from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.screening.screening import screen
 

@@ -7,8 +7,8 @@ import pytest
 
 from fe_models.blind import BlindConfig, blind_case
 from hybrid.diagnosis.contest.setting import setting_of
+from hybrid.diagnosis.fitting.far_off import deviation_of, deviation_of_groups
 from hybrid.diagnosis.fitting.fitting import fit
-from hybrid.diagnosis.fitting.forecasting import deviation_of, deviation_of_groups
 from hybrid.diagnosis.nominal.plant import plant_of
 from hybrid.diagnosis.outcome.calibration import astray, calibration_of, far_off
 from hybrid.diagnosis.recorded.gauge import Gauge

@@ -15,15 +15,7 @@ from fe_models.simulate import FreeConfig, simulate_free
 from hybrid.diagnosis.causes.candidates import all_candidates
 from hybrid.diagnosis.causes.places import Motion
 from hybrid.diagnosis.fitting.fitting import fit, residuals_at
-from hybrid.diagnosis.fitting.forecasting import (
-    ORDERLY,
-    Model,
-    forecast,
-    idle_by_order,
-    predicted,
-    shown_of,
-    without,
-)
+from hybrid.diagnosis.fitting.forecasting import ORDERLY, Model, forecast, idle_by_order, predicted, shown_of, without
 from hybrid.diagnosis.fitting.initial_states import initial_states
 from hybrid.diagnosis.nominal.plant import plant_of
 from hybrid.diagnosis.recorded.gauge import Gauge, View

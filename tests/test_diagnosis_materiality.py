@@ -9,12 +9,11 @@ import pytest
 from fe_models.blind import BlindCase, BlindConfig, blind_case
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.evidence import Evidence
-from hybrid.diagnosis.contest.far_off import farthest_of
 from hybrid.diagnosis.contest.growing import fit_growing
 from hybrid.diagnosis.contest.posterior import posterior_of
 from hybrid.diagnosis.contest.setting import Setting, setting_of
+from hybrid.diagnosis.fitting.far_off import farthest_of, within
 from hybrid.diagnosis.fitting.fitting import Fit
-from hybrid.diagnosis.fitting.forecasting import within
 from hybrid.diagnosis.judging import key_of
 from hybrid.diagnosis.outcome.materiality import material
 from hybrid.diagnosis.outcome.scorer import Scorer

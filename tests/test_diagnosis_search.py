@@ -11,7 +11,6 @@ from fe_models.dofs import FloatArray
 from fe_models.effects import CubicSpring, HarmonicForce
 from hybrid.diagnosis.causes.candidates import all_candidates
 from hybrid.diagnosis.contest import shortlist
-from hybrid.diagnosis.contest.far_off import farthest_of
 from hybrid.diagnosis.contest.growing import fit_growing, ground_of, lengths_of, padded
 from hybrid.diagnosis.contest.odds import Odds
 from hybrid.diagnosis.contest.pairs import asks_for_more, each_alone
@@ -23,6 +22,7 @@ from hybrid.diagnosis.contest.switching import acting_recordings, fit_switched
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.fitting import linearisation
 from hybrid.diagnosis.fitting.driven import states_along
+from hybrid.diagnosis.fitting.far_off import farthest_of
 from hybrid.diagnosis.fitting.fitting import Step, fit
 from hybrid.diagnosis.fitting.linearisation import linearise_batch
 from hybrid.diagnosis.fitting.wave import wave

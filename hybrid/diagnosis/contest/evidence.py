@@ -14,8 +14,8 @@ from hybrid.diagnosis.contest.posterior import Posterior, posterior_of
 from hybrid.diagnosis.contest.setting import Setting
 from hybrid.diagnosis.contest.stages import Search, forecasts_well
 from hybrid.diagnosis.contest.straightening import fitted_as, straighten
+from hybrid.diagnosis.fitting.far_off import DEVIATION, within
 from hybrid.diagnosis.fitting.fitting import Fit, fit
-from hybrid.diagnosis.fitting.forecasting import DEVIATION, within
 from hybrid.diagnosis.nominal.geometry import Geometry
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.noise import Band, excess

@@ -8,8 +8,8 @@ from fe_models.dofs import FloatArray
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.bounds import bound_of
 from hybrid.diagnosis.contest.starts import best_start
+from hybrid.diagnosis.fitting.far_off import goes_far, within
 from hybrid.diagnosis.fitting.fitting import Fit, fit
-from hybrid.diagnosis.fitting.forecasting import goes_far, within
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import count_of
 from hybrid.diagnosis.response.side_by_side import THREADS, by_twos, side_by_side

@@ -6,10 +6,10 @@ from dataclasses import replace
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.bounds import bound_of
 from hybrid.diagnosis.contest.effort import effort_of
-from hybrid.diagnosis.contest.far_off import factors_off
 from hybrid.diagnosis.contest.growing import Ground, Lengths, ground_of, lengths_of, padded
 from hybrid.diagnosis.contest.posterior import Posterior
 from hybrid.diagnosis.contest.search import contest, rivals_contest
+from hybrid.diagnosis.fitting.far_off import factors_off
 from hybrid.diagnosis.fitting.fitting import Fit, fit
 from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.recorded.gauge import Gauge

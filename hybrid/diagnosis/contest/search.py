@@ -9,13 +9,13 @@ import numpy as np
 from hybrid.calibration import nothing
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.bounds import LEFT, bound_of
-from hybrid.diagnosis.contest.far_off import factors_off
 from hybrid.diagnosis.contest.growing import CLOSE_ENOUGH, Ground, Lengths, continued, fit_growing, padded, shortened
 from hybrid.diagnosis.contest.harmonic import fit_forces
 from hybrid.diagnosis.contest.neighbours import of_other_kinds
 from hybrid.diagnosis.contest.odds import Odds
 from hybrid.diagnosis.contest.shortlist import MOST_TIED, TIED, foremost, promising, with_others
 from hybrid.diagnosis.contest.starts import best_start, starts_of
+from hybrid.diagnosis.fitting.far_off import factors_off
 from hybrid.diagnosis.fitting.fitting import Fit, Step, fit
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import Batch

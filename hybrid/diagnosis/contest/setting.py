@@ -16,8 +16,8 @@ from hybrid.diagnosis.contest.pairs import short_fit
 from hybrid.diagnosis.contest.wrong_units import with_other_units
 from hybrid.diagnosis.fitting.crossvalidation import as_recordings
 from hybrid.diagnosis.fitting.driven import states_along
+from hybrid.diagnosis.fitting.far_off import DEVIATION
 from hybrid.diagnosis.fitting.fitting import Fit
-from hybrid.diagnosis.fitting.forecasting import DEVIATION
 from hybrid.diagnosis.nominal.geometry import Geometry
 from hybrid.diagnosis.nominal.geometry_forces import geometries_of
 from hybrid.diagnosis.nominal.lowpass import noise_is_lowpassed

@@ -10,7 +10,6 @@ from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.changes import changed, changes_beside, groups_in
 from hybrid.diagnosis.contest.discrepancy import in_units_of
 from hybrid.diagnosis.contest.effort import effort_of
-from hybrid.diagnosis.contest.far_off import factors_off
 from hybrid.diagnosis.contest.growing import Ground, Lengths, fit_growing, padded, shortened
 from hybrid.diagnosis.contest.neighbours import fits_beside, fits_tied, looks_wrong
 from hybrid.diagnosis.contest.odds import Odds
@@ -27,6 +26,7 @@ from hybrid.diagnosis.contest.recording_groups import asked_for, clear_groups
 from hybrid.diagnosis.contest.search import contest
 from hybrid.diagnosis.contest.shortlist import TIED, not_too_many_of_a_kind
 from hybrid.diagnosis.contest.switching import fit_everywhere, fit_switched
+from hybrid.diagnosis.fitting.far_off import factors_off
 from hybrid.diagnosis.fitting.fitting import Fit, fit
 from hybrid.diagnosis.fitting.forecasting import forecast, model_of
 from hybrid.diagnosis.fitting.wave import wave

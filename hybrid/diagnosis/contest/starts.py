@@ -4,8 +4,8 @@ import numpy as np
 
 from fe_models.dofs import FloatArray
 from hybrid.diagnosis.contest.growing import padded
+from hybrid.diagnosis.fitting.far_off import goes_far
 from hybrid.diagnosis.fitting.fitting import FIRST, Fit, Step, first_steps
-from hybrid.diagnosis.fitting.forecasting import goes_far
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.screening.screening import Screened

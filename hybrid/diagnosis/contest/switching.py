@@ -13,8 +13,8 @@ from hybrid.diagnosis.contest.growing import CLOSE_ENOUGH, QUIET, Lengths, conti
 from hybrid.diagnosis.contest.odds import log_of_groups
 from hybrid.diagnosis.contest.recording_groups import Asked, each_with
 from hybrid.diagnosis.contest.shortlist import TIED
+from hybrid.diagnosis.fitting.far_off import goes_far
 from hybrid.diagnosis.fitting.fitting import Fit, fit, left_at
-from hybrid.diagnosis.fitting.forecasting import goes_far
 from hybrid.diagnosis.fitting.wave import wave
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import Batch, as_made

@@ -9,7 +9,6 @@ from fe_models.dofs import FloatArray
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.fitting.geometry_response import added
 from hybrid.diagnosis.fitting.initial_states import EXPLODED, initial_states
-from hybrid.diagnosis.nominal.scatter import OWN
 from hybrid.diagnosis.recorded.gauge import Gauge, View
 from hybrid.diagnosis.recorded.records import Batch, columns_of, count_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
@@ -22,7 +21,6 @@ SHOWN = 0.2  # of each recording: what its initial state is estimated from
 ORDERLY = 6.0  # in a cost: 2 log 20, as one of twenty recordings is not as those before and after it are
 ROUNDS = 3  # of taking away what geometry adds to a motion, which tells what it adds
 TINY = 1e-300  # instead of nothing
-DEVIATION = 2.5  # of its stated standard deviations: how far a nominal value may be calibrated
 
 
 @dataclass(frozen=True)
@@ -71,36 +69,6 @@ class Begun:
 def shown_of(samples: int) -> int:
     """Return how many of a recording's ``samples`` its initial state is estimated from; the others are forecast."""
     return max(int(np.ceil(SHOWN * samples)), 2)
-
-
-def within(item: Fit, most: float) -> FloatArray:
-    """Return the theta (parameter,) of a fit, nominal values no further off than ``most`` standard deviations.
-
-    As far as its ``deviations`` tell them.
-    """
-    count, factors = item.hypothesis.nuisances, item.hypothesis.plant.factors
-    farthest = most * item.hypothesis.width[:count]
-    least, whole = -farthest, farthest[:factors] >= 1  # which no factor can be below nominal
-    least[:factors] = np.where(whole, -np.inf, np.log1p(-np.where(whole, 0.0, farthest[:factors])))
-    return np.append(np.clip(item.theta[:count], least, farthest), item.theta[count:])
-
-
-def deviation_of(item: Fit) -> float:
-    """Return how far the calibration of a fit goes, at most, in stated standard deviations."""
-    return float(np.abs(item.deviations).max())
-
-
-def deviation_of_groups(item: Fit) -> float:
-    """Return how far it goes where an element by itself may be as far off as its group: nobody stated how far one
-    differs from it, and the quarter of the group's uncertainty that a search takes is a guess.
-    """
-    plant, off = item.hypothesis.plant, np.abs(item.deviations)
-    return float(np.append(off[: plant.factors], OWN * off[plant.factors :]).max())
-
-
-def goes_far(item: Fit) -> bool:
-    """Return whether the calibration of a fit goes further than is normal, so that it may hide what led it there."""
-    return deviation_of(item) > DEVIATION
 
 
 def model_of(item: Fit, gauge: Gauge, theta: FloatArray | None = None) -> Model:

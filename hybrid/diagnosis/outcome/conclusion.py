@@ -9,12 +9,12 @@ from fe_models.effects import HarmonicForce
 from fe_models.sensor_effects import SensorEffect
 from fe_models.structure import Structure
 from hybrid.diagnosis.contest.evidence import Evidence
-from hybrid.diagnosis.contest.far_off import factors_off
 from hybrid.diagnosis.contest.pairs import left
 from hybrid.diagnosis.contest.posterior import Posterior, of_candidate, rivals_of
 from hybrid.diagnosis.contest.setting import Setting
+from hybrid.diagnosis.fitting.far_off import DEVIATION, factors_off, within
 from hybrid.diagnosis.fitting.fitting import Fit, residuals_at
-from hybrid.diagnosis.fitting.forecasting import DEVIATION, TINY, Forecast, within
+from hybrid.diagnosis.fitting.forecasting import TINY, Forecast
 from hybrid.diagnosis.outcome.acting import recordings_of
 from hybrid.diagnosis.outcome.advice import Advice, advise
 from hybrid.diagnosis.outcome.calibration import Calibrated, astray, calibration_of, dispersion_of, far_off

@@ -8,8 +8,9 @@ from fe_models.dofs import FloatArray
 from hybrid.diagnosis.contest.evidence import Evidence
 from hybrid.diagnosis.contest.setting import Setting
 from hybrid.diagnosis.fitting.crossvalidation import Folds, folds_of
+from hybrid.diagnosis.fitting.far_off import within
 from hybrid.diagnosis.fitting.fitting import Fit
-from hybrid.diagnosis.fitting.forecasting import Forecast, Model, forecast, idle_by_order, model_of, within
+from hybrid.diagnosis.fitting.forecasting import Forecast, Model, forecast, idle_by_order, model_of
 from hybrid.diagnosis.outcome.verdict import NEAR
 from hybrid.diagnosis.recorded.gauge import Gauge, View
 from hybrid.diagnosis.recorded.records import Batch

@@ -5,8 +5,8 @@ from enum import Enum
 
 from hybrid.diagnosis.contest.neighbours import adjoin
 from hybrid.diagnosis.contest.pairs import left
+from hybrid.diagnosis.fitting.far_off import deviation_of, deviation_of_groups
 from hybrid.diagnosis.fitting.fitting import Fit
-from hybrid.diagnosis.fitting.forecasting import deviation_of, deviation_of_groups
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.noise import Band
 

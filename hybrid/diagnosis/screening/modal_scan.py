@@ -11,8 +11,8 @@ import numpy as np
 
 from fe_models.dofs import FloatArray
 from hybrid.diagnosis.causes.candidate import Candidate
+from hybrid.diagnosis.fitting.far_off import within
 from hybrid.diagnosis.fitting.fitting import Fit
-from hybrid.diagnosis.fitting.forecasting import within
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.side_by_side import side_by_side

@@ -8,8 +8,8 @@ from fe_models.dofs import FloatArray
 from fe_models.effects import StiffnessChange, SupportSpring
 from fe_models.sensor_effects import SensorGain
 from hybrid.diagnosis.causes.candidate import Candidate
+from hybrid.diagnosis.fitting.far_off import goes_far, within
 from hybrid.diagnosis.fitting.fitting import Fit
-from hybrid.diagnosis.fitting.forecasting import goes_far, within
 from hybrid.diagnosis.fitting.linearisation import EXPLODED, orthonormal
 from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.recorded.gauge import Gauge
