@@ -28,7 +28,7 @@ def test_a_machine_that_the_calibration_followed_is_found_from_the_structure_as_
     assert ground is not None
     base = ground.whole
     assert deviation_of(base) > 10 * DEVIATION
-    system = system_of(base.hypothesis, base.theta[None], gauge.sensors, gauge.rate, gauge.positions)
+    system = system_of(base.hypothesis, base.theta[None], gauge.readout)
     natural = np.linalg.eigvals(system.A[0]).imag / (2 * np.pi)  # Hz
     assert np.abs(natural - truth.frequency).min() < 0.001  # nothing is left there that a force could explain
     forces = tuple(c for c in setting.candidates() if c.oscillator)

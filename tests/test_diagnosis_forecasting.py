@@ -73,7 +73,7 @@ def test_initial_states_under_a_law_are_as_probable_as_an_independent_optimiser_
     batch = batch.first(80)
     at = np.append(np.zeros(hypothesis.nuisances), theta)
     states, cost = initial_states(hypothesis, at, np.full(hypothesis.states, size), batch, GAUGE)
-    system = system_of(hypothesis, at[None], GAUGE.sensors, GAUGE.rate, GAUGE.positions)
+    system = system_of(hypothesis, at[None], GAUGE.readout)
     for own, reached, data in zip(states, cost, batch.data, strict=True):
 
         def rest(state: FloatArray, data: FloatArray = data) -> FloatArray:

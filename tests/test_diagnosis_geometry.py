@@ -18,6 +18,7 @@ from hybrid.diagnosis.fitting.forecasting import begun_from, forecast, model_of
 from hybrid.diagnosis.fitting.geometry_response import added, straightened
 from hybrid.diagnosis.nominal.geometry_forces import geometries_of
 from hybrid.diagnosis.nominal.plant import Plant, plant_of
+from hybrid.diagnosis.recorded.readout import Readout
 from hybrid.diagnosis.recorded.records import Batch, batches_of, columns_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.state_space import system_of
@@ -94,7 +95,9 @@ def test_a_column_that_sways_is_shortened_as_a_sensor_shows(quantity: Quantity) 
     (geometry,) = geometries_of(plant, SWAY * np.array([shape, -shape]), rng())
     hypothesis, sensors = Hypothesis(replace(plant, geometry=geometry)), (Sensor("x", 2, "x", quantity, "-"),)
     batch = Batch(np.zeros((1, 400, 1)), ("r",))
-    shown = added(hypothesis, hypothesis.centre, np.array([[SWAY, 0.0]]), batch, sensors, 400.0, (0,))[0, :, 0]
+    shown = added(hypothesis, hypothesis.centre, np.array([[SWAY, 0.0]]), batch, Readout.measured(sensors, 400.0))[
+        0, :, 0
+    ]
     root = CANTILEVER_ROOTS[0] / LENGTH
     bend = 0.5 * SWAY * shape[plant.dofs.row(2, "y")]  # half of what the end does, as its shape is 2 there
     sigma = (np.cosh(root * LENGTH) + np.cos(root * LENGTH)) / (np.sinh(root * LENGTH) + np.sin(root * LENGTH))
@@ -119,14 +122,15 @@ def test_the_mesh_that_recordings_come_from_is_told_by_them(mesh: int) -> None:
     """That of one element shortens the column by a fifth less."""
     column, rate = cantilever(LENGTH, 1), 400.0
     sensors = Sensor("x", 2, "x", "displacement", "m"), Sensor("y", 2, "y", "displacement", "m")
+    readout = Readout.measured(sensors, rate)
     plant = plant_below(column, 20.0, kept=1)
     (omega,), shapes = plant.modes
     geometries = geometries_of(plant, SWAY * np.array([[1.0], [-1.0]]) @ shapes.T, rng())
     hypothesis = Hypothesis(replace(plant, geometry=geometries[mesh]))
     batch, start = Batch(np.zeros((2, 400, 2)), ("a", "b")), SWAY * np.array([[1.0, 0.0], [0.0, omega]])
-    system = system_of(hypothesis, hypothesis.centre[None], sensors, rate, (0, 1))
+    system = system_of(hypothesis, hypothesis.centre[None], readout)
     clean = linear_channels(system, start[None], 400)[0]
-    clean = clean + added(hypothesis, hypothesis.centre, start, batch, sensors, rate, (0, 1))
+    clean = clean + added(hypothesis, hypothesis.centre, start, batch, readout)
     data = clean + 0.03 * clean.std(axis=(0, 1)) * rng().standard_normal(clean.shape)
     recordings = tuple(Recording(name, own[None]) for name, own in zip("ab", data, strict=True))
     setting = setting_of(Dataset(column, rate, sensors, recordings, 20.0))

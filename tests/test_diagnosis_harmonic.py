@@ -14,6 +14,7 @@ from hybrid.diagnosis.contest.growing import ground_of
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.fitting.fitting import Fit, fit
 from hybrid.diagnosis.nominal.plant import plant_of
+from hybrid.diagnosis.recorded.readout import Readout
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.screening.force_screening import screen_forces
@@ -58,7 +59,7 @@ def test_it_keeps_its_frequency_in_a_simulation_by_time_steps() -> None:
     for hypothesis in (exact, stepped):
         theta = np.append(np.zeros(hypothesis.nuisances), 0.9)  # 0.9 Hz, which steps of 0.08 s would show as 0.885
         sensors = FORCED.dataset.sensors
-        system = system_of(hypothesis, theta[None], sensors, RATE, tuple(range(len(sensors))))
+        system = system_of(hypothesis, theta[None], Readout.measured(sensors, RATE))
         roots.append(np.linalg.eigvals(system.A[0]))
     force_root = 2j * np.pi * 0.9
     assert [np.abs(own - force_root).min() for own in roots] == pytest.approx([0, 0], abs=1e-9)

@@ -38,6 +38,7 @@ from hybrid.diagnosis.nominal.plant import plant_of
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
 from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.diagnosis.recorded.gauge import View
+from hybrid.diagnosis.recorded.readout import Readout
 from hybrid.diagnosis.recorded.records import batches_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.loaded import loaded_states
@@ -48,6 +49,7 @@ from hybrid.diagnosis.response.system import System
 RATE, SAMPLES = 10.0, 301
 FITTED = tuple(sensor for sensor in SENSORS if sensor.role == "measured")
 EVERY = tuple(range(len(FITTED)))
+READOUT = Readout(FITTED, RATE, EVERY)
 Waves = tuple[HarmonicForce, ...]  # of which known loads are made, so that other solvers know them as effects
 
 
@@ -78,7 +80,7 @@ def chain_dataset(*parts: Recording) -> Dataset:
 def nominal(dataset: Dataset, *laws: Effect) -> System:
     plant = plant_of(replace(dataset, model=four_dof().with_effects(*laws)))
     hypothesis = Hypothesis(plant)
-    return system_of(hypothesis, np.zeros((1, hypothesis.nuisances)), FITTED, RATE, EVERY)
+    return system_of(hypothesis, np.zeros((1, hypothesis.nuisances)), READOUT)
 
 
 START = np.random.default_rng(0).standard_normal((2, 4))
@@ -147,7 +149,7 @@ def test_a_body_that_moves_freely_is_pushed_away() -> None:
     )
     hypothesis = Hypothesis(plant, (lost,))
     theta = np.zeros((1, hypothesis.nuisances + 1))
-    system = system_of(hypothesis, theta, FITTED, RATE, EVERY)
+    system = system_of(hypothesis, theta, READOUT)
     shown = respond(system, START.reshape(1, 1, -1), SAMPLES, batch.loads)[0, 0]
     # SOFT springs, of 1e-8 of the highest eigenvalue, hold it back by half that times (omega T)^2, here 5e-5.
     assert np.abs(shown - truth).max() < 1e-4 * np.abs(truth).max()
@@ -172,7 +174,7 @@ def test_bridge_under_a_load_moves_as_with_all_its_modes(law: CubicSpring | None
         (batch,) = batches_of(dataset, "train")
         hypothesis = Hypothesis(plant_of(dataset))
         theta = np.zeros((1, hypothesis.nuisances))
-        system = system_of(hypothesis, theta, BRIDGE_SENSORS, rate, (-1,) * len(BRIDGE_SENSORS))
+        system = system_of(hypothesis, theta, Readout.faultless(BRIDGE_SENSORS, rate))
         assert system.loads is not None
         if forget:
             system = replace(system, loads=replace(system.loads, bent=0 * system.loads.bent))

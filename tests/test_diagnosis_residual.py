@@ -20,7 +20,7 @@ from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.marching import respond
 from hybrid.diagnosis.response.residual import residual_of
 from hybrid.diagnosis.response.state_space import system_of
-from tests.test_diagnosis_left_out import EVERY, FITTED, RATE, SAMPLES, chosen, plant_with
+from tests.test_diagnosis_left_out import RATE, READOUT, SAMPLES, chosen, plant_with
 
 NODE, SPRING = 8, 1e4  # where a fifth of the flexibility is that of modes above the low-pass; N/m, a third as stiff
 HALF = 5  # modes below half the low-pass, far below those left out
@@ -91,7 +91,7 @@ def shown(plant: Plant, law: Candidate, values: tuple[float, ...], forget: bool 
     states = np.zeros(2 * plant.size)
     states[: len(STARTS)] = STARTS
     theta = np.append(np.zeros(hypothesis.nuisances), values)[None]
-    y = respond(system_of(hypothesis, theta, FITTED, RATE, EVERY), states[None, None], 2 * SAMPLES)[0, 0]
+    y = respond(system_of(hypothesis, theta, READOUT), states[None, None], 2 * SAMPLES)[0, 0]
     return lowpassed(y, RATE, 30.0)[20:-20]
 
 
@@ -118,7 +118,7 @@ def test_residual_coordinates_begin_where_a_spring_holds_them() -> None:
     hypothesis = Hypothesis(plant, (law,))
     gap, states = 1e-9, np.zeros((1, 1, 2 * plant.size))
     theta = np.append(np.zeros(hypothesis.nuisances), (10 * SPRING, gap))[None]
-    system = system_of(hypothesis, theta, FITTED, RATE, EVERY)
+    system = system_of(hypothesis, theta, READOUT)
     states[..., : len(STARTS)] = np.sign(system.G[0, 0, : len(STARTS)]) * STARTS  # against the stop
     u, r = (float(x) for x in (system.G[0, 0] @ states[0, 0], held(system, states)[0, 0, 2 * plant.size]))
     assert system.behind is not None
@@ -142,7 +142,7 @@ def friction_at(substeps: int | None, monkeypatch: pytest.MonkeyPatch) -> FloatA
             patch.setattr(marching, "MOST_OF_LAWS", 1)
             patch.setattr(marching, "FINE_ENOUGH", 1)
             patch.setattr(marching, "MOST_SUBSTEPS", substeps)
-        marched = marching.march(system_of(hypothesis, theta, FITTED, RATE, EVERY), states, SAMPLES)
+        marched = marching.march(system_of(hypothesis, theta, READOUT), states, SAMPLES)
     assert marched is not None
     return marched.forces[0, 0, :, 0]
 
@@ -160,7 +160,7 @@ def test_forces_along_a_motion_are_those_that_acted() -> None:
     plant, law = plant_with(None), chosen(CoulombFriction.kind, node=34, direction="x")
     hypothesis = Hypothesis(plant, (law,))
     theta = np.append(np.zeros(hypothesis.nuisances), (STICKING, CREEP))[None]
-    system = system_of(hypothesis, theta, FITTED, RATE, EVERY)
+    system = system_of(hypothesis, theta, READOUT)
     states = np.zeros((1, 2 * plant.size))
     states[:, : len(STARTS)] = STARTS
     motion, marched = motion_of(system, states, SAMPLES), marching.march(system, states[None], SAMPLES)

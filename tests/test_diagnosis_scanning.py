@@ -28,6 +28,7 @@ from hybrid.diagnosis.fitting.far_off import DEVIATION
 from hybrid.diagnosis.fitting.fitting import Fit, fit
 from hybrid.diagnosis.nominal.plant import Plant, plant_of
 from hybrid.diagnosis.recorded.gauge import Gauge
+from hybrid.diagnosis.recorded.readout import Readout
 from hybrid.diagnosis.recorded.records import Batch
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.marching import respond
@@ -114,8 +115,7 @@ def chain_system() -> System:
     """Return the chain with a gain, a delay and a drift in its sensors."""
     plant = plant_of(Dataset(four_dof(), 10.0, CHAIN_SENSORS, (Recording("r", np.ones((1, 20, 5))),)))
     hypothesis = Hypothesis(plant)
-    rest = tuple(range(len(CHAIN_SENSORS)))
-    plain = system_of(hypothesis, np.zeros((1, hypothesis.nuisances)), CHAIN_SENSORS, 10.0, rest)
+    plain = system_of(hypothesis, np.zeros((1, hypothesis.nuisances)), Readout.measured(CHAIN_SENSORS, 10.0))
     gain, delay, slope = np.array([[1.0, 0.7, 1.0, 1.3, 1.0], [0.0, 0.03, -0.25, 0.0, 0.1], [0.0, 0.0, 0.2, 0.0, -0.1]])
     return replace(plain, gain=gain[None], delay=delay[None], slope=slope[None])
 

@@ -29,6 +29,7 @@ from hybrid.diagnosis.causes.places import Motion
 from hybrid.diagnosis.fitting.fitting import Fit, fit
 from hybrid.diagnosis.nominal.plant import Plant, plant_of
 from hybrid.diagnosis.recorded.gauge import Gauge
+from hybrid.diagnosis.recorded.readout import Readout
 from hybrid.diagnosis.recorded.records import Batch
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.marching import respond
@@ -38,6 +39,7 @@ from hybrid.diagnosis.screening.screening import law_responses, screen
 
 RATE, SAMPLES = 10.0, 301
 FITTED = tuple(sensor for sensor in SENSORS if sensor.role == "measured")
+READOUT = Readout.measured(FITTED, RATE)
 EXACT = Dataset(four_dof(), RATE, SENSORS, (Recording("r", np.random.default_rng(1).standard_normal((1, SAMPLES, 5))),))
 START = np.random.default_rng(0).standard_normal((2, 3, 4))  # displacement and velocity of three motions
 
@@ -79,7 +81,7 @@ def shown_here(effect: Effect, values: list[float]) -> FloatArray:
     plant = plant_of(EXACT)
     hypothesis = Hypothesis(plant, (chosen(plant, effect),))
     theta = np.array([[0.0] * hypothesis.nuisances + values])
-    system = system_of(hypothesis, theta, FITTED, RATE, (0, 1, 2, 3))
+    system = system_of(hypothesis, theta, READOUT)
     return respond(system, np.concatenate([START[0], START[1]], axis=1)[None], SAMPLES)[0]
 
 
@@ -106,9 +108,9 @@ def test_the_users_own_newmark_steps_are_shown() -> None:
     dataset = replace(EXACT, assumptions=Assumptions(integrator="newmark", step=0.1))
     plant = plant_of(dataset)
     hypothesis = Hypothesis(plant)
-    system = system_of(hypothesis, np.zeros((1, hypothesis.nuisances)), FITTED, RATE, (0, 1, 2, 3))
+    system = system_of(hypothesis, np.zeros((1, hypothesis.nuisances)), READOUT)
     drawn = Hypothesis(plant_of(EXACT))
-    exact = system_of(drawn, np.zeros((1, drawn.nuisances)), FITTED, RATE, (0, 1, 2, 3))
+    exact = system_of(drawn, np.zeros((1, drawn.nuisances)), READOUT)
     half = 0.05 * exact.A[0]
     step = np.linalg.solve(np.eye(8) - half, np.eye(8) + half)  # the trapezoidal rule
     expected = exact.C[0] @ np.linalg.matrix_power(step, 100)
@@ -159,7 +161,7 @@ def test_responses_of_laws_equal_differences(weak: tuple[Fit, Gauge, tuple[Candi
         shown = []
         for candidate, values in ((None, ()), (law, law.first_starts[0])):
             hypothesis = found.hypothesis if candidate is None else found.hypothesis.adding(candidate)
-            system = system_of(hypothesis, np.append(found.theta, values)[None], gauge.sensors, RATE, gauge.positions)
+            system = system_of(hypothesis, np.append(found.theta, values)[None], gauge.readout)
             shown.append(respond(system, z[None], 60)[0] / gauge.sigma)
         difference = (shown[1] - shown[0]).reshape(len(z), -1)
         error = np.abs(responses[law.key][0][0] - difference).max() / np.abs(difference).max()

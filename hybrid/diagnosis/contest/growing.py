@@ -126,7 +126,7 @@ def shortened(
 
 def passed_by(whole: Fit, segments: tuple[Batch, ...], gauge: Gauge) -> tuple[FloatArray, ...]:
     """Return the states (segment, state) that the motion of a fit of ``whole`` recordings has where segments begin."""
-    system = system_of(whole.hypothesis, whole.theta[None], gauge.sensors, gauge.rate, gauge.positions)
+    system = system_of(whole.hypothesis, whole.theta[None], gauge.readout)
     found = []
     for batch, states, short in zip(whole.batches, whole.states, segments, strict=True):
         motion = fitted_motion(system, states, batch).now[:: short.samples, :, : states.shape[1]]

@@ -32,6 +32,7 @@ from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.noise import Band, noise_of_recordings, structure_band
 from hybrid.diagnosis.recorded.noise_levels import NoiseLevels
 from hybrid.diagnosis.recorded.offsets import offsets
+from hybrid.diagnosis.recorded.readout import Readout
 from hybrid.diagnosis.recorded.records import Batch, batches_of, columns_of, measured_columns
 from hybrid.diagnosis.recorded.sizes import other_sizes
 from hybrid.diagnosis.recorded.spectra import HARDLY_SHOWN, energy_near
@@ -161,8 +162,9 @@ def _disperses_too_far(short: Fit) -> bool:
 def _noise(plant: Plant, dataset: Dataset, measured: tuple[int, ...], band: Band) -> tuple[Gauge, NoiseLevels]:
     """Return the gauge with the noise of the training recordings, and how it differs between all recordings."""
     sensors, rate = tuple(dataset.sensors[i] for i in measured), dataset.sampling_rate
+    readout = Readout.measured(sensors, rate)
     train, test = (
-        unloaded(plant, columns_of(batches_of(dataset, role), measured), sensors, rate) for role in ("train", "test")
+        unloaded(plant, columns_of(batches_of(dataset, role), measured), readout) for role in ("train", "test")
     )
     levels = NoiseLevels.of((*train, *test), rate, band)
     noise = noise_of_recordings(train, rate, band) if levels.are_alike else np.exp(levels.usual)
@@ -174,6 +176,6 @@ def _with_noise(batch: Batch, measured: tuple[int, ...], plant: Plant, gauge: Ga
     if levels.are_alike:
         return batch
     noise = np.ones((len(batch.names), batch.data.shape[2]))
-    (free,) = unloaded(plant, columns_of((batch,), measured), gauge.sensors, gauge.rate)
+    (free,) = unloaded(plant, columns_of((batch,), measured), gauge.readout)
     noise[:, list(measured)] = levels.of_recordings(free)
     return replace(batch, noise=noise)

@@ -44,7 +44,7 @@ def shown_otherwise(short: Fit, gauge: Gauge) -> tuple[int, float]:
     The initial states of each segment of a fit are those that the sensors ask for, of the linear structure as drawn.
     """
     drawn = Hypothesis(replace(short.hypothesis.plant, laws=()))
-    system = system_of(drawn, drawn.centre[None], gauge.sensors, gauge.rate, gauge.positions)
+    system = system_of(drawn, drawn.centre[None], gauge.readout)
     count = len(gauge.sensors)
     along, size, left = np.zeros(count), np.zeros(count), np.zeros(count + 1)
     for batch in short.batches:

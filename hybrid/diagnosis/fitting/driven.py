@@ -75,7 +75,7 @@ def fitted_motion(system: System, states: FloatArray, batch: Batch) -> History:
 def states_along(item: Fit, gauge: Gauge) -> FloatArray:
     """Return states (n, state) of a fit that tell how large its motion is, at `ALONG` places of a segment or more."""
     found = []
-    system = system_of(item.hypothesis, item.theta[None], gauge.sensors, gauge.rate, gauge.positions)
+    system = system_of(item.hypothesis, item.theta[None], gauge.readout)
     for batch, states in zip(item.batches, item.states, strict=True):
         motion = fitted_motion(system, states, batch).now
         found.append(motion[:: max(batch.samples // ALONG, 1)].reshape(-1, motion.shape[-1]))

@@ -112,7 +112,7 @@ def idle_by_order(item: Fit, order: Sequence[str]) -> dict[str, float]:
 def _pushed(item: Fit, gauge: Gauge) -> FloatArray:
     """Return the mean squares (state,) of the motion that known loads make of rest in a fit's recordings."""
     loaded = [batch for batch in item.batches if batch.loads is not None]
-    system = system_of(item.hypothesis, item.theta[None], gauge.sensors, gauge.rate, gauge.positions)
+    system = system_of(item.hypothesis, item.theta[None], gauge.readout)
     sizes = [len(batch.names) * loaded_size(system, batch.loads) for batch in loaded if batch.loads is not None]
     return np.sum(sizes, axis=0) / count_of(item.batches) if sizes else np.zeros(1)
 
@@ -132,7 +132,7 @@ def predicted(model: Model, batch: Batch, view: View) -> FloatArray:
         begun = begun_from(model, off, batch, view, shown_of(batch.samples))
         cost = begun.cost + [model.idle.get(name, 0.0) for name in batch.names] if off else begun.cost
         hypothesis, theta, _ = without(model, off)
-        system = system_of(hypothesis, theta[None], view.sensors, view.gauge.rate, view.positions)
+        system = system_of(hypothesis, theta[None], view.readout)
         y = (respond(system, begun.states[None], batch.samples, batch.loads) + drifted(system, batch.begins))[0]
         y = y + begun.geometric
         y = np.nan_to_num(y, nan=EXPLODED, posinf=EXPLODED, neginf=-EXPLODED)
@@ -152,7 +152,7 @@ def begun_from(model: Model, off: tuple[int, ...], batch: Batch, view: View, sho
     for _ in range(1 if hypothesis.plant.geometry is None else ROUNDS):
         straight = own.less(geometric[:, :shown][..., list(view.measured)])
         states, cost = initial_states(hypothesis, theta, size, straight, view.gauge)
-        geometric = added(hypothesis, theta, states, batch, view.sensors, view.gauge.rate, view.positions)
+        geometric = added(hypothesis, theta, states, batch, view.readout)
     return Begun(states, cost, geometric)
 
 
@@ -182,7 +182,7 @@ def _one(model: Model, batch: Batch, view: View) -> tuple[FloatArray, FloatArray
 def _leverage(model: Model, batch: Batch, view: View, noise: FloatArray) -> FloatArray:
     """Return the variance (time, sensor) that the uncertain initial state adds, over that of the measured ``noise``."""
     hypothesis, theta, size = without(model, tuple(range(len(model.hypothesis.candidates))))
-    system = system_of(hypothesis, theta[None], view.sensors, view.gauge.rate, view.positions)
+    system = system_of(hypothesis, theta[None], view.readout)
     rows = observability(system, batch.samples)[0]
     sigma, first = np.ones(len(view.sensors)), shown_of(batch.samples)
     sigma[list(view.measured)] = noise

@@ -9,6 +9,7 @@ from hybrid.diagnosis.fitting.driven import History, driven, motion_of
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.nominal.geometry import Geometry
 from hybrid.diagnosis.recorded.gauge import Gauge
+from hybrid.diagnosis.recorded.readout import Readout
 from hybrid.diagnosis.recorded.records import Batch
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.state_space import system_of
@@ -18,24 +19,17 @@ SMOOTH = 5  # degree of splines whose derivatives are taken: right to 0.1 % up t
 FELT = 0.01  # of noise's energy: where geometry adds less than that, or less more, it stays as it is
 
 
-def added(
-    hypothesis: Hypothesis,
-    theta: FloatArray,
-    states: FloatArray,
-    batch: Batch,
-    sensors: tuple[Sensor, ...],
-    rate: float,
-    positions: tuple[int, ...],
-) -> FloatArray:
+def added(hypothesis: Hypothesis, theta: FloatArray, states: FloatArray, batch: Batch, readout: Readout) -> FloatArray:
     """Return what geometry adds to the channels (recording, time, sensor) of motions.
 
-    ``states`` (recording, state): where they begin; ``batch``: of which recordings; ``positions``: as in
-    `system_of`. Zero where the plant has no geometry, and where the motion explodes.
+    ``states`` (recording, state): where they begin; ``batch``: of which recordings. Zero where the plant has no
+    geometry, and where the motion explodes.
     """
+    sensors = readout.sensors
     found, geometry = np.zeros((len(states), batch.samples, len(sensors))), hypothesis.plant.geometry
     if geometry is None:
         return found
-    system, n = system_of(hypothesis, theta[None], sensors, rate, positions), hypothesis.size
+    system, n = system_of(hypothesis, theta[None], readout), hypothesis.size
     motion = motion_of(system, states, batch.samples, batch.loads)
     if motion is None:
         return found
@@ -78,7 +72,7 @@ def straightened(item: Fit, gauge: Gauge) -> tuple[Batch, ...] | None:
     """Return what was recorded less what geometry adds to the motion of a fit; None where that hardly changes."""
     batches, change = [], 0.0
     for batch, states in zip(item.batches, item.states, strict=True):
-        y = added(item.hypothesis, item.theta, states, batch, gauge.sensors, gauge.rate, gauge.positions)
+        y = added(item.hypothesis, item.theta, states, batch, gauge.readout)
         change += float(np.square((batch.recorded - batch.data - y) / batch.sigma(gauge)).sum())
         batches.append(batch.less(y))
     return tuple(batches) if change > FELT * item.values else None

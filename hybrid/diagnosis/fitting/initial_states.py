@@ -28,13 +28,13 @@ def initial_states(
 
     Prior: each entry normal with standard deviation ``size``.
     """
-    system = system_of(hypothesis, theta[None], gauge.sensors, gauge.rate, gauge.positions)
+    system = system_of(hypothesis, theta[None], gauge.readout)
     if system.is_linear:
         return _linear_states(system, size, batch, gauge)
     linear = replace(system, B=system.B[:, :, :0], D=system.D[:, :, :0], forces=(), G=system.G[:, :0])
     states, cost = _linear_states(linear, size, batch.first(_samples(GROWTH[0], batch)), gauge)
     thetas = np.repeat(theta[None], len(size) + 1, axis=0)  # a copy for each entry of a state that moves, and one
-    copies = system_of(hypothesis, thetas, gauge.sensors, gauge.rate, gauge.positions)
+    copies = system_of(hypothesis, thetas, gauge.readout)
     for share in GROWTH:
         states, cost = _states_under_laws(copies, size, batch.first(_samples(share, batch)), gauge, states)
     return states, cost

@@ -80,7 +80,7 @@ def _linear(
     """Return the linearisation with the best initial states at ``theta``."""
     moved = STEP * hypothesis.width
     thetas = np.vstack([theta, theta + np.diag(moved)]) if slopes else theta[None]
-    system = system_of(hypothesis, thetas, gauge.sensors, gauge.rate, gauge.positions)
+    system = system_of(hypothesis, thetas, gauge.readout)
     shorter = condensed(system, batch, gauge, moved) if brief else None
     channels: Channels = shorter or Sampled(system, batch, gauge, moved)
     if not np.abs(channels.by_state).max() < EXPLODED:
@@ -100,7 +100,7 @@ def _forced(
     """Return the linearisation from ``states`` under force laws; without ``slopes`` only what is left."""
     weight = batch.weights(gauge)  # (recording or one row, value)
     data = batch.data.reshape(len(states), -1) * weight
-    system = system_of(hypothesis, theta[None], gauge.sensors, gauge.rate, gauge.positions)
+    system = system_of(hypothesis, theta[None], gauge.readout)
     y = respond(system, states[None], batch.samples, batch.loads) + drifted(system, batch.begins)
     residual = data - y.reshape(data.shape) * weight
     if not np.isfinite(residual).all() or np.abs(residual).max() > FAR * np.abs(data).max():
@@ -137,7 +137,7 @@ def _changes(
     """
     moved, size, sigma = STEP * hypothesis.width, STEP * _size(system, batch, states), batch.sigma(gauge)
     thetas = np.vstack([theta, theta + np.diag(moved)])
-    varied = system_of(hypothesis, thetas, gauge.sensors, gauge.rate, gauge.positions)
+    varied = system_of(hypothesis, thetas, gauge.readout)
     y = respond(varied, np.repeat(states[None], len(thetas), axis=0), batch.samples, batch.loads, often=1)
     y += drifted(varied, batch.begins)
     change = y[1:] - y[0]

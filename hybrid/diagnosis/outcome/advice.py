@@ -21,6 +21,7 @@ from hybrid.diagnosis.fitting.linearisation import linearise_batch
 from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.outcome.findings import at_place, reported_location
 from hybrid.diagnosis.recorded.gauge import Gauge
+from hybrid.diagnosis.recorded.readout import Readout
 from hybrid.diagnosis.response.marching import respond
 from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.response.system import drifted
@@ -173,11 +174,11 @@ def _left(best: Fit, rival: Fit, gauge: Gauge) -> float:
 def _motions(item: Fit, sensors: tuple[Sensor, ...], gauge: Gauge) -> dict[bytes, FloatArray]:
     """Return what ``sensors`` would show of a fit without noise (time, sensor), by the recording's own data."""
     present = {sensor.name: position for position, sensor in enumerate(gauge.sensors)}
-    positions = tuple(present.get(sensor.name, -1) for sensor in sensors)
+    readout = Readout(sensors, gauge.rate, tuple(present.get(sensor.name, -1) for sensor in sensors))
     found: dict[bytes, FloatArray] = {}
     for batch, states in zip(item.batches, item.states, strict=True):
         theta = item.theta[item.hypothesis.parameters_of(batch.off)]
-        system = system_of(item.hypothesis.less(batch.off), theta[None], sensors, gauge.rate, positions)
+        system = system_of(item.hypothesis.less(batch.off), theta[None], readout)
         y = (respond(system, states[None], batch.samples, batch.loads) + drifted(system, batch.begins))[0]
         found |= {data.tobytes(): motion for data, motion in zip(batch.data, y, strict=True)}
     return found

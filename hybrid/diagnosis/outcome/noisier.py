@@ -40,7 +40,7 @@ def _only_noisier(scorer: Scorer, item: Fit, batch: Batch) -> tuple[FloatArray, 
     gauge, (measured,) = scorer.gauge, columns_of((batch,), scorer.setting.measured)
     begun = begun_from(scorer.model(item), (), measured, gauge.view, batch.samples)
     usual = np.broadcast_to(measured.sigma(gauge)[:, 0], (len(batch.names), len(gauge.sensors)))
-    (free,) = unloaded(scorer.setting.plant, (replace(measured, noise=None),), gauge.sensors, gauge.rate)
+    (free,) = unloaded(scorer.setting.plant, (replace(measured, noise=None),), gauge.readout)
     own = np.stack(
         [
             noise_of_recordings((free.take([number]),), gauge.rate, scorer.setting.band)

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from fe_models.dofs import FloatArray
 from fe_models.recordings import Sensor
+from hybrid.diagnosis.recorded.readout import Readout
 
 
 @dataclass(frozen=True)
@@ -18,14 +19,14 @@ class Gauge:
     sigma: FloatArray
 
     @property
-    def positions(self) -> tuple[int, ...]:
-        """Each sensor's position among the measured ones: its own."""
-        return tuple(range(len(self.sensors)))
+    def readout(self) -> Readout:
+        """What the fitted sensors show."""
+        return Readout.measured(self.sensors, self.rate)
 
     @property
     def view(self) -> "View":
         """The view of recordings that show the fitted sensors and no others."""
-        return View(self.sensors, self.positions, self)
+        return View(self.sensors, self.readout.positions, self)
 
 
 @dataclass(frozen=True)
@@ -40,6 +41,7 @@ class View:
     gauge: Gauge
 
     @property
-    def positions(self) -> tuple[int, ...]:
-        """For each sensor its position among the measured ones, -1 where it is none of them."""
-        return tuple(self.measured.index(i) if i in self.measured else -1 for i in range(len(self.sensors)))
+    def readout(self) -> Readout:
+        """What the measured sensors and the held-out ones show."""
+        positions = (self.measured.index(i) if i in self.measured else -1 for i in range(len(self.sensors)))
+        return Readout(self.sensors, self.gauge.rate, tuple(positions))

@@ -5,9 +5,10 @@ from typing import Any
 import numpy as np
 
 from fe_models.dofs import BoolArray, FloatArray
-from fe_models.recordings import QUANTITIES, Sensor
+from fe_models.recordings import QUANTITIES
 from fe_models.sensor_effects import SensorDelay, SensorDrift, SensorGain
 from fe_models.time_integration import TimeIntegration
+from hybrid.diagnosis.recorded.readout import Readout
 from hybrid.diagnosis.response.dashpots import with_trailing
 from hybrid.diagnosis.response.forces import force_of, law_in_motion
 from hybrid.diagnosis.response.hypothesis import Hypothesis
@@ -17,13 +18,8 @@ from hybrid.diagnosis.response.system import Behind, Entry, Force, System
 FAULTS = SensorGain.kind, SensorDelay.kind, SensorDrift.kind
 
 
-def system_of(
-    hypothesis: Hypothesis, theta: FloatArray, sensors: tuple[Sensor, ...], rate: float, positions: tuple[int, ...]
-) -> System:
-    """Return the systems of ``theta`` (variant, parameter).
-
-    ``positions``: for each of the ``sensors`` its position among the measured ones, -1 where it is none of them.
-    """
+def system_of(hypothesis: Hypothesis, theta: FloatArray, readout: Readout) -> System:
+    """Return the systems of ``theta`` (variant, parameter), as ``readout`` shows them."""
     plant, n, variants = hypothesis.plant, hypothesis.size, len(theta)
     reduced, laws, waves = hypothesis.reduced(theta), _laws(hypothesis, theta), _waves(hypothesis, theta)
     inverse = np.linalg.inv(reduced.mass)
@@ -46,10 +42,10 @@ def system_of(
     B[:, n : 2 * n] = feed = reduced.feed([pull for pull, _ in laws], inverse)
     for number, (pull, _) in enumerate(laws):
         G[:, number, :n] = G[:, len(laws) + number, n : 2 * n] = pull @ reduced.shapes
-    rows = plant.rows(sensors)
+    rows = plant.rows(readout.sensors)
     picked = rows @ reduced.shapes  # (variant, sensor, mode)
-    seen = np.zeros((variants, len(sensors), hypothesis.states))
-    quantities = np.array([sensor.quantity for sensor in sensors], dtype=str)
+    seen = np.zeros((variants, len(readout.sensors), hypothesis.states))
+    quantities = np.array([sensor.quantity for sensor in readout.sensors], dtype=str)
     kinds = np.stack([quantities == word for word in QUANTITIES])
     displaced, moved, pushed = kinds
     seen[:, displaced, :n] = picked[:, displaced]
@@ -65,12 +61,12 @@ def system_of(
         seen[:, pushed, first] -= omega**2 * shown[pushed]
     direct = np.where(pushed[:, None], picked @ feed, 0.0)
     forces = tuple(force for _, force in laws)
-    gain, delay, slope = _faults(hypothesis, theta, positions)
+    gain, delay, slope = _faults(hypothesis, theta, readout.positions)
     loads = _loads(hypothesis, reduced, inverse, rows, kinds, [pull for pull, _ in laws])
     lowpass = plant.lowpass if loads is None else None  # known loads have passed it before they act
     residual = hypothesis.residual
     behind = None if residual is None else Behind(residual, kinds[..., None] * (rows @ residual.shapes))
-    return System(A, B, seen, direct, G, forces, gain, delay, slope, 1 / rate, behind, loads, lowpass)
+    return System(A, B, seen, direct, G, forces, gain, delay, slope, 1 / readout.rate, behind, loads, lowpass)
 
 
 def _loads(
@@ -110,7 +106,7 @@ def _waves(hypothesis: Hypothesis, theta: FloatArray) -> list[tuple[FloatArray, 
 
 
 def _faults(hypothesis: Hypothesis, theta: FloatArray, positions: tuple[int, ...]) -> FloatArray:
-    """Return gain, delay (s) and slope (1/s) of the sensors, (3, variant, sensor); ``positions``: see `system_of`."""
+    """Return gain, delay (s) and slope (1/s) of the sensors, (3, variant, sensor); ``positions``: see `Readout`."""
     faults = np.zeros((3, len(theta), len(positions)))
     faults[0] = 1.0
     for candidate, part in zip(hypothesis.candidates, hypothesis.slices, strict=True):

@@ -4,21 +4,20 @@ from dataclasses import replace
 
 import numpy as np
 
-from fe_models.recordings import Sensor
 from hybrid.diagnosis.nominal.plant import Plant
+from hybrid.diagnosis.recorded.readout import Readout
 from hybrid.diagnosis.recorded.records import Batch
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.loaded import loaded_channels
 from hybrid.diagnosis.response.state_space import system_of
 
 
-def unloaded(plant: Plant, batches: tuple[Batch, ...], sensors: tuple[Sensor, ...], rate: float) -> tuple[Batch, ...]:
+def unloaded(plant: Plant, batches: tuple[Batch, ...], readout: Readout) -> tuple[Batch, ...]:
     """Return the batches without the response to their loads from rest, but with the loads; force laws are left out."""
     if not plant.loaded:
         return batches
     linear = Hypothesis(replace(plant, laws=()))
-    theta = np.zeros((1, linear.nuisances))
-    system = system_of(linear, theta, sensors, rate, tuple(range(len(sensors))))
+    system = system_of(linear, np.zeros((1, linear.nuisances)), readout)
     return tuple(
         batch if batch.loads is None else batch.less(loaded_channels(system, batch.loads)[0]) for batch in batches
     )

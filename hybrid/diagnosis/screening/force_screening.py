@@ -28,7 +28,7 @@ def screen_forces(fit: Fit, candidates: tuple[Candidate, ...], gauge: Gauge) -> 
     if not forces:
         return []
     hypothesis = fit.hypothesis
-    system = system_of(hypothesis, fit.theta[None], gauge.sensors, gauge.rate, gauge.positions)
+    system = system_of(hypothesis, fit.theta[None], gauge.readout)
     n = hypothesis.size
     reduced = hypothesis.reduced(fit.theta[None])
     inverse = np.linalg.inv(reduced.mass)

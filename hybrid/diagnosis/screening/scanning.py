@@ -126,7 +126,7 @@ def with_sizes(theta: FloatArray, sizes: FloatArray) -> FloatArray:
 
 def _left(hypothesis: Hypothesis, thetas: FloatArray, fit: Fit, gauge: Gauge) -> FloatArray:
     """Return the sum of squares (variant,) that initial states leave, channels of a recording noisy alike."""
-    system = system_of(hypothesis, thetas, gauge.sensors, gauge.rate, gauge.positions)
+    system = system_of(hypothesis, thetas, gauge.readout)
     total = np.zeros(len(thetas))
     for batch in fit.batches:
         loud = np.exp(np.log(batch.sigma(gauge) / gauge.sigma).mean(axis=(1, 2)))  # (recording,): one basis serves

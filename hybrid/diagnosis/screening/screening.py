@@ -98,7 +98,7 @@ def screen(fit: Fit, candidates: tuple[Candidate, ...], gauge: Gauge) -> list[Sc
 
 def _present(fit: Fit, gauge: Gauge) -> _Present:
     stretches = []
-    system = system_of(fit.hypothesis, fit.theta[None], gauge.sensors, gauge.rate, gauge.positions)
+    system = system_of(fit.hypothesis, fit.theta[None], gauge.readout)
     given = fit.hypothesis.plant.kept is not None and not system.is_linear  # too many modes to march for each
     for batch, states in zip(fit.batches, fit.states, strict=True):
         part = linearise_batch(fit.hypothesis, fit.theta, batch, gauge, states, brief=True)
@@ -169,7 +169,7 @@ def _forced_response(
     forces: tuple[History, ...],
 ) -> FloatArray:
     """Return the channels (variant, recording, value) under given forces, in units of sigma."""
-    system = system_of(hypothesis, thetas, gauge.sensors, gauge.rate, gauge.positions)
+    system = system_of(hypothesis, thetas, gauge.readout)
     form = free_form(system, hypothesis.size)
     start = np.broadcast_to(states, (len(thetas), *states.shape))
     y = respond(replace(system, forces=()), start, batch.samples, batch.loads) + drifted(system, batch.begins)
@@ -182,7 +182,7 @@ def _forced_response(
 
 def _response(hypothesis: Hypothesis, thetas: FloatArray, batch: Batch, gauge: Gauge, states: FloatArray) -> FloatArray:
     """Return the channels (variant, recording, value) in units of sigma."""
-    system = system_of(hypothesis, thetas, gauge.sensors, gauge.rate, gauge.positions)
+    system = system_of(hypothesis, thetas, gauge.readout)
     y = respond(system, np.broadcast_to(states, (len(thetas), *states.shape)), batch.samples, batch.loads)
     y = (y + drifted(system, batch.begins)) / batch.sigma(gauge)
     return np.asarray(y.reshape(len(thetas), len(states), -1))
@@ -199,7 +199,7 @@ def law_responses(fit: Fit, laws: list[Candidate], gauge: Gauge) -> dict[str, li
     columns = [own for law in laws for own in found[law.key]]
     if not trials:
         return found
-    system = system_of(fit.hypothesis, fit.theta[None], gauge.sensors, gauge.rate, gauge.positions)
+    system = system_of(fit.hypothesis, fit.theta[None], gauge.readout)
     form = free_form(system, fit.hypothesis.size)
     reduced = fit.hypothesis.reduced(fit.theta[None])
     for batch, states in zip(fit.batches, fit.states, strict=True):

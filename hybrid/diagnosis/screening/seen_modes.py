@@ -80,7 +80,7 @@ def seen_modes(item: Fit, gauge: Gauge) -> SeenModes:
     modes = _picked(hypothesis, omega2, reduced.shapes @ vectors, gauge)
     omega, shapes, sensors = modes.omega[0], modes.shapes[0], modes.sensors[0]
     own = reduced.mass[0] @ vectors[0]  # q = own^T (the followed coordinates)
-    system = system_of(hypothesis, theta, gauge.sensors, gauge.rate, gauge.positions)
+    system = system_of(hypothesis, theta, gauge.readout)
     energy, late = np.zeros(len(omega)), np.zeros(len(omega))
     for batch, states in zip(item.batches, item.states, strict=True):
         square = (fitted_motion(system, states, batch).now[..., : len(own)] @ own) ** 2  # (time, recording, mode)

@@ -12,6 +12,7 @@ from hybrid.diagnosis.fitting.fitting import Fit, fit, residuals_at
 from hybrid.diagnosis.fitting.forecasting import Forecast
 from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.recorded.gauge import Gauge
+from hybrid.diagnosis.recorded.readout import Readout
 from hybrid.diagnosis.recorded.spectra import energy_near
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.state_space import system_of
@@ -100,7 +101,7 @@ def show(dataset: Dataset, base: Fit, own: Fit, nominal: Forecast, calibrated: F
 def modes_of(hypothesis: Hypothesis, theta: FloatArray, rate: float) -> Modes:
     """Return the modes that a hypothesis has at ``theta`` (parameter,), force laws left out."""
     sensors = every_translation(hypothesis.plant)
-    system = system_of(hypothesis, theta[None], sensors, rate, (-1,) * len(sensors))
+    system = system_of(hypothesis, theta[None], Readout.faultless(sensors, rate))
     roots, vectors = np.linalg.eig(system.A[0])
     order = [i for i in np.argsort(np.abs(roots)) if roots[i].imag > 0]
     roots, shapes = roots[order], system.C[0] @ vectors[:, order]  # (translation, mode)
