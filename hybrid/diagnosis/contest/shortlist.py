@@ -52,13 +52,10 @@ def promising(ranked: list[list[Screened]], kept: int, odds: Odds) -> list[Scree
     return list(chosen.values())
 
 
-def not_too_many_of_a_kind(trials: Iterable[Screened]) -> list[Screened]:
+def not_too_many_of_a_kind(trials: list[Screened]) -> list[Screened]:
     """Return the first `ALIKE` of each kind."""
-    seen, found = Counter[str](), list[Screened]()
-    for trial in trials:
-        seen[trial.candidate.kind] += 1
-        found += [trial] if seen[trial.candidate.kind] <= ALIKE else []
-    return found
+    numbers = _numbered(trial.candidate.kind for trial in trials)
+    return [trial for trial, number in zip(trials, numbers, strict=True) if number <= ALIKE]
 
 
 def with_others(chosen: list[Screened], others: list[Screened]) -> list[Screened]:
@@ -90,9 +87,16 @@ def foremost(begun: list[tuple[bool, Step]], odds: Odds) -> list[Step]:
 
 def _first_of_each_kind(steps: list[Step]) -> list[Step]:
     """Return those of force laws: the first of each kind, which may start far off, then the second, up to `ALIKE`."""
-    seen, found = Counter[str](), list[tuple[int, Step]]()
-    for step in steps:
-        candidate = step.hypothesis.candidates[-1]
-        seen[candidate.kind] += 1
-        found += [(seen[candidate.kind], step)] if candidate.is_law and seen[candidate.kind] <= ALIKE else []
-    return [step for _, step in sorted(found, key=lambda item: item[0])]
+    laws = [step for step in steps if step.hypothesis.candidates[-1].is_law]
+    numbers = _numbered(step.hypothesis.candidates[-1].kind for step in laws)
+    kept = [(number, step) for number, step in zip(numbers, laws, strict=True) if number <= ALIKE]
+    return [step for _, step in sorted(kept, key=lambda item: item[0])]
+
+
+def _numbered(kinds: Iterable[str]) -> list[int]:
+    """Return of each kind in turn how often it has come, this time with it."""
+    seen, found = Counter[str](), list[int]()
+    for kind in kinds:
+        seen[kind] += 1
+        found.append(seen[kind])
+    return found

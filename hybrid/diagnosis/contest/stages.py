@@ -137,7 +137,7 @@ class Search:
 
         ranked = sorted(screen(best, others, self.gauge), key=ahead, reverse=True)
         least = max(ahead(ranked[0]) - TIED * odds.alike, 0.0) if ranked else 0.0
-        trials = not_too_many_of_a_kind(trial for trial in ranked if ahead(trial) > least)
+        trials = not_too_many_of_a_kind([trial for trial in ranked if ahead(trial) > least])
         if trials:
             self.tell("what is promised")
 
