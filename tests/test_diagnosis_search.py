@@ -9,6 +9,7 @@ from scipy.stats import norm
 from fe_models.blind import BlindConfig, blind_case
 from fe_models.dofs import FloatArray
 from fe_models.effects import CubicSpring, HarmonicForce
+from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.causes.candidates import all_candidates
 from hybrid.diagnosis.contest import shortlist
 from hybrid.diagnosis.contest.growing import fit_growing, ground_of, lengths_of, padded
@@ -250,6 +251,11 @@ def test_motions_are_sized_between_the_beginnings_of_segments_too() -> None:
     assert begun < 0.9 * shown  # so the test can tell the two apart
 
 
+def begun(cause: Candidate, **marks: bool) -> Screened:
+    """Return a trial of a cause, as far as what becomes of its first steps depends on that."""
+    return Screened(cause, (1.0,), 1.0, np.zeros(1), **marks)
+
+
 def test_one_kind_of_law_does_not_crowd_out_the_others() -> None:
     dataset = blind_case(33021, BlindConfig()).dataset
     plant = plant_of(dataset)
@@ -258,7 +264,7 @@ def test_one_kind_of_law_does_not_crowd_out_the_others() -> None:
         [candidate(dataset, kind, node=node) for node in nodes] for kind in ("cubic_spring", "quadratic_damper")
     )
     laws = [*cubic, *drag, candidate(dataset, "gap_stop", node=2)]
-    steps = [(False, Step(Hypothesis(plant, (law,)), np.zeros(1), (), float(cost))) for cost, law in enumerate(laws)]
+    steps = [(begun(law), Step(Hypothesis(plant, (law,)), np.zeros(1), (), float(i))) for i, law in enumerate(laws)]
     kept = [step.hypothesis.candidates[0].key for step in foremost(steps, Odds.among(laws, 1.0))]
     assert kept == [law.key for law in (*cubic[:2], *drag[:2], laws[-1])]
 
@@ -287,7 +293,7 @@ def test_of_causes_that_promise_nearly_the_same_the_more_probable_one_goes_on(
     assert len(promising([trials, []], 1, odds)) == 2  # 8 and 12 apart: whole recordings may decide
     monkeypatch.setattr(shortlist, "TIED", 0.0)
     assert [trial.candidate.location["node"] for trial in promising([trials, []], 1, odds)] == [first]
-    steps = [(False, Step(Hypothesis(plant, (item,)), np.zeros(1), (), -gain)) for item, gain in gains]
+    steps = [(begun(item), Step(Hypothesis(plant, (item,)), np.zeros(1), (), -gain)) for item, gain in gains]
     monkeypatch.setattr(shortlist, "FOREMOST", 1)
     assert [step.hypothesis.candidates[0].location["node"] for step in foremost(steps, odds)] == [first]
 

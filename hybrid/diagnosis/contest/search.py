@@ -167,7 +167,7 @@ def _begun(
     """
     trials = sorted(trials, key=lambda trial: -len(starts_of(trial, short)))  # what takes longest not last of all
     steps = side_by_side(partial(best_start, hypothesis, short, gauge), trials, advance)
-    begun = [(trial.is_drawn, step) for trial, step in zip(trials, steps, strict=True) if step is not None]
+    begun = [(trial, step) for trial, step in zip(trials, steps, strict=True) if step is not None]
     best: dict[str, Fit] = {}
     for two in by_twos(foremost(begun, odds)):
         bound = bound_of([*best.values(), *([] if known is None else [known])])

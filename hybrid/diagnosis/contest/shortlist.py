@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Iterable
+from dataclasses import replace
 
 from hybrid.diagnosis.contest.effort import effort_of
 from hybrid.diagnosis.contest.odds import Odds
@@ -11,6 +12,7 @@ from hybrid.diagnosis.screening.screening import Screened
 SCANNED = 4  # times as many candidates of a scan, which knows nothing of what the uncertain factors could do besides
 BY_MODES = 2  # times as many of a ranking by modes, which are seen about a calibration that may be far off
 HOPEFUL = 8.0  # fall in the sum of squares that the score test must promise; less cannot outweigh the prior odds
+LEADING = 2  # of each ranking of those that start from the structure as drawn: a first step from there may tell little
 ALWAYS = 2  # candidates of each ranking that are fitted, however little they promise
 FOREMOST = 16  # of all without a force law, after their first step: a large effect may need some more to show
 FOREMOST_DRAWN = 8  # besides, of those that start from the structure as drawn, where all else that is off shows, too
@@ -45,7 +47,8 @@ def promising(ranked: list[list[Screened]], kept: int, odds: Odds) -> list[Scree
                     continue
                 laws[trial.candidate.kind] += 1
             taken += 1
-            chosen.setdefault((trial.candidate.key, trial.is_drawn, far), trial)
+            leads = trial.is_drawn and taken <= LEADING
+            chosen.setdefault((trial.candidate.key, trial.is_drawn, far), replace(trial, leads=leads))
         for trial in ranking:
             if not trial.candidate.names and trial.gain > 0:  # without a size to refine, its gain says little yet
                 chosen.setdefault((trial.candidate.key, trial.is_drawn, far), trial)
@@ -68,21 +71,20 @@ def _begin(trial: Screened) -> tuple[str, int, tuple[float, ...]]:
     return trial.candidate.key, trial.candidate.brings, trial.start
 
 
-def foremost(begun: list[tuple[bool, Step]], odds: Odds) -> list[Step]:
+def foremost(begun: list[tuple[Screened, Step]], odds: Odds) -> list[Step]:
     """Return the best of the first steps, of those as drawn and of others, not too many with a force law more.
 
-    The best are so with their ``odds``, as in `promising`.
+    The best are so with their ``odds``, as in `promising`; what leads a ranking goes on in any case.
     """
     ranked = sorted(begun, key=lambda item: item[1].charged + odds.price(item[1].hypothesis.candidates[-1]))
     share = min((effort_of(s.hypothesis.plant).beside_law for _, s in begun if s.hypothesis.is_beside_law), default=1.0)
     laws = _first_of_each_kind([step for _, step in ranked])[:KEPT_LAWS]
-    drawn, others = (
-        [step for own, step in ranked if own == side and not step.hypothesis.candidates[-1].is_law]
-        for side in (True, False)
-    )
-    return sorted(
-        [*laws, *others[: int(share * FOREMOST)], *drawn[: int(share * FOREMOST_DRAWN)]], key=lambda step: step.charged
-    )
+    linear = [(trial, step) for trial, step in ranked if not trial.candidate.is_law]
+    others = [step for trial, step in linear if not trial.is_drawn][: int(share * FOREMOST)]
+    drawn = [(trial.leads, step) for trial, step in linear if trial.is_drawn]
+    most = int(share * FOREMOST_DRAWN)
+    kept = [step for number, (leads, step) in enumerate(drawn) if leads or number < most]
+    return sorted([*laws, *others, *kept], key=lambda step: step.charged)
 
 
 def _first_of_each_kind(steps: list[Step]) -> list[Step]:

@@ -1,7 +1,7 @@
 """Forecasts of recordings from their first fifth, for every model alike, and what a perfect model would score."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -28,7 +28,8 @@ class Model:
     """A hypothesis at one ``theta`` (parameter,), and the ``size`` (state,) that initial states had in training.
 
     ``switched``: numbers of candidates that act in some recordings only; in each the better choice is taken, where
-    ``idle`` (by name) tells how much cost it adds that they do not act: see `idle_by_order`.
+    ``idle`` (by name) tells how much cost it adds that they do not act: see `idle_by_order`. ``bent``: hypotheses that
+    differ by what geometry adds, which only motions larger than those in training may show: likewise.
     """
 
     hypothesis: Hypothesis
@@ -36,6 +37,14 @@ class Model:
     size: FloatArray
     switched: tuple[int, ...] = ()
     idle: Mapping[str, float] = field(default_factory=dict)
+    bent: tuple[Hypothesis, ...] = ()
+
+    @property
+    def choices(self) -> Iterator[tuple["Model", tuple[int, ...]]]:
+        """What may hold in a recording: a model with no choice of geometry, and the numbers of what does not act."""
+        for hypothesis in (self.hypothesis, *self.bent):
+            for off in ((), self.switched) if self.switched else ((),):
+                yield replace(self, hypothesis=hypothesis, bent=()), off
 
 
 @dataclass(frozen=True)
@@ -128,10 +137,10 @@ def predicted(model: Model, batch: Batch, view: View) -> FloatArray:
     """Return the channels (recording, time, sensor) forecast from the first fifth of the measured ones."""
     best: FloatArray | None = None
     least = np.full(len(batch.data), np.inf)
-    for off in ((), model.switched) if model.switched else ((),):
-        begun = begun_from(model, off, batch, view, shown_of(batch.samples))
+    for own, off in model.choices:
+        begun = begun_from(own, off, batch, view, shown_of(batch.samples))
         cost = begun.cost + [model.idle.get(name, 0.0) for name in batch.names] if off else begun.cost
-        hypothesis, theta, _ = without(model, off)
+        hypothesis, theta, _ = without(own, off)
         system = system_of(hypothesis, theta[None], view.readout)
         y = (respond(system, begun.states[None], batch.samples, batch.loads) + drifted(system, batch.begins))[0]
         y = y + begun.geometric

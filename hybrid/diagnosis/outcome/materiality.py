@@ -9,6 +9,8 @@ from hybrid.diagnosis.fitting.forecasting import Forecast
 from hybrid.diagnosis.outcome.findings import cause_of, is_held, sentence_of
 from hybrid.diagnosis.outcome.scorer import Scorer
 from hybrid.diagnosis.outcome.verdict import BESIDE, MATERIAL, Errors
+from hybrid.diagnosis.recorded.gauge import Gauge
+from hybrid.diagnosis.recorded.noise import Band
 
 TRIFLES = (0.02, 0.005)  # of the energy that the nominal model gets wrong: what takes no more away explains nothing,
 # where it is the only cause, and beside another ...
@@ -21,11 +23,12 @@ def material(evidence: Evidence, scorer: Scorer) -> tuple[Posterior, list[str]]:
     """Return the posterior among hypotheses of no more causes than matter, and a note on each that does not.
 
     What leaves no more than noise explains all. Otherwise a cause that takes hardly anything away is a guess. So is a
-    second one that bends nominal values beyond what is normal, beside a first that forecasts well without.
+    second one that bends nominal values beyond what is normal, beside a first that forecasts well without. One that
+    recordings demand is none, however little better forecasts are: a late sensor, one more mode's damping.
     """
     posterior, notes = _with_cause(evidence, scorer), list[str]()
     nominal = scorer.forecast(evidence.base, 0.0)
-    floor = scorer.floor(nominal)
+    floor, band = scorer.floor(nominal), scorer.setting.band
     while posterior.fits[0].hypothesis.candidates:
         best = posterior.fits[0]
         count = len(best.hypothesis.candidates)
@@ -40,15 +43,17 @@ def material(evidence: Evidence, scorer: Scorer) -> tuple[Posterior, list[str]]:
             if scorer.error(plain) < scorer.error(before):
                 simpler, before = evidence.among((evidence.base,)), plain
         several = bool(simpler.fits[0].hypothesis.candidates)
-        guess = left(best, evidence.gauge, scorer.setting.band).significant
+        guess = left(best, evidence.gauge, band).significant
         trifle = is_trifle(before, after, nominal, several)
-        weaker = scorer.error(before) - scorer.error(after) <= (BESIDE if several else MATERIAL) * floor
+        gained = scorer.error(before) - scorer.error(after)
+        weaker = gained <= (BESIDE if several else MATERIAL) * floor
+        demanded = several and gained > 0 and is_demanded(simpler.fits[0], best, evidence.gauge, band)
         reached = scorer.error(before) <= (1 + MATERIAL) * floor
         bends = reached and several and factors_off(best) and not factors_off(simpler.fits[0])
         if count == 1:  # what is not needed is told as weak then: see `verdict`
             if reached or not (guess and trifle and weaker):
                 break
-        elif not (weaker or bends or (guess and trifle)):
+        elif not bends and (demanded or not (weaker or (guess and trifle))):
             break
         kept = {candidate.key for candidate in simpler.fits[0].hypothesis.candidates}
         dropped = [i for i, c in enumerate(best.hypothesis.candidates) if c.key not in kept]
@@ -56,6 +61,18 @@ def material(evidence: Evidence, scorer: Scorer) -> tuple[Posterior, list[str]]:
         notes += [told_apart(best, number, posterior.temper, words) for number in dropped]
         posterior = simpler
     return posterior, notes
+
+
+def is_demanded(fewer: Fit, more: Fit, gauge: Gauge, band: Band) -> bool:
+    """Return whether recordings ask for the causes that one fit has ``more`` than another, whatever forecasts gain.
+
+    Without them more than noise is left, or nominal values go beyond what is normal; with them noise alone, or less
+    than half as much.
+    """
+    without, beside = (left(item, gauge, band) for item in (fewer, more))
+    if not (without.significant or factors_off(fewer)):
+        return False
+    return not beside.significant or beside.total <= HALF * without.total
 
 
 def is_trifle(before: Forecast, after: Forecast, nominal: Forecast, several: bool) -> bool:
@@ -94,7 +111,8 @@ def _with_cause(evidence: Evidence, scorer: Scorer) -> Posterior:
     most = DEVIATION if off_together(best) else farthest_of(len(best.deviations))
     before, after = scorer.forecast(best, most), scorer.forecast(wrong.fits[0], most)
     gained = scorer.error(before) - scorer.error(after)
-    return wrong if gained > (BESIDE if count else MATERIAL) * scorer.floor(before) else posterior
+    demanded = count and gained > 0 and is_demanded(best, wrong.fits[0], evidence.gauge, scorer.setting.band)
+    return wrong if demanded or gained > (BESIDE if count else MATERIAL) * scorer.floor(before) else posterior
 
 
 def _is_simpler(item: Fit, than: Fit) -> bool:

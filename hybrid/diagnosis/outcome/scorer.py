@@ -14,6 +14,7 @@ from hybrid.diagnosis.fitting.forecasting import Forecast, Model, forecast, idle
 from hybrid.diagnosis.outcome.verdict import NEAR
 from hybrid.diagnosis.recorded.gauge import Gauge, View
 from hybrid.diagnosis.recorded.records import Batch
+from hybrid.diagnosis.response.hypothesis import Hypothesis
 
 
 @dataclass(frozen=True)
@@ -52,7 +53,15 @@ class Scorer:
     def model(self, item: Fit, theta: FloatArray | None = None) -> Model:
         """Return a fit's model, at its own theta or at another; where causes act follows the order of recordings."""
         order = [recording.name for recording in self.setting.dataset.recordings]
-        return replace(model_of(item, self.gauge, theta), idle=idle_by_order(item, order))
+        return replace(model_of(item, self.gauge, theta), idle=idle_by_order(item, order), bent=self._bent(item))
+
+    def _bent(self, item: Fit) -> tuple[Hypothesis, ...]:
+        """Return a fit's hypothesis with what geometry may add, where the training recordings are too quiet to tell."""
+        plant = item.hypothesis.plant
+        if plant.kept is None or plant.geometry is not None:  # a modal model is linear
+            return ()
+        plants = (replace(plant, geometry=geometry) for geometry in self.setting.geometries)
+        return tuple(replace(item.hypothesis, plant=own) for own in plants)
 
     def error(self, found: Forecast) -> float:
         """Return the NRMSE, mean over the measured channels."""

@@ -22,8 +22,9 @@ from hybrid.diagnosis.response.system import drift, observability
 from hybrid.diagnosis.screening.screening import Screened
 
 SIZES = (-2.0, -1.0, -0.5, -0.2, 0.2, 0.5, 1.0, 2.0)  # of a prior width, from doing nothing
-FIRM = (-20.0, -5.0, 0.006, 0.012, 0.025, 0.05, 0.1, 5.0, 20.0)  # besides, of springs to the ground: supports may give
-# way by a hundredth of the usual or be all but lost, and a start must be within a third of the size
+FAR = (-20.0, -5.0, 5.0, 20.0)  # besides, of springs to the ground
+GIVING = tuple(np.geomspace(0.006, 20.0, 24))  # of a support's compliance, of the usual one: it may give way by a
+# hundredth of that or be all but lost, and a start must be within a third: these are within a fifth of any
 REVERSED = -1.0  # a sensor's gain where it is mounted the wrong way round
 LEFT = (0.02, 0.05, 0.12, 0.25)  # of a stiffness: what may be left; its compliance, which is felt, goes to infinity
 ABSOLUTE: dict[str, tuple[float, ...]] = {StiffnessChange.kind: LEFT, SensorGain.kind: (REVERSED,)}
@@ -112,8 +113,9 @@ def sizes_of(candidate: Candidate) -> FloatArray:
         return np.array(candidate.starts)
     if len(candidate.names) > 1 or not candidate.scalable or candidate.is_law or candidate.oscillator:
         return np.zeros((0, len(candidate.names)))
-    far = FIRM if candidate.kind == SupportSpring.kind else ()
-    sizes = candidate.neutral[0] + np.array((*SIZES, *far)) * candidate.width[0]
+    far = FAR if candidate.kind == SupportSpring.kind else ()
+    steps = (*SIZES, *far) if candidate.released is None else GIVING
+    sizes = candidate.neutral[0] + np.array(steps) * candidate.width[0]
     most = candidate.upper[0] if candidate.upper else np.inf
     sizes = sizes[(sizes > candidate.lower[0]) & (sizes < most)]
     return np.append(sizes, ABSOLUTE.get(candidate.kind, ()))[:, None]

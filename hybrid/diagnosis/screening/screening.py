@@ -32,7 +32,8 @@ class Screened:
     """A ``candidate``, parameters to ``start`` from, and the fall in the sum of squares that it promises (``gain``).
 
     ``shift`` (parameter,): how far the parameters of the fit that it is held against should move with it; ``is_drawn``:
-    whether back to the structure as drawn, where a start is worse than that fit and yet may lead further.
+    whether back to the structure as drawn, where a start is worse than that fit and yet may lead further; ``leads``:
+    whether it is among the best of its ranking, which go on whatever their first steps show.
     """
 
     candidate: Candidate
@@ -40,6 +41,7 @@ class Screened:
     gain: float
     shift: FloatArray
     is_drawn: bool = False
+    leads: bool = False
 
     def theta(self, fit: Fit) -> FloatArray:
         """Return where the fit with this candidate begins, on top of ``fit``."""
