@@ -10,14 +10,17 @@ from fe_models.blind import BlindConfig, blind_case
 from fe_models.four_dof import four_dof
 from fe_models.recordings import Dataset, Quantity, Recording, Sensor
 from fe_models.structure import Beam, Direction, Structure, Support
+from hybrid.diagnosis.contest.evidence import Evidence
 from hybrid.diagnosis.contest.growing import fit_growing, ground_of
+from hybrid.diagnosis.contest.posterior import posterior_of
 from hybrid.diagnosis.contest.setting import Setting, setting_of
 from hybrid.diagnosis.contest.straightening import straighten
-from hybrid.diagnosis.fitting.fitting import fit
-from hybrid.diagnosis.fitting.forecasting import begun_from, forecast, model_of
+from hybrid.diagnosis.fitting.fitting import Fit, fit
+from hybrid.diagnosis.fitting.forecasting import begun_from, forecast, model_of, predicted
 from hybrid.diagnosis.fitting.geometry_response import added, straightened
 from hybrid.diagnosis.nominal.geometry_forces import geometries_of
 from hybrid.diagnosis.nominal.plant import Plant, plant_of
+from hybrid.diagnosis.outcome.scorer import Scorer
 from hybrid.diagnosis.recorded.readout import Readout
 from hybrid.diagnosis.recorded.records import Batch, batches_of, columns_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
@@ -151,7 +154,9 @@ def bridge_setting() -> Setting:
     return setting_of(blind_case(61000, config).dataset)
 
 
-def test_a_geometrically_exact_bridge_leaves_noise_alone_and_is_forecast(bridge_setting: Setting) -> None:
+@pytest.fixture(scope="module")
+def bent_fit(bridge_setting: Setting) -> Fit:
+    """The fit of a geometrically exact bridge less what geometry adds to its motion."""
     setting, gauge = bridge_setting, bridge_setting.gauge
     hypothesis = replace(setting.nominal, plant=replace(setting.plant, geometry=setting.geometries[0]))
     bent = fit_growing(hypothesis, hypothesis.centre, setting.lengths, gauge, setting.short)
@@ -162,17 +167,42 @@ def test_a_geometrically_exact_bridge_leaves_noise_alone_and_is_forecast(bridge_
     assert item is not None
     # Noise as the recordings tell it is right to some 5 %.
     assert item.chi2 < 1.15 * item.values < 1.3 * item.values < bent.chi2
-    linear = replace(item.hypothesis, plant=replace(item.hypothesis.plant, geometry=None))
-    found, without = (
-        forecast(model_of(each, gauge), straight, gauge.view) for each in (item, replace(item, hypothesis=linear))
-    )
+    return item
+
+
+def made_linear(item: Fit) -> Fit:
+    return replace(item, hypothesis=replace(item.hypothesis, plant=replace(item.hypothesis.plant, geometry=None)))
+
+
+def test_a_geometrically_exact_bridge_leaves_noise_alone_and_is_forecast(
+    bridge_setting: Setting, bent_fit: Fit
+) -> None:
+    gauge, both = bridge_setting.gauge, (bent_fit, made_linear(bent_fit))
+    found, without = (forecast(model_of(each, gauge), bent_fit.batches, gauge.view) for each in both)
     assert found.nrmse.mean() < 1.1 * found.floor.mean() < 1.5 * found.floor.mean() < without.nrmse.mean()
-    (batch,) = straight  # whole, as where a cause is asked for that acts in some only
+    (batch,) = bent_fit.batches  # whole, as where a cause is asked for that acts in some only
     whole, astray = (
-        begun_from(model_of(each, gauge), (), batch, gauge.view, batch.samples).cost.sum()
-        for each in (item, replace(item, hypothesis=linear))
+        begun_from(model_of(each, gauge), (), batch, gauge.view, batch.samples).cost.sum() for each in both
     )
-    assert whole < 1.15 * item.values < 1.3 * item.values < astray
+    assert whole < 1.15 * bent_fit.values < 1.3 * bent_fit.values < astray
+
+
+def test_forecasts_of_motions_larger_than_those_of_training_are_bent_where_their_first_fifth_asks_for_it(
+    bridge_setting: Setting, bent_fit: Fit
+) -> None:
+    """As where those of training are too quiet to tell; a recording from a linear model stays so."""
+    setting, quiet = bridge_setting, made_linear(bent_fit)
+    evidence = Evidence(quiet, posterior_of((quiet,), ()), setting.gauge, setting.gauge, ())
+    model, view = Scorer.of(setting, evidence).model(quiet), setting.gauge.view
+    (batch,) = bent_fit.batches
+    own, linear = (forecast(each, (batch,), view) for each in (model, replace(model, bent=())))
+    assert own.nrmse.mean() < 1.1 * own.floor.mean() < 1.5 * own.floor.mean() < linear.nrmse.mean()
+    straight = predicted(replace(model, bent=()), batch, view)
+    again = predicted(model, replace(batch, data=straight, whole=None), view)
+    bent = predicted(replace(model, hypothesis=bent_fit.hypothesis, bent=()), batch, view)
+    off, apart = (np.abs(each - straight).max(axis=1) / setting.gauge.sigma for each in (again, bent))
+    assert off.max() < 0.5 < 5.0 < apart.max()  # initial states are a little nearer to rest than those that moved it
+    assert not Scorer.of(setting, evidence).model(bent_fit).bent  # the recordings have told
 
 
 def test_what_was_recorded_is_scored_not_what_was_fitted(bridge_setting: Setting) -> None:

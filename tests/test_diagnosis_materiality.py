@@ -15,8 +15,9 @@ from hybrid.diagnosis.contest.setting import Setting, setting_of
 from hybrid.diagnosis.fitting.far_off import farthest_of, within
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.judging import key_of
-from hybrid.diagnosis.outcome.materiality import material
+from hybrid.diagnosis.outcome.materiality import is_demanded, material
 from hybrid.diagnosis.outcome.scorer import Scorer
+from hybrid.diagnosis.outcome.verdict import BESIDE
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 
 TWO = BlindConfig(("stiffness_change", "sensor_gain"), size=0.7, train=4, test=2, duration=25.0)
@@ -77,6 +78,25 @@ def test_second_cause_may_matter_less_than_a_first() -> None:
     found, notes = named(setting, fitted(setting), fitted(setting, gain), fitted(setting, gain, spring))
     assert found[0] == {gain.key, spring.key}
     assert notes == []
+
+
+def test_second_cause_that_recordings_demand_stays_though_forecasts_hardly_gain() -> None:
+    """Beside the stop alone a mode's damping would have to be off beyond what is normal."""
+    case = blind_case(66007, BlindConfig(("gap_stop", "modal_damping"), off=True))
+    setting = setting_of(case.dataset)
+    stop = candidate(setting, f"gap_stop {case.truth[0].location | {'side': case.truth[0].parameters['side']}}")
+    damping = candidate(setting, key_of(case.truth[1]))
+    base, one, both = fitted(setting), fitted(setting, stop), fitted(setting, stop, damping)
+    evidence = Evidence(base, posterior_of((base,), ()), setting.gauge, setting.gauge, ())
+    scorer = Scorer.of(setting, evidence)
+    before, after = (scorer.forecast(item) for item in (one, both))
+    assert 0 < scorer.error(before) - scorer.error(after) < BESIDE * scorer.floor(before)
+    found, notes = named(setting, base, one, both)
+    assert found[0] == {stop.key, damping.key}
+    assert notes == []
+    idle = fitted(setting, stop, damping, candidate(setting, "added_mass {'node': 2}"))
+    assert is_demanded(one, both, setting.gauge, setting.band)
+    assert not is_demanded(both, idle, setting.gauge, setting.band)
 
 
 def test_second_cause_that_bends_the_calibration_goes_where_forecasts_are_good_without_it() -> None:

@@ -35,7 +35,7 @@ from hybrid.diagnosis.response.marching import respond
 from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.response.system import System, drift, modal_form, observability
 from hybrid.diagnosis.screening.absorbed import absorbed
-from hybrid.diagnosis.screening.scanning import LEFT, scan, unseen
+from hybrid.diagnosis.screening.scanning import LEFT, scan, sizes_of, unseen
 from hybrid.diagnosis.screening.screening import screen
 
 RATE, SAMPLES, MOVING = 100.0, 100, 10
@@ -109,6 +109,15 @@ def test_the_score_test_finds_what_is_weak(effect: Effect, value: float, toleran
     best = screen(found, linear_candidates(), gauge)[0]
     assert (best.candidate.kind, best.candidate.location) == (effect.kind, effect.location)
     assert best.start[0] == pytest.approx(value, rel=tolerance)  # of first order only, and with noise
+
+
+def test_a_support_that_gives_way_is_scanned_within_a_fifth_of_any_compliance() -> None:
+    """A fit that begins a third off may lead astray, and the cause is out of the contest."""
+    soft = next(c for c in linear_candidates() if c.released is not None)
+    sizes = sizes_of(soft)[:, 0]
+    wanted = soft.width[0] * np.geomspace(0.006, 20.0, 500)
+    nearest = np.abs(np.log(sizes[:, None] / wanted)).min(axis=0)
+    assert nearest.max() < np.log(1.2)
 
 
 def chain_system() -> System:

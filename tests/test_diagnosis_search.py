@@ -298,6 +298,27 @@ def test_of_causes_that_promise_nearly_the_same_the_more_probable_one_goes_on(
     assert [step.hypothesis.candidates[0].location["node"] for step in foremost(steps, odds)] == [first]
 
 
+@pytest.mark.parametrize("drawn", [True, False])
+def test_what_leads_a_ranking_from_the_drawn_structure_goes_on_whatever_its_first_step_shows(
+    drawn: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    dataset = blind_case(33021, BlindConfig()).dataset
+    plant = plant_of(dataset)
+    causes = [candidate(dataset, "stiffness_change", element=element) for element in (1, 2, 3, 4)]
+    gains = 1e4 * np.arange(4, 0, -1)
+    ranking = [
+        Screened(item, (1.0,), float(gain), np.zeros(plant.values), is_drawn=drawn)
+        for item, gain in zip(causes, gains, strict=True)
+    ]
+    odds = Odds.among(tuple(causes), 1.0)
+    trials = promising([ranking, []], 4, odds)
+    steps = [(t, Step(Hypothesis(plant, (t.candidate,)), np.zeros(1), (), t.gain)) for t in trials]  # the first worst
+    monkeypatch.setattr(shortlist, "FOREMOST", 1)
+    monkeypatch.setattr(shortlist, "FOREMOST_DRAWN", 1)
+    kept = [step.hypothesis.candidates[0].location["element"] for step in foremost(steps, odds)]
+    assert kept == ([4, 2, 1] if drawn else [4])
+
+
 def test_twice_as_many_go_on_of_those_that_are_ranked_by_their_modes() -> None:
     dataset = blind_case(33021, BlindConfig()).dataset
     nuisances = np.zeros(plant_of(dataset).values)
