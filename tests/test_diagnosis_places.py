@@ -13,6 +13,7 @@ from fe_models.four_dof import four_dof
 from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.structure import Beam, Spring, Structure
 from hybrid.calibration import nothing
+from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.causes.linear_causes import ECHOED, linear_causes
 from hybrid.diagnosis.causes.places import Motion, places_of
 from hybrid.diagnosis.contest import neighbours, pairs, stages
@@ -20,7 +21,7 @@ from hybrid.diagnosis.contest.growing import fit_growing, ground_of, passed_by, 
 from hybrid.diagnosis.contest.neighbours import adjoin, fits_beside, fits_tied, of_other_kinds
 from hybrid.diagnosis.contest.pairs import asks_for_more
 from hybrid.diagnosis.contest.posterior import Posterior
-from hybrid.diagnosis.contest.search import others_there
+from hybrid.diagnosis.contest.search import nearer, others_there
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.contest.stages import Search
 from hybrid.diagnosis.diagnosis import diagnose
@@ -179,6 +180,32 @@ def test_other_kinds_of_cause_sit_where_the_one_found_does() -> None:
     assert others_there(best, [promising], []) == []  # its calibration is normal
     assert {trial.candidate.key for trial in others_there(far, [promising], [])} == {c.key for c in there}
     assert others_there(far, [promising], promising) == []  # all have been tried
+
+
+@pytest.mark.parametrize(("noisy", "begun_at"), [(True, [[3], [4], [5]]), (False, [])])
+def test_a_law_begins_next_to_its_best_place_while_that_gets_better(noisy: bool, begun_at: list[list[int]]) -> None:
+    """And not where it leaves noise alone."""
+    sensors = tuple(Sensor(f"a{node}", node, "y", "acceleration", "m/s^2") for node in (2, 4, 5))
+    setting = setting_of(vibrations(beam(), beam(), sensors, 3))
+    short, stops = setting.short, [c for c in setting.candidates() if c.kind == "gap_stop" and c.location["side"] == 1]
+    energy = {2: 9.0, 3: 8.0, 4: 5.0, 5: 7.0}  # of noise
+
+    def left_at(stop: Candidate) -> Fit:
+        cost = short.values * (energy[stop.location["node"]] if noisy else 1.0)
+        theta = np.append(short.theta, stop.first_starts[0])
+        return replace(short, hypothesis=setting.nominal.adding(stop), theta=theta, cost=cost, chi2=cost)
+
+    seen = []
+
+    def begin(trials: list[Screened], known: Fit) -> list[Fit]:
+        seen.append([trial.candidate.location["node"] for trial in trials])
+        return [left_at(trial.candidate) for trial in trials]
+
+    trials = [Screened(stop, stop.first_starts[0], 1.0, np.zeros_like(short.theta)) for stop in stops]
+    (first,) = (stop for stop in stops if stop.location == {"node": 2, "direction": "y", "side": 1})
+    found = nearer([left_at(first)], trials, begin)
+    assert seen == begun_at
+    assert [item.hypothesis.candidates[-1].location["node"] for item in found] == [node for (node,) in begun_at]
 
 
 def test_the_places_next_to_what_explains_little_are_not_fitted(monkeypatch: pytest.MonkeyPatch) -> None:

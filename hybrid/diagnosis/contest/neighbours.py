@@ -87,6 +87,13 @@ def of_other_kinds(best: Fit, trials: Sequence[Screened]) -> list[Screened]:
     ]
 
 
+def next_to(best: Fit, trials: Sequence[Screened]) -> list[Screened]:
+    """Return those ``trials`` of the kind of a fit's last cause that are at places next to its own."""
+    structure, own = best.hypothesis.plant.structure, best.hypothesis.candidates[-1]
+    alike = [trial for trial in trials if trial.candidate.kind == own.kind]
+    return [trial for trial in alike if _is_next(own.location, trial.candidate.location, structure)]
+
+
 def adjoin(item: Fit) -> bool:
     """Return whether two causes of a frame's fit sit at one place or at places next to each other.
 
