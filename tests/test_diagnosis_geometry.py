@@ -16,7 +16,7 @@ from hybrid.diagnosis.contest.posterior import posterior_of
 from hybrid.diagnosis.contest.setting import Setting, setting_of
 from hybrid.diagnosis.contest.straightening import straighten
 from hybrid.diagnosis.fitting.fitting import Fit, fit
-from hybrid.diagnosis.fitting.forecasting import begun_from, forecast, model_of, predicted
+from hybrid.diagnosis.fitting.forecasting import begun_from, forecast, is_bent, model_of, predicted
 from hybrid.diagnosis.fitting.geometry_response import added, straightened
 from hybrid.diagnosis.nominal.geometry_forces import geometries_of
 from hybrid.diagnosis.nominal.plant import Plant, plant_of
@@ -202,6 +202,8 @@ def test_forecasts_of_motions_larger_than_those_of_training_are_bent_where_their
     bent = predicted(replace(model, hypothesis=bent_fit.hypothesis, bent=()), batch, view)
     off, apart = (np.abs(each - straight).max(axis=1) / setting.gauge.sigma for each in (again, bent))
     assert off.max() < 0.5 < 5.0 < apart.max()  # initial states are a little nearer to rest than those that moved it
+    assert is_bent(model, batch, view).all()
+    assert not is_bent(model, replace(batch, data=straight, whole=None), view).any()
     assert not Scorer.of(setting, evidence).model(bent_fit).bent  # the recordings have told
 
 

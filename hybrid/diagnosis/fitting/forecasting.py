@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from fe_models.dofs import FloatArray
+from fe_models.dofs import BoolArray, FloatArray
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.fitting.geometry_response import added
 from hybrid.diagnosis.fitting.initial_states import EXPLODED, initial_states
@@ -19,6 +19,7 @@ from hybrid.diagnosis.response.system import drifted, observability
 
 SHOWN = 0.2  # of each recording: what its initial state is estimated from
 ORDERLY = 6.0  # in a cost: 2 log 20, as one of twenty recordings is not as those before and after it are
+CLEAR = 6.0  # in a cost, likewise: what geometry must take off it to be worth a word
 ROUNDS = 3  # of taking away what geometry adds to a motion, which tells what it adds
 TINY = 1e-300  # instead of nothing
 
@@ -138,8 +139,7 @@ def predicted(model: Model, batch: Batch, view: View) -> FloatArray:
     best: FloatArray | None = None
     least = np.full(len(batch.data), np.inf)
     for own, off in model.choices:
-        begun = begun_from(own, off, batch, view, shown_of(batch.samples))
-        cost = begun.cost + [model.idle.get(name, 0.0) for name in batch.names] if off else begun.cost
+        begun, cost = _begun(own, off, batch, view)
         hypothesis, theta, _ = without(own, off)
         system = system_of(hypothesis, theta[None], view.readout)
         y = (respond(system, begun.states[None], batch.samples, batch.loads) + drifted(system, batch.begins))[0]
@@ -149,6 +149,21 @@ def predicted(model: Model, batch: Batch, view: View) -> FloatArray:
         least = np.minimum(least, cost)
     assert best is not None  # there is at least one choice
     return best
+
+
+def is_bent(model: Model, batch: Batch, view: View) -> BoolArray:
+    """Return whether the recordings' first fifths (recording,) ask for what geometry adds by a model's choice."""
+    least = [np.full(len(batch.data), np.inf) for _ in range(2)]
+    for own, off in model.choices:
+        bent = own.hypothesis is not model.hypothesis
+        least[bent] = np.minimum(least[bent], _begun(own, off, batch, view)[1])
+    return least[True] < least[False] - CLEAR
+
+
+def _begun(model: Model, off: tuple[int, ...], batch: Batch, view: View) -> tuple[Begun, FloatArray]:
+    """Return where a model less the candidates ``off`` begins, and the cost (recording,) that it does not act there."""
+    begun = begun_from(model, off, batch, view, shown_of(batch.samples))
+    return begun, begun.cost + [model.idle.get(name, 0.0) for name in batch.names] if off else begun.cost
 
 
 def begun_from(model: Model, off: tuple[int, ...], batch: Batch, view: View, shown: int) -> Begun:

@@ -45,6 +45,10 @@ UNSEEN = (
     "the training recordings show nothing{more} wrong, but test recordings do ({names}): what acts there is not felt in"
     ' training, or came later; take such a recording for training (role = "train") and diagnose again'
 )
+BENT = (
+    "motions of {names} are so large that the frame's geometry shows, which recordings for training do not: forecasts"
+    " take it into account"
+)
 
 
 @dataclass(frozen=True)
@@ -124,6 +128,8 @@ def concluded(setting: Setting, evidence: Evidence) -> Diagnosis:
     notes += modal_notes(simulation, found.nominal, found.own, scorer, named)
     advice = advise(posterior, evidence.searched, setting.dataset.sensors) if named else ()
     shown = show(setting.dataset, simulation.fit, final, found.nominal, found.calibrated, gauge)
+    bent = ", ".join(scorer.bent_in(final))
+    notes += [BENT.format(names=bent)] if bent else []
     notes += dispersion_of(replace(final, theta=theta), posterior.temper)
     notes += all_off(shown, setting.dataset.assumptions.uncertainty)
     if verdict in (Verdict.PARTLY_EXPLAINED, Verdict.UNEXPLAINED):

@@ -10,7 +10,7 @@ from hybrid.diagnosis.contest.setting import Setting
 from hybrid.diagnosis.fitting.crossvalidation import Folds, folds_of
 from hybrid.diagnosis.fitting.far_off import within
 from hybrid.diagnosis.fitting.fitting import Fit
-from hybrid.diagnosis.fitting.forecasting import Forecast, Model, forecast, idle_by_order, model_of
+from hybrid.diagnosis.fitting.forecasting import Forecast, Model, forecast, idle_by_order, is_bent, model_of
 from hybrid.diagnosis.outcome.verdict import NEAR
 from hybrid.diagnosis.recorded.gauge import Gauge, View
 from hybrid.diagnosis.recorded.records import Batch
@@ -75,6 +75,15 @@ class Scorer:
     def floor(self, found: Forecast) -> float:
         """Return the NRMSE that noise alone makes, mean over the measured channels."""
         return float(found.floor[:, list(self.setting.measured)].mean())
+
+    def bent_in(self, item: Fit) -> tuple[str, ...]:
+        """Return the names of the test recordings that show what geometry adds, where those for training do not."""
+        model = self.model(item)
+        if not model.bent:
+            return ()
+        names = [name for batch in self.test for name in batch.names]
+        bent = np.concatenate([is_bent(model, batch, self.view) for batch in self.test] or [np.zeros(0)])
+        return tuple(dict.fromkeys(name for name, is_so in zip(names, bent, strict=True) if is_so))
 
     def wrong_in(self, found: Forecast) -> tuple[str, ...]:
         """Return the names of the recordings kept for testing that are forecast worse than is near the noise floor."""
