@@ -81,9 +81,13 @@ class Scorer:
         model = self.model(item)
         if not model.bent:
             return ()
-        names = [name for batch in self.test for name in batch.names]
-        bent = np.concatenate([is_bent(model, batch, self.view) for batch in self.test] or [np.zeros(0)])
-        return tuple(dict.fromkeys(name for name, is_so in zip(names, bent, strict=True) if is_so))
+        found = dict.fromkeys(
+            name
+            for batch in self.test
+            for name, is_so in zip(batch.names, is_bent(model, batch, self.view), strict=True)
+            if is_so
+        )
+        return tuple(found)
 
     def wrong_in(self, found: Forecast) -> tuple[str, ...]:
         """Return the names of the recordings kept for testing that are forecast worse than is near the noise floor."""
