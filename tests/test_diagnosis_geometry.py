@@ -10,11 +10,13 @@ from fe_models.blind import BlindConfig, blind_case
 from fe_models.four_dof import four_dof
 from fe_models.recordings import Dataset, Quantity, Recording, Sensor
 from fe_models.structure import Beam, Direction, Structure, Support
+from hybrid.diagnosis.causes.places import Motion
 from hybrid.diagnosis.contest.evidence import Evidence
 from hybrid.diagnosis.contest.growing import fit_growing, ground_of
 from hybrid.diagnosis.contest.posterior import posterior_of
 from hybrid.diagnosis.contest.setting import Setting, setting_of
 from hybrid.diagnosis.contest.straightening import straighten
+from hybrid.diagnosis.fitting.driven import states_along
 from hybrid.diagnosis.fitting.fitting import Fit, fit
 from hybrid.diagnosis.fitting.forecasting import begun_from, forecast, is_bent, model_of, predicted
 from hybrid.diagnosis.fitting.geometry_response import added, straightened
@@ -192,6 +194,8 @@ def test_forecasts_of_motions_larger_than_those_of_training_are_bent_where_their
 ) -> None:
     """As where those of training are too quiet to tell; a recording from a linear model stays so."""
     setting, quiet = bridge_setting, made_linear(bent_fit)
+    motion = Motion.of_states(states_along(setting.short, setting.searched), setting.plant).displacement
+    setting = replace(setting, geometries=geometries_of(setting.plant, 0.4 * motion, rng()))  # as told by quieter ones
     evidence = Evidence(quiet, posterior_of((quiet,), ()), setting.gauge, setting.gauge, ())
     model, view = Scorer.of(setting, evidence).model(quiet), setting.gauge.view
     (batch,) = bent_fit.batches

@@ -94,9 +94,25 @@ def test_second_cause_that_recordings_demand_stays_though_forecasts_hardly_gain(
     found, notes = named(setting, base, one, both)
     assert found[0] == {stop.key, damping.key}
     assert notes == []
-    idle = fitted(setting, stop, damping, candidate(setting, "added_mass {'node': 2}"))
-    assert is_demanded(one, both, setting.gauge, setting.band)
-    assert not is_demanded(both, idle, setting.gauge, setting.band)
+
+
+def test_recordings_demand_what_brings_the_calibration_back_or_takes_most_of_what_is_left() -> None:
+    case = blind_case(66007, BlindConfig(("gap_stop", "modal_damping"), off=True))
+    setting = setting_of(case.dataset)
+    stop = candidate(setting, f"gap_stop {case.truth[0].location | {'side': case.truth[0].parameters['side']}}")
+    damping, mass = (candidate(setting, key) for key in (key_of(case.truth[1]), "added_mass {'node': 2}"))
+    base, one, both = fitted(setting), fitted(setting, stop), fitted(setting, stop, damping)
+
+    def demanded(fewer: Fit, more: Fit) -> bool:
+        return is_demanded(fewer, more, setting.gauge, setting.band)
+
+    assert demanded(one, both)  # without the damping the mode's own ratio is off beyond what is normal
+    assert not demanded(one, fitted(setting, stop, mass))  # it is, with a mass as well
+    assert not demanded(both, fitted(setting, stop, damping, mass))  # it is not, without one either
+    for share, most in ((0.4, True), (0.6, False)):  # of what the base leaves beyond noise, in energy
+        residuals = zip(base.residuals, both.residuals, strict=True)
+        part = replace(base, residuals=tuple(noise + np.sqrt(share) * (all_ - noise) for all_, noise in residuals))
+        assert demanded(base, part) == most
 
 
 def test_second_cause_that_bends_the_calibration_goes_where_forecasts_are_good_without_it() -> None:

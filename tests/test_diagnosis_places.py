@@ -18,10 +18,10 @@ from hybrid.diagnosis.causes.linear_causes import ECHOED, linear_causes
 from hybrid.diagnosis.causes.places import Motion, places_of
 from hybrid.diagnosis.contest import neighbours, pairs, stages
 from hybrid.diagnosis.contest.growing import fit_growing, ground_of, passed_by, shortened
-from hybrid.diagnosis.contest.neighbours import adjoin, fits_beside, fits_tied, of_other_kinds
+from hybrid.diagnosis.contest.neighbours import adjoin, fits_beside, fits_tied, laws_beside, of_other_kinds
 from hybrid.diagnosis.contest.pairs import asks_for_more
 from hybrid.diagnosis.contest.posterior import Posterior
-from hybrid.diagnosis.contest.search import nearer, others_there
+from hybrid.diagnosis.contest.search import others_there
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.contest.stages import Search
 from hybrid.diagnosis.diagnosis import diagnose
@@ -203,7 +203,7 @@ def test_a_law_begins_next_to_its_best_place_while_that_gets_better(noisy: bool,
 
     trials = [Screened(stop, stop.first_starts[0], 1.0, np.zeros_like(short.theta)) for stop in stops]
     (first,) = (stop for stop in stops if stop.location == {"node": 2, "direction": "y", "side": 1})
-    found = nearer([left_at(first)], trials, begin)
+    found = laws_beside([left_at(first)], trials, begin)
     assert seen == begun_at
     assert [item.hypothesis.candidates[-1].location["node"] for item in found] == [node for (node,) in begun_at]
 

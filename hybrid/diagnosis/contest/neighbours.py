@@ -16,6 +16,7 @@ from hybrid.diagnosis.screening.screening import Screened
 STEPS = 4  # at most, from place to place
 AS_GOOD = 3.0  # in tempered log evidence, less than the best: places that the recordings do not tell from each other
 ENOUGH = 12  # fits at them, after which it spreads no further: a tower has as many nodes
+NOISY = 1.1  # times the energy of noise: what a law at its right place hardly leaves of the shortest segments
 LITTLE = 0.5  # of what is wrong: where the best leaves more, its places are guesses; friction three nodes off: 0.25
 
 
@@ -87,11 +88,29 @@ def of_other_kinds(best: Fit, trials: Sequence[Screened]) -> list[Screened]:
     ]
 
 
-def next_to(best: Fit, trials: Sequence[Screened]) -> list[Screened]:
-    """Return those ``trials`` of the kind of a fit's last cause that are at places next to its own."""
-    structure, own = best.hypothesis.plant.structure, best.hypothesis.candidates[-1]
-    alike = [trial for trial in trials if trial.candidate.kind == own.kind]
-    return [trial for trial in alike if _is_next(own.location, trial.candidate.location, structure)]
+def laws_beside(
+    present: list[Fit], trials: Sequence[Screened], begin: Callable[[list[Screened], Fit], list[Fit]]
+) -> list[Fit]:
+    """Return fits next to the best of the ``present``, if that is of a force law at a frame's node, and so on.
+
+    From where ``trials`` begin, while that gets better and the best leaves more than noise: a stop that is hit in each
+    period promises more at wrong places near, the right one is not among those with the most, and no fit moves there by
+    itself. ``begin``: returns fits of trials.
+    """
+    found, best = list[Fit](), min(present, key=lambda item: item.charged)
+    if best.hypothesis.plant.is_chain:
+        return found
+    done = {item.hypothesis.candidates[-1].key for item in present}
+    for _ in range(STEPS):
+        if not best.hypothesis.candidates[-1].is_law or best.chi2 <= NOISY * best.values:
+            break
+        beside = [trial for trial in _next_to(best, trials) if trial.candidate.key not in done]
+        done |= {trial.candidate.key for trial in beside}
+        found += begin(beside, best)
+        here, best = best, min((best, *found), key=lambda item: item.charged)
+        if best is here:
+            break
+    return found
 
 
 def adjoin(item: Fit) -> bool:
@@ -133,6 +152,13 @@ def _moved(item: Fit, candidates: tuple[Candidate, ...]) -> list[Fit]:
                 theta[part] = other.neutral + size * other.width
                 moved.append(replace(item, hypothesis=replace(hypothesis, candidates=causes), theta=theta))
     return moved
+
+
+def _next_to(best: Fit, trials: Sequence[Screened]) -> list[Screened]:
+    """Return those trials of the kind of a fit's last cause that are at places next to its own."""
+    structure, own = best.hypothesis.plant.structure, best.hypothesis.candidates[-1]
+    alike = [trial for trial in trials if trial.candidate.kind == own.kind]
+    return [trial for trial in alike if _is_next(own.location, trial.candidate.location, structure)]
 
 
 def _settled(gauge: Gauge, start: Fit) -> Fit | None:

@@ -11,7 +11,7 @@ from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.bounds import LEFT, bound_of
 from hybrid.diagnosis.contest.growing import CLOSE_ENOUGH, Ground, Lengths, continued, fit_growing, padded, shortened
 from hybrid.diagnosis.contest.harmonic import fit_forces
-from hybrid.diagnosis.contest.neighbours import next_to, of_other_kinds
+from hybrid.diagnosis.contest.neighbours import laws_beside, of_other_kinds
 from hybrid.diagnosis.contest.odds import Odds
 from hybrid.diagnosis.contest.shortlist import MOST_TIED, TIED, foremost, promising, with_others
 from hybrid.diagnosis.contest.starts import best_start, starts_of
@@ -32,7 +32,6 @@ RACING_LAWS = 3  # of them beside a force law, where each takes far longer
 RIVALS = 8  # candidates that are tried in the place of one of two causes
 FORETOLD = 2  # causes at most that go on however far behind on segments, where whole recordings promise more of them
 FOUND_ALONE = 3  # causes that begin beside a force law as they ended alone
-NOISY = 1.1  # times the energy of noise: what a law at its right place hardly leaves of the shortest segments
 SHORT_ITERATIONS = 8  # of the fits of the shortest segments
 
 
@@ -62,38 +61,20 @@ def contest(
     advance()
     trials = with_others(promising(ranked, kept, odds), [*unseen(short, others, gauge), *_found_alone(short, alone)])
 
-    def begin(trials: list[Screened], known: Fit | None = None) -> list[Fit]:
-        return _begun(ground.hypothesis, short, trials, gauge, odds, advance, known)
+    def begin(chosen: list[Screened], known: Fit | None = None) -> list[Fit]:
+        return _begun(ground.hypothesis, short, chosen, gauge, odds, advance, known)
 
     present = begin(trials)
     if present:
         best = min(present, key=lambda item: item.charged)
         present += begin(others_there(best, ranked, trials), best)
-        present += nearer(present, screened, begin) if is_frame else []
+        present += laws_beside(present, screened, begin)
     for longer in lengths.cut[1:]:
         present = _race(present, longer, gauge, lengths.enough(longer), odds)
         advance()
     present += _foretold(ground, tested, present, lengths, gauge)
     present += fit_forces(base, others, present, gauge, advance)
     return tuple(sorted(present, key=lambda item: -item.log_evidence))
-
-
-def nearer(present: list[Fit], trials: list[Screened], begin: Callable[[list[Screened], Fit], list[Fit]]) -> list[Fit]:
-    """Return fits of a frame's force law next to the best place of the ``present``, and so on while that gets better.
-
-    Where the best leaves more than noise: a stop that is hit in each period promises more at wrong places near, the
-    right one is not among those with the most, and no fit moves there by itself. ``begin``: returns fits of ``trials``.
-    """
-    found, best = list[Fit](), min(present, key=lambda item: item.charged)
-    done = {item.hypothesis.candidates[-1].key for item in present}
-    while best.hypothesis.candidates[-1].is_law and best.chi2 > NOISY * best.values:
-        beside = [trial for trial in next_to(best, trials) if trial.candidate.key not in done]
-        done |= {trial.candidate.key for trial in beside}
-        found += begin(beside, best)
-        here, best = best, min((best, *found), key=lambda item: item.charged)
-        if best is here:
-            break
-    return found
 
 
 def others_there(best: Fit, ranked: list[list[Screened]], tried: list[Screened]) -> list[Screened]:

@@ -78,7 +78,7 @@ def foremost(begun: list[tuple[Screened, Step]], odds: Odds) -> list[Step]:
     """
     ranked = sorted(begun, key=lambda item: item[1].charged + odds.price(item[1].hypothesis.candidates[-1]))
     share = min((effort_of(s.hypothesis.plant).beside_law for _, s in begun if s.hypothesis.is_beside_law), default=1.0)
-    laws = _first_of_each_kind([step for _, step in ranked])[:KEPT_LAWS]
+    laws = _first_of_each_kind([step for trial, step in ranked if trial.candidate.is_law])[:KEPT_LAWS]
     linear = [(trial, step) for trial, step in ranked if not trial.candidate.is_law]
     others = [step for trial, step in linear if not trial.is_drawn][: int(share * FOREMOST)]
     drawn = [(trial.leads, step) for trial, step in linear if trial.is_drawn]
@@ -88,10 +88,9 @@ def foremost(begun: list[tuple[Screened, Step]], odds: Odds) -> list[Step]:
 
 
 def _first_of_each_kind(steps: list[Step]) -> list[Step]:
-    """Return those of force laws: the first of each kind, which may start far off, then the second, up to `ALIKE`."""
-    laws = [step for step in steps if step.hypothesis.candidates[-1].is_law]
-    numbers = _numbered(step.hypothesis.candidates[-1].kind for step in laws)
-    kept = [(number, step) for number, step in zip(numbers, laws, strict=True) if number <= ALIKE]
+    """Return the first of each kind of force law, which may start far off, then the second, up to `ALIKE`."""
+    numbers = _numbered(step.hypothesis.candidates[-1].kind for step in steps)
+    kept = [(number, step) for number, step in zip(numbers, steps, strict=True) if number <= ALIKE]
     return [step for _, step in sorted(kept, key=lambda item: item[0])]
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from fe_models.dofs import BoolArray, FloatArray
 from hybrid.diagnosis.fitting.fitting import Fit
-from hybrid.diagnosis.fitting.geometry_response import added
+from hybrid.diagnosis.fitting.geometry_response import FELT, added
 from hybrid.diagnosis.fitting.initial_states import EXPLODED, initial_states
 from hybrid.diagnosis.recorded.gauge import Gauge, View
 from hybrid.diagnosis.recorded.records import Batch, columns_of, count_of
@@ -19,7 +19,7 @@ from hybrid.diagnosis.response.system import drifted, observability
 
 SHOWN = 0.2  # of each recording: what its initial state is estimated from
 ORDERLY = 6.0  # in a cost: 2 log 20, as one of twenty recordings is not as those before and after it are
-CLEAR = 6.0  # in a cost, likewise: what geometry must take off it to be worth a word
+CLEAR = 6.0  # likewise: what geometry must take off a cost, where recordings for training do not show it
 ROUNDS = 3  # of taking away what geometry adds to a motion, which tells what it adds
 TINY = 1e-300  # instead of nothing
 
@@ -30,7 +30,8 @@ class Model:
 
     ``switched``: numbers of candidates that act in some recordings only; in each the better choice is taken, where
     ``idle`` (by name) tells how much cost it adds that they do not act: see `idle_by_order`. ``bent``: hypotheses that
-    differ by what geometry adds, which only motions larger than those in training may show: likewise.
+    differ by what geometry adds, which only motions larger than those in training may show: in each recording the one
+    is taken that its first fifth asks for.
     """
 
     hypothesis: Hypothesis
@@ -39,13 +40,6 @@ class Model:
     switched: tuple[int, ...] = ()
     idle: Mapping[str, float] = field(default_factory=dict)
     bent: tuple[Hypothesis, ...] = ()
-
-    @property
-    def choices(self) -> Iterator[tuple["Model", tuple[int, ...]]]:
-        """What may hold in a recording: a model with no choice of geometry, and the numbers of what does not act."""
-        for hypothesis in (self.hypothesis, *self.bent):
-            for off in ((), self.switched) if self.switched else ((),):
-                yield replace(self, hypothesis=hypothesis, bent=()), off
 
 
 @dataclass(frozen=True)
@@ -138,32 +132,56 @@ def predicted(model: Model, batch: Batch, view: View) -> FloatArray:
     """Return the channels (recording, time, sensor) forecast from the first fifth of the measured ones."""
     best: FloatArray | None = None
     least = np.full(len(batch.data), np.inf)
-    for own, off in model.choices:
-        begun, cost = _begun(own, off, batch, view)
+    for own, off, begun in _ways(model, batch, view):
         hypothesis, theta, _ = without(own, off)
         system = system_of(hypothesis, theta[None], view.readout)
         y = (respond(system, begun.states[None], batch.samples, batch.loads) + drifted(system, batch.begins))[0]
         y = y + begun.geometric
         y = np.nan_to_num(y, nan=EXPLODED, posinf=EXPLODED, neginf=-EXPLODED)
-        best = y if best is None else np.where((cost < least)[:, None, None], y, best)
-        least = np.minimum(least, cost)
-    assert best is not None  # there is at least one choice
+        best = y if best is None else np.where((begun.cost < least)[:, None, None], y, best)
+        least = np.minimum(least, begun.cost)
+    assert best is not None  # there is at least one way
     return best
 
 
 def is_bent(model: Model, batch: Batch, view: View) -> BoolArray:
-    """Return whether the recordings' first fifths (recording,) ask for what geometry adds by a model's choice."""
+    """Return which recordings (recording,) are forecast with what geometry adds, by one of the ``bent`` hypotheses."""
     least = [np.full(len(batch.data), np.inf) for _ in range(2)]
-    for own, off in model.choices:
+    for own, _, begun in _ways(model, batch, view):
         bent = own.hypothesis is not model.hypothesis
-        least[bent] = np.minimum(least[bent], _begun(own, off, batch, view)[1])
-    return least[True] < least[False] - CLEAR
+        least[bent] = np.minimum(least[bent], begun.cost)
+    return least[True] < least[False]
 
 
-def _begun(model: Model, off: tuple[int, ...], batch: Batch, view: View) -> tuple[Begun, FloatArray]:
-    """Return where a model less the candidates ``off`` begins, and the cost (recording,) that it does not act there."""
-    begun = begun_from(model, off, batch, view, shown_of(batch.samples))
-    return begun, begun.cost + [model.idle.get(name, 0.0) for name in batch.names] if off else begun.cost
+def least_cost(model: Model, off: tuple[int, ...], batch: Batch, view: View) -> FloatArray:
+    """Return the cost (recording,) of whole recordings by a model less the candidates ``off``, bent or not."""
+    return np.min([begun.cost for _, begun in _begun_by(model, off, batch, view, batch.samples)], axis=0)
+
+
+def _ways(model: Model, batch: Batch, view: View) -> Iterator[tuple[Model, tuple[int, ...], Begun]]:
+    """Yield in which ways recordings may go on after their first fifth, by which one is chosen: a model, the numbers of
+    the candidates that do not act, and where it begins.
+    """
+    for off in ((), model.switched) if model.switched else ((),):
+        idle = np.array([model.idle.get(name, 0.0) if off else 0.0 for name in batch.names])
+        for own, begun in _begun_by(model, off, batch, view, shown_of(batch.samples)):
+            yield own, off, replace(begun, cost=begun.cost + idle)
+
+
+def _begun_by(
+    model: Model, off: tuple[int, ...], batch: Batch, view: View, shown: int
+) -> Iterator[tuple[Model, Begun]]:
+    """Yield where a model begins, and where each of its ``bent`` hypotheses does that is felt along its motion."""
+    begun = begun_from(model, off, batch, view, shown)
+    yield model, begun
+    sigma = columns_of((batch,), view.measured)[0].sigma(view.gauge)
+    for hypothesis in model.bent:
+        bent = replace(model, hypothesis=hypothesis)
+        own, theta, _ = without(bent, off)
+        y = added(own, theta, begun.states, batch, view.readout)[..., list(view.measured)]
+        if np.square(y / sigma).sum() > FELT * y.size:
+            again = begun_from(bent, off, batch, view, shown)
+            yield bent, replace(again, cost=again.cost + CLEAR)
 
 
 def begun_from(model: Model, off: tuple[int, ...], batch: Batch, view: View, shown: int) -> Begun:

@@ -4,7 +4,7 @@ import numpy as np
 
 from hybrid.diagnosis.contest.switching import acting_recordings
 from hybrid.diagnosis.fitting.fitting import Fit
-from hybrid.diagnosis.fitting.forecasting import Model, begun_from
+from hybrid.diagnosis.fitting.forecasting import Model, least_cost
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import Batch, columns_of, count_of
 
@@ -27,7 +27,7 @@ def recordings_of(
         with_it = np.ones(len(batch.names), dtype=bool)
         if not everywhere:
             (own,) = columns_of((batch,), measured)
-            on, off = (begun_from(model, less, own, gauge.view, own.samples).cost for less in ((), (number,)))
+            on, off = (least_cost(model, less, own, gauge.view) for less in ((), (number,)))
             with_it = off - on > TOLD * temper
         names |= {name for name, acts in zip(batch.names, with_it, strict=True) if acts}
     return names

@@ -128,8 +128,9 @@ def concluded(setting: Setting, evidence: Evidence) -> Diagnosis:
     notes += modal_notes(simulation, found.nominal, found.own, scorer, named)
     advice = advise(posterior, evidence.searched, setting.dataset.sensors) if named else ()
     shown = show(setting.dataset, simulation.fit, final, found.nominal, found.calibrated, gauge)
-    bent = ", ".join(scorer.bent_in(final))
-    notes += [BENT.format(names=bent)] if bent else []
+    if errors.near or verdict is Verdict.NOTHING_WRONG:
+        names = ", ".join(scorer.bent_in(replace(final, theta=theta)))
+        notes += [BENT.format(names=names)] if names else []
     notes += dispersion_of(replace(final, theta=theta), posterior.temper)
     notes += all_off(shown, setting.dataset.assumptions.uncertainty)
     if verdict in (Verdict.PARTLY_EXPLAINED, Verdict.UNEXPLAINED):

@@ -15,6 +15,7 @@ from hybrid.diagnosis.recorded.noise import Band
 TRIFLES = (0.02, 0.005)  # of the energy that the nominal model gets wrong: what takes no more away explains nothing,
 # where it is the only cause, and beside another ...
 HALF = 0.5  # ... unless it takes that much away of what is wrong without it
+MOSTLY = 0.5  # of what a fit leaves beyond noise: where one cause more leaves no more, it is most of what was missing
 TOO_WEAK = "significant, but too weak to matter for forecasts"
 BENDS = "fits only with nominal values beyond what is normal, and forecasts are good without it"
 
@@ -47,14 +48,15 @@ def material(evidence: Evidence, scorer: Scorer) -> tuple[Posterior, list[str]]:
         trifle = is_trifle(before, after, nominal, several)
         gained = scorer.error(before) - scorer.error(after)
         weaker = gained <= (BESIDE if several else MATERIAL) * floor
-        demanded = several and gained > 0 and is_demanded(simpler.fits[0], best, evidence.gauge, band)
         reached = scorer.error(before) <= (1 + MATERIAL) * floor
         bends = reached and several and factors_off(best) and not factors_off(simpler.fits[0])
         if count == 1:  # what is not needed is told as weak then: see `verdict`
             if reached or not (guess and trifle and weaker):
                 break
-        elif not bends and (demanded or not (weaker or (guess and trifle))):
-            break
+        elif not bends:
+            demanded = gained > 0 and is_demanded(simpler.fits[0], best, evidence.gauge, band)
+            if (several and demanded) or not (weaker or (guess and trifle)):
+                break
         kept = {candidate.key for candidate in simpler.fits[0].hypothesis.candidates}
         dropped = [i for i, c in enumerate(best.hypothesis.candidates) if c.key not in kept]
         words = TOO_WEAK if weaker or not bends else BENDS
@@ -66,13 +68,13 @@ def material(evidence: Evidence, scorer: Scorer) -> tuple[Posterior, list[str]]:
 def is_demanded(fewer: Fit, more: Fit, gauge: Gauge, band: Band) -> bool:
     """Return whether recordings ask for the causes that one fit has ``more`` than another, whatever forecasts gain.
 
-    Without them more than noise is left, or nominal values go beyond what is normal; with them noise alone, or less
-    than half as much.
+    Without them more than noise is left, and with them noise alone, or less than half as much; or nominal values go
+    beyond what is normal without them alone.
     """
     without, beside = (left(item, gauge, band) for item in (fewer, more))
-    if not (without.significant or factors_off(fewer)):
-        return False
-    return not beside.significant or beside.total <= HALF * without.total
+    if without.significant:
+        return not beside.significant or beside.total <= MOSTLY * without.total
+    return factors_off(fewer) and not factors_off(more) and not beside.significant
 
 
 def is_trifle(before: Forecast, after: Forecast, nominal: Forecast, several: bool) -> bool:

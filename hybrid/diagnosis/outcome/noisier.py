@@ -6,7 +6,7 @@ import numpy as np
 
 from fe_models.dofs import BoolArray, FloatArray
 from hybrid.diagnosis.fitting.fitting import Fit
-from hybrid.diagnosis.fitting.forecasting import begun_from
+from hybrid.diagnosis.fitting.forecasting import least_cost
 from hybrid.diagnosis.outcome.scorer import Scorer
 from hybrid.diagnosis.outcome.verdict import NEAR
 from hybrid.diagnosis.recorded.noise import noise_of_recordings
@@ -38,7 +38,7 @@ def with_own_noise(scorer: Scorer, item: Fit) -> tuple[Scorer, list[str]]:
 def _only_noisier(scorer: Scorer, item: Fit, batch: Batch) -> tuple[FloatArray, BoolArray]:
     """Return the noise of each recording over the gauge's (recording, measured sensor), and which are only noisier."""
     gauge, (measured,) = scorer.gauge, columns_of((batch,), scorer.setting.measured)
-    begun = begun_from(scorer.model(item), (), measured, gauge.view, batch.samples)
+    cost = least_cost(scorer.model(item), (), measured, gauge.view)
     usual = np.broadcast_to(measured.sigma(gauge)[:, 0], (len(batch.names), len(gauge.sensors)))
     (free,) = unloaded(scorer.setting.plant, (replace(measured, noise=None),), gauge.readout)
     own = np.stack(
@@ -49,4 +49,4 @@ def _only_noisier(scorer: Scorer, item: Fit, batch: Batch) -> tuple[FloatArray, 
     )
     louder = np.mean((own / usual) ** 2, axis=1)
     expected = louder * batch.samples * batch.share * len(gauge.sensors)
-    return own / gauge.sigma, (louder > NEAR**2) & (begun.cost <= NEAR**2 * expected)
+    return own / gauge.sigma, (louder > NEAR**2) & (cost <= NEAR**2 * expected)

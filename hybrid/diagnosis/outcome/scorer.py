@@ -56,9 +56,12 @@ class Scorer:
         return replace(model_of(item, self.gauge, theta), idle=idle_by_order(item, order), bent=self._bent(item))
 
     def _bent(self, item: Fit) -> tuple[Hypothesis, ...]:
-        """Return a fit's hypothesis with what geometry may add, where the training recordings are too quiet to tell."""
+        """Return a fit's hypothesis with what geometry may add, where the recordings for training do not show it.
+
+        Where there are no others, all have been for training.
+        """
         plant = item.hypothesis.plant
-        if plant.kept is None or plant.geometry is not None:  # a modal model is linear
+        if self.folds is not None or plant.geometry is not None:
             return ()
         plants = (replace(plant, geometry=geometry) for geometry in self.setting.geometries)
         return tuple(replace(item.hypothesis, plant=own) for own in plants)

@@ -26,7 +26,7 @@ class Gauge:
     @property
     def view(self) -> "View":
         """The view of recordings that show the fitted sensors and no others."""
-        return View(self.sensors, self.readout.positions, self)
+        return View(self.sensors, tuple(range(len(self.sensors))), self)
 
 
 @dataclass(frozen=True)
