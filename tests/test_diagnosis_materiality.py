@@ -109,6 +109,8 @@ def test_recordings_demand_what_brings_the_calibration_back_or_takes_most_of_wha
     assert demanded(one, both)  # without the damping the mode's own ratio is off beyond what is normal
     assert not demanded(one, fitted(setting, stop, mass))  # it is, with a mass as well
     assert not demanded(both, fitted(setting, stop, damping, mass))  # it is not, without one either
+    stuck = replace(one, cost=2 * one.cost, residuals=base.residuals)
+    assert not demanded(stuck, fitted(setting, stop, mass))  # begun from there it leaves as little
     for share, most in ((0.4, True), (0.6, False)):  # of what the base leaves beyond noise, in energy
         residuals = zip(base.residuals, both.residuals, strict=True)
         part = replace(base, residuals=tuple(noise + np.sqrt(share) * (all_ - noise) for all_, noise in residuals))

@@ -4,7 +4,7 @@ from hybrid.diagnosis.contest.evidence import Evidence
 from hybrid.diagnosis.contest.pairs import left
 from hybrid.diagnosis.contest.posterior import Posterior
 from hybrid.diagnosis.fitting.far_off import DEVIATION, deviation_of, factors_off, farthest_of, off_together
-from hybrid.diagnosis.fitting.fitting import Fit
+from hybrid.diagnosis.fitting.fitting import Fit, fit
 from hybrid.diagnosis.fitting.forecasting import Forecast
 from hybrid.diagnosis.outcome.findings import cause_of, is_held, sentence_of
 from hybrid.diagnosis.outcome.scorer import Scorer
@@ -15,6 +15,7 @@ from hybrid.diagnosis.recorded.noise import Band
 TRIFLES = (0.02, 0.005)  # of the energy that the nominal model gets wrong: what takes no more away explains nothing,
 # where it is the only cause, and beside another ...
 HALF = 0.5  # ... unless it takes that much away of what is wrong without it
+FAR = 2.0  # times what is normal: a calibration that far off stands for a cause
 MOSTLY = 0.5  # of what a fit leaves beyond noise: where one cause more leaves no more, it is most of what was missing
 TOO_WEAK = "significant, but too weak to matter for forecasts"
 BENDS = "fits only with nominal values beyond what is normal, and forecasts are good without it"
@@ -54,8 +55,9 @@ def material(evidence: Evidence, scorer: Scorer) -> tuple[Posterior, list[str]]:
             if reached or not (guess and trifle and weaker):
                 break
         elif not bends:
-            demanded = gained > 0 and is_demanded(simpler.fits[0], best, evidence.gauge, band)
-            if (several and demanded) or not (weaker or (guess and trifle)):
+            needless = weaker or (guess and trifle)
+            may_ask = several and gained > 0
+            if not needless or (may_ask and is_demanded(simpler.fits[0], best, evidence.gauge, band)):
                 break
         kept = {candidate.key for candidate in simpler.fits[0].hypothesis.candidates}
         dropped = [i for i, c in enumerate(best.hypothesis.candidates) if c.key not in kept]
@@ -68,13 +70,30 @@ def material(evidence: Evidence, scorer: Scorer) -> tuple[Posterior, list[str]]:
 def is_demanded(fewer: Fit, more: Fit, gauge: Gauge, band: Band) -> bool:
     """Return whether recordings ask for the causes that one fit has ``more`` than another, whatever forecasts gain.
 
-    Without them more than noise is left, and with them noise alone, or less than half as much; or nominal values go
-    beyond what is normal without them alone.
+    Without them more than noise is left, and with them noise alone, or less than half as much; or nominal values go far
+    beyond what is normal without them alone. A fit of ``fewer`` may have stopped early: it begins there, too.
     """
+    again = _without(more, fewer, gauge)
+    if again is None:
+        return False
+    fewer = min(fewer, again, key=lambda item: item.cost)
     without, beside = (left(item, gauge, band) for item in (fewer, more))
     if without.significant:
         return not beside.significant or beside.total <= MOSTLY * without.total
-    return factors_off(fewer) and not factors_off(more) and not beside.significant
+    far = deviation_of(fewer) > FAR * farthest_of(len(fewer.deviations))
+    return far and not factors_off(more) and not beside.significant
+
+
+def _without(more: Fit, fewer: Fit, gauge: Gauge) -> Fit | None:
+    """Return the fit of the causes of ``fewer`` from where one of ``more`` ended; None where it fails, or a cause acts in
+    some recordings only, or brings a mode: what that shows is not the cause's.
+    """
+    own, kept = more.hypothesis, {candidate.key for candidate in fewer.hypothesis.candidates}
+    off = tuple(number for number, candidate in enumerate(own.candidates) if candidate.key not in kept)
+    if any(batch.off for batch in more.batches) or any(own.candidates[number].brings for number in off):
+        return None
+    states = tuple(part[:, own.states_of(off)] for part in more.states)
+    return fit(own.less(off), more.theta[own.parameters_of(off)], more.batches, gauge, states)
 
 
 def is_trifle(before: Forecast, after: Forecast, nominal: Forecast, several: bool) -> bool:
@@ -113,8 +132,7 @@ def _with_cause(evidence: Evidence, scorer: Scorer) -> Posterior:
     most = DEVIATION if off_together(best) else farthest_of(len(best.deviations))
     before, after = scorer.forecast(best, most), scorer.forecast(wrong.fits[0], most)
     gained = scorer.error(before) - scorer.error(after)
-    demanded = count and gained > 0 and is_demanded(best, wrong.fits[0], evidence.gauge, scorer.setting.band)
-    return wrong if demanded or gained > (BESIDE if count else MATERIAL) * scorer.floor(before) else posterior
+    return wrong if gained > (BESIDE if count else MATERIAL) * scorer.floor(before) else posterior
 
 
 def _is_simpler(item: Fit, than: Fit) -> bool:
