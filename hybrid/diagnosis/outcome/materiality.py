@@ -85,8 +85,9 @@ def is_demanded(fewer: Fit, more: Fit, gauge: Gauge, band: Band) -> bool:
 
 
 def _without(more: Fit, fewer: Fit, gauge: Gauge) -> Fit | None:
-    """Return the fit of the causes of ``fewer`` from where one of ``more`` ended; None where it fails, or a cause acts in
-    some recordings only, or brings a mode: what that shows is not the cause's.
+    """Return the fit of the causes of ``fewer`` from where one of ``more`` ended.
+
+    None where it fails, or a cause acts in some recordings only, or brings a mode: what that shows is not the cause's.
     """
     own, kept = more.hypothesis, {candidate.key for candidate in fewer.hypothesis.candidates}
     off = tuple(number for number, candidate in enumerate(own.candidates) if candidate.key not in kept)
