@@ -41,6 +41,15 @@ def candidate(setting: Setting, key: str) -> Candidate:
     return found
 
 
+@cache
+def stop_beside_damping() -> tuple[Setting, Candidate, Candidate]:
+    """A stop, and a mode's damping three times what is stated, which forecasts hardly need."""
+    case = blind_case(66007, BlindConfig(("gap_stop", "modal_damping"), off=True))
+    setting, (stop, damping) = setting_of(case.dataset), case.truth
+    side = {"side": stop.parameters["side"]}
+    return setting, candidate(setting, f"gap_stop {stop.location | side}"), candidate(setting, key_of(damping))
+
+
 def named(setting: Setting, *fits: Fit) -> tuple[list[set[str]], list[str]]:
     candidates = setting.candidates()
     evidence = Evidence(fits[0], posterior_of(fits, candidates), setting.gauge, setting.gauge, candidates)
@@ -82,10 +91,7 @@ def test_second_cause_may_matter_less_than_a_first() -> None:
 
 def test_second_cause_that_recordings_demand_stays_though_forecasts_hardly_gain() -> None:
     """Beside the stop alone a mode's damping would have to be off beyond what is normal."""
-    case = blind_case(66007, BlindConfig(("gap_stop", "modal_damping"), off=True))
-    setting = setting_of(case.dataset)
-    stop = candidate(setting, f"gap_stop {case.truth[0].location | {'side': case.truth[0].parameters['side']}}")
-    damping = candidate(setting, key_of(case.truth[1]))
+    setting, stop, damping = stop_beside_damping()
     base, one, both = fitted(setting), fitted(setting, stop), fitted(setting, stop, damping)
     evidence = Evidence(base, posterior_of((base,), ()), setting.gauge, setting.gauge, ())
     scorer = Scorer.of(setting, evidence)
@@ -97,10 +103,8 @@ def test_second_cause_that_recordings_demand_stays_though_forecasts_hardly_gain(
 
 
 def test_recordings_demand_what_brings_the_calibration_back_or_takes_most_of_what_is_left() -> None:
-    case = blind_case(66007, BlindConfig(("gap_stop", "modal_damping"), off=True))
-    setting = setting_of(case.dataset)
-    stop = candidate(setting, f"gap_stop {case.truth[0].location | {'side': case.truth[0].parameters['side']}}")
-    damping, mass = (candidate(setting, key) for key in (key_of(case.truth[1]), "added_mass {'node': 2}"))
+    setting, stop, damping = stop_beside_damping()
+    mass = candidate(setting, "added_mass {'node': 2}")
     base, one, both = fitted(setting), fitted(setting, stop), fitted(setting, stop, damping)
 
     def demanded(fewer: Fit, more: Fit) -> bool:
