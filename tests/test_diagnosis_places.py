@@ -16,7 +16,7 @@ from hybrid.calibration import nothing
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.causes.linear_causes import ECHOED, linear_causes
 from hybrid.diagnosis.causes.places import Motion, places_of
-from hybrid.diagnosis.contest import neighbours, pairs, stages
+from hybrid.diagnosis.contest import neighbours, pairs, search, stages
 from hybrid.diagnosis.contest.growing import fit_growing, ground_of, passed_by, shortened
 from hybrid.diagnosis.contest.neighbours import adjoin, fits_beside, fits_tied, laws_beside, of_other_kinds
 from hybrid.diagnosis.contest.pairs import asks_for_more
@@ -206,6 +206,25 @@ def test_a_law_begins_next_to_its_best_place_while_that_gets_better(noisy: bool,
     found = laws_beside([left_at(first)], trials, begin)
     assert seen == begun_at
     assert [item.hypothesis.candidates[-1].location["node"] for item in found] == [node for (node,) in begun_at]
+
+
+def test_a_contest_begins_laws_beside_the_best_of_its_fits(monkeypatch: pytest.MonkeyPatch) -> None:
+    sensors = tuple(Sensor(f"a{node}", node, "y", "acceleration", "m/s^2") for node in (2, 4, 5))
+    setting = setting_of(vibrations(beam(), beam(), sensors, 3))
+    masses = tuple(c for c in setting.candidates() if c.kind == "added_mass")
+    ground = ground_of(setting.nominal, setting.nominal.centre, setting.lengths, setting.gauge, setting.short)
+    assert ground is not None
+    asked = []
+
+    def none_beside(present: list[Fit], trials: list[Screened], begin: Any) -> list[Fit]:
+        asked.append((len(present), {trial.candidate.key for trial in trials}))
+        return begin([], present[0])
+
+    monkeypatch.setattr(search, "laws_beside", none_beside)
+    search.contest(ground, masses, setting.lengths, setting.gauge)
+    ((fits, trials),) = asked
+    assert fits > 0
+    assert trials == {mass.key for mass in masses}
 
 
 def test_the_places_next_to_what_explains_little_are_not_fitted(monkeypatch: pytest.MonkeyPatch) -> None:
