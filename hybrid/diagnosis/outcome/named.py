@@ -1,0 +1,76 @@
+"""Which findings are named: the causes of the best fit and a wrong modal model, what explains most first."""
+
+import numpy as np
+
+from fe_models.dofs import FloatArray
+from hybrid.diagnosis.contest.posterior import of_candidate, rivals_of
+from hybrid.diagnosis.contest.setting import Setting
+from hybrid.diagnosis.fitting.forecasting import TINY
+from hybrid.diagnosis.outcome.acting import recordings_of
+from hybrid.diagnosis.outcome.findings import Alternative, Finding, cause_of, is_held, reported_location, sentence_of
+from hybrid.diagnosis.outcome.forecasts import share
+from hybrid.diagnosis.outcome.ruling import Ruling
+from hybrid.diagnosis.outcome.simulation import modal_finding
+
+RIVALS = 0.005  # least probability of an alternative that is told
+SUREST = 0.999  # no probability is said to be more
+
+
+def named_by(ruling: Ruling) -> tuple[Finding, ...]:
+    """Return the findings that a ruling names, what explains most first; none where it names nothing.
+
+    How probable it is that what is wrong is on the list at all is the ruling's; given that, the posterior tells how
+    probable each cause is.
+    """
+    if not ruling.is_named:
+        return ()
+    names, found = recordings_in(ruling.setting), ruling.found
+    findings = [_finding(ruling, number, part, names) for number, part in enumerate(_taken_away(ruling))]
+    if ruling.simulation.is_wrong:
+        most = SUREST * ruling.listed
+        findings.insert(0, modal_finding(ruling.simulation, found.nominal, found.extended, most, names))
+    return tuple(sorted(findings, key=lambda finding: -finding.explains))
+
+
+def recordings_in(setting: Setting) -> tuple[str, ...]:
+    """Return the names of the recordings in the dataset's order, each once: several in one file share one."""
+    return tuple(dict.fromkeys(recording.name for recording in setting.dataset.recordings))
+
+
+def _finding(ruling: Ruling, number: int, taken: float, names: tuple[str, ...]) -> Finding:
+    """Return the finding of cause ``number`` of the best fit, which has ``taken`` so much energy of errors away."""
+    best, posterior, scorer, setting = ruling.best, ruling.posterior, ruling.scorer, ruling.setting
+    candidate = best.hypothesis.candidates[number]
+    cause, parameters = cause_of(best, number, posterior.temper)
+    temper = posterior.temper * ruling.evidence.energy  # of what is left of the recordings themselves
+    acting = recordings_of(best, number, scorer.model(best), scorer.test, setting.measured, scorer.gauge, temper)
+    return Finding(
+        cause,
+        parameters,
+        min(of_candidate(posterior, candidate), SUREST) * ruling.listed,
+        share(taken, ruling.found.nominal.excess),
+        tuple(name for name in names if name in acting),
+        tuple(
+            Alternative(rival.kind, reported_location(rival), p * ruling.listed)
+            for rival, p in rivals_of(posterior, candidate, RIVALS)
+        ),
+        sentence_of(cause, parameters, held=is_held(setting.plant.structure.supports, cause)),
+    )
+
+
+def _taken_away(ruling: Ruling) -> FloatArray:
+    """Return the energy of forecast errors that each cause of the best fit takes away, (cause,).
+
+    What all of them take, shared in proportion to what is lost without each, the others fitted anew: these make up for
+    most of it where they resemble it.
+    """
+    found, fits = ruling.found, ruling.posterior.fits
+    keys = [candidate.key for candidate in ruling.best.hypothesis.candidates]
+    whole, lost = found.drawn.energy - found.extended.energy, np.zeros(len(keys))
+    for number, key in enumerate(keys):
+        rest = set(keys) - {key}
+        others = (item for item in fits if {c.key for c in item.hypothesis.candidates} == rest)
+        without = next(others, None) if rest else None
+        energy = found.drawn.energy if without is None else ruling.scorer.forecast(without).energy
+        lost[number] = max(energy - found.extended.energy, TINY)
+    return np.asarray(whole * lost / lost.sum())

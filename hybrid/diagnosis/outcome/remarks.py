@@ -1,0 +1,96 @@
+"""What a user should know beside the findings: notes on a ruling."""
+
+from fe_models.effects import HarmonicForce
+from fe_models.sensor_effects import SensorEffect
+from hybrid.diagnosis.contest.pairs import left
+from hybrid.diagnosis.fitting.far_off import factors_off
+from hybrid.diagnosis.outcome.calibration import astray, dispersion_of, far_off
+from hybrid.diagnosis.outcome.findings import Finding, at_place
+from hybrid.diagnosis.outcome.materiality import weak
+from hybrid.diagnosis.outcome.named import recordings_in
+from hybrid.diagnosis.outcome.ruling import Ruling
+from hybrid.diagnosis.outcome.simulation import modal_notes
+from hybrid.diagnosis.outcome.verdict import ABNORMAL, Verdict
+from hybrid.diagnosis.shown.all_off import all_off, damping_off
+from hybrid.diagnosis.shown.show import Shown
+
+UNSEEN = (
+    "the training recordings show nothing{more} wrong, but test recordings do ({names}): what acts there is not felt in"
+    ' training, or came later; take such a recording for training (role = "train") and diagnose again'
+)
+BENT = (
+    "motions of {names} are so large that the frame's geometry shows, which recordings for training do not: forecasts"
+    " take it into account"
+)
+
+
+def remarks_on(ruling: Ruling, findings: tuple[Finding, ...], shown: Shown) -> tuple[str, ...]:
+    """Return the notes on a ruling, on its findings, and on what is ``shown`` of the simulation."""
+    return (
+        *ruling.notes,
+        *_on_causes(ruling, findings),
+        *_unseen(ruling),
+        *modal_notes(ruling.simulation, ruling.found.nominal, ruling.found.own, ruling.scorer, ruling.is_named),
+        *_bent(ruling),
+        *dispersion_of(ruling.told, ruling.posterior.temper),
+        *_all_off(ruling, shown),
+    )
+
+
+def _on_causes(ruling: Ruling, findings: tuple[Finding, ...]) -> list[str]:
+    """Return what there is to say of causes that are named, or of those that are not, where nothing is wrong."""
+    best, notes = ruling.best, list[str]()
+    if ruling.is_named:
+        notes += _apart(ruling, findings)
+        notes += astray(best, ABNORMAL) if ruling.verdict is Verdict.PARTLY_EXPLAINED else []
+    elif ruling.verdict is Verdict.NOTHING_WRONG:
+        notes += far_off(ruling.told)
+        if ruling.simulation.fit is ruling.evidence.base:  # else a cause may matter, if not for the user's modal model
+            causes = range(len(best.hypothesis.candidates))
+            notes += [weak(best, number, ruling.posterior.temper) for number in causes]
+    return notes
+
+
+def _apart(ruling: Ruling, findings: tuple[Finding, ...]) -> list[str]:
+    """Return a line on each finding that acts in some recordings only."""
+    names, lines = recordings_in(ruling.setting), []
+    for finding in findings:
+        cause, without = finding.cause, [name for name in names if name not in finding.recordings]
+        alike = "all alike" if isinstance(cause, HarmonicForce | SensorEffect) else "all of one structure"
+        if without:
+            lines.append(
+                f"the recordings are not {alike}: {cause.kind} {at_place(cause.location)} acts in"
+                f" {', '.join(finding.recordings)}, and does not, or too little to tell, in {', '.join(without)}"
+            )
+    return lines
+
+
+def _unseen(ruling: Ruling) -> list[str]:
+    """Return a note on test recordings whose forecasts are wrong, where nothing of the training recordings is."""
+    named, scorer = ruling.is_named, ruling.scorer
+    if ruling.verdict is Verdict.NOTHING_WRONG or (named and ruling.errors.near):
+        return []
+    item, forecast, more = (
+        (ruling.best, ruling.found.extended, " more") if named else (ruling.evidence.base, ruling.found.own, "")
+    )
+    if left(item, ruling.evidence.gauge, ruling.setting.band).significant or factors_off(item):
+        return []
+    names = ", ".join(scorer.wrong_in(forecast))
+    return [UNSEEN.format(more=more, names=names)] if names else []
+
+
+def _bent(ruling: Ruling) -> list[str]:
+    """Return a note on test recordings that show a frame's geometry where those for training do not, if such forecasts
+    are good.
+    """
+    if not (ruling.errors.near or ruling.verdict is Verdict.NOTHING_WRONG):
+        return []
+    names = ", ".join(ruling.scorer.bent_in(ruling.told))
+    return [BENT.format(names=names)] if names else []
+
+
+def _all_off(ruling: Ruling, shown: Shown) -> list[str]:
+    """Return notes on what is off in all modes: of damping, where something is left that no cause explains."""
+    uncertainty = ruling.setting.dataset.assumptions.uncertainty
+    wanting = ruling.verdict in (Verdict.PARTLY_EXPLAINED, Verdict.UNEXPLAINED)
+    return all_off(shown, uncertainty) + (damping_off(shown, uncertainty) if wanting else [])

@@ -1,0 +1,121 @@
+"""What the evidence amounts to: a verdict, and all that it rests on."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fe_models.dofs import FloatArray
+from hybrid.diagnosis.contest.evidence import Evidence
+from hybrid.diagnosis.contest.posterior import Posterior
+from hybrid.diagnosis.contest.setting import Setting
+from hybrid.diagnosis.fitting.far_off import DEVIATION, within
+from hybrid.diagnosis.fitting.fitting import Fit, residuals_at
+from hybrid.diagnosis.fitting.forecasting import Forecast
+from hybrid.diagnosis.outcome.forecasts import Forecasts, forecasts_of
+from hybrid.diagnosis.outcome.materiality import material, without_weak
+from hybrid.diagnosis.outcome.noisier import with_own_noise
+from hybrid.diagnosis.outcome.scorer import Scorer
+from hybrid.diagnosis.outcome.simulation import Simulation, simulation_of
+from hybrid.diagnosis.outcome.verdict import ABNORMAL, Errors, Verdict, verdict_of
+from hybrid.diagnosis.recorded.gauge import Gauge
+
+
+@dataclass(frozen=True)
+class Ruling:
+    """A ``verdict``, and ``listed``, how probable it is that the list of causes has what is wrong.
+
+    It rests on the ``posterior`` over the fits of the ``evidence`` whose causes matter, on the user's ``simulation``,
+    and on what the ``scorer`` ``found`` of forecasts, with their ``errors``. ``theta``: of the ``final`` fit, which is
+    the best one where its causes are named, and one without any cause otherwise. ``notes``: on test recordings that
+    are only noisier, and on causes that do not matter.
+    """
+
+    verdict: Verdict
+    listed: float
+    evidence: Evidence
+    scorer: Scorer
+    posterior: Posterior
+    simulation: Simulation
+    found: Forecasts
+    errors: Errors
+    final: Fit
+    theta: FloatArray
+    notes: tuple[str, ...]
+
+    @property
+    def setting(self) -> Setting:
+        """What the diagnosis starts from."""
+        return self.scorer.setting
+
+    @property
+    def best(self) -> Fit:
+        """The most probable fit of those whose causes matter."""
+        return self.posterior.fits[0]
+
+    @property
+    def is_named(self) -> bool:
+        """Whether the best fit's causes are named."""
+        return self.verdict in (Verdict.EXPLAINED, Verdict.PARTLY_EXPLAINED)
+
+    @property
+    def told(self) -> Fit:
+        """The final fit at the theta that is told."""
+        return replace(self.final, theta=self.theta)
+
+    @property
+    def after(self) -> Forecast:
+        """The forecast by the structure that is told."""
+        if self.is_named:
+            return self.found.extended
+        return self.found.own if self.theta.any() else self.found.drawn
+
+
+def ruling_of(setting: Setting, evidence: Evidence) -> Ruling:
+    """Return what the evidence amounts to."""
+    base, gauge = evidence.base, evidence.gauge
+    scorer, notes = with_own_noise(Scorer.of(setting, evidence), evidence.posterior.fits[0])
+    posterior, weak = _mattering(setting, evidence, scorer)
+    best = posterior.fits[0]
+    simulation = simulation_of(setting, evidence, posterior, scorer)
+    normal = DEVIATION if best.hypothesis.candidates else ABNORMAL  # no cause is likelier than a value that far off
+    found = forecasts_of(scorer, simulation.fit, base, best, normal)
+    errors = Errors(
+        scorer.error(found.calibrated), scorer.error(found.extended), scorer.floor(found.own), found.unexplained
+    )
+    wrong = simulation.fit if simulation.is_wrong else base
+    verdict, listed = verdict_of(best, evidence.posterior.fits[0], wrong, gauge, setting.band, errors)
+    ruling = Ruling(
+        verdict=verdict,
+        listed=listed,
+        evidence=evidence,
+        scorer=scorer,
+        posterior=posterior,
+        simulation=simulation,
+        found=found,
+        errors=errors,
+        final=best,
+        theta=best.theta,
+        notes=(*notes, *weak),
+    )
+    return ruling if ruling.is_named else replace(ruling, final=base, theta=_drawn_or_calibrated(base, gauge, normal))
+
+
+def _mattering(setting: Setting, evidence: Evidence, scorer: Scorer) -> tuple[Posterior, list[str]]:
+    """Return the posterior among hypotheses whose causes matter, and a note on each cause that does not."""
+    posterior, notes = material(evidence, scorer)
+    if setting.modal is None:
+        return posterior, notes
+    posterior, more = without_weak(posterior, evidence, scorer)
+    return posterior, notes + more
+
+
+def _drawn_or_calibrated(base: Fit, gauge: Gauge, most: float) -> FloatArray:
+    """Return the theta of a fit without any cause, calibrated by no more than ``most`` standard deviations; zero where
+    what is wrong has led that astray.
+    """
+    drawn, calibrated = np.zeros_like(base.theta), within(base, most)
+    left_by = [
+        sum(np.inf if part is None else float(np.square(part).sum()) for part in residuals_at(base, theta, gauge))
+        for theta in (drawn, calibrated)
+    ]
+    return drawn if left_by[0] < left_by[1] else calibrated
