@@ -33,12 +33,8 @@ def motion_of(system: System, states: FloatArray, samples: int, loads: Loads | N
     under known ``loads``, those of residual coordinates last; None where they grow beyond all bounds.
     """
     if system.is_linear:
-        half = expm(system.A[0] * system.step / 2)
-        seen = np.empty((samples, *states.shape))
-        seen[0], whole = states, half @ half
-        for k in range(samples - 1):
-            seen[k + 1] = seen[k] @ whole.T
-        now, between = seen, seen @ half.T
+        now = _unforced(system, states, samples)
+        between = now @ expm(system.A[0] * system.step / 2).T
     else:
         marched = march(system, states[None], samples, loads)
         if marched is None:
@@ -54,6 +50,24 @@ def motion_of(system: System, states: FloatArray, samples: int, loads: Loads | N
         return History(now + start, between + later)
     between[..., :own] += later - start @ half[:own, :own].T
     return History(now, between)
+
+
+def sampled_motion(system: System, states: FloatArray, samples: int, loads: Loads | None) -> FloatArray | None:
+    """Return the motion as `motion_of` does, (time, recording, state), at samples alone."""
+    if system.is_linear:
+        now = _unforced(system, states, samples)
+        return now if loads is None else now + loaded_states(system, loads)
+    marched = march(system, states[None], samples, loads)
+    return None if marched is None else marched.watched[0].swapaxes(0, 1)
+
+
+def _unforced(system: System, states: FloatArray, samples: int) -> FloatArray:
+    """Return the states (time, recording, state) of a linear system without loads, from initial ``states``."""
+    seen = np.empty((samples, *states.shape))
+    seen[0], turn = states, expm(system.A[0] * system.step).T
+    for k in range(samples - 1):
+        seen[k + 1] = seen[k] @ turn
+    return seen
 
 
 def _half_a_step(system: System) -> tuple[FloatArray, FloatArray]:

@@ -13,15 +13,14 @@ from scipy.interpolate import CubicSpline
 from fe_models.dofs import FloatArray, IntArray
 from fe_models.measurement import lowpassed
 from fe_models.recordings import Dataset, Load
-from fe_models.structure import Direction
 from hybrid.diagnosis.nominal.lowpass import WHITE, beyond
 
 ORDERS = 4  # of a cubic: its value and its derivatives
 ABOVE = 0.1  # of a load's energy: with more above the recordings' low-pass, the load has not passed it yet, nor with
 # as much on either side of it (`lowpass.WHITE`)
 
-LoadPlace = tuple[int, Direction]
-"""Node and direction of a load."""
+LoadPlace = tuple[int, str]
+"""Node and direction of a load; or a mode's number and "mode", of what acts on that mode."""
 
 
 @dataclass(frozen=True)

@@ -38,6 +38,14 @@ class Entry:
     bent: FloatArray
     stretch: FloatArray
 
+    def and_at(self, other: "Entry") -> "Entry":
+        """Return how loads enter at these places and, behind them, at those of an ``other`` one."""
+        arrays = {
+            name: np.concatenate([getattr(self, name), getattr(other, name)], axis=-1)
+            for name in ("feed", "direct", "bent", "stretch")
+        }
+        return Entry((*self.places, *other.places), **arrays)
+
 
 @dataclass(frozen=True)
 class Behind:
