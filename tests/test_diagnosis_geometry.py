@@ -208,7 +208,12 @@ def test_forecasts_of_motions_larger_than_those_of_training_are_bent_where_their
     assert off.max() < 0.5 < 5.0 < apart.max()  # initial states are a little nearer to rest than those that moved it
     assert is_bent(model, batch, view).all()
     assert not is_bent(model, replace(batch, data=straight, whole=None), view).any()
-    assert not Scorer.of(setting, evidence).model(bent_fit).bent  # the recordings have told
+    scorer = Scorer.of(setting, evidence)
+    assert not scorer.model(bent_fit).bent  # the recordings have told
+    (tested,) = scorer.test
+    linear_one = replace(tested, data=predicted(replace(model, bent=()), tested, scorer.view), whole=None)
+    assert scorer.bent_in(quiet) == tested.names
+    assert replace(scorer, test=(linear_one,)).bent_in(quiet) == scorer.bent_in(bent_fit) == ()
 
 
 def test_what_was_recorded_is_scored_not_what_was_fitted(bridge_setting: Setting) -> None:
