@@ -21,8 +21,6 @@ from tests.test_diagnosis_loads import RATE, READOUT, SAMPLES, START, Waves, cha
 STIFFNESS = 0.004  # N/m^3
 GEOMETRY = Geometry(np.eye(4)[:, [2]], np.ones(1), np.array([[3]]), np.array([[-STIFFNESS]]), np.zeros((1, 4)))
 SPRING = CubicSpring((3,), "x", STIFFNESS)  # exerts the same
-
-
 LAWS = {"linear": (), "stiff": (CubicSpring((1,), "x", 0.5),), "soft": (CubicSpring((1,), "x", -0.02),)}
 
 
@@ -32,33 +30,63 @@ def difference(laws: tuple[Effect, ...], pushed: Waves = ()) -> FloatArray:
     return (with_it - without)[:, :4]
 
 
-def told(laws: tuple[Effect, ...], pushed: Waves = (), lowpass: float | None = None) -> FloatArray:
-    """Return what geometry that exerts the same adds, likewise."""
-    recording = Recording("r", np.zeros((1, SAMPLES, len(SENSORS))), loads=(load_of(pushed),) if pushed else ())
-    dataset = Dataset(four_dof().with_effects(*laws), RATE, SENSORS, (recording,), lowpass)
+def told(
+    laws: tuple[Effect, ...],
+    pushed: Waves = (),
+    lowpass: float | None = None,
+    geometry: Geometry = GEOMETRY,
+    starts: FloatArray = START[None],
+) -> FloatArray:
+    """Return what geometry adds to motions that begin at ``starts`` (recording, 2, dof), (recording, time, sensor)."""
+    loads = (load_of(pushed),) if pushed else ()
+    parts = tuple(Recording(f"r{i}", np.zeros((1, SAMPLES, len(SENSORS))), loads=loads) for i in range(len(starts)))
+    dataset = Dataset(four_dof().with_effects(*laws), RATE, SENSORS, parts, lowpass)
     (batch,) = batches_of(dataset, "train")
-    hypothesis = Hypothesis(replace(plant_of(dataset), geometry=GEOMETRY))
-    return added(hypothesis, hypothesis.centre, START.reshape(1, -1), batch, READOUT)[0]
+    hypothesis = Hypothesis(replace(plant_of(dataset), geometry=geometry))
+    return added(hypothesis, hypothesis.centre, starts.reshape(len(starts), -1), batch, READOUT)
 
 
-@pytest.mark.parametrize("pushed", [(), waves(1, node=3)], ids=["free", "loaded"])
+def assert_close(found: FloatArray, expected: FloatArray, tolerance: float) -> None:
+    """Channels (time, sensor), each within its share of its own largest value."""
+    assert (np.abs(found - expected).max(axis=0) < tolerance * np.abs(expected).max(axis=0)).all()
+
+
+@pytest.mark.parametrize("pushed", [(), waves(1, node=3), waves(1, node=3, highest=2.0)], ids=["free", "slow", "fast"])
 @pytest.mark.parametrize("laws", LAWS.values(), ids=LAWS)
 def test_geometry_adds_what_a_spring_that_exerts_the_same_does(laws: tuple[Effect, ...], pushed: Waves) -> None:
-    """Beside force laws, which answer to it, and under known loads."""
-    expected = difference(laws, pushed)
-    # Of some 8 % by which forces along the motion without them are off each round more leaves a tenth.
-    assert np.abs(told(laws, pushed) - expected).max(axis=0) == pytest.approx(0, abs=2e-3 * np.abs(expected).max())
+    """Beside force laws, which answer to it, and under known loads up to a fifth of the sampling rate."""
+    # What the last round changes of the forces, 1 %, changes the motion by a tenth of that.
+    assert_close(told(laws, pushed)[0], difference(laws, pushed), 2e-3)
 
 
 @pytest.mark.parametrize("laws", LAWS.values(), ids=LAWS)
 def test_what_it_adds_passes_the_low_pass_of_the_recordings(laws: tuple[Effect, ...]) -> None:
-    found, whole = told(laws, lowpass=0.3), told(laws)
+    found, whole = told(laws, lowpass=0.3)[0], told(laws)[0]
     inside = slice(100, -100)  # as far as the filter reaches
     expected = lowpassed(whole, RATE, 0.3)[inside]
-    size = np.abs(expected).max(axis=0)
-    assert (np.abs(found[inside] - expected).max(axis=0) < 1e-2 * size).all()
-    assert (np.abs(whole[inside] - expected).max(axis=0) > 0.1 * size).any()  # it takes something away
+    assert_close(found[inside], expected, 5e-3)  # a filter at 10 Hz is not quite the one at 20 Hz
+    taken = np.abs(whole[inside] - expected).max(axis=0) / np.abs(expected).max(axis=0)
+    assert (taken[1:] > 0.2).all()  # of the accelerations it takes away much
 
 
-def test_a_motion_that_explodes_has_nothing_added() -> None:
-    assert not told((CubicSpring((1,), "x", -0.5),)).any()
+@pytest.mark.parametrize("laws", LAWS.values(), ids=LAWS)
+def test_recordings_side_by_side_are_as_each_alone(laws: tuple[Effect, ...]) -> None:
+    starts = np.stack([START, -0.5 * START[::-1]])
+    both = told(laws, starts=starts)
+    for one, start in zip(both, starts, strict=True):
+        assert_close(told(laws, starts=start[None])[0], one, 2e-3)  # as above: one alone settles in other rounds
+
+
+@pytest.mark.parametrize("laws", LAWS.values(), ids=LAWS)
+def test_what_gives_way_goes_with_the_square_of_the_motion(laws: tuple[Effect, ...]) -> None:
+    """Node 4 gives way by 0.1 u^2 of its own, without any force: its displacement shows that, node 1 nothing."""
+    square = Geometry(np.eye(4)[:, [3]], np.ones(1), np.array([[2]]), np.zeros((1, 1)), 0.1 * np.eye(4)[[3]])
+    found, u = told(laws, geometry=square)[0], chain_motion((), START, *laws)[:, 0]
+    assert_close(found[:, :1], 0.1 * u[:, None] ** 2, 1e-4)  # the laws' own steps
+    assert np.abs(found[:, 1]).max() < 1e-9  # rounding
+
+
+@pytest.mark.parametrize("laws", [(), (CubicSpring((1,), "x", -0.5),)], ids=["by geometry", "without it"])
+def test_a_motion_that_explodes_has_nothing_added(laws: tuple[Effect, ...]) -> None:
+    soft = replace(GEOMETRY, forces=np.array([[0.5]]))
+    assert not told(laws, geometry=soft).any()

@@ -9,11 +9,11 @@ from hybrid.diagnosis.nominal.plant import Plant
 class Effort:
     """What is tried of a structure.
 
-    ``contests``: searches for a second cause, each on top of another first one.
+    ``contests``: searches for a second cause, each on top of another first one; on a frame one more, see `pair_fits`.
     ``beside_law``: of the usual number of causes, the share that goes on after first steps beside a force law.
     ``thorough``: whether more is looked for beside causes that forecast well, and beside a change where a cause in all
     recordings does better alone; whether recordings are sorted anew by force laws, too; and whether a second cause may
-    replace the first, and single causes far behind the best are tried beside others.
+    always replace the first, and single causes far behind the best are tried beside others.
     """
 
     contests: int

@@ -23,7 +23,7 @@ SORTED = 0.02  # of the misfit: what a cause that acts in some recordings may le
 HELPLESS = 0.8  # likewise, of one: where the best cause leaves more, a second one would only add to the guess; a cable
 # as good as gone leaves 0.71 beside friction
 HOPELESS = 0.3  # likewise, of two causes: the best of them leave so much that neither is likely right
-MOST = 0.5  # likewise, of the first of two: where both leave less, the second did most, and the first may be a guess
+HALVED = 0.5  # of what the first of two leaves: where both leave less, the first may be a guess
 FIRSTS = 2  # single causes that a second one is looked for
 
 
@@ -69,8 +69,9 @@ def pair_fits(
 ) -> list[Fit]:
     """Return fits of two causes: the best single ones each with all others, and what may stand in the first's place.
 
-    That is looked for where nothing but noise is left, or a second cause does more than the first, which may only stand
-    for the right one. Each of the best two alone, too.
+    That is looked for where nothing but noise is left, on a chain after each second cause that gains enough, and on a
+    frame once, where the second takes away most of what the first leaves: this one may only have stood for the right
+    one. Each of the best two alone, too.
     """
     singles = [
         item for item in posterior.fits if item.hypothesis.candidates and not any(batch.off for batch in item.batches)
@@ -80,8 +81,9 @@ def pair_fits(
     nominal = next((item for item in posterior.fits if not item.hypothesis.candidates), None)
     found: list[Fit] = []
     done: set[str] = set()
-    contests = effort.contests
-    while starts and len(done) < contests:
+    turns, anew = effort.contests, False
+    while starts and turns:
+        turns -= 1
         start = starts.pop(0)
         first = start.hypothesis.candidates[-1]
         if first.key in done:
@@ -94,27 +96,26 @@ def pair_fits(
             continue
         best = seconds[0]
         found += [*seconds, *each_alone(best, gauge)]
-        if len(done) > 1 and nominal is not None and is_hopeless(min(found, key=lambda item: item.misfit), nominal):
+        next_single = effort.thorough or len(start.hypothesis.candidates) == 1
+        least = min(found, key=lambda item: item.misfit)
+        if len(done) > 1 and next_single and nominal is not None and is_hopeless(least, nominal):
             break
-        gained = (best.log_evidence - ground.whole.log_evidence) / posterior.temper
         if not left(best, gauge, band).significant and not factors_off(best):
             return found + list(rivals_contest(best, candidates, lengths, gauge, plain, advance))
-        if gained < SECOND:
-            continue
-        if effort.thorough:
+        gained = (best.log_evidence - ground.whole.log_evidence) / posterior.temper
+        if effort.thorough and gained >= SECOND:
             starts.insert(0, best)
-        elif contests == effort.contests and _outdoes(best, ground.whole):
-            starts.insert(0, best)
-            contests += 1
+        elif not (effort.thorough or anew) and _is_halved(ground.whole, best):
+            starts, turns, anew = [best, *starts], turns + 1, True
     return found
 
 
-def _outdoes(pair: Fit, first: Fit) -> bool:
+def _is_halved(first: Fit, pair: Fit) -> bool:
     """Return whether the second cause of a ``pair`` takes away most of what the ``first`` leaves.
 
     Not a force law, beside which a search takes a minute of a frame.
     """
-    return not pair.hypothesis.candidates[-1].is_law and pair.misfit < MOST * first.misfit
+    return not pair.hypothesis.candidates[-1].is_law and max(pair.misfit, 0.0) < HALVED * first.misfit
 
 
 def ground_with(start: Fit, batches: tuple[Batch, ...], gauge: Gauge) -> tuple[Ground | None, Lengths, Fit]:

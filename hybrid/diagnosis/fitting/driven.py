@@ -32,42 +32,37 @@ def motion_of(system: System, states: FloatArray, samples: int, loads: Loads | N
     """Return the states (time, recording, state) of the system's first variant from initial ones (recording, state)
     under known ``loads``, those of residual coordinates last; None where they grow beyond all bounds.
     """
-    if system.is_linear:
-        now = _unforced(system, states, samples)
-        between = now @ expm(system.A[0] * system.step / 2).T
-    else:
-        marched = march(system, states[None], samples, loads)
-        if marched is None:
-            return None
-        half, push = _half_a_step(with_residual(system))
-        now, pushed = marched.watched[0].swapaxes(0, 1), marched.forces[0].swapaxes(0, 1)
-        between = now @ half.T + pushed @ push.T
-    if loads is None:
-        return History(now, between)
-    own = states.shape[-1]  # known loads move the modes alone, and are in what was marched
-    start, later = (loaded_states(system, loads, ahead) for ahead in (0.0, system.step / 2))
-    if system.is_linear:
-        return History(now + start, between + later)
-    between[..., :own] += later - start @ half[:own, :own].T
+    found = _at_samples(system, states, samples, loads)
+    if found is None:
+        return None
+    now, forces = found
+    half, push = _half_a_step(system if system.is_linear else with_residual(system))
+    between = now @ half.T + forces @ push.T
+    if loads is not None:  # these move the modes alone
+        own = states.shape[-1]
+        start, later = (loaded_states(system, loads, ahead) for ahead in (0.0, system.step / 2))
+        between[..., :own] += later - start @ half[:own, :own].T
     return History(now, between)
 
 
 def sampled_motion(system: System, states: FloatArray, samples: int, loads: Loads | None) -> FloatArray | None:
-    """Return the motion as `motion_of` does, (time, recording, state), at samples alone."""
-    if system.is_linear:
-        now = _unforced(system, states, samples)
-        return now if loads is None else now + loaded_states(system, loads)
-    marched = march(system, states[None], samples, loads)
-    return None if marched is None else marched.watched[0].swapaxes(0, 1)
+    """Return what `motion_of` does at the samples, (time, recording, state); None likewise."""
+    found = _at_samples(system, states, samples, loads)
+    return None if found is None else found[0]
 
 
-def _unforced(system: System, states: FloatArray, samples: int) -> FloatArray:
-    """Return the states (time, recording, state) of a linear system without loads, from initial ``states``."""
-    seen = np.empty((samples, *states.shape))
-    seen[0], turn = states, expm(system.A[0] * system.step).T
+def _at_samples(
+    system: System, states: FloatArray, samples: int, loads: Loads | None
+) -> tuple[FloatArray, FloatArray] | None:
+    """Return the states (time, recording, state) at samples and the laws' pulls there (time, recording, law)."""
+    if not system.is_linear:
+        marched = march(system, states[None], samples, loads)
+        return None if marched is None else (marched.watched[0].swapaxes(0, 1), marched.forces[0].swapaxes(0, 1))
+    now, turn = np.empty((samples, *states.shape)), expm(system.A[0] * system.step).T
+    now[0] = states
     for k in range(samples - 1):
-        seen[k + 1] = seen[k] @ turn
-    return seen
+        now[k + 1] = now[k] @ turn
+    return now if loads is None else now + loaded_states(system, loads), np.zeros((*now.shape[:2], 0))
 
 
 def _half_a_step(system: System) -> tuple[FloatArray, FloatArray]:

@@ -1,7 +1,8 @@
-"""What geometric forces add to the channels: as known loads on modes they act along the motion, and change it.
+"""What geometric forces add to the channels: as loads on nominal modes they act along the motion, and change it.
 
-The motion is taken without them at first, then with those along it, and so on: each time the rest is some hundred times
-smaller. Force laws answer as well: under a soft spring what geometry adds may be twice as much.
+They are taken along the motion without them at first, then along that with them, and so on until they settle: where
+geometry detunes a mode by d omega, round k changes the motion after time t by some (t d omega)^k / k! of it. Force laws
+answer as well.
 """
 
 from dataclasses import replace
@@ -14,17 +15,21 @@ from fe_models.recordings import QUANTITIES, Sensor
 from hybrid.diagnosis.fitting.driven import sampled_motion
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.nominal.geometry import Geometry
-from hybrid.diagnosis.nominal.loads import ORDERS, Loads
+from hybrid.diagnosis.nominal.loads import ORDERS, Loads, OnMode
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.readout import Readout
 from hybrid.diagnosis.recorded.records import Batch
+from hybrid.diagnosis.response.entry import entry_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
+from hybrid.diagnosis.response.loaded import loaded_channels
 from hybrid.diagnosis.response.marching import respond
+from hybrid.diagnosis.response.reduced import Reduced
 from hybrid.diagnosis.response.state_space import system_of
-from hybrid.diagnosis.response.system import Entry, System, passed
+from hybrid.diagnosis.response.system import System, passed
 
-ROUNDS = 3  # of taking forces along a motion
-OFTEN = 2  # times the sampling rate: how often forces are told, which go with three times the highest frequency
+ROUNDS = 12  # at most, of taking forces along a motion: enough where they turn a mode by three radians
+SETTLED = 0.01  # of the forces: what the last round may still change of them, and a tenth of that of the motion
+FINER = 2  # times the sampling rate: how often forces are told, which go with three times the highest frequency
 SMOOTH = 5  # degree of splines whose derivatives are taken: right to 0.1 % up to 0.3 of the sampling rate, ends apart
 FELT = 0.01  # of noise's energy: where geometry adds less than that, or less more, it stays as it is
 
@@ -33,66 +38,75 @@ def added(hypothesis: Hypothesis, theta: FloatArray, states: FloatArray, batch: 
     """Return what geometry adds to the channels (recording, time, sensor) of motions.
 
     ``states`` (recording, state): where they begin; ``batch``: of which recordings. Zero where the plant has no
-    geometry, and where the motion explodes.
+    geometry, where the motion explodes, and where the forces do not settle.
     """
     nothing, geometry = np.zeros((len(states), batch.samples, len(readout.sensors))), hypothesis.plant.geometry
     if geometry is None:
         return nothing
-    often = OFTEN if batch.loads is None else 1  # known loads are told once a sample
-    system = system_of(hypothesis, theta[None], readout)
-    fine = replace(system, step=system.step / often)
+    whole, reduced = system_of(hypothesis, theta[None], readout), hypothesis.reduced(theta[None])
+    fine = replace(whole, step=whole.step / FINER)
     straight = replace(fine, lowpass=None)  # the difference passes it
-    bent = replace(straight, loads=_entry(hypothesis, theta, readout.sensors, straight))
-    picked, samples = _picked(hypothesis, theta), often * batch.samples
-    moving, loads = straight, batch.loads
+    forced, samples = _with_entry(straight, hypothesis, reduced, readout.sensors), FINER * batch.samples
+    known = None if batch.loads is None else batch.loads.finer(FINER, whole.step)
+    picked = reduced.shapes[0].T @ geometry.weighted  # (vector, mode): to modal coordinates of the nominal structure
+    moving, loads, forces = straight, known, np.zeros(0)
     for _ in range(ROUNDS):
-        motion = sampled_motion(moving, states, samples, loads)
+        motion, before = sampled_motion(moving, states, samples, loads), forces
         if motion is None:
             return nothing
         coordinates = motion[..., : hypothesis.size] @ picked  # (time, recording, mode)
-        moving, loads = bent, _loads(geometry.at(coordinates), bent, batch.loads)
-    without, with_it = (
-        respond(moved, states[None], samples, given)[0] for moved, given in ((straight, batch.loads), (bent, loads))
-    )
-    if not np.isfinite(with_it).all():
+        with np.errstate(over="ignore", invalid="ignore"):
+            forces = geometry.at(coordinates)
+        if not np.isfinite(forces).all():
+            return nothing
+        own = _as_loads(forces, fine.step)
+        moving, loads = forced, _beside(known, own, forced)
+        if before.size and np.linalg.norm(forces - before) <= SETTLED * np.linalg.norm(forces):
+            break
+    else:
         return nothing
-    shown = passed(with_it - without, fine) + _given_way(geometry, coordinates, hypothesis, readout.sensors, fine)
-    return np.asarray(shown[:, ::often])
+    if straight.is_linear:
+        moved = loaded_channels(forced, own)[0]
+    else:
+        moved = respond(forced, states[None], samples, loads)[0] - respond(straight, states[None], samples, known)[0]
+    if not np.isfinite(moved).all():
+        return nothing
+    shown = passed(moved, fine) + _given_way(geometry, coordinates, hypothesis, readout.sensors, fine)
+    return np.asarray(shown[:, ::FINER])
 
 
-def _picked(hypothesis: Hypothesis, theta: FloatArray) -> FloatArray:
-    """Return what modal coordinates of the nominal structure are of the hypothesis' own (vector, mode)."""
-    geometry = hypothesis.plant.geometry
+def _with_entry(system: System, hypothesis: Hypothesis, reduced: Reduced, sensors: tuple[Sensor, ...]) -> System:
+    """Return a system that forces on the modes of which geometry tells enter as well.
+
+    What gives way to them at once is told apart, by `_given_way`; force laws do not answer to that.
+    """
+    plant, geometry = hypothesis.plant, hypothesis.plant.geometry
     assert geometry is not None  # its caller has seen to that
-    return np.asarray(hypothesis.reduced(theta[None]).shapes[0].T @ geometry.weighted)
-
-
-def _entry(hypothesis: Hypothesis, theta: FloatArray, sensors: tuple[Sensor, ...], system: System) -> Entry:
-    """Return how known loads enter a system, and behind them forces on the modes of which geometry tells."""
-    reduced, picked, n = hypothesis.reduced(theta[None]), _picked(hypothesis, theta), hypothesis.size
-    modes = picked.shape[1]
-    feed = np.zeros((1, 2 * n, modes))
-    feed[0, n:] = np.linalg.solve(reduced.mass[0], picked)
-    accelerations = np.array([sensor.quantity == "acceleration" for sensor in sensors])
-    rows = hypothesis.plant.rows(sensors)
-    own = Entry(
-        places=tuple((mode + 1, "mode") for mode in range(modes)),
-        feed=feed,
-        direct=np.where(accelerations[:, None], rows @ reduced.shapes[0] @ feed[0, n:], 0.0)[None],
-        bent=np.zeros((3, len(sensors), modes)),  # what gives way at once is told apart
-        stretch=np.zeros((len(system.forces), modes)),
+    pulls = geometry.weighted.T
+    places, laws = (
+        tuple(OnMode(mode + 1) for mode in range(len(pulls))),
+        np.zeros((len(system.forces), len(plant.dofs))),
     )
-    return own if system.loads is None else system.loads.and_at(own)
+    inverse = np.linalg.inv(reduced.mass)
+    own = entry_of(places, pulls, np.zeros_like(geometry.weighted), laws, reduced, inverse, plant, sensors)
+    return replace(system, loads=own if system.loads is None else system.loads.and_at(own))
 
 
-def _loads(forces: FloatArray, system: System, known: Loads | None) -> Loads:
-    """Return modal ``forces`` (time, recording, mode) as loads of a system, and those ``known`` beside them."""
-    entry = system.loads
-    assert entry is not None  # forces on modes are in it
-    times = system.step * np.arange(len(forces))
+def _as_loads(forces: FloatArray, step: float) -> Loads:
+    """Return modal ``forces`` (time, recording, mode), a ``step`` (s) apart, as loads."""
+    times = step * np.arange(len(forces))
     curve = CubicSpline(times, forces.swapaxes(0, 1), axis=1)
-    own = Loads(entry.places[-forces.shape[2] :], np.stack([curve(times, order) for order in range(ORDERS)]))
-    return own if known is None else Loads(entry.places, own.at(entry.places) + known.at(entry.places))
+    places = tuple(OnMode(mode + 1) for mode in range(forces.shape[2]))
+    return Loads(places, np.stack([curve(times, order) for order in range(ORDERS)]))
+
+
+def _beside(known: Loads | None, own: Loads, system: System) -> Loads:
+    """Return known loads and others in one, as they enter a system."""
+    if known is None:
+        return own
+    assert system.loads is not None  # they enter it
+    places = system.loads.places
+    return Loads(places, known.at(places) + own.at(places))
 
 
 def _given_way(
@@ -101,10 +115,10 @@ def _given_way(
     """Return what the channels (recording, time, sensor) show of modes that give way at once, as a column shortens, at
     modal ``coordinates`` (time, recording, mode).
     """
-    bent = geometry.bent_at(coordinates, hypothesis.plant.rows(sensors))
-    times, shown = system.step * np.arange(len(bent)), []
+    given = geometry.bent_at(coordinates, hypothesis.plant.rows(sensors))
+    times, shown = system.step * np.arange(len(given)), []
     for position, (sensor, delay) in enumerate(zip(sensors, system.delay[0], strict=True)):
-        curve = make_interp_spline(times, bent[..., position], k=min(SMOOTH, len(bent) - 1), check_finite=False)
+        curve = make_interp_spline(times, given[..., position], k=min(SMOOTH, len(given) - 1), check_finite=False)
         shown.append(curve(times - delay, nu=QUANTITIES.index(sensor.quantity)))
     return passed(np.stack(shown, axis=-1).swapaxes(0, 1) * system.gain[0], system)
 

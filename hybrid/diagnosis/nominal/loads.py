@@ -6,6 +6,7 @@ take 0.03 % and 4 %.
 """
 
 from dataclasses import dataclass, replace
+from math import factorial
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -13,14 +14,26 @@ from scipy.interpolate import CubicSpline
 from fe_models.dofs import FloatArray, IntArray
 from fe_models.measurement import lowpassed
 from fe_models.recordings import Dataset, Load
+from fe_models.structure import Direction
 from hybrid.diagnosis.nominal.lowpass import WHITE, beyond
 
 ORDERS = 4  # of a cubic: its value and its derivatives
 ABOVE = 0.1  # of a load's energy: with more above the recordings' low-pass, the load has not passed it yet, nor with
 # as much on either side of it (`lowpass.WHITE`)
 
-LoadPlace = tuple[int, str]
-"""Node and direction of a load; or a mode's number and "mode", of what acts on that mode."""
+LoadPlace = tuple[int, Direction]
+"""Node and direction of a load."""
+
+
+@dataclass(frozen=True)
+class OnMode:
+    """Where a force (N / sqrt(kg), as modes are mass-normalised) acts on one nominal mode alone, by its ``number``."""
+
+    number: int
+
+
+ForcePlace = LoadPlace | OnMode
+"""Where a force acts whose course is given."""
 
 
 @dataclass(frozen=True)
@@ -29,10 +42,10 @@ class Loads:
     derivatives by time (s) from each sample on.
     """
 
-    places: tuple[LoadPlace, ...]
+    places: tuple[ForcePlace, ...]
     courses: FloatArray
 
-    def at(self, places: tuple[LoadPlace, ...]) -> FloatArray:
+    def at(self, places: tuple[ForcePlace, ...]) -> FloatArray:
         """Return the courses (order, recording, time, place) at other ``places``, which hold all of its own."""
         found = np.zeros((*self.courses.shape[:3], len(places)))
         found[..., [places.index(place) for place in self.places]] = self.courses
@@ -41,6 +54,11 @@ class Loads:
     def take(self, rows: IntArray) -> "Loads":
         """Return those of some recordings or segments."""
         return replace(self, courses=self.courses[:, rows])
+
+    def finer(self, often: int, step: float) -> "Loads":
+        """Return those of samples ``often`` times as often, where they were a ``step`` (s) apart."""
+        rest = np.tile(step / often * np.arange(often), self.courses.shape[2])
+        return replace(self, courses=courses_after(np.repeat(self.courses, often, axis=2), rest))
 
     def first(self, samples: int) -> "Loads":
         """Return those of the first ``samples``."""
@@ -51,6 +69,16 @@ class Loads:
         orders, recordings, _, places = self.courses.shape
         kept = self.courses[:, :, : pieces * length]
         return replace(self, courses=kept.reshape(orders, recordings * pieces, length, places))
+
+
+def courses_after(courses: FloatArray, rest: FloatArray) -> FloatArray:
+    """Return what courses (order, recording, time, place) are a ``rest`` (time,), s, after each sample."""
+    return np.stack(
+        [
+            sum(courses[order + more] * (rest**more / factorial(more))[:, None] for more in range(ORDERS - order))
+            for order in range(ORDERS)
+        ]
+    )
 
 
 def load_places(dataset: Dataset) -> tuple[LoadPlace, ...]:

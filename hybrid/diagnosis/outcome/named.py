@@ -5,7 +5,7 @@ import numpy as np
 from fe_models.dofs import FloatArray
 from hybrid.diagnosis.contest.posterior import of_candidate, rivals_of
 from hybrid.diagnosis.contest.setting import Setting
-from hybrid.diagnosis.fitting.forecasting import TINY
+from hybrid.diagnosis.fitting.forecasting import TINY, Model
 from hybrid.diagnosis.outcome.acting import recordings_of
 from hybrid.diagnosis.outcome.findings import Alternative, Finding, cause_of, is_held, reported_location, sentence_of
 from hybrid.diagnosis.outcome.forecasts import share
@@ -24,11 +24,11 @@ def named_by(ruling: Ruling) -> tuple[Finding, ...]:
     """
     if not ruling.is_named:
         return ()
-    names, found = recordings_in(ruling.setting), ruling.found
-    findings = [_finding(ruling, number, part, names) for number, part in enumerate(_taken_away(ruling))]
+    names, found, model = recordings_in(ruling.setting), ruling.found, ruling.scorer.model(ruling.best)
+    findings = [_finding(ruling, number, part, model, names) for number, part in enumerate(_taken_away(ruling))]
     if ruling.simulation.is_wrong:
-        most = SUREST * ruling.listed
-        findings.insert(0, modal_finding(ruling.simulation, found.nominal, found.extended, most, names))
+        probability = SUREST * ruling.listed
+        findings.insert(0, modal_finding(ruling.simulation, found.nominal, found.extended, probability, names))
     return tuple(sorted(findings, key=lambda finding: -finding.explains))
 
 
@@ -37,13 +37,17 @@ def recordings_in(setting: Setting) -> tuple[str, ...]:
     return tuple(dict.fromkeys(recording.name for recording in setting.dataset.recordings))
 
 
-def _finding(ruling: Ruling, number: int, taken: float, names: tuple[str, ...]) -> Finding:
-    """Return the finding of cause ``number`` of the best fit, which has ``taken`` so much energy of errors away."""
+def _finding(ruling: Ruling, number: int, taken: float, model: Model, names: tuple[str, ...]) -> Finding:
+    """Return the finding of cause ``number`` of the best fit, by whose ``model`` recordings are forecast.
+
+    ``taken``: the energy of forecast errors, in units of the noise's variance, that the cause takes away; ``names``: of
+    all recordings, in order.
+    """
     best, posterior, scorer, setting = ruling.best, ruling.posterior, ruling.scorer, ruling.setting
     candidate = best.hypothesis.candidates[number]
     cause, parameters = cause_of(best, number, posterior.temper)
     temper = posterior.temper * ruling.evidence.energy  # of what is left of the recordings themselves
-    acting = recordings_of(best, number, scorer.model(best), scorer.test, setting.measured, scorer.gauge, temper)
+    acting = recordings_of(best, number, model, scorer.test, setting.measured, scorer.gauge, temper)
     return Finding(
         cause,
         parameters,

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from fe_models.dofs import ComplexArray, FloatArray
-from hybrid.diagnosis.nominal.loads import ORDERS, Loads
+from hybrid.diagnosis.nominal.loads import ORDERS, Loads, courses_after
 from hybrid.diagnosis.recorded.records import Batch
 from hybrid.diagnosis.response.system import MOST_GROWTH, System, drifted, free_form
 
@@ -127,11 +127,7 @@ def _moved(
     known = courses[:, :, first]  # (order, recording, time, place)
     then = np.exp(np.minimum(roots.real[:, None] * rest, MOST_GROWTH) + 1j * roots.imag[:, None] * rest)
     x = then[..., None] * x[:, first] + np.einsum("mto,ml,ortl->mtr", kicks, moved, known, optimize=True)
-    later = [
-        sum(known[order + more] * (rest**more / factorial(more))[:, None] for more in range(ORDERS - order))
-        for order in range(ORDERS)
-    ]
-    return x, np.stack(later)
+    return x, courses_after(known, rest)
 
 
 def _kicks(roots: ComplexArray, time: FloatArray | float) -> ComplexArray:

@@ -4,12 +4,13 @@ from typing import Any
 
 import numpy as np
 
-from fe_models.dofs import BoolArray, FloatArray
-from fe_models.recordings import QUANTITIES
+from fe_models.dofs import FloatArray
+from fe_models.recordings import QUANTITIES, Sensor
 from fe_models.sensor_effects import SensorDelay, SensorDrift, SensorGain
 from fe_models.time_integration import TimeIntegration
 from hybrid.diagnosis.recorded.readout import Readout
 from hybrid.diagnosis.response.dashpots import with_trailing
+from hybrid.diagnosis.response.entry import entry_of
 from hybrid.diagnosis.response.forces import force_of, law_in_motion
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.reduced import Reduced
@@ -62,7 +63,7 @@ def system_of(hypothesis: Hypothesis, theta: FloatArray, readout: Readout) -> Sy
     direct = np.where(pushed[:, None], picked @ feed, 0.0)
     forces = tuple(force for _, force in laws)
     gain, delay, slope = _faults(hypothesis, theta, readout.positions)
-    loads = _loads(hypothesis, reduced, inverse, rows, kinds, [pull for pull, _ in laws])
+    loads = _loads(hypothesis, reduced, inverse, readout.sensors, [pull for pull, _ in laws])
     lowpass = plant.lowpass if loads is None else None  # known loads have passed it before they act
     residual = hypothesis.residual
     behind = None if residual is None else Behind(residual, kinds[..., None] * (rows @ residual.shapes))
@@ -70,20 +71,15 @@ def system_of(hypothesis: Hypothesis, theta: FloatArray, readout: Readout) -> Sy
 
 
 def _loads(
-    hypothesis: Hypothesis, reduced: Reduced, inverse: Any, rows: FloatArray, kinds: BoolArray, laws: list[FloatArray]
+    hypothesis: Hypothesis, reduced: Reduced, inverse: Any, sensors: tuple[Sensor, ...], laws: list[FloatArray]
 ) -> Entry | None:
-    """Return how the plant's known loads enter: ``rows`` (sensor, dof) of sensors of three ``kinds`` (3, sensor),
-    pulls (dof,) of ``laws``; ``inverse`` of the mass. None where there are none.
-    """
-    plant, n = hypothesis.plant, hypothesis.size
+    """Return how the plant's known loads enter, beside ``laws`` with their pulls (dof,); None where there are none."""
+    plant = hypothesis.plant
     if not plant.loaded:
         return None
     pulls, bent = plant.load_pulls, plant.load_shapes
-    feed = np.zeros((len(inverse), 2 * n, len(pulls)))
-    feed[:, n:] = reduced.feed(list(pulls), inverse)
-    direct = np.where(kinds[2][:, None], rows @ reduced.shapes @ feed[:, n:], 0.0)
-    stretch = np.array(laws).reshape(len(laws), len(bent)) @ bent
-    return Entry(plant.loaded, feed, direct, kinds[..., None] * (rows @ bent), stretch)
+    beside = np.array(laws).reshape(len(laws), len(bent))
+    return entry_of(plant.loaded, pulls, bent, beside, reduced, inverse, plant, sensors)
 
 
 def _laws(hypothesis: Hypothesis, theta: FloatArray) -> list[tuple[FloatArray, Force]]:

@@ -10,7 +10,7 @@ from scipy.linalg import expm
 
 from fe_models.dofs import ComplexArray, FloatArray
 from fe_models.lowpass import LowPass
-from hybrid.diagnosis.nominal.loads import LoadPlace
+from hybrid.diagnosis.nominal.loads import ForcePlace
 from hybrid.diagnosis.response.filtering import convolved
 from hybrid.diagnosis.response.residual import Residual
 
@@ -24,7 +24,7 @@ SOFT = 1e-8  # of the highest eigenvalue: springs that hold a body that moves fr
 
 @dataclass(frozen=True)
 class Entry:
-    """How known loads at ``places`` enter a system.
+    """How forces whose course is given, as known loads, enter a system at ``places``.
 
     ``feed`` (variant, state, place): what a unit of each adds to the rate of the structure's own states, those of
     harmonic forces left out; ``direct`` (variant, sensor, place): what it shows at once. What it bends in modes that
@@ -32,14 +32,14 @@ class Entry:
     (law, place), along the elongation of each force law.
     """
 
-    places: tuple[LoadPlace, ...]
+    places: tuple[ForcePlace, ...]
     feed: FloatArray
     direct: FloatArray
     bent: FloatArray
     stretch: FloatArray
 
     def and_at(self, other: "Entry") -> "Entry":
-        """Return how loads enter at these places and, behind them, at those of an ``other`` one."""
+        """Return how forces enter at these places and, behind them, at those of an ``other`` entry."""
         arrays = {
             name: np.concatenate([getattr(self, name), getattr(other, name)], axis=-1)
             for name in ("feed", "direct", "bent", "stretch")

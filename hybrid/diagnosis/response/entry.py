@@ -1,0 +1,35 @@
+"""How forces whose course is given enter a system: known loads, and what geometry exerts along a motion."""
+
+from typing import Any
+
+import numpy as np
+
+from fe_models.dofs import FloatArray
+from fe_models.recordings import QUANTITIES, Sensor
+from hybrid.diagnosis.nominal.loads import ForcePlace
+from hybrid.diagnosis.nominal.plant import Plant
+from hybrid.diagnosis.response.reduced import Reduced
+from hybrid.diagnosis.response.system import Entry
+
+
+def entry_of(
+    places: tuple[ForcePlace, ...],
+    pulls: FloatArray,
+    bent: FloatArray,
+    laws: FloatArray,
+    reduced: Reduced,
+    inverse: Any,
+    plant: Plant,
+    sensors: tuple[Sensor, ...],
+) -> Entry:
+    """Return how forces along ``pulls`` (place, dof) enter a ``reduced`` system, and what ``sensors`` show at once.
+
+    ``bent`` (dof, place): what a unit of each bends in modes that are not followed; ``laws`` (law, dof): pulls of the
+    force laws, which answer to that; ``inverse`` of the mass.
+    """
+    n, rows = reduced.mass.shape[1], plant.rows(sensors)
+    feed = np.zeros((len(inverse), 2 * n, len(pulls)))
+    feed[:, n:] = reduced.feed(list(pulls), inverse)
+    kinds = np.array([[sensor.quantity == word for sensor in sensors] for word in QUANTITIES])
+    direct = np.where(kinds[2][:, None], rows @ reduced.shapes @ feed[:, n:], 0.0)
+    return Entry(places, feed, direct, kinds[..., None] * (rows @ bent), laws @ bent)
