@@ -85,6 +85,14 @@ def test_extended_structure_feels_its_weight() -> None:
     assert again < 0.97 * plant_of(recorded(9.81)).modes[0][0]
 
 
+def test_a_third_of_its_weight_is_another_cause() -> None:
+    """A part stands for something else: here for compression, as by a push from above."""
+    found = diagnose(recorded(9.81 / 3))
+    (finding,) = found.findings
+    assert (finding.cause.kind, finding.cause.location) == ("axial_force", {"elements": [1, 2, 3, 4]})
+    assert all(rival.kind != "dead_load" for rival in finding.alternatives)
+
+
 def test_mast_without_weight_is_not_said_to_feel_it() -> None:
     found = diagnose(recorded(0.0))
     assert found.verdict is Verdict.NOTHING_WRONG
