@@ -23,6 +23,8 @@ SORTED = 0.02  # of the misfit: what a cause that acts in some recordings may le
 HELPLESS = 0.8  # likewise, of one: where the best cause leaves more, a second one would only add to the guess; a cable
 # as good as gone leaves 0.71 beside friction
 HOPELESS = 0.3  # likewise, of two causes: the best of them leave so much that neither is likely right
+LITTLE_LEFT = 1.5  # energy left over that of noise: right causes of blind frames leave 1.2 to 1.3, a stop without the
+# late sensor beside it 2
 HALVED = 0.5  # of what the first of two leaves: where both leave less, the first may be a guess
 FIRSTS = 2  # single causes that a second one is looked for
 
@@ -70,8 +72,8 @@ def pair_fits(
     """Return fits of two causes: the best single ones each with all others, and what may stand in the first's place.
 
     That is looked for where nothing but noise is left, on a chain after each second cause that gains enough, and on a
-    frame once, where the second takes away most of what the first leaves: this one may only have stood for the right
-    one. Each of the best two alone, too.
+    frame once, where the second takes away most of what the first leaves, and much is left: the first may only have
+    stood for the right one. Each of the best two alone, too.
     """
     singles = [
         item for item in posterior.fits if item.hypothesis.candidates and not any(batch.off for batch in item.batches)
@@ -111,11 +113,12 @@ def pair_fits(
 
 
 def _is_halved(first: Fit, pair: Fit) -> bool:
-    """Return whether the second cause of a ``pair`` takes away most of what the ``first`` leaves.
+    """Return whether the second cause of a ``pair`` takes away most of what the ``first`` leaves, and leaves much.
 
     Not a force law, beside which a search takes a minute of a frame.
     """
-    return not pair.hypothesis.candidates[-1].is_law and max(pair.misfit, 0.0) < HALVED * first.misfit
+    leaves_much = pair.chi2 > LITTLE_LEFT * pair.values
+    return leaves_much and not pair.hypothesis.candidates[-1].is_law and pair.misfit < HALVED * first.misfit
 
 
 def ground_with(start: Fit, batches: tuple[Batch, ...], gauge: Gauge) -> tuple[Ground | None, Lengths, Fit]:

@@ -14,6 +14,7 @@ from hybrid.diagnosis.contest.growing import Ground, Lengths, fit_growing, padde
 from hybrid.diagnosis.contest.neighbours import fits_beside, fits_tied, looks_wrong
 from hybrid.diagnosis.contest.odds import Odds
 from hybrid.diagnosis.contest.pairs import (
+    LITTLE_LEFT,
     asks_for_more,
     each_alone,
     explains_change,
@@ -35,8 +36,6 @@ from hybrid.diagnosis.recorded.noise import Band
 from hybrid.diagnosis.response.side_by_side import side_by_side
 from hybrid.diagnosis.screening.screening import Screened, screen
 
-LITTLE_LEFT = 1.5  # energy left over that of noise: right causes of blind frames leave 1.2 to 1.3, a stop without the
-# late sensor beside it 2
 PROMISING = 4  # causes at most that are fitted because a score test promises something of them
 MOST = 0.8  # of the misfit: a law that leaves more has no change beside it
 FAINT = 2.0  # standard deviations of what noise alone leaves
