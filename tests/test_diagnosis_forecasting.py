@@ -85,6 +85,9 @@ def test_initial_states_under_a_law_are_as_probable_as_an_independent_optimiser_
         best = 2 * least_squares(rest, own, x_scale=size).cost
         assert reached < best + 2.0  # likewise
         assert reached < 1.3 * data.size  # three standard deviations more than noise leaves: no local best
+    beside = states + NOISE * np.random.default_rng(2).standard_normal(states.shape)
+    again = initial_states(hypothesis, at, np.full(hypothesis.states, size), batch, GAUGE, near=beside)
+    np.testing.assert_allclose(again[1], cost, atol=2.0)  # as above
 
 
 def test_forecasts_of_a_linear_model_reach_the_floor_that_is_told() -> None:

@@ -213,7 +213,10 @@ def test_forecasts_of_motions_larger_than_those_of_training_are_bent_where_their
     (tested,) = scorer.test
     linear_one = replace(tested, data=predicted(replace(model, bent=()), tested, scorer.view), whole=None)
     assert scorer.bent_in(quiet) == tested.names
-    assert replace(scorer, test=(linear_one,)).bent_in(quiet) == scorer.bent_in(bent_fit) == ()
+    other = replace(scorer, test=(linear_one,))
+    assert other.bent_in(quiet) == scorer.bent_in(bent_fit) == ()
+    assert scorer.forecast(quiet) is scorer.forecast(quiet)  # made once, of its own recordings alone
+    assert other.forecast(quiet).energy != scorer.forecast(quiet).energy != scorer.forecast(quiet, 0.0).energy
 
 
 def test_what_was_recorded_is_scored_not_what_was_fitted(bridge_setting: Setting) -> None:

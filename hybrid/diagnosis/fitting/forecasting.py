@@ -190,11 +190,13 @@ def begun_from(model: Model, off: tuple[int, ...], batch: Batch, view: View, sho
     """
     hypothesis, theta, size = without(model, off)
     (own,) = columns_of((batch.first(shown),), view.measured)
+    states: FloatArray | None = None
     geometric = np.zeros(batch.recorded.shape)
     for _ in range(1 if hypothesis.plant.geometry is None else ROUNDS):
         straight = own.less(geometric[:, :shown][..., list(view.measured)])
-        states, cost = initial_states(hypothesis, theta, size, straight, view.gauge)
+        states, cost = initial_states(hypothesis, theta, size, straight, view.gauge, states)
         geometric = added(hypothesis, theta, states, batch, view.readout)
+    assert states is not None  # there was one round at least
     return Begun(states, cost, geometric)
 
 

@@ -22,19 +22,27 @@ STEP = 1e-4  # of a state's prior size
 
 
 def initial_states(
-    hypothesis: Hypothesis, theta: FloatArray, size: FloatArray, batch: Batch, gauge: Gauge
+    hypothesis: Hypothesis,
+    theta: FloatArray,
+    size: FloatArray,
+    batch: Batch,
+    gauge: Gauge,
+    near: FloatArray | None = None,
 ) -> tuple[FloatArray, FloatArray]:
     """Return the most probable states (recording, state) given the fitted channels of a ``batch``, and their costs.
 
-    Prior: each entry normal with standard deviation ``size``.
+    Prior: each entry normal with standard deviation ``size``. ``near``: states that are nearly so, from where force
+    laws begin at once over the whole stretch.
     """
     system = system_of(hypothesis, theta[None], gauge.readout)
     if system.is_linear:
         return _linear_states(system, size, batch, gauge)
-    linear = replace(system, B=system.B[:, :, :0], D=system.D[:, :, :0], forces=(), G=system.G[:, :0])
-    states, cost = _linear_states(linear, size, batch.first(_samples(GROWTH[0], batch)), gauge)
     thetas = np.repeat(theta[None], len(size) + 1, axis=0)  # a copy for each entry of a state that moves, and one
     copies = system_of(hypothesis, thetas, gauge.readout)
+    if near is not None:
+        return _states_under_laws(copies, size, batch, gauge, near)
+    linear = replace(system, B=system.B[:, :, :0], D=system.D[:, :, :0], forces=(), G=system.G[:, :0])
+    states, cost = _linear_states(linear, size, batch.first(_samples(GROWTH[0], batch)), gauge)
     for share in GROWTH:
         states, cost = _states_under_laws(copies, size, batch.first(_samples(share, batch)), gauge, states)
     return states, cost

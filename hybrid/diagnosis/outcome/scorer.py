@@ -1,6 +1,6 @@
 """Forecasts of the recordings that were kept for testing, or left out one fold after the other, by any fit."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -16,15 +16,22 @@ from hybrid.diagnosis.recorded.gauge import Gauge, View
 from hybrid.diagnosis.recorded.records import Batch
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 
+Key = tuple[int, float | bytes]
+"""Of a forecast: its fit's id, and how far nominal values may go, or where they are."""
+
 
 @dataclass(frozen=True)
 class Scorer:
-    """``test``: batches with all sensors; ``folds``: where there are none, the training recordings in turn."""
+    """``test``: batches with all sensors; ``folds``: where there are none, the training recordings in turn.
+
+    ``known``: forecasts that were made of them, each beside its fit; one beside force laws takes seconds.
+    """
 
     setting: Setting
     gauge: Gauge
     test: tuple[Batch, ...]
     folds: Folds | None
+    known: dict[Key, tuple[Fit, Forecast]] = field(init=False, repr=False, compare=False, default_factory=dict)
 
     @classmethod
     def of(cls, setting: Setting, evidence: Evidence) -> "Scorer":
@@ -46,9 +53,15 @@ class Scorer:
         def model(one: Fit) -> Model:
             return self.model(one, within(one, most))
 
-        if self.folds is not None:
-            return self.folds.forecast(item, model, self.gauge)
-        return forecast(model(item), self.test, self.view)
+        def made() -> Forecast:
+            if self.folds is not None:
+                return self.folds.forecast(item, model, self.gauge)
+            return forecast(model(item), self.test, self.view)
+
+        key = id(item), most if self.folds is not None else within(item, most).tobytes()
+        if key not in self.known:
+            self.known[key] = item, made()  # the fit is kept, as its id may be given to another one otherwise
+        return self.known[key][1]
 
     def model(self, item: Fit, theta: FloatArray | None = None) -> Model:
         """Return a fit's model, at its own theta or at another; where causes act follows the order of recordings."""
