@@ -1,9 +1,12 @@
 """Sensors, recordings and datasets as plain data (their file format is in `dataset_file`)."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
-from fe_models.dofs import FloatArray
+import numpy as np
+
+from fe_models.dofs import BoolArray, FloatArray
 from fe_models.linear import LinearModel, ModalModel
 from fe_models.structure import Direction, Structure
 
@@ -24,6 +27,12 @@ class Sensor:
     quantity: Quantity
     unit: str
     role: Literal["measured", "held_out"] = "measured"
+
+
+def of_each_quantity(sensors: Sequence[Sensor]) -> BoolArray:
+    """Return which sensors show displacement, which velocity and which acceleration, (quantity, sensor)."""
+    found = [[sensor.quantity == quantity for sensor in sensors] for quantity in QUANTITIES]
+    return np.array(found, dtype=bool)
 
 
 @dataclass(frozen=True)

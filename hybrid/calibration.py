@@ -15,7 +15,7 @@ from torch import Tensor
 
 from fe_models.dofs import FloatArray
 from fe_models.linear import ModalModel
-from fe_models.recordings import QUANTITIES, Sensor
+from fe_models.recordings import Sensor, of_each_quantity
 from hybrid.connectors import Connectors
 from hybrid.decoder import sensor_shapes
 from hybrid.linear_form import ConnectorForm, ModalForm
@@ -60,8 +60,8 @@ class Observer:
     ) -> None:
         self.omega = torch.tensor(modal.omega, dtype=torch.float64)  # (mode,)
         shapes = torch.tensor(sensor_shapes(modal, sensors), dtype=torch.float64)  # (sensor, mode)
-        picks = [[sensor.quantity == quantity for sensor in sensors] for quantity in QUANTITIES]
-        self.shapes = shapes[None] * torch.tensor(picks)[:, :, None]  # (quantity, sensor, mode)
+        picks = torch.tensor(of_each_quantity(sensors))
+        self.shapes = shapes[None] * picks[:, :, None]  # (quantity, sensor, mode)
         self.step = step
         self.form = ModalForm(modal) if connectors is None else ConnectorForm(modal, connectors, damping)
 

@@ -8,7 +8,7 @@ from torch import Tensor, nn
 
 from fe_models.errors import raise_faults
 from fe_models.linear import ModalModel
-from fe_models.recordings import QUANTITIES, Sensor
+from fe_models.recordings import Sensor, of_each_quantity
 
 
 def sensor_shapes(modal: ModalModel, sensors: Sequence[Sensor]) -> np.ndarray:
@@ -29,9 +29,9 @@ class Decoder(nn.Module):
     def __init__(self, modal: ModalModel, sensors: Sequence[Sensor]) -> None:
         super().__init__()
         shapes = torch.tensor(sensor_shapes(modal, sensors), dtype=torch.get_default_dtype())  # (sensor, mode)
-        picks = [[sensor.quantity == quantity for sensor in sensors] for quantity in QUANTITIES]
+        picks = torch.tensor(of_each_quantity(sensors))
         self.shapes: Tensor
-        self.register_buffer("shapes", shapes[None] * torch.tensor(picks)[:, :, None])  # (quantity, sensor, mode)
+        self.register_buffer("shapes", shapes[None] * picks[:, :, None])  # (quantity, sensor, mode)
 
     def forward(self, q: Tensor, q_dot: Tensor, q_ddot: Tensor) -> Tensor:
         """Return the channels (..., sensor) from modal coordinates and their two rates, each (..., mode)."""

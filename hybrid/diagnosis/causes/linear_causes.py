@@ -43,7 +43,7 @@ ECHOED = 0.1  # likewise a spring to the ground beside one that the structure ha
 YIELDING = 2e-3  # the strain that no metal of a structure bears for long ...
 WORKING = 5e-4  # ... and that which structures are designed for, 100 N/mm^2 in steel
 HARDLY = 1e-4  # of squared frequencies: a dead load that changes none by more is not felt
-WEIGHT = 0.5, 1.5  # times what is drawn: no less weight than that, and no more, goes unnoticed
+LEAST_WEIGHT, MOST_WEIGHT = 0.5, 1.5  # times what is drawn: no less weight than that, and no more, goes unnoticed
 ANY = (-np.inf,)
 
 Changes = tuple[csr_array, csr_array, csr_array]
@@ -162,8 +162,8 @@ def _dead_load(plant: Plant) -> list[Candidate]:
             build=DeadLoad,
             neutral=(0.0,),
             width=(1.0,),
-            lower=WEIGHT[:1],
-            upper=WEIGHT[1:],
+            lower=(LEAST_WEIGHT,),
+            upper=(MOST_WEIGHT,),
             changes=changes,
         )
     ]

@@ -25,10 +25,10 @@ class Ruling:
     """A ``verdict``, and ``listed``, how probable it is that the list of causes has what is wrong.
 
     It rests on the ``posterior`` over the fits of the ``evidence`` whose causes matter, on the user's ``simulation``,
-    and on what the ``scorer`` ``found`` of forecasts, with their ``errors``. ``final``: the best
-    fit where its causes are named, and the one without any cause otherwise; ``theta`` (parameter,): what is told of
-    its parameters, which may be calibrated less than its own. ``notes``: on test recordings that are only noisier, and
-    on causes that do not matter.
+    and on what the ``scorer`` ``found`` of forecasts, with their ``errors``. ``final``: the best fit where its causes
+    are named, and the one without any cause otherwise; ``theta`` (parameter,): what is told of its parameters, which
+    may be calibrated less than its own. ``notes``: on test recordings that are only noisier, and on causes that do not
+    matter.
     """
 
     verdict: Verdict

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from fe_models.dofs import FloatArray
-from fe_models.recordings import QUANTITIES, Sensor
+from fe_models.recordings import Sensor, of_each_quantity
 from hybrid.diagnosis.nominal.loads import ForcePlace
 from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.response.reduced import Reduced
@@ -30,6 +30,6 @@ def entry_of(
     n, rows = reduced.mass.shape[1], plant.rows(sensors)
     feed = np.zeros((len(inverse), 2 * n, len(pulls)))
     feed[:, n:] = reduced.feed(list(pulls), inverse)
-    kinds = np.array([[sensor.quantity == word for sensor in sensors] for word in QUANTITIES])
+    kinds = of_each_quantity(sensors)
     direct = np.where(kinds[2][:, None], rows @ reduced.shapes @ feed[:, n:], 0.0)
     return Entry(places, feed, direct, kinds[..., None] * (rows @ bent), laws @ bent)

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from fe_models.dofs import FloatArray
-from fe_models.recordings import QUANTITIES, Sensor
+from fe_models.recordings import Sensor, of_each_quantity
 from fe_models.sensor_effects import SensorDelay, SensorDrift, SensorGain
 from fe_models.time_integration import TimeIntegration
 from hybrid.diagnosis.recorded.readout import Readout
@@ -46,8 +46,7 @@ def system_of(hypothesis: Hypothesis, theta: FloatArray, readout: Readout) -> Sy
     rows = plant.rows(readout.sensors)
     picked = rows @ reduced.shapes  # (variant, sensor, mode)
     seen = np.zeros((variants, len(readout.sensors), hypothesis.states))
-    quantities = np.array([sensor.quantity for sensor in readout.sensors], dtype=str)
-    kinds = np.stack([quantities == word for word in QUANTITIES])
+    kinds = of_each_quantity(readout.sensors)
     displaced, moved, pushed = kinds
     seen[:, displaced, :n] = picked[:, displaced]
     seen[:, moved, n : 2 * n] = picked[:, moved]
