@@ -21,7 +21,7 @@ def test_first_steps_of_a_law_go_on_while_they_fall(monkeypatch: pytest.MonkeyPa
     without = fit(base.hypothesis, base.theta, short, gauge)
     assert without is not None
     extended = base.hypothesis.adding(law)
-    start = extended, np.append(base.theta, law.first_starts[0]), short, gauge, padded(without.states, extended)
+    start = extended, np.append(base.theta, law.first_starts[0]), short, gauge, padded(without, extended)
     noise = sum(batch.data.size for batch in short)
     led = first_steps(*start)
     monkeypatch.setattr(fitting, "STEEP", 1.0)  # two steps and no more
@@ -44,7 +44,7 @@ def test_first_steps_beside_a_law_go_on_only_where_they_may_lead_low(seed: int, 
     assert without is not None
     both = base.hypothesis.adding(law).adding(change)
     far = np.concatenate([base.theta, list(case.truth[0].parameters.values()), [4.0]])  # four times as stiff
-    start = both, far, short, gauge, padded(without.states, both)
+    start = both, far, short, gauge, padded(without, both)
     led, ended = first_steps(*start), first_steps(*start, bound=without.cost)
     assert led is not None
     assert ended is not None
@@ -59,7 +59,7 @@ def test_first_steps_go_on_while_each_halves_the_cost_if_that_leads_low(monkeypa
     soft = next(c for c in setting.candidates() if c.kind == "support_spring" and c.location == where)
     extended = short.hypothesis.adding(soft)
     start = np.append(np.zeros_like(short.theta), 3.1e-5)  # m/N; of 1.65e-5, as the scan has it
-    begun = extended, start, short.batches, setting.gauge, padded(short.states, extended)
+    begun = extended, start, short.batches, setting.gauge, padded(short, extended)
     led, behind = first_steps(*begun, steps=3, bound=short.cost), first_steps(*begun, steps=3, bound=0.0)
     monkeypatch.setattr(fitting, "HALF", 0.0)  # three steps and no more
     stopped = first_steps(*begun, steps=3, bound=short.cost)

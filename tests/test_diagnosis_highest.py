@@ -1,5 +1,6 @@
 """Up to which frequency recordings show a frame's motions: a low-pass hides what is fast, unless it is large."""
 
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -10,6 +11,7 @@ from fe_models.bridge import bridge
 from fe_models.dofs import FloatArray
 from fe_models.measurement import lowpassed
 from fe_models.recordings import Dataset, Recording
+from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.nominal.lowpass import highest_shown, lowpass_of
 from hybrid.diagnosis.nominal.plant import plant_of
 
@@ -76,3 +78,15 @@ def test_noise_that_was_low_passed_with_the_motion_shows_nothing() -> None:
 def test_recordings_without_a_lowpass_show_all_up_to_half_their_rate() -> None:
     data = dataset(two_modes(0.0))
     assert highest_shown(data, None) == RATE / 2
+
+
+def test_samples_that_are_not_used_show_nothing() -> None:
+    """A saturated channel has steps in it, which are fast."""
+    data = dataset(two_modes(0.0))
+    fast = data.recordings[1].data.copy()
+    fast[:, : SAMPLES // 4, 0] = np.sign(fast[:, : SAMPLES // 4, 0]) * 2 * np.abs(fast[..., 0]).max()
+    spoilt = replace(data, recordings=(data.recordings[0], replace(data.recordings[1], data=fast)))
+    assert highest_shown(spoilt, lowpass_of(spoilt)) == RATE / 2
+    setting = setting_of(spoilt)
+    assert any("is saturated" in note for note in setting.notes)
+    assert setting.plant.highest == pytest.approx(USUAL, rel=1e-12)

@@ -62,7 +62,7 @@ def test_harmonic_force_that_is_told_from_none_by_nothing_it_does_is_no_hypothes
     right = fit(base.hypothesis.adding(place), np.append(base.theta, cause.frequency), batches, gauge)
     assert right is not None
     more = right.hypothesis.adding(other)
-    both = fit(more, np.append(right.theta, 0.02), batches, gauge, padded(right.states, more))  # Hz, below all modes
+    both = fit(more, np.append(right.theta, 0.02), batches, gauge, padded(right, more))  # Hz, below all modes
     assert both is not None
     assert [wave(both, number).is_told for number in (0, 1)] == [True, False]
     better = replace(both, cost=right.cost - 1000.0)  # as where it pushes a law to and fro
@@ -80,7 +80,7 @@ def test_slopes_behind_a_low_pass_need_no_finer_motion(kind: str, monkeypatch: p
     law = candidate(dataset, kind, **cause.location)
     extended = base.hypothesis.adding(law)
     theta = np.append(base.theta, [cause.parameters[name] for name in law.names])
-    near = extended, theta, batches[0], gauge, padded(base.states, extended)[0]
+    near = extended, theta, batches[0], gauge, padded(base, extended)[0]
     usual = linearise_batch(*near)
 
     def finely(system: System, start: FloatArray, samples: int, loads: Loads | None = None, **_: int) -> FloatArray:
@@ -228,7 +228,7 @@ def test_each_of_two_causes_is_tried_alone() -> None:
     spring = candidate(case.dataset, "cubic_spring", **cause.location)
     pair = Hypothesis(setting.plant, (force, spring))
     start = np.concatenate([np.zeros(pair.nuisances), [0.3, cause.parameters["stiffness"]]])
-    states = padded(setting.short.states, pair)
+    states = padded(setting.short, pair)
     both = fit(pair, start, setting.lengths.cut[0], setting.searched, states)
     assert both is not None
     alone = {item.hypothesis.candidates[0].key: item for item in each_alone(both, setting.searched)}

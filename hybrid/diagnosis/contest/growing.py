@@ -2,8 +2,6 @@
 
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from fe_models.dofs import FloatArray
 from hybrid.diagnosis.fitting.driven import fitted_motion
 from hybrid.diagnosis.fitting.fitting import ENOUGH, Fit, fit
@@ -134,9 +132,14 @@ def passed_by(whole: Fit, segments: tuple[Batch, ...], gauge: Gauge) -> tuple[Fl
     return tuple(found)
 
 
-def padded(states: tuple[FloatArray, ...], hypothesis: Hypothesis) -> tuple[FloatArray, ...]:
-    """Return initial states (recording, state) with harmonic forces that hardly act, as the ``hypothesis`` has them."""
-    return tuple(
-        np.concatenate([part, np.full((len(part), hypothesis.states - part.shape[1]), QUIET)], axis=1)
-        for part in states
-    )
+def padded(start: Fit, hypothesis: Hypothesis) -> tuple[FloatArray, ...]:
+    """Return where a ``hypothesis`` begins that has more candidates than a fit, behind its own: (recording, state).
+
+    At rest in the modes that these bring, with harmonic forces that hardly act.
+    """
+    more, found = len(hypothesis.candidates) - len(start.hypothesis.candidates), list[FloatArray]()
+    for states, batch in zip(start.states, start.batches, strict=True):
+        own = hypothesis.less(batch.off)
+        count = len(own.candidates)
+        found.append(own.embedded(states, tuple(range(count - more, count)), QUIET))
+    return tuple(found)

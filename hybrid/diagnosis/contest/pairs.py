@@ -130,7 +130,7 @@ def ground_with(start: Fit, batches: tuple[Batch, ...], gauge: Gauge) -> tuple[G
     hypothesis, theta = start.hypothesis.less(others), start.theta[start.hypothesis.parameters_of(others)]
     lengths = lengths_of(batches, hypothesis.states)
     plain = short_fit(hypothesis.plant, lengths, gauge)
-    quiet = replace(plain, states=padded(plain.states, hypothesis))
+    quiet = replace(plain, states=padded(plain, hypothesis))
     return ground_of(hypothesis, theta, lengths, gauge, quiet), lengths, plain
 
 

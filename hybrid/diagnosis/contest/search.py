@@ -120,7 +120,7 @@ def _foretold(ground: Ground, ranked: list[Screened], present: list[Fit], length
 
     def fitted(trial: Screened) -> Fit | None:
         hypothesis = ground.hypothesis.adding(trial.candidate)
-        start = replace(ground.short, states=padded(ground.short.states, hypothesis))
+        start = replace(ground.short, states=padded(ground.short, hypothesis))
         return fit_growing(hypothesis, trial.theta(base), lengths, gauge, start)
 
     found = side_by_side(fitted, sorted(trials, key=lambda item: -item.gain)[:FORETOLD])
@@ -142,8 +142,8 @@ def rivals_contest(
     causes = best.hypothesis.candidates
     hypothesis = replace(best.hypothesis, candidates=(*causes[:-2], causes[-1]))
     both = np.delete(best.theta, np.arange(len(best.theta))[best.hypothesis.slices[-2]])
-    short = fit(hypothesis, both, lengths.cut[0], gauge, padded(plain.states, hypothesis), SHORT_ITERATIONS)
-    again = shortened(best, lengths.cut[0], gauge, padded(plain.states, best.hypothesis))
+    short = fit(hypothesis, both, lengths.cut[0], gauge, padded(plain, hypothesis), SHORT_ITERATIONS)
+    again = shortened(best, lengths.cut[0], gauge, padded(plain, best.hypothesis))
     if short is None or again is None:
         return ()
     odds = Odds.among(candidates, hypothesis.plant.alike)

@@ -113,9 +113,9 @@ def setting_of(dataset: Dataset) -> Setting:
     """Return the setting of a dataset; `InputError` where it cannot be diagnosed."""
     other_end = unstated_lowpass(dataset)
     dataset, rung = without_ringing_ends(dataset)
+    dataset, unusable = usable(dataset)
     plant = plant_of(with_ratios_of_modal_model(dataset))
     modal = modal_plant(plant, dataset)
-    dataset, unusable = usable(dataset)
     dataset, apart = as_recordings(dataset)
     fast = _too_fast(plant)
     measured = measured_columns(dataset)

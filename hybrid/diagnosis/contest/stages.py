@@ -142,7 +142,7 @@ class Search:
 
         def fitted(trial: Screened) -> Fit | None:
             hypothesis = best.hypothesis.adding(trial.candidate)
-            return fit(hypothesis, trial.theta(best), best.batches, self.gauge, padded(best.states, hypothesis))
+            return fit(hypothesis, trial.theta(best), best.batches, self.gauge, padded(best, hypothesis))
 
         found = side_by_side(fitted, trials[:PROMISING])
         return [item for item in found if item is not None]
@@ -203,7 +203,7 @@ class Search:
             return []
         self.tell("the best anew")
         short = self.ground.short
-        start = shortened(best, short.batches, self.gauge, padded(short.states, best.hypothesis))
+        start = shortened(best, short.batches, self.gauge, padded(short, best.hypothesis))
         again = start and fit_growing(best.hypothesis, start.theta, self.lengths, self.gauge, start)
         return [] if again is None else [again]
 

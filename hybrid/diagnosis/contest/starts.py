@@ -61,7 +61,7 @@ def _best_from(
 ) -> Step | None:
     """Return where first steps lead from the best of ``starts`` (parameter,)."""
     extended = hypothesis.adding(trial.candidate)
-    states, count = padded(base.states, extended), FIRST_DRAWN if trial.is_drawn else FIRST
+    states, count = padded(base, extended), FIRST_DRAWN if trial.is_drawn else FIRST
     return _lowest([first_steps(extended, start, base.batches, gauge, states, count, base.cost) for start in starts])
 
 

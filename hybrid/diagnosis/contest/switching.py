@@ -43,7 +43,7 @@ def fit_switched(
     if not trials or _asks_little(short, asked):
         return []
     number = len(short.hypothesis.candidates)
-    again = shortened(best, short.batches, gauge, padded(short.states, best.hypothesis))
+    again = shortened(best, short.batches, gauge, padded(short, best.hypothesis))
     rivals = [] if again is None else [again]
     sorted_fits: list[tuple[Fit, BoolArray]] = []
     for candidate, high in trials:
@@ -183,9 +183,7 @@ def states_in(batches: tuple[Batch, ...], item: Fit) -> tuple[FloatArray, ...] |
     if hypothesis.is_linear:
         return None
     for batch, states in zip(item.batches, item.states, strict=True):
-        whole = np.zeros((len(states), hypothesis.states))
-        whole[:, 2 * hypothesis.size :] = QUIET
-        whole[:, hypothesis.states_of(batch.off)] = states
+        whole = hypothesis.embedded(states, batch.off, QUIET)
         own = whole.reshape(len(batch.names), batch.pieces, -1)
         found.update(zip(batch.order or batch.names, own, strict=True))  # several motions may share a name
     return tuple(

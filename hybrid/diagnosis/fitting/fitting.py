@@ -53,7 +53,11 @@ class Fit:
     def claim(self) -> tuple[object, ...]:
         """What a fit says is wrong: its causes, in any order, and in which recordings which of them do not act."""
         keys = [candidate.key for candidate in self.hypothesis.candidates]
-        off = {(name, tuple(sorted(keys[i] for i in batch.off))) for batch in self.batches for name in batch.names}
+        off = {
+            (motion, tuple(sorted(keys[i] for i in batch.off)))
+            for batch in self.batches
+            for motion in batch.order or batch.names
+        }
         return tuple(sorted(keys)), frozenset(off)
 
     @property

@@ -49,7 +49,7 @@ def fit_in_modal_model(
     lengths = lengths_of(item.batches, hypothesis.states)
     with np.errstate(over="ignore", invalid="ignore"):  # a step that goes too far is taken back
         short = short_fit(modal, lengths, gauge)
-        start = replace(short, states=padded(short.states, hypothesis))
+        start = replace(short, states=padded(short, hypothesis))
         found = ground_of(hypothesis, theta, lengths, gauge, start)
     if found is None:
         return None

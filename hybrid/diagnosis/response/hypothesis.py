@@ -52,6 +52,15 @@ class Hypothesis:
         own = [2 * n + 2 * k + part for k, number in enumerate(waves) if number not in off for part in (0, 1)]
         return [*range(m), *range(n, n + m), *own]
 
+    def embedded(self, states: FloatArray, off: tuple[int, ...], waves: float = 0.0) -> FloatArray:
+        """Return initial states (recording, state) from those that the hypothesis has `less` some candidates: at rest
+        in what these bring, their harmonic forces begin with ``waves``, N.
+        """
+        whole = np.zeros((len(states), self.states))
+        whole[:, 2 * self.size :] = waves
+        whole[:, self.states_of(off)] = states
+        return whole
+
     @property
     def nuisances(self) -> int:
         """Number of uncertain factors, the first entries of theta."""

@@ -146,9 +146,7 @@ def _effect(present: _Present, candidate: Candidate, start: tuple[float, ...], s
     fit, gauge, batch, states = present.fit, present.gauge, stretch.batch, stretch.states
     extended = fit.hypothesis.adding(candidate)
     if not candidate.is_law:
-        n, more = fit.hypothesis.size, extended.size - fit.hypothesis.size  # a released support brings a coordinate
-        states = np.insert(states, [n] * more + [2 * n] * more, 0.0, axis=1)
-        states = np.pad(states, ((0, 0), (0, extended.states - states.shape[1])))
+        states = extended.embedded(states, (len(extended.candidates) - 1,))
     theta = np.append(fit.theta, start)
     if not candidate.is_structural and not stretch.forces:
         return _response(extended, theta[None], batch, gauge, states)[0] - stretch.shown
