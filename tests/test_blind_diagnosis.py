@@ -12,6 +12,7 @@ from fe_models.blind import BRIDGE_KINDS, KINDS, OUTSIDE, BlindCase, BlindConfig
 from fe_models.blind import case as blind_cases
 from fe_models.dofs import FloatArray
 from fe_models.lowpass import USUAL, LowPass
+from fe_models.recordings import Recording
 from fe_models.sensor_effects import SensorEffect
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.judging import Judgement, judge
@@ -125,6 +126,17 @@ def test_a_change_between_recordings_is_dated() -> None:
     assert any("not all of one structure" in note for note in found.notes)
     assert all(marks.within)
     check_gain(found)
+
+
+def test_a_change_between_the_motions_of_one_file_is_told_by_their_number() -> None:
+    case = blind_case(124, replace(CHAIN, kinds=("stiffness_change",), off=True, changed=2))
+    train, test = case.dataset.select("train"), case.dataset.select("test")
+    run = Recording("run", np.concatenate([recording.data for recording in train]))
+    found, marks = diagnosed(replace(case, dataset=replace(case.dataset, recordings=(run, *test))))
+    assert marks.named == marks.truth
+    (note,) = (note for note in found.notes if "not all of one structure" in note)
+    assert "acts in 3 of the 5 motions of run, r06, r07, and does not" in note
+    assert note.endswith("in 2 of the 5 motions of run")
 
 
 def test_a_weak_cause_beside_one_that_takes_nearly_all_away_is_named_too() -> None:

@@ -86,6 +86,18 @@ def test_recording_in_which_nothing_moves_is_left_out_with_no_sensor() -> None:
     assert len(sound.recordings) == 4
 
 
+def test_recording_in_which_most_sensors_are_dead_is_left_out_rather_than_these() -> None:
+    hardly = with_data(CASE, {"r02": np.where(np.arange(5) < 4, 0.0, CASE.recordings[1].data)})
+    sound, (note,) = usable(hardly)
+    assert note == "most sensors never change in r02: left out"
+    assert len(sound.sensors) == 5
+    assert [r.name for r in sound.recordings] == ["r01", "r03", "r04"]
+    broken = {r.name: np.where(np.arange(5) < 3, 0.0, r.data) for r in CASE.recordings[1:]}  # from the second one on
+    sound, _ = usable(with_data(CASE, broken))
+    assert len(sound.recordings) == 4  # three sensors take no more with them (in r01) than three recordings would
+    assert len(sound.sensors) == 2
+
+
 def test_sensors_that_are_dead_in_many_recordings_are_left_out_rather_than_these() -> None:
     dead = np.arange(5) < 2
     some = {r.name: np.where(dead, 0.0, r.data) for r in CASE.recordings[1:]}

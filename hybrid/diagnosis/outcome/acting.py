@@ -1,5 +1,7 @@
 """In which recordings a cause acts: those that were fitted, and those kept for testing where they tell."""
 
+from collections import Counter
+
 import numpy as np
 
 from hybrid.diagnosis.contest.switching import acting_recordings
@@ -13,21 +15,20 @@ TOLD = 12.0  # in the tempered sum of squares: by how much a test recording must
 
 def recordings_of(
     fit: Fit, number: int, model: Model, test: tuple[Batch, ...], measured: tuple[int, ...], gauge: Gauge, temper: float
-) -> set[str]:
-    """Return the names of the recordings where candidate ``number`` of a fit acts.
+) -> Counter[str]:
+    """Return in how many motions of each recording, by its name, candidate ``number`` of a fit acts.
 
     What acts in all that were fitted acts in all. Otherwise a test recording's whole motion is held against the
     ``model`` with the candidate and without; nothing but its initial state is fitted. ``temper``: in units of the noise
     of ``gauge``.
     """
-    acting = acting_recordings(fit, number)
-    everywhere = len(acting) == count_of(fit.batches)
-    names = set(acting)
+    acting = Counter(acting_recordings(fit, number))
+    everywhere = acting.total() == count_of(fit.batches)
     for batch in test:
         with_it = np.ones(len(batch.names), dtype=bool)
         if not everywhere:
             (own,) = columns_of((batch,), measured)
             on, off = (least_cost(model, less, own, gauge.view) for less in ((), (number,)))
             with_it = off - on > TOLD * temper
-        names |= {name for name, acts in zip(batch.names, with_it, strict=True) if acts}
-    return names
+        acting.update(name for name, acts in zip(batch.names, with_it, strict=True) if acts)
+    return acting

@@ -62,7 +62,8 @@ class Finding:
     """A ``cause`` and its ``parameters`` with standard deviations, and the ``probability`` that it is right.
 
     ``explains``: share of what the nominal model gets wrong, in energy, that it takes away; ``recordings`` where it
-    acts; ``alternatives`` that the sensors cannot rule out; ``sentence``: what an engineer can act on.
+    acts: the name of one for each of its motions; ``alternatives`` that the sensors cannot rule out; ``sentence``: what
+    an engineer can act on.
     """
 
     cause: Cause

@@ -4,13 +4,13 @@ import numpy as np
 
 from fe_models.dofs import FloatArray
 from hybrid.diagnosis.contest.posterior import of_candidate, rivals_of
-from hybrid.diagnosis.contest.setting import Setting
 from hybrid.diagnosis.fitting.forecasting import TINY, Model
 from hybrid.diagnosis.outcome.acting import recordings_of
 from hybrid.diagnosis.outcome.findings import Alternative, Finding, cause_of, is_held, reported_location, sentence_of
 from hybrid.diagnosis.outcome.forecasts import share
 from hybrid.diagnosis.outcome.ruling import Ruling
 from hybrid.diagnosis.outcome.simulation import modal_finding
+from hybrid.diagnosis.recorded.motions import motions_of
 
 RIVALS = 0.005  # least probability of an alternative that is told
 SUREST = 0.999  # no probability is said to be more
@@ -24,24 +24,19 @@ def named_by(ruling: Ruling) -> tuple[Finding, ...]:
     """
     if not ruling.is_named:
         return ()
-    names, found, model = recordings_in(ruling.setting), ruling.found, ruling.scorer.model(ruling.best)
-    findings = [_finding(ruling, number, part, model, names) for number, part in enumerate(_taken_away(ruling))]
+    found, model = ruling.found, ruling.scorer.model(ruling.best)
+    findings = [_finding(ruling, number, part, model) for number, part in enumerate(_taken_away(ruling))]
     if ruling.simulation.is_wrong:
         probability = SUREST * ruling.listed
-        findings.insert(0, modal_finding(ruling.simulation, found.nominal, found.extended, probability, names))
+        every = tuple(motions_of(ruling.setting.dataset).elements())
+        findings.insert(0, modal_finding(ruling.simulation, found.nominal, found.extended, probability, every))
     return tuple(sorted(findings, key=lambda finding: -finding.explains))
 
 
-def recordings_in(setting: Setting) -> tuple[str, ...]:
-    """Return the names of the recordings in the dataset's order, each once: several in one file share one."""
-    return tuple(dict.fromkeys(recording.name for recording in setting.dataset.recordings))
-
-
-def _finding(ruling: Ruling, number: int, taken: float, model: Model, names: tuple[str, ...]) -> Finding:
+def _finding(ruling: Ruling, number: int, taken: float, model: Model) -> Finding:
     """Return the finding of cause ``number`` of the best fit, by whose ``model`` recordings are forecast.
 
-    ``taken``: the energy of forecast errors, in units of the noise's variance, that the cause takes away; ``names``: of
-    all recordings, in order.
+    ``taken``: the energy of forecast errors, in units of the noise's variance, that the cause takes away.
     """
     best, posterior, scorer, setting = ruling.best, ruling.posterior, ruling.scorer, ruling.setting
     candidate = best.hypothesis.candidates[number]
@@ -53,7 +48,7 @@ def _finding(ruling: Ruling, number: int, taken: float, model: Model, names: tup
         parameters,
         min(of_candidate(posterior, candidate), SUREST) * ruling.listed,
         share(taken, ruling.found.nominal.excess),
-        tuple(name for name in names if name in acting),
+        tuple(name for name in motions_of(setting.dataset) for _ in range(acting[name])),
         tuple(
             Alternative(rival.kind, reported_location(rival), p * ruling.listed)
             for rival, p in rivals_of(posterior, candidate, RIVALS)

@@ -1,5 +1,7 @@
 """What a user should know beside the findings: notes on a ruling."""
 
+from collections import Counter
+
 from fe_models.effects import HarmonicForce
 from fe_models.sensor_effects import SensorEffect
 from hybrid.diagnosis.contest.pairs import left
@@ -7,10 +9,10 @@ from hybrid.diagnosis.fitting.far_off import factors_off
 from hybrid.diagnosis.outcome.calibration import astray, dispersion_of, far_off
 from hybrid.diagnosis.outcome.findings import Finding, at_place
 from hybrid.diagnosis.outcome.materiality import weak
-from hybrid.diagnosis.outcome.named import recordings_in
 from hybrid.diagnosis.outcome.ruling import Ruling
 from hybrid.diagnosis.outcome.simulation import modal_notes
 from hybrid.diagnosis.outcome.verdict import ABNORMAL, Verdict
+from hybrid.diagnosis.recorded.motions import in_words, motions_of
 from hybrid.diagnosis.shown.all_off import all_off, damping_off
 from hybrid.diagnosis.shown.show import Shown
 
@@ -53,14 +55,15 @@ def _on_causes(ruling: Ruling, findings: tuple[Finding, ...]) -> list[str]:
 
 def _apart(ruling: Ruling, findings: tuple[Finding, ...]) -> list[str]:
     """Return a line on each finding that acts in some recordings only."""
-    names, lines = recordings_in(ruling.setting), []
+    every, lines = motions_of(ruling.setting.dataset), []
     for finding in findings:
-        cause, without = finding.cause, [name for name in names if name not in finding.recordings]
+        cause, acting = finding.cause, Counter(finding.recordings)
+        without = every - acting
         alike = "all alike" if isinstance(cause, HarmonicForce | SensorEffect) else "all of one structure"
         if without:
             lines.append(
                 f"the recordings are not {alike}: {cause.kind} {at_place(cause.location)} acts in"
-                f" {', '.join(finding.recordings)}, and does not, or too little to tell, in {', '.join(without)}"
+                f" {in_words(acting, every)}, and does not, or too little to tell, in {in_words(without, every)}"
             )
     return lines
 

@@ -2,7 +2,7 @@
 
 A motion may begin at any sample, so that a recording whose channel is saturated is used from behind the last
 such sample on; or the channel is left out everywhere, whichever loses fewer values. A dead channel spoils its recording
-whole.
+whole, and recordings in which most channels are dead are left out before any channel is, where that loses fewer.
 """
 
 from collections import Counter
@@ -14,12 +14,14 @@ from fe_models.dofs import BoolArray, FloatArray, IntArray
 from fe_models.errors import InputError
 from fe_models.files.recording_checks import FEWEST_SAMPLES, FLAT_TOLERANCE
 from fe_models.recordings import Dataset, Recording
+from hybrid.diagnosis.recorded.motions import in_words, motions_of
 
 RUN = 3  # equal extreme values in a row: noise makes no two of them equal, rounding rarely three
 ELSEWHERE = 2  # times the longest run of equal values below the extremes: coarsely rounded peaks are no saturation
 TIMES = 5  # that often is an extreme value no chance, where nearly all others differ: a few samples a period reach it
 DIFFERENT = 0.9  # of the other values: rounding makes fewer
 ROUNDING = 1e-9  # of a channel's range: values this close are equal
+MOST = 0.5  # of the channels that are alive in any recording
 
 
 @dataclass(frozen=True)
@@ -38,15 +40,20 @@ def usable(dataset: Dataset) -> tuple[Dataset, list[str]]:
     training recording is left.
     """
     single = [replace(r, data=part[None]) for r in dataset.recordings for part in r.data]
-    moving = [recording for recording in single if not _is_still(recording)]
+    measured = [i for i, sensor in enumerate(dataset.sensors) if sensor.role == "measured"]
+    still, hardly = _quiet(single, measured)
+    moving = tuple(r for r, left_out in zip(single, still | hardly, strict=True) if not left_out)
     if len(moving) < len(single) and any(recording.role == "train" for recording in moving):
-        rest, notes = usable(replace(dataset, recordings=tuple(moving)))
-        return rest, [f"no sensor changes in {_motions(single)}: left out", *notes]
+        rest, notes = usable(replace(dataset, recordings=moving))
+        every = motions_of(dataset)
+        for word, chosen in (("no sensor changes", still), ("most sensors never change", hardly)):
+            some = Counter(r.name for r, is_one in zip(single, chosen, strict=True) if is_one)
+            notes = [f"{word} in {in_words(some, every)}: left out", *notes] if some else notes
+        return rest, notes
     faults = {column: fault for column in range(len(dataset.sensors)) if (fault := _fault(single, column))}
     if not faults:
         return dataset, []
     sizes = np.array([recording.data.shape[1] for recording in single])
-    measured = [i for i, sensor in enumerate(dataset.sensors) if sensor.role == "measured"]
     dropped = set[int]()
     first = np.zeros(len(single), dtype=int)
     for column, fault in faults.items():
@@ -96,15 +103,19 @@ def is_dead(channel: FloatArray) -> bool:
     return bool(np.ptp(channel) <= FLAT_TOLERANCE * np.abs(channel).max())
 
 
-def _is_still(recording: Recording) -> bool:
-    return all(is_dead(channel) for channel in recording.data[0].T)
-
-
-def _motions(single: list[Recording]) -> str:
-    """Return in words which of the recordings, a motion each, are still: those of one file share its name."""
-    motions = Counter(recording.name for recording in single)
-    still = Counter(recording.name for recording in single if _is_still(recording))
-    return ", ".join(n if c == motions[n] else f"{c} of the {motions[n]} motions of {n}" for n, c in still.items())
+def _quiet(single: list[Recording], measured: list[int]) -> tuple[BoolArray, BoolArray]:
+    """Return in which recordings (recording,), a motion each, no sensor changes, and in which others most of the
+    ``measured`` ones do not, if it loses fewer values to leave these out than the sensors that are dead there.
+    """
+    sizes = np.array([recording.data.shape[1] for recording in single])
+    dead = np.array([[is_dead(channel) for channel in recording.data[0].T] for recording in single])
+    still, own = np.asarray(dead.all(axis=1)), dead[:, measured]
+    own = own[:, ~own.all(axis=0)]
+    hardly = (own.sum(axis=1) > MOST * own.shape[1]) & ~still
+    of_recordings = int(sizes[hardly] @ (~own[hardly]).sum(axis=1))
+    rest = ~(hardly | still)
+    of_sensors = int(sizes[rest] @ (~own[rest][:, own[hardly].any(axis=0)]).sum(axis=1))
+    return still, hardly & (of_recordings < of_sensors)
 
 
 def saturation_levels(channel: FloatArray) -> list[float]:
