@@ -42,7 +42,7 @@ def fitted(dataset: Dataset, begun: float) -> Fit:
 def test_its_frequency_costs_nothing_in_any_unit_of_time() -> None:
     """Its prior was as wide as 1 Hz: of a stiff structure's machine it took (108 Hz)^2 off."""
     force = candidate(FORCED.dataset, "harmonic_force", node=machine().node)
-    assert force.width == (RATE / 2,)
+    assert force.width == (RATE / 2,)  # without a low-pass
     hypothesis = Hypothesis(plant_of(FORCED.dataset), (force,))
     assert hypothesis.precision[-1] * (RATE / 2) ** 2 <= 1  # at the highest that recordings show
 
@@ -91,3 +91,15 @@ def test_it_is_told_at_a_difference_of_natural_frequencies_only_where_it_is_much
     if told:
         assert best.candidate.location == {"node": 3, "direction": "x"}
         assert best.gain > 0.9 * ground.whole.misfit
+
+
+def test_a_machine_that_was_found_is_none_of_the_modes_whose_multiples_a_frame_makes_by_itself() -> None:
+    first, second = HarmonicForce(3, "x", 1500.0, 7.4, 0.3), HarmonicForce(6, "x", 6.0, 14.8, 0.3)
+    setting = setting_of(recorded(masts(), first, second))
+    forces = {c.location["node"]: c for c in setting.candidates() if c.oscillator and c.location["direction"] == "x"}
+    hypothesis = setting.nominal.adding(forces[3])
+    found = ground_of(hypothesis, np.append(np.zeros(hypothesis.nuisances), 7.4), setting.lengths, setting.gauge)
+    assert found is not None
+    best = screen_forces(found.whole, (forces[6],), setting.gauge)[0]
+    assert best.start[0] == pytest.approx(14.8, abs=1 / DURATION / 2)
+    assert best.gain > 0.5 * found.whole.misfit

@@ -14,6 +14,7 @@ from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.structure import Beam, Spring, Structure
 from hybrid.calibration import nothing
 from hybrid.diagnosis.causes.candidate import Candidate
+from hybrid.diagnosis.causes.force_causes import force_laws_of
 from hybrid.diagnosis.causes.linear_causes import ECHOED, linear_causes
 from hybrid.diagnosis.causes.places import Motion, places_of
 from hybrid.diagnosis.contest import neighbours, pairs, search, stages
@@ -55,6 +56,25 @@ def test_spring_beside_one_to_the_ground_is_less_probable_than_that_one_off() ->
     motion = Motion(*np.random.default_rng(0).standard_normal((2, 50, 4)))
     springs = [c for c in linear_causes(plant, places_of(plant, motion)) if c.kind == "support_spring"]
     assert [(c.location["node"], c.weight) for c in springs] == [(1, ECHOED), (2, 1.0), (3, 1.0), (4, 1.0)]
+
+
+def test_no_force_law_is_looked_for_where_nothing_moves() -> None:
+    """A beam whose sensors look across moves along by rounding only, and a stop there would have no gap."""
+    rng = np.random.default_rng(0)
+    across = tuple(Sensor(f"a{node}", node, "y", "acceleration", "m/s^2") for node in (2, 3, 5))
+    structure = beam()
+    plant = plant_of(Dataset(structure, 600.0, across, (Recording("r", rng.standard_normal((1, 200, 3))),)))
+    most = {word: np.abs(plant.modes[1][plant.dofs.direction == word, : plant.size]).max(axis=0) for word in ("x", "y")}
+    along = most["x"] > most["y"]
+    assert along.any()
+    states = rng.standard_normal((50, 2, plant.size)) * np.where(along, 1e-12, 1.0)
+    motion = Motion.of_states(states.reshape(50, -1), plant)
+    places = places_of(plant, motion)
+    assert {place.direction for place in places} == {"x", "y"}
+    laws = force_laws_of(plant, places, motion)
+    assert {law.location["direction"] for law in laws} == {"y"}
+    still = Motion(np.zeros((50, len(plant.dofs))), np.zeros((50, len(plant.dofs))))
+    assert force_laws_of(plant, places, still) == []
 
 
 def test_harmonic_forces_turn_once_in_a_recording_at_least() -> None:

@@ -26,7 +26,7 @@ def all_candidates(plant: Plant, dataset: Dataset, motion: Motion, measured: tup
         *linear_causes(plant, places),
         *_modes(plant),
         *force_laws_of(plant, places, motion),
-        *harmonic_forces(places, dataset.sampling_rate / longest, dataset.sampling_rate / 2),
+        *harmonic_forces(places, dataset.sampling_rate / longest, plant.highest),
         *_sensors(plant, dataset, motion, measured),
         *_steps(plant),
     )

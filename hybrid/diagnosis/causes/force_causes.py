@@ -16,7 +16,7 @@ from fe_models.effects import (
     SlackCable,
 )
 from hybrid.diagnosis.causes.candidate import SMALL, Candidate
-from hybrid.diagnosis.causes.places import Motion, Place
+from hybrid.diagnosis.causes.places import UNMOVED, Motion, Place
 from hybrid.diagnosis.nominal.plant import Plant
 
 CREEP = (0.005, 0.01, 0.1)  # of the rms rate at its place: below it friction is a dashpot; at least (less would need
@@ -30,8 +30,11 @@ RUBBING = 0.3  # of a usual dashpot's force: the usual friction
 
 
 def force_laws_of(plant: Plant, places: list[Place], motion: Motion) -> list[Candidate]:
-    """Return every force law at every place, as large as the ``motion`` there would feel."""
-    return [law for place in places for law in _laws_at(place, motion)] + _slack_cables(plant, motion)
+    """Return every force law at every place that moves, as large as the ``motion`` there would feel."""
+    sizes = [float(np.std(motion.displacement @ place.pull)) for place in places]
+    least = UNMOVED * max(sizes, default=0.0)
+    moving = [place for place, size in zip(places, sizes, strict=True) if size > least]
+    return [law for place in moving for law in _laws_at(place, motion)] + _slack_cables(plant, motion, least)
 
 
 def _laws_at(place: Place, motion: Motion) -> list[Candidate]:
@@ -100,7 +103,8 @@ def _law(
     )
 
 
-def _slack_cables(plant: Plant, motion: Motion) -> list[Candidate]:
+def _slack_cables(plant: Plant, motion: Motion, least: float) -> list[Candidate]:
+    """Return every cable that may go slack whose rms elongation is more than the ``least``."""
     found = []
     for number in range(1, len(plant.structure.elements) + 1):
         effect = SlackCable(number, 1.0)
@@ -108,6 +112,8 @@ def _slack_cables(plant: Plant, motion: Motion) -> list[Candidate]:
         if law is not None:
             pull = plant.pull(law)
             u = motion.displacement @ pull
+            if np.std(u) <= least:
+                continue
             most = max(float(np.quantile(-u, FARTHEST)), LEAST * float(np.std(u))) * law.stiffness
             taut = 2.0 * most  # never slack
             found.append(

@@ -10,7 +10,7 @@ from fe_models.dofs import FloatArray
 from fe_models.structure import Direction, Spring, Structure
 from hybrid.diagnosis.nominal.plant import Plant
 
-UNMOVED = 1e-4  # of the largest entry of the mode shapes: a place that moves less feels no force
+UNMOVED = 1e-4  # of the largest entry of the mode shapes, or motion: a place that moves less feels no force
 NEAR = 0.5  # of the shortest element there: nearer nodes that no element joins are of two parts side by side
 ALIKE = 0.01  # of its motion in the modes: how far apart two places may be to count as one
 DAMPED = 0.2  # of the dashpot whose force is as large as a spring's at the usual rate

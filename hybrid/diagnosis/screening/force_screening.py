@@ -9,7 +9,6 @@ from hybrid.diagnosis.fitting.linearisation import linearise_batch
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.spectra import WIDTH, combination_lines, energy_near
 from hybrid.diagnosis.response.state_space import system_of
-from hybrid.diagnosis.response.system import System
 from hybrid.diagnosis.screening.screening import Screened
 
 FREQUENCIES_A_LINE = 2  # trial frequencies of a harmonic force within the resolution of a recording
@@ -56,7 +55,7 @@ def screen_forces(fit: Fit, candidates: tuple[Candidate, ...], gauge: Gauge) -> 
             gains += _wave_gains(residual, basis, transfer / sigma[number][:, None], trials / gauge.rate)
     if hypothesis.plant.kept is not None:
         least = min(SECONDARY * _energy(fit, gauge), max(MOSTLY * fit.misfit, fit.values))
-        gains[_is_of_structure(trials, system, fit, gauge)[:, None] & (gains < least)] = 0.0
+        gains[_is_of_structure(trials, A, fit, gauge)[:, None] & (gains < least)] = 0.0
     found = []
     for place, candidate in enumerate(forces):
         curve = gains[:, place].copy()
@@ -68,9 +67,12 @@ def screen_forces(fit: Fit, candidates: tuple[Candidate, ...], gauge: Gauge) -> 
     return sorted(found, key=lambda trial: -trial.gain)
 
 
-def _is_of_structure(trials: FloatArray, system: System, fit: Fit, gauge: Gauge) -> BoolArray:
-    """Return whether each frequency (Hz) is a multiple, sum or difference of the strongest modes' frequencies."""
-    roots = np.linalg.eigvals(system.A[0])
+def _is_of_structure(trials: FloatArray, A: FloatArray, fit: Fit, gauge: Gauge) -> BoolArray:
+    """Return whether each frequency (Hz) is a multiple, sum or difference of the strongest modes' frequencies.
+
+    ``A`` (state, state) of the structure alone: a machine that was found is none of its modes.
+    """
+    roots = np.linalg.eigvals(A)
     frequencies = np.sort(np.abs(roots[roots.imag > 0])) / (2 * np.pi)
     motion = tuple(batch.data / batch.sigma(gauge) for batch in fit.batches)
     lines = combination_lines(frequencies, energy_near(frequencies, motion, gauge.rate))
