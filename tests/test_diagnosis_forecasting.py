@@ -15,7 +15,16 @@ from fe_models.simulate import FreeConfig, simulate_free
 from hybrid.diagnosis.causes.candidates import all_candidates
 from hybrid.diagnosis.causes.places import Motion
 from hybrid.diagnosis.fitting.fitting import fit, residuals_at
-from hybrid.diagnosis.fitting.forecasting import ORDERLY, Model, forecast, idle_by_order, predicted, shown_of, without
+from hybrid.diagnosis.fitting.forecasting import (
+    ORDERLY,
+    Model,
+    forecast,
+    idle_by_order,
+    model_of,
+    predicted,
+    shown_of,
+    without,
+)
 from hybrid.diagnosis.fitting.initial_states import initial_states
 from hybrid.diagnosis.nominal.plant import plant_of
 from hybrid.diagnosis.recorded.gauge import Gauge, View
@@ -179,3 +188,26 @@ def test_what_is_left_elsewhere_is_that_of_the_best_initial_states_there() -> No
     assert without_it[0] is not None
     np.testing.assert_allclose(without_it[0], expected[0], atol=1e-3)  # of the noise: steps of finite differences
     assert residuals_at(item, np.append(linear.theta, -100.0), GAUGE) == (None,)  # it grows beyond all bounds
+
+
+def test_a_large_force_says_nothing_of_how_large_displacements_are() -> None:
+    """A machine of 1e9 N lifted all that was known of displacements beforehand, and the noise floor with them."""
+    dataset = chain()
+    hypothesis = with_causes(dataset, "harmonic_force {'node': 2, 'direction': 'x'}")
+    item = fit(hypothesis, np.append(np.zeros(hypothesis.nuisances), 0.5), batches_of(dataset, "train"), GAUGE)
+    assert item is not None
+    pushed = replace(item, states=tuple(part * np.r_[np.ones(8), 1e9, 1e9] for part in item.states))
+    plain, large = (model_of(one, GAUGE).size for one in (item, pushed))
+    np.testing.assert_array_equal(plain[:8], large[:8])
+    np.testing.assert_allclose(plain[8:] * 1e9, large[8:], rtol=1e-12)
+
+
+def test_a_motion_beyond_all_bounds_is_far_from_what_was_recorded_in_whatever_unit() -> None:
+    """A million was far from metres, and a hundredth of what nanometres show."""
+    dataset = chain()
+    softening = with_causes(dataset, CUBIC)
+    theta = np.append(np.zeros(softening.nuisances), -1e6)
+    (batch,) = batches_of(dataset, "train")
+    small = View(SENSORS, MEASURED, replace(GAUGE, sigma=GAUGE.sigma * 1e9))
+    large = replace(batch, data=batch.data * 1e9)
+    assert (forecast(Model(softening, theta, np.full(softening.states, 1e9)), (large,), small).nrmse > 1e3).all()

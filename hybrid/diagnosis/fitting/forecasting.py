@@ -21,6 +21,7 @@ SHOWN = 0.2  # of each recording: what its initial state is estimated from
 ORDERLY = 6.0  # in a cost: 2 log 20, as one of twenty recordings is not as those before and after it are
 CLEAR = 6.0  # likewise: what geometry must take off a cost, where recordings for training do not show it
 ROUNDS = 3  # of taking away what geometry adds to a motion, which tells what it adds
+LEAST = 1e-6  # of the largest initial state of its unit: what is known of each beforehand
 TINY = 1e-300  # instead of nothing
 
 
@@ -84,7 +85,15 @@ def model_of(item: Fit, gauge: Gauge, theta: FloatArray | None = None) -> Model:
     full = [states for states in item.states if states.shape[1] == item.states[most].shape[1]]
     size = np.sqrt(np.mean(np.concatenate(full) ** 2, axis=0) + _pushed(item, gauge))
     theta = item.theta if theta is None else theta
-    return Model(item.hypothesis, theta, np.maximum(size, 1e-6 * size.max()), switched_in(item))
+    return Model(item.hypothesis, theta, _at_least(size, item.hypothesis.size), switched_in(item))
+
+
+def _at_least(size: FloatArray, modes: int) -> FloatArray:
+    """Return sizes (state,) that are no less than a millionth of the largest of their own unit: displacements and
+    velocities of that many ``modes``, then two of each harmonic force.
+    """
+    parts = np.split(size, [modes, *range(2 * modes, len(size), 2)])
+    return np.concatenate([np.maximum(part, LEAST * (part.max() or size.max())) for part in parts])
 
 
 def switched_in(item: Fit) -> tuple[int, ...]:
@@ -132,12 +141,13 @@ def predicted(model: Model, batch: Batch, view: View) -> FloatArray:
     """Return the channels (recording, time, sensor) forecast from the first fifth of the measured ones."""
     best: FloatArray | None = None
     least = np.full(len(batch.data), np.inf)
+    far = EXPLODED * float(np.abs(batch.recorded).max())
     for own, off, begun in _ways(model, batch, view):
         hypothesis, theta, _ = without(own, off)
         system = system_of(hypothesis, theta[None], view.readout)
         y = (respond(system, begun.states[None], batch.samples, batch.loads) + drifted(system, batch.begins))[0]
         y = y + begun.geometric
-        y = np.nan_to_num(y, nan=EXPLODED, posinf=EXPLODED, neginf=-EXPLODED)
+        y = np.nan_to_num(y, nan=far, posinf=far, neginf=-far)
         best = y if best is None else np.where((begun.cost < least)[:, None, None], y, best)
         least = np.minimum(least, begun.cost)
     assert best is not None  # there is at least one way

@@ -17,7 +17,7 @@ GROWTH = (0.15, 0.25, 0.35, 0.5, 0.7, 1.0)  # of the stretch, where force laws a
 ITERATIONS = 20  # at most, of each
 DAMPING = (1e-3, 10.0)  # of Levenberg and Marquardt: at first, and how much less or more after a step
 ENOUGH = 0.01  # of a sum of squares in units of the noise: a step that promises less is not taken
-EXPLODED = 1e6  # of a channel: what stands for a motion beyond all bounds
+EXPLODED = 1e6  # times the largest value recorded: what stands for a motion beyond all bounds
 STEP = 1e-4  # of a state's prior size
 
 
@@ -37,14 +37,12 @@ def initial_states(
     system = system_of(hypothesis, theta[None], gauge.readout)
     if system.is_linear:
         return _linear_states(system, size, batch, gauge)
-    thetas = np.repeat(theta[None], len(size) + 1, axis=0)  # a copy for each entry of a state that moves, and one
-    copies = system_of(hypothesis, thetas, gauge.readout)
     if near is not None:
-        return _states_under_laws(copies, size, batch, gauge, near)
+        return _states_under_laws(system, size, batch, gauge, near)
     linear = replace(system, B=system.B[:, :, :0], D=system.D[:, :, :0], forces=(), G=system.G[:, :0])
     states, cost = _linear_states(linear, size, batch.first(_samples(GROWTH[0], batch)), gauge)
     for share in GROWTH:
-        states, cost = _states_under_laws(copies, size, batch.first(_samples(share, batch)), gauge, states)
+        states, cost = _states_under_laws(system, size, batch.first(_samples(share, batch)), gauge, states)
     return states, cost
 
 
@@ -65,23 +63,24 @@ def _linear_states(system: System, size: FloatArray, batch: Batch, gauge: Gauge)
 
 
 def _states_under_laws(
-    copies: System, size: FloatArray, batch: Batch, gauge: Gauge, states: FloatArray
+    system: System, size: FloatArray, batch: Batch, gauge: Gauge, states: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return what `initial_states` does, of force laws, from ``states``: by Levenberg and Marquardt's steps.
 
-    ``copies``: the system, once and once more for each entry of a state, which finite differences move.
+    Finite differences move each entry of a state, in further recordings of one system.
     """
     recordings = len(states)
     weight = batch.weights(gauge)  # (recording or one row, value)
-    wanted = batch.data.reshape(recordings, -1) * weight
+    wanted = (batch.data - drifted(system, batch.begins)[0]).reshape(recordings, -1) * weight
+    far = EXPLODED * float(np.abs(wanted).max())
     cost, damping = np.full(recordings, np.inf), np.full(recordings, DAMPING[0])
     X, residual, trial = np.zeros((recordings, wanted.shape[1], len(size))), wanted, states
     for _ in range(ITERATIONS):
-        start = np.repeat(trial[None], len(size) + 1, axis=0)
-        start[1:] += np.diag(STEP * size)[:, None]
-        y = respond(copies, start, batch.samples, batch.loads) + drifted(copies, batch.begins)
-        y = y.reshape(len(start), recordings, -1) * weight
-        y = np.nan_to_num(y, nan=EXPLODED, posinf=EXPLODED, neginf=-EXPLODED)
+        starts = np.repeat(trial[None], len(size) + 1, axis=0)
+        starts[1:] += np.diag(STEP * size)[:, None]
+        shown = respond(system, starts.reshape(1, -1, len(size)), batch.samples, batch.loads)
+        y = shown.reshape(len(starts), recordings, -1) * weight
+        y = np.nan_to_num(y, nan=far, posinf=far, neginf=-far)
         left = wanted - y[0]
         new = np.sum(left**2, axis=1) + np.sum((trial / size) ** 2, axis=1)
         better = new < cost

@@ -23,7 +23,7 @@ from hybrid.diagnosis.response.system import System, drifted, observability
 STEP = 1e-6  # of a prior width (of the rms of a state): finite differences, through thousands of radians
 RIDGE = 1e-6  # of each column of the initial state's Jacobian: what no sensor feels apart from the rest stays at rest
 UNFELT = 1e-11  # of the largest column: what no sensor feels at all, but for rounding; it stays at rest
-EXPLODED = 1e30  # of a channel, in units of its noise: no structure, but a search gone astray
+ENDLESS = 1e30  # of a channel, in units of its noise: no structure, but a search gone astray
 FAR = 1e6  # times the largest datum: the same, of what a motion under force laws leaves
 LEAST = 1e-12  # of a state's rms, where it is at rest
 
@@ -83,7 +83,7 @@ def _linear(
     system = system_of(hypothesis, thetas, gauge.readout)
     shorter = condensed(system, batch, gauge, moved) if brief else None
     channels: Channels = shorter or Sampled(system, batch, gauge, moved)
-    if not np.abs(channels.by_state).max() < EXPLODED:
+    if not np.abs(channels.by_state).max() < ENDLESS:
         return None
     basis, upper = orthonormal(channels.by_state)  # one serves all recordings whose noise is alike
     z = _in_states(upper, split_off(channels.data, basis)[1])  # (recording, state)

@@ -10,7 +10,7 @@ from fe_models.sensor_effects import SensorGain
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.fitting.far_off import goes_far, within
 from hybrid.diagnosis.fitting.fitting import Fit
-from hybrid.diagnosis.fitting.linearisation import EXPLODED, orthonormal
+from hybrid.diagnosis.fitting.linearisation import ENDLESS, orthonormal
 from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.response.hypothesis import Hypothesis
@@ -135,7 +135,7 @@ def _left(hypothesis: Hypothesis, thetas: FloatArray, fit: Fit, gauge: Gauge) ->
         weight = np.tile(1 / gauge.sigma, batch.samples)
         rows = observability(system, batch.samples)
         rows = rows.reshape(len(thetas), -1, rows.shape[-1]) * weight[:, None]
-        usable = np.abs(rows).max(axis=(1, 2)) < EXPLODED
+        usable = np.abs(rows).max(axis=(1, 2)) < ENDLESS
         basis, _ = orthonormal(np.where(usable[:, None, None], rows, 0.0))
         lines = drift(system, batch.samples).reshape(len(thetas), -1) * weight
         data = batch.data - given(system, batch)  # (variant, recording, time, sensor)
