@@ -10,7 +10,7 @@ import torch
 from typer.testing import CliRunner
 
 from fe_models.blind import SENSORS, BlindConfig, blind_case
-from fe_models.effects import HarmonicForce
+from fe_models.effects import CubicSpring, Effect, HarmonicForce, StiffnessChange
 from fe_models.errors import InputError
 from fe_models.files.dataset_file import save_dataset
 from fe_models.four_dof import four_dof
@@ -20,7 +20,7 @@ from fe_models.simulate import FreeConfig, simulate_free
 from hybrid.config import Config, places_preset
 from hybrid.diagnosis.learned import gain
 from hybrid.diagnosis.learned.learning import PlaceForce, corrected, learn, learning_preset, undo
-from hybrid.diagnosis.learned.projection import location_of, project
+from hybrid.diagnosis.learned.projection import Projected, location_of, project
 from hybrid.diagnosis.outcome.findings import Finding
 from hybrid.preparation import prepare
 from hybrid.scoring import nrmse
@@ -117,6 +117,20 @@ def test_hybrid_has_less_left_to_learn_on_the_extended_structure(
     assert next(iter(first["laws"])) == "spring"
     assert any("speaks for the finding" in note for note in report["notes"])
     assert "Hybrid model on the extended structure" in done.output
+
+
+@pytest.mark.parametrize("ends", [(2, 3), (3, 2)])
+@pytest.mark.parametrize("cause", [CubicSpring((2, 3), "x", 1.0), StiffnessChange((3,), 0.7)])
+def test_what_was_learned_speaks_for_the_finding_whichever_end_of_a_spring_was_drawn_first(
+    ends: tuple[int, int], cause: Effect
+) -> None:
+    chain = four_dof()
+    springs = [replace(item, nodes=ends) if item.nodes == (2, 3) else item for item in chain.elements]
+    law = "cubic_spring" if isinstance(cause, CubicSpring) else "spring"
+    place = Projected({"nodes": list(ends), "direction": "x"}, 0.9, {law: 0.8}, 0.1)
+    found = (Finding(cause, {}, 1.0, 0.5, ("r",), (), ""),)
+    said = gain._evidence((place,), found, replace(chain, elements=tuple(springs)))
+    assert said.endswith("speaks for the finding")
 
 
 def test_structure_with_laws_of_its_own_starts_as_it_is() -> None:

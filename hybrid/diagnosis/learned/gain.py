@@ -113,7 +113,10 @@ def _evidence(places: tuple[Projected, ...], findings: tuple[Finding, ...], stru
 
 
 def _locations(place: Projected, structure: Structure) -> list[dict[str, Any]]:
-    """Return the locations that stand for a place: its own, and the springs of a chain between its ends."""
-    nodes = tuple(place.location.get("nodes", [place.location.get("node")]))
-    springs = [number for number, element in enumerate(structure.elements, start=1) if element.nodes == nodes]
-    return [place.location, *({"element": number} for number in springs)]
+    """Return the locations that stand for a place: its own, and the springs of a chain between its ends.
+
+    Whichever end was drawn first: causes go by sorted nodes.
+    """
+    own, nodes = place.location, sorted(place.location.get("nodes", [place.location.get("node")]))
+    springs = [number for number, item in enumerate(structure.elements, start=1) if sorted(item.nodes) == nodes]
+    return [own | {"nodes": nodes} if "nodes" in own else own, *({"element": number} for number in springs)]
