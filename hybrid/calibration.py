@@ -19,6 +19,7 @@ from fe_models.recordings import Sensor, of_each_quantity
 from hybrid.connectors import Connectors
 from hybrid.decoder import sensor_shapes
 from hybrid.linear_form import ConnectorForm, ModalForm
+from hybrid.progress import nothing
 
 GROWTH = (0.1, 0.2, 0.4, 1.0)  # of the whole window, one after the other
 SHORTEST = 20  # samples; shorter windows tell little but noise
@@ -29,10 +30,6 @@ RIDGE = (
 )
 SHRINKAGE = 0.02  # of the error covariance towards a multiple of the identity: it is estimated from few windows
 QUIET = 0.05  # of the rms of all windows: added to a window's own rms, so that noise in quiet windows does not count
-
-
-def nothing() -> None:
-    """Do nothing: the progress of who does not want to see any."""
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,8 @@ from scipy.sparse.csgraph import connected_components
 from torch import Tensor
 
 from fe_models.dofs import FloatArray
-from hybrid.calibration import Observer, fit_linear_rest, nothing, smooth
+from hybrid.calibration import Observer, fit_linear_rest, smooth
+from hybrid.progress import nothing
 
 CONTRADICTION = 0.5  # of a recording's energy unexplained by another's model; the same structure stays below 0.2
 

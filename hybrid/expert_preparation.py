@@ -9,10 +9,11 @@ from fe_models.dofs import FloatArray
 from fe_models.errors import InputError
 from fe_models.nominal import nominal_modes
 from fe_models.recordings import Dataset, Recording
-from hybrid.calibration import Observer, nothing
+from hybrid.calibration import Observer
 from hybrid.config import Config
 from hybrid.experts import Experts
 from hybrid.preparation import Prepared, agreeing_recordings, prepare, training_recordings
+from hybrid.progress import nothing
 from hybrid.start_evidence import StartEvidence, evidence_of
 from hybrid.windows import columns, cut, evenly, window_length
 

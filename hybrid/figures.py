@@ -9,12 +9,10 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 
 from fe_models.dofs import FloatArray
 from fe_models.files.atomic import writing
 from fe_models.recordings import Sensor
-from hybrid.training import EpochResult
 
 STYLES: dict[str, dict[str, Any]] = {  # colours of Okabe & Ito: told apart by everyone
     "measured": {"color": "#555555", "linewidth": 2.2, "alpha": 0.55},
@@ -81,17 +79,4 @@ def draw_loop(path: Path, displacement: Curves, force: Curves, node: int) -> Pat
             axis.plot(displacement[name], force[name], label=name, **STYLES[name])
         axis.set(xlabel=f"displacement at node {node} (m)", ylabel="inertia force -m a (N)")
         sheet.legend(loc="outside lower center", ncols=len(displacement), frameon=False)
-    return path
-
-
-def draw_history(path: Path, history: Sequence[EpochResult]) -> Path:
-    """Draw the loss a sample over the epochs, and how many samples are forecast in each."""
-    epochs = [result.epoch for result in history]
-    with figure(path, 2, 1, "Training") as (_, (loss, horizon)):
-        loss.plot(epochs, [result.loss / result.horizon for result in history], **STYLES["hybrid"])
-        loss.set_ylabel("loss a sample")
-        horizon.plot(epochs, [result.horizon for result in history], **STYLES["measured"])
-        horizon.set(xlabel="epoch", ylabel="forecast (samples)", ylim=(0, None))
-        for axis in (loss, horizon):
-            axis.xaxis.set_major_locator(MaxNLocator(integer=True))
     return path

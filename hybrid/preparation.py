@@ -19,7 +19,7 @@ from fe_models.nominal import nominal_modes
 from fe_models.recordings import Dataset, Recording
 from fe_models.structure import Structure
 from hybrid.backbone_residual import BackboneResidual
-from hybrid.calibration import GROWTH, Observer, as_modelled, fit_linear_rest, initial_state_estimator, nothing, smooth
+from hybrid.calibration import GROWTH, Observer, as_modelled, fit_linear_rest, initial_state_estimator, smooth
 from hybrid.config import Config
 from hybrid.connector_residual import ConnectorResidual
 from hybrid.connectors import Connectors, chain_connectors, complete_basis
@@ -27,6 +27,7 @@ from hybrid.consistency import largest_agreeing_group, unexplained_shares
 from hybrid.encoder import WindowEncoder
 from hybrid.experts import Kind
 from hybrid.model import NeuralModalODE
+from hybrid.progress import nothing
 from hybrid.residual import FreeResidual
 from hybrid.scaling import StateScale, channel_scale
 from hybrid.state_estimation import StatePrior

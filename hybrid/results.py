@@ -13,14 +13,16 @@ from fe_models.files.run_folder import PREDICTION, Prediction, save_prediction, 
 from fe_models.linear import ModalModel
 from fe_models.recordings import Dataset
 from fe_models.structure import Structure
-from hybrid.calibration import Observer, nothing, smooth
+from hybrid.calibration import Observer, smooth
 from hybrid.checkpoint import Origin
 from hybrid.comparison import Comparison, band_scores, compare, field_scores
 from hybrid.evaluation import score_table
 from hybrid.experts import Experts
-from hybrid.figures import channel_labels, draw_curves, draw_history, draw_latent, draw_loop
+from hybrid.figures import channel_labels, draw_curves, draw_latent, draw_loop
 from hybrid.forecast import Forecast
+from hybrid.progress import nothing
 from hybrid.run import Run
+from hybrid.training_figure import draw_history
 from hybrid.uncertainty import set_relative_error
 from hybrid.windows import cut_field
 

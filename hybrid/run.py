@@ -18,13 +18,13 @@ from fe_models.errors import InputError
 from fe_models.nominal import nominal_modes
 from fe_models.recordings import Dataset
 from fe_models.structure import Structure
-from hybrid.calibration import nothing
 from hybrid.checkpoint import Checkpoint, Origin, load_checkpoint, save_checkpoint
 from hybrid.config import Config
 from hybrid.expert_preparation import prepare_experts
 from hybrid.experts import Experts
 from hybrid.model import NeuralModalODE
 from hybrid.preparation import Prepared, prepare
+from hybrid.progress import nothing
 from hybrid.trainers import AnyTrainer, trainer_for
 from hybrid.training import EpochResult
 from hybrid.windows import cut_all, window_length

@@ -5,7 +5,6 @@ import pytest
 
 from fe_models.blind import BlindConfig, blind_case
 from fe_models.effects import HarmonicForce, SlackCable
-from hybrid.calibration import nothing
 from hybrid.diagnosis.contest.growing import ground_of
 from hybrid.diagnosis.contest.harmonic import fit_forces
 from hybrid.diagnosis.contest.setting import setting_of
@@ -13,6 +12,7 @@ from hybrid.diagnosis.contest.starts import best_start
 from hybrid.diagnosis.fitting.far_off import DEVIATION, deviation_of
 from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.screening.screening import screen
+from hybrid.progress import nothing
 
 
 def test_a_machine_that_the_calibration_followed_is_found_from_the_structure_as_drawn() -> None:

@@ -11,7 +11,6 @@ from fe_models.effects import CubicSpring, StiffnessChange
 from fe_models.four_dof import four_dof
 from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.simulate import FreeConfig, simulate_free
-from hybrid.calibration import nothing
 from hybrid.diagnosis.contest import changes
 from hybrid.diagnosis.contest.changes import changes_beside
 from hybrid.diagnosis.contest.growing import ground_of
@@ -22,6 +21,7 @@ from hybrid.diagnosis.fitting.fitting import fit
 from hybrid.diagnosis.fitting.forecasting import forecast, model_of, without
 from hybrid.diagnosis.judging import judge
 from hybrid.diagnosis.outcome.verdict import Verdict
+from hybrid.progress import nothing
 
 
 @pytest.mark.parametrize(

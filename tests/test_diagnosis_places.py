@@ -12,7 +12,6 @@ from fe_models.effects import CoulombFriction, CubicSpring, GapStop
 from fe_models.four_dof import four_dof
 from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.structure import Beam, Spring, Structure
-from hybrid.calibration import nothing
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.causes.force_causes import force_laws_of
 from hybrid.diagnosis.causes.linear_causes import ECHOED, linear_causes
@@ -34,6 +33,7 @@ from hybrid.diagnosis.recorded.records import Batch
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.screening.force_screening import screen_forces
 from hybrid.diagnosis.screening.screening import Screened
+from hybrid.progress import nothing
 from tests.frames import beam, vibrations
 from tests.masts import RATE, SENSORS, TUBE, masts, recorded
 

@@ -12,8 +12,9 @@ import pytest
 
 from fe_models.dofs import FloatArray
 from hybrid import figures
-from hybrid.figures import STYLES, channel_labels, draw_curves, draw_history, draw_latent, draw_loop
+from hybrid.figures import STYLES, channel_labels, draw_curves, draw_latent, draw_loop
 from hybrid.training import EpochResult
+from hybrid.training_figure import draw_history
 from tests.hybrid_problems import SENSORS
 
 TIME: FloatArray = np.asarray(0.1 * np.arange(50), dtype=float)

@@ -84,6 +84,12 @@ def test_importing_any_module_loads_neither_exudyn_nor_pyvista() -> None:
     assert done.returncode == 0, done.stderr
 
 
+def test_a_diagnosis_loads_no_torch() -> None:
+    """Only what learns does, which takes longer to load than a chain to screen."""
+    script = "import sys\nimport hybrid.diagnosis.diagnosis\nsys.exit('torch' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", script], cwd=ROOT, check=False).returncode == 0
+
+
 def test_every_package_is_installed() -> None:
     """An editable installation finds them all, another one only folders that have an __init__.py."""
     found = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]["packages"]["find"]

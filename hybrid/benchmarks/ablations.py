@@ -17,13 +17,13 @@ from fe_models.four_dof import paper_dataset
 from fe_models.linear import ModalModel
 from fe_models.recordings import Dataset
 from hybrid.benchmarks.row import Row
-from hybrid.calibration import nothing
 from hybrid.config import Config, places_preset
 from hybrid.decoder import Decoder
 from hybrid.forecast import forecast_windows
 from hybrid.model import NeuralModalODE
 from hybrid.networks import mlp
 from hybrid.preparation import prepare
+from hybrid.progress import nothing
 from hybrid.scoring import nrmse
 from hybrid.trainers import trainer_for
 

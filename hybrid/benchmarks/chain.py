@@ -16,12 +16,12 @@ from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset
 from fe_models.simulate import FreeConfig, simulate_free
 from hybrid.benchmarks.row import Row
-from hybrid.calibration import nothing
 from hybrid.comparison import compare
 from hybrid.config import Config, places_preset
 from hybrid.forecast import forecast_windows
 from hybrid.model import NeuralModalODE
 from hybrid.preparation import prepare
+from hybrid.progress import nothing
 from hybrid.residual import NoResidual
 from hybrid.scaling import StateScale
 from hybrid.scoring import nrmse, r2

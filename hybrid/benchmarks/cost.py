@@ -17,11 +17,11 @@ from fe_models.modes import natural_modes
 from fe_models.recordings import Sensor
 from fe_models.structure import PointMass, Spring, Structure
 from hybrid.benchmarks.row import Row
-from hybrid.calibration import nothing
 from hybrid.config import places_preset
 from hybrid.connectors import chain_connectors
 from hybrid.figures import figure
 from hybrid.model import NeuralModalODE
+from hybrid.progress import nothing
 from hybrid.scaling import StateScale
 
 

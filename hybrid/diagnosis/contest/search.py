@@ -6,7 +6,6 @@ from functools import partial
 
 import numpy as np
 
-from hybrid.calibration import nothing
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.bounds import LEFT, bound_of
 from hybrid.diagnosis.contest.growing import CLOSE_ENOUGH, Ground, Lengths, continued, fit_growing, padded, shortened
@@ -25,6 +24,7 @@ from hybrid.diagnosis.screening.absorbed import absorbed
 from hybrid.diagnosis.screening.modal_scan import modal_scan
 from hybrid.diagnosis.screening.scanning import scan, unseen
 from hybrid.diagnosis.screening.screening import Screened, screen
+from hybrid.progress import nothing
 
 KEPT = 10  # candidates kept from the screening of each length
 RACING = 5  # fits that are continued over longer segments, if no more are near the best that have no force law

@@ -8,7 +8,6 @@ from fe_models.effects import ModalDamping, PointDamper, SlackCable, StiffnessCh
 from fe_models.errors import InputError
 from fe_models.recordings import Dataset
 from fe_models.structure import Structure
-from hybrid.calibration import nothing
 from hybrid.config import Config
 from hybrid.diagnosis.fitting.crossvalidation import as_recordings
 from hybrid.diagnosis.learned.learning import Learned, corrected, learn, learning_preset
@@ -17,6 +16,7 @@ from hybrid.diagnosis.outcome.conclusion import Diagnosis
 from hybrid.diagnosis.outcome.findings import Finding, at_place
 from hybrid.diagnosis.recorded.channels import usable
 from hybrid.diagnosis.recorded.filtered_ends import without_ringing_ends
+from hybrid.progress import nothing
 from hybrid.training import TrainingDivergedError
 
 SAME = {  # causes that a linear law's word stands for

@@ -11,7 +11,6 @@ from fe_models.dofs import FloatArray
 from fe_models.recordings import Dataset, Recording
 from fe_models.sensor_effects import SensorDelay, SensorDrift, SensorEffect, SensorGain
 from fe_models.structure import Structure
-from hybrid.calibration import nothing
 from hybrid.config import Config, ModelConfig, places_preset
 from hybrid.connector_residual import ConnectorResidual
 from hybrid.diagnosis.fitting.forecasting import shown_of
@@ -19,6 +18,7 @@ from hybrid.diagnosis.outcome.findings import Finding
 from hybrid.linear_form import ConnectorForm
 from hybrid.model import NeuralModalODE
 from hybrid.preparation import Prepared, modal_damping_matrix, prepare
+from hybrid.progress import nothing
 from hybrid.state_estimation import StatePrior, smooth_state, trajectory
 from hybrid.trainers import trainer_for
 
