@@ -10,8 +10,8 @@ from fe_models.measurement import lowpassed
 from fe_models.recordings import Recording
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.fitting.crossvalidation import as_recordings, folds_of
-from hybrid.diagnosis.fitting.fitting import Fit, fit
-from hybrid.diagnosis.fitting.forecasting import Forecast, Model, model_of
+from hybrid.diagnosis.fitting.fitting import fit
+from hybrid.diagnosis.fitting.forecasting import Forecast, Model
 from hybrid.diagnosis.nominal.plant import plant_of
 from hybrid.diagnosis.outcome.noisier import with_own_noise
 from hybrid.diagnosis.outcome.scorer import Scorer
@@ -30,23 +30,21 @@ def test_every_recording_is_forecast_by_a_fit_to_the_others() -> None:
     hypothesis = Hypothesis(plant_of(CASE))
     whole = fit(hypothesis, hypothesis.centre, batches, GAUGE)
     assert whole is not None
-    seen, left = list[list[str]](), list[float]()
-
-    def model_of(one: Fit) -> Model:
-        seen.append([name for batch in one.batches for name in batch.names])
-        left.append(one.chi2 / one.values)
-        return Model(one.hypothesis, one.theta, np.ones(8))
-
     searched = replace(GAUGE, sigma=10 * GAUGE.sigma)
     folds = folds_of(CASE, MEASURED, searched)
     assert folds is not None
-    found = folds.forecast(whole, model_of, GAUGE)
+    unseeing = folds.unseeing(whole)
+    found = folds.forecast([Model(one.hypothesis, one.theta, np.ones(8)) for one in unseeing], GAUGE)
     names = {r.name for r in CASE.recordings}
     tested = [{name for batch in fold for name in batch.names} for fold in folds.tests]
     assert found.nrmse.shape == found.floor.shape == (6, 5)
     assert set().union(*tested) == names
-    assert [set(others) for others in seen] == [names - own for own in tested]
-    assert max(left) < 0.02 * whole.chi2 / whole.values  # in what counts as noise, of a hundred times its energy
+    seen = [{name for batch in one.batches for name in batch.names} for one in unseeing]
+    assert seen == [names - own for own in tested]
+    most = 0.02 * whole.chi2 / whole.values  # in what counts as noise, of a hundred times its energy
+    assert max(one.chi2 / one.values for one in unseeing) < most
+        max(one.chi2 / one.values for one in unseeing) < 0.02 * whole.chi2 / whole.values
+    )  # in what counts as noise, of a hundred times its energy
 
 
 def test_a_recording_that_alone_a_cause_spares_is_forecast_without_it() -> None:
@@ -63,7 +61,7 @@ def test_a_recording_that_alone_a_cause_spares_is_forecast_without_it() -> None:
     folds = folds_of(case.dataset, setting.measured, setting.searched)
     assert item is not None
     assert folds is not None
-    found = folds.forecast(item, lambda one: model_of(one, setting.gauge), setting.gauge)
+    found = Scorer(setting, setting.gauge, (), folds).forecast(item)
     own = list(setting.measured)
     over = found.nrmse[:, own].mean(axis=1) / found.floor[:, own].mean(axis=1)
     assert over.max() < 1.15  # as near as counts; the nominal model leaves 16 times the floor

@@ -1,6 +1,6 @@
 """Forecasts without test recordings: of each recording by what was fitted to the others."""
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,7 +9,7 @@ from fe_models.dofs import FloatArray
 from fe_models.files.recording_checks import FEWEST_SAMPLES
 from fe_models.recordings import Dataset, Recording, Sensor
 from hybrid.diagnosis.fitting.fitting import Fit, fit
-from hybrid.diagnosis.fitting.forecasting import Forecast, Model, forecast, switched_in
+from hybrid.diagnosis.fitting.forecasting import Forecast, Model, forecast
 from hybrid.diagnosis.recorded.gauge import Gauge, View
 from hybrid.diagnosis.recorded.records import Batch, batches_of
 
@@ -29,23 +29,19 @@ class Folds:
     measured: tuple[int, ...]
     searched: Gauge
 
-    def forecast(self, item: Fit, model_of: Callable[[Fit], Model], gauge: Gauge) -> Forecast:
-        """Return the scores of all recordings, each by the ``model_of`` what was fitted without it."""
-        parts = []
-        for number, tests in enumerate(self.tests):
-            model = self.unseeing(item, number, model_of)
-            parts.append(forecast(model, tests, View(self.sensors, self.measured, gauge)))
+    def forecast(self, models: Sequence[Model], gauge: Gauge) -> Forecast:
+        """Return the scores of all recordings, those of each fold by its own of the ``models`` (fold,)."""
+        view = View(self.sensors, self.measured, gauge)
+        parts = [forecast(model, tests, view) for model, tests in zip(models, self.tests, strict=True)]
         nrmse, floor = (np.concatenate([getattr(part, word) for part in parts]) for word in ("nrmse", "floor"))
         energy, floor_energy = (float(sum(getattr(part, w) for part in parts)) for w in ("energy", "floor_energy"))
         return Forecast(nrmse, floor, energy, floor_energy)
 
-    def unseeing(self, item: Fit, number: int, model_of: Callable[[Fit], Model]) -> Model:
-        """Return the ``model_of`` a fit without the recordings of fold ``number``.
-
-        What acts in some recordings only may act in none or all of the others; it is still asked whether it does.
-        """
-        left_out = [data[..., list(self.measured)] for batch in self.tests[number] for data in batch.data]
-        return replace(model_of(_without(item, left_out, self.searched)), switched=switched_in(item))
+    def unseeing(self, item: Fit) -> tuple[Fit, ...]:
+        """Return the fits of what a fit is of, each without the recordings of one fold."""
+        own = list(self.measured)
+        left_out = [[data[..., own] for batch in tests for data in batch.data] for tests in self.tests]
+        return tuple(_without(item, recordings, self.searched) for recordings in left_out)
 
 
 def as_recordings(dataset: Dataset) -> tuple[Dataset, list[str]]:

@@ -29,7 +29,7 @@ SETTLING = 3  # steps of Newton's method in which initial states follow a law th
 DAMPING = (1e-3, 30.0, 1e3)  # where a whole step fails: first, factor, give up
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)  # two are never equal, so that what was made of one can be looked up by it
 class Fit:
     """The best theta (parameter,) of a hypothesis, its ``covariance``, and what is left.
 

@@ -10,28 +10,35 @@ from hybrid.diagnosis.contest.setting import Setting
 from hybrid.diagnosis.fitting.crossvalidation import Folds, folds_of
 from hybrid.diagnosis.fitting.far_off import within
 from hybrid.diagnosis.fitting.fitting import Fit
-from hybrid.diagnosis.fitting.forecasting import Forecast, Model, forecast, idle_by_order, is_bent, model_of
+from hybrid.diagnosis.fitting.forecasting import (
+    Forecast,
+    Model,
+    forecast,
+    idle_by_order,
+    is_bent,
+    model_of,
+    switched_in,
+)
 from hybrid.diagnosis.outcome.verdict import NEAR
 from hybrid.diagnosis.recorded.gauge import Gauge, View
 from hybrid.diagnosis.recorded.records import Batch
 from hybrid.diagnosis.response.hypothesis import Hypothesis
-
-Key = tuple[int, float | bytes]
-"""Of a forecast: its fit's id, and how far nominal values may go, or where they are."""
 
 
 @dataclass(frozen=True)
 class Scorer:
     """``test``: batches with all sensors; ``folds``: where there are none, the training recordings in turn.
 
-    ``known``: forecasts that were made of them, each beside its fit; one beside force laws takes seconds.
+    ``known``: forecasts that were made, by their fit and where nominal values are, or how far they may go;
+    ``unseeing``: fits without each fold's recordings. One beside force laws takes seconds.
     """
 
     setting: Setting
     gauge: Gauge
     test: tuple[Batch, ...]
     folds: Folds | None
-    known: dict[Key, tuple[Fit, Forecast]] = field(init=False, repr=False, compare=False, default_factory=dict)
+    known: dict[tuple[Fit, float | bytes], Forecast] = field(init=False, repr=False, default_factory=dict)
+    unseeing: dict[Fit, tuple[Fit, ...]] = field(init=False, repr=False, default_factory=dict)
 
     @classmethod
     def of(cls, setting: Setting, evidence: Evidence) -> "Scorer":
@@ -49,19 +56,30 @@ class Scorer:
 
     def forecast(self, item: Fit, most: float = np.inf) -> Forecast:
         """Return the scores of a fit, nominal values calibrated by no more than ``most`` standard deviations."""
-
-        def model(one: Fit) -> Model:
-            return self.model(one, within(one, most))
-
-        def made() -> Forecast:
-            if self.folds is not None:
-                return self.folds.forecast(item, model, self.gauge)
-            return forecast(model(item), self.test, self.view)
-
-        key = id(item), most if self.folds is not None else within(item, most).tobytes()
+        key = item, most if self.folds is not None else within(item, most).tobytes()
         if key not in self.known:
-            self.known[key] = item, made()  # the fit is kept, as its id may be given to another one otherwise
-        return self.known[key][1]
+            self.known[key] = self._forecast(item, most)
+        return self.known[key]
+
+    def _forecast(self, item: Fit, most: float) -> Forecast:
+        if self.folds is None:
+            return forecast(self.model(item, within(item, most)), self.test, self.view)
+        models = [self._model_of_others(item, one, within(one, most)) for one in self._unseeing(item)]
+        return self.folds.forecast(models, self.gauge)
+
+    def _unseeing(self, item: Fit) -> tuple[Fit, ...]:
+        """Return the fits without the recordings of each fold."""
+        assert self.folds is not None
+        if item not in self.unseeing:
+            self.unseeing[item] = self.folds.unseeing(item)
+        return self.unseeing[item]
+
+    def _model_of_others(self, item: Fit, one: Fit, theta: FloatArray | None) -> Model:
+        """Return the model of ``one`` fit without some recordings of those of a fit.
+
+        What acts in some recordings only may act in none or all of the others; it is still asked whether it does.
+        """
+        return replace(self.model(one, theta), switched=switched_in(item))
 
     def model(self, item: Fit, theta: FloatArray | None = None) -> Model:
         """Return a fit's model, at its own theta or at another; where causes act follows the order of recordings."""
@@ -117,7 +135,7 @@ class Scorer:
         """Return the `model` by which the recording that is `shown` is forecast: of a fit that did not see it."""
         if self.folds is None:
             return self.model(item, theta)
-        return self.folds.unseeing(item, 0, lambda one: self.model(one, theta))
+        return self._model_of_others(item, self._unseeing(item)[0], theta)
 
     @property
     def shown(self) -> Batch:
