@@ -10,8 +10,7 @@ from hybrid.diagnosis.causes.candidates import all_candidates
 from hybrid.diagnosis.causes.places import Motion
 from hybrid.diagnosis.contest.discrepancy import energy_over, in_units_of, repeated, search_gauge
 from hybrid.diagnosis.contest.evidence import Evidence
-from hybrid.diagnosis.contest.growing import lengths_of
-from hybrid.diagnosis.contest.pairs import short_fit
+from hybrid.diagnosis.contest.growing import lengths_of, short_fit
 from hybrid.diagnosis.contest.posterior import posterior_of
 from hybrid.diagnosis.fitting.fitting import fit
 from hybrid.diagnosis.fitting.wave import wave

@@ -290,9 +290,9 @@ def test_of_causes_that_promise_nearly_the_same_the_more_probable_one_goes_on(
     odds = Odds.among((rare, usual), alike=4.0)  # four values tell as much as one: log(10) is worth 2 x 4 x 2.3 = 18
     gains = ((rare, 50.0 + more), (usual, 50.0))
     trials = [Screened(item, (1.0,), gain, np.zeros(plant.values)) for item, gain in gains]
-    assert len(promising([trials, []], 1, odds)) == 2  # 8 and 12 apart: whole recordings may decide
+    assert len(promising([trials], [], 1, odds)) == 2  # 8 and 12 apart: whole recordings may decide
     monkeypatch.setattr(shortlist, "TIED", 0.0)
-    assert [trial.candidate.location["node"] for trial in promising([trials, []], 1, odds)] == [first]
+    assert [trial.candidate.location["node"] for trial in promising([trials], [], 1, odds)] == [first]
     steps = [(begun(item), Step(Hypothesis(plant, (item,)), np.zeros(1), (), -gain)) for item, gain in gains]
     monkeypatch.setattr(shortlist, "FOREMOST", 1)
     assert [step.hypothesis.candidates[0].location["node"] for step in foremost(steps, odds)] == [first]
@@ -311,7 +311,7 @@ def test_what_leads_a_ranking_from_the_drawn_structure_goes_on_whatever_its_firs
         for item, gain in zip(causes, gains, strict=True)
     ]
     odds = Odds.among(tuple(causes), 1.0)
-    trials = promising([ranking, []], 4, odds)
+    trials = promising([ranking], [], 4, odds)
     steps = [(t, Step(Hypothesis(plant, (t.candidate,)), np.zeros(1), (), t.gain)) for t in trials]  # the first worst
     monkeypatch.setattr(shortlist, "FOREMOST", 1)
     monkeypatch.setattr(shortlist, "FOREMOST_DRAWN", 1)
@@ -329,6 +329,6 @@ def test_twice_as_many_go_on_of_those_that_are_ranked_by_their_modes() -> None:
         for drawn in (True, False)
     )
     odds = Odds.among(causes, alike=4.0)
-    kept = [trial.is_drawn for trial in promising([tested, by_modes, []], 2, odds)]
+    kept = [trial.is_drawn for trial in promising([tested, by_modes], [], 2, odds)]
     assert kept.count(False) == 2
     assert kept.count(True) == 4

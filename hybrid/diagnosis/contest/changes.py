@@ -5,13 +5,14 @@ from dataclasses import replace
 
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.growing import Ground, Lengths, ground_of, lengths_of
-from hybrid.diagnosis.contest.pairs import ground_with, left
+from hybrid.diagnosis.contest.pairs import ground_with
 from hybrid.diagnosis.contest.posterior import Posterior
 from hybrid.diagnosis.contest.recording_groups import FEWEST, Groups, asked_for, clear_share
 from hybrid.diagnosis.contest.search import contest
 from hybrid.diagnosis.contest.switching import ONE_GROUP, fit_switched
 from hybrid.diagnosis.fitting.far_off import factors_off
 from hybrid.diagnosis.fitting.fitting import Fit, fit
+from hybrid.diagnosis.fitting.left_over import left
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.noise import Band
 from hybrid.diagnosis.recorded.records import count_of

@@ -10,8 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from fe_models.dofs import FloatArray
-from hybrid.diagnosis.contest.growing import Lengths
-from hybrid.diagnosis.contest.pairs import short_fit
+from hybrid.diagnosis.contest.growing import Lengths, short_fit
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.recorded.gauge import Gauge

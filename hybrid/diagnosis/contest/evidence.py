@@ -9,13 +9,13 @@ from fe_models.errors import InputError
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.discrepancy import energy_over, in_units_of
 from hybrid.diagnosis.contest.growing import ground_of
-from hybrid.diagnosis.contest.pairs import left
 from hybrid.diagnosis.contest.posterior import Posterior, posterior_of
 from hybrid.diagnosis.contest.setting import Setting
 from hybrid.diagnosis.contest.stages import Search, forecasts_well
 from hybrid.diagnosis.contest.straightening import fitted_as, straighten
 from hybrid.diagnosis.fitting.far_off import DEVIATION, within
 from hybrid.diagnosis.fitting.fitting import Fit, fit
+from hybrid.diagnosis.fitting.left_over import left
 from hybrid.diagnosis.nominal.geometry import Geometry
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.noise import Band, excess

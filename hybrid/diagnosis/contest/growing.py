@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from fe_models.dofs import FloatArray
 from hybrid.diagnosis.fitting.driven import fitted_motion
 from hybrid.diagnosis.fitting.fitting import ENOUGH, Fit, fit
+from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import Batch
 from hybrid.diagnosis.response.hypothesis import Hypothesis
@@ -74,6 +75,17 @@ def fit_growing(
         if present is None:
             return None
     return present
+
+
+def short_fit(plant: Plant, lengths: Lengths, gauge: Gauge) -> Fit:
+    """Return the nominal fit of the shortest segments; force laws of the nominal model are left out where they fail."""
+    linear = Hypothesis(replace(plant, laws=()))
+    begun = fit(linear, linear.centre, lengths.cut[0], gauge)
+    assert begun is not None  # a linear system always answers
+    if not plant.laws:
+        return begun
+    nominal = Hypothesis(plant)
+    return fit(nominal, begun.theta, lengths.cut[0], gauge, begun.states) or begun
 
 
 @dataclass(frozen=True)

@@ -6,16 +6,15 @@ from dataclasses import replace
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.bounds import bound_of
 from hybrid.diagnosis.contest.effort import effort_of
-from hybrid.diagnosis.contest.growing import Ground, Lengths, ground_of, lengths_of, padded
+from hybrid.diagnosis.contest.growing import Ground, Lengths, ground_of, lengths_of, padded, short_fit
 from hybrid.diagnosis.contest.posterior import Posterior
 from hybrid.diagnosis.contest.search import contest, rivals_contest
 from hybrid.diagnosis.fitting.far_off import factors_off
 from hybrid.diagnosis.fitting.fitting import Fit, fit
-from hybrid.diagnosis.nominal.plant import Plant
+from hybrid.diagnosis.fitting.left_over import left
 from hybrid.diagnosis.recorded.gauge import Gauge
-from hybrid.diagnosis.recorded.noise import Band, Excess, excess
+from hybrid.diagnosis.recorded.noise import Band
 from hybrid.diagnosis.recorded.records import Batch
-from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.side_by_side import side_by_side
 
 SECOND = 10.0  # in tempered log evidence: what a second effect must gain for the first to be looked for again
@@ -27,22 +26,6 @@ LITTLE_LEFT = 1.5  # energy left over that of noise: right causes of blind frame
 # late sensor beside it 2
 HALVED = 0.5  # of what the first of two leaves: where both leave less, the first may be a guess
 FIRSTS = 2  # single causes that a second one is looked for
-
-
-def left(item: Fit, gauge: Gauge, band: Band) -> Excess:
-    """Return what a fit leaves in the structure's band beyond noise."""
-    return excess(item.residuals, gauge.rate, band)
-
-
-def short_fit(plant: Plant, lengths: Lengths, gauge: Gauge) -> Fit:
-    """Return the nominal fit of the shortest segments; force laws of the nominal model are left out where they fail."""
-    linear = Hypothesis(replace(plant, laws=()))
-    begun = fit(linear, linear.centre, lengths.cut[0], gauge)
-    assert begun is not None  # a linear system always answers
-    if not plant.laws:
-        return begun
-    nominal = Hypothesis(plant)
-    return fit(nominal, begun.theta, lengths.cut[0], gauge, begun.states) or begun
 
 
 def asks_for_more(item: Fit, base: Fit, gauge: Gauge, band: Band) -> bool:

@@ -57,9 +57,11 @@ def contest(
     ranked_by_modes = is_frame and not base.hypothesis.is_linear  # beside a law each takes a march of whole recordings
     tested = screen(base, tuple(c for c in others if not (ranked_by_modes and c.turns_modes)), gauge)
     screened = screen(short, others, gauge)
-    ranked = [absorbed(base, others), screened, tested, by_modes, scan(short, others, gauge)]
+    ranked, scanned = [absorbed(base, others), screened, tested, by_modes], scan(short, others, gauge)
     advance()
-    trials = with_others(promising(ranked, kept, odds), [*unseen(short, others, gauge), *_found_alone(short, alone)])
+    trials = with_others(
+        promising(ranked, scanned, kept, odds), [*unseen(short, others, gauge), *_found_alone(short, alone)]
+    )
 
     def begin(chosen: list[Screened], known: Fit | None = None) -> list[Fit]:
         return _begun(ground.hypothesis, short, chosen, gauge, odds, advance, known)
@@ -67,7 +69,7 @@ def contest(
     present = begin(trials)
     if present:
         best = min(present, key=lambda item: item.charged)
-        present += begin(others_there(best, ranked, trials), best)
+        present += begin(others_there(best, [*ranked, scanned], trials), best)
         present += laws_beside(present, screened, begin)
     for longer in lengths.cut[1:]:
         present = _race(present, longer, gauge, lengths.enough(longer), odds)
@@ -149,8 +151,8 @@ def rivals_contest(
     odds = Odds.among(candidates, hypothesis.plant.alike)
     taken = {candidate.key for candidate in causes}
     others = tuple(candidate for candidate in candidates if candidate.key not in taken)
-    ranked = [screen(short, others, gauge), scan(short, others, gauge)]
-    present = [again, *_begun(hypothesis, short, promising(ranked, RIVALS, odds), gauge, odds, advance, again)]
+    trials = promising([screen(short, others, gauge)], scan(short, others, gauge), RIVALS, odds)
+    present = [again, *_begun(hypothesis, short, trials, gauge, odds, advance, again)]
     for longer in lengths.cut[1:]:
         present = _race(present, longer, gauge, lengths.enough(longer), odds)
         advance()

@@ -11,8 +11,7 @@ from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.causes.candidates import all_candidates
 from hybrid.diagnosis.causes.places import Motion
 from hybrid.diagnosis.contest.discrepancy import search_gauge
-from hybrid.diagnosis.contest.growing import Lengths, lengths_of
-from hybrid.diagnosis.contest.pairs import short_fit
+from hybrid.diagnosis.contest.growing import Lengths, lengths_of, short_fit
 from hybrid.diagnosis.contest.wrong_units import with_other_units
 from hybrid.diagnosis.fitting.crossvalidation import as_recordings
 from hybrid.diagnosis.fitting.driven import states_along

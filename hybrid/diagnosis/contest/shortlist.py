@@ -22,20 +22,20 @@ KEPT_LAWS = 5  # force laws at most, of a screening's and of those after their f
 ALIKE = 3  # of these at most of one kind, which looks alike at all places near
 
 
-def promising(ranked: list[list[Screened]], kept: int, odds: Odds) -> list[Screened]:
-    """Return the best of each ranking, not too many force laws among them.
+def promising(ranked: list[list[Screened]], scanned: list[Screened], kept: int, odds: Odds) -> list[Screened]:
+    """Return the best of each ranking and of a scan, not too many force laws among them.
 
     The best are so with their ``odds``; many places on a frame promise nearly the same, and then more of them go on.
-    Each candidate once from where the first ranking that has it starts, once from the structure as drawn, and as the
-    last one has it: a scan, whose starts are far from the others' where the effect is large.
+    Each candidate once from where the first ranking that has it starts, once from the structure as drawn, and as it was
+    ``scanned``, whose starts are far from the others' where the effect is large.
     """
 
     def behind(trial: Screened) -> float:
         return odds.price(trial.candidate) - trial.gain
 
     chosen: dict[tuple[str, bool, bool], Screened] = {}
-    for ranking in ranked:
-        taken, far, laws = 0, ranking is ranked[-1], Counter[str]()
+    for ranking, far in (*((one, False) for one in ranked), (scanned, True)):
+        taken, laws = 0, Counter[str]()
         most = kept * (SCANNED if far else BY_MODES if any(trial.is_drawn for trial in ranking) else 1)
         tied = min(map(behind, ranking), default=0.0) + TIED * odds.alike
         for trial in sorted(ranking, key=behind):

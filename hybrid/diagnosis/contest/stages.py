@@ -19,7 +19,6 @@ from hybrid.diagnosis.contest.pairs import (
     each_alone,
     explains_change,
     is_hopeless,
-    left,
     pair_fits,
 )
 from hybrid.diagnosis.contest.posterior import Posterior, posterior_of, temper_of
@@ -30,6 +29,7 @@ from hybrid.diagnosis.contest.switching import fit_everywhere, fit_switched
 from hybrid.diagnosis.fitting.far_off import factors_off
 from hybrid.diagnosis.fitting.fitting import Fit, fit
 from hybrid.diagnosis.fitting.forecasting import forecast, model_of
+from hybrid.diagnosis.fitting.left_over import left
 from hybrid.diagnosis.fitting.wave import wave
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.noise import Band

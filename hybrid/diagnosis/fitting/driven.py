@@ -107,9 +107,8 @@ def driven(
 ) -> FloatArray:
     """Return the channels (recording, time, sensor) of a ``system`` from rest under a ``force`` (time, recording).
 
-    ``form``: its `free_form`.
-
-    ``feed`` (state,): what a unit force adds to the rate of the state; ``direct`` (sensor,): what it shows at once.
+    ``form``: its `free_form`; ``feed`` (state,): what a unit force adds to the rate of the state; ``direct`` (sensor,):
+    what it shows at once.
     Simpson's rule over each step, in each mode.
     """
     moved, step = form.left[variant] @ feed, system.step  # (mode,)

@@ -42,7 +42,7 @@ def times_finer(plant: Plant) -> int:
 
 
 def finer_mesh(plant: Plant, times: int) -> ElasticMesh:
-    """Return a frame with each element split ``times``; its modes are those that look like the plant's."""
+    """Return a frame with each element split ``times``; its modes are as many, turned to look like the plant's."""
     drawn = plant.structure
     structure = drawn.refined(times * drawn.divisions)
     linear = linearise(structure)

@@ -1,11 +1,11 @@
 """Which causes matter: those without which recordings that were never fitted are forecast worse."""
 
 from hybrid.diagnosis.contest.evidence import Evidence
-from hybrid.diagnosis.contest.pairs import left
 from hybrid.diagnosis.contest.posterior import Posterior
 from hybrid.diagnosis.fitting.far_off import DEVIATION, deviation_of, factors_off, farthest_of, off_together
 from hybrid.diagnosis.fitting.fitting import Fit, fit
 from hybrid.diagnosis.fitting.forecasting import Forecast
+from hybrid.diagnosis.fitting.left_over import left
 from hybrid.diagnosis.outcome.findings import cause_of, is_held, sentence_of
 from hybrid.diagnosis.outcome.scorer import Scorer
 from hybrid.diagnosis.outcome.verdict import BESIDE, MATERIAL, Errors

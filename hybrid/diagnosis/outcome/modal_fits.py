@@ -9,8 +9,7 @@ from scipy.sparse import csr_array
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.discrepancy import in_units_of
 from hybrid.diagnosis.contest.evidence import Evidence
-from hybrid.diagnosis.contest.growing import ground_of, lengths_of, padded
-from hybrid.diagnosis.contest.pairs import short_fit
+from hybrid.diagnosis.contest.growing import ground_of, lengths_of, padded, short_fit
 from hybrid.diagnosis.contest.setting import Setting
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.nominal.modal_plant import standing_for

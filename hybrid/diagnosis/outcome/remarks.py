@@ -4,8 +4,8 @@ from collections import Counter
 
 from fe_models.effects import HarmonicForce
 from fe_models.sensor_effects import SensorEffect
-from hybrid.diagnosis.contest.pairs import left
 from hybrid.diagnosis.fitting.far_off import factors_off
+from hybrid.diagnosis.fitting.left_over import left
 from hybrid.diagnosis.outcome.calibration import astray, dispersion_of, far_off
 from hybrid.diagnosis.outcome.findings import Finding, at_place
 from hybrid.diagnosis.outcome.materiality import weak

@@ -11,12 +11,12 @@ import numpy as np
 from fe_models.errors import InputError
 from fe_models.wrong_modal_model import WrongModalModel
 from hybrid.diagnosis.contest.evidence import Evidence
-from hybrid.diagnosis.contest.pairs import left
 from hybrid.diagnosis.contest.posterior import Posterior
 from hybrid.diagnosis.contest.setting import Setting
 from hybrid.diagnosis.fitting.far_off import DEVIATION, deviation_of
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.fitting.forecasting import Forecast, model_of, predicted, shown_of
+from hybrid.diagnosis.fitting.left_over import left
 from hybrid.diagnosis.nominal.modal_difference import difference
 from hybrid.diagnosis.outcome.findings import Finding
 from hybrid.diagnosis.outcome.materiality import is_trifle

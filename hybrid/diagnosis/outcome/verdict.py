@@ -4,9 +4,9 @@ from dataclasses import dataclass
 from enum import Enum
 
 from hybrid.diagnosis.contest.neighbours import adjoin
-from hybrid.diagnosis.contest.pairs import left
 from hybrid.diagnosis.fitting.far_off import deviation_of, deviation_of_groups
 from hybrid.diagnosis.fitting.fitting import Fit
+from hybrid.diagnosis.fitting.left_over import left
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.noise import Band
 

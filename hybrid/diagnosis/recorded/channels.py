@@ -26,7 +26,9 @@ MOST = 0.5  # of the channels that are alive in any recording
 
 @dataclass(frozen=True)
 class _Fault:
-    """What is wrong with one channel: ``word``, and of each recording the number of bad samples and of the last one."""
+    """What is wrong with one channel: ``word``, and of each recording how many samples are ``bad`` and how many come no
+    later than the ``last`` of these.
+    """
 
     word: str
     bad: tuple[int, ...]
