@@ -6,13 +6,15 @@ import numpy as np
 import pytest
 
 from fe_models.blind import BlindConfig, blind_case
+from fe_models.recordings import Sensor
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.growing import fit_growing
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.fitting.fitting import Fit
-from hybrid.diagnosis.outcome.verdict import Errors, Verdict, verdict_of
+from hybrid.diagnosis.outcome.verdict import LISTED, Errors, Verdict, verdict_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
+from tests.frames import beam, vibrations
 
 
 @pytest.mark.parametrize(
@@ -87,3 +89,18 @@ def test_calibration_astray_may_stand_for_weak_causes_that_are_known() -> None:
     assert verdict(astray(one), both) is Verdict.EXPLAINED
     assert verdict(astray(one), astray(both)) is Verdict.PARTLY_EXPLAINED
     assert verdict(astray(one), fitted(mass, damping)) is Verdict.PARTLY_EXPLAINED  # which has not what is named
+
+
+@pytest.mark.parametrize(("other", "listed"), [(3, LISTED), (4, 1.0)])
+def test_a_weak_cause_next_to_the_one_named_makes_it_less_sure(other: int, listed: float) -> None:
+    """A hysteretic spring that hardly yields is a spring, and a little beside it that no forecast needs."""
+    sensors = tuple(Sensor(f"a{node}", node, "y", "acceleration", "m/s^2") for node in (2, 4, 5))
+    setting = setting_of(vibrations(beam(), beam(), sensors, 3))
+    masses = {c.location["node"]: c for c in setting.candidates() if c.kind == "added_mass"}
+
+    def with_masses(*nodes: int) -> Fit:
+        hypothesis = Hypothesis(setting.plant, tuple(masses[node] for node in nodes))
+        return replace(setting.short, hypothesis=hypothesis, theta=hypothesis.centre)
+
+    errors, fits = Errors(3.0, 1.0, 1.0, 0.0), (with_masses(2), with_masses(2, other), with_masses())
+    assert verdict_of(*fits, setting.gauge, setting.band, errors) == (Verdict.EXPLAINED, listed)

@@ -70,7 +70,8 @@ def verdict_of(
     significant = left(best, gauge, band).significant
     rest = max(left(best, gauge, band).total, best.misfit)
     share = rest / max(base.misfit, rest, 1e-300) if significant else 0.0
-    certain = errors.reached and not (significant and share > WHOLLY / 3) and not adjoin(best)
+    beside = adjoin(best) or adjoin(all_causes)
+    certain = errors.reached and not (significant and share > WHOLLY / 3) and not beside
     if errors.nothing_to_gain:
         return Verdict.NOTHING_WRONG, LISTED
     if not best.hypothesis.candidates and best.hypothesis.plant is base.hypothesis.plant:
