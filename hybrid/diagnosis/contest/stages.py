@@ -40,7 +40,7 @@ PROMISING = 4  # causes at most that are fitted because a score test promises so
 MOST = 0.8  # of the misfit: a law that leaves more has no change beside it
 FAINT = 2.0  # standard deviations of what noise alone leaves
 UNALIKE = 1.2  # times: that far apart are mean squares that tell of a change between recordings ...
-BY_CHANCE = 1 / 700  # ... if white noise has one as far from the others more rarely
+BY_CHANCE = 1 / 700  # ... if white noise has one as far from the others more rarely: 3.2 standard deviations
 WELL = (1.05, 1.25)  # times the noise floor: mean and largest error of forecasts in which a second cause would not show
 
 

@@ -14,6 +14,8 @@ MOST = 0.7  # of half the sampling rate: at least this share of the band is take
 UPPER = 0.5  # of half the sampling rate: where noise is told in the recordings themselves, which have harmonics, too
 HARMONICS = 2.0  # times the structure's band: likewise ...
 ROOM = 0.8  # ... but a fifth of all frequencies is left
+LAGS, SHORT = 100, 1 / 3  # samples, and share of the shortest recording: up to where autocorrelations are told
+SURE = 3.0  # standard deviations of what white noise has of one by chance
 QUIET = 0.4  # of a recording, from its end: by then all but the least damped modes have died away
 QUARTILE = 0.25  # of the powers there: below it lies what is between the lines
 QUARTER = -np.log(1 - QUARTILE)  # that of white noise's power over its mean
@@ -168,13 +170,13 @@ def excess(residuals: tuple[FloatArray, ...], rate: float, band: Band) -> Excess
 
 def correlation_factor(residuals: tuple[FloatArray, ...]) -> float:
     """Return 1 + 2 sum rho_k over the significant autocorrelations: how many values tell as much as one alone."""
-    most = min(100, min(part.shape[1] for part in residuals) // 3)
+    most = min(LAGS, int(SHORT * min(part.shape[1] for part in residuals)))
     covariance, values = np.zeros(most), 0
     for part in residuals:
         scaled = part / np.sqrt(np.mean(part**2, axis=(0, 1)))
         values += scaled.size
         covariance += [float(np.sum(scaled[:, : scaled.shape[1] - k] * scaled[:, k:])) for k in range(most)]
     rho = covariance / covariance[0]
-    small = np.flatnonzero(rho < 3 / np.sqrt(values))
+    small = np.flatnonzero(rho < SURE / np.sqrt(values))
     first = int(small[0]) if len(small) else most
     return float(1 + 2 * rho[1:first].sum())
