@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from tqdm import tqdm
 
 from fe_models.errors import bad_input_exits
 from fe_models.files.dataset_file import load_dataset
@@ -30,7 +31,9 @@ def main(
     """
     with bad_input_exits():
         data = load_dataset(dataset)
-        compared = compare_recordings(data)
+        motions = sum(len(recording.data) for recording in data.recordings)
+        with tqdm(total=motions, desc="lines of each motion", leave=False) as bar:
+            compared = compare_recordings(data, bar.update)
         draw_backbones(out / "backbones.png", compared)
         draw_spectra(out / "spectra.png", data, compared)
         print(describe_compared(compared))

@@ -14,7 +14,7 @@ from fe_models.files.bridge_recordings import bridge_sensors
 from fe_models.files.dataset_file import save_dataset
 from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset, Recording
-from hybrid.decays.agreement import left_by_each
+from hybrid.decays.agreement import left_by_each, window_of
 from hybrid.decays.backbone import backbone_of
 from hybrid.decays.combinations import combinations_of
 from hybrid.decays.comparison import compare_recordings
@@ -35,7 +35,7 @@ def decay(frequencies: list[float], ratios: list[float], sizes: list[float], sha
 
 
 def test_lines_come_back_with_frequency_damping_and_shape() -> None:
-    lines = lines_of(decay([3.9, 6.3, 7.1], [0.004, 0.003, 0.01], [1.0, 0.6, 0.2], SHAPES), RATE, 30.0, count=3)
+    lines = lines_of(decay([3.9, 6.3, 7.1], [0.004, 0.003, 0.01], [1.0, 0.6, 0.2], SHAPES), RATE, 3.9, 30.0, count=3)
     # 2000 samples of noise a thousandth as large as the strongest line leave errors near 1e-5 (Cramer and Rao)
     np.testing.assert_allclose(lines.frequencies, [3.9, 6.3, 7.1], rtol=1e-4)
     np.testing.assert_allclose(lines.ratios, [0.004, 0.003, 0.01], rtol=0.02)
@@ -73,7 +73,8 @@ def test_another_structure_leaves_most_unexplained() -> None:
     same = [decay([3.9, 6.3], [0.004, 0.003], sizes, SHAPES[:2]) for sizes in ([1.0, 0.6], [0.3, -0.9])]
     other = decay([3.7, 5.9], [0.004, 0.003], [1.0, 0.6], SHAPES[1:])
     recordings = [*same, other]
-    left = left_by_each([lines_of(data, RATE, 30.0, count=2) for data in recordings], recordings, RATE)
+    lines = [lines_of(data, RATE, 3.9, 30.0, count=2) for data in recordings]
+    left = left_by_each(lines, recordings, RATE, window_of(lines, recordings, RATE))
     assert left[:2, :2].max() < 0.01
     assert left[2, 2] < 0.01
     assert min(left[2, :2].min(), left[:2, 2].min()) > 0.5
@@ -114,3 +115,12 @@ def test_script_prints_tables_and_draws(dataset: Dataset, tmp_path: Path) -> Non
     assert "+12.0%" in answer.output
     for name in ("backbones.png", "spectra.png"):
         assert (tmp_path / "out" / name).stat().st_size > 10_000
+
+
+def test_recordings_too_short_for_a_backbone_are_compared_all_the_same(dataset: Dataset, tmp_path: Path) -> None:
+    short = tuple(replace(r, data=r.data[:, : round(3 * RATE)]) for r in dataset.recordings[:2])
+    file = save_dataset(replace(dataset, recordings=short), tmp_path, "bridge")
+    answer = CliRunner().invoke(app, [str(file), "--out", str(tmp_path / "out")])
+    assert answer.exit_code == 0, answer.output
+    assert "windows of 3 s" in answer.output
+    assert "too short to tell" in answer.output

@@ -5,17 +5,24 @@ import numpy as np
 from fe_models.dofs import FloatArray
 from hybrid.decays.lines import Lines, columns_of
 
-WINDOW = 5.0  # s: longer ones would ask for the phase of a frequency that moves by thousandths
+WINDOW = 5.0  # s: longer ones would ask for the phase of a frequency that moves by thousandths ...
+PERIODS = 10.0  # ... but no less than so many of the slowest line, or the shortest recording
 
 
-def left_by_each(lines: list[Lines], recordings: list[FloatArray], rate: float) -> FloatArray:
+def window_of(lines: list[Lines], recordings: list[FloatArray], rate: float) -> int:
+    """Return how many samples of ``recordings`` (time, sensor) one set of ``lines`` is to explain at once."""
+    slowest = min(float(model.frequencies[0]) for model in lines)
+    return min(round(max(WINDOW, PERIODS / slowest) * rate), *(len(data) for data in recordings))
+
+
+def left_by_each(lines: list[Lines], recordings: list[FloatArray], rate: float, samples: int) -> FloatArray:
     """Return the share of each recording's energy that the modes of each one leave, (model, recording).
 
-    ``recordings`` (time, sensor) are cut into windows of `WINDOW`, in which the modes of the model, with its shapes,
-    frequencies and damping, take the amplitudes and phases that fit best. The energy is that of all windows together.
+    ``recordings`` (time, sensor) are cut into windows of so many ``samples``, in which the modes of the model, with its
+    shapes, frequencies and damping, take the amplitudes and phases that fit best. The energy is that of all windows
+    together.
     """
     shares = np.empty((len(lines), len(recordings)))
-    samples = round(WINDOW * rate)
     for i, model in enumerate(lines):
         waves = columns_of(model.roots, samples, rate).reshape(samples, 2, -1)  # (time, part, line)
         columns = np.einsum("tpl,sl->tspl", waves, model.shapes).reshape(samples * len(model.shapes), -1)

@@ -1,5 +1,6 @@
 """The recordings of a dataset beside one another and beside the nominal model's modes."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,13 +11,16 @@ from fe_models.errors import InputError
 from fe_models.modes import mac, natural_modes
 from fe_models.recordings import Dataset
 from fe_models.structure import Structure
-from hybrid.decays.agreement import left_by_each
+from hybrid.decays.agreement import left_by_each, window_of
 from hybrid.decays.backbone import Backbone, backbone_of
 from hybrid.decays.combinations import Combination, combinations_of
 from hybrid.decays.lines import Lines, lines_of
+from hybrid.progress import nothing
 
 ALIKE = 0.9  # MAC at the sensors, from which on a line is a mode's
 NEAR = 0.2  # of its frequency: how far off a nominal mode may be
+LINES = 12  # of a recording at most; those beyond carry little
+MORE = 2  # lines than modes: what a recording shows beside them
 FOLLOWED = 2  # modes, the strongest, whose backbones are told
 
 
@@ -40,7 +44,7 @@ class Observed:
 class Compared:
     """``nominal`` frequencies (mode,) Hz and ``shapes`` (sensor, mode) of the model; ``sensors``: their names;
     ``followed``: numbers (from 0) of the strongest modes, by frequency; ``recordings``, and the share that each one's
-    modes leave of the others, ``left`` (model, recording).
+    modes leave of the others, ``left`` (model, recording), in windows of ``window`` s.
     """
 
     nominal: FloatArray
@@ -49,10 +53,14 @@ class Compared:
     followed: tuple[int, ...]
     recordings: tuple[Observed, ...]
     left: FloatArray
+    window: float
 
 
-def compare_recordings(dataset: Dataset) -> Compared:
-    """Return the comparison; `InputError` where the model is no structure, or no strong line is one of its modes."""
+def compare_recordings(dataset: Dataset, advance: Callable[[], object] = nothing) -> Compared:
+    """Return the comparison; `InputError` where the model is no structure, or no strong line is one of its modes.
+
+    ``advance`` is called after each motion's lines have been found, which takes seconds.
+    """
     if not isinstance(dataset.model, Structure):
         raise InputError("model: bare matrices do not say where sensors sit: give a structure file")
     rate = dataset.sampling_rate
@@ -63,7 +71,12 @@ def compare_recordings(dataset: Dataset) -> Compared:
     kept = modal.frequencies <= highest
     nominal, shapes = modal.frequencies[kept], modal.shapes[rows][:, kept]
     singles = [(recording.name, data) for recording in dataset.recordings for data in recording.data]
-    lines = [lines_of(data, rate, highest) for _, data in singles]
+    if not len(nominal):
+        raise InputError(f"model: all its natural frequencies are above {highest:g} Hz, up to where recordings go")
+    lines, count = list[Lines](), min(LINES, len(nominal) + MORE)
+    for _, data in singles:
+        lines.append(lines_of(data, rate, float(nominal[0]), highest, count))
+        advance()
     criteria = [mac(shapes, own.shapes) for own in lines]
     chosen = [_chosen(nominal, own, criterion) for own, criterion in zip(lines, criteria, strict=True)]
     energies = [_energies(own, data, rate) for own, (_, data) in zip(lines, singles, strict=True)]
@@ -83,9 +96,11 @@ def compare_recordings(dataset: Dataset) -> Compared:
                 tuple(combinations_of(data, rate, tones)),
             )
         )
-    left = left_by_each(lines, [data for _, data in singles], rate)
+    motions = [data for _, data in singles]
+    samples = window_of(lines, motions, rate)
+    left = left_by_each(lines, motions, rate, samples)
     names = tuple(sensor.name for sensor in dataset.sensors)
-    return Compared(nominal, shapes, names, followed, tuple(found), left)
+    return Compared(nominal, shapes, names, followed, tuple(found), left, samples / rate)
 
 
 def _chosen(nominal: FloatArray, own: Lines, criterion: FloatArray) -> tuple[int, ...]:
@@ -107,6 +122,9 @@ def _strongest(chosen: list[tuple[int, ...]], energies: list[FloatArray]) -> tup
     """Return the modes that all recordings have and that hold most energy."""
     everywhere = [mode for mode in range(len(chosen[0])) if all(line[mode] >= 0 for line in chosen)]
     if len(everywhere) < FOLLOWED:
-        raise InputError("fewer than two of the model's modes are seen in all recordings: nothing can be compared")
+        raise InputError(
+            "fewer than two of the model's modes are seen in all recordings: these are too short (ten periods are"
+            " enough), or their modes too unlike the model's; nothing can be compared"
+        )
     held = {mode: sum(e[line[mode]] for e, line in zip(energies, chosen, strict=True)) for mode in everywhere}
     return tuple(sorted(sorted(everywhere, key=lambda mode: -held[mode])[:FOLLOWED]))

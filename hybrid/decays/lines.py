@@ -15,9 +15,9 @@ from fe_models.dofs import FloatArray
 
 ComplexArray = np.ndarray[tuple[int, ...], np.dtype[np.complex128]]
 
-LINES = 12  # of a recording; those beyond carry little
-LOWEST = 0.5  # Hz: below are drifts
-APART = 0.3  # Hz from a line that is there: nearer is the same one, whose frequency moves while it decays
+LOWEST = 0.5  # Hz, or of the lowest natural frequency where that is less than 1 Hz: below are drifts
+APART = 0.3  # Hz, or a tenth of the lowest natural frequency, from a line that is there: nearer is the same one, whose
+# frequency moves while it decays
 FIRST_RATIO = 0.003  # damping ratio where the search begins
 MOST_RATIO = 0.2  # of a line: more is no vibration
 EVALUATIONS = 30
@@ -49,8 +49,12 @@ class Lines:
         return np.asarray((turned.real / np.take_along_axis(turned.real, largest[:, None], axis=1)).T)
 
 
-def lines_of(data: FloatArray, rate: float, highest: float, count: int = LINES) -> Lines:
-    """Return the strongest lines, at most ``count``, of a recording (time, sensor) from `LOWEST` to ``highest`` Hz."""
+def lines_of(data: FloatArray, rate: float, first: float, highest: float, count: int) -> Lines:
+    """Return the strongest lines, at most ``count``, of a recording (time, sensor) up to ``highest`` Hz.
+
+    ``first``: the structure's lowest natural frequency, Hz, which tells what is a drift, and what one line.
+    """
+    lowest, apart = min(LOWEST, LOWEST * first), min(APART, first / 10)
     window = np.hanning(len(data))[:, None]
     frequencies = np.fft.rfftfreq(len(data), 1 / rate)
     roots: ComplexArray = np.zeros(0, dtype=complex)
@@ -59,9 +63,9 @@ def lines_of(data: FloatArray, rate: float, highest: float, count: int = LINES) 
         if np.sum(left**2) < ENOUGH * np.sum(data**2):
             break
         power = np.sum(np.abs(np.fft.rfft(left * window, axis=0)) ** 2, axis=1)
-        power[(frequencies < LOWEST) | (frequencies > highest)] = 0.0
+        power[(frequencies < lowest) | (frequencies > highest)] = 0.0
         for root in roots:
-            power[np.abs(frequencies - abs(root) / (2 * np.pi)) < APART] = 0.0
+            power[np.abs(frequencies - abs(root) / (2 * np.pi)) < apart] = 0.0
         omega = 2 * np.pi * frequencies[int(np.argmax(power))]
         roots = _refined(data, np.append(roots, omega * (-FIRST_RATIO + 1j)), rate)
         left = data - _explained(data, roots, rate)[0]

@@ -34,7 +34,8 @@ def describe_compared(compared: Compared) -> str:
         lines.append(f"- {observed.name}: {'; '.join(_others(observed, compared.sensors)) or 'none'}")
     lines += ["", "Energy that all lines of a recording together leave of it:"]
     lines += [f"- {observed.name}: {observed.lines.left:.1%}" for observed in compared.recordings]
-    lines += ["", "Share of energy that the modes of one recording (row) leave of another (column), windows of 5 s", ""]
+    told = "Share of energy that the modes of one recording (row) leave of another (column)"
+    lines += ["", f"{told}, windows of {compared.window:.3g} s", ""]
     lines += [f"| | {' | '.join(names)} |", f"|---|{'---|' * len(names)}"]
     for name, row in zip(names, compared.left, strict=True):
         lines.append(f"| {name} | {' | '.join(f'{share:.1%}' for share in row)} |")
@@ -49,8 +50,11 @@ def describe_compared(compared: Compared) -> str:
     lines += ["| recording | mode | large | small | change of frequency |", "|---|---|---|---|---|"]
     for observed in compared.recordings:
         for mode, curve in zip(compared.followed, observed.backbones, strict=True):
-            change = curve.frequency[-1] / curve.frequency[0] - 1
-            lines.append(f"| {observed.name} | {mode + 1} | {_end(curve, 0)} | {_end(curve, -1)} | {change:+.2%} |")
+            ends = ["too short to tell", "-", "-"]
+            if len(curve.frequency):
+                change = curve.frequency[-1] / curve.frequency[0] - 1
+                ends = [_end(curve, 0), _end(curve, -1), f"{change:+.2%}"]
+            lines.append(f"| {observed.name} | {mode + 1} | {' | '.join(ends)} |")
     a, b = (mode + 1 for mode in compared.followed)
     lines += ["", f"Sums and differences of f{a} and f{b}: power there over what is round it", ""]
     words = [f"{_term(c.first, a)} {_term(c.second, b, more=True)}" for c in compared.recordings[0].combinations]
