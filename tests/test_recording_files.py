@@ -107,6 +107,15 @@ def test_energy_above_a_frequency_is_that_of_the_harmonics_there() -> None:
     assert energy_above(signal, RATE, 20.0) == pytest.approx(0.1, rel=1e-6)
 
 
+def test_noise_behind_a_free_decay_is_little_of_its_energy() -> None:
+    """A window that hides the beginning leaves as much noise as motion; an abrupt end alone leaks upwards."""
+    time = np.arange(1000) / RATE
+    noise = 0.02 * np.random.default_rng(0).standard_normal(len(time))
+    decay = np.exp(-0.05 * 2 * np.pi * 5 * time) * np.cos(2 * np.pi * 5 * time) + noise
+    assert energy_above(decay, RATE, 20.0) < 0.03
+    assert energy_above(np.sin(2 * np.pi * 0.35 * time[:-140]), RATE, 20.0) < 1e-6
+
+
 def test_the_low_pass_check_takes_any_common_filter_and_finds_none(folder: Path) -> None:
     noise = np.random.default_rng(0).standard_normal((4000, 3))
     for order, lowpass in ((4, 5.0), (4, 30.0), (8, 30.0)):

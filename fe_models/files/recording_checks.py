@@ -109,14 +109,17 @@ def check_data(
 def energy_above(channel: FloatArray, sampling_rate: float, frequency: float) -> float:
     """Return the share of a channel's energy above ``frequency`` (Hz), its mean left out; channel (..., time).
 
-    From its spectrum under a Hann window, whose side lobes keep a cut-off free decay from leaking upwards.
+    Of its spectrum as it is and under a Hann window, whichever has less there: the one leaks upwards where a motion is
+    cut off, the other hides the beginning, where a free decay has its energy.
     """
     samples = channel.shape[-1]
-    window = np.hanning(samples)
-    mean = (channel * window).sum(-1, keepdims=True) / window.sum()
-    power = abs(np.fft.rfft((channel - mean) * window)) ** 2  # (..., frequency)
     above = np.fft.rfftfreq(samples, 1 / sampling_rate) > frequency
-    return float(power[..., above].sum() / power.sum())
+    shares = []
+    for window in (np.ones(samples), np.hanning(samples)):
+        mean = (channel * window).sum(-1, keepdims=True) / window.sum()
+        power = abs(np.fft.rfft((channel - mean) * window)) ** 2  # (..., frequency)
+        shares.append(float(power[..., above].sum() / power.sum()))
+    return min(shares)
 
 
 def _lowpass_faults(channel: FloatArray, name: str, sampling_rate: float, lowpass: float) -> list[str]:
