@@ -1,11 +1,15 @@
 """What a report says of a cause, in a sentence with its place, its units and what an engineer must know to act."""
 
+from types import SimpleNamespace
+from typing import Any
+
 import pytest
 
 from fe_models.effects import AddedMass, Cause, CoulombFriction, GapStop, QuadraticDamper, SupportSpring
 from fe_models.sensor_effects import SensorDrift
 from fe_models.structure import Support
 from fe_models.time_integration import TimeIntegration
+from hybrid.diagnosis.outcome import named
 from hybrid.diagnosis.outcome.findings import Parameter, at_place, is_held, place_words, sentence_of
 
 
@@ -79,3 +83,28 @@ def test_a_support_too_soft_is_not_told_as_stiffness_that_the_model_lacks() -> N
 )
 def test_elements_between_which_there_are_others_are_not_told_as_one_run(elements: list[int], told: str) -> None:
     assert place_words({"elements": elements}) == told
+
+
+def ruling_of(energies: dict[str, float]) -> Any:
+    """Return what a ruling has of fits with the causes in each word, and the energies of their forecasts' errors."""
+    fits = {
+        word: SimpleNamespace(hypothesis=SimpleNamespace(candidates=tuple(SimpleNamespace(key=key) for key in word)))
+        for word in energies
+    }
+    told = {id(item): SimpleNamespace(energy=energies[word]) for word, item in fits.items()}
+    best = max(fits, key=len)
+    return SimpleNamespace(
+        best=fits[best],
+        posterior=SimpleNamespace(fits=tuple(fits.values())),
+        found=SimpleNamespace(drawn=told[id(fits[""])], extended=told[id(fits[best])]),
+        scorer=SimpleNamespace(forecast=lambda item: told[id(item)]),
+    )
+
+
+def test_what_two_causes_take_away_is_shared_by_shapleys_values() -> None:
+    """Without the second one the first makes up for most of it, and the other way round."""
+    assert named._taken_away(ruling_of({"": 100.0, "a": 10.0})).tolist() == [90.0]
+    alike = named._taken_away(ruling_of({"": 100.0, "a": 12.0, "b": 12.0, "ab": 10.0}))
+    assert alike == pytest.approx([45.0, 45.0])
+    apart = named._taken_away(ruling_of({"": 100.0, "a": 40.0, "b": 50.0, "ab": 10.0}))
+    assert apart == pytest.approx([50.0, 40.0])

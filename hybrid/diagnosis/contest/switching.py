@@ -92,8 +92,7 @@ def _trials(asked: tuple[Asked, ...], mixed: float) -> list[tuple[Candidate, Boo
 def acting_recordings(fit: Fit, number: int) -> tuple[str, ...]:
     """Return the names of the recordings where candidate ``number`` of a fit acts."""
     if fit.hypothesis.candidates[number].oscillator:
-        names = [name for batch in fit.batches for name in batch.names]
-        return tuple(name for name, acts in zip(names, wave(fit, number).acting, strict=True) if acts)
+        return tuple(name for name, acts in zip(fit.names, wave(fit, number).acting, strict=True) if acts)
     return tuple(name for batch in fit.batches if number not in batch.off for name in batch.names)
 
 

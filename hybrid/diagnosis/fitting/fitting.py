@@ -61,6 +61,11 @@ class Fit:
         return tuple(sorted(keys)), frozenset(off)
 
     @property
+    def names(self) -> tuple[str, ...]:
+        """The name of the recording of each motion that was fitted."""
+        return tuple(name for batch in self.batches for name in batch.names)
+
+    @property
     def values(self) -> float:
         """Number of data, as independent as those of white noise: a low-pass leaves fewer."""
         return sum(part.size * batch.share for part, batch in zip(self.residuals, self.batches, strict=True))

@@ -4,6 +4,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from scipy.stats import norm
+from scipy.stats import t as student
 
 from fe_models.dofs import BoolArray, FloatArray
 from hybrid.diagnosis.fitting.fitting import Fit
@@ -15,12 +17,13 @@ from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.loaded import loaded_size
 from hybrid.diagnosis.response.marching import respond
 from hybrid.diagnosis.response.state_space import system_of
-from hybrid.diagnosis.response.system import drifted, observability
+from hybrid.diagnosis.response.system import drifted, is_defective, observability
 
 SHOWN = 0.2  # of each recording: what its initial state is estimated from
 ORDERLY = 6.0  # in a cost: 2 log 20, as one of twenty recordings is not as those before and after it are
 CLEAR = 6.0  # likewise: what geometry must take off a cost, where recordings for training do not show it
 ROUNDS = 3  # of taking away what geometry adds to a motion, which tells what it adds
+SURELY = 0.975  # of new initial states: that share of either side lies within what is known of them beforehand
 LEAST = 1e-6  # of the largest initial state of its unit: what is known of each beforehand
 TINY = 1e-300  # instead of nothing
 
@@ -79,13 +82,27 @@ def shown_of(samples: int) -> int:
 def model_of(item: Fit, gauge: Gauge, theta: FloatArray | None = None) -> Model:
     """Return a fit's model for forecasts; the size of initial states is that of the training recordings.
 
-    Under known loads it is that of the motion: others may begin within it, though these began at rest.
+    Whatever the phase of each mode: another recording begins at another one. Of few recordings the size is not known
+    well: it is as much larger as Student's distribution is wider than the normal one, with two degrees of freedom of
+    each. Under known loads it is that of the motion: others may begin within it, though these began at rest.
     """
-    most = max(range(len(item.states)), key=lambda i: item.states[i].shape[1])
-    full = [states for states in item.states if states.shape[1] == item.states[most].shape[1]]
-    size = np.sqrt(np.mean(np.concatenate(full) ** 2, axis=0) + _pushed(item, gauge))
+    most = max(states.shape[1] for states in item.states)
+    full = np.concatenate([states for states in item.states if states.shape[1] == most])
+    wider = (student(2 * len(full)).ppf(SURELY) / norm.ppf(SURELY)) ** 2
+    size = np.sqrt(wider * _at_any_phase(item, gauge, full) + _pushed(item, gauge))
     theta = item.theta if theta is None else theta
     return Model(item.hypothesis, theta, _at_least(size, item.hypothesis.size), switched_in(item))
+
+
+def _at_any_phase(item: Fit, gauge: Gauge, states: FloatArray) -> FloatArray:
+    """Return the mean squares (state,) of a fit's initial ``states`` (recording, state), each natural mode's and
+    harmonic force's at any phase of its turn.
+    """
+    vectors = np.linalg.eig(system_of(item.hypothesis, item.theta[None], gauge.readout).A[0])[1]
+    if is_defective(vectors):  # a body that moves freely turns nowhere
+        return np.asarray(np.mean(states**2, axis=0))
+    amplitudes = np.linalg.solve(vectors, states.T)  # (mode, recording)
+    return np.asarray(np.abs(vectors) ** 2 @ np.mean(np.abs(amplitudes) ** 2, axis=1))
 
 
 def _at_least(size: FloatArray, modes: int) -> FloatArray:

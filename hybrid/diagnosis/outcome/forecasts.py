@@ -9,6 +9,7 @@ from hybrid.diagnosis.fitting.forecasting import Forecast
 from hybrid.diagnosis.outcome.scorer import Scorer
 
 NEXT_TO_NOTHING = 1e-9  # of the energy of an error
+HARDLY = 0.02  # of the energy of noise: what the nominal model may leave beyond it by chance, one hundredth in NRMSE
 
 
 @dataclass(frozen=True)
@@ -25,7 +26,9 @@ class Forecasts:
 
     @property
     def unexplained(self) -> float:
-        """The share of the nominal model's wrong energy that the extended one leaves."""
+        """The share of the nominal model's wrong energy that the extended one leaves; nothing of next to nothing."""
+        if self.nominal.excess <= HARDLY * self.nominal.floor_energy:
+            return 0.0
         return share(self.extended.excess, self.nominal.excess)
 
 

@@ -1,7 +1,10 @@
 """Which causes matter: those without which recordings that were never fitted are forecast worse."""
 
+from collections import Counter
+
 from hybrid.diagnosis.contest.evidence import Evidence
 from hybrid.diagnosis.contest.posterior import Posterior
+from hybrid.diagnosis.contest.switching import acting_recordings
 from hybrid.diagnosis.fitting.far_off import DEVIATION, deviation_of, factors_off, farthest_of, off_together
 from hybrid.diagnosis.fitting.fitting import Fit, fit
 from hybrid.diagnosis.fitting.forecasting import Forecast
@@ -10,6 +13,7 @@ from hybrid.diagnosis.outcome.findings import cause_of, is_held, sentence_of
 from hybrid.diagnosis.outcome.scorer import Scorer
 from hybrid.diagnosis.outcome.verdict import BESIDE, MATERIAL, Errors
 from hybrid.diagnosis.recorded.gauge import Gauge
+from hybrid.diagnosis.recorded.motions import in_words
 from hybrid.diagnosis.recorded.noise import Band
 
 TRIFLES = (0.02, 0.005)  # of the energy that the nominal model gets wrong: what takes no more away explains nothing,
@@ -151,4 +155,6 @@ def told_apart(item: Fit, number: int, temper: float, words: str) -> str:
     """Return a note on candidate ``number`` of a fit, which is not named: why, in ``words``."""
     cause, parameters = cause_of(item, number, temper)
     told = sentence_of(cause, parameters, held=is_held(item.hypothesis.plant.structure.supports, cause))
-    return f"{words}: {told.rstrip('.')}"
+    acting, every = (Counter(names) for names in (acting_recordings(item, number), item.names))
+    where = "" if acting == every else f" (in {in_words(acting, every)} only)"
+    return f"{words}: {told.rstrip('.')}{where}"

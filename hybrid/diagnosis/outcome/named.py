@@ -60,16 +60,24 @@ def _finding(ruling: Ruling, number: int, taken: float, model: Model) -> Finding
 def _taken_away(ruling: Ruling) -> FloatArray:
     """Return the energy of forecast errors that each cause of the best fit takes away, (cause,).
 
-    What all of them take, shared in proportion to what is lost without each, the others fitted anew: these make up for
-    most of it where they resemble it.
+    What all of them take is shared by Shapley's values: the mean of what each takes alone and of what is lost without
+    it, the others fitted anew. Without one of them its rivals, and the calibration, may make up for most of it.
     """
-    found, fits = ruling.found, ruling.posterior.fits
+    found, drawn = ruling.found, ruling.found.drawn.energy
     keys = [candidate.key for candidate in ruling.best.hypothesis.candidates]
-    whole, lost = found.drawn.energy - found.extended.energy, np.zeros(len(keys))
-    for number, key in enumerate(keys):
-        rest = set(keys) - {key}
-        others = (item for item in fits if {c.key for c in item.hypothesis.candidates} == rest)
-        without = next(others, None) if rest else None
-        energy = found.drawn.energy if without is None else ruling.scorer.forecast(without).energy
-        lost[number] = max(energy - found.extended.energy, TINY)
-    return np.asarray(whole * lost / lost.sum())
+    whole = drawn - found.extended.energy
+    if len(keys) == 1:
+        return np.array([whole])
+    taken = [
+        drawn - _energy_with(ruling, {key}) + _energy_with(ruling, set(keys) - {key}) - found.extended.energy
+        for key in keys
+    ]
+    shares = np.maximum(taken, TINY)
+    return np.asarray(whole * shares / shares.sum())
+
+
+def _energy_with(ruling: Ruling, keys: set[str]) -> float:
+    """Return the energy of forecast errors by the best fit of those causes alone; as drawn where none was fitted."""
+    fits = ruling.posterior.fits
+    item = next((item for item in fits if {c.key for c in item.hypothesis.candidates} == keys), None)
+    return ruling.found.drawn.energy if item is None else ruling.scorer.forecast(item).energy

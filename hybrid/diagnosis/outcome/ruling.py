@@ -81,7 +81,11 @@ def ruling_of(setting: Setting, evidence: Evidence) -> Ruling:
     normal = DEVIATION if best.hypothesis.candidates else ABNORMAL  # no cause is likelier than a value that far off
     found = forecasts_of(scorer, simulation.fit, base, best, normal)
     errors = Errors(
-        scorer.error(found.calibrated), scorer.error(found.extended), scorer.floor(found.own), found.unexplained
+        scorer.error(found.calibrated),
+        scorer.error(found.extended),
+        scorer.floor(found.own),
+        found.unexplained,
+        scorer.error(found.nominal),
     )
     wrong = simulation.fit if simulation.is_wrong else base
     verdict, listed = verdict_of(best, evidence.posterior.fits[0], wrong, gauge, setting.band, errors)

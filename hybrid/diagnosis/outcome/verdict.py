@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from enum import Enum
+from math import inf
 
 from hybrid.diagnosis.contest.neighbours import adjoin
 from hybrid.diagnosis.fitting.far_off import deviation_of, deviation_of_groups
@@ -15,7 +16,6 @@ BESIDE = 0.01  # likewise of a second cause: that the simulation is wrong is no 
 WHOLLY = 0.03  # of the excess energy: what may be left where all is called explained
 NEAR = 1.15  # times the noise floor: as near as a model that is off by its uncertainty must come
 PARTLY = 0.5  # of it: beyond, nothing is
-HARM = 1.5  # times the calibrated model's error: what forecasts so much worse is no part of what is wrong
 ABNORMAL = 4.0  # stated standard deviations: a calibration that far off takes the place of something else that is wrong
 LISTED = 0.85  # probability that the list has what is wrong, where something significant is left or two causes adjoin;
 LISTED_IN_PART = 0.25  # and where a part only is explained: of 69 names in such blind cases 21 were right, none of
@@ -33,14 +33,21 @@ class Verdict(Enum):
 
 @dataclass(frozen=True)
 class Errors:
-    """NRMSE of forecasts, mean over the measured channels: of the calibrated nominal model, of the extended one, and
-    the noise ``floor``. ``unexplained``: share of the nominal model's wrong energy that the extended one leaves.
+    """NRMSE of forecasts, mean over the measured channels: of the ``calibrated`` nominal model, of the ``extended``
+    one, and the noise ``floor``. ``unexplained``: share of the nominal model's wrong energy that the extended one
+    leaves; ``drawn``: the NRMSE of the nominal model as it is.
     """
 
     calibrated: float
     extended: float
     floor: float
     unexplained: float
+    drawn: float = inf
+
+    @property
+    def without(self) -> float:
+        """The error without any cause: few recordings may have led a calibration astray."""
+        return min(self.drawn, self.calibrated)
 
     @property
     def nothing_to_gain(self) -> bool:
@@ -75,7 +82,7 @@ def verdict_of(
     if errors.nothing_to_gain:
         return Verdict.NOTHING_WRONG, LISTED
     if not best.hypothesis.candidates and best.hypothesis.plant is base.hypothesis.plant:
-        calm = errors.calibrated <= NEAR * errors.floor  # in recordings that were never fitted
+        calm = errors.without <= NEAR * errors.floor  # in recordings that were never fitted
         return Verdict.NOTHING_WRONG if calm and not significant else Verdict.UNEXPLAINED, LISTED
     wholly = min(share, errors.unexplained) < WHOLLY
     normal = deviation_of(best) <= ABNORMAL or _is_explained(best, all_causes, gauge, band)
@@ -85,8 +92,8 @@ def verdict_of(
     single = len(best.hypothesis.candidates) == 1  # two with elements that go far may stand for anything
     if single and errors.reached and errors.unexplained < WHOLLY and deviation_of_groups(best) <= ABNORMAL:
         return Verdict.EXPLAINED, LISTED  # elements that are off by themselves took the rest
-    harmless = errors.extended <= HARM * errors.calibrated
-    partly = harmless and min(share, errors.unexplained) < PARTLY  # a calibration gone astray may leave as little
+    helps = errors.extended <= errors.without  # what forecasts worse is no part of what is wrong
+    partly = helps and min(share, errors.unexplained) < PARTLY  # a calibration gone astray may leave as little
     return (Verdict.PARTLY_EXPLAINED if partly else Verdict.UNEXPLAINED), LISTED_IN_PART
 
 
