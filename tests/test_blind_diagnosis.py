@@ -99,6 +99,7 @@ def test_nothing_hidden_nothing_found(config: BlindConfig) -> None:
     found, _ = diagnosed(blind_case(120, replace(config, off=True)))
     assert found.verdict is Verdict.NOTHING_WRONG
     assert found.findings == ()
+    assert found.alike is True
 
 
 @pytest.mark.parametrize(
@@ -123,6 +124,7 @@ def test_a_change_between_recordings_is_dated() -> None:
     found, marks = diagnosed(case)
     assert marks.named == marks.truth
     assert found.findings[0].recordings == case.recordings
+    assert found.alike is False
     assert any("not all of one structure" in note for note in found.notes)
     assert all(marks.within)
     check_gain(found)

@@ -178,6 +178,17 @@ def test_causes_adjoin_at_nodes_that_an_element_joins(one: int, other: int, adjo
     assert adjoin(both) == adjoins
 
 
+@pytest.mark.parametrize(("one", "other", "adjoins"), [(2, 2, True), (2, 3, False)])
+def test_causes_adjoin_on_a_chain_at_one_place_only(one: int, other: int, adjoins: bool) -> None:
+    """Friction and a dashpot at one node are what a force with the root of the velocity looks like."""
+    setting = setting_of(CHAIN)
+    found = [
+        next(c for c in setting.candidates() if c.kind == kind and c.location == {"node": node, "direction": "x"})
+        for kind, node in (("coulomb_friction", one), ("point_damper", other))
+    ]
+    assert adjoin(replace(setting.short, hypothesis=Hypothesis(setting.plant, tuple(found)))) == adjoins
+
+
 def test_other_kinds_of_cause_sit_where_the_one_found_does() -> None:
     """A mass at either end of an element does what its stiffness does, with a calibration that goes along."""
     sensors = tuple(Sensor(f"a{node}", node, "y", "acceleration", "m/s^2") for node in (2, 4, 5))

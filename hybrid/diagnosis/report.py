@@ -15,6 +15,10 @@ WORDS = {
     Verdict.PARTLY_EXPLAINED: "The simulation is wrong; what is named may be part of it, or stand for something else.",
     Verdict.UNEXPLAINED: "The simulation is wrong, and nothing on the list of causes explains it.",
 }
+ALIKE = {
+    True: "  All recordings are of one structure, as far as they tell.",
+    False: "  The recordings are not all alike: see below.",
+}
 REACHED = "as well as the noise lets it"
 NEARLY = "nearly as well as the noise lets it, and leaves nothing but noise of the training recordings"
 RIVALS = 5  # of a finding, told on the terminal
@@ -59,7 +63,7 @@ def _table(diagnosis: Diagnosis) -> dict[str, Any]:
         "scores": dict(diagnosis.scores),
         "noise_floor": diagnosis.noise_floor,
         "seconds": round(diagnosis.seconds, 2),
-        "shown": shown_table(diagnosis.shown),
+        "shown": shown_table(diagnosis.shown) | {"one_structure": diagnosis.alike},
         "advice": [_advice(advice) for advice in diagnosis.advice],
         "notes": list(diagnosis.notes),
     }
@@ -95,7 +99,8 @@ def describe_diagnosis(diagnosis: Diagnosis, gain: Gain | None = None) -> str:
     causes = "the causes are" if len(diagnosis.findings) > 1 else "the cause is"
     error = diagnosis.scores["extended"]["measured"]
     reach = REACHED if error is None or error <= (1 + MATERIAL) * diagnosis.noise_floor else NEARLY
-    lines = [*describe_shown(shown), "", WORDS[diagnosis.verdict].format(causes=causes, reach=reach)]
+    lines = [*describe_shown(shown), *([] if diagnosis.alike is None else [ALIKE[diagnosis.alike]])]
+    lines += ["", WORDS[diagnosis.verdict].format(causes=causes, reach=reach)]
     for finding in diagnosis.findings:
         lines.append(f"- {finding.sentence}")
         lines.append(f"  Probability {finding.probability:.2f}; explains {finding.explains:.0%} of what was wrong.")

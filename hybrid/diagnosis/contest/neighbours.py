@@ -114,14 +114,14 @@ def laws_beside(
 
 
 def adjoin(item: Fit) -> bool:
-    """Return whether two causes of a frame's fit sit at one place or at places next to each other.
+    """Return whether two causes of a fit sit at one place or, on a frame, at places next to each other.
 
     By chance few do: what is one cause, and none of the list, may look like both.
     """
-    if item.hypothesis.plant.is_chain:  # where most places adjoin
-        return False
     structure = item.hypothesis.plant.structure
     places = [_nodes_at(candidate.location, structure) for candidate in item.hypothesis.candidates]
+    if item.hypothesis.plant.is_chain:  # where most places adjoin
+        return any(one == other != set() for one, other in combinations(places, 2))
     joined = [set(element.nodes) for element in structure.elements]
     return any(
         not one.isdisjoint(other) or any(not (one.isdisjoint(ends) or other.isdisjoint(ends)) for ends in joined)

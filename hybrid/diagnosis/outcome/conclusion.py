@@ -16,6 +16,7 @@ from hybrid.diagnosis.outcome.named import named_by
 from hybrid.diagnosis.outcome.remarks import remarks_on
 from hybrid.diagnosis.outcome.ruling import Ruling, ruling_of
 from hybrid.diagnosis.outcome.verdict import Verdict
+from hybrid.diagnosis.recorded.motions import motions_of
 from hybrid.diagnosis.shown.example import Example, example_of
 from hybrid.diagnosis.shown.show import Shown, show
 
@@ -29,7 +30,8 @@ class Diagnosis:
     "baseline", and of the ``extended`` structure, of the "measured" and the "held_out" channels (None without any);
     ``noise_floor``: what noise alone makes of the first. ``shown``: what the simulation gets wrong, and one recording
     as an ``example`` of it. ``advice``: which sensor more would decide between rivals. ``posterior`` over all fits that
-    matter; ``notes``: what the user should know about the data; ``seconds`` that it took.
+    matter; ``alike``: whether all recordings are of one structure, None where that is not known, or there is one only;
+    ``notes``: what the user should know about the data; ``seconds`` that it took.
     """
 
     verdict: Verdict
@@ -43,6 +45,7 @@ class Diagnosis:
     example: Example
     advice: tuple[Advice, ...]
     posterior: Posterior
+    alike: bool | None
     notes: tuple[str, ...]
     seconds: float
 
@@ -67,9 +70,18 @@ def concluded(setting: Setting, evidence: Evidence) -> Diagnosis:
         example=_example(ruling, shown),
         advice=advice,
         posterior=posterior,
+        alike=_alike(ruling, findings),
         notes=(*setting.notes, *evidence.notes, *remarks, *(item.sentence for item in advice)),
         seconds=0.0,
     )
+
+
+def _alike(ruling: Ruling, findings: tuple[Finding, ...]) -> bool | None:
+    """Return whether all recordings are of one structure: not where a cause acts in some of them only."""
+    motions = motions_of(ruling.setting.dataset).total()
+    if motions < 2 or ruling.verdict in (Verdict.PARTLY_EXPLAINED, Verdict.UNEXPLAINED):
+        return None
+    return all(len(finding.recordings) == motions for finding in findings)
 
 
 def _scores(ruling: Ruling) -> dict[str, dict[str, float | None]]:

@@ -9,6 +9,7 @@ from hybrid.diagnosis.fitting.left_over import left
 from hybrid.diagnosis.outcome.calibration import astray, dispersion_of, far_off
 from hybrid.diagnosis.outcome.findings import Finding, at_place
 from hybrid.diagnosis.outcome.materiality import weak
+from hybrid.diagnosis.outcome.rest import rest_of
 from hybrid.diagnosis.outcome.ruling import Ruling
 from hybrid.diagnosis.outcome.simulation import modal_notes
 from hybrid.diagnosis.outcome.verdict import ABNORMAL, Verdict
@@ -31,6 +32,7 @@ def remarks_on(ruling: Ruling, findings: tuple[Finding, ...], shown: Shown) -> t
     return (
         *ruling.notes,
         *_on_causes(ruling, findings),
+        *_rest(ruling, shown),
         *_unseen(ruling),
         *modal_notes(ruling.simulation, ruling.found.nominal, ruling.found.own, ruling.scorer, ruling.is_named),
         *_bent(ruling),
@@ -66,6 +68,15 @@ def _apart(ruling: Ruling, findings: tuple[Finding, ...]) -> list[str]:
                 f" {in_words(acting, every)}, and does not, or too little to tell, in {in_words(without, every)}"
             )
     return lines
+
+
+def _rest(ruling: Ruling, shown: Shown) -> list[str]:
+    """Return what the rest looks like, where something is left that nothing explains."""
+    wanting = ruling.verdict in (Verdict.PARTLY_EXPLAINED, Verdict.UNEXPLAINED)
+    gauge = ruling.evidence.gauge
+    if not wanting or not left(ruling.told, gauge, ruling.setting.band).significant:
+        return []
+    return [rest_of(ruling.told, shown.observed.frequencies, gauge)]
 
 
 def _unseen(ruling: Ruling) -> list[str]:

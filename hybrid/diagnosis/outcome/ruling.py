@@ -100,7 +100,7 @@ def ruling_of(setting: Setting, evidence: Evidence) -> Ruling:
         errors=errors,
         final=best,
         theta=best.theta,
-        notes=(*notes, *weak),
+        notes=(*notes, *weak) if verdict is not Verdict.UNEXPLAINED else tuple(notes),  # of guesses nothing is told
     )
     return ruling if ruling.is_named else replace(ruling, final=base, theta=_drawn_or_calibrated(base, gauge, normal))
 

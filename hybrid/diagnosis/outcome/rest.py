@@ -1,0 +1,73 @@
+"""What is left where nothing on the list, or a part only, explains the recordings: where, how fast, when it is seen."""
+
+from collections import Counter
+
+import numpy as np
+
+from fe_models.dofs import FloatArray
+from hybrid.diagnosis.fitting.fitting import Fit, residuals_at
+from hybrid.diagnosis.recorded.gauge import Gauge
+from hybrid.diagnosis.recorded.motions import in_words
+from hybrid.diagnosis.recorded.spectra import energy_near
+
+MUCH = 0.2  # of what is left: a channel or mode that has less is not told
+SEVERAL = 2.0  # times its part of all values: a recording that has more stands out
+MOST = 0.5  # of what is left: those that stand out must have more
+LATE = 2.0  # times as much of the motion's energy: what is left late, beside what is left early
+
+
+def rest_of(item: Fit, frequencies: FloatArray, gauge: Gauge) -> str:
+    """Return in a sentence what a fit leaves of the recordings that were fitted: in which channels, near which natural
+    ``frequencies`` (mode,) in Hz, in which recordings, early or late.
+    """
+    batches = item.batches
+    motion = tuple(batch.data / batch.sigma(gauge) for batch in batches)
+    residuals = residuals_at(item, item.theta, gauge)
+    rest = tuple(whole if part is None else part for part, whole in zip(residuals, motion, strict=True))
+    by_channel = sum(np.square(part).sum(axis=(0, 1)) - len(part) * part.shape[1] for part in rest)
+    names = np.array([sensor.name for sensor in gauge.sensors])
+    told = [f"in {_most(np.asarray(by_channel), names)}"]
+    if len(frequencies):
+        tones = np.array([f"{tone:.4g} Hz (mode {mode})" for mode, tone in enumerate(frequencies, 1)])
+        told.append(f"near {_most(energy_near(frequencies, rest, gauge.rate), tones)}")
+    told.append(_when(motion, rest))
+    apart = _standing_out(item, rest)
+    if apart:
+        told.append(f"most of it in {apart}")
+    return f"what is left of the recordings beyond noise is {', '.join(told)}"
+
+
+def _most(energies: FloatArray, names: np.ndarray[tuple[int], np.dtype[np.str_]]) -> str:
+    """Return the names of the largest energies with their shares, the first of them in any case."""
+    shares = np.maximum(energies, 0) / max(float(np.maximum(energies, 0).sum()), 1e-300)
+    order = np.argsort(-shares)
+    told = [k for number, k in enumerate(order) if number == 0 or shares[k] >= MUCH]
+    return " and ".join(f"{names[k]} ({shares[k]:.0%})" for k in told)
+
+
+def _when(motion: tuple[FloatArray, ...], rest: tuple[FloatArray, ...]) -> str:
+    """Return when more is left, beside the motion's own energy: in the first halves of recordings or in the second."""
+    left = np.maximum(_by_halves(rest) - [sum(part.size for part in rest) / 2] * 2, 0.0)
+    early, late = left / _by_halves(motion)
+    if late >= LATE * early:
+        return "more of it late than early, beside the motion"
+    if early >= LATE * late:
+        return "more of it early than late, beside the motion"
+    return "early and late as the motion is"
+
+
+def _by_halves(parts: tuple[FloatArray, ...]) -> FloatArray:
+    """Return the sums of squares of the first and of the second halves of recordings (recording, time, sensor)."""
+    halves = [np.array_split(part, 2, axis=1) for part in parts]
+    return np.array([sum(float(np.square(half[k]).sum()) for half in halves) for k in (0, 1)])
+
+
+def _standing_out(item: Fit, rest: tuple[FloatArray, ...]) -> str:
+    """Return the names of the recordings in which far more is left than in the others; none where all are alike."""
+    squares = np.concatenate([np.square(part).sum(axis=(1, 2)) - part[0].size for part in rest])
+    shares = np.maximum(squares, 0) / max(float(np.maximum(squares, 0).sum()), 1e-300)
+    sizes = np.concatenate([np.full(len(part), part[0].size) for part in rest])
+    stands = shares > SEVERAL * sizes / sizes.sum()
+    if shares[stands].sum() <= MOST:
+        return ""
+    return in_words(Counter(np.array(item.names)[stands].tolist()), Counter(item.names))

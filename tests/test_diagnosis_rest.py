@@ -1,0 +1,65 @@
+"""What the rest looks like, where nothing explains it: channels, frequencies, time and recordings."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fe_models.blind import OUTSIDE, BlindConfig, blind_case
+from fe_models.dofs import FloatArray
+from hybrid.diagnosis.contest.setting import Setting, setting_of
+from hybrid.diagnosis.diagnosis import diagnose
+from hybrid.diagnosis.fitting.fitting import Fit, fit
+from hybrid.diagnosis.outcome.rest import rest_of
+from hybrid.diagnosis.outcome.verdict import Verdict
+
+RATE = 10.0
+
+
+@pytest.fixture(scope="module")
+def setting() -> Setting:
+    """Four recordings of a chain as drawn."""
+    return setting_of(blind_case(3, BlindConfig((), train=4, test=1, duration=40.0)).dataset)
+
+
+def with_rest(setting: Setting, rest: FloatArray) -> Fit:
+    """Return the fit of the nominal model to recordings that have a ``rest`` (recording, time, sensor) besides, in
+    standard deviations of the noise.
+    """
+    (batch,) = setting.lengths.whole
+    spoilt = replace(batch, data=batch.data + rest * setting.gauge.sigma)
+    found = fit(setting.nominal, setting.nominal.centre, (spoilt,), setting.gauge)
+    assert found is not None
+    return found
+
+
+@pytest.mark.parametrize(
+    ("begins", "words"), [(0.0, "early and late as the motion is"), (0.5, "more of it late than early")]
+)
+def test_rest_is_told_where_and_when_it_is(setting: Setting, begins: float, words: str) -> None:
+    """A knocking at 1.9 Hz, far above all modes, that the second sensor alone shows."""
+    (batch,) = setting.lengths.whole
+    time = np.arange(batch.samples) / RATE
+    motion = np.sqrt(np.mean(np.square(batch.data / setting.gauge.sigma), axis=(0, 2)))
+    rest = np.zeros_like(batch.data)
+    rest[..., 1] = motion * np.sin(2 * np.pi * 1.9 * time) * (time >= begins * time[-1])
+    told = rest_of(with_rest(setting, rest), np.array([0.2, 1.9]), setting.gauge)
+    assert f"is in {setting.gauge.sensors[1].name} (" in told
+    assert ", near 1.9 Hz (mode 2) (" in told
+    assert f", {words}" in told
+    assert "most of it in" not in told
+
+
+def test_a_recording_that_stands_out_is_named(setting: Setting) -> None:
+    (batch,) = setting.lengths.whole
+    rest = np.zeros_like(batch.data)
+    rest[2] = 20 * np.sin(2 * np.pi * 1.9 * np.arange(batch.samples) / RATE)[:, None]
+    assert rest_of(with_rest(setting, rest), np.zeros(0), setting.gauge).endswith(f"most of it in {batch.names[2]}")
+
+
+def test_unexplained_says_what_the_rest_looks_like_and_nothing_of_guesses() -> None:
+    found = diagnose(blind_case(122, BlindConfig((OUTSIDE[1],), duration=30.0)).dataset)
+    assert found.verdict in (Verdict.UNEXPLAINED, Verdict.PARTLY_EXPLAINED)
+    assert found.alike is None
+    assert [note for note in found.notes if note.startswith("what is left of the recordings beyond noise is in")]
+    assert found.verdict is not Verdict.UNEXPLAINED or not any("too weak to matter" in note for note in found.notes)
