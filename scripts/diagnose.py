@@ -51,7 +51,7 @@ def main(
         with tqdm(desc="diagnosis", unit=" steps") as bar:
 
             def advance(what: str) -> None:
-                bar.set_description(what)
+                bar.set_description_str(what)
                 bar.update()
 
             found = diagnose(data, advance)

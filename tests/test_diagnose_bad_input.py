@@ -292,7 +292,7 @@ def test_note_tells_recordings_that_are_left_out_from_those_that_are_cut() -> No
     for note in usable(with_data(few, {few.recordings[0].name: both}))[1]:  # whatever is wrong with it besides
         assert note.endswith("r01 left out")
     late = {CASE.recordings[1].name: clipped(CASE.recordings[1].data, "a3", 0.9)}
-    assert usable(with_data(CASE, late))[1][0].endswith("r02 used from behind them on")
+    assert usable(with_data(CASE, late))[1][0].endswith("r02 used from there on")
 
 
 def test_recordings_too_slow_for_force_laws_are_told_as_such_and_not_as_a_motion_that_grows() -> None:

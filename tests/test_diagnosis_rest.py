@@ -7,11 +7,14 @@ import pytest
 
 from fe_models.blind import OUTSIDE, BlindConfig, blind_case
 from fe_models.dofs import FloatArray
+from fe_models.effects import StiffnessChange
+from fe_models.recordings import Sensor
 from hybrid.diagnosis.contest.setting import Setting, setting_of
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.fitting.fitting import Fit, fit
 from hybrid.diagnosis.outcome.rest import rest_of
 from hybrid.diagnosis.outcome.verdict import Verdict
+from tests.frames import beam, vibrations
 
 RATE = 10.0
 
@@ -55,6 +58,18 @@ def test_a_recording_that_stands_out_is_named(setting: Setting) -> None:
     rest = np.zeros_like(batch.data)
     rest[2] = 20 * np.sin(2 * np.pi * 1.9 * np.arange(batch.samples) / RATE)[:, None]
     assert rest_of(with_rest(setting, rest), np.zeros(0), setting.gauge).endswith(f"most of it in {batch.names[2]}")
+
+
+def test_stiffness_of_a_whole_beam_may_be_its_mass() -> None:
+    """All of it, as what is not known of free vibrations but their frequencies and shapes."""
+    sensors = tuple(Sensor(f"a{node}", node, "y", "acceleration", "m/s^2") for node in (2, 4, 5))
+    model = replace(beam(), elements=tuple(replace(e, group="girder") for e in beam().elements))
+    softer = model.with_effects(StiffnessChange(tuple(range(1, 7)), 0.8))
+    found = diagnose(vibrations(model, softer, sensors, 3))
+    assert found.findings[0].cause.location == {"elements": [1, 2, 3, 4, 5, 6]}
+    (note,) = (note for note in found.notes if "from their mass" in note)
+    times = float(note.split("from their mass: ")[1].split()[0])
+    assert times == pytest.approx(1.25, rel=0.05)
 
 
 def test_unexplained_says_what_the_rest_looks_like_and_nothing_of_guesses() -> None:

@@ -161,6 +161,17 @@ def test_picture_is_drawn(found: Diagnosis, tmp_path: Path) -> None:
     assert path.stat().st_size > 10_000
 
 
+def test_channels_that_are_most_wrong_are_drawn_one_that_was_held_out_among_them(found: Diagnosis) -> None:
+    example = found.example
+    roles = [sensor.role for sensor in example.sensors]
+    assert example.most_wrong(5) == [0, 1, 2, 3, 4]
+    two = example.most_wrong(2)
+    assert sorted(roles[column] for column in two) == ["held_out", "measured"]
+    error = np.std(example.measured - example.nominal, axis=0) / example.measured.std(axis=0)
+    fitted = [column for column, role in enumerate(roles) if role == "measured"]
+    assert max(fitted, key=lambda column: error[column]) in two
+
+
 def test_spectrum_of_an_error_is_its_amplitude_over_the_channels_size() -> None:
     time = np.arange(200)[:, None] / 10
     measured = np.sin(2 * np.pi * time)

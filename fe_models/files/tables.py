@@ -105,6 +105,8 @@ def check_keys(table: Table, known: Iterable[str], where: str, faults: list[str]
 def did_you_mean(word: str, known: Iterable[str]) -> str:
     """Return "; did you mean ...?" with the nearest known word, or all the known ones where none is near."""
     names = list(known)
+    if not names:
+        return "; there is none"
     near = get_close_matches(word, names, n=1)
     return f"; did you mean {near[0]!r}?" if near else f"; expected one of {', '.join(names)}"
 

@@ -2,12 +2,12 @@
 
 from collections import Counter
 
-from fe_models.effects import HarmonicForce
+from fe_models.effects import HarmonicForce, StiffnessChange
 from fe_models.sensor_effects import SensorEffect
 from hybrid.diagnosis.fitting.far_off import factors_off
 from hybrid.diagnosis.fitting.left_over import left
 from hybrid.diagnosis.outcome.calibration import astray, dispersion_of, far_off
-from hybrid.diagnosis.outcome.findings import Finding, at_place
+from hybrid.diagnosis.outcome.findings import Finding, at_place, place_words
 from hybrid.diagnosis.outcome.materiality import weak
 from hybrid.diagnosis.outcome.rest import rest_of
 from hybrid.diagnosis.outcome.ruling import Ruling
@@ -20,6 +20,10 @@ from hybrid.diagnosis.shown.show import Shown
 UNSEEN = (
     "the training recordings show nothing{more} wrong, but test recordings do ({names}): what acts there is not felt in"
     ' training, or came later; take such a recording for training (role = "train") and diagnose again'
+)
+OR_MASS = (
+    "free vibrations hardly tell the stiffness of {elements} from their mass: {times:.4g} times what is drawn of that"
+    " would look much like it, and is no cause on the list"
 )
 BENT = (
     "motions of {names} are so large that the frame's geometry shows, which recordings for training do not: forecasts"
@@ -46,6 +50,7 @@ def _on_causes(ruling: Ruling, findings: tuple[Finding, ...]) -> list[str]:
     best, notes = ruling.best, list[str]()
     if ruling.is_named:
         notes += _apart(ruling, findings)
+        notes += _or_mass(ruling, findings)
         notes += astray(best, ABNORMAL) if ruling.verdict is Verdict.PARTLY_EXPLAINED else []
     elif ruling.verdict is Verdict.NOTHING_WRONG:
         notes += far_off(ruling.told)
@@ -68,6 +73,17 @@ def _apart(ruling: Ruling, findings: tuple[Finding, ...]) -> list[str]:
                 f" {in_words(acting, every)}, and does not, or too little to tell, in {in_words(without, every)}"
             )
     return lines
+
+
+def _or_mass(ruling: Ruling, findings: tuple[Finding, ...]) -> list[str]:
+    """Return a line on a stiffness of several elements as one, which a mass of theirs looks like: no cause is that."""
+    if any(recording.loads for recording in ruling.setting.dataset.recordings):
+        return []  # known forces tell stiffness from mass
+    return [
+        OR_MASS.format(elements=place_words(cause.location), times=1 / cause.factor)
+        for cause in (finding.cause for finding in findings)
+        if isinstance(cause, StiffnessChange) and len(cause.elements) > 1 and isinstance(cause.factor, float)
+    ]
 
 
 def _rest(ruling: Ruling, shown: Shown) -> list[str]:

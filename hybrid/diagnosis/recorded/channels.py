@@ -161,11 +161,13 @@ def _note(sensor: str, fault: _Fault, recordings: list[Recording], first: IntArr
     """
     begins = fault.last if first is None else first
     spoilt = [part for part in zip(recordings, fault.bad, begins, strict=True) if part[1]]
-    where = ", ".join(f"{count} samples of {recording.name}" for recording, count, _ in spoilt)
+    whole = dict.fromkeys(r.name for r, count, _ in spoilt if count == r.data.shape[1])
+    parts = [f"{count} samples of {r.name}" for r, count, _ in spoilt if count < r.data.shape[1]]
+    where = ", ".join([f"all of {', '.join(whole)}"] * bool(whole) + parts)
     if first is None:
         return f"sensor {sensor} {fault.word} ({where}): it is left out"
     gone, cut = dict[str, None](), dict[str, None]()  # several motions in one file share its name
     for recording, _, begin in spoilt:
         (gone if recording.data.shape[1] - begin < FEWEST_SAMPLES else cut)[recording.name] = None
-    ends = [f"{', '.join(gone)} left out"] * bool(gone) + [f"{', '.join(cut)} used from behind them on"] * bool(cut)
+    ends = [f"{', '.join(gone)} left out"] * bool(gone) + [f"{', '.join(cut)} used from there on"] * bool(cut)
     return f"sensor {sensor} {fault.word} ({where}): {'; '.join(ends)}"

@@ -34,6 +34,16 @@ class Example:
     extended: FloatArray
     frequencies: FloatArray
 
+    def most_wrong(self, count: int) -> list[int]:
+        """Return the columns of ``count`` channels, in order: one that was held out, if any, and else measured ones, of
+        each those that the nominal model forecasts worst.
+        """
+        error = np.nan_to_num(np.std(self.measured - self.nominal, axis=0) / self.measured.std(axis=0), nan=np.inf)
+        worst = np.argsort(-error, kind="stable").tolist()
+        apart = [column for column in worst if self.sensors[column].role == "held_out"]
+        fitted = [column for column in worst if column not in apart]
+        return sorted([*apart[:1], *fitted, *apart[1:]][:count])
+
     def spectrum(self, name: str) -> tuple[FloatArray, FloatArray]:
         """Return frequencies (Hz) and the error's amplitude spectrum, each channel over its size, all in one (rms)."""
         error = (self.measured - getattr(self, name)) / self.measured.std(axis=0)
@@ -53,7 +63,7 @@ def example_of(batch: Batch, nominal: Model, extended: Model, view: View, freque
 
 def draw_example(path: Path, example: Example) -> Path:
     """Draw the channels over time, and below them the spectra of the errors with the natural frequencies."""
-    shown = list(range(len(example.sensors)))[:CHANNELS]
+    shown = example.most_wrong(CHANNELS)
     labels = channel_labels([example.sensors[i] for i in shown])
     time = example.first + np.arange(len(example.measured)) / example.rate
     title = f"{example.recording}, forecast from its first fifth"
