@@ -17,6 +17,7 @@ from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.fitting.fitting import Fit, fit
 from hybrid.diagnosis.nominal.plant import plant_of
 from hybrid.diagnosis.outcome.advice import Advice, advise, noise_of, possible_sensors
+from hybrid.diagnosis.outcome.too_few import BETTER, MANY
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import batches_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
@@ -151,3 +152,19 @@ def test_added_sensors_are_as_noisy_as_the_present_ones_and_stand_where_somethin
     added = (replace(X1, node=2), *(replace(X1, node=node, quantity="acceleration") for node in (3, 4)))
     noise = noise_of(added, np.array([1e-6, 1e-3, 4.0]), gauge, np.array([1.0, 10.0, 1.0]))
     np.testing.assert_allclose(noise, [0.02, 0.02 * 4.0, 0.02 * 4.0])  # 0.02: the median of 0.02, 0.05 and 1e-6
+
+
+def test_too_few_sensors_are_told_with_one_that_helps() -> None:
+    """One accelerometer for half of a recording's fifth; all four sensors tell how it begins."""
+    case = blind_case(1, BlindConfig((), train=1, test=0)).dataset
+    column = next(i for i, sensor in enumerate(case.sensors) if sensor.name == "x4")
+    (recording,) = case.recordings
+    few = replace(
+        case, sensors=(case.sensors[column],), recordings=(replace(recording, data=recording.data[..., [column]]),)
+    )
+    (note,) = (note for note in diagnose(few).notes if "how they begin" in note)
+    assert "record longer, or with a sensor of the" in note
+    over, then = (float(note.split(word)[1].split()[0]) for word in ("range, ", "bring it to "))
+    assert over > MANY
+    assert then < BETTER * over
+    assert not any("how they begin" in note for note in diagnose(case).notes)

@@ -243,14 +243,14 @@ def _one(model: Model, batch: Batch, view: View) -> tuple[FloatArray, FloatArray
     noise = columns_of((batch,), view.measured)[0].sigma(view.gauge)[:, 0]  # (recording or one row, sensor)
     sigma = np.full((len(noise), len(view.sensors)), np.nan)
     sigma[:, own] = noise
-    leverage = np.stack([_leverage(model, batch, view, row) for row in noise])
-    floor = sigma * np.sqrt(batch.share + leverage.mean(axis=1)) / span
+    levers = np.stack([leverage(model, batch, view, row) for row in noise])
+    floor = sigma * np.sqrt(batch.share + levers.mean(axis=1)) / span
     energy = float(np.sum(square[:, own] / noise**2)) * data.shape[1]
-    floor_energy = float(np.sum(batch.share + leverage[..., own])) * len(data) / len(noise)
+    floor_energy = float(np.sum(batch.share + levers[..., own])) * len(data) / len(noise)
     return np.sqrt(square) / span, floor, energy, floor_energy
 
 
-def _leverage(model: Model, batch: Batch, view: View, noise: FloatArray) -> FloatArray:
+def leverage(model: Model, batch: Batch, view: View, noise: FloatArray) -> FloatArray:
     """Return the variance (time, sensor) that the uncertain initial state adds, over that of the measured ``noise``."""
     hypothesis, theta, size = without(model, tuple(range(len(model.hypothesis.candidates))))
     system = system_of(hypothesis, theta[None], view.readout)

@@ -127,8 +127,8 @@ def _fit_with(posterior: Posterior, candidate: Candidate, rival: Candidate) -> F
 
 def _most_telling(best: Fit, rival: Fit, added: tuple[Sensor, ...], gauge: Gauge) -> tuple[Sensor | None, float]:
     """Return the sensor among those ``added`` that tells most, and the log odds that it adds; None where none does."""
-    ours, theirs = _motions(best, added, gauge), _motions(rival, added, gauge)
-    sigma = noise_of(added, _size(ours), gauge, _size(_motions(best, gauge.sensors, gauge)))
+    ours, theirs = shown_by(best, added, gauge), shown_by(rival, added, gauge)
+    sigma = noise_of(added, size_of(ours), gauge, size_of(shown_by(best, gauge.sensors, gauge)))
     if not all(np.isfinite(part).all() for part in (*ours.values(), *theirs.values())):
         return None, 0.0
     apart = np.sum([np.sum(((ours[key] - theirs[key]) / sigma) ** 2, axis=0) for key in ours], axis=0)  # (sensor,)
@@ -158,7 +158,7 @@ def noise_of(added: tuple[Sensor, ...], sizes: FloatArray, gauge: Gauge, shown: 
 
 def _left(best: Fit, rival: Fit, gauge: Gauge) -> float:
     """Return the least cost (a chi-square) of the rival on what the sensors of ``gauge`` show of the best fit."""
-    shown = _motions(best, gauge.sensors, gauge)
+    shown = shown_by(best, gauge.sensors, gauge)
     precision, off = rival.hypothesis.precision, rival.theta - rival.hypothesis.centre
     H, g, cost = np.diag(precision), -precision * off, float(off @ (precision * off))
     for batch, states in zip(rival.batches, rival.states, strict=True):
@@ -171,7 +171,7 @@ def _left(best: Fit, rival: Fit, gauge: Gauge) -> float:
     return cost - float(g @ np.linalg.solve(H, g))
 
 
-def _motions(item: Fit, sensors: tuple[Sensor, ...], gauge: Gauge) -> dict[bytes, FloatArray]:
+def shown_by(item: Fit, sensors: tuple[Sensor, ...], gauge: Gauge) -> dict[bytes, FloatArray]:
     """Return what ``sensors`` would show of a fit without noise (time, sensor), by the recording's own data."""
     present = {sensor.name: position for position, sensor in enumerate(gauge.sensors)}
     readout = Readout(sensors, gauge.rate, tuple(present.get(sensor.name, -1) for sensor in sensors))
@@ -184,6 +184,6 @@ def _motions(item: Fit, sensors: tuple[Sensor, ...], gauge: Gauge) -> dict[bytes
     return found
 
 
-def _size(motions: dict[bytes, FloatArray]) -> FloatArray:
+def size_of(motions: dict[bytes, FloatArray]) -> FloatArray:
     """Return the rms of each sensor's channel (sensor,) over all recordings."""
     return np.sqrt(np.concatenate([part**2 for part in motions.values()]).mean(axis=0))

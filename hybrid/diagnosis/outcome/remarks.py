@@ -12,6 +12,7 @@ from hybrid.diagnosis.outcome.materiality import weak
 from hybrid.diagnosis.outcome.rest import rest_of
 from hybrid.diagnosis.outcome.ruling import Ruling
 from hybrid.diagnosis.outcome.simulation import modal_notes
+from hybrid.diagnosis.outcome.too_few import too_few
 from hybrid.diagnosis.outcome.verdict import ABNORMAL, Verdict
 from hybrid.diagnosis.recorded.motions import in_words, motions_of
 from hybrid.diagnosis.shown.all_off import all_off, damping_off
@@ -40,6 +41,7 @@ def remarks_on(ruling: Ruling, findings: tuple[Finding, ...], shown: Shown) -> t
         *_unseen(ruling),
         *modal_notes(ruling.simulation, ruling.found.nominal, ruling.found.own, ruling.scorer, ruling.is_named),
         *_bent(ruling),
+        *too_few(ruling.told, ruling.scorer, ruling.errors.floor),
         *dispersion_of(ruling.told, ruling.posterior.temper),
         *_all_off(ruling, shown),
     )
