@@ -127,12 +127,12 @@ def test_sentence_of_little_help() -> None:
 
 
 def test_diagnosis_carries_the_advice() -> None:
-    case = blind_case(14, BlindConfig(("stiffness_change",), size=0.8, train=3, test=1, duration=20.0)).dataset
+    case = blind_case(15, BlindConfig(("stiffness_change",), size=0.6, train=3, test=1, duration=20.0)).dataset
     one = (0,)
     few = replace(
         case,
         sensors=tuple(case.sensors[i] for i in one),
-        recordings=tuple(replace(r, data=r.data[:, :100, list(one)]) for r in case.recordings),
+        recordings=tuple(replace(r, data=r.data[:, :150, list(one)]) for r in case.recordings),
     )
     found = diagnose(few)
     doubted = [item for finding in found.findings for item in finding.alternatives if item.probability >= 0.05]

@@ -34,7 +34,7 @@ def test_every_recording_is_forecast_by_a_fit_to_the_others() -> None:
     folds = folds_of(CASE, MEASURED, searched)
     assert folds is not None
     unseeing = folds.unseeing(whole)
-    found = folds.forecast([Model(one.hypothesis, one.theta, np.ones(8)) for one in unseeing], GAUGE)
+    found = folds.forecast([Model(one.hypothesis, one.theta, np.eye(8)) for one in unseeing], GAUGE)
     names = {r.name for r in CASE.recordings}
     tested = [{name for batch in fold for name in batch.names} for fold in folds.tests]
     assert found.nrmse.shape == found.floor.shape == (6, 5)

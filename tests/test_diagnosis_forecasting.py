@@ -5,6 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.optimize import least_squares
+from scipy.stats import norm
+from scipy.stats import t as student
 
 from fe_models.dofs import FloatArray
 from fe_models.effects import CubicSpring, GapStop
@@ -25,7 +27,7 @@ from hybrid.diagnosis.fitting.forecasting import (
     shown_of,
     without,
 )
-from hybrid.diagnosis.fitting.initial_states import initial_states
+from hybrid.diagnosis.fitting.initial_states import initial_states, precision_of
 from hybrid.diagnosis.nominal.plant import plant_of
 from hybrid.diagnosis.recorded.gauge import Gauge, View
 from hybrid.diagnosis.recorded.records import batches_of
@@ -81,7 +83,7 @@ def test_initial_states_under_a_law_are_as_probable_as_an_independent_optimiser_
     (batch,) = batches_of(dataset, "train")
     batch = batch.first(80)
     at = np.append(np.zeros(hypothesis.nuisances), theta)
-    states, cost = initial_states(hypothesis, at, np.full(hypothesis.states, size), batch, GAUGE)
+    states, cost = initial_states(hypothesis, at, size**2 * np.eye(hypothesis.states), batch, GAUGE)
     system = system_of(hypothesis, at[None], GAUGE.readout)
     for own, reached, data in zip(states, cost, batch.data, strict=True):
 
@@ -95,14 +97,14 @@ def test_initial_states_under_a_law_are_as_probable_as_an_independent_optimiser_
         assert reached < best + 2.0  # likewise
         assert reached < 1.3 * data.size  # three standard deviations more than noise leaves: no local best
     beside = states + NOISE * np.random.default_rng(2).standard_normal(states.shape)
-    again = initial_states(hypothesis, at, np.full(hypothesis.states, size), batch, GAUGE, near=beside)
+    again = initial_states(hypothesis, at, size**2 * np.eye(hypothesis.states), batch, GAUGE, near=beside)
     np.testing.assert_allclose(again[1], cost, atol=2.0)  # as above
 
 
 def test_forecasts_of_a_linear_model_reach_the_floor_that_is_told() -> None:
     dataset = chain()
     hypothesis = with_causes(dataset)
-    model = Model(hypothesis, np.zeros(hypothesis.nuisances), np.ones(hypothesis.states))
+    model = Model(hypothesis, np.zeros(hypothesis.nuisances), np.eye(hypothesis.states))
     found = forecast(model, batches_of(dataset, "train"), VIEW)
     assert 0.8 < found.energy / found.floor_energy < 1.25  # 1440 values: a standard deviation of 0.04, states' besides
 
@@ -118,11 +120,11 @@ def test_floor_is_that_of_the_structure_whatever_the_model_has_more() -> None:
     size = np.geomspace(1.0, 100.0, plain.states)  # of each entry another
     more = np.insert(size, [plain.size, 2 * plain.size], 1e3)
     theta = np.zeros(plain.nuisances)
-    with_it = Model(plain.adding(soft), np.append(theta, soft.first_starts[0]), more)
+    with_it = Model(plain.adding(soft), np.append(theta, soft.first_starts[0]), np.diag(more**2))
     (batch,) = batches_of(dataset, "train")
     floors = [
         forecast(model, (batch,), View(dataset.sensors, measured, gauge)).floor
-        for model in (Model(plain, theta, size), with_it)
+        for model in (Model(plain, theta, np.diag(size**2)), with_it)
     ]
     np.testing.assert_allclose(floors[0], floors[1])
 
@@ -132,14 +134,14 @@ def test_model_less_a_cause_keeps_what_belongs_to_the_others() -> None:
     forces = tuple(f"harmonic_force {{'node': {node}, 'direction': 'x'}}" for node in (1, 2))
     hypothesis = with_causes(dataset, forces[0], CUBIC, forces[1])
     theta = np.append(np.zeros(hypothesis.nuisances), [0.5, 100.0, 0.9])
-    model = Model(hypothesis, theta, np.arange(float(hypothesis.states)))
-    fewer, left, size = without(model, (0,))
+    model = Model(hypothesis, theta, np.diag(np.arange(float(hypothesis.states))))
+    fewer, left, spread = without(model, (0,))
     assert [candidate.key for candidate in fewer.candidates] == [CUBIC, forces[1]]
     np.testing.assert_array_equal(left[-2:], [100.0, 0.9])
-    np.testing.assert_array_equal(size, [*range(8), 10, 11])
-    none, left, size = without(model, (0, 1, 2))
+    np.testing.assert_array_equal(spread, np.diag([*range(8), 10, 11]))
+    none, left, spread = without(model, (0, 1, 2))
     assert not none.candidates
-    assert (len(left), len(size)) == (hypothesis.nuisances, 8)
+    assert (len(left), len(spread)) == (hypothesis.nuisances, 8)
     assert without(model, ())[0] is hypothesis
 
 
@@ -165,7 +167,7 @@ def test_a_stop_that_is_not_hit_early_is_forecast_as_the_order_of_recordings_has
     gap = (early[number] + late[number]) / 2
     theta = np.append(np.zeros(hypothesis.nuisances), [200.0, gap])
     one = batch.take([number])
-    model = Model(hypothesis, theta, np.ones(hypothesis.states), (0,), {one.names[0]: ORDERLY if acts else -ORDERLY})
+    model = Model(hypothesis, theta, np.eye(hypothesis.states), (0,), {one.names[0]: ORDERLY if acts else -ORDERLY})
     y = predicted(model, one, VIEW)
     only = replace(model, switched=())
     other = Model(*without(only, (0,)))
@@ -190,18 +192,6 @@ def test_what_is_left_elsewhere_is_that_of_the_best_initial_states_there() -> No
     assert residuals_at(item, np.append(linear.theta, -100.0), GAUGE) == (None,)  # it grows beyond all bounds
 
 
-def test_a_large_force_says_nothing_of_how_large_displacements_are() -> None:
-    """A machine of 1e9 N lifted all that was known of displacements beforehand, and the noise floor with them."""
-    dataset = chain()
-    hypothesis = with_causes(dataset, "harmonic_force {'node': 2, 'direction': 'x'}")
-    item = fit(hypothesis, np.append(np.zeros(hypothesis.nuisances), 0.5), batches_of(dataset, "train"), GAUGE)
-    assert item is not None
-    pushed = replace(item, states=tuple(part * np.r_[np.ones(8), 1e9, 1e9] for part in item.states))
-    plain, large = (model_of(one, GAUGE).size for one in (item, pushed))
-    np.testing.assert_array_equal(plain[:8], large[:8])
-    np.testing.assert_allclose(plain[8:] * 1e9, large[8:], rtol=1e-12)
-
-
 def test_a_motion_beyond_all_bounds_is_far_from_what_was_recorded_in_whatever_unit() -> None:
     """A million was far from metres, and a hundredth of what nanometres show."""
     dataset = chain()
@@ -210,4 +200,28 @@ def test_a_motion_beyond_all_bounds_is_far_from_what_was_recorded_in_whatever_un
     (batch,) = batches_of(dataset, "train")
     small = View(SENSORS, MEASURED, replace(GAUGE, sigma=GAUGE.sigma * 1e9))
     large = replace(batch, data=batch.data * 1e9)
-    assert (forecast(Model(softening, theta, np.full(softening.states, 1e9)), (large,), small).nrmse > 1e3).all()
+    assert (forecast(Model(softening, theta, 1e18 * np.eye(softening.states)), (large,), small).nrmse > 1e3).all()
+
+
+@pytest.mark.parametrize("count", [1, 3, 12])
+def test_initial_states_are_known_beforehand_at_any_phase(count: int) -> None:
+    """Of motions that begin at any phase, modes of known size: what few of them tell holds for others."""
+    rng = np.random.default_rng(count)
+    dataset = chain()
+    hypothesis = with_causes(dataset)
+    item = fit(hypothesis, np.zeros(hypothesis.nuisances), batches_of(dataset, "train"), GAUGE)
+    assert item is not None
+    A = system_of(hypothesis, item.theta[None], GAUGE.readout).A[0]
+    roots, vectors = np.linalg.eig(A)
+    size = np.array([1.0, 0.3, 0.1, 0.03])  # of the modes, the slowest first
+    order = np.argsort(np.abs(roots[roots.imag > 0]))
+    shapes = vectors[:, roots.imag > 0][:, order]
+
+    def drawn(number: int) -> FloatArray:
+        phases = np.exp(2j * np.pi * rng.uniform(size=(number, 4)))
+        return np.asarray(2 * np.real((size * phases) @ shapes.T))
+
+    spread = model_of(replace(item, states=(drawn(count),)), GAUGE).spread
+    square = np.mean(np.einsum("rs,st,rt->r", *(lambda x: (x, precision_of(spread), x))(drawn(2000))))
+    wider = (student(2 * count).ppf(0.99) / norm.ppf(0.99)) ** 2
+    assert square == pytest.approx(8 / wider, rel=0.05)  # eight entries, of variance one each if they were normal

@@ -85,7 +85,7 @@ def both_plants(dataset: Dataset, modal: ModalModel) -> tuple[Plant, Plant]:
 def forecast_of(plant: Plant, dataset: Dataset, theta: FloatArray | None = None) -> FloatArray:
     hypothesis = Hypothesis(plant)
     gauge = Gauge(dataset.sensors, dataset.sampling_rate, np.ones(len(dataset.sensors)))
-    model = Model(hypothesis, hypothesis.centre if theta is None else theta, np.full(hypothesis.states, FREE))
+    model = Model(hypothesis, hypothesis.centre if theta is None else theta, FREE**2 * np.eye(hypothesis.states))
     return predicted(model, batches_of(dataset, "train")[0], gauge.view)
 
 

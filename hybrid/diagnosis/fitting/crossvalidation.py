@@ -35,7 +35,7 @@ class Folds:
         parts = [forecast(model, tests, view) for model, tests in zip(models, self.tests, strict=True)]
         nrmse, floor = (np.concatenate([getattr(part, word) for part in parts]) for word in ("nrmse", "floor"))
         energy, floor_energy = (float(sum(getattr(part, w) for part in parts)) for w in ("energy", "floor_energy"))
-        return Forecast(nrmse, floor, energy, floor_energy)
+        return Forecast(nrmse, floor, energy, floor_energy, float(np.hypot.reduce([part.chance for part in parts])))
 
     def unseeing(self, item: Fit) -> tuple[Fit, ...]:
         """Return the fits of what a fit is of, each without the recordings of one fold."""

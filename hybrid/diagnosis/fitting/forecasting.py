@@ -10,7 +10,7 @@ from scipy.stats import t as student
 from fe_models.dofs import BoolArray, FloatArray
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.fitting.geometry_response import FELT, added
-from hybrid.diagnosis.fitting.initial_states import EXPLODED, initial_states
+from hybrid.diagnosis.fitting.initial_states import EXPLODED, initial_states, precision_of
 from hybrid.diagnosis.recorded.gauge import Gauge, View
 from hybrid.diagnosis.recorded.records import Batch, columns_of, count_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
@@ -23,14 +23,16 @@ SHOWN = 0.2  # of each recording: what its initial state is estimated from
 ORDERLY = 6.0  # in a cost: 2 log 20, as one of twenty recordings is not as those before and after it are
 CLEAR = 6.0  # likewise: what geometry must take off a cost, where recordings for training do not show it
 ROUNDS = 3  # of taking away what geometry adds to a motion, which tells what it adds
-SURELY = 0.975  # of new initial states: that share of either side lies within what is known of them beforehand
+SURELY = 0.99  # of new initial states: that share of either side lies within what is known of them beforehand
+SURE = 3.0  # standard deviations of what errors are by chance
 LEAST = 1e-6  # of the largest initial state of its unit: what is known of each beforehand
 TINY = 1e-300  # instead of nothing
 
 
 @dataclass(frozen=True)
 class Model:
-    """A hypothesis at one ``theta`` (parameter,), and the ``size`` (state,) that initial states had in training.
+    """A hypothesis at one ``theta`` (parameter,), and the ``spread`` of initial states: their covariance (state,
+    state), as those of the training recordings tell it.
 
     ``switched``: numbers of candidates that act in some recordings only; in each the better choice is taken, where
     ``idle`` (by name) tells how much cost it adds that they do not act: see `idle_by_order`. ``bent``: hypotheses that
@@ -40,7 +42,7 @@ class Model:
 
     hypothesis: Hypothesis
     theta: FloatArray
-    size: FloatArray
+    spread: FloatArray
     switched: tuple[int, ...] = ()
     idle: Mapping[str, float] = field(default_factory=dict)
     bent: tuple[Hypothesis, ...] = ()
@@ -49,13 +51,20 @@ class Model:
 @dataclass(frozen=True)
 class Forecast:
     """``nrmse`` and ``floor`` (recording, sensor); ``energy`` and ``floor_energy``: of the measured channels' errors,
-    in units of the noise's variance, of the model and of a perfect one.
+    in units of the noise's variance, of the model and of a perfect one; ``chance``: the latter's standard deviation, by
+    noise and by what initial states happen to be.
     """
 
     nrmse: FloatArray
     floor: FloatArray
     energy: float
     floor_energy: float
+    chance: float = 0.0
+
+    @property
+    def is_perfect(self) -> bool:
+        """Whether a perfect model may have such errors by chance."""
+        return self.energy <= self.floor_energy + SURE * self.chance
 
     @property
     def excess(self) -> float:
@@ -80,37 +89,37 @@ def shown_of(samples: int) -> int:
 
 
 def model_of(item: Fit, gauge: Gauge, theta: FloatArray | None = None) -> Model:
-    """Return a fit's model for forecasts; the size of initial states is that of the training recordings.
+    """Return a fit's model for forecasts; the spread of initial states is that of the training recordings.
 
-    Whatever the phase of each mode: another recording begins at another one. Of few recordings the size is not known
-    well: it is as much larger as Student's distribution is wider than the normal one, with two degrees of freedom of
-    each. Under known loads it is that of the motion: others may begin within it, though these began at rest.
+    Whatever the phase of each mode: another recording begins at another one. Of few recordings it is not known well: it
+    is as much larger as Student's distribution is wider than the normal one, with two degrees of freedom of each. Under
+    known loads it is that of the motion: others may begin within it, though these began at rest.
     """
     most = max(states.shape[1] for states in item.states)
     full = np.concatenate([states for states in item.states if states.shape[1] == most])
     wider = (student(2 * len(full)).ppf(SURELY) / norm.ppf(SURELY)) ** 2
-    size = np.sqrt(wider * _at_any_phase(item, gauge, full) + _pushed(item, gauge))
-    theta = item.theta if theta is None else theta
-    return Model(item.hypothesis, theta, _at_least(size, item.hypothesis.size), switched_in(item))
+    spread = wider * _at_any_phase(item, gauge, full) + np.diag(np.broadcast_to(_pushed(item, gauge), most))
+    least = _least(np.sqrt(np.diag(spread)), item.hypothesis.size)
+    return Model(item.hypothesis, item.theta if theta is None else theta, spread + np.diag(least**2), switched_in(item))
 
 
 def _at_any_phase(item: Fit, gauge: Gauge, states: FloatArray) -> FloatArray:
-    """Return the mean squares (state,) of a fit's initial ``states`` (recording, state), each natural mode's and
-    harmonic force's at any phase of its turn.
+    """Return the covariance (state, state) of a fit's initial ``states`` (recording, state), each natural mode and
+    harmonic force at any phase of its turn.
     """
     vectors = np.linalg.eig(system_of(item.hypothesis, item.theta[None], gauge.readout).A[0])[1]
     if is_defective(vectors):  # a body that moves freely turns nowhere
-        return np.asarray(np.mean(states**2, axis=0))
+        return np.diag(np.mean(states**2, axis=0))
     amplitudes = np.linalg.solve(vectors, states.T)  # (mode, recording)
-    return np.asarray(np.abs(vectors) ** 2 @ np.mean(np.abs(amplitudes) ** 2, axis=1))
+    return np.asarray(np.real((vectors * np.mean(np.abs(amplitudes) ** 2, axis=1)) @ vectors.conj().T))
 
 
-def _at_least(size: FloatArray, modes: int) -> FloatArray:
-    """Return sizes (state,) that are no less than a millionth of the largest of their own unit: displacements and
-    velocities of that many ``modes``, then two of each harmonic force.
+def _least(size: FloatArray, modes: int) -> FloatArray:
+    """Return a millionth of the largest of the sizes (state,) of each unit: displacements and velocities of that many
+    ``modes``, then two of each harmonic force.
     """
     parts = np.split(size, [modes, *range(2 * modes, len(size), 2)])
-    return np.concatenate([np.maximum(part, LEAST * (part.max() or size.max())) for part in parts])
+    return np.concatenate([np.full(len(part), LEAST * (part.max() or size.max())) for part in parts])
 
 
 def switched_in(item: Fit) -> tuple[int, ...]:
@@ -151,7 +160,8 @@ def forecast(model: Model, batches: tuple[Batch, ...], view: View) -> Forecast:
     """Return the scores over the last 80 % of the recordings, of all sensors in ``view``."""
     parts = [_one(model, batch, view) for batch in batches]
     nrmse, floor = (np.concatenate([part[i] for part in parts]) for i in (0, 1))
-    return Forecast(nrmse, floor, float(sum(part[2] for part in parts)), float(sum(part[3] for part in parts)))
+    energy, floor_energy, variance = (float(sum(part[i] for part in parts)) for i in (2, 3, 4))
+    return Forecast(nrmse, floor, energy, floor_energy, float(np.sqrt(variance)))
 
 
 def predicted(model: Model, batch: Batch, view: View) -> FloatArray:
@@ -215,25 +225,26 @@ def begun_from(model: Model, off: tuple[int, ...], batch: Batch, view: View, sho
     """Return where the recordings of a ``batch`` begin, as their first ``shown`` samples tell, and what geometry adds
     from there; by a ``model`` less the candidates whose numbers are ``off``.
     """
-    hypothesis, theta, size = without(model, off)
+    hypothesis, theta, spread = without(model, off)
     (own,) = columns_of((batch.first(shown),), view.measured)
     states: FloatArray | None = None
     geometric = np.zeros(batch.recorded.shape)
     for _ in range(1 if hypothesis.plant.geometry is None else ROUNDS):
         straight = own.less(geometric[:, :shown][..., list(view.measured)])
-        states, cost = initial_states(hypothesis, theta, size, straight, view.gauge, states)
+        states, cost = initial_states(hypothesis, theta, spread, straight, view.gauge, states)
         geometric = added(hypothesis, theta, states, batch, view.readout)
     assert states is not None  # there was one round at least
     return Begun(states, cost, geometric)
 
 
 def without(model: Model, off: tuple[int, ...]) -> tuple[Hypothesis, FloatArray, FloatArray]:
-    """Return hypothesis, theta and size of initial states of a model less the candidates whose numbers are ``off``."""
-    hypothesis = model.hypothesis
-    return hypothesis.less(off), model.theta[hypothesis.parameters_of(off)], model.size[hypothesis.states_of(off)]
+    """Return hypothesis, theta and initial states' spread of a model less the candidates whose numbers are ``off``."""
+    hypothesis, kept = model.hypothesis, model.hypothesis.states_of(off)
+    return hypothesis.less(off), model.theta[hypothesis.parameters_of(off)], model.spread[np.ix_(kept, kept)]
 
 
-def _one(model: Model, batch: Batch, view: View) -> tuple[FloatArray, FloatArray, float, float]:
+def _one(model: Model, batch: Batch, view: View) -> tuple[FloatArray, FloatArray, float, float, float]:
+    """Return the parts of a `Forecast` of one batch, the last the square of its ``chance``."""
     first = shown_of(batch.samples)
     y = predicted(model, batch, view)[:, first:]
     data = batch.recorded[:, first:]
@@ -243,21 +254,42 @@ def _one(model: Model, batch: Batch, view: View) -> tuple[FloatArray, FloatArray
     noise = columns_of((batch,), view.measured)[0].sigma(view.gauge)[:, 0]  # (recording or one row, sensor)
     sigma = np.full((len(noise), len(view.sensors)), np.nan)
     sigma[:, own] = noise
-    levers = np.stack([leverage(model, batch, view, row) for row in noise])
+    starts = [_start(model, batch, view, row) for row in noise]
+    levers = np.stack([_variance(*start) for start in starts])
     floor = sigma * np.sqrt(batch.share + levers.mean(axis=1)) / span
+    each = len(data) / len(noise)
     energy = float(np.sum(square[:, own] / noise**2)) * data.shape[1]
-    floor_energy = float(np.sum(batch.share + levers[..., own])) * len(data) / len(noise)
-    return np.sqrt(square) / span, floor, energy, floor_energy
+    floor_energy = float(np.sum(batch.share + levers[..., own])) * each
+    variance = sum(_chance(rows[:, own], covariance) for rows, covariance in starts) * each
+    return np.sqrt(square) / span, floor, energy, floor_energy, variance + 2 * batch.share * data[..., own].size
 
 
 def leverage(model: Model, batch: Batch, view: View, noise: FloatArray) -> FloatArray:
     """Return the variance (time, sensor) that the uncertain initial state adds, over that of the measured ``noise``."""
-    hypothesis, theta, size = without(model, tuple(range(len(model.hypothesis.candidates))))
+    return _variance(*_start(model, batch, view, noise))
+
+
+def _start(model: Model, batch: Batch, view: View, noise: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return what initial states do to the channels that are forecast (time, sensor, state), in units of the ``noise``,
+    and their covariance (state, state) given the first fifth.
+    """
+    hypothesis, theta, spread = without(model, tuple(range(len(model.hypothesis.candidates))))
     system = system_of(hypothesis, theta[None], view.readout)
     rows = observability(system, batch.samples)[0]
     sigma, first = np.ones(len(view.sensors)), shown_of(batch.samples)
     sigma[list(view.measured)] = noise
     rows = rows / sigma[:, None]
     X = rows[:first, list(view.measured)].reshape(-1, rows.shape[-1])
-    covariance = np.linalg.inv(X.T @ X + np.diag(size**-2.0))
-    return np.asarray(np.einsum("tsn,nm,tsm->ts", rows[first:], covariance, rows[first:], optimize=True))
+    return rows[first:], np.linalg.inv(X.T @ X + precision_of(spread))
+
+
+def _variance(rows: FloatArray, covariance: FloatArray) -> FloatArray:
+    """Return the variances (time, sensor) of what is linear in normal states, ``rows`` (time, sensor, state)."""
+    return np.asarray(np.einsum("tsn,nm,tsm->ts", rows, covariance, rows, optimize=True))
+
+
+def _chance(rows: FloatArray, covariance: FloatArray) -> float:
+    """Return the variance of the sum of squares of what is linear in normal states, ``rows`` (time, sensor, state)."""
+    flat = rows.reshape(-1, rows.shape[-1])
+    spread = covariance @ (flat.T @ flat)
+    return float(2 * np.trace(spread @ spread))

@@ -18,80 +18,93 @@ ITERATIONS = 20  # at most, of each
 DAMPING = (1e-3, 10.0)  # of Levenberg and Marquardt: at first, and how much less or more after a step
 ENOUGH = 0.01  # of a sum of squares in units of the noise: a step that promises less is not taken
 EXPLODED = 1e6  # times the largest value recorded: what stands for a motion beyond all bounds
-STEP = 1e-4  # of a state's prior size
+STEP = 1e-4  # of a state's prior standard deviation
 
 
 def initial_states(
     hypothesis: Hypothesis,
     theta: FloatArray,
-    size: FloatArray,
+    spread: FloatArray,
     batch: Batch,
     gauge: Gauge,
     near: FloatArray | None = None,
 ) -> tuple[FloatArray, FloatArray]:
     """Return the most probable states (recording, state) given the fitted channels of a ``batch``, and their costs.
 
-    Prior: each entry normal with standard deviation ``size``. ``near``: states that are nearly so, from where force
+    Prior: normal with covariance ``spread`` (state, state). ``near``: states that are nearly so, from where force
     laws begin at once over the whole stretch.
     """
     system = system_of(hypothesis, theta[None], gauge.readout)
+    prior = precision_of(spread)
     if system.is_linear:
-        return _linear_states(system, size, batch, gauge)
+        return _linear_states(system, prior, batch, gauge)
+    moved = STEP * np.sqrt(np.diag(spread))
     if near is not None:
-        return _states_under_laws(system, size, batch, gauge, near)
+        return _states_under_laws(system, prior, moved, batch, gauge, near)
     linear = replace(system, B=system.B[:, :, :0], D=system.D[:, :, :0], forces=(), G=system.G[:, :0])
-    states, cost = _linear_states(linear, size, batch.first(_samples(GROWTH[0], batch)), gauge)
+    states, cost = _linear_states(linear, prior, batch.first(_samples(GROWTH[0], batch)), gauge)
     for share in GROWTH:
-        states, cost = _states_under_laws(system, size, batch.first(_samples(share, batch)), gauge, states)
+        states, cost = _states_under_laws(system, prior, moved, batch.first(_samples(share, batch)), gauge, states)
     return states, cost
+
+
+def precision_of(spread: FloatArray) -> FloatArray:
+    """Return the inverse of a covariance (state, state), whose entries are of several units."""
+    size = np.sqrt(np.diag(spread))
+    return np.asarray(np.linalg.inv(spread / np.outer(size, size)) / np.outer(size, size))
+
+
+def _cost(states: FloatArray, prior: FloatArray) -> FloatArray:
+    """Return the sums of squares (recording,) that states (recording, state) cost by the ``prior``'s precision."""
+    return np.asarray(np.einsum("rs,st,rt->r", states, prior, states))
 
 
 def _samples(share: float, batch: Batch) -> int:
     return max(round(share * batch.samples), 2)
 
 
-def _linear_states(system: System, size: FloatArray, batch: Batch, gauge: Gauge) -> tuple[FloatArray, FloatArray]:
+def _linear_states(system: System, prior: FloatArray, batch: Batch, gauge: Gauge) -> tuple[FloatArray, FloatArray]:
     """Return what `initial_states` does, of a linear system: by least squares."""
     recordings, samples, _ = batch.data.shape
     weight = batch.weights(gauge)  # (recording or one row, value)
     free = batch.data - given(system, batch)[0]
-    shown = observability(system, samples)[0].reshape(-1, len(size))
+    shown = observability(system, samples)[0].reshape(-1, len(prior))
     wanted = (free.reshape(recordings, -1) - drift(system, samples)[0].ravel()) * weight
-    precision = np.stack([(shown.T * square) @ shown for square in weight**2]) + np.diag(size**-2.0)
+    precision = np.stack([(shown.T * square) @ shown for square in weight**2]) + prior
     states = np.linalg.solve(precision, ((wanted * weight) @ shown)[..., None])[..., 0]
-    return states, np.sum((wanted - states @ shown.T * weight) ** 2, axis=1) + np.sum((states / size) ** 2, axis=1)
+    return states, np.sum((wanted - states @ shown.T * weight) ** 2, axis=1) + _cost(states, prior)
 
 
 def _states_under_laws(
-    system: System, size: FloatArray, batch: Batch, gauge: Gauge, states: FloatArray
+    system: System, prior: FloatArray, moved: FloatArray, batch: Batch, gauge: Gauge, states: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return what `initial_states` does, of force laws, from ``states``: by Levenberg and Marquardt's steps.
 
-    Finite differences move each entry of a state, in further recordings of one system.
+    Finite differences move each entry of a state by ``moved`` (state,), in further recordings of one system.
     """
     recordings = len(states)
     weight = batch.weights(gauge)  # (recording or one row, value)
     wanted = (batch.data - drifted(system, batch.begins)[0]).reshape(recordings, -1) * weight
     far = EXPLODED * float(np.abs(wanted).max())
     cost, damping = np.full(recordings, np.inf), np.full(recordings, DAMPING[0])
-    X, residual, trial = np.zeros((recordings, wanted.shape[1], len(size))), wanted, states
+    X, residual, trial = np.zeros((recordings, wanted.shape[1], len(moved))), wanted, states
     for _ in range(ITERATIONS):
-        starts = np.repeat(trial[None], len(size) + 1, axis=0)
-        starts[1:] += np.diag(STEP * size)[:, None]
-        shown = respond(system, starts.reshape(1, -1, len(size)), batch.samples, batch.loads)
+        starts = np.repeat(trial[None], len(moved) + 1, axis=0)
+        starts[1:] += np.diag(moved)[:, None]
+        shown = respond(system, starts.reshape(1, -1, len(moved)), batch.samples, batch.loads)
         y = shown.reshape(len(starts), recordings, -1) * weight
         y = np.nan_to_num(y, nan=far, posinf=far, neginf=-far)
         left = wanted - y[0]
-        new = np.sum(left**2, axis=1) + np.sum((trial / size) ** 2, axis=1)
+        new = np.sum(left**2, axis=1) + _cost(trial, prior)
         better = new < cost
-        slopes = ((y[1:] - y[0]) / (STEP * size)[:, None, None]).transpose(1, 2, 0)
+        slopes = ((y[1:] - y[0]) / moved[:, None, None]).transpose(1, 2, 0)
         states, cost = np.where(better[:, None], trial, states), np.minimum(cost, new)
         X = np.where(better[:, None, None], slopes, X)
         residual = np.where(better[:, None], left, residual)
         damping = np.where(better, damping / DAMPING[1], damping * DAMPING[1])
-        H = np.einsum("rvs,rvt->rst", X, X, optimize=True) + np.diag(size**-2.0)
-        H = H + damping[:, None, None] * np.einsum("rss->rs", H)[:, :, None] * np.eye(len(size))
-        g = np.einsum("rvs,rv->rs", X, residual) - states / size**2
+        H = np.einsum("rvs,rvt->rst", X, X, optimize=True) + prior
+        H = H + damping[:, None, None] * np.einsum("rss->rs", H)[:, :, None] * np.eye(len(moved))
+        g = np.einsum("rvs,rv->rs", X, residual) - states @ prior
         step = np.linalg.solve(H, g[..., None])[..., 0]
         if np.all(np.sum(g * step, axis=1) < ENOUGH):
             break

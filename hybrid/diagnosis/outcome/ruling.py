@@ -86,6 +86,7 @@ def ruling_of(setting: Setting, evidence: Evidence) -> Ruling:
         scorer.floor(found.own),
         found.unexplained,
         scorer.error(found.nominal),
+        found.nominal.is_perfect or found.calibrated.is_perfect,
     )
     wrong = simulation.fit if simulation.is_wrong else base
     verdict, listed = verdict_of(best, evidence.posterior.fits[0], wrong, gauge, setting.band, errors)

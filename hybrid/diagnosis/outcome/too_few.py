@@ -16,8 +16,8 @@ MANY = 2.0  # times what noise makes: a perfect model that misses by more says l
 BETTER = 0.8  # of it: a sensor that does not bring it down so far is no help
 HARDLY = (
     "the first fifth of the recordings hardly tells how they begin: even a perfect model would miss the rest by"
-    " {floor:.1%} of a channel's range, {over:.1f} times what noise makes; what is wrong by less stays unseen: record"
-    " longer{help}"
+    " {floor:.1%} of a channel's range, {over:.1f} times what noise makes; what is wrong by less stays unseen, or is"
+    " told as too weak to matter: record longer{help}"
 )
 
 

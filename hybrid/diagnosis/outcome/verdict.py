@@ -35,7 +35,8 @@ class Verdict(Enum):
 class Errors:
     """NRMSE of forecasts, mean over the measured channels: of the ``calibrated`` nominal model, of the ``extended``
     one, and the noise ``floor``. ``unexplained``: share of the nominal model's wrong energy that the extended one
-    leaves; ``drawn``: the NRMSE of the nominal model as it is.
+    leaves; ``drawn``: the NRMSE of the nominal model as it is; ``by_chance``: whether a perfect model may have such
+    errors as it or the calibrated one.
     """
 
     calibrated: float
@@ -43,6 +44,7 @@ class Errors:
     floor: float
     unexplained: float
     drawn: float = inf
+    by_chance: bool = False
 
     @property
     def without(self) -> float:
@@ -82,7 +84,7 @@ def verdict_of(
     if errors.nothing_to_gain:
         return Verdict.NOTHING_WRONG, LISTED
     if not best.hypothesis.candidates and best.hypothesis.plant is base.hypothesis.plant:
-        calm = errors.without <= NEAR * errors.floor  # in recordings that were never fitted
+        calm = errors.by_chance or errors.without <= NEAR * errors.floor  # in recordings that were never fitted
         return Verdict.NOTHING_WRONG if calm and not significant else Verdict.UNEXPLAINED, LISTED
     wholly = min(share, errors.unexplained) < WHOLLY
     normal = deviation_of(best) <= ABNORMAL or _is_explained(best, all_causes, gauge, band)
