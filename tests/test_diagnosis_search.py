@@ -18,7 +18,7 @@ from hybrid.diagnosis.contest.pairs import asks_for_more, each_alone
 from hybrid.diagnosis.contest.posterior import posterior_of
 from hybrid.diagnosis.contest.recording_groups import asked_for
 from hybrid.diagnosis.contest.setting import setting_of
-from hybrid.diagnosis.contest.shortlist import foremost, promising
+from hybrid.diagnosis.contest.shortlist import foremost, most_promising_of_each_kind, promising
 from hybrid.diagnosis.contest.switching import acting_recordings, fit_switched
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.fitting import linearisation
@@ -317,6 +317,17 @@ def test_what_leads_a_ranking_from_the_drawn_structure_goes_on_whatever_its_firs
     monkeypatch.setattr(shortlist, "FOREMOST_DRAWN", 1)
     kept = [step.hypothesis.candidates[0].location["element"] for step in foremost(steps, odds)]
     assert kept == ([4, 2, 1] if drawn else [4])
+
+
+def test_beside_a_law_of_each_kind_the_most_promising_go_on() -> None:
+    dataset = blind_case(33021, BlindConfig()).dataset
+    still = np.zeros(plant_of(dataset).values)
+    mass, stiff = candidate(dataset, "added_mass", node=2), candidate(dataset, "stiffness_change", element=3)
+    few = [Screened(mass, (1.0,), gain, still) for gain in (3.0, 1.0)]
+    many = [Screened(stiff, (1.0,), float(gain), still, leads=gain == 5) for gain in range(20)]
+    kept = most_promising_of_each_kind([*few, *many])
+    assert [trial.gain for trial in kept if trial.candidate is mass] == [3.0, 1.0]
+    assert [trial.gain for trial in kept if trial.candidate is stiff] == [5.0, 19.0, 18.0, 17.0, 16.0, 15.0, 14.0, 13.0]
 
 
 def test_twice_as_many_go_on_of_those_that_are_ranked_by_their_modes() -> None:

@@ -12,7 +12,14 @@ from hybrid.diagnosis.contest.growing import CLOSE_ENOUGH, Ground, Lengths, cont
 from hybrid.diagnosis.contest.harmonic import fit_forces
 from hybrid.diagnosis.contest.neighbours import laws_beside, of_other_kinds
 from hybrid.diagnosis.contest.odds import Odds
-from hybrid.diagnosis.contest.shortlist import MOST_TIED, TIED, foremost, promising, with_others
+from hybrid.diagnosis.contest.shortlist import (
+    MOST_TIED,
+    TIED,
+    foremost,
+    most_promising_of_each_kind,
+    promising,
+    with_others,
+)
 from hybrid.diagnosis.contest.starts import best_start, starts_of
 from hybrid.diagnosis.fitting.far_off import factors_off
 from hybrid.diagnosis.fitting.fitting import Fit, Step, fit
@@ -54,14 +61,15 @@ def contest(
     others = tuple(candidate for candidate in candidates if candidate.key not in taken)
     is_frame = short.hypothesis.plant.kept is not None
     by_modes = modal_scan(base, others, gauge, short) if is_frame else []
-    ranked_by_modes = is_frame and not base.hypothesis.is_linear  # beside a law each takes a march of whole recordings
-    tested = screen(base, tuple(c for c in others if not (ranked_by_modes and c.turns_modes)), gauge)
+    beside_law = is_frame and not base.hypothesis.is_linear  # where each takes a march of whole recordings
+    tested = screen(base, tuple(c for c in others if not (beside_law and c.turns_modes)), gauge)
     screened = screen(short, others, gauge)
     ranked, scanned = [absorbed(base, others), screened, tested, by_modes], scan(short, others, gauge)
     advance()
-    trials = with_others(
-        promising(ranked, scanned, kept, odds), [*unseen(short, others, gauge), *_found_alone(short, alone)]
-    )
+    trials = promising(ranked, scanned, kept, odds)
+    if beside_law:
+        trials = most_promising_of_each_kind(trials)
+    trials = with_others(trials, [*unseen(short, others, gauge), *_found_alone(short, alone)])
 
     def begin(chosen: list[Screened], known: Fit | None = None) -> list[Fit]:
         return _begun(ground.hypothesis, short, chosen, gauge, odds, advance, known)

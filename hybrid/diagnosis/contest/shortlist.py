@@ -19,6 +19,8 @@ FOREMOST_DRAWN = 8  # besides, of those that start from the structure as drawn, 
 TIED = 10.0  # in the sum of squares, of values that each tell as much as one: that near, what comes next may decide
 MOST_TIED = 16  # of those that near the best
 KEPT_LAWS = 5  # force laws at most, of a screening's and of those after their first steps: they take far longer
+OF_A_KIND = 8  # beside a force law, where first steps take a second each; in blind frames the one that ends best has
+# been the first or second of its kind
 ALIKE = 3  # of these at most of one kind, which looks alike at all places near
 
 
@@ -55,10 +57,16 @@ def promising(ranked: list[list[Screened]], scanned: list[Screened], kept: int, 
     return list(chosen.values())
 
 
-def not_too_many_of_a_kind(trials: list[Screened]) -> list[Screened]:
-    """Return the first `ALIKE` of each kind."""
+def not_too_many_of_a_kind(trials: list[Screened], most: int = ALIKE) -> list[Screened]:
+    """Return the first trials of each kind, at most so many."""
     numbers = _numbered(trial.candidate.kind for trial in trials)
-    return [trial for trial, number in zip(trials, numbers, strict=True) if number <= ALIKE]
+    return [trial for trial, number in zip(trials, numbers, strict=True) if number <= most]
+
+
+def most_promising_of_each_kind(trials: list[Screened]) -> list[Screened]:
+    """Return those that promise most of each kind, what leads a ranking before all others."""
+    ranked = sorted(trials, key=lambda trial: (not trial.leads, -trial.gain))
+    return not_too_many_of_a_kind(ranked, OF_A_KIND)
 
 
 def with_others(chosen: list[Screened], others: list[Screened]) -> list[Screened]:
