@@ -6,7 +6,7 @@ from fe_models.dofs import FloatArray
 from hybrid.decays.lines import Lines, columns_of
 
 WINDOW = 5.0  # s: longer ones would ask for the phase of a frequency that moves by thousandths ...
-PERIODS = 10.0  # ... but no less than so many of the slowest line, or the shortest recording
+PERIODS = 2.0  # ... but no less than so many of the slowest line, or the shortest recording
 
 
 def window_of(lines: list[Lines], recordings: list[FloatArray], rate: float) -> int:

@@ -16,8 +16,8 @@ from fe_models.dofs import FloatArray
 ComplexArray = np.ndarray[tuple[int, ...], np.dtype[np.complex128]]
 
 LOWEST = 0.5  # Hz, or of the lowest natural frequency where that is less than 1 Hz: below are drifts
-APART = 0.3  # Hz, or a tenth of the lowest natural frequency, from a line that is there: nearer is the same one, whose
-# frequency moves while it decays
+APART = 0.3  # Hz, or a quarter of the lowest natural frequency, from a line that is there: nearer is the same one, as
+# frequencies move while motions decay
 FIRST_RATIO = 0.003  # damping ratio where the search begins
 MOST_RATIO = 0.2  # of a line: more is no vibration
 EVALUATIONS = 30
@@ -54,7 +54,7 @@ def lines_of(data: FloatArray, rate: float, first: float, highest: float, count:
 
     ``first``: the structure's lowest natural frequency, Hz, which tells what is a drift, and what one line.
     """
-    lowest, apart = min(LOWEST, LOWEST * first), min(APART, first / 10)
+    lowest, apart = min(LOWEST, LOWEST * first), min(APART, first / 4)
     window = np.hanning(len(data))[:, None]
     frequencies = np.fft.rfftfreq(len(data), 1 / rate)
     roots: ComplexArray = np.zeros(0, dtype=complex)
