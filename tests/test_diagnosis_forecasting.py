@@ -30,7 +30,7 @@ from hybrid.diagnosis.fitting.forecasting import (
 from hybrid.diagnosis.fitting.initial_states import initial_states, precision_of
 from hybrid.diagnosis.nominal.plant import plant_of
 from hybrid.diagnosis.recorded.gauge import Gauge, View
-from hybrid.diagnosis.recorded.records import batches_of
+from hybrid.diagnosis.recorded.records import Batch, batches_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.marching import respond
 from hybrid.diagnosis.response.state_space import system_of
@@ -225,3 +225,21 @@ def test_initial_states_are_known_beforehand_at_any_phase(count: int) -> None:
     square = np.mean(np.einsum("rs,st,rt->r", *(lambda x: (x, precision_of(spread), x))(drawn(2000))))
     wider = (student(2 * count).ppf(0.99) / norm.ppf(0.99)) ** 2
     assert square == pytest.approx(8 / wider, rel=0.05)  # eight entries, of variance one each if they were normal
+
+
+def test_errors_of_a_perfect_model_scatter_as_it_is_told() -> None:
+    """Noise and initial states that are drawn as the model knows them, 300 recordings one by one."""
+    rng = np.random.default_rng(5)
+    hypothesis = with_causes(chain())
+    theta = np.zeros(hypothesis.nuisances)
+    model = Model(hypothesis, theta, 0.01 * np.eye(hypothesis.states))
+    states = 0.1 * rng.standard_normal((300, hypothesis.states))
+    clean = respond(system_of(hypothesis, theta[None], GAUGE.readout), states[None], 100)[0]
+    data = clean + NOISE * rng.standard_normal(clean.shape)
+    found = [forecast(model, (Batch(one[None], ("r",)),), VIEW) for one in data]
+    off = np.array([(item.energy - item.floor_energy) / item.chance for item in found])
+    assert abs(off.mean()) < 3 / np.sqrt(300)
+    assert off.std() == pytest.approx(1.0, abs=0.15)  # three of its own standard deviations, of squares of few states
+    assert np.mean([item.is_perfect for item in found]) > 0.97  # beyond three, sums of few squares are 0.3 to 1.5 %
+    softer = replace(model, theta=np.append(-1.5, theta[1:]))  # one spring, to a quarter
+    assert not forecast(softer, (Batch(data, ("r",) * 300),), VIEW).is_perfect

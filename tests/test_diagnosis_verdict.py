@@ -120,3 +120,12 @@ def test_a_weak_cause_next_to_the_one_named_makes_it_less_sure(other: int, liste
 
     errors, fits = Errors(3.0, 1.0, 1.0, 0.0), (with_masses(2), with_masses(2, other), with_masses())
     assert verdict_of(*fits, setting.gauge, setting.band, errors) == (Verdict.EXPLAINED, listed)
+
+
+@pytest.mark.parametrize(("by_chance", "found"), [(True, Verdict.NOTHING_WRONG), (False, Verdict.UNEXPLAINED)])
+def test_errors_that_initial_states_may_make_by_chance_are_nothing_wrong(by_chance: bool, found: Verdict) -> None:
+    sensors = tuple(Sensor(f"a{node}", node, "y", "acceleration", "m/s^2") for node in (2, 4, 5))
+    setting = setting_of(vibrations(beam(), beam(), sensors, 3))
+    errors = Errors(1.3, 1.3, 1.0, 0.02, by_chance=by_chance)  # times the floor
+    base = setting.short
+    assert verdict_of(base, base, base, setting.gauge, setting.band, errors)[0] is found

@@ -18,8 +18,8 @@ NEAR = 1.15  # times the noise floor: as near as a model that is off by its unce
 PARTLY = 0.5  # of it: beyond, nothing is
 ABNORMAL = 4.0  # stated standard deviations: a calibration that far off takes the place of something else that is wrong
 LISTED = 0.85  # probability that the list has what is wrong, where something significant is left or two causes adjoin;
-LISTED_IN_PART = 0.25  # and where a part only is explained: of 69 names in such blind cases 21 were right, none of
-# them where what was hidden is not on the list, most where it is one of two causes
+LISTED_IN_PART = 0.25  # and where a part only is explained: in blind cases such a name is wrong where what was hidden
+# is not on the list, and mostly right where it is one of two causes
 
 
 class Verdict(Enum):
