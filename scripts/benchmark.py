@@ -83,6 +83,14 @@ def main(
     ] = "alike",
     changed: Annotated[int, typer.Option(min=0, help="With --blind: recordings made before the last effect.")] = 0,
     step: Annotated[float | None, typer.Option(min=1e-6, help="With --blind: time steps of the bridge, s.")] = None,
+    train: Annotated[
+        int | None,
+        typer.Option(min=1, help="With --blind: training recordings. [default: 9 of the chain, 3 of the bridge]"),
+    ] = None,
+    sensors: Annotated[
+        int | None,
+        typer.Option(min=1, help="With --blind: measured sensors, drawn. [default: 4 of the chain, 7 of the bridge]"),
+    ] = None,
     peers: Annotated[bool, typer.Option(help="With --blind: have the peers answer, too.")] = True,
     jobs: Annotated[int, typer.Option(min=1, help="With --blind or --rates: processes, one thread each.")] = 1,
     only: Annotated[list[Section] | None, typer.Option(help="This section only. Repeat for more.")] = None,
@@ -108,6 +116,7 @@ def main(
     with bad_input_exits():
         if blind is not None:
             config = BlindConfig(off=off, noise=noise, noisy=noisy, changed=changed, structure=structure, step=step)
+            config = replace(config, train=train, measured=sensors)
             cases = tasks(blind, seed, kinds.split(",") if kinds else words_of(structure), config)
             run_blind(cases, tuple(PEERS) if peers else (), jobs, off, out)
             return

@@ -183,12 +183,13 @@ def test_pictures_are_drawn(tmp_path: Path) -> None:
 def test_the_script_writes_and_prints_what_it_finds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def quick(task: Task, peers: tuple[str, ...]) -> BlindResult:
         assert peers == tuple(cases.PEERS)
+        assert (task.config.train, task.config.measured) == (2, 3)
         found = diagnosis(EXPLAINED, finding(CUBIC, 0.99))
         return result(case_of(CUBIC), found, answer(CUBIC), task.seed, task.config)
 
     monkeypatch.setattr(cases, "done", quick)
     options = ["--blind", "2", "--seed", "7", "--kinds", "cubic_spring", "--off", "--out", str(tmp_path)]
-    ran = CliRunner().invoke(app, options)
+    ran = CliRunner().invoke(app, [*options, "--train", "2", "--sensors", "3"])
     assert ran.exit_code == 0, ran.output
     assert "| kind and place right, first | 100 % (2/2) |" in ran.output
     content = json.loads((tmp_path / "blind.json").read_text())

@@ -23,6 +23,7 @@ from fe_models.files.recording_checks import check_data
 from fe_models.four_dof import four_dof
 from fe_models.modes import natural_modes
 from fe_models.nominal import nominal_modes
+from fe_models.sensor_effects import SensorGain
 from fe_models.simulate import FreeConfig, simulate_free
 from fe_models.structure import Beam, Cable, Damping
 from fe_models.time_integration import TimeIntegration, root
@@ -224,6 +225,19 @@ def test_a_saved_case_is_read_back_and_its_truth_lies_apart(tmp_path: Path) -> N
     assert truth["recordings"] == ["r01", "r02"]
 
 
+@pytest.mark.parametrize("config", [replace(SHORT, measured=2), BlindConfig(train=2, test=1, measured=2)])
+@pytest.mark.parametrize("seed", range(3))
+def test_a_hidden_fault_is_in_one_of_the_sensors_that_there_are(config: BlindConfig, seed: int) -> None:
+    case = blind_case(seed, replace(config, kinds=("sensor_gain",)))
+    (fault,) = case.truth
+    sensors = case.dataset.sensors
+    assert isinstance(fault, SensorGain)
+    assert [sensor.role for sensor in sensors].count("measured") == 2
+    assert fault.sensor in [sensor.name for sensor in sensors if sensor.role == "measured"]
+    assert len([sensor for sensor in sensors if sensor.role == "held_out"]) == 1
+    assert all(recording.data.shape[-1] == 3 for recording in case.dataset.recordings)
+
+
 def test_unknown_wishes_are_refused() -> None:
     with pytest.raises(InputError, match="kinds rust are unknown"):
         blind_case(0, replace(SHORT, kinds=("rust",)))
@@ -231,5 +245,7 @@ def test_unknown_wishes_are_refused() -> None:
         blind_case(0, BlindConfig(("axial_force",)))
     with pytest.raises(InputError, match="changed = 3; expected 0 to 1"):
         blind_case(0, replace(SHORT, changed=3))
+    with pytest.raises(InputError, match="measured = 5; expected 1 to 4, the sensors of four_dof"):
+        blind_case(0, BlindConfig(measured=5))
     with pytest.raises(InputError, match="expected a divisor of 500 Hz"):
         blind_case(0, replace(SHORT, sampling_rate=130.0))

@@ -16,7 +16,7 @@ from fe_models.blind.bridge_truth import (
     off_by_uncertainty,
     scattered,
 )
-from fe_models.blind.case import BlindCase, BlindConfig, as_recorded
+from fe_models.blind.case import BlindCase, BlindConfig, as_recorded, sensors_of
 from fe_models.bridge import bridge
 from fe_models.dofs import FloatArray
 from fe_models.effects import Cause, Effect
@@ -24,7 +24,7 @@ from fe_models.errors import InputError
 from fe_models.files.bridge_recordings import LOWPASS, bridge_sensors
 from fe_models.measurement import lowpassed
 from fe_models.modes import natural_modes
-from fe_models.recordings import Uncertainty
+from fe_models.recordings import Sensor, Uncertainty
 
 SENSORS = bridge_sensors("A2", "m/s^2")
 WEIGHTS = (1.0, 3.0)  # N: 3 N at mid-span are 2 mm
@@ -41,7 +41,8 @@ def bridge_case(seed: int, config: BlindConfig) -> BlindCase:
         raise InputError(f"sampling_rate = {campaign.sampling_rate:g} Hz; expected a divisor of {OUTPUT_RATE:g} Hz")
     rng = np.random.default_rng(seed)
     design = bridge()
-    starts, scene = _calm(config, rng)
+    sensors = sensors_of(SENSORS, config, rng)
+    starts, scene = _calm(config, sensors, rng)
     causes: list[Cause] = []
     for kind in config.hidden:
         cause = draw_cause(kind, scene, rng, config.size)
@@ -61,7 +62,7 @@ def bridge_case(seed: int, config: BlindConfig) -> BlindCase:
 
     def recorded(which: slice, changed: bool) -> FloatArray:
         truth = Truth(built.with_effects(*(effects if changed else lasting)), ratios, config.rich, config.step)
-        shown = motion_at(truth, starts[which], SENSORS, campaign.duration, MARGIN, more if changed else (), LOWPASS)
+        shown = motion_at(truth, starts[which], sensors, campaign.duration, MARGIN, more if changed else (), LOWPASS)
         every = round(OUTPUT_RATE / campaign.sampling_rate)
         first = round(MARGIN * OUTPUT_RATE) - LATEST * every
         filtered = np.stack([lowpassed(part, OUTPUT_RATE, LOWPASS) for part in shown])
@@ -70,10 +71,12 @@ def bridge_case(seed: int, config: BlindConfig) -> BlindCase:
     clean = recorded(slice(config.changed, None), changed=True)
     if config.changed:
         clean = np.concatenate([recorded(slice(config.changed), changed=False), clean])
-    return as_recorded(design, SENSORS, clean, tuple(causes), config, rng, LOWPASS, LATEST)
+    return as_recorded(design, sensors, clean, tuple(causes), config, rng, LOWPASS, LATEST)
 
 
-def _calm(config: BlindConfig, rng: np.random.Generator) -> tuple[tuple[Start, ...], Scene]:
+def _calm(
+    config: BlindConfig, sensors: tuple[Sensor, ...], rng: np.random.Generator
+) -> tuple[tuple[Start, ...], Scene]:
     """Return how each recording begins, and the drawn bridge moving so."""
     design = bridge().without_prestress()
     model = linearise(design)
@@ -86,4 +89,4 @@ def _calm(config: BlindConfig, rng: np.random.Generator) -> tuple[tuple[Start, .
     states = [modal_state(modal, start, LOWPASS) for start in starts]
     q, p = (np.stack(part, axis=-1)[:MOVING] for part in zip(*states, strict=True))
     time = np.arange(config.campaign.samples) / config.campaign.sampling_rate
-    return tuple(starts), Scene(design, model, modal, free_motion(modal, q, p, time), SENSORS)
+    return tuple(starts), Scene(design, model, modal, free_motion(modal, q, p, time), sensors)

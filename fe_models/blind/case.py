@@ -8,7 +8,7 @@ import numpy as np
 
 from fe_models.dofs import BoolArray, FloatArray
 from fe_models.effects import Cause
-from fe_models.errors import raise_faults
+from fe_models.errors import InputError, raise_faults
 from fe_models.measurement import lowpassed
 from fe_models.recordings import Assumptions, Dataset, Recording, Sensor, Uncertainty
 from fe_models.sensor_effects import SensorDelay, SensorEffect
@@ -71,9 +71,10 @@ class BlindConfig:
     "unfiltered", come after the low-pass. ``size``: from 0, barely detectable, to 1, large; None draws it. ``changed``:
     number of training recordings made before the last of the kinds came; those before it act in all of them.
     ``train``, ``test``, ``duration`` (s) and ``sampling_rate`` (Hz): see `Campaign`; None leaves them to the
-    ``structure``'s `CAMPAIGNS`. ``rich``, of the bridge alone: the truth is geometrically nonlinear, on a finer mesh,
-    and all its parts differ a little from the drawing; without, it is the diagnosis' own linear model plus what is
-    hidden. ``step`` (s), of the bridge alone: its frequencies are those of Newmark's method in such steps; None: exact.
+    ``structure``'s `CAMPAIGNS`. ``measured``: how many of its measured sensors there are, drawn; None: all. ``rich``,
+    of the bridge alone: the truth is geometrically nonlinear, on a finer mesh, and all its parts differ a little from
+    the drawing; without, it is the diagnosis' own linear model plus what is hidden. ``step`` (s), of the bridge alone:
+    its frequencies are those of Newmark's method in such steps; None: exact.
     """
 
     kinds: tuple[str, ...] = ()
@@ -85,6 +86,7 @@ class BlindConfig:
     test: int | None = None
     duration: float | None = None
     sampling_rate: float | None = None
+    measured: int | None = None
     changed: int = 0
     structure: Literal["four_dof", "bridge"] = "four_dof"
     rich: bool = True
@@ -130,6 +132,19 @@ class BlindCase:
     outside: tuple[str, ...]
     recordings: tuple[str, ...]
     clean: FloatArray
+
+
+def sensors_of(every: tuple[Sensor, ...], config: BlindConfig, rng: np.random.Generator) -> tuple[Sensor, ...]:
+    """Return those of ``every`` sensor that a case has: as many measured ones as wanted, drawn, and those held out."""
+    if config.measured is None:
+        return every
+    measured = [sensor for sensor in every if sensor.role == "measured"]
+    if not 1 <= config.measured <= len(measured):
+        raise InputError(
+            f"measured = {config.measured}; expected 1 to {len(measured)}, the sensors of {config.structure}"
+        )
+    kept = set(rng.choice([sensor.name for sensor in measured], size=config.measured, replace=False))
+    return tuple(sensor for sensor in every if sensor.role != "measured" or sensor.name in kept)
 
 
 def check_config(config: BlindConfig) -> None:

@@ -13,7 +13,7 @@ from scipy.linalg import eigh
 from scipy.sparse import csr_array
 
 from fe_models.assembly import linearise
-from fe_models.blind.case import BlindCase, BlindConfig, as_recorded
+from fe_models.blind.case import BlindCase, BlindConfig, as_recorded, sensors_of
 from fe_models.blind.outside import DriftingSpring, HystereticSpring
 from fe_models.damping import full_damping
 from fe_models.dofs import FloatArray
@@ -77,14 +77,14 @@ SHARPEST = 0.5  # kg: largest dashpot that a law is at rest, times the step; mas
 def chain_case(seed: int, config: BlindConfig) -> BlindCase:
     """Return the case of a seed: everything random in it comes from there."""
     rng = np.random.default_rng(seed)
-    design = four_dof()
+    design, sensors = four_dof(), sensors_of(SENSORS, config, rng)
     state = rng.standard_normal((2, config.campaign.count, len(design.nodes)))  # m and m/s
     calm = _motion(design, (), state, config, (), rng)
     causes: list[Cause] = []
     for kind in config.hidden:
-        cause = draw_cause(kind, calm, rng, config.size)
+        cause = draw_cause(kind, calm, rng, config.size, sensors)
         while any(cause.location == other.location and cause.kind == other.kind for other in causes):
-            cause = draw_cause(kind, calm, rng, config.size)
+            cause = draw_cause(kind, calm, rng, config.size, sensors)
         causes.append(cause)
     effects = tuple(cause for cause in causes if isinstance(cause, Effect))
     built = _off(design, rng) if config.off else design
@@ -96,11 +96,13 @@ def chain_case(seed: int, config: BlindConfig) -> BlindCase:
         acts = config.affected[:, None, None]
         parts = [np.where(acts, a, b) for a, b in zip(_parts(motion), _parts(before), strict=True)]
         motion = replace(motion, displacement=parts[0], velocity=parts[1], acceleration=parts[2])
-    clean = np.stack([motion.channel(s.node, s.direction, s.quantity) for s in SENSORS], axis=-1)
-    return as_recorded(design, SENSORS, clean, tuple(causes), config, rng)
+    clean = np.stack([motion.channel(s.node, s.direction, s.quantity) for s in sensors], axis=-1)
+    return as_recorded(design, sensors, clean, tuple(causes), config, rng)
 
 
-def draw_cause(kind: str, calm: Response, rng: np.random.Generator, size: float | None) -> Cause:
+def draw_cause(
+    kind: str, calm: Response, rng: np.random.Generator, size: float | None, sensors: tuple[Sensor, ...] = SENSORS
+) -> Cause:
     """Return a cause of that ``kind`` at a random place; ``calm``: the motion without it, which gives scales."""
     least, most = SIZES[kind]
     share = rng.uniform() if size is None else size
@@ -110,7 +112,8 @@ def draw_cause(kind: str, calm: Response, rng: np.random.Generator, size: float 
     u = calm.channel(nodes[-1], "x", "displacement") - (
         calm.channel(nodes[0], "x", "displacement") if len(nodes) == 2 else 0.0
     )
-    sensor = SENSORS[int(rng.integers(0, 4))]
+    measured = [sensor for sensor in sensors if sensor.role == "measured"]
+    sensor = measured[int(rng.integers(0, len(measured)))]
     channel = calm.channel(sensor.node, "x", sensor.quantity)
     mass = {1: 1.0, 2: 2.0, 3: 3.0, 4: 4.0}[node]
     match kind:
