@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fe_models.effects import CubicSpring, Effect, PointDamper
+from fe_models.effects import CubicSpring, Effect, HarmonicForce, PointDamper
 from fe_models.recordings import Dataset
 from fe_models.sensor_effects import SensorGain
 from hybrid.diagnosis.contest.growing import ground_of, padded
@@ -19,6 +19,7 @@ from tests.masts import RATE, SENSORS, masts, recorded
 SPRING = CubicSpring((3,), "x", 5e7)
 DAMPER = PointDamper((5,), "x", 400.0)
 WEAK = CubicSpring((3,), "x", 5e6)
+MACHINE = HarmonicForce(6, "x", 5.0, 2.0, 0.3)
 FAULT = SensorGain(SENSORS[0].name, 0.98)
 NAMES = [sensor.name for sensor in SENSORS]
 
@@ -64,6 +65,17 @@ def test_weak_law_is_promised_alone_and_beside_a_cause(beside: tuple[Effect, ...
     law = best.hypothesis.candidates[-1]
     assert (law.kind, law.location) == (WEAK.kind, WEAK.location)
     assert best.theta[-1] == pytest.approx(WEAK.stiffness, abs=3 * np.sqrt(best.covariance[-1, -1]))
+
+
+@pytest.mark.parametrize(("effect", "size"), [(SPRING, 5e7), (DAMPER, 400.0)])
+def test_machine_is_promised_beside_a_cause(effect: Effect, size: float) -> None:
+    """Near a natural frequency: segments, which begin anew, hide it, and whole recordings do not."""
+    search, fits = searched(recorded(masts(), effect, MACHINE), effect, size)
+    assert not search.is_enough(fits[-1])
+    best = min(search.promised(fits), key=lambda item: item.cost)
+    kinds = [(c.kind, c.location) for c in best.hypothesis.candidates]
+    assert kinds == [(effect.kind, effect.location), (MACHINE.kind, MACHINE.location)]
+    assert best.theta[-1] == pytest.approx(MACHINE.frequency, abs=3 * np.sqrt(best.covariance[-1, -1]))
 
 
 def test_cause_that_is_left_out_of_a_recording_is_fitted_in_all_of_them_too() -> None:

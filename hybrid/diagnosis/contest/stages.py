@@ -11,6 +11,7 @@ from hybrid.diagnosis.contest.changes import changed, changes_beside, groups_in
 from hybrid.diagnosis.contest.discrepancy import in_units_of
 from hybrid.diagnosis.contest.effort import effort_of
 from hybrid.diagnosis.contest.growing import Ground, Lengths, fit_growing, padded, shortened
+from hybrid.diagnosis.contest.harmonic import fit_forces
 from hybrid.diagnosis.contest.neighbours import fits_beside, fits_tied, looks_wrong
 from hybrid.diagnosis.contest.odds import Odds
 from hybrid.diagnosis.contest.pairs import (
@@ -119,8 +120,8 @@ class Search:
         a single one where no second one was looked for, or alone where none was.
 
         A search takes a minute of a frame, and what is left may be too little to ask for one among all the noise. What
-        a weak cause promises to first order, no harmonic force, is told at once; in other recordings it may be all that
-        matters.
+        a weak cause promises to first order is told at once; in other recordings it may be all that matters. Harmonic
+        forces beside a cause, of which segments tell nothing, where something beside it could matter.
         """
         best = self.posterior(fits).fits[0]
         causes = best.hypothesis.candidates
@@ -144,8 +145,10 @@ class Search:
             hypothesis = best.hypothesis.adding(trial.candidate)
             return fit(hypothesis, trial.theta(best), best.batches, self.gauge, padded(best, hypothesis))
 
-        found = side_by_side(fitted, trials[:PROMISING])
-        return [item for item in found if item is not None]
+        found = [item for item in side_by_side(fitted, trials[:PROMISING]) if item is not None]
+        if causes and not self.is_enough(best):
+            found += fit_forces(best, others, found, self.gauge, self._hears("what is promised"))
+        return found
 
     def in_groups(self, fits: list[Fit]) -> list[Fit]:
         """Return fits of two causes where one of those found acts in some recordings only, which tells these apart.
