@@ -18,6 +18,7 @@ from hybrid.diagnosis.response.loaded import loaded_size
 from hybrid.diagnosis.response.marching import respond
 from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.response.system import drifted, is_defective, observability
+from hybrid.tiny import TINY
 
 SHOWN = 0.2  # of each recording: what its initial state is estimated from
 ORDERLY = 6.0  # in a cost: 2 log 20, as one of twenty recordings is not as those before and after it are
@@ -26,7 +27,6 @@ ROUNDS = 3  # of taking away what geometry adds to a motion, which tells what it
 SURELY = 0.99  # of new initial states: that share of either side lies within what is known of them beforehand
 SURE = 3.0  # standard deviations of what errors are by chance
 LEAST = 1e-6  # of the largest initial state of its unit: what is known of each beforehand
-TINY = 1e-300  # instead of nothing
 
 
 @dataclass(frozen=True)

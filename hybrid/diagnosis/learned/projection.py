@@ -11,8 +11,8 @@ from fe_models.effects.base import ForceLaw
 from fe_models.structure import Direction
 from hybrid.diagnosis.causes.force_causes import CREEP, REACHES
 from hybrid.diagnosis.learned.learning import PlaceForce
+from hybrid.tiny import TINY
 
-TINY = 1e-300  # instead of a division by zero
 ANYWHERE: tuple[tuple[int], Direction] = (1,), "x"  # a law's place, of which its force knows nothing
 
 

@@ -5,11 +5,11 @@ import numpy as np
 from fe_models.dofs import FloatArray
 from hybrid.diagnosis.nominal.modal_plant import pairs
 from hybrid.diagnosis.nominal.plant import Plant
+from hybrid.tiny import TINY
 
 TOLD = 5e-4  # of a frequency, of a damping ratio of 1, of a MAC of 1: smaller differences are not worth a word
 COUPLED = 0.01  # of the product of two modes' own damping: the square of what dashpots add between them, told beyond
 ROUNDING = 1e-12  # of the most damped mode's: what an undamped one is taken to have
-TINY = 1e-300  # of a mode's damping: instead of a division by zero
 
 
 def difference(plant: Plant, modal: Plant) -> str:

@@ -16,9 +16,9 @@ from fe_models.recordings import Dataset
 from fe_models.structure import Structure
 from hybrid.diagnosis.nominal.plant import CERTAIN, Plant
 from hybrid.diagnosis.nominal.scatter import NONE
+from hybrid.tiny import TINY
 
 DEPENDENT = 1e-6  # of the most that a degree of freedom moves: the last that tells unit shapes apart must by itself
-TINY = 1e-300  # of a shape's length: instead of a division by zero
 
 
 def modal_plant(plant: Plant, dataset: Dataset) -> Plant | None:

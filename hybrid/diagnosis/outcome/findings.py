@@ -36,7 +36,7 @@ TOO_SOFT = "{place} is held by {stiffness} only, where the model holds it rigidl
 UNITS = {"1": "", "unit/s": " of its units a second"}  # in words, where the symbol does not say it
 
 OF_EACH = ("phase",)  # parameters of which each recording has its own
-TINY = 1e-6  # relative: the finite difference between a search's parameter and the reported one
+NUDGE = 1e-6  # relative: the finite difference between a search's parameter and the reported one
 
 
 @dataclass(frozen=True)
@@ -86,11 +86,11 @@ def cause_of(fit: Fit, number: int, temper: float) -> tuple[Cause, dict[str, Par
     cause = candidate.build(*values)
     deviations = {}
     for i, (word, error) in enumerate(zip(candidate.names, errors, strict=True)):
-        moved = candidate.build(*(value * (1 + TINY * (i == k)) for k, value in enumerate(values)))
+        moved = candidate.build(*(value * (1 + NUDGE * (i == k)) for k, value in enumerate(values)))
         if word not in cause.parameters:  # what only helps the search
             continue
         change = float(np.subtract(moved.parameters[word], cause.parameters[word]))
-        slope = change / (TINY * values[i]) if values[i] else 1.0
+        slope = change / (NUDGE * values[i]) if values[i] else 1.0
         deviations[word] = abs(slope) * error  # the search may use another measure than the report
     if isinstance(cause, HarmonicForce):
         found_wave = wave(fit, number)

@@ -4,13 +4,14 @@ import numpy as np
 
 from fe_models.dofs import FloatArray
 from hybrid.diagnosis.contest.posterior import of_candidate, rivals_of
-from hybrid.diagnosis.fitting.forecasting import TINY, Model
+from hybrid.diagnosis.fitting.forecasting import Model
 from hybrid.diagnosis.outcome.acting import recordings_of
 from hybrid.diagnosis.outcome.findings import Alternative, Finding, cause_of, is_held, reported_location, sentence_of
 from hybrid.diagnosis.outcome.forecasts import share
 from hybrid.diagnosis.outcome.ruling import Ruling
 from hybrid.diagnosis.outcome.simulation import modal_finding
 from hybrid.diagnosis.recorded.motions import motions_of
+from hybrid.tiny import TINY
 
 RIVALS = 0.005  # least probability of an alternative that is told
 SUREST = 0.999  # no probability is said to be more

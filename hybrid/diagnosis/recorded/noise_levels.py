@@ -13,10 +13,10 @@ import numpy as np
 from fe_models.dofs import FloatArray
 from hybrid.diagnosis.recorded.noise import BY_CHANCE, Band, noise_of_recordings, variance_told
 from hybrid.diagnosis.recorded.records import Batch
+from hybrid.tiny import TINY
 
 SPARED = 20  # one value in so many may be astray where noise goes with motion
 FAR = 4.0  # standard deviations off: such a value
-TINY = 1e-300  # instead of the logarithm of zero
 
 
 class Pattern(Enum):

@@ -13,9 +13,9 @@ from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.reduction import eigenmodes
 from hybrid.diagnosis.response.state_space import system_of
+from hybrid.tiny import TINY
 
 FREQUENCY, SHAPE = 3e-4, 0.01  # relative errors besides: of first order, in factors that are off by a few deviations
-TINY = 1e-300
 
 
 @dataclass(frozen=True)
