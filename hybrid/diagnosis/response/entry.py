@@ -12,6 +12,15 @@ from hybrid.diagnosis.response.reduced import Reduced
 from hybrid.diagnosis.response.system import Entry
 
 
+def at_once(picked: FloatArray, feed: FloatArray, sensors: tuple[Sensor, ...]) -> FloatArray:
+    """Return what ``sensors`` show of forces before anything has moved, (..., sensor, force): accelerations.
+
+    ``picked`` (..., sensor, mode): the shapes there; ``feed`` (..., mode, force): the acceleration of each mode.
+    """
+    pushed = of_each_quantity(sensors)[2]
+    return np.where(pushed[:, None], picked @ feed, 0.0)
+
+
 def entry_of(
     places: tuple[ForcePlace, ...],
     pulls: FloatArray,
@@ -30,6 +39,5 @@ def entry_of(
     n, rows = reduced.mass.shape[1], plant.rows(sensors)
     feed = np.zeros((len(inverse), 2 * n, len(pulls)))
     feed[:, n:] = reduced.feed(list(pulls), inverse)
-    kinds = of_each_quantity(sensors)
-    direct = np.where(kinds[2][:, None], rows @ reduced.shapes @ feed[:, n:], 0.0)
-    return Entry(places, feed, direct, kinds[..., None] * (rows @ bent), laws @ bent)
+    direct = at_once(rows @ reduced.shapes, feed[:, n:], sensors)
+    return Entry(places, feed, direct, of_each_quantity(sensors)[..., None] * (rows @ bent), laws @ bent)

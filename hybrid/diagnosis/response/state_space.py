@@ -10,7 +10,7 @@ from fe_models.sensor_effects import SensorDelay, SensorDrift, SensorGain
 from fe_models.time_integration import TimeIntegration
 from hybrid.diagnosis.recorded.readout import Readout
 from hybrid.diagnosis.response.dashpots import with_trailing
-from hybrid.diagnosis.response.entry import entry_of
+from hybrid.diagnosis.response.entry import at_once, entry_of
 from hybrid.diagnosis.response.forces import force_of, law_in_motion
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.reduced import Reduced
@@ -59,7 +59,7 @@ def system_of(hypothesis: Hypothesis, theta: FloatArray, readout: Readout) -> Sy
         seen[:, displaced, first] += shown[displaced]
         seen[:, moved, first + 1] += omega * shown[moved]
         seen[:, pushed, first] -= omega**2 * shown[pushed]
-    direct = np.where(pushed[:, None], picked @ feed, 0.0)
+    direct = at_once(picked, feed, readout.sensors)
     forces = tuple(force for _, force in laws)
     gain, delay, slope = _faults(hypothesis, theta, readout.positions)
     loads = _loads(hypothesis, reduced, inverse, readout.sensors, [pull for pull, _ in laws])

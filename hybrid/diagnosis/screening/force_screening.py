@@ -8,6 +8,7 @@ from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.fitting.linearisation import linearise_batch
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.spectra import WIDTH, combination_lines, energy_near
+from hybrid.diagnosis.response.entry import at_once
 from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.screening.screening import Screened
 
@@ -31,7 +32,6 @@ def screen_forces(fit: Fit, candidates: tuple[Candidate, ...], gauge: Gauge) -> 
     n = hypothesis.size
     reduced = hypothesis.reduced(fit.theta[None])
     inverse = np.linalg.inv(reduced.mass)
-    accelerations = np.array([sensor.quantity == "acceleration" for sensor in gauge.sensors])
     longest = max(batch.samples for batch in fit.batches)
     count = longest * FREQUENCIES_A_LINE
     trials = np.arange(FREQUENCIES_A_LINE, count // 2) * gauge.rate / count
@@ -39,7 +39,7 @@ def screen_forces(fit: Fit, candidates: tuple[Candidate, ...], gauge: Gauge) -> 
     feed = np.stack([reduced.fed(pull, inverse)[0] for pull in pulls], axis=1)  # (mode, place)
     B = np.zeros((2 * n, len(forces)))  # the structure's own states: at another force's frequency its own are singular
     B[n:] = feed
-    D = np.where(accelerations[:, None], hypothesis.plant.rows(gauge.sensors) @ reduced.shapes[0] @ feed, 0.0)
+    D = at_once(hypothesis.plant.rows(gauge.sensors) @ reduced.shapes[0], feed, gauge.sensors)
     omega = 2j * np.pi * trials[:, None, None]
     pushed = np.broadcast_to(B, (len(trials), *B.shape))
     A, C = system.A[0, : 2 * n, : 2 * n], system.C[0, :, : 2 * n]

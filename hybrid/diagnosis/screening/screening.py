@@ -16,6 +16,7 @@ from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.fitting.linearisation import Linearisation, inside, linearise_batch
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import Batch
+from hybrid.diagnosis.response.entry import at_once
 from hybrid.diagnosis.response.forces import force_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.marching import respond
@@ -235,9 +236,8 @@ def _law_response(
     moved = np.linalg.solve(reduced.mass[0], pull)
     feed = np.zeros(hypothesis.states)
     feed[n : 2 * n] = moved
-    accelerations = np.array([sensor.quantity == "acceleration" for sensor in gauge.sensors])
-    picked = hypothesis.plant.rows(gauge.sensors) @ reduced.shapes[0] @ moved
-    direct = np.where(accelerations, picked, 0.0) * system.gain[0]
+    picked = hypothesis.plant.rows(gauge.sensors) @ reduced.shapes[0]
+    direct = at_once(picked, moved[:, None], gauge.sensors)[:, 0] * system.gain[0]
     return driven(form, 0, feed, direct, force, system)
 
 
