@@ -9,6 +9,7 @@ from hybrid.diagnosis.fitting.left_over import left
 from hybrid.diagnosis.outcome.calibration import astray, dispersion_of, far_off
 from hybrid.diagnosis.outcome.findings import Finding, at_place, place_words
 from hybrid.diagnosis.outcome.materiality import weak
+from hybrid.diagnosis.outcome.mounting import mounting_of
 from hybrid.diagnosis.outcome.rest import rest_of
 from hybrid.diagnosis.outcome.ruling import Ruling
 from hybrid.diagnosis.outcome.simulation import modal_notes
@@ -94,7 +95,8 @@ def _rest(ruling: Ruling, shown: Shown) -> list[str]:
     gauge = ruling.evidence.gauge
     if not wanting or not left(ruling.told, gauge, ruling.setting.band).significant:
         return []
-    return [rest_of(ruling.told, shown.observed.frequencies, gauge)]
+    mounted = mounting_of(ruling.evidence.base, gauge)
+    return [rest_of(ruling.told, shown.observed.frequencies, gauge), *([] if mounted is None else [mounted])]
 
 
 def _unseen(ruling: Ruling) -> list[str]:

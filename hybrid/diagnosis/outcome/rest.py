@@ -13,6 +13,7 @@ from hybrid.diagnosis.recorded.spectra import energy_near
 MUCH = 0.2  # of what is left: a channel or mode that has less is not told
 SEVERAL = 2.0  # times its part of all values: a recording that has more stands out
 MOST = 0.5  # of what is left: those that stand out must have more
+STILL = "0 Hz (it does not swing about zero)"
 LATE = 2.0  # times as much of the motion's energy: what is left late, beside what is left early
 
 
@@ -28,8 +29,8 @@ def rest_of(item: Fit, frequencies: FloatArray, gauge: Gauge) -> str:
     names = np.array([sensor.name for sensor in gauge.sensors])
     told = [f"in {_most(np.asarray(by_channel), names)}"]
     if len(frequencies):
-        tones = np.array([f"{tone:.4g} Hz (mode {mode})" for mode, tone in enumerate(frequencies, 1)])
-        told.append(f"near {_most(energy_near(frequencies, rest, gauge.rate), tones)}")
+        tones = np.array([STILL, *(f"{tone:.4g} Hz (mode {mode})" for mode, tone in enumerate(frequencies, 1))])
+        told.append(f"near {_most(energy_near(np.append(0.0, frequencies), rest, gauge.rate), tones)}")
     told.append(_when(motion, rest))
     apart = _standing_out(item, rest)
     if apart:

@@ -13,12 +13,14 @@ WIDTH = 1.5  # of a recording's resolution: how far from its place a line may be
 def energy_near(frequencies: FloatArray, parts: tuple[FloatArray, ...], rate: float) -> FloatArray:
     """Return the shares (mode,) of energy nearest to each frequency (Hz).
 
-    ``parts`` (recording, time, sensor) in units of the noise, whose energy is taken off.
+    ``parts`` (recording, time, sensor) in units of the noise, whose energy is taken off; so are means, where none of
+    the frequencies is zero.
     """
     found = np.zeros(len(frequencies))
     for part in parts if len(frequencies) else ():  # below a low-pass there may be none
         window = np.hanning(part.shape[1])[:, None]
-        power = (np.abs(np.fft.rfft((part - part.mean(axis=1, keepdims=True)) * window, axis=1)) ** 2).sum(axis=(0, 2))
+        mean = part.mean(axis=1, keepdims=True) if np.all(frequencies) else 0.0
+        power = (np.abs(np.fft.rfft((part - mean) * window, axis=1)) ** 2).sum(axis=(0, 2))
         power -= np.sum(window**2) * part.shape[0] * part.shape[2]
         nearest = np.abs(np.fft.rfftfreq(part.shape[1], 1 / rate)[:, None] - frequencies).argmin(axis=1)
         found += np.bincount(nearest, power, len(frequencies))
