@@ -76,6 +76,24 @@ def test_a_fault_of_a_csv_is_named(folder: Path, text: str, fault: str) -> None:
     assert_fault(faults_of(folder, ('"r1.npz"\nkey = "data"', '"r1.csv"')), fault)
 
 
+def csv_with(time: FloatArray) -> str:
+    """A recording of the three sensors with a column of ``time`` (sample,)."""
+    rows = np.column_stack([time, free_decay(1)[: len(time)]])
+    return "\n".join(["time,a2,a3,d3", *(",".join(f"{value:.6g}" for value in row) for row in rows)])
+
+
+def test_time_that_jumps_is_named(folder: Path) -> None:
+    """Lost samples, and a clock that begins again; times rounded to half a step are none."""
+    steady = np.arange(60) / 100
+    for name, time in (("lost", np.delete(steady, slice(20, 25))), ("again", steady % 0.3)):
+        (folder / "r1.csv").write_text(csv_with(time))
+        told = {"lost": "jumps from 0.19 to 0.25 s:", "again": "jumps from 0.29 to 0 s:"}
+        assert_fault(faults_of(folder, ('"r1.npz"\nkey = "data"', '"r1.csv"')), told[name])
+    (folder / "r1.csv").write_text(csv_with(np.round(steady + 0.002 * np.sin(50 * steady), 3)))
+    (folder / "dataset.toml").write_text(TOML.replace('"r1.npz"\nkey = "data"', '"r1.csv"'))
+    assert load_dataset(folder / "dataset.toml").recordings[0].data.shape[1] == len(steady)
+
+
 def test_a_time_step_that_contradicts_the_sampling_rate_is_named(folder: Path) -> None:
     savemat(folder / "r1.mat", {"acc": free_decay(1), "dt": 0.02})
     faults = faults_of(folder, ('"r1.npz"\nkey = "data"', '"r1.mat"\nkey = "acc"'))

@@ -8,6 +8,8 @@ from fe_models.dofs import FloatArray
 from fe_models.errors import InputError, raise_faults
 from fe_models.files.array_files import load_arrays, load_csv, pick_array
 
+JUMP = 0.5  # of a step: rounded times are off by less
+MOST_TOLD = 3  # jumps of time, each with its place
 STEP_TOLERANCE = 0.01  # a stored time step is often rounded to two or three digits
 STEP_NAME = "dt"
 TIME_COLUMN = "time"
@@ -58,10 +60,21 @@ def _load_recording_csv(path: Path, sensors: list[str], sampling_rate: float | N
     faults += [f"{path}: there is no column for sensor {name!r}" for name in sensors if name not in header]
     faults += [f"{path}: column {name!r} appears twice" for name in sorted(set(header)) if header.count(name) > 1]
     if TIME_COLUMN in header and TIME_COLUMN not in sensors and len(values) > 1:
-        step = float(np.median(np.diff(values[:, header.index(TIME_COLUMN)])))
+        time = values[:, header.index(TIME_COLUMN)]
+        step = float(np.median(np.diff(time)))
         faults += _step_faults(step, sampling_rate, f"{path}: the step of its column {TIME_COLUMN!r}")
+        faults += _jump_faults(time, step, path)
     raise_faults(faults)
     return values[None][:, :, [header.index(name) for name in sensors]]
+
+
+def _jump_faults(time: FloatArray, step: float, path: Path) -> list[str]:
+    """Return a fault where ``time`` (sample,) does not go on by one ``step`` each, as where samples were lost."""
+    jumps = np.flatnonzero(np.abs(np.diff(time) - step) > JUMP * abs(step))
+    told = ", ".join(f"from {time[i]:g} to {time[i + 1]:g} s" for i in jumps[:MOST_TOLD])
+    more = f" and at {len(jumps) - MOST_TOLD} more places" if len(jumps) > MOST_TOLD else ""
+    words = "give a recording without gaps, or each part as a recording of its own"
+    return [f"{path}: its column {TIME_COLUMN!r} jumps {told}{more}: {words}"] if len(jumps) else []
 
 
 def _step_faults(step: float, sampling_rate: float | None, what: str) -> list[str]:
