@@ -8,6 +8,7 @@ from fe_models.blind import SENSORS as CHAIN_SENSORS
 from fe_models.blind.bridge import SENSORS
 from fe_models.bridge import bridge
 from fe_models.dofs import FloatArray
+from fe_models.effects import ModalDamping
 from fe_models.four_dof import four_dof
 from fe_models.recordings import Dataset, Recording
 from hybrid.diagnosis.causes.candidate import Candidate
@@ -92,3 +93,10 @@ def test_support_that_gives_way_has_its_own_modes_damped() -> None:
     values = (1 / 2e4,)  # m/N: so soft that a mode more comes into the band
     usual, more = (own_damping(reduced(loose, factor, *values)) for factor in (1.0, MORE))
     np.testing.assert_allclose(more / usual, [MORE] + [1.0] * (len(usual) - 1), rtol=1e-3)  # the basis has more modes
+
+
+def test_no_search_ends_at_a_damping_that_no_effect_may_have() -> None:
+    """Where nothing fits, more damping may always do a little better."""
+    hypothesis = Hypothesis(plant_of(CHAIN))
+    most = hypothesis.adding(candidate(hypothesis.plant, CHAIN, "modal_damping", modes=[1])).upper[-1]
+    assert ModalDamping((1,), float(most)).faults(four_dof()) == []

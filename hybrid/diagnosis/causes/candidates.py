@@ -13,6 +13,7 @@ from hybrid.diagnosis.causes.linear_causes import linear_causes
 from hybrid.diagnosis.causes.places import Motion, places_of
 from hybrid.diagnosis.nominal.plant import Plant
 
+MOST_DAMPED = 0.99  # ratio: an effect's is below one
 DAMPED = 0.05  # the prior standard deviation of a damping ratio
 OFF = 0.3  # that of a sensor's gain about one
 LATE = 0.03  # that of its delay, of a period
@@ -42,6 +43,7 @@ def _modes(plant: Plant) -> list[Candidate]:
             neutral=(float(ratio),),
             width=(DAMPED,),
             lower=(0.0,),
+            upper=(max(MOST_DAMPED, float(ratio)),),
             mode=mode,
         )
         for mode, ratio in enumerate(plant.own_ratios[: plant.below])
