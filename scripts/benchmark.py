@@ -115,8 +115,16 @@ def main(
     """
     with bad_input_exits():
         if blind is not None:
-            config = BlindConfig(off=off, noise=noise, noisy=noisy, changed=changed, structure=structure, step=step)
-            config = replace(config, train=train, measured=sensors)
+            config = BlindConfig(
+                off=off,
+                noise=noise,
+                noisy=noisy,
+                train=train,
+                measured=sensors,
+                changed=changed,
+                structure=structure,
+                step=step,
+            )
             cases = tasks(blind, seed, kinds.split(",") if kinds else words_of(structure), config)
             run_blind(cases, tuple(PEERS) if peers else (), jobs, off, out)
             return

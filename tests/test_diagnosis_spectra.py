@@ -17,3 +17,13 @@ def test_two_modes_are_enough() -> None:
 
 def test_where_there_are_no_modes_no_energy_is_near_one() -> None:
     assert energy_near(np.zeros(0), (np.ones((1, 50, 2)),), 10.0).shape == (0,)
+
+
+def test_what_does_not_swing_is_at_zero_where_that_is_asked_for() -> None:
+    """A mean beside a wave of that amplitude: a Hann window makes lines of 1/2 and, beside each, of 1/4 of them."""
+    time = np.arange(1000) / 100
+    part = 100 * (1 + np.sin(2 * np.pi * 5 * time))[None, :, None]  # noise of 1 is next to nothing
+    shares = energy_near(np.array([0.0, 5.0]), (part,), 100.0)
+    # of positive frequencies: of the mean 1/4 + 1/16, of the wave, half as high, (1/4 + 2/16) / 4; noise adds 1e-4
+    assert shares == pytest.approx([10 / 13, 3 / 13], abs=1e-3)
+    assert energy_near(np.array([2.0, 5.0]), (part,), 100.0) == pytest.approx([0.0, 1.0], abs=0.02)

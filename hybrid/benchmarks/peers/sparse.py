@@ -22,6 +22,7 @@ from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.outcome.findings import reported_location
 from hybrid.diagnosis.response.forces import force_of
+from hybrid.tiny import TINY
 
 THRESHOLDS = (0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)  # of the residual's norm
 RIDGE = 0.05  # PySINDy's own, for columns of norm one: forces at two places may look much alike
@@ -130,7 +131,7 @@ def _chosen(terms: list[Term], learned: LatentForces) -> FloatArray:
     held = np.arange(count) % LEFT_OUT == LEFT_OUT - 1 if count > 1 else np.zeros(count, dtype=bool)
     target = flat(learned.force, ~held)
     norms = np.array([np.linalg.norm(flat(term.force, ~held)) for term in terms])
-    X = np.stack([flat(term.force, ~held) for term in terms], axis=1) / np.maximum(norms, 1e-300)
+    X = np.stack([flat(term.force, ~held) for term in terms], axis=1) / np.maximum(norms, TINY)
     own = [i for i in range(len(terms)) if norms[i] > 0 and not np.any(np.abs(X[:, :i].T @ X[:, i]) > ALIKE)]
     tested = held if held.any() else ~held
     y = flat(learned.force, tested)
@@ -138,7 +139,7 @@ def _chosen(terms: list[Term], learned: LatentForces) -> FloatArray:
     for threshold in THRESHOLDS:
         coefficients = np.zeros(len(terms))
         coefficients[own] = thresholded(X[:, own], target / np.linalg.norm(target), threshold)
-        scaled = coefficients * np.linalg.norm(target) / np.maximum(norms, 1e-300)
+        scaled = coefficients * np.linalg.norm(target) / np.maximum(norms, TINY)
         guess = sum((c * flat(t.force, tested) for c, t in zip(scaled, terms, strict=True) if c), np.zeros(len(y)))
         trials.append(coefficients)
         losses.append(float(np.sum((y - guess) ** 2) / np.sum(y**2)))

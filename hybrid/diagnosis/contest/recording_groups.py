@@ -11,6 +11,7 @@ from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import Batch, as_made, count_of
 from hybrid.diagnosis.screening.screening import amounts_by_recording
+from hybrid.tiny import TINY
 
 Groups = tuple[tuple[Batch, ...], tuple[Batch, ...]]
 
@@ -72,7 +73,7 @@ class Asked:
         ranked = np.sort(self.amounts[np.isfinite(self.amounts)])
         spread = [np.var(ranked[:k]) * k + np.var(ranked[k:]) * (len(ranked) - k) for k in range(1, len(ranked))]
         first = int(np.argmin(spread)) + 1
-        return float(ranked[first]), float(min(spread) / (np.var(ranked) * len(ranked) + 1e-300))
+        return float(ranked[first]), float(min(spread) / (np.var(ranked) * len(ranked) + TINY))
 
 
 def _told_by_changes(amounts: FloatArray, sizes: FloatArray) -> FloatArray:

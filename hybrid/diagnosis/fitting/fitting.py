@@ -14,6 +14,7 @@ from hybrid.diagnosis.fitting.linearisation import Linearisation, linearise_batc
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import Batch
 from hybrid.diagnosis.response.hypothesis import Hypothesis
+from hybrid.tiny import TINY
 
 ITERATIONS = 12
 LAW_ITERATIONS = 8  # with force laws, each of which takes a simulation of all variants
@@ -108,7 +109,7 @@ class Fit:
             full = [i for i, states in enumerate(self.states) if states.shape[1] == self.hypothesis.states]
             waves = np.concatenate([self.states[i] @ rows.T for i in full])
             errors = np.concatenate([np.sqrt(self.state_errors[i] ** 2 @ rows.T**2) for i in full])
-            square = np.mean(waves**2) + 1e-300
+            square = np.mean(waves**2) + TINY
             occam -= 0.5 * float(np.sum(np.log1p(square / errors**2) + waves**2 / square))
         return -0.5 * self.cost + float(occam)
 

@@ -28,6 +28,7 @@ from hybrid.diagnosis.nominal.geometry import Geometry
 from hybrid.diagnosis.nominal.loads import LoadPlace, load_places
 from hybrid.diagnosis.nominal.lowpass import highest_shown, lowpass_of
 from hybrid.diagnosis.nominal.scatter import NONE, OWN, Scatter, scatter_of
+from hybrid.tiny import TINY
 
 CERTAIN = 1e-6  # the least standard deviation of a factor, so that a prior of zero stays a number
 MORE_MODES = 15  # in the basis of a frame, beyond those kept: they carry what a changed part does to the shapes
@@ -158,7 +159,7 @@ class Plant:
         """Damping ratios (mode,) of the nominal modes, of as many as there are ``ratios``."""
         omega, shapes = self._lowest(len(self.ratios))
         own = np.einsum("di,di->i", shapes, self.damping @ shapes)
-        return np.asarray(own / (2 * np.maximum(omega, 1e-300)) + self.ratios)
+        return np.asarray(own / (2 * np.maximum(omega, TINY)) + self.ratios)
 
     def ratios_of(self, count: int) -> FloatArray:
         """Return the modal damping ratios of ``count`` modes: causes may bring some beyond those that are uncertain."""

@@ -9,6 +9,7 @@ from hybrid.diagnosis.fitting.fitting import Fit, residuals_at
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.motions import in_words
 from hybrid.diagnosis.recorded.spectra import energy_near
+from hybrid.tiny import TINY
 
 MUCH = 0.2  # of what is left: a channel or mode that has less is not told
 SEVERAL = 2.0  # times its part of all values: a recording that has more stands out
@@ -40,7 +41,7 @@ def rest_of(item: Fit, frequencies: FloatArray, gauge: Gauge) -> str:
 
 def _most(energies: FloatArray, names: np.ndarray[tuple[int], np.dtype[np.str_]]) -> str:
     """Return the names of the largest energies with their shares, the first of them in any case."""
-    shares = np.maximum(energies, 0) / max(float(np.maximum(energies, 0).sum()), 1e-300)
+    shares = np.maximum(energies, 0) / max(float(np.maximum(energies, 0).sum()), TINY)
     order = np.argsort(-shares)
     told = [k for number, k in enumerate(order) if number == 0 or shares[k] >= MUCH]
     return " and ".join(f"{names[k]} ({shares[k]:.0%})" for k in told)
@@ -66,7 +67,7 @@ def _by_halves(parts: tuple[FloatArray, ...]) -> FloatArray:
 def _standing_out(item: Fit, rest: tuple[FloatArray, ...]) -> str:
     """Return the names of the recordings in which far more is left than in the others; none where all are alike."""
     squares = np.concatenate([np.square(part).sum(axis=(1, 2)) - part[0].size for part in rest])
-    shares = np.maximum(squares, 0) / max(float(np.maximum(squares, 0).sum()), 1e-300)
+    shares = np.maximum(squares, 0) / max(float(np.maximum(squares, 0).sum()), TINY)
     sizes = np.concatenate([np.full(len(part), part[0].size) for part in rest])
     stands = shares > SEVERAL * sizes / sizes.sum()
     if shares[stands].sum() <= MOST:

@@ -10,6 +10,7 @@ from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.fitting.left_over import left
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.noise import Band
+from hybrid.tiny import TINY
 
 MATERIAL = 0.05  # of the noise floor: by how much a cause must improve the forecast, and what counts as reaching it
 BESIDE = 0.01  # likewise of a second cause: that the simulation is wrong is no longer asked, but in what
@@ -78,7 +79,7 @@ def verdict_of(
     """
     significant = left(best, gauge, band).significant
     rest = max(left(best, gauge, band).total, best.misfit)
-    share = rest / max(base.misfit, rest, 1e-300) if significant else 0.0
+    share = rest / max(base.misfit, rest, TINY) if significant else 0.0
     beside = adjoin(best) or adjoin(all_causes)
     certain = errors.reached and not (significant and share > WHOLLY / 3) and not beside
     if errors.nothing_to_gain:

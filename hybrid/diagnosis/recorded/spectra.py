@@ -3,6 +3,7 @@
 import numpy as np
 
 from fe_models.dofs import FloatArray
+from hybrid.tiny import TINY
 
 HARDLY_SHOWN = 5e-4  # of a motion's energy: a mode that has less hardly shows, and its damping not at all
 STRONGEST = 3  # modes whose sums and differences are looked at
@@ -25,7 +26,7 @@ def energy_near(frequencies: FloatArray, parts: tuple[FloatArray, ...], rate: fl
         nearest = np.abs(np.fft.rfftfreq(part.shape[1], 1 / rate)[:, None] - frequencies).argmin(axis=1)
         found += np.bincount(nearest, power, len(frequencies))
     found = np.maximum(found, 0.0)
-    return np.asarray(found / max(float(found.sum()), 1e-300))
+    return np.asarray(found / max(float(found.sum()), TINY))
 
 
 def combination_lines(frequencies: FloatArray, energies: FloatArray) -> FloatArray:

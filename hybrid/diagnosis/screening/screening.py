@@ -24,6 +24,7 @@ from hybrid.diagnosis.response.reduced import Reduced
 from hybrid.diagnosis.response.side_by_side import side_by_side
 from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.response.system import ModalForm, System, drifted, free_form
+from hybrid.tiny import TINY
 
 ABSORBED = 1e-9  # of the energy of a response: what the rest of the model leaves of it is rounding
 
@@ -287,7 +288,7 @@ def amounts_by_recording(fit: Fit, candidates: list[Candidate], gauge: Gauge) ->
             recordings = len(stretch.batch.names)  # of one or more segments each
             along = np.sum((column * stretch.rest).reshape(recordings, -1), axis=1)
             size = np.sum(_energy(column, stretch.told(column), stretch).reshape(recordings, -1), axis=1)
-            amounts.append(along / (size + 1e-300))
+            amounts.append(along / (size + TINY))
             sizes.append(size)
         found.append((np.concatenate(amounts), np.concatenate(sizes)))
     return found

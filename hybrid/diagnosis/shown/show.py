@@ -17,6 +17,7 @@ from hybrid.diagnosis.recorded.spectra import energy_near
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.shown.amplitude import Amplitude, amplitude_dependence
+from hybrid.tiny import TINY
 
 WIDE = (
     0.5  # standard deviation of every factor's logarithm where the recordings alone shall tell frequencies and shapes
@@ -82,7 +83,7 @@ def show(dataset: Dataset, base: Fit, own: Fit, nominal: Forecast, calibrated: F
     noise, share = np.full((2, len(dataset.sensors)), np.nan)
     noise[fitted] = gauge.sigma
     left = np.sum([np.square(part).sum(axis=(0, 1)) - part[..., 0].size for part in error], axis=0)
-    share[fitted] = np.maximum(left, 0) / max(float(np.maximum(left, 0).sum()), 1e-300)
+    share[fitted] = np.maximum(left, 0) / max(float(np.maximum(left, 0).sum()), TINY)
     return Shown(
         nominal=modes[0],
         calibrated=modes[1],
