@@ -15,7 +15,7 @@ from fe_models.recordings import QUANTITIES, Sensor
 from hybrid.diagnosis.fitting.driven import sampled_motion
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.nominal.geometry import Geometry
-from hybrid.diagnosis.nominal.loads import ORDERS, Loads, OnMode
+from hybrid.diagnosis.nominal.loads import Loads, OnMode, courses_of
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.readout import Readout
 from hybrid.diagnosis.recorded.records import Batch
@@ -88,16 +88,14 @@ def _with_entry(system: System, hypothesis: Hypothesis, reduced: Reduced, sensor
         np.zeros((len(system.forces), len(plant.dofs))),
     )
     inverse = np.linalg.inv(reduced.mass)
-    own = entry_of(places, pulls, np.zeros_like(geometry.weighted), laws, reduced, inverse, plant, sensors)
+    own = entry_of(places, pulls, np.zeros((0, *geometry.weighted.shape)), laws, reduced, inverse, plant, sensors)
     return replace(system, loads=own if system.loads is None else system.loads.and_at(own))
 
 
 def _as_loads(forces: FloatArray, step: float) -> Loads:
     """Return modal ``forces`` (time, recording, mode), a ``step`` (s) apart, as loads."""
-    times = step * np.arange(len(forces))
-    curve = CubicSpline(times, forces.swapaxes(0, 1), axis=1)
     places = tuple(OnMode(mode + 1) for mode in range(forces.shape[2]))
-    return Loads(places, np.stack([curve(times, order) for order in range(ORDERS)]))
+    return Loads(places, courses_of(forces.swapaxes(0, 1), step))
 
 
 def _beside(known: Loads | None, own: Loads, system: System) -> Loads:

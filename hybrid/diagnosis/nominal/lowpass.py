@@ -51,10 +51,11 @@ def highest_shown(dataset: Dataset, lowpass: LowPass | None) -> float:
     """Return up to which frequency (Hz) recordings show motions: at most half their rate.
 
     A low-pass leaves little of what is faster than it, which is more than noise all the same where a stiff stop or
-    spring sets high modes going, at a sensor that feels little else, or where a release lets them ring for a moment.
+    spring sets high modes going, at a sensor that feels little else, where a release lets them ring for a moment, or
+    where a load keeps them ringing.
     """
     half = dataset.sampling_rate / 2
-    if lowpass is None or lowpass.reach(PASSED) >= half:
+    if lowpass is None or lowpass.reach(PASSED) >= half or any(recording.loads for recording in dataset.recordings):
         return half
     end = lowpass.reach(PASSED)
     fitted = (data[:, data.std(axis=0) > 0] for r in dataset.select("train") for data in r.data)

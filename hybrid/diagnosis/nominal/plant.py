@@ -37,6 +37,7 @@ TURNING = 1.0  # of damping ratios that are off: they are those of the modes wit
 # (1) or between: what else dissipates may stay where it is or go with the modes, and recordings tell
 DISPERSION = 1.0  # that of recordings simulated in steps of a tenth of their interval: see `response.dispersion`
 NEGLIGIBLE = 1e-3  # of all mass: what a part must hold to be felt
+LOAD_TERMS = 3  # of what loads do to modes that are not followed: accelerations are up to a sixth derivative of them
 FRAME = 4.0  # values of a frame that tell as much as one: elements, joints and mesh are a little off everywhere; so
 # wide, intervals cover as many parameters of blind bridges as they should (README)
 
@@ -190,8 +191,15 @@ class Plant:
 
     @cached_property
     def load_shapes(self) -> FloatArray:
-        """How far a unit of each known load bends modes that are not followed, (dof, load)."""
-        return np.stack([self.left_out(pull) for pull in self.load_pulls], axis=-1)
+        """How modes that are not followed move under a unit of each known load, (term, dof, load).
+
+        Below their natural frequencies omega as the series of 1 / (omega^2 + s^2) says: the first term of the load, the
+        next ones of its second and fourth derivative (the force derivative method of Leung, 1983).
+        """
+        terms = [np.stack([self.left_out(pull) for pull in self.load_pulls], axis=-1)]
+        while len(terms) < LOAD_TERMS:
+            terms.append(-self._beyond(self.static(self.mass @ terms[-1])))
+        return np.stack(terms)
 
     def rows(self, sensors: tuple[Sensor, ...]) -> FloatArray:
         """Return what each sensor picks of the degrees of freedom, (sensor, dof)."""
@@ -208,8 +216,12 @@ class Plant:
         """Return how far a unit force along ``pull`` (dof,) bends modes that are not followed, (dof,)."""
         if self.kept is None:
             return np.zeros(len(self.dofs))
-        omega, shapes = self.modes
-        return np.asarray(self.static(pull[:, None])[:, 0] - shapes @ (pull @ shapes / omega**2))
+        return self._beyond(self.static(pull[:, None])[:, 0])
+
+    def _beyond(self, moved: FloatArray) -> FloatArray:
+        """Return the part of displacements (dof, ...) that lies in modes that are not followed."""
+        shapes = self.modes[1]
+        return np.asarray(moved - shapes @ (shapes.T @ (self.mass @ moved)))
 
     def released(self, row: int) -> FloatArray:
         """Return the displacements (dof,) when a held degree of freedom moves by one and the others stay held."""

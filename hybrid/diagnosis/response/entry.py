@@ -6,7 +6,7 @@ import numpy as np
 
 from fe_models.dofs import FloatArray
 from fe_models.recordings import Sensor, of_each_quantity
-from hybrid.diagnosis.nominal.loads import ForcePlace
+from hybrid.diagnosis.nominal.loads import ORDERS, ForcePlace
 from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.response.reduced import Reduced
 from hybrid.diagnosis.response.system import Entry
@@ -33,11 +33,16 @@ def entry_of(
 ) -> Entry:
     """Return how forces along ``pulls`` (place, dof) enter a ``reduced`` system, and what ``sensors`` show at once.
 
-    ``bent`` (dof, place): what a unit of each bends in modes that are not followed; ``laws`` (law, dof): pulls of the
-    force laws, which answer to that; ``inverse`` of the mass.
+    ``bent`` (term, dof, place): how modes that are not followed move under each force, its second derivative and so on;
+    ``laws`` (law, dof): pulls of the force laws, which answer to that; ``inverse`` of the mass.
     """
     n, rows = reduced.mass.shape[1], plant.rows(sensors)
     feed = np.zeros((len(inverse), 2 * n, len(pulls)))
     feed[:, n:] = reduced.feed(list(pulls), inverse)
     direct = at_once(rows @ reduced.shapes, feed[:, n:], sensors)
-    return Entry(places, feed, direct, of_each_quantity(sensors)[..., None] * (rows @ bent), laws @ bent)
+    shown, stretch = np.zeros((ORDERS, len(rows), len(pulls))), np.zeros((ORDERS, len(laws), len(pulls)))
+    for term, moved in enumerate(bent):
+        stretch[2 * term] = laws @ moved
+        for derivative, own in enumerate(of_each_quantity(sensors)):
+            shown[2 * term + derivative] += own[:, None] * (rows @ moved)
+    return Entry(places, feed, direct, shown, stretch)

@@ -1,4 +1,4 @@
-"""What known loads do to the linear part of a system from rest, exactly, as they are cubic from sample to sample.
+"""What known loads do to the linear part of a system from rest, exactly, as they are splines from sample to sample.
 
 In each mode x' = root x + g with g(t) = sum over p of g_p t^p / p! within a step,
 
@@ -66,7 +66,7 @@ def loaded_states(system: System, loads: Loads, ahead: float = 0.0) -> FloatArra
     own, states, places = entry.feed.shape[1], system.A.shape[1], len(entry.places)
     nothing, one = np.zeros((1, states)), slice(0, 1)
     entry = replace(
-        entry, feed=entry.feed[one], direct=np.zeros((1, states, places)), bent=np.zeros((3, states, places))
+        entry, feed=entry.feed[one], direct=np.zeros((1, states, places)), bent=np.zeros((ORDERS, states, places))
     )
     watched = replace(
         system,

@@ -176,9 +176,8 @@ def _with_loads(system: System, loads: Loads) -> tuple[System, FloatArray]:
     A[:, :own, states : states + places] = entry.feed
     A[:, range(states, states + more - places), range(states + places, states + more)] = 1.0  # each order's derivative
     G = np.pad(system.G, ((0, 0), (0, 0), (0, more)))
-    for order in (0, 1):
-        first = states + order * places
-        G[:, order * laws : (order + 1) * laws, first : first + places] = entry.stretch
+    G[:, :laws, states:] = entry.stretch.transpose(1, 0, 2).reshape(laws, more)
+    G[:, laws:, states + places :] = G[:, :laws, states:-places]  # rates: each order's derivative
     known = courses.transpose(1, 2, 0, 3).reshape(*courses.shape[1:3], more)
     return replace(system, A=A, B=np.pad(system.B, ((0, 0), (0, more), (0, 0))), G=G), np.ascontiguousarray(known)
 
@@ -228,7 +227,7 @@ def _channels(system: System, marched: Marched, loads: Loads | None) -> FloatArr
         if loads is not None and system.loads is not None:
             courses = _repeated(loads, y.shape[1]).at(system.loads.places)
             y += np.einsum("psl,rtl->prts", system.loads.direct, courses[0])
-            y += np.einsum("osl,ortl->rts", system.loads.bent, courses[:3])
+            y += np.einsum("osl,ortl->rts", system.loads.bent, courses)
         if system.lowpass is not None:
             y = passed(
                 y,

@@ -77,7 +77,7 @@ def _loads(
     if not plant.loaded:
         return None
     pulls, bent = plant.load_pulls, plant.load_shapes
-    beside = np.array(laws).reshape(len(laws), len(bent))
+    beside = np.array(laws).reshape(len(laws), pulls.shape[1])
     return entry_of(plant.loaded, pulls, bent, beside, reduced, inverse, plant, sensors)
 
 

@@ -27,9 +27,9 @@ class Entry:
     """How forces whose course is given, as known loads, enter a system at ``places``.
 
     ``feed`` (variant, state, place): what a unit of each adds to the rate of the structure's own states, those of
-    harmonic forces left out; ``direct`` (variant, sensor, place): what it shows at once. What it bends in modes that
-    are not followed: ``bent`` (3, sensor, place), shown of the load, its first and its second derivative; ``stretch``
-    (law, place), along the elongation of each force law.
+    harmonic forces left out; ``direct`` (variant, sensor, place): what it shows at once. How modes that are not
+    followed move under each order of its courses: ``bent`` (order, sensor, place), as sensors show it; ``stretch``
+    (order, law, place), along the elongation of each force law.
     """
 
     places: tuple[ForcePlace, ...]
