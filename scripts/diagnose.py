@@ -6,8 +6,8 @@ from typing import Annotated
 import typer
 from tqdm import tqdm
 
-from fe_models.errors import bad_input_exits
-from fe_models.files.atomic import write_json
+from fe_models.errors import bad_input_exits, noting, raise_faults
+from fe_models.files.atomic import check_folder, write_json
 from fe_models.files.dataset_file import load_dataset
 from fe_models.files.structure_file import save_structure
 from fe_models.recordings import Dataset
@@ -47,7 +47,11 @@ def main(
       python scripts/diagnose.py runs/chain/dataset.toml --out runs/chain/diagnosis
     """
     with bad_input_exits():
-        data = load_dataset(dataset, dead_channels=True)
+        faults = list[str]()
+        noting(faults, "--out", check_folder, out)
+        data = noting(faults, "", load_dataset, dataset, dead_channels=True)
+        raise_faults(faults)
+        assert data is not None  # else there were faults
         with tqdm(desc="diagnosis", unit=" steps") as bar:
 
             def advance(what: str) -> None:

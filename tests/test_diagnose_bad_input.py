@@ -271,6 +271,18 @@ def test_all_that_is_unusable_is_refused_at_once(tmp_path: Path) -> None:
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.parametrize("below", [(), ("more", "results")], ids=["itself", "a folder in it"])
+def test_results_into_a_file_are_refused_before_the_diagnosis(tmp_path: Path, below: tuple[str, ...]) -> None:
+    file, dataset = tmp_path / "report.json", tmp_path / "dataset.toml"
+    file.write_text("mine")
+    dataset.write_text("schema = 2\n")
+    done = CliRunner().invoke(app, [str(dataset), "--out", str(file.joinpath(*below))])
+    assert done.exit_code == 2
+    assert f"{file} is a file; give a folder" in done.stderr
+    assert "schema" in done.stderr  # and what is wrong with the dataset
+    assert file.read_text() == "mine"
+
+
 def test_no_channel_alive_is_refused() -> None:
     measured = np.array([sensor.role == "measured" for sensor in CASE.sensors])
     dead = with_data(CASE, {r.name: np.where(measured, 0.0, r.data) for r in CASE.recordings})

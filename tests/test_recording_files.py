@@ -58,6 +58,12 @@ def test_a_fault_of_the_data_is_named(folder: Path, data: FloatArray, fault: str
         ("a2,a3,d3,zz\n1,2,3,4\n", "column 'zz' is no sensor; expected a2, a3, d3"),
         ("a2,a3,d3\n1,2,3\n1,2\n", "line 3 has 2 values, the header 3"),
         ("a2,a3,d3\n1,2,x\n", "line 2: 'x' is not a number"),
+        ("a2,a3,d3\n1,2,x\n3,4,5\n,4,5\n", "line 4: '' is not a number"),
+        ("a2,a3,d3\n" + 7 * "1,2\n", "and 2 more of that kind"),
+        (
+            "Time,a2,a3,d3\n0,1,2,3\n",
+            "column 'Time' is no sensor; expected a2, a3, d3; a column of time (s) is called 'time'",
+        ),
         ("a2,a3,d3\n", "expected a header line and rows of numbers, found 1 lines"),
         (
             "time,a2,a3,d3\n0,1,2,3\n0.1,1,2,3\n",

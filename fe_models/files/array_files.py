@@ -14,6 +14,7 @@ from fe_models.dofs import FloatArray
 from fe_models.errors import InputError, raise_faults
 
 READABLE = (".npz", ".mat", ".csv")
+MOST_LINES = 5  # of a file, each with its fault
 BROKEN_FILE = (
     BadZipFile,
     MatReadError,
@@ -61,9 +62,11 @@ def pick_array(arrays: dict[str, NDArray[np.generic]], key: str | None, where: s
 
 
 def load_csv(path: Path) -> tuple[list[str], FloatArray]:
-    """Return the header and the numbers (row, column) of a comma-separated file; `InputError` names a bad line."""
+    """Return the header and the numbers (row, column) of a comma-separated file; `InputError` names its bad lines."""
     header, rows = load_csv_text(path)
-    return header, np.array([[_number(cell, path, line) for cell in row] for line, row in rows])
+    words = [(line, cell) for line, row in rows for cell in row if not _is_number(cell)]
+    _raise_faults_of_lines(path, [f"line {line}: {cell!r} is not a number" for line, cell in words])
+    return header, np.array([[float(cell) for cell in row] for _, row in rows])
 
 
 def load_csv_text(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
@@ -81,10 +84,17 @@ def load_csv_text(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
     raise_faults(_of_another_form(path, lines[0][1]))
     cells = [(number, [cell.strip().strip('"') for cell in row]) for number, row in lines]
     header = cells[0][1]
-    for number, row in cells[1:]:
-        if len(row) != len(header):
-            raise InputError(f"{path}: line {number} has {len(row)} values, the header {len(header)}")
+    uneven = [(number, len(row)) for number, row in cells[1:] if len(row) != len(header)]
+    faults = [f"line {number} has {values} values, the header {len(header)}" for number, values in uneven]
+    _raise_faults_of_lines(path, faults)
     return header, cells[1:]
+
+
+def _raise_faults_of_lines(path: Path, faults: list[str]) -> None:
+    """Raise those of a file's lines, a whole column of which may have one: the first few, and how many more."""
+    told = [f"{path}: {fault}" for fault in faults[:MOST_LINES]]
+    more = len(faults) - len(told)
+    raise_faults(told + ([f"{path}: and {more} more of that kind"] if more else []))
 
 
 def _of_another_form(path: Path, first: list[str]) -> list[str]:
@@ -137,13 +147,6 @@ def _load_npz(path: Path) -> dict[str, NDArray[np.generic]]:
                 if "allow_pickle" not in str(error):
                     raise
     return arrays
-
-
-def _number(cell: str, path: Path, line: int) -> float:
-    try:
-        return float(cell)
-    except ValueError:
-        raise InputError(f"{path}: line {line}: {cell!r} is not a number") from None
 
 
 def _first_line(error: Exception) -> str:

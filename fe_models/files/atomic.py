@@ -42,6 +42,17 @@ def writing(path: Path) -> Iterator[Path]:
         temporary.unlink(missing_ok=True)
 
 
+def check_folder(path: Path) -> None:
+    """Raise `InputError` where no results can be written into a folder ``path``, which need not be there yet: ask
+    before hours of work.
+    """
+    there = next((folder for folder in (path, *path.absolute().parents) if folder.exists()), path)
+    if not there.is_dir():
+        raise InputError(f"{path}: {there} is a file; give a folder for the results")
+    if not os.access(there, os.W_OK | os.X_OK):
+        raise InputError(f"{path}: nothing can be written into {there}; choose another folder")
+
+
 def write_text(path: Path, text: str) -> None:
     """Write ``text`` as UTF-8 with line ends as given."""
     with writing(path) as temporary:

@@ -13,6 +13,7 @@ MOST_TOLD = 3  # jumps of time, each with its place
 STEP_TOLERANCE = 0.01  # a stored time step is often rounded to two or three digits
 STEP_NAME = "dt"
 TIME_COLUMN = "time"
+TIMELIKE = ("t", "time", "time (s)", "time [s]", "t (s)", "t [s]", "time_s", "seconds")  # as loggers call it
 
 
 def load_recording(path: Path, key: str | None, sensors: list[str], sampling_rate: float | None) -> FloatArray:
@@ -56,7 +57,8 @@ def _load_recording_csv(path: Path, sensors: list[str], sampling_rate: float | N
     header, values = load_csv(path)
     expected = ", ".join(sensors)
     unknown = [name for name in header if name not in sensors and name != TIME_COLUMN]
-    faults = [f"{path}: column {name!r} is no sensor; expected {expected}" for name in unknown]
+    hints = {name: f"; a column of time (s) is called {TIME_COLUMN!r}" for name in unknown if name.lower() in TIMELIKE}
+    faults = [f"{path}: column {name!r} is no sensor; expected {expected}{hints.get(name, '')}" for name in unknown]
     faults += [f"{path}: there is no column for sensor {name!r}" for name in sensors if name not in header]
     faults += [f"{path}: column {name!r} appears twice" for name in sorted(set(header)) if header.count(name) > 1]
     if TIME_COLUMN in header and TIME_COLUMN not in sensors and len(values) > 1:

@@ -8,7 +8,7 @@ answer as well.
 from dataclasses import replace
 
 import numpy as np
-from scipy.interpolate import CubicSpline, make_interp_spline
+from scipy.interpolate import make_interp_spline
 
 from fe_models.dofs import FloatArray
 from fe_models.recordings import QUANTITIES, Sensor
