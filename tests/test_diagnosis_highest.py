@@ -10,7 +10,7 @@ from fe_models.blind.bridge import SENSORS
 from fe_models.bridge import bridge
 from fe_models.dofs import FloatArray
 from fe_models.measurement import lowpassed
-from fe_models.recordings import Dataset, Recording
+from fe_models.recordings import Dataset, Load, Recording
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.nominal.lowpass import highest_shown, lowpass_of
 from hybrid.diagnosis.nominal.plant import plant_of
@@ -55,6 +55,13 @@ def test_a_mode_beyond_the_lowpass_is_followed_where_it_rings_for_a_moment(ringi
     """In half a second it holds too little energy to be seen among that of 20 s, and more than noise then."""
     data = dataset(two_modes(0.0) + ringing * np.exp(-TIME / 0.5) * np.sin(2 * np.pi * 38.8 * TIME))
     assert highest_shown(data, lowpass_of(data)) == pytest.approx(highest, rel=1e-12)
+
+
+def test_modes_beyond_the_lowpass_are_followed_where_a_load_keeps_them_ringing() -> None:
+    data = dataset(two_modes(0.0))
+    loads = (Load(8, "y", np.zeros(SAMPLES)),)
+    loaded = replace(data, recordings=(data.recordings[0], replace(data.recordings[1], loads=loads)))
+    assert highest_shown(loaded, lowpass_of(loaded)) == RATE / 2
 
 
 def test_what_only_a_test_recording_shows_is_not_looked_at() -> None:
