@@ -8,6 +8,7 @@ from hybrid.diagnosis.fitting.far_off import factors_off
 from hybrid.diagnosis.fitting.left_over import left
 from hybrid.diagnosis.outcome.calibration import astray, dispersion_of, far_off
 from hybrid.diagnosis.outcome.findings import Finding, at_place, place_words
+from hybrid.diagnosis.outcome.loading import loading_of
 from hybrid.diagnosis.outcome.materiality import weak
 from hybrid.diagnosis.outcome.mounting import mounting_of
 from hybrid.diagnosis.outcome.rest import rest_of
@@ -35,16 +36,18 @@ BENT = (
 
 def remarks_on(ruling: Ruling, findings: tuple[Finding, ...], shown: Shown) -> tuple[str, ...]:
     """Return the notes on a ruling, on its findings, and on what is ``shown`` of the simulation."""
+    loading = _loading(ruling)
     return (
         *ruling.notes,
         *_on_causes(ruling, findings),
         *_rest(ruling, shown),
+        *loading,
         *_unseen(ruling),
         *modal_notes(ruling.simulation, ruling.found.nominal, ruling.found.own, ruling.scorer, ruling.is_named),
         *_bent(ruling),
         *too_few(ruling.told, ruling.scorer, ruling.errors.floor),
         *dispersion_of(ruling.told, ruling.posterior.temper),
-        *_all_off(ruling, shown),
+        *([] if loading else _all_off(ruling, shown)),
     )
 
 
@@ -91,12 +94,22 @@ def _or_mass(ruling: Ruling, findings: tuple[Finding, ...]) -> list[str]:
 
 def _rest(ruling: Ruling, shown: Shown) -> list[str]:
     """Return what the rest looks like, where something is left that nothing explains."""
-    wanting = ruling.verdict in (Verdict.PARTLY_EXPLAINED, Verdict.UNEXPLAINED)
     gauge = ruling.evidence.gauge
-    if not wanting or not left(ruling.told, gauge, ruling.setting.band).significant:
+    if not _is_wanting(ruling) or not left(ruling.told, gauge, ruling.setting.band).significant:
         return []
     mounted = mounting_of(ruling.evidence.base, gauge)
     return [rest_of(ruling.told, shown.observed.frequencies, gauge), *([] if mounted is None else [mounted])]
+
+
+def _is_wanting(ruling: Ruling) -> bool:
+    """Return whether something is left that no cause explains."""
+    return ruling.verdict in (Verdict.PARTLY_EXPLAINED, Verdict.UNEXPLAINED)
+
+
+def _loading(ruling: Ruling) -> list[str]:
+    """Return a line on loads that would explain what no cause does, were they of another size."""
+    told = loading_of(ruling.evidence.base, ruling.evidence.gauge) if _is_wanting(ruling) else None
+    return [] if told is None else [told]
 
 
 def _unseen(ruling: Ruling) -> list[str]:
@@ -126,5 +139,4 @@ def _bent(ruling: Ruling) -> list[str]:
 def _all_off(ruling: Ruling, shown: Shown) -> list[str]:
     """Return notes on what is off in all modes: of damping, where something is left that no cause explains."""
     uncertainty = ruling.setting.dataset.assumptions.uncertainty
-    wanting = ruling.verdict in (Verdict.PARTLY_EXPLAINED, Verdict.UNEXPLAINED)
-    return all_off(shown, uncertainty) + (damping_off(shown, uncertainty) if wanting else [])
+    return all_off(shown, uncertainty) + (damping_off(shown, uncertainty) if _is_wanting(ruling) else [])

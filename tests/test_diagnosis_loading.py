@@ -1,0 +1,48 @@
+"""Known loads whose size is not what the dataset says: no cause of the list, but told."""
+
+from dataclasses import replace
+
+import pytest
+
+from fe_models.effects import StiffnessChange
+from fe_models.recordings import Dataset
+from hybrid.diagnosis.contest.growing import ground_of
+from hybrid.diagnosis.contest.setting import setting_of
+from hybrid.diagnosis.outcome.loading import loading_of
+from tests.masts import masts
+from tests.masts import recorded as released
+from tests.test_diagnosis_loaded_frames import recorded
+
+
+def told(dataset: Dataset, factor: float) -> str | None:
+    """What is said where the loads that acted were ``factor`` times those of the dataset."""
+    recordings = tuple(
+        replace(r, loads=tuple(replace(load, values=load.values / factor) for load in r.loads))
+        for r in dataset.recordings
+    )
+    setting = setting_of(replace(dataset, recordings=recordings))
+    ground = ground_of(setting.nominal, setting.nominal.centre, setting.lengths, setting.gauge)
+    assert ground is not None
+    return loading_of(ground.whole, setting.gauge)
+
+
+@pytest.mark.parametrize("factor", [2.0, 0.5, -1.0, 1000.0])
+def test_loads_of_another_size_are_told(factor: float) -> None:
+    sentence = told(recorded(), factor)
+    assert sentence is not None
+    size = float(sentence.removeprefix("all loads times ").split()[0])
+    assert size == pytest.approx(
+        factor, rel=0.01
+    )  # which 3 % noise tells to a thousandth, and the words to three digits
+
+
+def test_loads_that_are_right_are_not_told() -> None:
+    assert told(recorded(), 1.0) is None
+
+
+def test_a_soft_element_is_no_load() -> None:
+    assert told(recorded(StiffnessChange((2,), 0.85)), 1.0) is None
+
+
+def test_without_loads_nothing_is_told() -> None:
+    assert told(released(masts()), 1.0) is None
