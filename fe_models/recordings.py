@@ -95,6 +95,11 @@ class Dataset:
     lowpass: float | None = None
     assumptions: Assumptions = field(default_factory=Assumptions)
 
+    @property
+    def is_loaded(self) -> bool:
+        """Whether known loads act in any recording."""
+        return any(recording.loads for recording in self.recordings)
+
     def select(self, role: Literal["train", "test"]) -> tuple[Recording, ...]:
         """Return the recordings of one role, in order."""
         return tuple(recording for recording in self.recordings if recording.role == role)

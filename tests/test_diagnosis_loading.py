@@ -11,7 +11,7 @@ from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.outcome.loading import loading_of
 from tests.masts import masts
 from tests.masts import recorded as released
-from tests.test_diagnosis_loaded_frames import recorded
+from tests.shaken_mast import recorded
 
 
 def told(dataset: Dataset, factor: float) -> str | None:

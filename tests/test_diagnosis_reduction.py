@@ -20,7 +20,7 @@ from fe_models.recordings import Dataset, Recording
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.causes.candidates import all_candidates
 from hybrid.diagnosis.causes.places import Motion
-from hybrid.diagnosis.nominal import plant as plants
+from hybrid.diagnosis.nominal import basis as bases
 from hybrid.diagnosis.nominal.plant import Plant, plant_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.reduction import basis_of, eigenmodes, turn
@@ -58,7 +58,7 @@ def candidates_of(dataset: Dataset, plant: Plant) -> tuple[Candidate, ...]:
 @cache
 def bridge_plant(more: int = MORE) -> Plant:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(plants, "MORE_MODES", more)
+        patch.setattr(bases, "MORE_MODES", more)
         return plant_of(BRIDGE)
 
 

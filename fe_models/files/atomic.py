@@ -43,9 +43,7 @@ def writing(path: Path) -> Iterator[Path]:
 
 
 def check_folder(path: Path) -> None:
-    """Raise `InputError` where no results can be written into a folder ``path``, which need not be there yet: to be
-    asked before minutes of work.
-    """
+    """Raise `InputError` where no results could be written into a folder ``path``, which need not be there yet."""
     there = next((folder for folder in (path, *path.absolute().parents) if folder.exists()), path)
     if not there.is_dir():
         raise InputError(f"{path}: {there} is a file; give a folder for the results")

@@ -64,7 +64,7 @@ def judge(case: BlindCase, found: Diagnosis) -> Judgement:
     wrong = [finding for finding in found.findings if key_of(finding.cause) not in truth]
     marks = [mark for finding in right for mark in _marks(finding, case)]
     if case.outside:
-        first = found.verdict in (Verdict.PARTLY_EXPLAINED, Verdict.UNEXPLAINED)
+        first = found.verdict.is_wanting
     elif not truth:
         first = found.verdict is Verdict.NOTHING_WRONG
     elif len(truth) == 1:

@@ -56,6 +56,10 @@ class Loads:
         """Return those of some recordings or segments."""
         return replace(self, courses=self.courses[:, rows])
 
+    def times(self, factor: float) -> "Loads":
+        """Return loads ``factor`` times as large."""
+        return replace(self, courses=factor * self.courses)
+
     def finer(self, often: int, step: float) -> "Loads":
         """Return those of samples ``often`` times as often, where they were a ``step`` (s) apart."""
         rest = np.tile(step / often * np.arange(often), self.courses.shape[2])
@@ -77,8 +81,8 @@ def courses_of(values: FloatArray, step: float) -> FloatArray:
     a ``step`` (s) apart; of few samples as many orders as these tell, and zeros.
     """
     samples = np.arange(values.shape[1])
-    degree = min(DEGREE, (len(samples) - 1) // 2 * 2 - 1)  # odd ones wiggle least
-    spline = make_interp_spline(samples, values, max(degree, 1), axis=1)
+    degree = min(DEGREE, len(samples) // 2 * 2 - 1)  # odd ones wiggle least
+    spline = make_interp_spline(samples, values, degree, axis=1)
     return np.stack([spline(samples, order) / step**order for order in range(ORDERS)])
 
 

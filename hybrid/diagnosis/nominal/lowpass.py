@@ -55,7 +55,7 @@ def highest_shown(dataset: Dataset, lowpass: LowPass | None) -> float:
     where a load keeps them ringing.
     """
     half = dataset.sampling_rate / 2
-    if lowpass is None or lowpass.reach(PASSED) >= half or any(recording.loads for recording in dataset.recordings):
+    if lowpass is None or lowpass.reach(PASSED) >= half or dataset.is_loaded:
         return half
     end = lowpass.reach(PASSED)
     fitted = (data[:, data.std(axis=0) > 0] for r in dataset.select("train") for data in r.data)

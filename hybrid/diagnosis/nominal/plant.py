@@ -15,15 +15,14 @@ from fe_models.effects import DeadLoad
 from fe_models.effects.base import ForceLaw
 from fe_models.effects.laws import force_laws, replaced_ratios, with_parts
 from fe_models.errors import InputError, raise_faults
-from fe_models.linear import LinearModel
 from fe_models.lowpass import LowPass
 from fe_models.mechanisms import factorise
-from fe_models.modes import natural_modes
 from fe_models.nominal import damping_ratios
 from fe_models.recordings import Dataset, Sensor
 from fe_models.structure import Damping, Structure
 from fe_models.time_integration import TimeIntegration
 from fe_models.uncertain_parts import UncertainPart, uncertain_parts
+from hybrid.diagnosis.nominal.basis import basis_of
 from hybrid.diagnosis.nominal.geometry import Geometry
 from hybrid.diagnosis.nominal.loads import LoadPlace, load_places
 from hybrid.diagnosis.nominal.lowpass import highest_shown, lowpass_of
@@ -31,7 +30,6 @@ from hybrid.diagnosis.nominal.scatter import NONE, OWN, Scatter, scatter_of
 from hybrid.tiny import TINY
 
 CERTAIN = 1e-6  # the least standard deviation of a factor, so that a prior of zero stays a number
-MORE_MODES = 15  # in the basis of a frame, beyond those kept: they carry what a changed part does to the shapes
 SPARE = 1  # mode beyond those kept whose damping is uncertain, too: a cause may bring it
 TURNING = 1.0  # of damping ratios that are off: they are those of the modes without any cause (-1), as causes turn them
 # (1) or between: what else dissipates may stay where it is or go with the modes, and recordings tell
@@ -264,7 +262,7 @@ def plant_of(dataset: Dataset) -> Plant:
         damping = damping + csr_array((more.data, (rows[more.row], rows[more.col])), shape=damping.shape)
     lowpass = lowpass_of(dataset)
     highest = highest_shown(dataset, lowpass)
-    basis, kept = _basis(dataset, linear, highest)
+    basis, kept = basis_of(dataset, linear, highest)
     modes = basis.shape[1] if kept is None else min(kept + SPARE, basis.shape[1])
     ratios = ratios_of_modes(structure.damping.modal_ratios, modes)
     if assumed.damping_ratio is not None:
@@ -317,27 +315,6 @@ def _scattered(plant: Plant, stiffness: float) -> Plant:
 def _settled(structure: Structure) -> tuple[tuple[int, float], ...]:
     """Return the modes whose damping ratio an effect has set: nothing comes on top there."""
     return tuple((mode, 0.0) for mode, _ in replaced_ratios(structure))
-
-
-def _basis(dataset: Dataset, linear: LinearModel, highest: float) -> tuple[FloatArray, int | None]:
-    """Return the basis (dof, vector) and how many of its modes are followed: those that the recordings can show."""
-    assert isinstance(dataset.model, Structure)  # its caller has seen to that
-    free = len(linear.dofs.free_rows)
-    if dataset.model.is_chain:
-        massless = linear.dofs.node[linear.dofs.free_rows][linear.mass.diagonal() <= 0]
-        raise_faults(f"model: node {node} has no mass: give it a point mass, or join its springs" for node in massless)
-        return linear.dofs.expand(np.eye(free)), None
-    count = min(MORE_MODES, free)
-    modal = natural_modes(linear, count)
-    while modal.frequencies[-1] < highest and count < free:
-        count = min(2 * count, free)
-        modal = natural_modes(linear, count)
-    wished, passed = dataset.assumptions.modes, min(dataset.lowpass or np.inf, dataset.sampling_rate / 2)
-    kept = max(int(np.sum(modal.frequencies < (passed if wished else highest))), wished or 1)
-    wanted = min(kept + MORE_MODES, free)
-    if wanted > count:
-        modal = natural_modes(linear, wanted)
-    return modal.shapes[:, :wanted], min(kept, wanted)
 
 
 def _felt_parts(structure: Structure) -> tuple[tuple[UncertainPart, ...], tuple[csr_array, ...]]:

@@ -79,7 +79,7 @@ def concluded(setting: Setting, evidence: Evidence) -> Diagnosis:
 def _alike(ruling: Ruling, findings: tuple[Finding, ...]) -> bool | None:
     """Return whether all recordings are of one structure: not where a cause acts in some of them only."""
     motions = motions_of(ruling.setting.dataset).total()
-    if motions < 2 or ruling.verdict in (Verdict.PARTLY_EXPLAINED, Verdict.UNEXPLAINED):
+    if motions < 2 or ruling.verdict.is_wanting:
         return None
     return all(len(finding.recordings) == motions for finding in findings)
 

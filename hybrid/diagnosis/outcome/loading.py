@@ -4,11 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from fe_models.dofs import FloatArray
 from hybrid.diagnosis.fitting.fitting import Fit, fit
+from hybrid.diagnosis.outcome.otherwise import taken_away
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import Batch
 
-LEAVES = 0.1  # of what the model leaves beyond noise: the most that loads so changed may leave
 ROUNDS = 3  # of the factor and the nominal values in turn
 TOLD = 0.02  # a factor nearer to one is none
 
@@ -20,28 +21,22 @@ def loading_of(item: Fit, gauge: Gauge) -> str | None:
     """
     if not item.hypothesis.is_linear or all(batch.loads is None for batch in item.batches):
         return None
-    best, factor = replace(item, theta=np.zeros_like(item.theta)), 1.0
+    theta, factor, found = np.zeros_like(item.theta), 1.0, None
     for _ in range(ROUNDS):
-        told = _factor(best, item, gauge)
-        found = None if told is None else fit(item.hypothesis, best.theta, _times(item.batches, told), gauge)
+        told = _factor(item, theta, gauge)
+        found = None if told is None else fit(item.hypothesis, theta, _times(item.batches, told), gauge)
         if told is None or found is None:
             return None
-        best, factor = found, told
-    if abs(factor - 1) < TOLD or best.misfit > LEAVES * item.misfit:
+        theta, factor = found.theta, told
+    gain = taken_away(found, item)
+    if gain is None or abs(factor - 1) < TOLD:
         return None
-    share = 1 - max(best.misfit, 0.0) / item.misfit
-    return (
-        f"all loads times {factor:.4g} would take {share:.0%} of what the model leaves beyond noise away: check their"
-        " unit, sign and gain"
-    )
+    return f"all loads times {factor:.4g} {gain}: check their unit, sign and gain"
 
 
-def _factor(near: Fit, item: Fit, gauge: Gauge) -> float | None:
-    """Return the best factor on the loads for the parameters of a fit: its cost is a parabola in it."""
-    trials = [
-        fit(item.hypothesis, near.theta, _times(item.batches, factor), gauge, iterations=0)
-        for factor in (-1.0, 0.0, 1.0)
-    ]
+def _factor(item: Fit, theta: FloatArray, gauge: Gauge) -> float | None:
+    """Return the best factor on the loads at ``theta`` (parameter,): the cost is a parabola in it."""
+    trials = [fit(item.hypothesis, theta, _times(item.batches, by), gauge, iterations=0) for by in (-1.0, 0.0, 1.0)]
     turned, none, given = (np.nan if trial is None else trial.cost for trial in trials)
     bend = turned + given - 2 * none
     return float((turned - given) / (2 * bend)) if bend > 0 else None
@@ -49,9 +44,4 @@ def _factor(near: Fit, item: Fit, gauge: Gauge) -> float | None:
 
 def _times(batches: tuple[Batch, ...], factor: float) -> tuple[Batch, ...]:
     """Return batches with their loads ``factor`` times as large."""
-    return tuple(
-        batch
-        if batch.loads is None
-        else replace(batch, loads=replace(batch.loads, courses=factor * batch.loads.courses))
-        for batch in batches
-    )
+    return tuple(replace(batch, loads=batch.loads and batch.loads.times(factor)) for batch in batches)

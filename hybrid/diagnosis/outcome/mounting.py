@@ -8,6 +8,7 @@ import numpy as np
 from fe_models.dofs import FloatArray
 from fe_models.recordings import Sensor
 from hybrid.diagnosis.fitting.fitting import Fit, fit
+from hybrid.diagnosis.outcome.otherwise import taken_away
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.readout import Readout
 from hybrid.diagnosis.recorded.records import columns_of
@@ -16,7 +17,6 @@ from hybrid.diagnosis.response.side_by_side import side_by_side
 from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.response.system import drifted
 
-LEAVES = 0.1  # of what the model leaves beyond noise: the most that sensors mounted otherwise may leave
 NEARER = 0.5  # of what a channel differs by from its own place: another one must differ by less
 
 
@@ -48,11 +48,8 @@ def mounting_of(item: Fit, gauge: Gauge) -> str | None:
     if not costs:
         return None
     best = trials[int(np.argmin(costs))]
-    found = fitted(best)
-    if found is None or found.misfit > LEAVES * item.misfit:
-        return None
-    share = 1 - max(found.misfit, 0.0) / item.misfit
-    return f"{best.words} would take {share:.0%} of what the model leaves beyond noise away: check cables and names"
+    gain = taken_away(fitted(best), item)
+    return None if gain is None else f"{best.words} {gain}: check cables and names"
 
 
 def _exchanged(sensors: tuple[Sensor, ...]) -> list[_Mounting]:

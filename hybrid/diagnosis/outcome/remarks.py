@@ -83,7 +83,7 @@ def _apart(ruling: Ruling, findings: tuple[Finding, ...]) -> list[str]:
 
 def _or_mass(ruling: Ruling, findings: tuple[Finding, ...]) -> list[str]:
     """Return a line on a stiffness of several elements as one, which a mass of theirs looks like: no cause is that."""
-    if any(recording.loads for recording in ruling.setting.dataset.recordings):
+    if ruling.setting.dataset.is_loaded:
         return []  # known forces tell stiffness from mass
     return [
         OR_MASS.format(elements=place_words(cause.location), times=1 / cause.factor)
@@ -95,20 +95,15 @@ def _or_mass(ruling: Ruling, findings: tuple[Finding, ...]) -> list[str]:
 def _rest(ruling: Ruling, shown: Shown) -> list[str]:
     """Return what the rest looks like, where something is left that nothing explains."""
     gauge = ruling.evidence.gauge
-    if not _is_wanting(ruling) or not left(ruling.told, gauge, ruling.setting.band).significant:
+    if not ruling.verdict.is_wanting or not left(ruling.told, gauge, ruling.setting.band).significant:
         return []
     mounted = mounting_of(ruling.evidence.base, gauge)
     return [rest_of(ruling.told, shown.observed.frequencies, gauge), *([] if mounted is None else [mounted])]
 
 
-def _is_wanting(ruling: Ruling) -> bool:
-    """Return whether something is left that no cause explains."""
-    return ruling.verdict in (Verdict.PARTLY_EXPLAINED, Verdict.UNEXPLAINED)
-
-
 def _loading(ruling: Ruling) -> list[str]:
     """Return a line on loads that would explain what no cause does, were they of another size."""
-    told = loading_of(ruling.evidence.base, ruling.evidence.gauge) if _is_wanting(ruling) else None
+    told = loading_of(ruling.evidence.base, ruling.evidence.gauge) if ruling.verdict.is_wanting else None
     return [] if told is None else [told]
 
 
@@ -139,4 +134,4 @@ def _bent(ruling: Ruling) -> list[str]:
 def _all_off(ruling: Ruling, shown: Shown) -> list[str]:
     """Return notes on what is off in all modes: of damping, where something is left that no cause explains."""
     uncertainty = ruling.setting.dataset.assumptions.uncertainty
-    return all_off(shown, uncertainty) + (damping_off(shown, uncertainty) if _is_wanting(ruling) else [])
+    return all_off(shown, uncertainty) + (damping_off(shown, uncertainty) if ruling.verdict.is_wanting else [])

@@ -31,6 +31,11 @@ class Verdict(Enum):
     PARTLY_EXPLAINED = "partly_explained"
     UNEXPLAINED = "unexplained"
 
+    @property
+    def is_wanting(self) -> bool:
+        """Whether something is left that no cause explains."""
+        return self in (Verdict.PARTLY_EXPLAINED, Verdict.UNEXPLAINED)
+
 
 @dataclass(frozen=True)
 class Errors:
