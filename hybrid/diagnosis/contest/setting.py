@@ -7,6 +7,7 @@ import numpy as np
 from fe_models.dofs import BoolArray
 from fe_models.errors import InputError
 from fe_models.recordings import Dataset
+from fe_models.time_integration import root
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.causes.candidates import all_candidates
 from hybrid.diagnosis.causes.places import Motion
@@ -30,7 +31,7 @@ from hybrid.diagnosis.recorded.filtered_ends import without_ringing_ends
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.noise import Band, noise_of_recordings, structure_band
 from hybrid.diagnosis.recorded.noise_levels import NoiseLevels
-from hybrid.diagnosis.recorded.offsets import offsets
+from hybrid.diagnosis.recorded.offsets import offsets, without_offsets
 from hybrid.diagnosis.recorded.readout import Readout
 from hybrid.diagnosis.recorded.records import Batch, batches_of, columns_of, measured_columns
 from hybrid.diagnosis.recorded.sizes import other_sizes
@@ -115,6 +116,7 @@ def setting_of(dataset: Dataset) -> Setting:
     dataset, unusable = usable(dataset)
     plant = plant_of(with_ratios_of_modal_model(dataset))
     modal = modal_plant(plant, dataset)
+    dataset, at_rest = without_offsets(dataset, root(plant.modes[0], plant.own_ratios[: plant.size]))
     dataset, apart = as_recordings(dataset)
     fast = _too_fast(plant)
     measured = measured_columns(dataset)
@@ -135,6 +137,7 @@ def setting_of(dataset: Dataset) -> Setting:
         *other_end,
         *rung,
         *unusable,
+        *at_rest,
         *offsets(dataset),
         *other_sizes(dataset),
         *apart,

@@ -1,12 +1,47 @@
 """Channels that do not swing about zero, as accelerometers that feel gravity: no cause of the list explains that."""
 
+from dataclasses import replace
+
 import numpy as np
 
-from fe_models.dofs import FloatArray
-from fe_models.recordings import Dataset
+from fe_models.dofs import ComplexArray, FloatArray
+from fe_models.recordings import Dataset, Sensor
+from hybrid.diagnosis.recorded.beside_motion import beside_motion
 
 LARGE = 0.25  # times the standard deviation about it: a mean that no oscillation of two periods or more leaves
 STEADY = 0.3  # of the mean: how far it may differ between recordings, and move within one; a drift does
+MATTERS = 0.005  # of a channel's standard deviation: beside noise of 3 % a smaller offset hardly shows in forecasts
+DIFFER = 0.02  # of it: offsets that differ by less, as those of one afternoon, are hardly worth a word
+
+TAKEN_OFF = "sensors do not show zero at rest, which was taken off"
+HELD_OUT = "held-out sensors do not show zero at rest, which spoils their score (subtract it)"
+DISPLACED = "displacements do not swing about zero (subtract it if it is the sensor's and not the structure's)"
+DIFFERING = "sensors show another value at rest in each recording (subtract each recording's own)"
+
+
+def without_offsets(dataset: Dataset, poles: ComplexArray) -> tuple[Dataset, list[str]]:
+    """Return a dataset less what its accelerometers and velocity sensors show at rest, and notes on all sensors.
+
+    The velocity of a structure that stays where it is returns to zero on average, and so does its acceleration, linear
+    or not. ``poles``: of the nominal modes (rad/s). The training recordings tell, and it is taken off all recordings
+    where they agree; nothing is from held-out sensors, nor from displacements: a stop or friction moves their mean.
+    """
+    known = np.zeros(len(dataset.sensors))
+    told: dict[str, list[str]] = {what: [] for what in (TAKEN_OFF, HELD_OUT, DISPLACED, DIFFERING)}
+    for column, channel in enumerate(beside_motion(dataset, poles)):
+        sensor, size = dataset.sensors[column], _size(dataset, column)
+        offset, differing = channel.offset(), channel.differing()
+        if differing is not None and np.ptp(differing) > STEADY * np.abs(differing).max():
+            if np.ptp(differing) > DIFFER * size:
+                told[DIFFERING].append(f"{sensor.name} {differing.min():.2g} to {_told(differing.max(), sensor, 2)}")
+        elif offset is not None and abs(offset) > MATTERS * size:
+            what = _kept(sensor) or TAKEN_OFF
+            known[column] = offset if what == TAKEN_OFF else 0.0
+            told[what].append(f"{sensor.name} {_told(offset, sensor)}")
+    notes = [f"{what}: {', '.join(sensors)}" for what, sensors in told.items() if sensors]
+    if known.any():
+        dataset = replace(dataset, recordings=tuple(replace(r, data=r.data - known) for r in dataset.recordings))
+    return dataset, notes
 
 
 def offsets(dataset: Dataset) -> list[str]:
@@ -16,9 +51,25 @@ def offsets(dataset: Dataset) -> list[str]:
         channels = [part[:, column] for r in dataset.recordings if not r.loads for part in r.data]
         means = np.array([channel.mean() for channel in channels])
         if len(means) and all(map(_is_offset, channels)) and np.ptp(means) < STEADY * np.abs(means).max():
-            size = f"{means.mean():.3g} {sensor.unit}" if sensor.unit != "1" else f"{means.mean():.3g}"
-            found.append(f"sensor {sensor.name} shows {size} in the mean of its recordings: subtract it")
+            told = _told(means.mean(), sensor)
+            found.append(f"sensor {sensor.name} shows {told} in the mean of its recordings: subtract it")
     return found
+
+
+def _kept(sensor: Sensor) -> str:
+    """Return why an offset of a sensor is not taken off; nothing where it is."""
+    if sensor.role == "held_out":
+        return HELD_OUT
+    return DISPLACED if sensor.quantity == "displacement" else ""
+
+
+def _size(dataset: Dataset, column: int) -> float:
+    """Return the standard deviation of a channel in its training recordings."""
+    return float(np.mean([part[:, column].std() for r in dataset.select("train") for part in r.data]))
+
+
+def _told(offset: float, sensor: Sensor, digits: int = 3) -> str:
+    return f"{offset:.{digits}g} {sensor.unit}" if sensor.unit != "1" else f"{offset:.{digits}g}"
 
 
 def _is_offset(channel: FloatArray) -> bool:
