@@ -10,8 +10,11 @@ from scipy.linalg import expm
 
 from fe_models.assembly import linearise
 from fe_models.blind import BRIDGE_KINDS, OUTSIDE, BlindCase, BlindConfig, blind_case, save_case
+from fe_models.blind.bridge_draw import draw_outside
+from fe_models.blind.bridge_scene import Scene, free_motion
 from fe_models.blind.bridge_truth import OUTPUT_RATE, Start, Truth, modal_state, motion_at, off_by_uncertainty
 from fe_models.blind.marching import Grid, march
+from fe_models.blind.outside import HystereticSpring
 from fe_models.bridge import bridge
 from fe_models.dofs import FloatArray
 from fe_models.effects import CoulombFriction, CubicSpring, GapStop, HarmonicForce, PointDamper, QuadraticDamper
@@ -249,3 +252,27 @@ def test_unknown_wishes_are_refused() -> None:
         blind_case(0, BlindConfig(measured=5))
     with pytest.raises(InputError, match="expected a divisor of 500 Hz"):
         blind_case(0, replace(SHORT, sampling_rate=130.0))
+
+
+def test_hysteretic_spring_yields_in_the_motion_that_it_leaves() -> None:
+    """One that does not is a plain spring, which is on the list."""
+    design = bridge().without_prestress()
+    model = linearise(design)
+    modal = natural_modes(model, 10)
+    rng = np.random.default_rng(2)
+    q, p = 0.5 * rng.standard_normal((2, 10, 4)) / modal.omega[:, None] ** np.array([2, 1])[:, None, None]
+    scene = Scene(design, model, modal, free_motion(modal, q, p, np.arange(500) / 100), SENSORS)
+    for _ in range(10):
+        spring = draw_outside("hysteretic_spring", scene, rng, 1.0, 5.0)
+        assert isinstance(spring, HystereticSpring)
+        node, direction, _ = spring.along[0]
+        own = scene.local_stiffness(node, direction)
+        left = own / (own + spring.stiffness)
+        u, v = (left * scene.calm.channel(node, direction, kind) for kind in ("displacement", "velocity"))
+        z = np.zeros_like(u)
+        for i in range(1, u.shape[1]):
+            z[:, i] = spring.after(z[:, i - 1], v[:, i - 1], v[:, i], 0.01)
+        u, v, z = (part - part.mean(axis=1, keepdims=True) for part in (u, v, z))  # z begins at zero wherever u does
+        follows = np.linalg.lstsq(np.stack([u.ravel(), v.ravel()], axis=1), z.ravel(), rcond=None)[0]
+        rest = z - follows[0] * u - follows[1] * v
+        assert rest.std() > 0.2 * z.std()  # no spring and dashpot do as much; 1e-5 where it never yields
