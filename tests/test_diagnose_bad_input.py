@@ -74,6 +74,16 @@ def test_dead_channel_is_left_out_and_said(tmp_path: Path) -> None:
     assert any("sensor a3 never changes" in note and note.endswith("left out") for note in report["notes"])
 
 
+def test_channel_that_symmetry_silences_counts_as_dead_where_it_is_silent() -> None:
+    """Simulated noise that is a share of each motion would make rounding errors the most exact values of all."""
+    silent = np.where(np.arange(5) == NAMES.index("a3"), 1e-12, 1.0) * CASE.recordings[1].data
+    sound, (note,) = usable(with_data(CASE, {"r02": silent}))
+    assert note == "sensor a3 hardly changes (all of r02): it is left out"
+    assert len(sound.sensors) == 4
+    quiet = np.where(np.arange(5) == NAMES.index("a3"), 1e-4, 1.0) * CASE.recordings[1].data
+    assert usable(with_data(CASE, {"r02": quiet}))[1] == []
+
+
 def test_recording_in_which_nothing_moves_is_left_out_with_no_sensor() -> None:
     still = with_data(CASE, {"r02": np.zeros_like(CASE.recordings[1].data)})
     sound, (note,) = usable(still)

@@ -23,6 +23,7 @@ REACHED = "as well as the noise lets it"
 NEARLY = "nearly as well as the noise lets it, and leaves nothing but noise of the training recordings"
 RIVALS = 5  # of a finding, told on the terminal
 LEARNED_PLACES = 3  # where most was learned, told on the terminal
+HARDLY = 0.005  # of what was wrong: what a finding takes away of it is told as none
 CALIBRATED = 1e-4  # a smaller change of a factor is not worth a line
 
 
@@ -80,6 +81,12 @@ def _advice(advice: Advice) -> dict[str, Any]:
     }
 
 
+def _explained(finding: Finding) -> str:
+    if finding.explains < HARDLY:
+        return "recordings for training show it, those for testing hardly"
+    return f"explains {finding.explains:.0%} of what was wrong"
+
+
 def _finding(finding: Finding) -> dict[str, Any]:
     return {
         "kind": finding.cause.kind,
@@ -103,7 +110,7 @@ def describe_diagnosis(diagnosis: Diagnosis, gain: Gain | None = None) -> str:
     lines += ["", WORDS[diagnosis.verdict].format(causes=causes, reach=reach)]
     for finding in diagnosis.findings:
         lines.append(f"- {finding.sentence}")
-        lines.append(f"  Probability {finding.probability:.2f}; explains {finding.explains:.0%} of what was wrong.")
+        lines.append(f"  Probability {finding.probability:.2f}; {_explained(finding)}.")
         for item in finding.alternatives[:RIVALS]:
             where = at_place(item.location)
             lines.append(f"  These sensors cannot rule out: {item.kind} {where} ({item.probability:.2f}).")

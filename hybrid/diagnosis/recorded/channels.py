@@ -22,6 +22,7 @@ TIMES = 5  # that often is an extreme value no chance, where nearly all others d
 DIFFERENT = 0.9  # of the other values: rounding makes fewer
 ROUNDING = 1e-9  # of a channel's range: values this close are equal
 MOST = 0.5  # of the channels that are alive in any recording
+SILENT = 1e-6  # of a channel's usual size: less is no sensor's noise, but what symmetry leaves of a simulated motion
 
 
 @dataclass(frozen=True)
@@ -88,14 +89,16 @@ def usable(dataset: Dataset) -> tuple[Dataset, list[str]]:
 
 def _fault(recordings: list[Recording], column: int) -> _Fault | None:
     channels = [recording.data[0, :, column] for recording in recordings]
-    dead = [is_dead(channel) for channel in channels]
+    sizes = np.array([0.0 if is_dead(channel) else channel.std() for channel in channels])
+    usual = float(np.median(sizes[sizes > 0])) if sizes.any() else 0.0
+    dead = (sizes <= SILENT * usual).tolist()
     alive = [channel for channel, off in zip(channels, dead, strict=True) if not off]
     levels = sorted({level for channel in alive for level in saturation_levels(channel)})
     bad = [np.full(len(c), True) if off else _at(c, levels) for c, off in zip(channels, dead, strict=True)]
     if not any(part.any() for part in bad):
         return None
     last = tuple(int(np.flatnonzero(part)[-1]) + 1 if part.any() else 0 for part in bad)
-    words = ["never changes"] * any(dead)
+    words = ["never changes" if not sizes[dead].any() else "hardly changes"] * any(dead)
     words += [f"is saturated at {' and '.join(f'{level:.4g}' for level in levels)}"] * bool(levels)
     return _Fault(" or ".join(words), tuple(int(part.sum()) for part in bad), last)
 
