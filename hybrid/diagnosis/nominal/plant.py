@@ -153,6 +153,11 @@ class Plant:
         """Natural frequencies (rad/s) and mass-normalised shapes (dof, mode) of the nominal modes that are followed."""
         return self._lowest(self.size)
 
+    @property
+    def all_frequencies(self) -> FloatArray:
+        """Natural frequencies (rad/s) of all modes of the basis, those that are not followed as well."""
+        return self._lowest(self.basis.shape[1])[0]
+
     @cached_property
     def own_ratios(self) -> FloatArray:
         """Damping ratios (mode,) of the nominal modes, of as many as there are ``ratios``."""

@@ -8,6 +8,7 @@ from hybrid.diagnosis.fitting.far_off import factors_off
 from hybrid.diagnosis.fitting.left_over import left
 from hybrid.diagnosis.outcome.calibration import astray, dispersion_of, far_off
 from hybrid.diagnosis.outcome.findings import Finding, at_place, place_words
+from hybrid.diagnosis.outcome.folding import folding_of
 from hybrid.diagnosis.outcome.loading import loading_of
 from hybrid.diagnosis.outcome.materiality import weak
 from hybrid.diagnosis.outcome.mounting import mounting_of
@@ -41,6 +42,7 @@ def remarks_on(ruling: Ruling, findings: tuple[Finding, ...], shown: Shown) -> t
         *ruling.notes,
         *_on_causes(ruling, findings),
         *_rest(ruling, shown),
+        *_folding(ruling),
         *loading,
         *_unseen(ruling),
         *modal_notes(ruling.simulation, ruling.found.nominal, ruling.found.own, ruling.scorer, ruling.is_named),
@@ -98,7 +100,15 @@ def _rest(ruling: Ruling, shown: Shown) -> list[str]:
     if not ruling.verdict.is_wanting or not left(ruling.told, gauge, ruling.setting.band).significant:
         return []
     mounted = mounting_of(ruling.evidence.base, gauge)
-    return [rest_of(ruling.told, shown.observed.frequencies, gauge), *([] if mounted is None else [mounted])]
+    rest = rest_of(ruling.told, shown.observed.frequencies, gauge)
+    return [rest, *([] if mounted is None else [mounted])]
+
+
+def _folding(ruling: Ruling) -> list[str]:
+    """Return a line on fast modes that recordings show elsewhere, where more than noise is left."""
+    gauge, setting = ruling.evidence.gauge, ruling.setting
+    astray = ruling.verdict is not Verdict.NOTHING_WRONG and left(ruling.told, gauge, setting.band).significant
+    return folding_of(ruling.told, setting, gauge) if astray else []
 
 
 def _loading(ruling: Ruling) -> list[str]:

@@ -8,13 +8,15 @@ from fe_models.dofs import FloatArray
 from hybrid.diagnosis.fitting.fitting import Fit, residuals_at
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.motions import in_words
-from hybrid.diagnosis.recorded.spectra import energy_near
+from hybrid.diagnosis.recorded.spectra import energy_near, falling, strongest_apart
 from hybrid.tiny import TINY
 
 MUCH = 0.2  # of what is left: a channel or mode that has less is not told
 SEVERAL = 2.0  # times its part of all values: a recording that has more stands out
 MOST = 0.5  # of what is left: those that stand out must have more
 STILL = "0 Hz (it does not swing about zero)"
+APART = 0.1  # of a natural frequency: what is further off is not near it ...
+LINES = 4.0  # ... nor further than so many lines of the spectrum
 LATE = 2.0  # times as much of the motion's energy: what is left late, beside what is left early
 
 
@@ -22,21 +24,40 @@ def rest_of(item: Fit, frequencies: FloatArray, gauge: Gauge) -> str:
     """Return in a sentence what a fit leaves of the recordings that were fitted: in which channels, near which natural
     ``frequencies`` (mode,) in Hz, in which recordings, early or late.
     """
-    batches = item.batches
-    motion = tuple(batch.data / batch.sigma(gauge) for batch in batches)
-    residuals = residuals_at(item, item.theta, gauge)
-    rest = tuple(whole if part is None else part for part, whole in zip(residuals, motion, strict=True))
+    motion, rest = _motion(item, gauge), rests(item, gauge)
     by_channel = sum(np.square(part).sum(axis=(0, 1)) - len(part) * part.shape[1] for part in rest)
     names = np.array([sensor.name for sensor in gauge.sensors])
     told = [f"in {_most(np.asarray(by_channel), names)}"]
     if len(frequencies):
-        tones = np.array([STILL, *(f"{tone:.4g} Hz (mode {mode})" for mode, tone in enumerate(frequencies, 1))])
-        told.append(f"near {_most(energy_near(np.append(0.0, frequencies), rest, gauge.rate), tones)}")
+        tones, known = [STILL], np.append(0.0, frequencies)
+        tones += [f"{tone:.4g} Hz (mode {mode})" for mode, tone in enumerate(frequencies, 1)]
+        other = elsewhere(rest, frequencies, gauge.rate)
+        if other is not None:
+            tones, known = [*tones, f"{other:.4g} Hz (no natural frequency)"], np.append(known, other)
+        told.append(f"near {_most(energy_near(known, rest, gauge.rate, falling), np.array(tones))}")
     told.append(_when(motion, rest))
     apart = _standing_out(item, rest)
     if apart:
         told.append(f"most of it in {apart}")
     return f"what is left of the recordings beyond noise is {', '.join(told)}"
+
+
+def rests(item: Fit, gauge: Gauge) -> tuple[FloatArray, ...]:
+    """Return what a fit leaves of each batch (recording, time, sensor), in units of the noise."""
+    residuals = residuals_at(item, item.theta, gauge)
+    return tuple(whole if part is None else part for part, whole in zip(residuals, _motion(item, gauge), strict=True))
+
+
+def elsewhere(rest: tuple[FloatArray, ...], frequencies: FloatArray, rate: float) -> float | None:
+    """Return near which frequency (Hz) the rest stands out that is none of the ``frequencies`` (mode,), nor zero."""
+    known = np.append(0.0, frequencies)
+    resolution = rate / max(part.shape[1] for part in rest)
+    return strongest_apart(known, np.maximum(APART * known, LINES * resolution), rest, rate)
+
+
+def _motion(item: Fit, gauge: Gauge) -> tuple[FloatArray, ...]:
+    """Return the recordings that were fitted, each batch (recording, time, sensor), in units of the noise."""
+    return tuple(batch.data / batch.sigma(gauge) for batch in item.batches)
 
 
 def _most(energies: FloatArray, names: np.ndarray[tuple[int], np.dtype[np.str_]]) -> str:

@@ -1,5 +1,7 @@
 """Where the energy of recordings is: near which natural frequency, and at which lines of a weak nonlinearity."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from fe_models.dofs import FloatArray
@@ -8,18 +10,29 @@ from hybrid.tiny import TINY
 HARDLY_SHOWN = 5e-4  # of a motion's energy: a mode that has less hardly shows, and its damping not at all
 STRONGEST = 3  # modes whose sums and differences are looked at
 ORDER = 2  # of the lines: multiples and sums of so many frequencies, as stretching that comes with bending makes them
+CLEAR = 3.0  # times the noise: a line that stands out of it
 WIDTH = 1.5  # of a recording's resolution: how far from its place a line may be
 
 
-def energy_near(frequencies: FloatArray, parts: tuple[FloatArray, ...], rate: float) -> FloatArray:
-    """Return the shares (mode,) of energy nearest to each frequency (Hz).
+def falling(samples: int) -> FloatArray:
+    """Return the second half of a Hann window: what is fast dies early, where the whole one is blind."""
+    return np.hanning(2 * samples)[samples:]
+
+
+def energy_near(
+    frequencies: FloatArray,
+    parts: tuple[FloatArray, ...],
+    rate: float,
+    window_of: Callable[[int], FloatArray] = np.hanning,
+) -> FloatArray:
+    """Return the shares (mode,) of energy nearest to each frequency (Hz), through a window of so many samples.
 
     ``parts`` (recording, time, sensor) in units of the noise, whose energy is taken off; so are means, where none of
     the frequencies is zero.
     """
     found = np.zeros(len(frequencies))
     for part in parts if len(frequencies) else ():  # below a low-pass there may be none
-        window = np.hanning(part.shape[1])[:, None]
+        window = window_of(part.shape[1])[:, None]
         mean = part.mean(axis=1, keepdims=True) if np.all(frequencies) else 0.0
         power = (np.abs(np.fft.rfft((part - mean) * window, axis=1)) ** 2).sum(axis=(0, 2))
         power -= np.sum(window**2) * part.shape[0] * part.shape[2]
@@ -27,6 +40,23 @@ def energy_near(frequencies: FloatArray, parts: tuple[FloatArray, ...], rate: fl
         found += np.bincount(nearest, power, len(frequencies))
     found = np.maximum(found, 0.0)
     return np.asarray(found / max(float(found.sum()), TINY))
+
+
+def strongest_apart(
+    frequencies: FloatArray, width: FloatArray, parts: tuple[FloatArray, ...], rate: float
+) -> float | None:
+    """Return the frequency (Hz) of the strongest line of ``parts`` (recording, time, sensor), in units of the noise,
+    that lies more than ``width`` (mode,) away from each of the ``frequencies``; None where noise is as strong.
+    """
+    strongest, found = CLEAR, None
+    for part in parts:
+        window = falling(part.shape[1])[:, None]
+        power = (np.abs(np.fft.rfft(part * window, axis=1)) ** 2).mean(axis=(0, 2)) / np.sum(window**2)
+        lines = np.fft.rfftfreq(part.shape[1], 1 / rate)
+        power[np.any(np.abs(lines[:, None] - frequencies) <= width, axis=1)] = 0.0
+        if power.max() > strongest:
+            strongest, found = float(power.max()), float(lines[power.argmax()])
+    return found
 
 
 def combination_lines(frequencies: FloatArray, energies: FloatArray) -> FloatArray:

@@ -1,0 +1,31 @@
+"""Fast modes that recordings without an anti-aliasing filter show at other frequencies: on no list, but told."""
+
+import numpy as np
+
+from hybrid.diagnosis.contest.setting import Setting
+from hybrid.diagnosis.fitting.fitting import Fit
+from hybrid.diagnosis.outcome.rest import elsewhere, rests
+from hybrid.diagnosis.recorded.gauge import Gauge
+
+KNOWN = 0.02  # of a natural frequency: how well the model knows it
+FOLDS = (
+    "what is left of the recordings stands out near {line:.4g} Hz, where a mode of {mode:.4g} Hz shows without an"
+    " anti-aliasing filter, and may be taken for something else: filter before sampling and state the lowpass, or leave"
+    " out the beginning of recordings, until fast modes have died away"
+)
+
+
+def folding_of(item: Fit, setting: Setting, gauge: Gauge) -> list[str]:
+    """Return a line on the drawn structure's mode above half the sampling rate that a fit seems to leave; none where
+    a low-pass has kept such modes out, or nothing stands out.
+    """
+    rate, plant = gauge.rate, setting.plant
+    if setting.dataset.lowpass is not None:
+        return []
+    line = elsewhere(rests(item, gauge), plant.modes[0] / (2 * np.pi), rate)
+    if line is None:
+        return []
+    fast = plant.all_frequencies / (2 * np.pi)
+    fast = fast[fast > rate / 2]
+    off = np.abs(np.abs(fast - rate * np.round(fast / rate)) - line) / fast
+    return [FOLDS.format(line=line, mode=fast[off.argmin()])] if np.any(off < KNOWN) else []
