@@ -19,7 +19,7 @@ from fe_models.lowpass import LowPass
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.contest.wrong_units import shown_otherwise, with_other_units
-from hybrid.diagnosis.recorded.channels import saturation_levels, usable
+from hybrid.diagnosis.recorded.channels import saturation_levels, stuck_samples, usable
 from hybrid.diagnosis.recorded.offsets import offsets
 from hybrid.diagnosis.recorded.sizes import other_sizes
 from hybrid.diagnosis.response.marching import is_too_fast
@@ -199,6 +199,22 @@ def test_saturated_channel_is_told_from_its_runs() -> None:
     fast = np.exp(-0.01 * time) * np.sin(16 * time) + 0.03 * np.random.default_rng(1).standard_normal(300)
     assert saturation_levels(np.clip(fast, -2, 0.7)) == [0.7]  # four samples a period: no two in a row
     assert saturation_levels(np.round(fast, 1)) == []
+
+
+def test_channel_that_stands_still_for_a_while_is_cut_out_and_said() -> None:
+    """As a logger that repeats its last value; coarsely rounded values repeat, too."""
+    column = NAMES.index("a1")
+    data = CASE.recordings[0].data.copy()
+    data[0, 50:70, column] = data[0, 50, column]
+    sound, (note,) = usable(with_data(CASE, {"r01": data}))
+    assert note == "sensor a1 stands still (20 samples of r01): r01 used from there on"
+    np.testing.assert_array_equal(sound.recordings[0].data, data[:, 70:])
+    coarse = CASE.recordings[0].data[0, :, column]
+    coarse = np.round(coarse / coarse.std()) * coarse.std()
+    assert not stuck_samples(coarse).any()
+    time = np.arange(400)
+    assert not stuck_samples(np.round(np.exp(-0.05 * time) * np.sin(time), 4)).any()  # zeros once it has died away
+    np.testing.assert_array_equal(np.flatnonzero(stuck_samples(data[0, :, column])), np.arange(50, 70))
 
 
 def test_recordings_are_used_from_behind_a_few_saturated_samples() -> None:

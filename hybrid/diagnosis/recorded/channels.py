@@ -1,6 +1,6 @@
-"""Channels that are dead or saturated: what of a dataset can be used all the same.
+"""Channels that are dead, stuck or saturated: what of a dataset can be used all the same.
 
-A motion may begin at any sample, so that a recording whose channel is saturated is used from behind the last
+A motion may begin at any sample, so that a recording whose channel is stuck or saturated is used from behind the last
 such sample on; or the channel is left out everywhere, whichever loses fewer values. A dead channel spoils its recording
 whole, and recordings in which most channels are dead are left out before any channel is, where that loses fewer.
 """
@@ -19,6 +19,8 @@ from hybrid.diagnosis.recorded.motions import in_words, motions_of
 RUN = 3  # equal extreme values in a row: noise makes no two of them equal, rounding rarely three
 ELSEWHERE = 2  # times the longest run of equal values below the extremes: coarsely rounded peaks are no saturation
 TIMES = 5  # that often is an extreme value no chance, where nearly all others differ: a few samples a period reach it
+STUCK = 5  # equal values in a row, where nearly all others differ: a sensor or its logger has stood still
+MOVES = 0.01  # of a channel's range, within as many samples beside these: else it has come to rest
 DIFFERENT = 0.9  # of the other values: rounding makes fewer
 ROUNDING = 1e-9  # of a channel's range: values this close are equal
 MOST = 0.5  # of the channels that are alive in any recording
@@ -37,7 +39,7 @@ class _Fault:
 
 
 def usable(dataset: Dataset) -> tuple[Dataset, list[str]]:
-    """Return the dataset without dead and saturated samples, and a note on each sensor that has some.
+    """Return the dataset without dead, stuck and saturated samples, and a note on each sensor that has some.
 
     A motion in which no sensor changes says nothing of the sensors. `InputError` where no measured channel or no
     training recording is left.
@@ -94,12 +96,19 @@ def _fault(recordings: list[Recording], column: int) -> _Fault | None:
     dead = (sizes <= SILENT * usual).tolist()
     alive = [channel for channel, off in zip(channels, dead, strict=True) if not off]
     levels = sorted({level for channel in alive for level in saturation_levels(channel)})
-    bad = [np.full(len(c), True) if off else _at(c, levels) for c, off in zip(channels, dead, strict=True)]
+    stuck = [stuck_samples(channel) for channel in channels]
+    bad = [
+        np.full(len(c), True) if off else _at(c, levels) | still
+        for c, off, still in zip(channels, dead, stuck, strict=True)
+    ]
     if not any(part.any() for part in bad):
         return None
     last = tuple(int(np.flatnonzero(part)[-1]) + 1 if part.any() else 0 for part in bad)
     words = ["never changes" if not sizes[dead].any() else "hardly changes"] * any(dead)
     words += [f"is saturated at {' and '.join(f'{level:.4g}' for level in levels)}"] * bool(levels)
+    words += ["stands still"] * any(
+        (still & ~_at(c, levels)).any() for c, off, still in zip(channels, dead, stuck, strict=True) if not off
+    )
     return _Fault(" or ".join(words), tuple(int(part.sum()) for part in bad), last)
 
 
@@ -137,6 +146,19 @@ def saturation_levels(channel: FloatArray) -> list[float]:
         return _longest(at) >= max(RUN, ELSEWHERE * elsewhere + 1) or bool(unrounded and at.sum() >= TIMES)
 
     return [level for level in (low, high) if is_reached(level)]
+
+
+def stuck_samples(channel: FloatArray) -> BoolArray:
+    """Return which samples of a channel (time,) repeat the same value amid motion, where nearly all others differ."""
+    same = np.concatenate([[False], np.diff(channel) == 0, [False]])
+    edges = np.flatnonzero(np.diff(same.astype(int)))
+    found = np.zeros(len(channel), dtype=bool)
+    for first, last in zip(edges[::2], edges[1::2], strict=True):
+        near = channel[max(first - STUCK, 0) : last + 1 + STUCK]
+        moves = np.ptp(near) > MOVES * np.ptp(channel)  # what has died away repeats a rounded zero
+        found[first : last + 1] = moves and last + 1 - first >= STUCK
+    rest = channel[~found]
+    return found & (len(np.unique(rest)) > DIFFERENT * len(rest))
 
 
 def _at(channel: FloatArray, levels: list[float]) -> BoolArray:
