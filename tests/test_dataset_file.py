@@ -168,6 +168,27 @@ def test_no_sensors_and_no_recordings_are_faults(tmp_path: Path) -> None:
     assert_fault(caught.value.faults, "recordings: none has the role")
 
 
+def test_a_fault_of_a_table_leaves_its_other_faults_to_be_found(folder: Path) -> None:
+    faults = faults_of(
+        folder,
+        ("node = 2", 'node = 9\ncolour = "red"'),
+        ('"acceleration"', '"accel"'),
+        ('file = "r1.npz"', 'file = "r9.npz"\nlength = 3'),
+    )
+    assert_fault(faults, "sensors[1].colour: unknown key")
+    assert_fault(faults, "sensors[1].quantity: expected")
+    assert_fault(faults, "sensors[1]: node 9 does not exist")
+    assert_fault(faults, "recordings[1].length: unknown key")
+    assert_fault(faults, "r9.npz: no such file")
+    assert len(faults) == 5
+
+
+def test_a_modal_model_in_the_place_of_the_model_is_told(folder: Path) -> None:
+    faults = faults_of(folder, ('"mast.toml"', '"modal.npz"'))
+    assert_fault(faults, "modal.npz: holds a modal model, no matrices: name it as modal_model in [simulation] instead")
+    assert len(faults) == 1
+
+
 def test_all_faults_of_a_dataset_come_out_at_once(folder: Path) -> None:
     np.savez(folder / "r1.npz", data=broken(3, 0, np.nan))
     np.savez(folder / "modal.npz", omega=MODAL["omega"], xi=MODAL["xi"])

@@ -12,7 +12,14 @@ from typing import Literal
 from fe_models.dofs import DofMap, FloatArray
 from fe_models.errors import noting
 from fe_models.files.modal_file import load_modal_model
-from fe_models.files.recording_checks import check_data, check_place, check_rates, check_sensor, check_sensors
+from fe_models.files.recording_checks import (
+    READS_ZERO,
+    check_data,
+    check_place,
+    check_rates,
+    check_sensor,
+    check_sensors,
+)
 from fe_models.files.recording_files import load_force, load_recording
 from fe_models.files.tables import Table, at, check_keys, read_list, read_table
 from fe_models.recordings import Assumptions, Load, Recording, Sensor, Uncertainty
@@ -54,6 +61,12 @@ class _Rates:
 
 
 @dataclass(frozen=True)
+class _Place:
+    node: int
+    direction: Direction
+
+
+@dataclass(frozen=True)
 class _SimulationTable:
     damping_ratio: float | tuple[float, ...] | None = None
     modes: int | None = None
@@ -83,7 +96,7 @@ def read_header(document: Table, where: str, faults: list[str]) -> DatasetHeader
     table = {key: document[key] for key in HEADER_KEYS if key in document}
     header = read_table(DatasetHeader, table, where, faults)
     rates = {key: table[key] for key in ("sampling_rate", "lowpass") if key in table}
-    readable = read_table(_Rates, rates, where, [], go_on=True) or _Rates()
+    readable = read_table(_Rates, rates, where, []) or _Rates()
     faults.extend(f"{where} {fault}" for fault in check_rates(readable.sampling_rate, readable.lowpass))
     return header
 
@@ -98,7 +111,9 @@ def read_sensors(
         sensor = read_table(Sensor, table, place, faults)
         name = table.get("name") if isinstance(table, dict) else None
         channels.append(name if isinstance(name, str) else f"number {len(channels) + 1}")
-        if sensor is not None:
+        if sensor is None:
+            faults.extend(f"{place}: {fault}" for fault in _misplaced(table, surroundings))
+        else:
             found = check_sensor(sensor, surroundings.dofs, surroundings.node_count)
             faults.extend(f"{place} ({sensor.name}): {fault}" for fault in found)
             sensors.append(sensor)
@@ -107,6 +122,15 @@ def read_sensors(
     elif len(sensors) == len(channels):
         faults.extend(f"{where} {fault}" for fault in check_sensors(sensors))
     return tuple(sensors), channels
+
+
+def _misplaced(table: object, surroundings: Surroundings) -> list[str]:
+    """Return what is wrong with the place of a sensor whose table is wrong otherwise, as far as it can be read."""
+    known = {key: table[key] for key in ("node", "direction") if key in table} if isinstance(table, dict) else {}
+    place = read_table(_Place, known, "", [])
+    if place is None or surroundings.dofs is None:
+        return []
+    return check_place(place.node, place.direction, surroundings.dofs, surroundings.node_count, READS_ZERO)
 
 
 def read_recordings(
@@ -141,9 +165,9 @@ def read_assumptions(document: Table, where: str, surroundings: Surroundings, fa
         own = [item.name for item in fields(_SimulationTable)]
         check_keys(table, [*own, "uncertainty"], place, faults)
         plain = {key: value for key, value in table.items() if key in own}
-    row = read_table(_SimulationTable, plain, place, faults, go_on=True) or _SimulationTable()
+    row = read_table(_SimulationTable, plain, place, faults) or _SimulationTable()
     given = table.get("uncertainty", {}) if isinstance(table, dict) else {}
-    uncertainty = read_table(Uncertainty, given, f"{place}.uncertainty", faults, go_on=True) or Uncertainty()
+    uncertainty = read_table(Uncertainty, given, f"{place}.uncertainty", faults) or Uncertainty()
     faults.extend(f"{place}.{fault}" for fault in _simulation_faults(row, uncertainty, surroundings))
     modal_model = None
     if row.modal_model is not None and surroundings.dofs is not None:

@@ -32,6 +32,8 @@ Dof = tuple[int, str]
 def load_linear_model(path: Path) -> LinearModel:
     """Read a linear model from .npz; `InputError` carries all its faults."""
     arrays, where, faults = load_arrays(path), str(path), list[str]()
+    if not arrays.keys() & {"M", "M_data"} and arrays.keys() >= {"omega", "phi"}:
+        raise InputError(f"{where}: holds a modal model, no matrices: name it as modal_model in [simulation] instead")
     mass = _npz_matrix(arrays, "M", where, faults)
     stiffness = _npz_matrix(arrays, "K", where, faults)
     has_damping = "C" in arrays or "C_data" in arrays

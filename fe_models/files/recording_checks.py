@@ -10,6 +10,8 @@ from fe_models.recordings import Quantity, Sensor
 FEWEST_SAMPLES = 32
 """Six samples in the first fifth, from which initial states are found, is the least that tells two modes apart."""
 
+READS_ZERO = "the sensor would read zero"  # at a place that a support holds
+
 FLAT_TOLERANCE = 1e-12  # of a channel's largest value: only rounding moves it
 TRANSITION = 1.1
 LARGEST_SHARE = 0.1
@@ -34,7 +36,7 @@ def check_sensor(sensor: Sensor, dofs: DofMap | None, node_count: int) -> list[s
         kind = f"{sensor.quantity} in {sensor.direction}"
         faults.append(f'unit {sensor.unit!r} does not fit {kind}; expected "{expected}" (SI), or "1" if normalised')
     if dofs is not None:
-        faults.extend(check_place(sensor.node, sensor.direction, dofs, node_count, "the sensor would read zero"))
+        faults.extend(check_place(sensor.node, sensor.direction, dofs, node_count, READS_ZERO))
     return faults
 
 

@@ -45,19 +45,17 @@ def read_table(
     where: str,
     faults: list[str],
     required: Collection[str] = (),
-    go_on: bool = False,
 ) -> T | None:
     """Return ``make(**table)`` with each value checked against the annotation of its parameter.
 
     ``make`` is a dataclass or a function; its parameters without default, and those named in ``required``, must be
-    there. Adds what is wrong to ``faults`` and returns None then; with ``go_on`` only if one of these is missing or
-    wrong, else the rest with defaults in place of what is wrong, so that its other faults are found as well.
+    there. Adds what is wrong to ``faults``, and returns None if it is one of these; else defaults stand in for it, and
+    other faults are found as well.
     """
     if not isinstance(table, dict):
         faults.append(f"{where}: expected a table, found {show(table)}")
         return None
     parameters = inspect.signature(make).parameters
-    before = len(faults)
     check_keys(table, parameters, where, faults)
     values: Table = {}
     for key, parameter in parameters.items():
@@ -69,7 +67,7 @@ def read_table(
         elif key in required or parameter.default is parameter.empty:
             faults.append(f"{at(where, key)}: missing; expected {describe(parameter.annotation)}")
     needed = {*required, *(key for key, parameter in parameters.items() if parameter.default is parameter.empty)}
-    if len(faults) > before and not (go_on and needed <= values.keys()):
+    if not needed <= values.keys():
         return None
     try:
         return make(**values)
