@@ -217,15 +217,16 @@ class Hypothesis:
                     before = before[0] + dM, before[1] + dC, before[2] + dK
             elif candidate.mode is not None:
                 replaced.append((candidate.mode, theta[:, part.start]))
-        drawn = eigenmodes(before[0], before[2])
-        modes = drawn if M is before[0] else eigenmodes(M, K)
+        of_before, of_modes = self._turning
+        drawn = eigenmodes(before[0], before[2], theta[:, of_before])
+        modes = drawn if of_modes == of_before else eigenmodes(M, K, theta[:, of_modes])
         more = more_damping(plant, drawn, *before[:2], factor[:, parts:])
         if plant.turns and any(candidate.turns_modes for candidate in self.candidates):
             turned = 0.5 * (1 + theta[:, plant.values, None, None])
             more = (1 - turned) * more + turned * more_damping(plant, modes, M, C, factor[:, parts:])
         shapes, trailing = np.broadcast_to(basis.shapes, (variants, *basis.shapes.shape)), None
         if self.size < M.shape[1]:
-            T = turn(modes, self.size)
+            T = turn(modes, self.size, theta[:, of_modes])
             if plant.has_dashpots or any(candidate.is_dashpot for candidate in self.candidates):
                 trailing = trailing_of(modes, T, C + more + dashpots, basis.shapes)
             M, C, K, more, dashpots = (T.transpose(0, 2, 1) @ matrix @ T for matrix in (M, C, K, more, dashpots))
@@ -235,6 +236,18 @@ class Hypothesis:
         if plant.disperses:
             K = dispersed(M, K, theta[:, plant.dispersion], plant.rate)
         return Reduced(M, C, K, shapes, trailing)
+
+    @cached_property
+    def _turning(self) -> tuple[list[int], list[int]]:
+        """Which parameters M and K depend on: without the causes that turn the modes, and with them."""
+        plant = self.plant
+        drawn = [*range(len(plant.parts)), *range(plant.factors, plant.values)]
+        changing = [
+            (candidate.released is not None, part.start)
+            for candidate, part in zip(self.candidates, self.slices, strict=True)
+            if candidate.changes is not None and not candidate.is_dashpot
+        ]
+        return drawn + [at for released, at in changing if released], drawn + [at for _, at in changing]
 
     @cached_property
     def residual(self) -> Residual | None:
