@@ -23,12 +23,12 @@ NOISE = 0.02
 SENSOR = Sensor("a", 1, "x", "acceleration", "m/s^2")
 
 
-def decays(count: int = 4, samples: int = SAMPLES, seed: int = 0) -> FloatArray:
+def decays(count: int = 4, samples: int = SAMPLES, seed: int = 0, noise: float = NOISE) -> FloatArray:
     """Free vibrations in two modes, both a few per cent off, with noise: (recording, time)."""
     rng, time = np.random.default_rng(seed), np.arange(samples) / RATE
     size = rng.standard_normal((count, 2)) + 1j * rng.standard_normal((count, 2))
     motion = np.real(size @ np.exp(np.outer(np.array([0.96, 1.03]) * POLES, time)))
-    return np.asarray(motion + NOISE * rng.standard_normal(motion.shape))
+    return np.asarray(motion + noise * rng.standard_normal(motion.shape))
 
 
 def dataset(channels: FloatArray, sensor: Sensor = SENSOR) -> Dataset:
@@ -65,6 +65,14 @@ def test_neither_noise_nor_a_drift_is_an_offset() -> None:
         for slope in (0.0, 0.002, 0.05):
             given = dataset(decays(seed=seed) + slope * np.arange(SAMPLES) / RATE)
             assert without_offsets(given, POLES) == (given, [])
+
+
+def test_recordings_without_noise_have_no_offsets_by_rounding_and_show_small_ones() -> None:
+    given = dataset(decays(noise=0.0))
+    assert without_offsets(given, POLES) == (given, [])
+    found, (note,) = without_offsets(dataset(decays(noise=0.0) + 0.05), POLES)
+    assert note.startswith(TAKEN_OFF)
+    assert np.abs(left(found, decays(noise=0.0))).max() < 1e-6
 
 
 def test_offsets_that_differ_are_told_and_left() -> None:

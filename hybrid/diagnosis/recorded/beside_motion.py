@@ -17,7 +17,9 @@ ROOM = 20.0  # samples a mode: fewer hardly tell poles
 SPARE = 2  # modes told beside the nominal ones: an offset with a drift, and what is not linear
 SLOW = 0.5  # of the slowest mode: what is slower is no motion of the structure
 ALIKE = 1.5  # of the slowest mode's periods: as much is looked at together to tell its pole ...
-MOST = 0.3  # ... but no more of the shortest recording
+MOST = 0.3  # ... but no more of the shortest recording ...
+LARGEST = 1500  # ... and no more values of all sensors: their products must be held
+ROUNDING = 1e-9  # of the largest value: recordings without noise have as much
 OFFSET = 1e-6  # so often at most chance makes an offset that is one, or two that differ
 OTHERWISE = 1e-3  # so often at most chance makes what tells a drift from an offset
 
@@ -55,7 +57,8 @@ class BesideMotion:
         all_courses = np.vstack([self.own, self.drift])
         free, further = self.free - len(all_courses), len(more) - len(fewer)
         explained = (self._left(fewer) - self._left(more)) / further
-        return float(stats.f.sf(explained / (self._left(all_courses) / free), further, free))
+        noise = max(self._left(all_courses) / free, (ROUNDING * np.abs(self.values).max()) ** 2, TINY)
+        return float(stats.f.sf(explained / noise, further, free))
 
     def _left(self, courses: FloatArray) -> float:
         """Return the sum of squares that ``courses`` leave."""
@@ -78,7 +81,7 @@ def beside_motion(dataset: Dataset, nominal: ComplexArray) -> tuple[BesideMotion
     courses = [_courses(r, part, rate) for r in dataset.select("train") for part in r.data if len(part) >= least]
     if not courses:
         return ()
-    together = ceil(min(MOST * min(map(len, courses)), ALIKE * period))
+    together = ceil(min(MOST * min(map(len, courses)), ALIKE * period, LARGEST / len(dataset.sensors)))
     poles = _poles([each[:, :-2] for each in courses], together, 2 * (len(nominal) + SPARE))
     poles = poles[poles.imag > SLOW * 2 * np.pi / period]
     parts = [_less_motion(each, poles) for each in courses]
