@@ -7,7 +7,8 @@ from typing import Annotated, Any
 
 import typer
 
-from fe_models.errors import bad_input_exits
+from fe_models.errors import bad_input_exits, noting, raise_faults
+from fe_models.files.atomic import check_folder
 from fe_models.files.dataset_file import load_dataset
 from fe_models.recordings import Dataset
 from fe_models.structure import Structure
@@ -100,8 +101,12 @@ def main(
       python scripts/train_hybrid.py my_bridge/dataset.toml --out runs/mine --epochs 40 --modes 6
     """
     with bad_input_exits():
-        check_device(device)
-        data = load_dataset(dataset)
+        faults = list[str]()
+        noting(faults, "", check_device, device)
+        noting(faults, "--out", check_folder, out)
+        data = noting(faults, "", load_dataset, dataset)
+        raise_faults(faults)
+        assert data is not None  # else there were faults
         if data.assumptions.integrator != "exact":
             print("Note: the FE model is integrated exactly here; [simulation] integrator and step are not used.")
         model_options = {
