@@ -56,7 +56,7 @@ def test_offset_is_taken_off_to_within_its_own_error_and_a_drift_is_left(size: f
     assert np.ptp(rest) < 1e-12  # one value of all recordings, the test recording's too
     assert abs(rest[0, 0]) < 4 * error  # the averages do not use a recording's ends in full
     assert note.startswith(f"{TAKEN_OFF}: a ")
-    assert float(note.split()[-2]) == pytest.approx(size, abs=4 * error + 0.005 * abs(size))
+    assert float(note.split()[-2]) == pytest.approx(size, abs=4 * error + 0.005 * abs(size))  # three digits are told
 
 
 def test_neither_noise_nor_a_drift_is_an_offset() -> None:
@@ -72,7 +72,9 @@ def test_recordings_without_noise_have_no_offsets_by_rounding_and_show_small_one
     assert without_offsets(given, POLES) == (given, [])
     found, (note,) = without_offsets(dataset(decays(noise=0.0) + 0.05), POLES)
     assert note.startswith(TAKEN_OFF)
-    assert np.abs(left(found, decays(noise=0.0))).max() < 1e-6
+    assert (
+        np.abs(left(found, decays(noise=0.0))).max() < 1e-6
+    )  # the rounding of poles that are told by squares of the motion
 
 
 def test_offsets_that_differ_are_told_and_left() -> None:
@@ -84,7 +86,7 @@ def test_offsets_that_differ_are_told_and_left() -> None:
     clean = decays()
     found, (note,) = without_offsets(dataset(clean + np.array([[1.0], [1.1], [1.0], [1.05]])), POLES)
     assert note.startswith(TAKEN_OFF)
-    assert np.abs(left(found, clean)).max() < 0.1
+    assert np.abs(left(found, clean)).max() < 0.1  # as far as the offsets are apart
 
 
 def test_held_out_sensors_displacements_and_short_recordings_are_left() -> None:

@@ -79,22 +79,15 @@ def draw_outside(
         law = SlackCable(int(rng.choice(CABLES)), 0.0).law(scene.design)
         assert law is not None  # the drawn cables have their stiffness
         return DriftingSpring(law.pulls, float(rng.choice([-1, 1]) * amount * law.stiffness / duration))
-    node = int(rng.choice(SPAN))
-    while (stiffness := _yielding(node, amount, scene)) is None:
+    node, own = int(rng.choice(SPAN)), 0.0
+    # One stiffer than the place itself would hold it as a support does, and never yield.
+    while (stiffness := scene.spring(node, "y", amount)) is None or stiffness > (
+        own := scene.local_stiffness(node, "y")
+    ):
         node = int(rng.choice(SPAN))
-    own = scene.local_stiffness(node, "y")
     moving = scene.rms(node, "y")[0] * own / (own + stiffness)  # m: about what the spring leaves of the motion
     reach = float(rng.uniform(0.5, 1.5)) * moving
     return HystereticSpring(((node, "y", 1.0),), stiffness, reach)
-
-
-def _yielding(node: int, shift: float, scene: Scene) -> float | None:
-    """Return the stiffness (N/m) of a spring to the ground that shifts a frequency by that much and lets the node move.
-
-    None where that is stiffer than the place itself: it would hold it as a support does, and never yield.
-    """
-    stiffness = scene.spring(node, "y", shift)
-    return stiffness if stiffness is not None and stiffness <= scene.local_stiffness(node, "y") else None
 
 
 def _drawn(kind: str, amount: float, scene: Scene, rng: np.random.Generator) -> Cause | None:

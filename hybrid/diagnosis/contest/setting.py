@@ -31,7 +31,7 @@ from hybrid.diagnosis.recorded.filtered_ends import without_ringing_ends
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.noise import Band, noise_of_recordings, structure_band
 from hybrid.diagnosis.recorded.noise_levels import NoiseLevels
-from hybrid.diagnosis.recorded.offsets import offsets, without_offsets
+from hybrid.diagnosis.recorded.offsets import without_offsets
 from hybrid.diagnosis.recorded.readout import Readout
 from hybrid.diagnosis.recorded.records import Batch, batches_of, columns_of, measured_columns
 from hybrid.diagnosis.recorded.sizes import other_sizes
@@ -138,7 +138,6 @@ def setting_of(dataset: Dataset) -> Setting:
         *rung,
         *unusable,
         *at_rest,
-        *offsets(dataset),
         *other_sizes(dataset),
         *apart,
         *fast,

@@ -150,10 +150,8 @@ def saturation_levels(channel: FloatArray) -> list[float]:
 
 def stuck_samples(channel: FloatArray) -> BoolArray:
     """Return which samples of a channel (time,) repeat the same value amid motion, where nearly all others differ."""
-    same = np.concatenate([[False], np.diff(channel) == 0, [False]])
-    edges = np.flatnonzero(np.diff(same.astype(int)))
     found = np.zeros(len(channel), dtype=bool)
-    for first, last in zip(edges[::2], edges[1::2], strict=True):
+    for first, last in zip(*_runs(np.diff(channel) == 0), strict=True):
         near = channel[max(first - STUCK, 0) : last + 1 + STUCK]
         moves = np.ptp(near) > MOVES * np.ptp(channel)  # what has died away repeats a rounded zero
         found[first : last + 1] = moves and last + 1 - first >= STUCK
@@ -171,8 +169,14 @@ def _at(channel: FloatArray, levels: list[float]) -> BoolArray:
 
 def _longest(marks: BoolArray) -> int:
     """Return the length of the longest run of marks."""
+    first, behind = _runs(marks)
+    return int((behind - first).max(initial=0))
+
+
+def _runs(marks: BoolArray) -> tuple[IntArray, IntArray]:
+    """Return where each run of marks begins, and the place behind its last one."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], marks, [False]]).astype(int)))
-    return int((edges[1::2] - edges[::2]).max()) if len(edges) else 0
+    return edges[::2], edges[1::2]
 
 
 def _from(recording: Recording, begin: int, columns: list[int]) -> Recording:

@@ -1,5 +1,6 @@
 """Channels that do not swing about zero, as accelerometers that feel gravity: no cause of the list explains that."""
 
+from collections.abc import Collection
 from dataclasses import replace
 
 import numpy as np
@@ -25,8 +26,9 @@ def without_offsets(dataset: Dataset, poles: ComplexArray) -> tuple[Dataset, lis
     The velocity of a structure that stays where it is returns to zero on average, and so does its acceleration, linear
     or not. ``poles``: of the nominal modes (rad/s). The training recordings tell, and it is taken off all recordings
     where they agree; nothing is from held-out sensors, nor from displacements: a stop or friction moves their mean.
+    Means tell of sensors of which that says nothing.
     """
-    known = np.zeros(len(dataset.sensors))
+    known, silent = np.zeros(len(dataset.sensors)), set(range(len(dataset.sensors)))
     told: dict[str, list[str]] = {what: [] for what in (TAKEN_OFF, HELD_OUT, DISPLACED, DIFFERING)}
     for column, channel in enumerate(beside_motion(dataset, poles)):
         sensor, size = dataset.sensors[column], _size(dataset, column)
@@ -34,20 +36,27 @@ def without_offsets(dataset: Dataset, poles: ComplexArray) -> tuple[Dataset, lis
         if differing is not None and np.ptp(differing) > STEADY * np.abs(differing).max():
             if np.ptp(differing) > DIFFER * size:
                 told[DIFFERING].append(f"{sensor.name} {differing.min():.2g} to {_told(differing.max(), sensor, 2)}")
+                silent.discard(column)
         elif offset is not None and abs(offset) > MATTERS * size:
             what = _kept(sensor) or TAKEN_OFF
             known[column] = offset if what == TAKEN_OFF else 0.0
             told[what].append(f"{sensor.name} {_told(offset, sensor)}")
+            silent.discard(column)
     notes = [f"{what}: {', '.join(sensors)}" for what, sensors in told.items() if sensors]
+    notes += offsets(dataset, silent)
     if known.any():
         dataset = replace(dataset, recordings=tuple(replace(r, data=r.data - known) for r in dataset.recordings))
     return dataset, notes
 
 
-def offsets(dataset: Dataset) -> list[str]:
-    """Return a note on each sensor whose recordings all show the same mean. Known loads may bend a structure so."""
+def offsets(dataset: Dataset, columns: Collection[int]) -> list[str]:
+    """Return a note on each of some sensors whose recordings all show the same mean.
+
+    Known loads may bend a structure so, and tell nothing.
+    """
     found = []
-    for column, sensor in enumerate(dataset.sensors):
+    for column in sorted(columns):
+        sensor = dataset.sensors[column]
         channels = [part[:, column] for r in dataset.recordings if not r.loads for part in r.data]
         means = np.array([channel.mean() for channel in channels])
         if len(means) and all(map(_is_offset, channels)) and np.ptp(means) < STEADY * np.abs(means).max():
