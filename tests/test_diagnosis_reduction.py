@@ -22,8 +22,9 @@ from hybrid.diagnosis.causes.candidates import all_candidates
 from hybrid.diagnosis.causes.places import Motion
 from hybrid.diagnosis.nominal import basis as bases
 from hybrid.diagnosis.nominal.plant import Plant, plant_of
+from hybrid.diagnosis.response.eigenmodes import eigenmodes, turn
 from hybrid.diagnosis.response.hypothesis import Hypothesis
-from hybrid.diagnosis.response.reduction import basis_of, eigenmodes, turn
+from hybrid.diagnosis.response.reduction import basis_of
 
 WHITE = np.random.default_rng(0).standard_normal((1, 200, 8))  # the plant only asks for sensors and rates
 BRIDGE = Dataset(bridge(), 100.0, SENSORS, (Recording("r", 0 * WHITE),), 30.0)  # nothing fast behind its low-pass
@@ -232,14 +233,3 @@ def test_chain_is_taken_as_it_is(effect: Effect) -> None:
     omega, _ = reduced_modes(plant, candidate, amount)
     exact = natural_modes(linearise(four_dof().with_effects(effect)), 4).omega
     assert omega == pytest.approx(exact, rel=1e-10)  # rounding: nothing is left out
-
-
-def test_variants_that_are_alike_are_solved_as_if_each_alone() -> None:
-    rng = np.random.default_rng(0)
-    varied = np.array([[0.0, 1.0], [2.0, 1.0], [0.0, 1.0], [2.0, 1.0], [0.0, 2.0]])
-    roots = rng.standard_normal((2, 3, 6, 6))[:, [0, 1, 0, 1, 2]]
-    M, K = roots @ roots.swapaxes(-1, -2) + np.eye(6)
-    alone, together = eigenmodes(M, K), eigenmodes(M, K, varied)
-    for one, other in zip(alone, together, strict=True):
-        np.testing.assert_array_equal(one, other)
-    np.testing.assert_array_equal(turn(alone, 3), turn(together, 3, varied))

@@ -17,8 +17,8 @@ from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.fitting.fitting import fit
 from hybrid.diagnosis.fitting.wave import wave
 from hybrid.diagnosis.outcome.verdict import Verdict
+from hybrid.diagnosis.response.eigenmodes import eigenmodes
 from hybrid.diagnosis.response.hypothesis import Hypothesis
-from hybrid.diagnosis.response.reduction import eigenmodes
 from tests.masts import TUBE, masts, recorded
 
 FOOT = {"node": 1, "direction": "rz"}
@@ -112,7 +112,7 @@ def test_what_a_support_brings_is_the_highest_mode_whatever_the_coordinates_hold
     hypothesis = setting.nominal.adding(candidate_of(setting, "support_spring", FOOT))
     theta = np.append(setting.nominal.centre, 1 / 2e5)
     reduced = hypothesis.reduced(theta[None])
-    shapes = eigenmodes(reduced.mass, reduced.stiffness)[1][0]
+    shapes = eigenmodes(reduced.mass, reduced.stiffness).shapes[0]
     n = hypothesis.size
     displaced, moved = (part[0] for part in hypothesis.own_motions(theta))
     np.testing.assert_allclose(displaced[:n] @ shapes, np.eye(n)[-1], atol=1e-9)

@@ -80,7 +80,7 @@ def _linear(
     """Return the linearisation with the best initial states at ``theta``."""
     moved = STEP * hypothesis.width
     thetas = np.vstack([theta, theta + np.diag(moved)]) if slopes else theta[None]
-    system = system_of(hypothesis, thetas, gauge.readout)
+    system = system_of(hypothesis, thetas, gauge.readout, hardly_differ=True)
     shorter = condensed(system, batch, gauge, moved) if brief else None
     channels: Channels = shorter or Sampled(system, batch, gauge, moved)
     if not np.abs(channels.by_state).max() < ENDLESS:
@@ -136,7 +136,7 @@ def _changes(
     """
     moved, size, sigma = STEP * hypothesis.width, STEP * _size(system, batch, states), batch.sigma(gauge)
     thetas = np.vstack([theta, theta + np.diag(moved)])
-    varied = system_of(hypothesis, thetas, gauge.readout)
+    varied = system_of(hypothesis, thetas, gauge.readout, hardly_differ=True)
     y = respond(varied, np.repeat(states[None], len(thetas), axis=0), batch.samples, batch.loads, often=1)
     y += drifted(varied, batch.begins)
     change = y[1:] - y[0]

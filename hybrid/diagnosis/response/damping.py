@@ -4,7 +4,7 @@ import numpy as np
 
 from fe_models.dofs import FloatArray
 from hybrid.diagnosis.nominal.plant import Plant
-from hybrid.diagnosis.response.reduction import Eigenmodes, eigenmodes, natural_frequencies
+from hybrid.diagnosis.response.eigenmodes import Eigenmodes, eigenmodes
 
 
 def more_damping(plant: Plant, modes: Eigenmodes, M: FloatArray, C: FloatArray, factor: FloatArray) -> FloatArray:
@@ -12,7 +12,7 @@ def more_damping(plant: Plant, modes: Eigenmodes, M: FloatArray, C: FloatArray, 
 
     ``modes``: those of a system whose mass and damping are M and C (variant, vector, vector).
     """
-    omega, phi = natural_frequencies(modes[0]), modes[1]
+    omega, phi = modes.omega, modes.shapes
     own = np.einsum("pdi,pde,pei->pi", phi, C, phi, optimize=True)  # 2 xi omega
     return _of_modes(M, phi, own * (_factors(plant, factor, omega) - 1))
 
@@ -24,14 +24,17 @@ def assumed_damping(
     K: FloatArray,
     factor: FloatArray,
     replaced: list[tuple[int, FloatArray]],
+    hardly_differ: bool = False,
 ) -> FloatArray:
     """Return what is added to C by the damping ratios that are assumed of a plant, each times its ``factor``, and by
     those ``replaced``: modes of M and K (from 0), each with its ratio (variant,), whatever C says.
+
+    ``hardly_differ``: see `eigenmodes`.
     """
     if not (plant.ratios.any() or replaced):
         return np.zeros_like(C)
-    modes = eigenmodes(M, K)
-    omega, phi = natural_frequencies(modes[0]), modes[1]
+    modes = eigenmodes(M, K, hardly_differ)
+    omega, phi = modes.omega, modes.shapes
     added = 2 * plant.ratios_of(len(M[0])) * omega * _factors(plant, factor, omega)
     for mode, ratio in replaced:
         shape = phi[:, :, mode]

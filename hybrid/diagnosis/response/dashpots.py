@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fe_models.dofs import BoolArray, FloatArray
-from hybrid.diagnosis.response.reduction import Eigenmodes, natural_frequencies
+from hybrid.diagnosis.response.eigenmodes import Eigenmodes, natural_frequencies
 from hybrid.diagnosis.response.system import is_defective
 
 ROUNDS = 2  # of roots and what trails them: 60 N s/m on the bridge are off by 8e-5 of a root after one, by
@@ -64,11 +64,10 @@ def trailing_of(modes: Eigenmodes, followed: FloatArray, damping: FloatArray, sh
 
     ``damping`` (variant, vector, vector) in the basis of ``shapes`` (dof, vector).
     """
-    square, vectors = modes
     size = followed.shape[2]
-    others = vectors[:, :, size:]
+    others = modes.shapes[:, :, size:]
     felt = others.transpose(0, 2, 1) @ damping
-    return Trailing(square[:, size:], shapes @ others, felt @ others, felt @ followed)
+    return Trailing(modes.omega2[:, size:], shapes @ others, felt @ others, felt @ followed)
 
 
 def with_trailing(A: FloatArray, trailing: Trailing) -> tuple[FloatArray, FloatArray]:

@@ -12,8 +12,9 @@ from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.response.damping import assumed_damping, more_damping
 from hybrid.diagnosis.response.dashpots import trailing_of
 from hybrid.diagnosis.response.dispersion import dispersed
+from hybrid.diagnosis.response.eigenmodes import eigenmodes, turn
 from hybrid.diagnosis.response.reduced import Reduced
-from hybrid.diagnosis.response.reduction import Basis, basis_of, eigenmodes, natural_frequencies, turn
+from hybrid.diagnosis.response.reduction import Basis, basis_of
 from hybrid.diagnosis.response.residual import Residual, residual_of
 
 WEIGHTLESS = 1e-12  # of the largest mass: rounding
@@ -162,9 +163,9 @@ class Hypothesis:
         if not self.brought:
             return np.zeros(0), np.zeros((0, self.size))
         reduced = self.reduced(theta[None])
-        omega2, shapes = eigenmodes(reduced.mass, reduced.stiffness)
+        modes = eigenmodes(reduced.mass, reduced.stiffness)
         own = slice(-self.brought, None)
-        return natural_frequencies(omega2)[0, own], shapes[0, :, own].T @ reduced.mass[0]
+        return modes.omega[0, own], modes.shapes[0, :, own].T @ reduced.mass[0]
 
     def weighs(self, theta: FloatArray) -> BoolArray:
         """Return whether every motion has mass at a ``theta``, (variant,) of (variant, parameter): not where more is
@@ -189,8 +190,8 @@ class Hypothesis:
         """Which of the plant's parts (part,) are masses; the others are stiffnesses."""
         return np.array([part.quantity == "mass" for part in self.plant.parts], dtype=bool)
 
-    def reduced(self, theta: FloatArray) -> Reduced:
-        """Return M, C, K and the shapes of ``theta`` (variant, parameter)."""
+    def reduced(self, theta: FloatArray, hardly_differ: bool = False) -> Reduced:
+        """Return M, C, K and the shapes of ``theta`` (variant, parameter); ``hardly_differ``: see `eigenmodes`."""
         plant, basis = self.plant, self.basis
         parts, variants = len(plant.parts), len(theta)
         factor, of_mass = np.exp(theta[:, : plant.factors]), self._of_mass
@@ -200,7 +201,7 @@ class Hypothesis:
         K += np.einsum("pe,eij->pij", theta[:, plant.factors : plant.values], basis.scattered)
         rayleigh = plant.structure.damping
         C += rayleigh.mass_factor * (M - basis.mass) + rayleigh.stiffness_factor * (K - basis.stiffness)
-        before = M, C, K  # without the causes that turn the modes
+        before, altered = (M, C, K), False  # without the causes that turn the modes
         dashpots, replaced = np.zeros_like(C), list[tuple[int, FloatArray]]()
         for candidate, change, part in zip(self.candidates, basis.changes, self.slices, strict=True):
             if change is not None:
@@ -208,46 +209,34 @@ class Hypothesis:
                 if candidate.part is not None:
                     amount = amount * factor[:, candidate.part]
                 dM, dC, dK = amount[:, None, None] * change[:, None]
-                M, K = M + dM, K + dK
                 if candidate.is_dashpot:
                     dashpots = dashpots + dC
-                else:  # the structure's own damping there
-                    C = C + dC
-                if candidate.released is not None:  # without it there are other modes
+                    continue
+                M, C, K = M + dM, C + dC, K + dK  # the structure's own damping there
+                if candidate.released is None:
+                    altered = True
+                else:  # without it there are other modes
                     before = before[0] + dM, before[1] + dC, before[2] + dK
             elif candidate.mode is not None:
                 replaced.append((candidate.mode, theta[:, part.start]))
-        of_before, of_modes = self._turning
-        drawn = eigenmodes(before[0], before[2], theta[:, of_before])
-        modes = drawn if of_modes == of_before else eigenmodes(M, K, theta[:, of_modes])
+        modes = eigenmodes(M, K, hardly_differ)
+        drawn = eigenmodes(before[0], before[2], hardly_differ) if altered else modes
         more = more_damping(plant, drawn, *before[:2], factor[:, parts:])
         if plant.turns and any(candidate.turns_modes for candidate in self.candidates):
             turned = 0.5 * (1 + theta[:, plant.values, None, None])
             more = (1 - turned) * more + turned * more_damping(plant, modes, M, C, factor[:, parts:])
         shapes, trailing = np.broadcast_to(basis.shapes, (variants, *basis.shapes.shape)), None
         if self.size < M.shape[1]:
-            T = turn(modes, self.size, theta[:, of_modes])
+            T = turn(modes, self.size)
             if plant.has_dashpots or any(candidate.is_dashpot for candidate in self.candidates):
                 trailing = trailing_of(modes, T, C + more + dashpots, basis.shapes)
             M, C, K, more, dashpots = (T.transpose(0, 2, 1) @ matrix @ T for matrix in (M, C, K, more, dashpots))
             shapes = basis.shapes @ T
         C = C + more
-        C = C + assumed_damping(plant, M, C, K, factor[:, parts:], replaced) + dashpots
+        C = C + assumed_damping(plant, M, C, K, factor[:, parts:], replaced, hardly_differ) + dashpots
         if plant.disperses:
             K = dispersed(M, K, theta[:, plant.dispersion], plant.rate)
         return Reduced(M, C, K, shapes, trailing)
-
-    @cached_property
-    def _turning(self) -> tuple[list[int], list[int]]:
-        """Which parameters M and K depend on: without the causes that turn the modes, and with them."""
-        plant = self.plant
-        drawn = [*range(len(plant.parts)), *range(plant.factors, plant.values)]
-        changing = [
-            (candidate.released is not None, part.start)
-            for candidate, part in zip(self.candidates, self.slices, strict=True)
-            if candidate.changes is not None and not candidate.is_dashpot
-        ]
-        return drawn + [at for released, at in changing if released], drawn + [at for _, at in changing]
 
     @cached_property
     def residual(self) -> Residual | None:

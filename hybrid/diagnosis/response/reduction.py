@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csr_array
 
-from fe_models.dofs import FloatArray, IntArray
+from fe_models.dofs import FloatArray
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.nominal.plant import Plant
 
@@ -13,10 +13,6 @@ SAME = 1e-6  # of its length: what must be left of a shape for it to add to the 
 LEAST = 1e-12  # of the largest eigenvalue: what counts as a force that a change brings
 LOCAL = 6  # forces at most of a change that is local; one spread over a group of elements is served by the modes, ...
 SPREAD = 1e-6  # ... but for as many forces on single modes that others beyond give way to by this share of their energy
-
-
-Eigenmodes = tuple[FloatArray, FloatArray]
-"""Squared natural frequencies (variant, mode) and mass-normalised shapes (variant, vector, mode)."""
 
 
 @dataclass(frozen=True)
@@ -113,40 +109,3 @@ def _appended(shapes: FloatArray, shape: FloatArray, plant: Plant) -> FloatArray
     if length == 0 or left <= SAME * length:
         return shapes
     return np.column_stack([shapes, rest / left])
-
-
-def eigenmodes(M: FloatArray, K: FloatArray, varied: FloatArray | None = None) -> Eigenmodes:
-    """Return squared natural frequencies (variant, mode) and mass-normalised shapes (variant, vector, mode).
-
-    ``varied`` (variant, parameter): variants that are alike in it have the same M and K and are solved once. A Jacobian
-    moves damping ratios and forces as well.
-    """
-    first, which = _distinct(varied, len(M))
-    inverse = np.linalg.inv(np.linalg.cholesky(M[first]))
-    omega2, vectors = np.linalg.eigh(inverse @ K[first] @ inverse.swapaxes(-1, -2))
-    return omega2[which], np.asarray(inverse.swapaxes(-1, -2) @ vectors)[which]
-
-
-def _distinct(varied: FloatArray | None, variants: int) -> tuple[IntArray, IntArray]:
-    """Return the first variant of each kind, and of which kind each is; without ``varied`` each is one of its own."""
-    if varied is None:
-        return np.arange(variants), np.arange(variants)
-    _, first, which = np.unique(varied, axis=0, return_index=True, return_inverse=True)
-    return first, which.ravel()
-
-
-def natural_frequencies(omega2: FloatArray) -> FloatArray:
-    """Return natural frequencies (variant, mode), rad/s, of their squares; next to nothing where it buckles."""
-    return np.asarray(np.sqrt(np.maximum(omega2, 1e-12 * np.abs(omega2).max(axis=1, keepdims=True))))
-
-
-def turn(modes: Eigenmodes, kept: int, varied: FloatArray | None = None) -> FloatArray:
-    """Return T (variant, vector, mode): the ``kept`` lowest ``modes``, turned as close as can be to the first shapes.
-
-    Coordinates then mean the same in all variants, however the modes mix (orthogonal Procrustes problem). ``varied``:
-    as that of `eigenmodes`.
-    """
-    first, which = _distinct(varied, len(modes[1]))
-    lowest = modes[1][first, :, :kept]
-    left, _, right = np.linalg.svd(lowest[:, :kept].transpose(0, 2, 1))
-    return np.asarray(lowest @ (left @ right))[which]

@@ -19,10 +19,14 @@ from hybrid.diagnosis.response.system import Behind, Entry, Force, System
 FAULTS = SensorGain.kind, SensorDelay.kind, SensorDrift.kind
 
 
-def system_of(hypothesis: Hypothesis, theta: FloatArray, readout: Readout) -> System:
-    """Return the systems of ``theta`` (variant, parameter), as ``readout`` shows them."""
+def system_of(hypothesis: Hypothesis, theta: FloatArray, readout: Readout, hardly_differ: bool = False) -> System:
+    """Return the systems of ``theta`` (variant, parameter), as ``readout`` shows them.
+
+    ``hardly_differ``: whether variants are a Jacobian's, so that they follow from the first one to first order.
+    """
     plant, n, variants = hypothesis.plant, hypothesis.size, len(theta)
-    reduced, laws, waves = hypothesis.reduced(theta), _laws(hypothesis, theta), _waves(hypothesis, theta)
+    reduced = hypothesis.reduced(theta, hardly_differ)
+    laws, waves = _laws(hypothesis, theta), _waves(hypothesis, theta)
     inverse = np.linalg.inv(reduced.mass)
     A = np.zeros((variants, hypothesis.states, hypothesis.states))
     A[:, :n, n : 2 * n] = np.eye(n)

@@ -13,9 +13,10 @@ from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.fitting.linearisation import ENDLESS, orthonormal
 from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.recorded.gauge import Gauge
+from hybrid.diagnosis.response.eigenmodes import eigenmodes
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.loaded import given
-from hybrid.diagnosis.response.reduction import basis_of, eigenmodes
+from hybrid.diagnosis.response.reduction import basis_of
 from hybrid.diagnosis.response.side_by_side import side_by_side
 from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.response.system import drift, observability
@@ -80,7 +81,7 @@ def _bringing(candidate: Candidate, sizes: FloatArray, plant: Plant) -> list[Tri
     (change,) = basis.changes
     assert change is not None  # of a stiffness
     amounts = np.append(candidate.amount(sizes[:, 0]), 0.0)[:, None, None]
-    omega2, _ = eigenmodes(basis.mass + amounts * change[0], basis.stiffness + amounts * change[2])
+    omega2 = eigenmodes(basis.mass + amounts * change[0], basis.stiffness + amounts * change[2]).omega2
     inside = np.sum(omega2 < (2 * np.pi * plant.highest) ** 2, axis=1)
     more = np.maximum(inside[:-1] - inside[-1], 0)
     return [(replace(candidate, brings=int(count)), sizes[more == count]) for count in np.unique(more)]

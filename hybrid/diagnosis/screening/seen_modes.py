@@ -10,8 +10,8 @@ from fe_models.recordings import QUANTITIES
 from hybrid.diagnosis.fitting.driven import fitted_motion
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.recorded.gauge import Gauge
+from hybrid.diagnosis.response.eigenmodes import eigenmodes
 from hybrid.diagnosis.response.hypothesis import Hypothesis
-from hybrid.diagnosis.response.reduction import eigenmodes
 from hybrid.diagnosis.response.state_space import system_of
 from hybrid.tiny import TINY
 
@@ -64,8 +64,8 @@ class SeenModes:
 def picked_modes(hypothesis: Hypothesis, thetas: FloatArray, gauge: Gauge, count: int | None = None) -> PickedModes:
     """Return the first ``count`` modes of ``thetas`` (variant, parameter), or all that are followed."""
     reduced = hypothesis.reduced(thetas)
-    omega2, vectors = eigenmodes(reduced.mass, reduced.stiffness)
-    return _picked(hypothesis, omega2[:, :count], (reduced.shapes @ vectors)[..., :count], gauge)
+    modes = eigenmodes(reduced.mass, reduced.stiffness)
+    return _picked(hypothesis, modes.omega2[:, :count], (reduced.shapes @ modes.shapes)[..., :count], gauge)
 
 
 def seen_modes(item: Fit, gauge: Gauge) -> SeenModes:
@@ -76,10 +76,10 @@ def seen_modes(item: Fit, gauge: Gauge) -> SeenModes:
     """
     hypothesis, theta = item.hypothesis, item.theta[None]
     reduced = hypothesis.reduced(theta)
-    omega2, vectors = eigenmodes(reduced.mass, reduced.stiffness)
-    modes = _picked(hypothesis, omega2, reduced.shapes @ vectors, gauge)
+    own_modes = eigenmodes(reduced.mass, reduced.stiffness)
+    modes = _picked(hypothesis, own_modes.omega2, reduced.shapes @ own_modes.shapes, gauge)
     omega, shapes, sensors = modes.omega[0], modes.shapes[0], modes.sensors[0]
-    own = reduced.mass[0] @ vectors[0]  # q = own^T (the followed coordinates)
+    own = reduced.mass[0] @ own_modes.shapes[0]  # q = own^T (the followed coordinates)
     system = system_of(hypothesis, theta, gauge.readout)
     energy, late = np.zeros(len(omega)), np.zeros(len(omega))
     for batch, states in zip(item.batches, item.states, strict=True):
