@@ -190,7 +190,7 @@ def frequency_table(modal: ModalModel, paper: FloatArray) -> str:
     """Return the modes as a table, beside the paper's frequencies where there are any."""
     lines = ["mode   frequency   damping ratio" + ("   paper" if len(paper) else "")]
     for number, (frequency, ratio) in enumerate(zip(modal.frequencies, modal.damping_ratio, strict=True), start=1):
-        line = f"{number:4d}   {frequency:6.4f} Hz   {100 * ratio:11.3f} %"
+        line = f"{number:4d}   {frequency:6.4f} Hz   {100 * ratio:z11.3f} %"
         known = paper[number - 1 : number]
         lines.append(line + "".join(f"   {value:.4f} Hz ({100 * (frequency / value - 1):+.3f} %)" for value in known))
     return "\n".join(lines)

@@ -113,6 +113,14 @@ def test_a_channel_that_is_dead_in_one_recording_may_be_saturated_in_the_others(
     assert "never changes or is saturated at" in notes[0]
 
 
+def test_many_levels_at_which_a_channel_ends_are_told_by_their_range() -> None:
+    """Recordings that were scaled one by one end at a level each."""
+    small = {r.name: clipped(r.data, "a4", 0.01 * number) for number, r in enumerate(CASE.recordings, 1)}
+    levels = [float(f(data[..., NAMES.index("a4")])) for data in small.values() for f in (np.min, np.max)]
+    _, (note,) = usable(with_data(CASE, small))
+    assert f"is saturated at 8 levels from {min(levels):.4g} to {max(levels):.4g} (" in note
+
+
 def test_sound_data_stay_as_they_are() -> None:
     sound, notes = usable(CASE)
     assert sound is CASE

@@ -24,6 +24,7 @@ MOVES = 0.01  # of a channel's range, within as many samples beside these: else 
 DIFFERENT = 0.9  # of the other values: rounding makes fewer
 ROUNDING = 1e-9  # of a channel's range: values this close are equal
 MOST = 0.5  # of the channels that are alive in any recording
+MOST_LEVELS = 4  # that are told one by one: a sensor clips at two, but recordings may be scaled
 SILENT = 1e-6  # of a channel's usual size: less is no sensor's noise, but what symmetry leaves of a simulated motion
 
 
@@ -105,7 +106,7 @@ def _fault(recordings: list[Recording], column: int) -> _Fault | None:
         return None
     last = tuple(int(np.flatnonzero(part)[-1]) + 1 if part.any() else 0 for part in bad)
     words = ["never changes" if not sizes[dead].any() else "hardly changes"] * any(dead)
-    words += [f"is saturated at {' and '.join(f'{level:.4g}' for level in levels)}"] * bool(levels)
+    words += [f"is saturated at {_levels_in_words(levels)}"] * bool(levels)
     words += ["stands still"] * any(
         (still & ~_at(c, levels)).any() for c, off, still in zip(channels, dead, stuck, strict=True) if not off
     )
@@ -130,6 +131,12 @@ def _quiet(single: list[Recording], measured: list[int]) -> tuple[BoolArray, Boo
     rest = ~(hardly | still)
     of_sensors = int(sizes[rest] @ (~own[rest][:, own[hardly].any(axis=0)]).sum(axis=1))
     return still, hardly & (of_recordings < of_sensors)
+
+
+def _levels_in_words(levels: list[float]) -> str:
+    if len(levels) > MOST_LEVELS:
+        return f"{len(levels)} levels from {levels[0]:.4g} to {levels[-1]:.4g}"
+    return " and ".join(f"{level:.4g}" for level in levels)
 
 
 def saturation_levels(channel: FloatArray) -> list[float]:

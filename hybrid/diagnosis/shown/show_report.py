@@ -84,9 +84,9 @@ def _modes(shown: Shown) -> list[str]:
     for mode in range(count):
         three = (shown.nominal, shown.calibrated, shown.observed)
         frequencies = " ".join(f"{each.frequencies[mode]:9.4f}" for each in three)
-        ratios = " ".join(f"{each.ratios[mode]:8.4f}" for each in three[:2])
+        ratios = " ".join(f"{each.ratios[mode]:z8.4f}" for each in three[:2])
         seen = shown.motion_energy[mode] >= HARDLY_SHOWN
-        ratios += f" {shown.observed.ratios[mode]:8.4f}" if seen else f" {'-':>8s}"
+        ratios += f" {shown.observed.ratios[mode]:z8.4f}" if seen else f" {'-':>8s}"
         lines.append(
             f"  {mode + 1:4d} {frequencies} {ratios} {shown.mac[mode]:6.3f} {shown.motion_energy[mode]:10.0%}"
             f" {shown.error_energy[mode]:9.0%}"
