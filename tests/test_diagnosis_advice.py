@@ -51,7 +51,7 @@ def two_fits(dataset: Dataset, keys: tuple[str, str], alike: dict[str, int] | No
         found = fit(hypothesis, hypothesis.centre, batches, gauge)
         assert found is not None
         fits.append(found)
-    return Posterior(tuple(fits), np.array([0.6, 0.4]), 1.0), gauge
+    return Posterior(tuple(fits), np.array([0.6, 0.4]), 1.0, 1.0), gauge
 
 
 X1 = Sensor("x1", 1, "x", "displacement", "m")

@@ -83,6 +83,6 @@ def test_first_cause_of_a_frame_is_looked_for_anew_once_where_a_second_one_that_
     monkeypatch.setattr(pairs, "contest", seconds)
     monkeypatch.setattr(pairs, "each_alone", lambda *_: [])
     singles = leaving(1.0, first), leaving(1.0, other)
-    posterior = Posterior((*singles, leaving(1.2)), np.full(3, 1 / 3), 1.0)
+    posterior = Posterior((*singles, leaving(1.2)), np.full(3, 1 / 3), 1.0, 1.0)
     pairs.pair_fits(posterior, (), setting.lengths.whole, setting.gauge, setting.band, lambda: None)
     assert begun == [first.kind, *([kind] if anew else []), other.kind]

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
-from scipy.special import logsumexp
+from scipy.special import logsumexp, softmax
 
 from fe_models.dofs import FloatArray
 from hybrid.diagnosis.fitting.fitting import Fit
@@ -61,3 +61,10 @@ def log_evidences(fits: Sequence[Fit], best: Fit, temper: float) -> FloatArray:
     changes = np.array([[change.narrowed - 0.5 * change.rise for change in row] for row in scaled])
     evidence = np.array([item.log_evidence for item in fits])[:, None] + changes
     return np.asarray(logsumexp(evidence / temper + volumes, axis=1, b=1 / len(SCALES)))
+
+
+def expected_square(best: Fit, temper: float) -> float:
+    """Return the square of the scale to be expected after the recordings, by what the ``best`` fit makes of them."""
+    scaled = [tightened(best, scale) for scale in SCALES]
+    weights = softmax([(change.narrowed - 0.5 * change.rise) / temper + change.volume for change in scaled])
+    return float(weights @ np.square(SCALES))

@@ -7,7 +7,7 @@ import numpy as np
 from fe_models.dofs import FloatArray
 from fe_models.effects import DeadLoad
 from hybrid.diagnosis.causes.candidate import Candidate
-from hybrid.diagnosis.contest.exactness import log_evidences
+from hybrid.diagnosis.contest.exactness import expected_square, log_evidences
 from hybrid.diagnosis.contest.odds import Odds, log_of_groups
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.fitting.wave import TOLD, wave
@@ -21,13 +21,14 @@ NOTHING = 0.5  # prior probability that nothing is wrong; each further effect ha
 class Posterior:
     """``fits``, best first, with the ``probability`` (fit,) that one is right, at its places or at any of their twins.
 
-    ``temper``: what log evidences in units of what counted as noise in the search are divided by, and the variances of
-    theta, which are of that noise, grow by.
+    ``temper``: what log evidences in units of what counted as noise in the search are divided by; ``widened``: what the
+    variances of theta, which are of that noise, grow by.
     """
 
     fits: tuple[Fit, ...]
     probability: FloatArray
     temper: float
+    widened: float
 
 
 def posterior_of(fits: tuple[Fit, ...], candidates: tuple[Candidate, ...], is_astray: bool = False) -> Posterior:
@@ -38,7 +39,8 @@ def posterior_of(fits: tuple[Fit, ...], candidates: tuple[Candidate, ...], is_as
 
     Where even the best fit leaves more than noise, its errors are no independent draws: the log evidences are divided
     by the energy left over that of noise, times the number of values that tell as much as one. A model that fits leaves
-    them as they are, but for a frame's.
+    them as they are, but for a frame's. Of a frame whose nominal values turn out to be more exact than was stated,
+    elements, joints and mesh are so, too: variances grow less then.
 
     A harmonic force whose amplitude is not told from none is no hypothesis: slower than any mode, it may do no more
     than push a law to and fro, which takes up whatever that law's model lacks. Nor is a support that is not told from a
@@ -50,12 +52,15 @@ def posterior_of(fits: tuple[Fit, ...], candidates: tuple[Candidate, ...], is_as
     prior = np.array([_log_prior(fit, odds) for fit in fits])
     evidence = np.array([fit.log_evidence for fit in fits])
     best = fits[int(np.argmax(evidence + prior))]
-    temper = temper_of(best) * odds.alike
+    noise = temper_of(best)
+    temper, scale2 = noise * odds.alike, 1.0 if is_astray else expected_square(best, noise * odds.alike)
     score = prior + (evidence / temper if is_astray else log_evidences(fits, best, temper))  # at these very places
     probability = np.exp(score - score.max()) * [_alike(fit) for fit in fits]
     probability /= probability.sum()
     order = np.argsort(-score, kind="stable")
-    return Posterior(tuple(fits[int(i)] for i in order), probability[order], temper)
+    return Posterior(
+        tuple(fits[int(i)] for i in order), probability[order], temper, noise * (1 + scale2 * (odds.alike - 1))
+    )
 
 
 def _alike(fit: Fit) -> float:

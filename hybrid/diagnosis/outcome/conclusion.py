@@ -61,7 +61,7 @@ def concluded(setting: Setting, evidence: Evidence) -> Diagnosis:
     return Diagnosis(
         verdict=ruling.verdict,
         findings=findings,
-        calibration=calibration_of(plant, ruling.theta, posterior.temper * ruling.final.covariance),
+        calibration=calibration_of(plant, ruling.theta, posterior.widened * ruling.final.covariance),
         unexplained=0.0 if ruling.verdict is Verdict.NOTHING_WRONG else found.unexplained,
         scores=_scores(ruling),
         noise_floor=ruling.errors.floor,

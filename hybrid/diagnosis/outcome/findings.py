@@ -75,14 +75,14 @@ class Finding:
     sentence: str
 
 
-def cause_of(fit: Fit, number: int, temper: float) -> tuple[Cause, dict[str, Parameter]]:
+def cause_of(fit: Fit, number: int, widened: float) -> tuple[Cause, dict[str, Parameter]]:
     """Return the cause that candidate ``number`` of a fit amounts to, and its parameters with uncertainty.
 
-    ``temper``: how many values tell as much as one: variances grow by as much.
+    ``widened``: what variances grow by, as of a `Posterior`.
     """
     candidate, part = fit.hypothesis.candidates[number], fit.hypothesis.slices[number]
     values = [float(value) for value in fit.theta[part]]
-    errors = np.sqrt(temper * np.diag(fit.covariance)[part])
+    errors = np.sqrt(widened * np.diag(fit.covariance)[part])
     cause = candidate.build(*values)
     deviations = {}
     for i, (word, error) in enumerate(zip(candidate.names, errors, strict=True)):
@@ -95,7 +95,7 @@ def cause_of(fit: Fit, number: int, temper: float) -> tuple[Cause, dict[str, Par
     if isinstance(cause, HarmonicForce):
         found_wave = wave(fit, number)
         cause = replace(cause, amplitude=found_wave.amplitude, phase=found_wave.phase)
-        deviations["amplitude"] = found_wave.error * np.sqrt(temper)
+        deviations["amplitude"] = found_wave.error * np.sqrt(widened)
     units = cause.units
     found = {
         word: Parameter(float(value), float(deviations.get(word, 0.0)), units[word])

@@ -66,7 +66,7 @@ def material(evidence: Evidence, scorer: Scorer) -> tuple[Posterior, list[str]]:
         kept = {candidate.key for candidate in simpler.fits[0].hypothesis.candidates}
         dropped = [i for i, c in enumerate(best.hypothesis.candidates) if c.key not in kept]
         words = TOO_WEAK if weaker or not bends else BENDS
-        notes += [told_apart(best, number, posterior.temper, words) for number in dropped]
+        notes += [told_apart(best, number, posterior.widened, words) for number in dropped]
         posterior = simpler
     return posterior, notes
 
@@ -117,7 +117,7 @@ def without_weak(posterior: Posterior, evidence: Evidence, scorer: Scorer) -> tu
     errors = Errors(scorer.error(own), scorer.error(extended), scorer.floor(own), 0.0)
     if not errors.nothing_to_gain:
         return posterior, []
-    notes = [weak(best, number, posterior.temper) for number in range(len(best.hypothesis.candidates))]
+    notes = [weak(best, number, posterior.widened) for number in range(len(best.hypothesis.candidates))]
     return evidence.among((base,)), notes
 
 
@@ -146,14 +146,14 @@ def _is_simpler(item: Fit, than: Fit) -> bool:
     return own < others or (own == others and item.hypothesis.is_linear and not than.hypothesis.is_linear)
 
 
-def weak(item: Fit, number: int, temper: float) -> str:
-    """Return a note on candidate ``number`` of a fit that forecasts do not need; ``temper``: see `cause_of`."""
-    return told_apart(item, number, temper, TOO_WEAK)
+def weak(item: Fit, number: int, widened: float) -> str:
+    """Return a note on candidate ``number`` of a fit that forecasts do not need; ``widened``: see `cause_of`."""
+    return told_apart(item, number, widened, TOO_WEAK)
 
 
-def told_apart(item: Fit, number: int, temper: float, words: str) -> str:
+def told_apart(item: Fit, number: int, widened: float, words: str) -> str:
     """Return a note on candidate ``number`` of a fit, which is not named: why, in ``words``."""
-    cause, parameters = cause_of(item, number, temper)
+    cause, parameters = cause_of(item, number, widened)
     told = sentence_of(cause, parameters, held=is_held(item.hypothesis.plant.structure.supports, cause))
     acting, every = (Counter(names) for names in (acting_recordings(item, number), item.names))
     where = "" if acting == every else f" (in {in_words(acting, every)} only)"

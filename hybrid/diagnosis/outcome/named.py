@@ -41,7 +41,7 @@ def _finding(ruling: Ruling, number: int, taken: float, model: Model) -> Finding
     """
     best, posterior, scorer, setting = ruling.best, ruling.posterior, ruling.scorer, ruling.setting
     candidate = best.hypothesis.candidates[number]
-    cause, parameters = cause_of(best, number, posterior.temper)
+    cause, parameters = cause_of(best, number, posterior.widened)
     temper = posterior.temper * ruling.evidence.energy  # of what is left of the recordings themselves
     acting = recordings_of(best, number, model, scorer.test, setting.measured, scorer.gauge, temper)
     return Finding(

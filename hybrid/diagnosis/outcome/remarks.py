@@ -64,7 +64,7 @@ def _on_causes(ruling: Ruling, findings: tuple[Finding, ...]) -> list[str]:
         notes += far_off(ruling.told)
         if ruling.simulation.fit is ruling.evidence.base:  # else a cause may matter, if not for the user's modal model
             causes = range(len(best.hypothesis.candidates))
-            notes += [weak(best, number, ruling.posterior.temper) for number in causes]
+            notes += [weak(best, number, ruling.posterior.widened) for number in causes]
     return notes
 
 
