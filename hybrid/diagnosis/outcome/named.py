@@ -44,14 +44,15 @@ def _finding(ruling: Ruling, number: int, taken: float, model: Model) -> Finding
     cause, parameters = cause_of(best, number, posterior.widened)
     temper = posterior.temper * ruling.evidence.energy  # of what is left of the recordings themselves
     acting = recordings_of(best, number, model, scorer.test, setting.measured, scorer.gauge, temper)
+    listed = ruling.listed * min((hum.machine for hum in ruling.hums if hum.number == number), default=1.0)
     return Finding(
         cause,
         parameters,
-        min(of_candidate(posterior, candidate), SUREST) * ruling.listed,
+        min(of_candidate(posterior, candidate), SUREST) * listed,
         share(taken, ruling.found.nominal.excess),
         tuple(name for name in motions_of(setting.dataset) for _ in range(acting[name])),
         tuple(
-            Alternative(rival.kind, reported_location(rival), p * ruling.listed)
+            Alternative(rival.kind, reported_location(rival), p * listed)
             for rival, p in rivals_of(posterior, candidate, RIVALS)
         ),
         sentence_of(cause, parameters, held=is_held(setting.plant.structure.supports, cause)),

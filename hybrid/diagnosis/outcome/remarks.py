@@ -9,6 +9,7 @@ from hybrid.diagnosis.fitting.left_over import left
 from hybrid.diagnosis.outcome.calibration import astray, dispersion_of, far_off
 from hybrid.diagnosis.outcome.findings import Finding, at_place, place_words
 from hybrid.diagnosis.outcome.folding import folding_of
+from hybrid.diagnosis.outcome.hum import line_of
 from hybrid.diagnosis.outcome.loading import loading_of
 from hybrid.diagnosis.outcome.materiality import weak
 from hybrid.diagnosis.outcome.mounting import mounting_of
@@ -37,14 +38,15 @@ BENT = (
 
 def remarks_on(ruling: Ruling, findings: tuple[Finding, ...], shown: Shown) -> tuple[str, ...]:
     """Return the notes on a ruling, on its findings, and on what is ``shown`` of the simulation."""
-    loading = _loading(ruling)
+    loading, hum = _loading(ruling), _hum(ruling)
     return (
         *ruling.notes,
         *_on_causes(ruling, findings),
         *_rest(ruling, shown),
+        *hum,
         *_folding(ruling),
         *loading,
-        *_unseen(ruling),
+        *([] if hum else _unseen(ruling)),  # hum may be where no motion is looked for
         *modal_notes(ruling.simulation, ruling.found.nominal, ruling.found.own, ruling.scorer, ruling.is_named),
         *_bent(ruling),
         *too_few(ruling.told, ruling.scorer, ruling.errors.floor),
@@ -102,6 +104,16 @@ def _rest(ruling: Ruling, shown: Shown) -> list[str]:
     mounted = mounting_of(ruling.evidence.base, gauge)
     rest = rest_of(ruling.told, shown.observed.frequencies, gauge)
     return [rest, *([] if mounted is None else [mounted])]
+
+
+def _hum(ruling: Ruling) -> list[str]:
+    """Return a line on each harmonic force that one sensor's own tone may be, or on a tone among noise."""
+    gauge = ruling.evidence.gauge
+    if ruling.best.hypothesis.candidates:
+        told = [] if ruling.verdict is Verdict.NOTHING_WRONG else [hum.sentence for hum in ruling.hums]
+    else:
+        told = [] if left(ruling.told, gauge, ruling.setting.band).significant else [line_of(ruling.told, gauge)]
+    return [sentence for sentence in told if sentence is not None]
 
 
 def _folding(ruling: Ruling) -> list[str]:

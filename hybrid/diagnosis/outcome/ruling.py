@@ -12,6 +12,7 @@ from hybrid.diagnosis.fitting.far_off import DEVIATION, within
 from hybrid.diagnosis.fitting.fitting import Fit, residuals_at
 from hybrid.diagnosis.fitting.forecasting import Forecast
 from hybrid.diagnosis.outcome.forecasts import Forecasts, forecasts_of
+from hybrid.diagnosis.outcome.hum import Hum, hums_of, verdict_with
 from hybrid.diagnosis.outcome.materiality import material, without_weak
 from hybrid.diagnosis.outcome.noisier import with_own_noise
 from hybrid.diagnosis.outcome.scorer import Scorer
@@ -27,8 +28,8 @@ class Ruling:
     It rests on the ``posterior`` over the fits of the ``evidence`` whose causes matter, on the user's ``simulation``,
     and on what the ``scorer`` ``found`` of forecasts, with their ``errors``. ``final``: the best fit where its causes
     are named, and the one without any cause otherwise; ``theta`` (parameter,): what is told of its parameters, which
-    may be calibrated less than its own. ``notes``: on test recordings that are only noisier, and on causes that do not
-    matter.
+    may be calibrated less than its own. ``hums``: what may stand in the place of the best fit's harmonic forces.
+    ``notes``: on test recordings that are only noisier, and on causes that do not matter.
     """
 
     verdict: Verdict
@@ -41,6 +42,7 @@ class Ruling:
     errors: Errors
     final: Fit
     theta: FloatArray
+    hums: tuple[Hum, ...]
     notes: tuple[str, ...]
 
     @property
@@ -90,6 +92,8 @@ def ruling_of(setting: Setting, evidence: Evidence) -> Ruling:
     )
     wrong = simulation.fit if simulation.is_wrong else base
     verdict, listed = verdict_of(best, evidence.posterior.fits[0], wrong, gauge, setting.band, errors)
+    hums = hums_of(best, gauge, posterior.temper)
+    verdict = verdict_with(hums, len(best.hypothesis.candidates), verdict)
     ruling = Ruling(
         verdict=verdict,
         listed=listed,
@@ -101,6 +105,7 @@ def ruling_of(setting: Setting, evidence: Evidence) -> Ruling:
         errors=errors,
         final=best,
         theta=best.theta,
+        hums=hums,
         notes=(*notes, *weak) if verdict is not Verdict.UNEXPLAINED else tuple(notes),  # of guesses nothing is told
     )
     return ruling if ruling.is_named else replace(ruling, final=base, theta=_drawn_or_calibrated(base, gauge, normal))

@@ -1,0 +1,126 @@
+"""Tones that one sensor picks up, as electrical hum is: on no list, but they look like a machine next to the sensor.
+
+A machine shakes the structure, and other sensors show that, be it little; a tone of the sensor's own they do not.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import expit
+from scipy.stats import gamma
+
+from fe_models.dofs import FloatArray
+from hybrid.diagnosis.fitting.fitting import Fit
+from hybrid.diagnosis.outcome.rest import rests
+from hybrid.diagnosis.outcome.verdict import LISTED, Verdict
+from hybrid.diagnosis.recorded.gauge import Gauge
+from hybrid.diagnosis.response.hypothesis import Hypothesis
+from hybrid.diagnosis.response.state_space import system_of
+from hybrid.diagnosis.response.system import modal_form
+
+TOLD = 0.99  # probability of a machine, from which on nobody needs to be told of hum
+HARDLY = 0.05  # likewise, below which it is none: by chance one looks like hum where others show next to nothing of it
+AS_WELL = (
+    "of all sensors {sensor} alone shows the harmonic force at {frequency:.4g} Hz: a tone that this sensor picks up, as"
+    " electrical hum, would look the same"
+)
+RATHER = (
+    "a tone at {frequency:.4g} Hz that sensor {sensor} alone picks up, as electrical hum, would explain the recordings"
+    " better than a machine does, which other sensors would show: check its cable and supply, or leave it out"
+)
+
+LINE = (
+    "sensor {sensor} has a line at {frequency:.4g} Hz that counts as noise, as nothing of the structure is there:"
+    " electrical hum, or a machine that it hardly feels"
+)
+BY_CHANCE = 1e-6  # of a line that noise makes
+
+
+@dataclass(frozen=True)
+class Hum:
+    """A tone of ``frequency`` (Hz) of one ``sensor`` in the place of a fit's harmonic force, ``number`` among its
+    causes; ``machine``: probability that it is the force all the same.
+    """
+
+    number: int
+    sensor: str
+    frequency: float
+    machine: float
+
+    @property
+    def is_likely(self) -> bool:
+        """Whether it is hum rather than a machine."""
+        return self.machine < HARDLY
+
+    @property
+    def sentence(self) -> str | None:
+        """What a user should know of it, None where it is no hum."""
+        if self.machine > TOLD:
+            return None
+        return (RATHER if self.is_likely else AS_WELL).format(sensor=self.sensor, frequency=self.frequency)
+
+
+def hums_of(item: Fit, gauge: Gauge, temper: float) -> tuple[Hum, ...]:
+    """Return what may stand in the place of each harmonic force of a fit: a tone of the sensor that shows it most.
+
+    By what the sum of squares would rise if no other sensor showed the force, over the ``temper``; a force is on the
+    list, and as much likelier beforehand. Beside a force law nothing is said: what a machine does is not alone there.
+    """
+    causes = item.hypothesis.candidates
+    if not item.hypothesis.is_linear:
+        return ()
+    return tuple(_hum(item, number, gauge, temper) for number, cause in enumerate(causes) if cause.oscillator)
+
+
+def verdict_with(hums: tuple[Hum, ...], causes: int, verdict: Verdict) -> Verdict:
+    """Return a ``verdict`` on as many ``causes`` where some of them are likely to be hum, which is none on the list."""
+    likely = sum(hum.is_likely for hum in hums)
+    if not likely or verdict not in (Verdict.EXPLAINED, Verdict.PARTLY_EXPLAINED):
+        return verdict
+    return Verdict.UNEXPLAINED if likely == causes else Verdict.PARTLY_EXPLAINED
+
+
+def line_of(item: Fit, gauge: Gauge) -> str | None:
+    """Return a note on the strongest line of what a fit leaves, by sensor, None where noise makes all of them."""
+    strongest, note = -np.log(BY_CHANCE), None
+    for part in rests(item, gauge):
+        frequencies = np.fft.rfftfreq(part.shape[1], 1 / gauge.rate)
+        noisy = slice(1, int(np.searchsorted(2 * np.pi * frequencies, item.hypothesis.plant.cutoff)))
+        window = np.hanning(part.shape[1])[:, None]
+        power = (np.abs(np.fft.rfft(part * window, axis=1)) ** 2).sum(axis=0)[noisy]  # (frequency, sensor)
+        rarer = -gamma.logsf(power / power.mean(axis=0) * len(part), len(part)) - np.log(power.size)
+        if rarer.size and rarer.max() > strongest:
+            at, sensor = np.unravel_index(int(rarer.argmax()), rarer.shape)
+            strongest = float(rarer.max())
+            note = LINE.format(sensor=gauge.sensors[sensor].name, frequency=frequencies[noisy][at])
+    return note
+
+
+def _hum(item: Fit, number: int, gauge: Gauge, temper: float) -> Hum:
+    frequency = float(item.theta[item.hypothesis.slices[number].start])
+    rise = np.zeros(len(gauge.sensors))
+    for batch, states, residual in zip(item.batches, item.states, item.residuals, strict=True):
+        if number not in batch.off:
+            hypothesis, kept = item.hypothesis.less(batch.off), item.hypothesis.parameters_of(batch.off)
+            shown = _steady(hypothesis, item.theta[kept], frequency, states, batch.samples, gauge) / batch.sigma(gauge)
+            rise += np.sum(shown * (2 * residual + shown), axis=(0, 1))
+    loudest = int(np.argmax(rise))
+    log_odds = float(rise.sum() - rise[loudest]) / (2 * temper)
+    machine = float(expit(np.log(LISTED / (1 - LISTED)) + log_odds))
+    return Hum(number, gauge.sensors[loudest].name, frequency, machine)
+
+
+def _steady(
+    hypothesis: Hypothesis, theta: FloatArray, frequency: float, states: FloatArray, samples: int, gauge: Gauge
+) -> FloatArray:
+    """Return what sensors show of the steady motion at a ``frequency`` (Hz), (recording, time, sensor): of the undamped
+    root there.
+    """
+    system = system_of(hypothesis, theta[None], gauge.readout)
+    form = modal_form(system)
+    if form is None:  # a resonance, which all sensors show
+        return np.full((len(states), samples, len(gauge.sensors)), np.inf)
+    at = int(np.argmin(np.abs(form.roots[0] - 2j * np.pi * frequency)))
+    time = np.arange(samples) / gauge.rate
+    wave = np.exp(form.roots[0, at] * time)
+    return np.real((states @ form.left[0, at])[:, None, None] * wave[:, None] * form.right[0, :, at])
