@@ -28,7 +28,6 @@ RATHER = (
     "a tone at {frequency:.4g} Hz that sensor {sensor} alone picks up, as electrical hum, would explain the recordings"
     " better than a machine does, which other sensors would show: check its cable and supply, or leave it out"
 )
-
 LINE = (
     "sensor {sensor} has a line at {frequency:.4g} Hz that counts as noise, as nothing of the structure is there:"
     " electrical hum, or a machine that it hardly feels"
@@ -102,7 +101,10 @@ def _hum(item: Fit, number: int, gauge: Gauge, temper: float) -> Hum:
     for batch, states, residual in zip(item.batches, item.states, item.residuals, strict=True):
         if number not in batch.off:
             hypothesis, kept = item.hypothesis.less(batch.off), item.hypothesis.parameters_of(batch.off)
-            shown = _steady(hypothesis, item.theta[kept], frequency, states, batch.samples, gauge) / batch.sigma(gauge)
+            shown = _steady(hypothesis, item.theta[kept], frequency, states, batch.samples, gauge)
+            if shown is None:
+                return Hum(number, "", frequency, 1.0)
+            shown /= batch.sigma(gauge)
             rise += np.sum(shown * (2 * residual + shown), axis=(0, 1))
     loudest = int(np.argmax(rise))
     log_odds = float(rise.sum() - rise[loudest]) / (2 * temper)
@@ -112,15 +114,15 @@ def _hum(item: Fit, number: int, gauge: Gauge, temper: float) -> Hum:
 
 def _steady(
     hypothesis: Hypothesis, theta: FloatArray, frequency: float, states: FloatArray, samples: int, gauge: Gauge
-) -> FloatArray:
+) -> FloatArray | None:
     """Return what sensors show of the steady motion at a ``frequency`` (Hz), (recording, time, sensor): of the undamped
-    root there.
+    root there. None at a resonance, which all of them show.
     """
     system = system_of(hypothesis, theta[None], gauge.readout)
     form = modal_form(system)
-    if form is None:  # a resonance, which all sensors show
-        return np.full((len(states), samples, len(gauge.sensors)), np.inf)
+    if form is None:
+        return None
     at = int(np.argmin(np.abs(form.roots[0] - 2j * np.pi * frequency)))
     time = np.arange(samples) / gauge.rate
     wave = np.exp(form.roots[0, at] * time)
-    return np.real((states @ form.left[0, at])[:, None, None] * wave[:, None] * form.right[0, :, at])
+    return np.asarray(np.real((states @ form.left[0, at])[:, None, None] * wave[:, None] * form.right[0, :, at]))
