@@ -92,7 +92,7 @@ def ruling_of(setting: Setting, evidence: Evidence) -> Ruling:
     )
     wrong = simulation.fit if simulation.is_wrong else base
     verdict, listed = verdict_of(best, evidence.posterior.fits[0], wrong, gauge, setting.band, errors)
-    hums = hums_of(best, gauge, posterior.temper)
+    hums = hums_of(best, gauge, posterior.temper * evidence.energy)  # of what is left of the recordings themselves
     verdict = verdict_with(hums, len(best.hypothesis.candidates), verdict)
     ruling = Ruling(
         verdict=verdict,
