@@ -38,7 +38,7 @@ def test_tone_that_a_machine_would_make_as_well_is_no_sure_name() -> None:
     found = humming("a1", 1.7)
     (finding,) = found.findings
     assert (finding.cause.kind, finding.cause.location) == ("harmonic_force", {"node": 1, "direction": "x"})
-    assert 0.5 < finding.probability < 0.95  # around what is said where others would show nothing at all
+    # What is said where others show nothing at all, moved by chance: they would show a few standard deviations of it.
     assert finding.probability == pytest.approx(LISTED, abs=0.1)
     assert AS_WELL.format(sensor="a1", frequency=1.7) in found.notes
 

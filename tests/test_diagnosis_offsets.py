@@ -72,9 +72,8 @@ def test_recordings_without_noise_have_no_offsets_by_rounding_and_show_small_one
     assert without_offsets(given, POLES) == (given, [])
     found, (note,) = without_offsets(dataset(decays(noise=0.0) + 0.05), POLES)
     assert note.startswith(TAKEN_OFF)
-    assert (
-        np.abs(left(found, decays(noise=0.0))).max() < 1e-6
-    )  # the rounding of poles that are told by squares of the motion
+    rest = np.abs(left(found, decays(noise=0.0))).max()
+    assert rest < 1e-6  # the rounding of poles that are told by squares of the motion
 
 
 def test_offsets_that_differ_are_told_and_left() -> None:

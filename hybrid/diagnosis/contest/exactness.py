@@ -31,6 +31,11 @@ class Tightened:
     narrowed: float
     volume: float
 
+    @property
+    def gained(self) -> float:
+        """What the log evidence gains, all but for the nominal values' volume."""
+        return self.narrowed - 0.5 * self.rise
+
 
 def tightened(item: Fit, scale: float) -> Tightened:
     """Return what becomes of a fit where nominal values are uncertain by ``scale`` times what was stated.
@@ -58,7 +63,7 @@ def log_evidences(fits: Sequence[Fit], best: Fit, temper: float) -> FloatArray:
     """
     volumes = [tightened(best, scale).volume for scale in SCALES]
     scaled = [[tightened(item, scale) for scale in SCALES] for item in fits]
-    changes = np.array([[change.narrowed - 0.5 * change.rise for change in row] for row in scaled])
+    changes = np.array([[change.gained for change in row] for row in scaled])
     evidence = np.array([item.log_evidence for item in fits])[:, None] + changes
     return np.asarray(logsumexp(evidence / temper + volumes, axis=1, b=1 / len(SCALES)))
 
@@ -66,5 +71,5 @@ def log_evidences(fits: Sequence[Fit], best: Fit, temper: float) -> FloatArray:
 def expected_square(best: Fit, temper: float) -> float:
     """Return the square of the scale to be expected after the recordings, by what the ``best`` fit makes of them."""
     scaled = [tightened(best, scale) for scale in SCALES]
-    weights = softmax([(change.narrowed - 0.5 * change.rise) / temper + change.volume for change in scaled])
+    weights = softmax([change.gained / temper + change.volume for change in scaled])
     return float(weights @ np.square(SCALES))

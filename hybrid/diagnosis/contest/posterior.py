@@ -53,13 +53,14 @@ def posterior_of(fits: tuple[Fit, ...], candidates: tuple[Candidate, ...], is_as
     evidence = np.array([fit.log_evidence for fit in fits])
     best = fits[int(np.argmax(evidence + prior))]
     noise = temper_of(best)
-    temper, scale2 = noise * odds.alike, 1.0 if is_astray else expected_square(best, noise * odds.alike)
+    temper = noise * odds.alike
     score = prior + (evidence / temper if is_astray else log_evidences(fits, best, temper))  # at these very places
     probability = np.exp(score - score.max()) * [_alike(fit) for fit in fits]
     probability /= probability.sum()
     order = np.argsort(-score, kind="stable")
+    off = 1.0 if is_astray else expected_square(best, temper)
     return Posterior(
-        tuple(fits[int(i)] for i in order), probability[order], temper, noise * (1 + scale2 * (odds.alike - 1))
+        tuple(fits[int(i)] for i in order), probability[order], temper, noise * (1 + off * (odds.alike - 1))
     )
 
 

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.special import expit
-from scipy.stats import gamma
 
 from fe_models.dofs import FloatArray
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.outcome.rest import rests
 from hybrid.diagnosis.outcome.verdict import LISTED, Verdict
 from hybrid.diagnosis.recorded.gauge import Gauge
+from hybrid.diagnosis.recorded.spectra import clearest_line
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.response.system import modal_form
@@ -32,7 +32,6 @@ LINE = (
     "sensor {sensor} has a line at {frequency:.4g} Hz that counts as noise, as nothing of the structure is there:"
     " electrical hum, or a machine that it hardly feels"
 )
-BY_CHANCE = 1e-6  # of a line that noise makes
 
 
 @dataclass(frozen=True)
@@ -68,7 +67,8 @@ def hums_of(item: Fit, gauge: Gauge, temper: float) -> tuple[Hum, ...]:
     causes = item.hypothesis.candidates
     if not item.hypothesis.is_linear:
         return ()
-    return tuple(_hum(item, number, gauge, temper) for number, cause in enumerate(causes) if cause.oscillator)
+    found = (_hum(item, number, gauge, temper) for number, cause in enumerate(causes) if cause.oscillator)
+    return tuple(hum for hum in found if hum is not None)
 
 
 def verdict_with(hums: tuple[Hum, ...], causes: int, verdict: Verdict) -> Verdict:
@@ -80,22 +80,13 @@ def verdict_with(hums: tuple[Hum, ...], causes: int, verdict: Verdict) -> Verdic
 
 
 def line_of(item: Fit, gauge: Gauge) -> str | None:
-    """Return a note on the strongest line of what a fit leaves, by sensor, None where noise makes all of them."""
-    strongest, note = -np.log(BY_CHANCE), None
-    for part in rests(item, gauge):
-        frequencies = np.fft.rfftfreq(part.shape[1], 1 / gauge.rate)
-        noisy = slice(1, int(np.searchsorted(2 * np.pi * frequencies, item.hypothesis.plant.cutoff)))
-        window = np.hanning(part.shape[1])[:, None]
-        power = (np.abs(np.fft.rfft(part * window, axis=1)) ** 2).sum(axis=0)[noisy]  # (frequency, sensor)
-        rarer = -gamma.logsf(power / power.mean(axis=0) * len(part), len(part)) - np.log(power.size)
-        if rarer.size and rarer.max() > strongest:
-            at, sensor = np.unravel_index(int(rarer.argmax()), rarer.shape)
-            strongest = float(rarer.max())
-            note = LINE.format(sensor=gauge.sensors[sensor].name, frequency=frequencies[noisy][at])
-    return note
+    """Return a note on the clearest line of what a fit leaves, None where noise makes all of them."""
+    found = clearest_line(rests(item, gauge), gauge.rate, item.hypothesis.plant.cutoff)
+    return None if found is None else LINE.format(sensor=gauge.sensors[found[0]].name, frequency=found[1])
 
 
-def _hum(item: Fit, number: int, gauge: Gauge, temper: float) -> Hum:
+def _hum(item: Fit, number: int, gauge: Gauge, temper: float) -> Hum | None:
+    """Return what may stand in the place of harmonic force ``number``, None at a resonance, which all sensors show."""
     frequency = float(item.theta[item.hypothesis.slices[number].start])
     rise = np.zeros(len(gauge.sensors))
     for batch, states, residual in zip(item.batches, item.states, item.residuals, strict=True):
@@ -103,7 +94,7 @@ def _hum(item: Fit, number: int, gauge: Gauge, temper: float) -> Hum:
             hypothesis, kept = item.hypothesis.less(batch.off), item.hypothesis.parameters_of(batch.off)
             shown = _steady(hypothesis, item.theta[kept], frequency, states, batch.samples, gauge)
             if shown is None:
-                return Hum(number, "", frequency, 1.0)
+                return None
             shown /= batch.sigma(gauge)
             rise += np.sum(shown * (2 * residual + shown), axis=(0, 1))
     loudest = int(np.argmax(rise))
@@ -116,7 +107,7 @@ def _steady(
     hypothesis: Hypothesis, theta: FloatArray, frequency: float, states: FloatArray, samples: int, gauge: Gauge
 ) -> FloatArray | None:
     """Return what sensors show of the steady motion at a ``frequency`` (Hz), (recording, time, sensor): of the undamped
-    root there. None at a resonance, which all of them show.
+    root there. None at a resonance.
     """
     system = system_of(hypothesis, theta[None], gauge.readout)
     form = modal_form(system)

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 
 import numpy as np
+from scipy.stats import gamma
 
 from fe_models.dofs import FloatArray
 from hybrid.tiny import TINY
@@ -10,6 +11,7 @@ from hybrid.tiny import TINY
 HARDLY_SHOWN = 5e-4  # of a motion's energy: a mode that has less hardly shows, and its damping not at all
 STRONGEST = 3  # modes whose sums and differences are looked at
 ORDER = 2  # of the lines: multiples and sums of so many frequencies, as stretching that comes with bending makes them
+BY_CHANCE = 1e-6  # of a line that noise makes, anywhere
 CLEAR = 3.0  # times the noise: a line that stands out of it
 WIDTH = 1.5  # of a recording's resolution: how far from its place a line may be
 
@@ -56,6 +58,25 @@ def strongest_apart(
         power[np.any(np.abs(lines[:, None] - frequencies) <= width, axis=1)] = 0.0
         if power.max() > strongest:
             strongest, found = float(power.max()), float(lines[power.argmax()])
+    return found
+
+
+def clearest_line(parts: tuple[FloatArray, ...], rate: float, cutoff: float) -> tuple[int, float] | None:
+    """Return which sensor has the line that white noise makes most rarely, and its frequency (Hz); None where noise may
+    make all of them.
+
+    ``parts`` (recording, time, sensor); only lines below the ``cutoff`` (rad/s) of a low-pass are looked at.
+    """
+    clearest, found = -np.log(BY_CHANCE), None
+    for part in parts:
+        lines = np.fft.rfftfreq(part.shape[1], 1 / rate)
+        noisy = slice(1, int(np.searchsorted(2 * np.pi * lines, cutoff)))
+        window = np.hanning(part.shape[1])[:, None]
+        power = (np.abs(np.fft.rfft(part * window, axis=1)) ** 2).sum(axis=0)[noisy]  # (frequency, sensor)
+        rarer = -gamma.logsf(power / power.mean(axis=0) * len(part), len(part)) - np.log(power.size)
+        if rarer.size and rarer.max() > clearest:
+            at, sensor = np.unravel_index(int(rarer.argmax()), rarer.shape)
+            clearest, found = float(rarer.max()), (int(sensor), float(lines[noisy][at]))
     return found
 
 
