@@ -3,8 +3,8 @@
 import numpy as np
 from scipy.sparse import csr_array
 
+from fe_models.arrays import FloatArray
 from fe_models.dead_load import with_dead_load
-from fe_models.dofs import FloatArray
 from fe_models.effects import AddedMass, ForceLaw
 from fe_models.effects.laws import replaced_ratios
 from fe_models.errors import raise_faults

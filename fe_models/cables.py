@@ -4,7 +4,7 @@ from math import hypot
 
 import numpy as np
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from fe_models.structure import Cable
 
 

@@ -5,7 +5,7 @@ from math import pi
 import numpy as np
 from scipy.linalg import eigh
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from fe_models.errors import InputError
 from fe_models.linear import LinearModel
 from fe_models.structure import Damping

@@ -5,13 +5,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fe_models.arrays import BoolArray, FloatArray, IntArray
 from fe_models.effects.laws import with_parts
 from fe_models.structure import Beam, Structure
-
-BoolArray = NDArray[np.bool_]
-IntArray = NDArray[np.int64]
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ authors' program, and every result of theirs, has it in the first, as here.
 
 import numpy as np
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from fe_models.effects import CubicSpring
 from fe_models.linear import ModalModel
 from fe_models.recordings import Assumptions, Dataset, Quantity, Sensor

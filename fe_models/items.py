@@ -14,14 +14,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.sparse import coo_array, csr_array
 
+from fe_models.arrays import FloatArray, IntArray
 from fe_models.cables import is_slack
-from fe_models.dofs import DofMap, FloatArray, IntArray
+from fe_models.dofs import DofMap
 from fe_models.mesh import Mesh, mesh
 from fe_models.structure import Cable, PointMass, Structure
 
 if TYPE_CHECKING:
-    from fe_models.exudyn_io import ElementMatrices
-    from fe_models.exudyn_items import Item
+    from fe_models.exudyn.item_matrices import ElementMatrices
+    from fe_models.exudyn.items import Item
 
     PlacedItem = tuple[Item, tuple[int, ...], FloatArray]
 
@@ -31,15 +32,15 @@ Group = tuple["ElementMatrices", IntArray]
 
 def equal_items(structure: Structure, parts: Mesh, state: FloatArray | None) -> list[Group]:
     """Return the matrices of each different item of the structure, and where its copies sit."""
-    from fe_models.exudyn_io import items_of  # loads Exudyn only where it is needed
+    from fe_models.exudyn.item_matrices import items_of  # loads Exudyn only where it is needed
 
     return matrices_of(structure, items_of(structure, parts), state)
 
 
 def matrices_of(structure: Structure, items: "Iterable[PlacedItem]", state: FloatArray | None) -> list[Group]:
     """Return the matrices of each different one of ``items`` (item, mesh nodes, vector), and where its copies sit."""
-    from fe_models import exudyn_io  # loads Exudyn only where it is needed
-    from fe_models.exudyn_items import Options
+    from fe_models.exudyn import item_matrices  # loads Exudyn only where it is needed
+    from fe_models.exudyn.items import Options
 
     options = Options(damping=structure.damping, prestress=state is not None, slack=False)
     per_node = len(structure.directions)
@@ -50,9 +51,9 @@ def matrices_of(structure: Structure, items: "Iterable[PlacedItem]", state: Floa
         moved = None if state is None else state[rows]
         key = (_without_place(item), *vector, None if moved is None else moved.tobytes())
         if key not in matrices:
-            matrices[key] = exudyn_io.element_matrices(structure.directions, item, vector, options, moved)
+            matrices[key] = item_matrices.element_matrices(structure.directions, item, vector, options, moved)
             if moved is not None and isinstance(item, Cable) and is_slack(item, vector, moved):
-                matrices[key] = exudyn_io.ElementMatrices(matrices[key].mass, *np.zeros((2, len(rows), len(rows))))
+                matrices[key] = item_matrices.ElementMatrices(matrices[key].mass, *np.zeros((2, len(rows), len(rows))))
         rows_of[key].append(rows)
     return [(matrices[key], np.array(rows, dtype=np.int64)) for key, rows in rows_of.items()]
 

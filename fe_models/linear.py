@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csr_array
 
-from fe_models.dofs import DofMap, FloatArray
+from fe_models.arrays import FloatArray
+from fe_models.dofs import DofMap
 
 
 @dataclass(frozen=True)

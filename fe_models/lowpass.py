@@ -6,7 +6,7 @@ from math import ceil
 
 import numpy as np
 
-from fe_models.dofs import ComplexArray, FloatArray
+from fe_models.arrays import ComplexArray, FloatArray
 from fe_models.measurement import FILTER_ORDER
 
 USUAL = 2 * FILTER_ORDER  # steepness of the filter of `measurement.lowpassed`, which runs forwards and backwards

@@ -6,10 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csr_array
 
+from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
 from fe_models.damping import ratios_of_modes
 from fe_models.dead_load import with_dead_load
-from fe_models.dofs import DofMap, FloatArray, structure_dofs
+from fe_models.dofs import DofMap, structure_dofs
 from fe_models.effects import Effect
 from fe_models.effects.laws import dead_load_share, replaced_ratios
 from fe_models.items import matrices_of, summed
@@ -53,7 +54,7 @@ def matrix_changes(structure: Structure, *effects: Effect, state: FloatArray | N
     Only the items that differ are assembled, so that one effect costs a few milliseconds however large the structure;
     modal damping costs the natural modes. Effects with a force law add nothing. `InputError` where they do not fit.
     """
-    from fe_models.exudyn_io import items_of  # loads Exudyn only where it is needed
+    from fe_models.exudyn.item_matrices import items_of  # loads Exudyn only where it is needed
 
     extended = require_structure(structure.with_effects(*effects))
     parts = mesh(structure)

@@ -7,7 +7,7 @@ at 100 Hz behind a low-pass of 30 Hz.
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from fe_models.errors import raise_faults
 from fe_models.files.recording_checks import check_rates, check_sensor
 from fe_models.recordings import Sensor

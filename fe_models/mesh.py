@@ -5,7 +5,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from fe_models.dofs import DofMap, FloatArray, IntArray, structure_dofs
+from fe_models.arrays import FloatArray, IntArray
+from fe_models.dofs import DofMap, structure_dofs
 from fe_models.structure import Beam, Structure
 
 

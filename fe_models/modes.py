@@ -8,8 +8,9 @@ import numpy as np
 from scipy.linalg import LinAlgError, eigh
 from scipy.sparse.linalg import LinearOperator, eigsh
 
+from fe_models.arrays import FloatArray
 from fe_models.damping import ratios_of_modes, replace_ratios
-from fe_models.dofs import DofMap, FloatArray
+from fe_models.dofs import DofMap
 from fe_models.errors import InputError, raise_faults
 from fe_models.linear import LinearModel, ModalModel
 from fe_models.linear_checks import check_linear_model

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
-from fe_models.dofs import FloatArray
 from fe_models.errors import InputError
 from fe_models.linear import LinearModel, ModalModel
 from fe_models.modes import natural_modes

@@ -6,7 +6,7 @@ from typing import Literal
 
 import numpy as np
 
-from fe_models.dofs import BoolArray, FloatArray
+from fe_models.arrays import BoolArray, FloatArray
 from fe_models.linear import LinearModel, ModalModel
 from fe_models.structure import Direction, Structure
 

@@ -2,7 +2,8 @@
 
 from dataclasses import dataclass
 
-from fe_models.dofs import DofMap, FloatArray
+from fe_models.arrays import FloatArray
+from fe_models.dofs import DofMap
 from fe_models.recordings import Quantity
 
 

@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from fe_models.effects.base import Cause, parameter
 from fe_models.errors import InputError
 

@@ -8,9 +8,10 @@ import numpy as np
 from scipy.linalg import eigh
 from tqdm import tqdm
 
+from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
 from fe_models.damping import full_damping
-from fe_models.dofs import DofMap, FloatArray
+from fe_models.dofs import DofMap
 from fe_models.effects import Effect, ForceLaw
 from fe_models.effects.laws import force_laws
 from fe_models.errors import InputError, raise_faults
@@ -22,7 +23,7 @@ from fe_models.statics import STANDARD_GRAVITY, PointLoad, load_vector, rest_sta
 from fe_models.structure import Structure
 
 if TYPE_CHECKING:
-    from fe_models.exudyn_solve import Steps
+    from fe_models.exudyn.solve import Steps
 
 BAR_DELAY = 2.0  # s; shorter runs show no progress bar
 
@@ -54,7 +55,7 @@ def simulate_release(
     modal ratios hold for the modes at the state at rest. Without damping of high frequencies (a stiffness factor, or
     modal ratios) the response depends on the step however small.
     """
-    from fe_models.exudyn_solve import motion_after_release  # loads Exudyn only where it is needed
+    from fe_models.exudyn.solve import motion_after_release  # loads Exudyn only where it is needed
 
     config = config or ReleaseConfig()
     steps = _steps(config.duration, config.sampling_rate, config.step)
@@ -113,7 +114,7 @@ def simulate_free(
     included, which matrices alone cannot have. `InputError` for states that do not fit the model and for steps that the
     integrator cannot take.
     """
-    from fe_models.exudyn_solve import FreeMotion  # loads Exudyn only where it is needed
+    from fe_models.exudyn.solve import FreeMotion  # loads Exudyn only where it is needed
 
     config = config or FreeConfig()
     if isinstance(model, Structure):
@@ -145,7 +146,7 @@ def simulate_free(
 
 def _steps(duration: float, sampling_rate: float, step: float) -> "Steps":
     """Return the grid of outputs, each interval split into the fewest equal steps of at most ``step``."""
-    from fe_models.exudyn_solve import Steps
+    from fe_models.exudyn.solve import Steps
 
     values = {"duration": duration, "sampling_rate": sampling_rate, "step": step}
     raise_faults(f"{name} = {value}; must be positive" for name, value in values.items() if not 0 < value < np.inf)

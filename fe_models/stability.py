@@ -8,7 +8,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from fe_models.dofs import FloatArray, IntArray
+from fe_models.arrays import FloatArray, IntArray
 from fe_models.structure import Beam, Direction, Spring, Structure
 
 MOTION_NAMES = {"x": "sway in x", "y": "move in y", "rz": "turn"}

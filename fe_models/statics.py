@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fe_models.dofs import FloatArray, structure_dofs
+from fe_models.arrays import FloatArray
+from fe_models.dofs import structure_dofs
 from fe_models.effects.laws import force_laws
 from fe_models.errors import raise_faults
 from fe_models.items import gravity_load
@@ -34,7 +35,7 @@ def rest_state(
     without loads: their elongations count from there; what depends on time takes no part. `InputError` where there is
     no such state.
     """
-    from fe_models.exudyn_solve import static_displacement  # loads Exudyn only where it is needed
+    from fe_models.exudyn.solve import static_displacement  # loads Exudyn only where it is needed
 
     parts = mesh(require_structure(structure))
     load = load_vector(structure, loads)

@@ -4,7 +4,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fe_models.dofs import FloatArray, structure_dofs
+from fe_models.arrays import FloatArray
+from fe_models.dofs import structure_dofs
 from fe_models.errors import InputError, noting, raise_faults
 from fe_models.files.recording_checks import check_rates, check_sensor
 from fe_models.measurement import measure

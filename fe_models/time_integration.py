@@ -4,13 +4,10 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import ComplexArray, FloatArray
 from fe_models.effects.base import Cause, parameter
 from fe_models.linear import ModalModel
-
-ComplexArray = NDArray[np.complex128]
 
 
 def root(omega: FloatArray, ratio: FloatArray) -> ComplexArray:

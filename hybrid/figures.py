@@ -10,7 +10,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from fe_models.files.atomic import writing
 from fe_models.recordings import Sensor
 

@@ -11,19 +11,19 @@ import torch
 import typer
 from tqdm import tqdm
 
-from fe_models.blind import OUTSIDE, BlindConfig, Noisy
+from benchmarks import ablations, bridge, chain, cost, speed
+from benchmarks.blind import figures, grid, summary
+from benchmarks.blind.cases import NOTHING, PEERS, BlindResult, Task, all_done, tasks, words_of
+from benchmarks.blind.confusion import confusion
+from benchmarks.blind.reliability import calibration
+from benchmarks.blind_cases import OUTSIDE, BlindConfig, Noisy
+from benchmarks.row import Row, table
 from fe_models.dofs import structure_dofs
 from fe_models.errors import bad_input_exits
 from fe_models.files.atomic import write_json
 from fe_models.files.modal_file import load_modal_model
 from fe_models.four_dof import four_dof
 from fe_models.linear import ModalModel
-from hybrid.benchmarks import ablations, bridge, chain, cost, speed
-from hybrid.benchmarks.blind import figures, grid, summary
-from hybrid.benchmarks.blind.calibration import calibration
-from hybrid.benchmarks.blind.cases import NOTHING, PEERS, BlindResult, Task, all_done, tasks, words_of
-from hybrid.benchmarks.blind.confusion import confusion
-from hybrid.benchmarks.row import Row, table
 from hybrid.config import experts_preset, places_preset
 
 STIFFNESSES = (0.0, 0.5, 1.0)  # k_n of the paper, N/m^3

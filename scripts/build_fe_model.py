@@ -10,10 +10,11 @@ import numpy as np
 import typer
 from scipy.sparse import csr_array
 
+from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
 from fe_models.bridge import PAPER_FREQUENCIES
 from fe_models.damping import full_damping
-from fe_models.dofs import FloatArray, structure_dofs
+from fe_models.dofs import structure_dofs
 from fe_models.effects.laws import dead_load_share
 from fe_models.errors import InputError, bad_input_exits, noting, raise_faults
 from fe_models.files.bridge_recordings import bridge_sensors

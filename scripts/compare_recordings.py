@@ -8,8 +8,8 @@ from tqdm import tqdm
 
 from fe_models.errors import bad_input_exits
 from fe_models.files.dataset_file import load_dataset
-from hybrid.decays.comparison import compare_recordings
-from hybrid.decays.report import describe_compared, draw_backbones, draw_spectra
+from hybrid.identification.comparison_report import describe_compared, draw_backbones, draw_spectra
+from hybrid.identification.recording_comparison import compare_recordings
 
 app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
 

@@ -7,8 +7,8 @@ from typing import Annotated
 import numpy as np
 import typer
 
+from fe_models.arrays import FloatArray
 from fe_models.bridge import bridge
-from fe_models.dofs import FloatArray
 from fe_models.errors import InputError, bad_input_exits
 from fe_models.files.bridge_recordings import bridge_sensors, write_bridge_dataset
 from fe_models.files.dataset_file import load_dataset, save_dataset
@@ -18,8 +18,8 @@ from fe_models.simulate import ReleaseConfig
 from fe_models.statics import PointLoad
 from fe_models.synthetic import Acquisition, release_dataset
 from hybrid.config import Config, TrainingConfig
-from hybrid.session import check_device, open_run, score, train
-from hybrid.summary import describe
+from hybrid.training.session import check_device, open_run, score, train
+from hybrid.training.summary import describe
 
 # What is hung on the deck and cut loose, N; the last release is the one to forecast.
 PULLS = (

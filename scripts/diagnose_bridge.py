@@ -11,11 +11,11 @@ from fe_models.files.atomic import write_json
 from fe_models.files.bridge_recordings import RECORDINGS, write_bridge_dataset
 from fe_models.files.dataset_file import load_dataset
 from fe_models.files.structure_file import save_structure
-from hybrid.decays.comparison import compare_recordings
-from hybrid.decays.report import describe_compared, draw_backbones, draw_spectra
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.report import describe_diagnosis, report_table
 from hybrid.diagnosis.shown.example import draw_example
+from hybrid.identification.comparison_report import describe_compared, draw_backbones, draw_spectra
+from hybrid.identification.recording_comparison import compare_recordings
 
 ANOTHER = 2  # the recording of another structure, as the comparison shows
 ALIKE = tuple(number for number in RECORDINGS if number != ANOTHER)

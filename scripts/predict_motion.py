@@ -6,19 +6,19 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from fe_models.errors import InputError, bad_input_exits, raise_faults
 from fe_models.files.atomic import writing
 from fe_models.files.dataset_file import load_dataset
 from fe_models.files.run_folder import load_run, save_prediction, save_run_model
-from hybrid.checkpoint import Checkpoint, load_checkpoint
-from hybrid.experts import fe_counterpart
-from hybrid.forecast import Forecast, forecast_windows, generate
-from hybrid.initial_state import modal_state, read_nodal_state
-from hybrid.results import fe_initial_state, prediction_of
-from hybrid.run import DONE
-from hybrid.session import check_device
-from hybrid.uncertainty import BandedForecast, banded_forecast
+from hybrid.estimation.experts import fe_counterpart
+from hybrid.estimation.forecast import Forecast, forecast_windows, generate
+from hybrid.estimation.given_state import modal_state, read_nodal_state
+from hybrid.estimation.uncertainty import BandedForecast, banded_forecast
+from hybrid.training.checkpoint import Checkpoint, load_checkpoint
+from hybrid.training.results import fe_initial_state, prediction_of
+from hybrid.training.run import DONE
+from hybrid.training.session import check_device
 
 app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
 

@@ -6,10 +6,10 @@ from typing import Annotated, Any
 
 import typer
 
+from benchmarks.bridge import EXPANSIONS, score_splits
 from fe_models.errors import bad_input_exits
 from fe_models.files.atomic import write_json
 from fe_models.files.bridge_recordings import RECORDINGS
-from hybrid.benchmarks.bridge import EXPANSIONS, score_splits
 from hybrid.config import Config, TrainingConfig, experts_preset
 
 NAMES = {

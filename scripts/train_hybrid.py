@@ -13,8 +13,8 @@ from fe_models.files.dataset_file import load_dataset
 from fe_models.recordings import Dataset
 from fe_models.structure import Structure
 from hybrid.config import Config, experts_preset, paper_preset, places_preset
-from hybrid.session import check_device, open_run, score, train
-from hybrid.summary import describe
+from hybrid.training.session import check_device, open_run, score, train
+from hybrid.training.summary import describe
 
 
 class Preset(Enum):
@@ -90,7 +90,7 @@ def main(
 
     \b
     OUT/metrics.json     NRMSE and R2 of the FE model and the hybrid, from the same start
-    OUT/checkpoint.pt    the model, to load from Python with hybrid.checkpoint.load_checkpoint
+    OUT/checkpoint.pt    the model, to load from Python with hybrid.training.checkpoint.load_checkpoint
     OUT/prediction.npz   displacement of all nodes over the first test window, for render_shapes.py
     OUT/*.png            channels, modal coordinates, displacement, force-displacement loop of a chain, training
 

@@ -5,12 +5,12 @@ from typing import Any, cast
 
 import numpy as np
 
-from fe_models.blind import BlindCase, BlindConfig
+from benchmarks.blind.cases import BlindResult, Task
+from benchmarks.blind.judging import judge, key_of
+from benchmarks.blind_cases import BlindCase, BlindConfig
+from benchmarks.peers.answer import Answer, mark
 from fe_models.effects import AddedMass, Cause, CubicSpring, StiffnessChange
 from fe_models.recordings import Dataset
-from hybrid.benchmarks.blind.cases import BlindResult, Task
-from hybrid.benchmarks.peers.answer import Answer, mark
-from hybrid.diagnosis.judging import judge, key_of
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
 from hybrid.diagnosis.outcome.findings import Alternative, Finding, Parameter
 from hybrid.diagnosis.outcome.verdict import Verdict

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from fe_models.blind import BlindConfig, blind_case
-from fe_models.dofs import FloatArray
+from benchmarks.blind_cases import BlindConfig, blind_case
+from fe_models.arrays import FloatArray
 from fe_models.recordings import Dataset
 
 CASE = blind_case(31, BlindConfig(("added_mass",), size=0.8, train=3, test=1, duration=20.0)).dataset

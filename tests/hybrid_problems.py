@@ -13,18 +13,19 @@ import torch
 from scipy.integrate import solve_ivp
 from scipy.linalg import eigh
 
-from fe_models.dofs import FloatArray, structure_dofs
+from fe_models.arrays import FloatArray
+from fe_models.dofs import structure_dofs
 from fe_models.effects import ForceLaw
 from fe_models.four_dof import four_dof
 from fe_models.linear import ModalModel
 from fe_models.recordings import Assumptions, Dataset, Recording, Sensor
 from hybrid.config import Config, ModelConfig, TrainingConfig
-from hybrid.dynamics import ModalDynamics
-from hybrid.model import NeuralModalODE
-from hybrid.preparation import prepare
-from hybrid.residual import FreeResidual
-from hybrid.scaling import StateScale
-from hybrid.training import Trainer
+from hybrid.neural_modal_ode.dynamics import ModalDynamics
+from hybrid.neural_modal_ode.model import NeuralModalODE
+from hybrid.neural_modal_ode.residuals.free import FreeResidual
+from hybrid.neural_modal_ode.scaling import StateScale
+from hybrid.training.gradient_training import Trainer
+from hybrid.training.preparation import prepare
 
 MASS = np.diag([1.0, 2.0, 3.0, 4.0])  # kg
 STIFFNESS = np.array([[3.0, -2, 0, 0], [-2, 5, -3, 0], [0, -3, 7, -4], [0, 0, -4, 4]])  # N/m

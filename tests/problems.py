@@ -10,7 +10,7 @@ import numpy as np
 from numpy.polynomial.legendre import leggauss
 from scipy.integrate import solve_ivp
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from fe_models.sections import Section, round_wire
 from fe_models.structure import Beam, Cable, PointMass, Spring, Structure, Support
 

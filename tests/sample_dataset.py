@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from fe_models.errors import InputError
 from fe_models.files.atomic import write_npz
 from fe_models.files.dataset_file import load_dataset

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 import torch
 
-from hybrid.backbone_residual import LEVELS, RATE, BackboneResidual, level_weights
-from hybrid.dynamics import ModalDynamics
-from hybrid.integrators import integrate
-from hybrid.preparation import prepare
-from hybrid.residual import FreeResidual
-from hybrid.scaling import StateScale
+from hybrid.neural_modal_ode.dynamics import ModalDynamics
+from hybrid.neural_modal_ode.integrators import integrate
+from hybrid.neural_modal_ode.residuals.backbone import LEVELS, RATE, BackboneResidual, level_weights
+from hybrid.neural_modal_ode.residuals.free import FreeResidual
+from hybrid.neural_modal_ode.scaling import StateScale
+from hybrid.training.preparation import prepare
 from tests.hybrid_problems import TINY, chain_dataset, chain_modes, double_precision
 
 MODES = 4

@@ -9,13 +9,13 @@ import pytest
 import torch
 from typer.testing import CliRunner
 
+from benchmarks import ablations, bridge, chain, cost
+from benchmarks.row import Row, table
 from fe_models.assembly import linearise
 from fe_models.four_dof import four_dof, paper_dataset
 from fe_models.modes import natural_modes
-from hybrid.benchmarks import ablations, bridge, chain, cost
-from hybrid.benchmarks.row import Row, table
-from hybrid.forecast import forecast_windows
-from hybrid.scoring import nrmse
+from hybrid.estimation.forecast import forecast_windows
+from hybrid.training.scoring import nrmse
 from scripts.benchmark import app
 from tests.hybrid_problems import chain_dataset, starting_model
 

@@ -7,14 +7,14 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from fe_models.blind import BRIDGE_KINDS, KINDS, OUTSIDE, BlindConfig
-from hybrid.benchmarks.blind import cases, figures, grid, summary
-from hybrid.benchmarks.blind.calibration import calibration
-from hybrid.benchmarks.blind.calibration import text as calibration_text
-from hybrid.benchmarks.blind.cases import BlindResult, Task, all_done, tasks, words_of
-from hybrid.benchmarks.blind.confusion import confusion
-from hybrid.benchmarks.blind.confusion import text as confusion_text
-from hybrid.benchmarks.blind.rates import Rate, Share, rates, table
+from benchmarks.blind import cases, figures, grid, summary
+from benchmarks.blind.cases import BlindResult, Task, all_done, tasks, words_of
+from benchmarks.blind.confusion import confusion
+from benchmarks.blind.confusion import text as confusion_text
+from benchmarks.blind.rates import Rate, Share, rates, table
+from benchmarks.blind.reliability import calibration
+from benchmarks.blind.reliability import text as calibration_text
+from benchmarks.blind_cases import BRIDGE_KINDS, KINDS, OUTSIDE, BlindConfig
 from scripts.benchmark import app
 from tests.blind_results import (
     CUBIC,

@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
+from benchmarks.blind_cases import BRIDGE_KINDS, OUTSIDE, BlindCase, BlindConfig, blind_case, save_case
+from benchmarks.blind_cases.bridge_draw import draw_outside
+from benchmarks.blind_cases.bridge_scene import Scene, free_motion
+from benchmarks.blind_cases.bridge_truth import OUTPUT_RATE, Start, Truth, modal_state, motion_at, off_by_uncertainty
+from benchmarks.blind_cases.marching import Grid, march
+from benchmarks.blind_cases.outside import HystereticSpring
+from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
-from fe_models.blind import BRIDGE_KINDS, OUTSIDE, BlindCase, BlindConfig, blind_case, save_case
-from fe_models.blind.bridge_draw import draw_outside
-from fe_models.blind.bridge_scene import Scene, free_motion
-from fe_models.blind.bridge_truth import OUTPUT_RATE, Start, Truth, modal_state, motion_at, off_by_uncertainty
-from fe_models.blind.marching import Grid, march
-from fe_models.blind.outside import HystereticSpring
 from fe_models.bridge import bridge
-from fe_models.dofs import FloatArray
 from fe_models.effects import CoulombFriction, CubicSpring, GapStop, HarmonicForce, PointDamper, QuadraticDamper
 from fe_models.effects.connectors import ConnectorEffect
 from fe_models.errors import InputError

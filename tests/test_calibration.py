@@ -7,9 +7,17 @@ import pytest
 import torch
 from scipy.linalg import expm
 
-from fe_models.dofs import FloatArray
-from hybrid.calibration import RIDGE, SHRINKAGE, LinearFit, Observer, fit_linear_rest, initial_state_estimator, smooth
-from hybrid.windows import cut
+from fe_models.arrays import FloatArray
+from hybrid.estimation.linear_calibration import (
+    RIDGE,
+    SHRINKAGE,
+    LinearFit,
+    Observer,
+    fit_linear_rest,
+    initial_state_estimator,
+    smooth,
+)
+from hybrid.estimation.windows import cut
 from tests.hybrid_problems import (
     MEASURED,
     OFF_FREQUENCY,
@@ -122,7 +130,7 @@ def test_a_frequency_far_off_is_found_over_many_periods(monkeypatch: pytest.Monk
     truth = replace(off_chain(), damping_ratio=np.full(4, 0.01))
     windows = torch.tensor(recorded(truth, 12, 300, seed=0, sensors=FITTED))
     assert fit_linear_rest(observer(), windows).unexplained < 1e-6
-    monkeypatch.setattr("hybrid.calibration.GROWTH", (1.0,))
+    monkeypatch.setattr("hybrid.estimation.linear_calibration.GROWTH", (1.0,))
     assert fit_linear_rest(observer(), windows).unexplained > 0.1
 
 

@@ -15,11 +15,11 @@ from fe_models.errors import InputError
 from fe_models.four_dof import four_dof
 from fe_models.linear import LinearModel, ModalModel
 from fe_models.recordings import Dataset
-from hybrid.checkpoint import FORMAT, Checkpoint, load_checkpoint, save_checkpoint
 from hybrid.config import Config, ModelConfig, paper_preset
-from hybrid.forecast import forecast_windows
-from hybrid.run import begin
-from hybrid.windows import cut_all
+from hybrid.estimation.forecast import forecast_windows
+from hybrid.estimation.windows import cut_all
+from hybrid.training.checkpoint import FORMAT, Checkpoint, load_checkpoint, save_checkpoint
+from hybrid.training.run import begin
 from tests.hybrid_problems import MASS, STIFFNESS, TINY, chain_dataset, learned, same
 
 PAPER = Config(replace(paper_preset("four_dof").model, encoder_hidden=4, rnn_hidden=4, net_hidden=4), TINY.training)

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 import torch
 
-from fe_models.dofs import FloatArray
-from hybrid.comparison import Comparison, band_scores, compare
-from hybrid.experts import fe_counterpart
-from hybrid.forecast import Forecast, forecast_windows
-from hybrid.residual import FreeResidual
-from hybrid.training import TrainingDivergedError
-from hybrid.uncertainty import BandedForecast
+from fe_models.arrays import FloatArray
+from hybrid.estimation.experts import fe_counterpart
+from hybrid.estimation.forecast import Forecast, forecast_windows
+from hybrid.estimation.uncertainty import BandedForecast
+from hybrid.neural_modal_ode.residuals.free import FreeResidual
+from hybrid.training.forecast_comparison import Comparison, band_scores, compare
+from hybrid.training.gradient_training import TrainingDivergedError
 from tests.hybrid_problems import HELD_OUT, SENSORS, chain_dataset, double_precision, starting_model
 from tests.places_problems import NOISE, place_model, prior_of, residual_of
 

@@ -8,9 +8,9 @@ import torch
 
 from fe_models.linear import ModalModel
 from fe_models.recordings import Recording
-from hybrid.calibration import Observer
-from hybrid.consistency import largest_agreeing_group, unexplained_shares
-from hybrid.preparation import agreeing_recordings
+from hybrid.estimation.linear_calibration import Observer
+from hybrid.training.consistency import largest_agreeing_group, unexplained_shares
+from hybrid.training.preparation import agreeing_recordings
 from tests.hybrid_problems import MEASURED, SENSORS, STEP, chain_modes, off_chain, recorded
 
 LENGTH = 100

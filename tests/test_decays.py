@@ -7,18 +7,18 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
 from fe_models.bridge import bridge
-from fe_models.dofs import FloatArray
 from fe_models.files.bridge_recordings import bridge_sensors
 from fe_models.files.dataset_file import save_dataset
 from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset, Recording
-from hybrid.decays.agreement import left_by_each, window_of
-from hybrid.decays.backbone import backbone_of
-from hybrid.decays.combinations import combinations_of
-from hybrid.decays.comparison import compare_recordings
-from hybrid.decays.lines import lines_of
+from hybrid.identification.agreement import left_by_each, window_of
+from hybrid.identification.backbone import backbone_of
+from hybrid.identification.combinations import combinations_of
+from hybrid.identification.lines import lines_of
+from hybrid.identification.recording_comparison import compare_recordings
 from scripts.compare_recordings import app
 
 RATE, SAMPLES = 100.0, 2000

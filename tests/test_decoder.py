@@ -9,8 +9,8 @@ import torch
 from fe_models.effects import CubicSpring
 from fe_models.errors import InputError
 from fe_models.recordings import Sensor
-from hybrid.decoder import Decoder, sensor_shapes
-from hybrid.integrators import propagate
+from hybrid.neural_modal_ode.decoder import Decoder, sensor_shapes
+from hybrid.neural_modal_ode.integrators import propagate
 from tests.hybrid_problems import SENSORS, chain_modes, double_precision, dynamics_of
 
 

@@ -15,7 +15,7 @@ from fe_models.files.bridge_recordings import bridge_sensors
 from fe_models.files.dataset_file import load_dataset, save_dataset
 from fe_models.modes import natural_modes
 from hybrid.config import Config, TrainingConfig
-from hybrid.decoder import sensor_shapes
+from hybrid.neural_modal_ode.decoder import sensor_shapes
 from scripts.demo import app
 from scripts.score_bridge import app as scores
 from tests.hybrid_problems import chain_dataset

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from benchmarks.blind.judging import judge
+from benchmarks.blind_cases import SENSORS, BlindConfig, blind_case
 from fe_models.assembly import linearise
-from fe_models.blind import SENSORS, BlindConfig, blind_case
 from fe_models.effects import AddedMass, Effect, StiffnessChange
 from fe_models.errors import InputError
 from fe_models.files.dataset_file import save_dataset
@@ -18,7 +19,6 @@ from fe_models.recordings import Dataset, Recording
 from fe_models.simulate import FreeConfig, simulate_free
 from fe_models.structure import Structure
 from hybrid.diagnosis.diagnosis import diagnose
-from hybrid.diagnosis.judging import judge
 from hybrid.diagnosis.outcome.verdict import Verdict
 from scripts.diagnose import app
 

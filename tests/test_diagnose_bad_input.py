@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from fe_models.blind import BlindConfig, blind_case
+from benchmarks.blind_cases import BlindConfig, blind_case
 from fe_models.effects import CubicSpring
 from fe_models.errors import InputError
 from fe_models.files.dataset_file import save_dataset

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fe_models.blind import BlindConfig, blind_case
+from benchmarks.blind_cases import BlindConfig, blind_case
 from fe_models.effects import AddedMass, StiffnessChange, SupportSpring
 from fe_models.four_dof import four_dof
 from fe_models.recordings import Dataset, Recording, Sensor

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fe_models.blind import BlindConfig, blind_case
+from benchmarks.blind_cases import BlindConfig, blind_case
 from fe_models.effects import HarmonicForce, SlackCable
 from hybrid.diagnosis.contest.growing import ground_of
 from hybrid.diagnosis.contest.harmonic import fit_forces

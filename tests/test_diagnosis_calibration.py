@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fe_models.blind import BlindConfig, blind_case
+from benchmarks.blind_cases import BlindConfig, blind_case
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.fitting.far_off import deviation_of, deviation_of_groups
 from hybrid.diagnosis.fitting.fitting import fit

@@ -6,7 +6,8 @@ from unittest.mock import Mock
 import numpy as np
 import pytest
 
-from fe_models.blind import BlindConfig, blind_case
+from benchmarks.blind.judging import judge
+from benchmarks.blind_cases import BlindConfig, blind_case
 from fe_models.effects import CubicSpring, StiffnessChange
 from fe_models.four_dof import four_dof
 from fe_models.recordings import Dataset, Recording, Sensor
@@ -19,7 +20,6 @@ from hybrid.diagnosis.contest.stages import fits_unalike
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.fitting.fitting import fit
 from hybrid.diagnosis.fitting.forecasting import forecast, model_of, without
-from hybrid.diagnosis.judging import judge
 from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.progress import nothing
 

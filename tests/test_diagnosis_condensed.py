@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from fe_models.blind import BlindConfig, blind_case
-from fe_models.dofs import FloatArray
+from benchmarks.blind_cases import BlindConfig, blind_case
+from fe_models.arrays import FloatArray
 from fe_models.lowpass import LowPass
 from hybrid.diagnosis.contest.setting import Setting, setting_of
 from hybrid.diagnosis.fitting.linearisation import Linearisation, linearise_batch

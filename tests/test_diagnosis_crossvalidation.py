@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from fe_models.blind import BlindConfig, blind_case
-from fe_models.dofs import FloatArray
+from benchmarks.blind_cases import BlindConfig, blind_case
+from fe_models.arrays import FloatArray
 from fe_models.measurement import lowpassed
 from fe_models.recordings import Recording
 from hybrid.diagnosis.contest.setting import setting_of

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from scipy.linalg import eig
 
+from benchmarks.blind_cases.bridge import SENSORS
+from fe_models.arrays import ComplexArray
 from fe_models.assembly import linearise
-from fe_models.blind.bridge import SENSORS
 from fe_models.bridge import bridge
 from fe_models.damping import full_damping
-from fe_models.dofs import ComplexArray
 from fe_models.effects import AxialForce, PointDamper
 from fe_models.recordings import QUANTITIES
 from fe_models.structure import Structure

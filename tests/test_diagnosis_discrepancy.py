@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fe_models.blind import BlindConfig, blind_case
+from benchmarks.blind_cases import BlindConfig, blind_case
 from hybrid.diagnosis.causes.candidates import all_candidates
 from hybrid.diagnosis.causes.places import Motion
 from hybrid.diagnosis.contest.discrepancy import energy_over, in_units_of, repeated, search_gauge

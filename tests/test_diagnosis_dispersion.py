@@ -5,10 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmarks.blind.judging import judge
+from benchmarks.blind_cases import BlindConfig, blind_case
+from benchmarks.blind_cases.bridge import SENSORS
+from benchmarks.blind_cases.bridge_scene import free_motion
 from fe_models.assembly import linearise
-from fe_models.blind import BlindConfig, blind_case
-from fe_models.blind.bridge import SENSORS
-from fe_models.blind.bridge_scene import free_motion
 from fe_models.bridge import bridge
 from fe_models.effects import AddedMass
 from fe_models.files.bridge_recordings import LOWPASS
@@ -19,7 +20,6 @@ from fe_models.time_integration import TimeIntegration
 from hybrid.diagnosis.contest.growing import fit_growing
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.diagnosis import diagnose
-from hybrid.diagnosis.judging import judge
 from hybrid.diagnosis.nominal import plant as plants
 from hybrid.diagnosis.nominal.plant import plant_of
 from hybrid.diagnosis.outcome.conclusion import Diagnosis

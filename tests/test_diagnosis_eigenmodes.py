@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from hybrid.diagnosis.response.eigenmodes import CLOSE, eigenmodes, turn
 
 SIZE, KEPT = 8, 4

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from fe_models.blind import SENSORS, BlindConfig, blind_case
+from benchmarks.blind_cases import SENSORS, BlindConfig, blind_case
 from fe_models.effects import AddedMass
 from fe_models.four_dof import four_dof
 from fe_models.recordings import Dataset, Recording

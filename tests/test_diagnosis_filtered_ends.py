@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmarks.blind_cases import SENSORS as CHAIN_SENSORS
 from fe_models.assembly import linearise
-from fe_models.blind import SENSORS as CHAIN_SENSORS
 from fe_models.effects import StiffnessChange
 from fe_models.four_dof import four_dof
 from fe_models.measurement import lowpassed

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fe_models.blind import BlindConfig, blind_case
+from benchmarks.blind_cases import BlindConfig, blind_case
 from hybrid.diagnosis.contest.growing import lengths_of, padded
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.fitting import fitting

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fe_models.blind import SENSORS
-from fe_models.dofs import FloatArray
+from benchmarks.blind_cases import SENSORS
+from fe_models.arrays import FloatArray
 from fe_models.effects import CubicSpring
 from fe_models.four_dof import four_dof
 from fe_models.recordings import Dataset, Load, Recording

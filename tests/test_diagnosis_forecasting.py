@@ -8,7 +8,7 @@ from scipy.optimize import least_squares
 from scipy.stats import norm
 from scipy.stats import t as student
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from fe_models.effects import CubicSpring, GapStop
 from fe_models.effects.base import Effect
 from fe_models.four_dof import four_dof

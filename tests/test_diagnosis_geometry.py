@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from fe_models.blind import BlindConfig, blind_case
+from benchmarks.blind_cases import BlindConfig, blind_case
 from fe_models.four_dof import four_dof
 from fe_models.recordings import Dataset, Quantity, Recording, Sensor
 from fe_models.structure import Beam, Direction, Structure, Support

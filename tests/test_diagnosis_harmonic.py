@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmarks.blind_cases import BlindConfig, blind_case
 from fe_models.assembly import linearise
-from fe_models.blind import BlindConfig, blind_case
 from fe_models.effects import HarmonicForce
 from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset

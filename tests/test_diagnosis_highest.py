@@ -6,9 +6,9 @@ from typing import Literal
 import numpy as np
 import pytest
 
-from fe_models.blind.bridge import SENSORS
+from benchmarks.blind_cases.bridge import SENSORS
+from fe_models.arrays import FloatArray
 from fe_models.bridge import bridge
-from fe_models.dofs import FloatArray
 from fe_models.measurement import lowpassed
 from fe_models.recordings import Dataset, Load, Recording
 from hybrid.diagnosis.contest.setting import setting_of

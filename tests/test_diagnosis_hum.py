@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fe_models.blind import BlindConfig, blind_case
+from benchmarks.blind_cases import BlindConfig, blind_case
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.outcome.conclusion import Diagnosis

@@ -9,7 +9,7 @@ import pytest
 import torch
 from typer.testing import CliRunner
 
-from fe_models.blind import SENSORS, BlindConfig, blind_case
+from benchmarks.blind_cases import SENSORS, BlindConfig, blind_case
 from fe_models.effects import CubicSpring, Effect, HarmonicForce, StiffnessChange
 from fe_models.errors import InputError
 from fe_models.files.dataset_file import save_dataset
@@ -22,8 +22,8 @@ from hybrid.diagnosis.learned import gain
 from hybrid.diagnosis.learned.learning import PlaceForce, corrected, learn, learning_preset, undo
 from hybrid.diagnosis.learned.projection import Projected, location_of, project
 from hybrid.diagnosis.outcome.findings import Finding
-from hybrid.preparation import prepare
-from hybrid.scoring import nrmse
+from hybrid.training.preparation import prepare
+from hybrid.training.scoring import nrmse
 from scripts.diagnose import app
 
 RNG = np.random.default_rng(0)

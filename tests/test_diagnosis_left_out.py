@@ -5,10 +5,10 @@ from functools import cache
 import numpy as np
 import pytest
 
+from benchmarks.blind_cases.bridge import SENSORS
+from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
-from fe_models.blind.bridge import SENSORS
 from fe_models.bridge import bridge
-from fe_models.dofs import FloatArray
 from fe_models.effects import HarmonicForce
 from fe_models.recordings import Assumptions, Dataset, Recording
 from hybrid.diagnosis.causes.candidate import Candidate

@@ -8,13 +8,14 @@ import pytest
 from scipy.interpolate import CubicSpline
 from scipy.signal import lfilter
 
+from benchmarks.blind_cases import SENSORS
+from benchmarks.blind_cases.bridge import SENSORS as BRIDGE_SENSORS
+from benchmarks.blind_cases.marching import Grid
+from benchmarks.blind_cases.marching import march as modal_march
+from benchmarks.peers.certain import certain_of
+from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
-from fe_models.blind import SENSORS
-from fe_models.blind.bridge import SENSORS as BRIDGE_SENSORS
-from fe_models.blind.marching import Grid
-from fe_models.blind.marching import march as modal_march
 from fe_models.bridge import bridge
-from fe_models.dofs import FloatArray
 from fe_models.effects import AddedMass, CubicSpring, Effect, ForceLaw, HarmonicForce, StiffnessChange
 from fe_models.errors import InputError
 from fe_models.files.dataset_file import load_dataset, save_dataset
@@ -23,7 +24,6 @@ from fe_models.measurement import lowpassed
 from fe_models.modes import natural_modes
 from fe_models.recordings import Assumptions, Dataset, Load, Recording
 from fe_models.simulate import FreeConfig, simulate_free
-from hybrid.benchmarks.peers.certain import certain_of
 from hybrid.diagnosis.causes.candidates import all_candidates
 from hybrid.diagnosis.causes.places import Motion
 from hybrid.diagnosis.contest.setting import setting_of

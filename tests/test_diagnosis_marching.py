@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from fe_models.lowpass import LowPass
 from fe_models.measurement import lowpassed
 from hybrid.diagnosis.response.marching import march, respond

@@ -6,7 +6,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from fe_models.blind import BlindCase, BlindConfig, blind_case
+from benchmarks.blind.judging import key_of
+from benchmarks.blind_cases import BlindCase, BlindConfig, blind_case
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.evidence import Evidence
 from hybrid.diagnosis.contest.growing import fit_growing
@@ -14,7 +15,6 @@ from hybrid.diagnosis.contest.posterior import posterior_of
 from hybrid.diagnosis.contest.setting import Setting, setting_of
 from hybrid.diagnosis.fitting.far_off import farthest_of, within
 from hybrid.diagnosis.fitting.fitting import Fit
-from hybrid.diagnosis.judging import key_of
 from hybrid.diagnosis.outcome import materiality
 from hybrid.diagnosis.outcome.materiality import is_demanded, material
 from hybrid.diagnosis.outcome.scorer import Scorer

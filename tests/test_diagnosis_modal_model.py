@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from benchmarks.blind_cases import SENSORS, BlindConfig, blind_case
+from benchmarks.blind_cases.case import as_recorded
+from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
-from fe_models.blind import SENSORS, BlindConfig, blind_case
-from fe_models.blind.case import as_recorded
 from fe_models.bridge import bridge
-from fe_models.dofs import FloatArray
 from fe_models.effects import CubicSpring, StiffnessChange
 from fe_models.effects.laws import force_laws
 from fe_models.errors import InputError

@@ -5,7 +5,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from fe_models.blind import BlindCase, BlindConfig, blind_case
+from benchmarks.blind_cases import BlindCase, BlindConfig, blind_case
 from fe_models.effects import AddedMass
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.growing import fit_growing

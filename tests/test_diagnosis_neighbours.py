@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fe_models.blind import BlindConfig, blind_case
+from benchmarks.blind_cases import BlindConfig, blind_case
 from fe_models.effects import CubicSpring
 from fe_models.recordings import Sensor
 from hybrid.diagnosis.causes.candidate import Candidate

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fe_models.blind import BlindConfig, blind_case
+from benchmarks.blind_cases import BlindConfig, blind_case
 from fe_models.four_dof import four_dof
 from fe_models.measurement import lowpassed
 from fe_models.recordings import Dataset, Recording, Sensor

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fe_models.blind import BlindCase, BlindConfig, blind_case
-from fe_models.dofs import FloatArray
+from benchmarks.blind_cases import BlindCase, BlindConfig, blind_case
+from fe_models.arrays import FloatArray
 from fe_models.recordings import Sensor
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.diagnosis import diagnose

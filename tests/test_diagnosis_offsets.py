@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from fe_models.effects import GapStop, SupportSpring
 from fe_models.four_dof import four_dof
 from fe_models.recordings import Dataset, Recording, Sensor

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fe_models.blind import SENSORS as CHAIN_SENSORS
+from benchmarks.blind_cases import SENSORS as CHAIN_SENSORS
 from fe_models.bridge import bridge
 from fe_models.effects import CoulombFriction, CubicSpring, GapStop
 from fe_models.four_dof import four_dof

@@ -5,7 +5,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from fe_models.blind import SENSORS
+from benchmarks.blind_cases import SENSORS
 from fe_models.four_dof import four_dof
 from fe_models.recordings import Dataset, Recording
 from fe_models.simulate import FreeConfig, simulate_free

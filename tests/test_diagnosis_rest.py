@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fe_models.blind import OUTSIDE, BlindConfig, blind_case
-from fe_models.dofs import FloatArray
+from benchmarks.blind_cases import OUTSIDE, BlindConfig, blind_case
+from fe_models.arrays import FloatArray
 from fe_models.effects import StiffnessChange
 from fe_models.recordings import Sensor
 from hybrid.diagnosis.contest.setting import Setting, setting_of

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
+from benchmarks.blind_cases import SENSORS as CHAIN_SENSORS
+from benchmarks.blind_cases.bridge import SENSORS
+from benchmarks.blind_cases.bridge_scene import free_motion
+from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
-from fe_models.blind import SENSORS as CHAIN_SENSORS
-from fe_models.blind.bridge import SENSORS
-from fe_models.blind.bridge_scene import free_motion
 from fe_models.bridge import bridge
-from fe_models.dofs import FloatArray
 from fe_models.effects import AddedMass, Effect, ModalDamping, StiffnessChange, SupportSpring
 from fe_models.four_dof import four_dof
 from fe_models.modes import natural_modes

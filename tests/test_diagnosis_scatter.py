@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from benchmarks.blind_cases.bridge_scene import free_motion
+from benchmarks.blind_cases.bridge_truth import off_by_uncertainty
+from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
-from fe_models.blind.bridge_scene import free_motion
-from fe_models.blind.bridge_truth import off_by_uncertainty
 from fe_models.bridge import bridge
-from fe_models.dofs import FloatArray
 from fe_models.effects import AddedMass
 from fe_models.four_dof import four_dof
 from fe_models.modes import natural_modes

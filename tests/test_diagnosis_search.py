@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from fe_models.blind import BlindConfig, blind_case
-from fe_models.dofs import FloatArray
+from benchmarks.blind.judging import judge
+from benchmarks.blind_cases import BlindConfig, blind_case
+from fe_models.arrays import FloatArray
 from fe_models.effects import CubicSpring, HarmonicForce
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.causes.candidates import all_candidates
@@ -27,7 +28,6 @@ from hybrid.diagnosis.fitting.far_off import farthest_of
 from hybrid.diagnosis.fitting.fitting import Step, fit
 from hybrid.diagnosis.fitting.linearisation import linearise_batch
 from hybrid.diagnosis.fitting.wave import wave
-from hybrid.diagnosis.judging import judge
 from hybrid.diagnosis.nominal.loads import Loads
 from hybrid.diagnosis.nominal.plant import plant_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis

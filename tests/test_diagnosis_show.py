@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.blind_cases import SENSORS, BlindConfig, blind_case
 from fe_models.assembly import linearise
-from fe_models.blind import SENSORS, BlindConfig, blind_case
 from fe_models.effects import AddedMass, CubicSpring, Effect, PointDamper, QuadraticDamper
 from fe_models.four_dof import four_dof
 from fe_models.modes import mac, natural_modes

@@ -1,6 +1,6 @@
 """What geometry adds is taken along the motion of the right cause, once that is among those fitted."""
 
-from fe_models.blind import BlindConfig, blind_case
+from benchmarks.blind_cases import BlindConfig, blind_case
 from hybrid.diagnosis.contest.evidence import gather
 from hybrid.diagnosis.contest.setting import setting_of
 

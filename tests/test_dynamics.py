@@ -8,12 +8,12 @@ import pytest
 import torch
 from scipy.integrate import solve_ivp
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from fe_models.effects import CubicSpring
-from hybrid.dynamics import ModalDynamics, effect_shape
-from hybrid.integrators import propagate
-from hybrid.residual import FreeResidual
-from hybrid.scaling import StateScale
+from hybrid.neural_modal_ode.dynamics import ModalDynamics, effect_shape
+from hybrid.neural_modal_ode.integrators import propagate
+from hybrid.neural_modal_ode.residuals.free import FreeResidual
+from hybrid.neural_modal_ode.scaling import StateScale
 from tests.hybrid_problems import MASS, STIFFNESS, chain_modes, double_precision, dynamics_of, last_layer
 
 RATIO = 0.04

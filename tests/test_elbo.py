@@ -6,7 +6,7 @@ import pytest
 import torch
 from torch.distributions import Independent, Normal, kl_divergence
 
-from hybrid.elbo import gaussian_log_likelihood, kl_to_standard_normal, sample_normal
+from hybrid.training.elbo import gaussian_log_likelihood, kl_to_standard_normal, sample_normal
 from tests.hybrid_problems import double_precision
 
 

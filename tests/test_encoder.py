@@ -7,7 +7,7 @@ import pytest
 import torch
 from torch import Tensor
 
-from hybrid.encoder import START_LOG_VARIANCE, PaperEncoder, WindowEncoder
+from hybrid.neural_modal_ode.encoder import START_LOG_VARIANCE, PaperEncoder, WindowEncoder
 from tests.hybrid_problems import double_precision
 
 CHANNELS, MODES, SAMPLES = 3, 2, 10

@@ -7,7 +7,7 @@ import pytest
 
 from fe_models.errors import InputError
 from fe_models.recordings import Sensor
-from hybrid.expansion import expand
+from hybrid.identification.modal_expansion import expand
 from tests.hybrid_problems import STEP, chain_modes, channels, decay
 
 SENSORS = tuple(

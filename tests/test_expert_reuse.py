@@ -8,9 +8,9 @@ import torch
 
 from fe_models.recordings import Dataset, Recording
 from hybrid.config import Config
-from hybrid.expert_reuse import TrainedExpert, take_over, train_expert
-from hybrid.expert_training import ExpertsTrainer
-from hybrid.run import Run, begin
+from hybrid.training.expert_reuse import TrainedExpert, take_over, train_expert
+from hybrid.training.expert_training import ExpertsTrainer
+from hybrid.training.run import Run, begin
 from tests.hybrid_problems import SENSORS, TINY, off_chain, recorded, same
 from tests.test_expert_runs import CONFIG
 from tests.test_experts import two_days

@@ -13,12 +13,12 @@ from typer.testing import CliRunner
 from fe_models.files.dataset_file import save_dataset
 from fe_models.files.run_folder import load_run
 from fe_models.recordings import Dataset
-from hybrid.checkpoint import load_checkpoint
 from hybrid.config import Config
-from hybrid.experts import Experts
-from hybrid.forecast import forecast_windows
-from hybrid.results import write_results
-from hybrid.run import DONE, UNDER_WAY, begin, resume
+from hybrid.estimation.experts import Experts
+from hybrid.estimation.forecast import forecast_windows
+from hybrid.training.checkpoint import load_checkpoint
+from hybrid.training.results import write_results
+from hybrid.training.run import DONE, UNDER_WAY, begin, resume
 from scripts import predict_motion, train_hybrid
 from tests.hybrid_problems import TINY, learned, same, trained
 from tests.test_experts import EXPERTS, two_days

@@ -7,17 +7,17 @@ import numpy as np
 import pytest
 import torch
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from fe_models.errors import InputError
 from fe_models.four_dof import four_dof
 from fe_models.recordings import Assumptions, Dataset, Recording
 from hybrid.config import Config, paper_preset, places_preset
-from hybrid.expert_preparation import prepare_experts
-from hybrid.experts import Experts, fe_counterpart
-from hybrid.forecast import forecast_windows, generate
-from hybrid.preparation import Prepared, prepare
-from hybrid.residual import FreeResidual, NoResidual
-from hybrid.scoring import nrmse
+from hybrid.estimation.experts import Experts, fe_counterpart
+from hybrid.estimation.forecast import forecast_windows, generate
+from hybrid.neural_modal_ode.residuals.free import FreeResidual, NoResidual
+from hybrid.training.expert_preparation import prepare_experts
+from hybrid.training.preparation import Prepared, prepare
+from hybrid.training.scoring import nrmse
 from tests.hybrid_problems import (
     HELD_OUT,
     MEASURED,

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from benchmarks.blind_cases import BlindConfig, blind_case
 from fe_models.assembly import linearise
-from fe_models.blind import BlindConfig, blind_case
 from fe_models.damping import full_damping
 from fe_models.effects import CubicSpring, Effect, ModalDamping, PointDamper
 from fe_models.files.dataset_file import load_dataset, save_dataset

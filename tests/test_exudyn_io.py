@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
 from fe_models.bridge import bridge
-from fe_models.dofs import FloatArray
 from fe_models.effects import (
     AddedMass,
     AxialForce,
@@ -19,8 +19,8 @@ from fe_models.effects import (
     StiffnessChange,
     SupportSpring,
 )
-from fe_models.exudyn_io import element_matrices, whole_system
-from fe_models.exudyn_items import Item, Options
+from fe_models.exudyn.item_matrices import element_matrices, whole_system
+from fe_models.exudyn.items import Item, Options
 from fe_models.items import gravity_load
 from fe_models.mesh import mesh
 from fe_models.statics import PointLoad, rest_state

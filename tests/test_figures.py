@@ -10,11 +10,11 @@ import matplotlib.figure
 import numpy as np
 import pytest
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from hybrid import figures
 from hybrid.figures import STYLES, channel_labels, draw_curves, draw_latent, draw_loop
-from hybrid.training import EpochResult
-from hybrid.training_figure import draw_history
+from hybrid.training.gradient_training import EpochResult
+from hybrid.training.training_figure import draw_history
 from tests.hybrid_problems import SENSORS
 
 TIME: FloatArray = np.asarray(0.1 * np.arange(50), dtype=float)

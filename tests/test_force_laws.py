@@ -8,9 +8,9 @@ import pytest
 import torch
 from scipy.optimize import brentq
 
+from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
 from fe_models.damping import full_damping
-from fe_models.dofs import FloatArray
 from fe_models.effects import (
     CoulombFriction,
     CubicSpring,

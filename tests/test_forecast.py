@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 import torch
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from fe_models.recordings import Dataset
-from hybrid.experts import fe_counterpart
-from hybrid.forecast import BATCH, forecast_windows, generate
-from hybrid.model import NeuralModalODE
-from hybrid.residual import FreeResidual, NoResidual
-from hybrid.scoring import nrmse
-from hybrid.windows import cut_all
+from hybrid.estimation.experts import fe_counterpart
+from hybrid.estimation.forecast import BATCH, forecast_windows, generate
+from hybrid.estimation.windows import cut_all
+from hybrid.neural_modal_ode.model import NeuralModalODE
+from hybrid.neural_modal_ode.residuals.free import FreeResidual, NoResidual
+from hybrid.training.scoring import nrmse
 from tests.hybrid_problems import (
     HELD_OUT,
     SENSORS,

@@ -14,17 +14,17 @@ import pytest
 import torch
 from torch import Tensor
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from fe_models.recordings import Dataset
-from hybrid.checkpoint import load_checkpoint
 from hybrid.config import TrainingConfig, places_preset
-from hybrid.connector_residual import ConnectorResidual
-from hybrid.gauss_newton import GaussNewtonTrainer
-from hybrid.model import NeuralModalODE
-from hybrid.preparation import prepare
-from hybrid.run import UNDER_WAY, begin, resume
-from hybrid.trainers import trainer_for
-from hybrid.training import EpochResult, Trainer, TrainingDivergedError
+from hybrid.neural_modal_ode.model import NeuralModalODE
+from hybrid.neural_modal_ode.residuals.at_connectors import ConnectorResidual
+from hybrid.training.checkpoint import load_checkpoint
+from hybrid.training.gauss_newton import GaussNewtonTrainer
+from hybrid.training.gradient_training import EpochResult, Trainer, TrainingDivergedError
+from hybrid.training.preparation import prepare
+from hybrid.training.run import UNDER_WAY, begin, resume
+from hybrid.training.trainers import trainer_for
 from tests.hybrid_problems import MEASURED, STEP, TINY, chain_dataset, chain_modes, double_precision, learned, same
 from tests.places_problems import (
     free_motions,

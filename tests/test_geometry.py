@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.sparse import csr_array
 
-from fe_models.dofs import DofMap, FloatArray, structure_dofs
+from fe_models.arrays import FloatArray
+from fe_models.dofs import DofMap, structure_dofs
 from fe_models.effects import SupportSpring
 from fe_models.errors import InputError
 from fe_models.linear import LinearModel

@@ -11,7 +11,7 @@ from fe_models.assembly import linearise
 from fe_models.errors import InputError
 from fe_models.four_dof import four_dof
 from fe_models.modes import natural_modes
-from hybrid.initial_state import NodalState, modal_state, read_nodal_state
+from hybrid.estimation.given_state import NodalState, modal_state, read_nodal_state
 from tests.hybrid_problems import STIFFNESS
 
 MODAL = natural_modes(linearise(four_dof()), 4)

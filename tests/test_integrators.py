@@ -9,13 +9,13 @@ import torch
 from scipy.linalg import expm
 from torch import Tensor
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from fe_models.effects import CubicSpring
 from hybrid.config import IntegratorKind
-from hybrid.dynamics import ModalDynamics
-from hybrid.integrators import integrate, propagate
-from hybrid.residual import FreeResidual, NoResidual
-from hybrid.scaling import StateScale
+from hybrid.neural_modal_ode.dynamics import ModalDynamics
+from hybrid.neural_modal_ode.integrators import integrate, propagate
+from hybrid.neural_modal_ode.residuals.free import FreeResidual, NoResidual
+from hybrid.neural_modal_ode.scaling import StateScale
 from tests.hybrid_problems import chain_modes, decay, double_precision, dynamics_of, last_layer, observed_order, solved
 
 DURATION = 8.0  # s, a third of the slowest period and nearly three of the fastest

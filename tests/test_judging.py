@@ -2,9 +2,9 @@
 
 import pytest
 
+from benchmarks.blind.judging import judge
+from benchmarks.peers.answer import Answer, mark
 from fe_models.effects import Cause
-from hybrid.benchmarks.peers.answer import Answer, mark
-from hybrid.diagnosis.judging import judge
 from tests.blind_results import (
     CUBIC,
     EXPLAINED,

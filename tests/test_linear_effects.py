@@ -8,10 +8,10 @@ import pytest
 from scipy.linalg import eigh
 from scipy.optimize import brentq
 
+from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
 from fe_models.bridge import bridge
 from fe_models.damping import full_damping
-from fe_models.dofs import FloatArray
 from fe_models.effects import (
     AddedMass,
     AxialForce,

@@ -9,9 +9,9 @@ from scipy.linalg import expm
 from torch import Tensor
 
 from fe_models.effects import CubicSpring, ForceLaw
-from hybrid.integrators import propagate, propagator_weights
-from hybrid.linearised import linearise, sensitivities
-from hybrid.state_estimation import channel_slopes, misfits, observation, trajectory
+from hybrid.estimation.linearised import linearise, sensitivities
+from hybrid.estimation.most_probable_state import channel_slopes, misfits, observation, trajectory
+from hybrid.neural_modal_ode.integrators import propagate, propagator_weights
 from tests.hybrid_problems import MEASURED, STEP, chain_modes, double_precision, dynamics_of
 from tests.places_problems import (
     NOISE,

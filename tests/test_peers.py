@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fe_models.blind import BlindCase, BlindConfig, blind_case
-from hybrid.benchmarks.peers.certain import certain_of
-from hybrid.benchmarks.peers.exhaustive import aic_of, name_by_aic
-from hybrid.benchmarks.peers.latent_forces import latent_forces
-from hybrid.benchmarks.peers.sparse import library, name_by_regression, thresholded
-from hybrid.diagnosis.judging import key_of
+from benchmarks.blind.judging import key_of
+from benchmarks.blind_cases import BlindCase, BlindConfig, blind_case
+from benchmarks.peers.certain import certain_of
+from benchmarks.peers.exhaustive import aic_of, name_by_aic
+from benchmarks.peers.latent_forces import latent_forces
+from benchmarks.peers.sparse import library, name_by_regression, thresholded
 
 SHORT = BlindConfig(noise=0.01, size=0.9, train=3, test=1, duration=20.0)
 

@@ -15,20 +15,20 @@ from fe_models.errors import InputError
 from fe_models.four_dof import four_dof
 from fe_models.linear import ModalModel
 from fe_models.recordings import Dataset
-from hybrid.calibration import Observer, fit_linear_rest
 from hybrid.config import places_preset
-from hybrid.connector_residual import ConnectorResidual
-from hybrid.connectors import chain_connectors
-from hybrid.dynamics import ModalDynamics
-from hybrid.integrators import propagate
-from hybrid.linearised import linearise as linearise_trajectory
-from hybrid.linearised import sensitivities
-from hybrid.preparation import prepare
-from hybrid.residual import FreeResidual
-from hybrid.run import begin, resume
-from hybrid.scaling import StateScale
-from hybrid.state_estimation import StatePrior, estimate_state
-from hybrid.trainers import trainer_for
+from hybrid.estimation.linear_calibration import Observer, fit_linear_rest
+from hybrid.estimation.linearised import linearise as linearise_trajectory
+from hybrid.estimation.linearised import sensitivities
+from hybrid.estimation.most_probable_state import StatePrior, estimate_state
+from hybrid.neural_modal_ode.connectors import chain_connectors
+from hybrid.neural_modal_ode.dynamics import ModalDynamics
+from hybrid.neural_modal_ode.integrators import propagate
+from hybrid.neural_modal_ode.residuals.at_connectors import ConnectorResidual
+from hybrid.neural_modal_ode.residuals.free import FreeResidual
+from hybrid.neural_modal_ode.scaling import StateScale
+from hybrid.training.preparation import prepare
+from hybrid.training.run import begin, resume
+from hybrid.training.trainers import trainer_for
 from tests.hybrid_problems import (
     MASS,
     MEASURED,

@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner, Result
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from fe_models.files.dataset_file import save_dataset
 from fe_models.files.run_folder import Prediction, load_run
-from hybrid.checkpoint import load_checkpoint
 from hybrid.config import Config
-from hybrid.experts import fe_counterpart
-from hybrid.forecast import forecast_windows
-from hybrid.results import write_results
-from hybrid.run import DONE, begin
-from hybrid.uncertainty import banded_forecast
+from hybrid.estimation.experts import fe_counterpart
+from hybrid.estimation.forecast import forecast_windows
+from hybrid.estimation.uncertainty import banded_forecast
+from hybrid.training.checkpoint import load_checkpoint
+from hybrid.training.results import write_results
+from hybrid.training.run import DONE, begin
 from scripts import render_shapes
 from scripts.predict_motion import app
 from tests.hybrid_problems import SENSORS, STEP, TINY, chain_dataset, chain_modes, channels, decay

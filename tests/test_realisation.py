@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fe_models.errors import InputError
-from hybrid.realisation import StateSpace, forecast_from_start, realise
+from hybrid.identification.realisation import StateSpace, forecast_from_start, realise
 from tests.hybrid_problems import OFF_RATIO, STEP, off_chain, recorded
 
 EXACT = 1e-8  # of the largest sample: rounding of the Hankel matrix's SVD, over 60 steps; 1e-11 is reached

@@ -7,7 +7,7 @@ import pytest
 from scipy.io import savemat
 from scipy.signal import butter, sosfilt
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from fe_models.files.dataset_file import load_dataset
 from fe_models.files.recording_checks import energy_above
 from tests.sample_dataset import RATE, SAMPLES, TOML, assert_fault, broken, faults_of, free_decay, write_sample

@@ -16,8 +16,8 @@ from fe_models.four_dof import four_dof
 from fe_models.modes import natural_modes
 from fe_models.simulate import FreeConfig, simulate_free
 from fe_models.structure import Damping
-from hybrid.dynamics import effect_shape
-from hybrid.integrators import propagate
+from hybrid.neural_modal_ode.dynamics import effect_shape
+from hybrid.neural_modal_ode.integrators import propagate
 from tests.hybrid_problems import double_precision, dynamics_of, solved
 from tests.test_force_laws import CHAIN_EFFECTS
 from tests.test_linear_effects import CHAIN as LINEAR_EFFECTS

@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from fe_models.arrays import FloatArray
 from fe_models.bridge import bridge
-from fe_models.dofs import FloatArray, structure_dofs
+from fe_models.dofs import structure_dofs
 from fe_models.errors import InputError
 from fe_models.four_dof import four_dof
 from fe_models.linear import ModalModel

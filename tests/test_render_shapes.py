@@ -8,7 +8,8 @@ from pathlib import Path
 import imageio.v3
 import numpy as np
 
-from fe_models.dofs import FloatArray, structure_dofs
+from fe_models.arrays import FloatArray
+from fe_models.dofs import structure_dofs
 from fe_models.files.atomic import write_npz
 from fe_models.files.structure_file import save_structure
 from fe_models.sections import Section

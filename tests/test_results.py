@@ -8,20 +8,21 @@ import numpy as np
 import pytest
 import torch
 
-from fe_models.dofs import FloatArray, structure_dofs
+from fe_models.arrays import FloatArray
+from fe_models.dofs import structure_dofs
 from fe_models.files.run_folder import load_run
 from fe_models.four_dof import four_dof
 from fe_models.linear import ModalModel
 from fe_models.recordings import Dataset, Recording, Sensor
-from hybrid import results
-from hybrid.checkpoint import Origin
-from hybrid.comparison import Comparison, compare, field_scores
 from hybrid.config import Config
-from hybrid.forecast import Forecast
-from hybrid.results import fe_initial_state, prediction_of, write_results
-from hybrid.run import DONE, Run, begin
-from hybrid.training import TrainingDivergedError
-from hybrid.uncertainty import BandedForecast
+from hybrid.estimation.forecast import Forecast
+from hybrid.estimation.uncertainty import BandedForecast
+from hybrid.training import results
+from hybrid.training.checkpoint import Origin
+from hybrid.training.forecast_comparison import Comparison, compare, field_scores
+from hybrid.training.gradient_training import TrainingDivergedError
+from hybrid.training.results import fe_initial_state, prediction_of, write_results
+from hybrid.training.run import DONE, Run, begin
 from tests.hybrid_problems import (
     SENSORS,
     STEP,

@@ -12,13 +12,13 @@ import torch
 
 from fe_models.errors import InputError
 from fe_models.recordings import Assumptions, Dataset, Load, Recording
-from hybrid.checkpoint import Checkpoint, load_checkpoint
 from hybrid.config import Config
-from hybrid.experts import fe_counterpart
-from hybrid.forecast import forecast_windows
-from hybrid.results import write_results
-from hybrid.run import DONE, UNDER_WAY, begin, resume
-from hybrid.training import TrainingDivergedError
+from hybrid.estimation.experts import fe_counterpart
+from hybrid.estimation.forecast import forecast_windows
+from hybrid.training.checkpoint import Checkpoint, load_checkpoint
+from hybrid.training.gradient_training import TrainingDivergedError
+from hybrid.training.results import write_results
+from hybrid.training.run import DONE, UNDER_WAY, begin, resume
 from tests.hybrid_problems import HELD_OUT, TINY, chain_dataset, chain_modes, learned, same, with_column
 
 EPOCHS = TINY.training.epochs

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from fe_models.recordings import Sensor
-from hybrid.evaluation import FIRST_WINDOWS, score_table
-from hybrid.scoring import nrmse, r2
+from hybrid.training.evaluation import FIRST_WINDOWS, score_table
+from hybrid.training.scoring import nrmse, r2
 from tests.hybrid_problems import SENSORS
 
 

@@ -9,10 +9,10 @@ import pytest
 from tqdm import tqdm
 
 from fe_models.recordings import Dataset, Recording
-from hybrid import session
-from hybrid.run import UNDER_WAY, Run
-from hybrid.session import divergence_exits, open_run, train
-from hybrid.training import EpochResult, TrainingDivergedError
+from hybrid.training import session
+from hybrid.training.gradient_training import EpochResult, TrainingDivergedError
+from hybrid.training.run import UNDER_WAY, Run
+from hybrid.training.session import divergence_exits, open_run, train
 from tests.hybrid_problems import TINY, chain_dataset, chain_modes, recorded
 
 

@@ -6,13 +6,13 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
 from fe_models.bridge import bridge
 from fe_models.damping import full_damping, rayleigh_damping
-from fe_models.dofs import FloatArray
 from fe_models.effects import ConnectorEffect, CubicSpring
 from fe_models.errors import InputError
-from fe_models.exudyn_solve import Steps, _calmed_by
+from fe_models.exudyn.solve import Steps, _calmed_by
 from fe_models.four_dof import four_dof
 from fe_models.linear import LinearModel
 from fe_models.modes import natural_modes

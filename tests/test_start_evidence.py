@@ -8,8 +8,8 @@ import torch
 from scipy.integrate import quad
 from scipy.stats import multivariate_normal
 
-from fe_models.dofs import FloatArray
-from hybrid.start_evidence import StartEvidence, evidence_of
+from fe_models.arrays import FloatArray
+from hybrid.estimation.start_evidence import StartEvidence, evidence_of
 from tests.hybrid_problems import double_precision
 
 

@@ -8,8 +8,8 @@ import torch
 from scipy.linalg import expm
 from torch import Tensor
 
-from hybrid.model import NeuralModalODE
-from hybrid.state_estimation import WINDOWS, StatePrior, estimate_state, smooth_state
+from hybrid.estimation.most_probable_state import WINDOWS, StatePrior, estimate_state, smooth_state
+from hybrid.neural_modal_ode.model import NeuralModalODE
 from tests.hybrid_problems import HELD_OUT, MEASURED, SENSORS, STEP, double_precision
 from tests.places_problems import (
     NOISE,

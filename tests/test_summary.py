@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from hybrid.summary import MEANING, describe
+from hybrid.training.summary import MEANING, describe
 
 
 def scores(nrmse: float, r2: float) -> dict[str, float]:

@@ -12,11 +12,11 @@ from scipy.linalg import expm
 from torch import Tensor
 from torchdiffeq import odeint
 
-from hybrid.connector_residual import ConnectorResidual
-from hybrid.dynamics import ModalDynamics
-from hybrid.integrators import propagate
-from hybrid.scaling import StateScale
-from hybrid.tanh_recursion import TanhRecursion
+from hybrid.neural_modal_ode.dynamics import ModalDynamics
+from hybrid.neural_modal_ode.integrators import propagate
+from hybrid.neural_modal_ode.residuals.at_connectors import ConnectorResidual
+from hybrid.neural_modal_ode.scaling import StateScale
+from hybrid.neural_modal_ode.tanh_recursion import TanhRecursion
 from tests.hybrid_problems import chain_modes, double_precision, observed_order
 from tests.places_problems import SCALE, place_dynamics, plain_loop, random_states, state_matrix
 from tests.test_places import crooked_modes

@@ -14,10 +14,10 @@ from typer.testing import CliRunner, Result
 
 from fe_models.files.dataset_file import save_dataset
 from fe_models.files.run_folder import load_run
-from hybrid.checkpoint import load_checkpoint
-from hybrid.experts import fe_counterpart
-from hybrid.forecast import forecast_windows
-from hybrid.run import DONE, UNDER_WAY
+from hybrid.estimation.experts import fe_counterpart
+from hybrid.estimation.forecast import forecast_windows
+from hybrid.training.checkpoint import load_checkpoint
+from hybrid.training.run import DONE, UNDER_WAY
 from scripts.train_hybrid import app
 from tests.hybrid_problems import chain_dataset, chain_modes
 

@@ -16,8 +16,8 @@ from fe_models.files.run_folder import load_run
 from fe_models.four_dof import four_dof
 from fe_models.linear import LinearModel
 from fe_models.recordings import Assumptions, Dataset
-from hybrid.checkpoint import load_checkpoint
-from hybrid.run import DONE, begin
+from hybrid.training.checkpoint import load_checkpoint
+from hybrid.training.run import DONE, begin
 from scripts.predict_motion import app as predict
 from scripts.train_hybrid import app
 from tests.hybrid_problems import MASS, STIFFNESS, TINY, chain_dataset, chain_modes

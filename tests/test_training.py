@@ -8,18 +8,18 @@ import torch
 
 from fe_models.recordings import Dataset, Recording
 from hybrid.config import Config, TrainingConfig, paper_preset
-from hybrid.elbo import Elbo, kl_to_standard_normal, negative_elbo
-from hybrid.experts import fe_counterpart
-from hybrid.forecast import forecast_windows
-from hybrid.scoring import nrmse
-from hybrid.training import (
+from hybrid.estimation.experts import fe_counterpart
+from hybrid.estimation.forecast import forecast_windows
+from hybrid.estimation.windows import cut_all
+from hybrid.training.elbo import Elbo, kl_to_standard_normal, negative_elbo
+from hybrid.training.gradient_training import (
     LAST_LEARNING_RATE,
     Trainer,
     TrainingDivergedError,
     horizon_of,
     learning_rate_of,
 )
-from hybrid.windows import cut_all
+from hybrid.training.scoring import nrmse
 from tests.hybrid_problems import (
     HELD_OUT,
     MEASURED,

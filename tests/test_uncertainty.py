@@ -8,14 +8,14 @@ import pytest
 import torch
 from torch import Tensor
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from fe_models.errors import InputError
 from fe_models.recordings import Sensor
-from hybrid.encoder import WindowEncoder
-from hybrid.forecast import NOISE_FREEDOM, forecast_windows, posterior
-from hybrid.model import NeuralModalODE
-from hybrid.state_estimation import estimate_state, smooth_state
-from hybrid.uncertainty import DRAWS, BandedForecast, banded_forecast, coverage, noise_std, relative_error
+from hybrid.estimation.forecast import NOISE_FREEDOM, forecast_windows, posterior
+from hybrid.estimation.most_probable_state import estimate_state, smooth_state
+from hybrid.estimation.uncertainty import DRAWS, BandedForecast, banded_forecast, coverage, noise_std, relative_error
+from hybrid.neural_modal_ode.encoder import WindowEncoder
+from hybrid.neural_modal_ode.model import NeuralModalODE
 from tests.hybrid_problems import HELD_OUT, MEASURED, SENSORS, chain_dataset, double_precision, starting_model
 from tests.places_problems import NOISE, crooked_precision, place_model, prior_of
 from tests.test_places import crooked_modes

@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from fe_models.four_dof import four_dof
 from fe_models.recordings import Assumptions, Dataset, Recording
-from hybrid.expert_preparation import prepare_experts
-from hybrid.experts import Experts
-from hybrid.forecast import forecast_windows
-from hybrid.preparation import Prepared
-from hybrid.uncertainty import banded_forecast, coverage, relative_error, set_relative_error, unseen_error
+from hybrid.estimation.experts import Experts
+from hybrid.estimation.forecast import forecast_windows
+from hybrid.estimation.uncertainty import banded_forecast, coverage, relative_error, set_relative_error, unseen_error
+from hybrid.training.expert_preparation import prepare_experts
+from hybrid.training.preparation import Prepared
 from tests.hybrid_problems import MEASURED, SENSORS, STEP, chain_modes, double_precision, off_chain, recorded
 from tests.test_experts import EXPERTS, two_days
 

@@ -7,7 +7,7 @@ import pytest
 
 from fe_models.errors import InputError
 from fe_models.recordings import Recording
-from hybrid.windows import columns, cut, cut_all, cut_field, window_length
+from hybrid.estimation.windows import columns, cut, cut_all, cut_field, window_length
 from tests.hybrid_problems import HELD_OUT, MEASURED, chain_dataset
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.io import loadmat
 from scipy.io.matlab import MatReadError
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from fe_models.errors import InputError, raise_faults
 
 READABLE = (".npz", ".mat", ".csv")

@@ -18,7 +18,7 @@ from typing import Literal
 from scipy.io import mmread
 from scipy.sparse import csr_array
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from fe_models.errors import InputError, noting, raise_faults
 from fe_models.files.array_files import load_csv, load_csv_text
 from fe_models.files.matrices_file import Dof, assemble_model

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from fe_models.errors import InputError, raise_faults
 from fe_models.files.array_files import load_arrays, load_csv, pick_array
 

@@ -13,8 +13,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from fe_models.arrays import FloatArray
 from fe_models.damping import ratios_of_modes, replace_ratios
-from fe_models.dofs import DofMap, FloatArray, structure_dofs
+from fe_models.dofs import DofMap, structure_dofs
 from fe_models.errors import InputError, raise_faults
 from fe_models.files.array_files import load_arrays
 from fe_models.files.atomic import write_npz

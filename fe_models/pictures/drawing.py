@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 
 Color = tuple[int, int, int]
 Bytes = NDArray[np.uint8]

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from fe_models.pictures.drawing import Color
 from fe_models.pictures.geometry import Outline
 from fe_models.recordings import Sensor

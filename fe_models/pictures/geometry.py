@@ -8,7 +8,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from fe_models.dofs import DofMap, FloatArray
+from fe_models.arrays import FloatArray
+from fe_models.dofs import DofMap
 from fe_models.effects.laws import with_parts
 from fe_models.errors import InputError
 from fe_models.linear import LinearModel

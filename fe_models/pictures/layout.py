@@ -6,7 +6,7 @@ from math import ceil
 
 import numpy as np
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from fe_models.pictures.drawing import Picture, Text
 from fe_models.pictures.figure import MARGIN, Figure, Panel, View
 from fe_models.pictures.geometry import Outline, extent

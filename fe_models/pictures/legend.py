@@ -5,7 +5,7 @@ from math import floor, log10
 
 import numpy as np
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from fe_models.pictures import symbols
 from fe_models.pictures.captions import readable
 from fe_models.pictures.drawing import GREY, INK, LIGHT, PALE, Color, Patch, Text, disc, ramp, stroke

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from fe_models.pictures import symbols
 from fe_models.pictures.drawing import GREY, INK, LIGHT, PALE, WHITE, Bytes, Color, Patch, Text, disc, ramp, stroke
 from fe_models.pictures.figure import Figure, Panel, Shape, View

@@ -13,7 +13,7 @@ from typing import Any, Literal
 import numpy as np
 from tqdm import tqdm
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from fe_models.errors import InputError, raise_faults
 from fe_models.files.atomic import writing
 from fe_models.linear import LinearModel, ModalModel

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from fe_models.errors import InputError
 from fe_models.files.run_folder import Prediction, Run, load_run
 from fe_models.pictures import render

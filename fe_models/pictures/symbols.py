@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from fe_models.pictures.drawing import INK, WHITE, Color, Patch, disc, polygon, stroke
 
 BELOW: FloatArray = np.array([0.0, -1.0])

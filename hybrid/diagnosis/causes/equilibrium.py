@@ -5,7 +5,7 @@ Looks one element far. What weights or friction at a node take off along a membe
 
 import numpy as np
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from fe_models.effects.axial_force import line_of
 from fe_models.structure import Element, Spring, Structure
 

@@ -8,8 +8,8 @@ from typing import cast
 import numpy as np
 from scipy.sparse import csr_array
 
+from fe_models.arrays import FloatArray, IntArray
 from fe_models.assembly import linearise
-from fe_models.dofs import FloatArray, IntArray
 from fe_models.effects import (
     AddedMass,
     AxialForce,

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial import cKDTree
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from fe_models.structure import Direction, Spring, Structure
 from hybrid.diagnosis.nominal.plant import Plant
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from hybrid.diagnosis.contest.growing import Lengths, short_fit
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.nominal.plant import Plant

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from hybrid.diagnosis.fitting.driven import fitted_motion
 from hybrid.diagnosis.fitting.fitting import ENOUGH, Fit, fit
 from hybrid.diagnosis.nominal.plant import Plant

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fe_models.dofs import BoolArray
+from fe_models.arrays import BoolArray
 from hybrid.diagnosis.causes.candidate import Candidate
 
 

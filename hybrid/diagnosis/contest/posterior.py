@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from fe_models.effects import DeadLoad
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.exactness import expected_square, log_evidences

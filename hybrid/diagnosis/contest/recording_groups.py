@@ -5,13 +5,12 @@ from functools import cached_property
 
 import numpy as np
 
-from fe_models.dofs import BoolArray, FloatArray, IntArray
+from fe_models.arrays import TINY, BoolArray, FloatArray, IntArray
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import Batch, as_made, count_of
 from hybrid.diagnosis.screening.screening import amounts_by_recording
-from hybrid.tiny import TINY
 
 Groups = tuple[tuple[Batch, ...], tuple[Batch, ...]]
 

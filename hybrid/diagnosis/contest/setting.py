@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fe_models.dofs import BoolArray
+from fe_models.arrays import BoolArray
 from fe_models.errors import InputError
 from fe_models.recordings import Dataset
 from fe_models.time_integration import root

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from hybrid.diagnosis.contest.growing import padded
 from hybrid.diagnosis.fitting.far_off import goes_far
 from hybrid.diagnosis.fitting.fitting import FIRST, Fit, Step, first_steps

@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 
-from fe_models.dofs import BoolArray, FloatArray
+from fe_models.arrays import BoolArray, FloatArray
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.bounds import bound_of
 from hybrid.diagnosis.contest.effort import effort_of

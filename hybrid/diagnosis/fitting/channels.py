@@ -2,7 +2,7 @@
 
 from typing import Protocol
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 
 
 class Channels(Protocol):

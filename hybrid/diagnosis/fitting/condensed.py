@@ -10,7 +10,7 @@ from math import prod
 
 import numpy as np
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import Batch
 from hybrid.diagnosis.response.exponentials import Exponentials, exponentials

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import expm
 
-from fe_models.dofs import ComplexArray, FloatArray
+from fe_models.arrays import ComplexArray, FloatArray
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.nominal.loads import Loads
 from hybrid.diagnosis.recorded.gauge import Gauge

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.stats import norm
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.nominal.scatter import OWN
 

@@ -9,12 +9,11 @@ from math import inf
 
 import numpy as np
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import TINY, FloatArray
 from hybrid.diagnosis.fitting.linearisation import Linearisation, linearise_batch
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import Batch
 from hybrid.diagnosis.response.hypothesis import Hypothesis
-from hybrid.tiny import TINY
 
 ITERATIONS = 12
 LAW_ITERATIONS = 8  # with force laws, each of which takes a simulation of all variants

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.stats import norm
 from scipy.stats import t as student
 
-from fe_models.dofs import BoolArray, FloatArray
+from fe_models.arrays import TINY, BoolArray, FloatArray
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.fitting.geometry_response import FELT, added
 from hybrid.diagnosis.fitting.initial_states import EXPLODED, initial_states, precision_of
@@ -18,7 +18,6 @@ from hybrid.diagnosis.response.loaded import loaded_size
 from hybrid.diagnosis.response.marching import respond
 from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.response.system import drifted, is_defective, observability
-from hybrid.tiny import TINY
 
 SHOWN = 0.2  # of each recording: what its initial state is estimated from
 ORDERLY = 6.0  # in a cost: 2 log 20, as one of twenty recordings is not as those before and after it are

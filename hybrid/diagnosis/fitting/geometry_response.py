@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from fe_models.recordings import QUANTITIES, Sensor
 from hybrid.diagnosis.fitting.driven import sampled_motion
 from hybrid.diagnosis.fitting.fitting import Fit

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from hybrid.diagnosis.fitting.channels import Channels
 from hybrid.diagnosis.fitting.condensed import condensed
 from hybrid.diagnosis.fitting.sampled import Sampled

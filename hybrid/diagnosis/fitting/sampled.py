@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.records import Batch
 from hybrid.diagnosis.response.loaded import given

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fe_models.dofs import BoolArray
+from fe_models.arrays import BoolArray
 from hybrid.diagnosis.fitting.fitting import Fit
 
 ABSENT = 0.4  # of the usual amplitude: less is a recording without the force, if the difference is certain

@@ -17,7 +17,7 @@ from hybrid.diagnosis.outcome.findings import Finding, at_place
 from hybrid.diagnosis.recorded.channels import usable
 from hybrid.diagnosis.recorded.filtered_ends import without_ringing_ends
 from hybrid.progress import nothing
-from hybrid.training import TrainingDivergedError
+from hybrid.training.gradient_training import TrainingDivergedError
 
 SAME = {  # causes that a linear law's word stands for
     "spring": (StiffnessChange.kind, SupportSpring.kind, SlackCable.kind),

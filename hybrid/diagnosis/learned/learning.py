@@ -7,20 +7,20 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from fe_models.recordings import Dataset, Recording
 from fe_models.sensor_effects import SensorDelay, SensorDrift, SensorEffect, SensorGain
 from fe_models.structure import Structure
 from hybrid.config import Config, ModelConfig, places_preset
-from hybrid.connector_residual import ConnectorResidual
 from hybrid.diagnosis.fitting.forecasting import shown_of
 from hybrid.diagnosis.outcome.findings import Finding
-from hybrid.linear_form import ConnectorForm
-from hybrid.model import NeuralModalODE
-from hybrid.preparation import Prepared, modal_damping_matrix, prepare
+from hybrid.estimation.linear_form import ConnectorForm
+from hybrid.estimation.most_probable_state import StatePrior, smooth_state, trajectory
+from hybrid.neural_modal_ode.model import NeuralModalODE
+from hybrid.neural_modal_ode.residuals.at_connectors import ConnectorResidual
 from hybrid.progress import nothing
-from hybrid.state_estimation import StatePrior, smooth_state, trajectory
-from hybrid.trainers import trainer_for
+from hybrid.training.preparation import Prepared, modal_damping_matrix, prepare
+from hybrid.training.trainers import trainer_for
 
 LAST_FIRST = (SensorDrift, SensorGain, SensorDelay)  # faults of one sensor, as they are undone
 LEAST_VARIANCE = 0.1  # of the mean over a state's entries: few recordings may hardly move one that others do

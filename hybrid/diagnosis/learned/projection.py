@@ -5,13 +5,12 @@ from typing import Any
 
 import numpy as np
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import TINY, FloatArray
 from fe_models.effects import CoulombFriction, CubicSpring, GapStop, QuadraticDamper
 from fe_models.effects.base import ForceLaw
 from fe_models.structure import Direction
 from hybrid.diagnosis.causes.force_causes import CREEP, REACHES
 from hybrid.diagnosis.learned.learning import PlaceForce
-from hybrid.tiny import TINY
 
 ANYWHERE: tuple[tuple[int], Direction] = (1,), "x"  # a law's place, of which its force knows nothing
 

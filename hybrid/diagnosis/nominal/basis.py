@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from fe_models.errors import raise_faults
 from fe_models.linear import LinearModel
 from fe_models.modes import natural_modes

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fe_models.dofs import FloatArray, IntArray
+from fe_models.arrays import FloatArray, IntArray
 
 
 @dataclass(frozen=True)

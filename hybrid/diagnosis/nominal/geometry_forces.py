@@ -8,7 +8,7 @@ from itertools import combinations_with_replacement
 
 import numpy as np
 
-from fe_models.dofs import FloatArray, IntArray
+from fe_models.arrays import FloatArray, IntArray
 from fe_models.mechanisms import factorise
 from hybrid.diagnosis.nominal.finer_mesh import ElasticMesh, finer_mesh, times_finer
 from hybrid.diagnosis.nominal.geometry import Geometry, products
@@ -55,7 +55,7 @@ def _forces_and_bends(
     """Return the geometric modal forces (state, mode) at modal ``coordinates`` (state, mode), all else giving way, and
     how far that does (state, dof). ``omega`` (mode,): natural frequencies, rad/s.
     """
-    from fe_models.exudyn_forces import InternalForces  # loads Exudyn only where it is needed
+    from fe_models.exudyn.internal_forces import InternalForces  # loads Exudyn only where it is needed
 
     shapes, still = mesh.shapes, np.zeros(len(mesh.dofs))
     forces, free, rows = InternalForces(mesh.structure.without_prestress()), mesh.dofs.free, mesh.dofs.free_rows

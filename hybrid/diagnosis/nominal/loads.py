@@ -11,7 +11,7 @@ from math import factorial
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
-from fe_models.dofs import FloatArray, IntArray
+from fe_models.arrays import FloatArray, IntArray
 from fe_models.measurement import lowpassed
 from fe_models.recordings import Dataset, Load
 from fe_models.structure import Direction

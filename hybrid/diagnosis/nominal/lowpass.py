@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.signal import welch
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from fe_models.lowpass import LowPass
 from fe_models.recordings import Dataset
 

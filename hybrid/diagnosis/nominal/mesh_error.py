@@ -4,8 +4,8 @@ from math import ceil
 
 import numpy as np
 
+from fe_models.arrays import BoolArray, FloatArray
 from fe_models.assembly import linearise
-from fe_models.dofs import BoolArray, FloatArray
 from fe_models.modes import natural_modes
 from fe_models.structure import Beam, Structure
 from hybrid.diagnosis.nominal.plant import Plant

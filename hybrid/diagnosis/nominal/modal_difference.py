@@ -2,10 +2,9 @@
 
 import numpy as np
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import TINY, FloatArray
 from hybrid.diagnosis.nominal.modal_plant import pairs
 from hybrid.diagnosis.nominal.plant import Plant
-from hybrid.tiny import TINY
 
 TOLD = 5e-4  # of a frequency, of a damping ratio of 1, of a MAC of 1: smaller differences are not worth a word
 COUPLED = 0.01  # of the product of two modes' own damping: the square of what dashpots add between them, told beyond

@@ -7,8 +7,8 @@ from scipy.linalg import qr
 from scipy.optimize import linear_sum_assignment
 from scipy.sparse import csr_array, diags_array, eye_array
 
+from fe_models.arrays import TINY, FloatArray
 from fe_models.assembly import linearise
-from fe_models.dofs import FloatArray
 from fe_models.errors import InputError
 from fe_models.modes import mac
 from fe_models.nominal import nominal_modes
@@ -16,7 +16,6 @@ from fe_models.recordings import Dataset
 from fe_models.structure import Structure
 from hybrid.diagnosis.nominal.plant import CERTAIN, Plant
 from hybrid.diagnosis.nominal.scatter import NONE
-from hybrid.tiny import TINY
 
 DEPENDENT = 1e-6  # of the most that a degree of freedom moves: the last that tells unit shapes apart must by itself
 

@@ -8,9 +8,10 @@ from scipy.linalg import eigh
 from scipy.sparse import csr_array, vstack
 from scipy.sparse.linalg import SuperLU
 
+from fe_models.arrays import TINY, FloatArray
 from fe_models.assembly import linearise, unsupported
 from fe_models.damping import full_damping, ratios_of_modes, replace_ratios
-from fe_models.dofs import DofMap, FloatArray
+from fe_models.dofs import DofMap
 from fe_models.effects import DeadLoad
 from fe_models.effects.base import ForceLaw
 from fe_models.effects.laws import force_laws, replaced_ratios, with_parts
@@ -27,7 +28,6 @@ from hybrid.diagnosis.nominal.geometry import Geometry
 from hybrid.diagnosis.nominal.loads import LoadPlace, load_places
 from hybrid.diagnosis.nominal.lowpass import highest_shown, lowpass_of
 from hybrid.diagnosis.nominal.scatter import NONE, OWN, Scatter, scatter_of
-from hybrid.tiny import TINY
 
 CERTAIN = 1e-6  # the least standard deviation of a factor, so that a prior of zero stays a number
 SPARE = 1  # mode beyond those kept whose damping is uncertain, too: a cause may bring it

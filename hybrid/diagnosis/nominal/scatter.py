@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csr_array
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from fe_models.effects import StiffnessChange
 from fe_models.matrix_changes import matrix_changes
 from fe_models.structure import Structure

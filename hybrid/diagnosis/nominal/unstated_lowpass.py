@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.nominal.lowpass import QUIET, WITHIN, spectrum
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from fe_models.files.recording_checks import UNITS
 from fe_models.recordings import Quantity, Sensor
 from hybrid.diagnosis.causes.candidate import Candidate

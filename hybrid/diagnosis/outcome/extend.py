@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from fe_models.arrays import FloatArray
 from fe_models.damping import ratios_of_modes
-from fe_models.dofs import FloatArray
 from fe_models.effects import Effect, ModalDamping
 from fe_models.effects.laws import replaced_ratios
 from fe_models.structure import Structure

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import expit
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.outcome.rest import rests
 from hybrid.diagnosis.outcome.verdict import LISTED, Verdict

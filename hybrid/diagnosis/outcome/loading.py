@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from hybrid.diagnosis.fitting.fitting import Fit, fit
 from hybrid.diagnosis.outcome.otherwise import taken_away
 from hybrid.diagnosis.recorded.gauge import Gauge

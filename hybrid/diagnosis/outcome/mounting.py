@@ -5,7 +5,7 @@ from itertools import combinations
 
 import numpy as np
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from fe_models.recordings import Sensor
 from hybrid.diagnosis.fitting.fitting import Fit, fit
 from hybrid.diagnosis.outcome.otherwise import taken_away

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import TINY, FloatArray
 from hybrid.diagnosis.contest.posterior import of_candidate, rivals_of
 from hybrid.diagnosis.fitting.forecasting import Model
 from hybrid.diagnosis.outcome.acting import recordings_of
@@ -11,7 +11,6 @@ from hybrid.diagnosis.outcome.forecasts import share
 from hybrid.diagnosis.outcome.ruling import Ruling
 from hybrid.diagnosis.outcome.simulation import modal_finding
 from hybrid.diagnosis.recorded.motions import motions_of
-from hybrid.tiny import TINY
 
 RIVALS = 0.005  # least probability of an alternative that is told
 SUREST = 0.999  # no probability is said to be more

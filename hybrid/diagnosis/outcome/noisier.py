@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fe_models.dofs import BoolArray, FloatArray
+from fe_models.arrays import BoolArray, FloatArray
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.fitting.forecasting import least_cost
 from hybrid.diagnosis.outcome.scorer import Scorer

@@ -4,12 +4,11 @@ from collections import Counter
 
 import numpy as np
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import TINY, FloatArray
 from hybrid.diagnosis.fitting.fitting import Fit, residuals_at
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.motions import in_words
 from hybrid.diagnosis.recorded.spectra import energy_near, falling, strongest_apart
-from hybrid.tiny import TINY
 
 MUCH = 0.2  # of what is left: a channel or mode that has less is not told
 SEVERAL = 2.0  # times its part of all values: a recording that has more stands out

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from hybrid.diagnosis.contest.evidence import Evidence
 from hybrid.diagnosis.contest.setting import Setting
 from hybrid.diagnosis.fitting.crossvalidation import Folds, folds_of

@@ -4,13 +4,13 @@ from dataclasses import dataclass
 from enum import Enum
 from math import inf
 
+from fe_models.arrays import TINY
 from hybrid.diagnosis.contest.neighbours import adjoin
 from hybrid.diagnosis.fitting.far_off import deviation_of, deviation_of_groups
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.fitting.left_over import left
 from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.noise import Band
-from hybrid.tiny import TINY
 
 MATERIAL = 0.05  # of the noise floor: by how much a cause must improve the forecast, and what counts as reaching it
 BESIDE = 0.01  # likewise of a second cause: that the simulation is wrong is no longer asked, but in what

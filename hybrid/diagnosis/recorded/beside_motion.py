@@ -8,9 +8,8 @@ from numpy.lib.stride_tricks import sliding_window_view
 from scipy import stats
 from scipy.linalg import block_diag, eigh, orth
 
-from fe_models.dofs import ComplexArray, FloatArray
+from fe_models.arrays import TINY, ComplexArray, FloatArray
 from fe_models.recordings import Dataset, Recording
-from hybrid.tiny import TINY
 
 PERIODS = 1.5  # of the slowest mode: in shorter recordings a part of an oscillation looks like an offset
 ROOM = 20.0  # samples a mode: fewer hardly tell poles

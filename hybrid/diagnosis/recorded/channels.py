@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fe_models.dofs import BoolArray, FloatArray, IntArray
+from fe_models.arrays import BoolArray, FloatArray, IntArray
 from fe_models.errors import InputError
 from fe_models.files.recording_checks import FEWEST_SAMPLES, FLAT_TOLERANCE
 from fe_models.recordings import Dataset, Recording

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from fe_models.recordings import Sensor
 from hybrid.diagnosis.recorded.readout import Readout
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fe_models.dofs import BoolArray, ComplexArray, FloatArray
+from fe_models.arrays import BoolArray, ComplexArray, FloatArray
 from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.recorded.records import Batch
 

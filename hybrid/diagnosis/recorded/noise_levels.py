@@ -10,10 +10,9 @@ from enum import Enum
 
 import numpy as np
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import TINY, FloatArray
 from hybrid.diagnosis.recorded.noise import BY_CHANCE, Band, noise_of_recordings, variance_told
 from hybrid.diagnosis.recorded.records import Batch
-from hybrid.tiny import TINY
 
 SPARED = 20  # one value in so many may be astray where noise goes with motion
 FAR = 4.0  # standard deviations off: such a value

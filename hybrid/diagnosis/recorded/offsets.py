@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fe_models.dofs import ComplexArray, FloatArray
+from fe_models.arrays import ComplexArray, FloatArray
 from fe_models.recordings import Dataset, Sensor
 from hybrid.diagnosis.recorded.beside_motion import beside_motion
 

@@ -6,7 +6,7 @@ from typing import Literal
 
 import numpy as np
 
-from fe_models.dofs import BoolArray, FloatArray, IntArray
+from fe_models.arrays import BoolArray, FloatArray, IntArray
 from fe_models.recordings import Dataset, Recording
 from hybrid.diagnosis.nominal.loads import Loads, loads_of
 from hybrid.diagnosis.nominal.lowpass import noise_is_lowpassed

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from fe_models.arrays import TINY
 from fe_models.recordings import Dataset
-from hybrid.tiny import TINY
 
 FAR = 100.0  # times: of m/s^2, mm/s^2 are a thousand, and motions of one campaign hardly differ so much
 FEWEST = 3  # motions: of two nobody knows which is the usual one

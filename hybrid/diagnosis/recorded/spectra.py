@@ -5,8 +5,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.stats import gamma
 
-from fe_models.dofs import FloatArray
-from hybrid.tiny import TINY
+from fe_models.arrays import TINY, FloatArray
 
 HARDLY_SHOWN = 5e-4  # of a motion's energy: a mode that has less hardly shows, and its damping not at all
 STRONGEST = 3  # modes whose sums and differences are looked at

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.response.eigenmodes import Eigenmodes, eigenmodes
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fe_models.dofs import BoolArray, FloatArray
+from fe_models.arrays import BoolArray, FloatArray
 from hybrid.diagnosis.response.eigenmodes import Eigenmodes, natural_frequencies
 from hybrid.diagnosis.response.system import is_defective
 

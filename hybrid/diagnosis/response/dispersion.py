@@ -7,7 +7,7 @@ would stand for it. Meshes and beam theories that are coarse where waves are sho
 
 import numpy as np
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 
 STEP = 0.1  # of the sampling interval: time steps of that length are normal
 

@@ -13,8 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fe_models.dofs import FloatArray
-from hybrid.tiny import TINY
+from fe_models.arrays import TINY, FloatArray
 
 CLOSE = 1e-3  # largest entry of D of variants that hardly differ: what is left out is in proportion to its square
 

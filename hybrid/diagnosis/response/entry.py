@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from fe_models.recordings import Sensor, of_each_quantity
 from hybrid.diagnosis.nominal.loads import ORDERS, ForcePlace
 from hybrid.diagnosis.nominal.plant import Plant

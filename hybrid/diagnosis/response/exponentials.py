@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fe_models.dofs import ComplexArray, FloatArray
+from fe_models.arrays import ComplexArray, FloatArray
 from hybrid.diagnosis.response.system import ModalForm, System, is_defective
 
 TOGETHER = 1e-9  # of the largest root: roots so near count as one, of which phi is t exp(root t)

@@ -3,7 +3,7 @@
 from dataclasses import replace
 from typing import Any
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from fe_models.effects import SlackCable
 from fe_models.uncertain_parts import UncertainPart
 from hybrid.diagnosis.causes.candidate import Candidate

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from hybrid.diagnosis.response.system import System
 
 SOFTENED = 0.5  # of a force: as much as a softening spring may gain by what gives way behind it

@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from fe_models.dofs import BoolArray, FloatArray
+from fe_models.arrays import BoolArray, FloatArray
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.response.damping import assumed_damping, more_damping

@@ -13,7 +13,7 @@ from math import factorial
 import numpy as np
 from scipy.signal import lfilter
 
-from fe_models.dofs import ComplexArray, FloatArray
+from fe_models.arrays import ComplexArray, FloatArray
 from hybrid.diagnosis.nominal.loads import ORDERS, Loads, courses_after
 from hybrid.diagnosis.recorded.records import Batch
 from hybrid.diagnosis.response.system import MOST_GROWTH, System, drifted, free_form

@@ -11,7 +11,7 @@ from math import ceil
 import numpy as np
 from scipy.linalg import expm
 
-from fe_models.dofs import FloatArray, IntArray
+from fe_models.arrays import FloatArray, IntArray
 from hybrid.diagnosis.nominal.loads import ORDERS, Loads
 from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.response.giving_way import held, with_residual

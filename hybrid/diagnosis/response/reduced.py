@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from hybrid.diagnosis.response.dashpots import Trailing
 
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import eigh
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from hybrid.diagnosis.nominal.plant import Plant
 
 FOLDED = 0.05  # of a motion: what a low-pass leaves where sampling folds the stiffest coordinates to

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from fe_models.recordings import Sensor, of_each_quantity
 from fe_models.sensor_effects import SensorDelay, SensorDrift, SensorGain
 from fe_models.time_integration import TimeIntegration

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import expm
 
-from fe_models.dofs import FloatArray, IntArray
+from fe_models.arrays import FloatArray, IntArray
 from hybrid.diagnosis.response.compiled import compiled
 from hybrid.diagnosis.response.system import System
 

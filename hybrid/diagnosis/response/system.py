@@ -8,7 +8,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.linalg import expm
 
-from fe_models.dofs import ComplexArray, FloatArray
+from fe_models.arrays import ComplexArray, FloatArray
 from fe_models.lowpass import LowPass
 from hybrid.diagnosis.nominal.loads import ForcePlace
 from hybrid.diagnosis.response.filtering import convolved

@@ -9,7 +9,7 @@ from functools import partial
 
 import numpy as np
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.fitting.far_off import within
 from hybrid.diagnosis.fitting.fitting import Fit

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from fe_models.effects import StiffnessChange, SupportSpring
 from fe_models.sensor_effects import SensorGain
 from hybrid.diagnosis.causes.candidate import Candidate

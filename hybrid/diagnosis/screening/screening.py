@@ -9,7 +9,7 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import TINY, FloatArray
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.fitting.driven import History, driven, fitted_motion, forces_along
 from hybrid.diagnosis.fitting.fitting import Fit
@@ -24,7 +24,6 @@ from hybrid.diagnosis.response.reduced import Reduced
 from hybrid.diagnosis.response.side_by_side import side_by_side
 from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.response.system import ModalForm, System, drifted, free_form
-from hybrid.tiny import TINY
 
 ABSORBED = 1e-9  # of the energy of a response: what the rest of the model leaves of it is rounding
 

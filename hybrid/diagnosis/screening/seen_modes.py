@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import TINY, FloatArray
 from fe_models.recordings import QUANTITIES
 from hybrid.diagnosis.fitting.driven import fitted_motion
 from hybrid.diagnosis.fitting.fitting import Fit
@@ -13,7 +13,6 @@ from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.response.eigenmodes import eigenmodes
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.state_space import system_of
-from hybrid.tiny import TINY
 
 FREQUENCY, SHAPE = 3e-4, 0.01  # relative errors besides: of first order, in factors that are off by a few deviations
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fe_models.dofs import BoolArray
+from fe_models.arrays import BoolArray
 from fe_models.recordings import Uncertainty
 from hybrid.diagnosis.shown.show import Shown
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from hybrid.diagnosis.contest.growing import lengths_of
 from hybrid.diagnosis.fitting.fitting import Fit
 from hybrid.diagnosis.fitting.linearisation import linearise_batch

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import FloatArray
 from fe_models.recordings import Sensor
 from hybrid.diagnosis.fitting.forecasting import Model, predicted, shown_of
 from hybrid.diagnosis.recorded.gauge import View

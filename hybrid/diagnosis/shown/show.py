@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fe_models.dofs import FloatArray
+from fe_models.arrays import TINY, FloatArray
 from fe_models.modes import mac
 from fe_models.recordings import Dataset, Sensor
 from hybrid.diagnosis.contest.growing import fit_growing, lengths_of
@@ -17,7 +17,6 @@ from hybrid.diagnosis.recorded.spectra import energy_near
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.shown.amplitude import Amplitude, amplitude_dependence
-from hybrid.tiny import TINY
 
 WIDE = (
     0.5  # standard deviation of every factor's logarithm where the recordings alone shall tell frequencies and shapes

@@ -1,0 +1,123 @@
+"""Blind cases with fresh seeds: drawn, diagnosed, answered by the peers, and only then held against the truth."""
+
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass, replace
+from multiprocessing import get_context
+
+from threadpoolctl import threadpool_limits
+
+from benchmarks.blind.judging import Judgement, judge
+from benchmarks.blind_cases import BRIDGE_KINDS, KINDS, OUTSIDE, BlindConfig, blind_case
+from benchmarks.peers.answer import Peer, PeerMark, mark
+from benchmarks.peers.exhaustive import name_by_aic
+from benchmarks.peers.sparse import name_by_regression
+from hybrid.diagnosis.diagnosis import THREADS, diagnose
+
+NOTHING = "nothing"  # the word for a clean case
+CLEAN = 3  # clean cases beside one of every kind
+PEERS: dict[str, Peer] = {"exhaustive AIC": name_by_aic, "sparse regression": name_by_regression}
+
+
+@dataclass(frozen=True)
+class Task:
+    """What to hide, ``hidden`` ("a+b" for two at once), in the case of a ``seed``, all else as in ``config``."""
+
+    seed: int
+    hidden: str
+    config: BlindConfig
+
+
+@dataclass(frozen=True)
+class BlindResult:
+    """A task done: how right the diagnosis was (``judgement``), and each peer by its name."""
+
+    task: Task
+    judgement: Judgement
+    peers: dict[str, PeerMark]
+
+    @property
+    def is_clean(self) -> bool:
+        """Whether nothing was hidden."""
+        return self.task.hidden == NOTHING
+
+    @property
+    def is_outside(self) -> bool:
+        """Whether something was hidden that is none of the list."""
+        return any(word in OUTSIDE for word in self.task.hidden.split("+"))
+
+    @property
+    def is_single(self) -> bool:
+        """Whether one cause of the list was hidden."""
+        return not (self.is_clean or self.is_outside or self.is_pair)
+
+    @property
+    def is_pair(self) -> bool:
+        """Whether several causes of the list were hidden."""
+        return "+" in self.task.hidden and not self.is_outside
+
+    @property
+    def line(self) -> str:
+        """What was hidden and what was named, in a line."""
+        found = self.judgement
+        names = ", ".join(
+            f"{name} ({probability:.3f})"
+            for name, (probability, _) in zip(found.named, found.probabilities, strict=True)
+        )
+        truth = ", ".join(found.truth) or NOTHING
+        return f"seed {self.task.seed}: {truth}: {found.verdict.value}, named {names or 'nothing'}"
+
+
+def words_of(structure: str) -> tuple[str, ...]:
+    """Return what is hidden in turn: every kind that a structure can have, clean cases, what is outside the list."""
+    return (*(BRIDGE_KINDS if structure == "bridge" else KINDS), *[NOTHING] * CLEAN, *OUTSIDE)
+
+
+def tasks(count: int, seed: int, words: Sequence[str], config: BlindConfig) -> list[Task]:
+    """Return ``count`` tasks with the seeds from ``seed`` on, the ``words`` in turn."""
+    return [Task(seed + number, words[number % len(words)], config) for number in range(count)]
+
+
+def done(task: Task, peers: tuple[str, ...] = ()) -> BlindResult:
+    """Return the result of a task, with as many threads for the peers as for the diagnosis."""
+    hidden = () if task.hidden == NOTHING else tuple(task.hidden.split("+"))
+    marks = {}
+    with threadpool_limits(THREADS, "blas"):
+        case = blind_case(task.seed, replace(task.config, kinds=hidden))
+        try:
+            judgement = judge(case, diagnose(case.dataset))
+        except Exception as error:
+            error.add_note(f"while the blind case of seed {task.seed} was diagnosed: {task.hidden} hidden")
+            raise
+        for name in peers:
+            begun = time.perf_counter()
+            answer = PEERS[name](case.dataset)
+            marks[name] = mark(case, answer, time.perf_counter() - begun)
+    return BlindResult(task, judgement, marks)
+
+
+def all_done(
+    wanted: Sequence[Task],
+    peers: tuple[str, ...] = (),
+    jobs: int = 1,
+    finished: Callable[[list[BlindResult]], object] = lambda _: None,
+) -> list[BlindResult]:
+    """Return the results in the order of the tasks, from ``jobs`` processes.
+
+    ``finished`` is given those at hand, the newest last, after each.
+    """
+    found: list[BlindResult] = []
+    if jobs == 1:
+        for task in wanted:
+            found.append(done(task, peers))
+            finished(found)
+        return found
+    pool = ProcessPoolExecutor(jobs, mp_context=get_context("spawn"))
+    try:
+        for ready in as_completed([pool.submit(done, task, peers) for task in wanted]):
+            found.append(ready.result())
+            finished(found)
+    finally:
+        pool.shutdown(cancel_futures=True)  # where one fails, the others need not be waited for
+    return sorted(found, key=lambda result: wanted.index(result.task))

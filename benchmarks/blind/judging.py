@@ -1,0 +1,97 @@
+"""How right a diagnosis is about a blind case, once the truth is opened."""
+
+from dataclasses import dataclass
+
+from benchmarks.blind_cases import BlindCase
+from fe_models.effects import Cause
+from hybrid.diagnosis.outcome.conclusion import Diagnosis
+from hybrid.diagnosis.outcome.findings import Finding
+from hybrid.diagnosis.outcome.verdict import BESIDE, MATERIAL, Verdict
+
+CONFIDENT = 0.9  # probability of a name: a wrong one is then a grave error
+COVERED = 1.96  # standard deviations: half of an interval of 95 %
+CLOSE = 0.1  # relative error of a parameter that counts as right
+NUMERICS = ("regularisation", "phase", "side")  # what is no measure of the effect, or each recording's own
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """One case: what was hidden (``truth``) and what was ``named``, most important first, each "kind place".
+
+    ``first``: whether the answer is right; ``listed``: whether the truth is named or among the alternatives;
+    ``confidently_wrong``: whether a wrong name has a probability of 0.9 or more. ``probabilities`` of the findings,
+    each with whether it is right. ``within`` and ``covered``: for each parameter of the right names whether it is close
+    (10 % or two standard deviations), and within its interval of 95 %. ``over_floor``: NRMSE of the extended model's
+    forecast over the noise floor; ``seconds`` that the diagnosis took.
+    """
+
+    truth: tuple[str, ...]
+    named: tuple[str, ...]
+    verdict: Verdict
+    first: bool
+    listed: bool
+    confidently_wrong: bool
+    probabilities: tuple[tuple[float, bool], ...]
+    within: tuple[bool, ...]
+    covered: tuple[bool, ...]
+    over_floor: float
+    seconds: float
+
+    @property
+    def is_immaterial(self) -> bool:
+        """Whether something was hidden that forecasts do not need, alone or beside what was named: what the report's
+        rules ask not to be named.
+        """
+        if self.verdict is Verdict.NOTHING_WRONG:
+            return bool(self.truth) and self.over_floor <= 1 + MATERIAL
+        beside = bool(self.named) and set(self.named) < set(self.truth)
+        return beside and self.verdict is Verdict.EXPLAINED and self.over_floor <= 1 + BESIDE
+
+
+def key_of(cause: Cause) -> str:
+    """Return kind and place of a cause as one word."""
+    return f"{cause.kind} {cause.location}"
+
+
+def judge(case: BlindCase, found: Diagnosis) -> Judgement:
+    """Return the judgement of a diagnosis."""
+    truth = tuple(key_of(cause) for cause in case.truth)
+    named = tuple(key_of(finding.cause) for finding in found.findings)
+    listed = set(named)
+    for finding in found.findings:
+        listed |= {f"{item.kind} {item.location}" for item in finding.alternatives}
+    right = [finding for finding in found.findings if key_of(finding.cause) in truth]
+    wrong = [finding for finding in found.findings if key_of(finding.cause) not in truth]
+    marks = [mark for finding in right for mark in _marks(finding, case)]
+    if case.outside:
+        first = found.verdict.is_wanting
+    elif not truth:
+        first = found.verdict is Verdict.NOTHING_WRONG
+    elif len(truth) == 1:
+        first = named[:1] == truth
+    else:
+        first = set(named) == set(truth)
+    return Judgement(
+        truth + case.outside,
+        named,
+        found.verdict,
+        first,
+        first or (bool(truth) and set(truth) <= listed),
+        any(finding.probability >= CONFIDENT for finding in wrong),
+        tuple((finding.probability, key_of(finding.cause) in truth) for finding in found.findings),
+        tuple(within for within, _ in marks),
+        tuple(covered for _, covered in marks),
+        float(found.scores["extended"]["measured"] or 0.0) / found.noise_floor,
+        found.seconds,
+    )
+
+
+def _marks(finding: Finding, case: BlindCase) -> list[tuple[bool, bool]]:
+    truth = next(cause for cause in case.truth if key_of(cause) == key_of(finding.cause))
+    marks = []
+    for word, value in truth.parameters.items():
+        if word not in NUMERICS and isinstance(value, float) and finding.parameters[word].std > 0:
+            item = finding.parameters[word]
+            error = abs(item.value - value)
+            marks.append((error <= max(CLOSE * abs(value), 2 * item.std), error <= COVERED * item.std))
+    return marks

@@ -1,0 +1,175 @@
+"""How often a diagnosis is right over many blind cases, each rate with its aim and its peers'."""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from math import sqrt
+from statistics import median
+
+from benchmarks.blind.cases import BlindResult
+from benchmarks.peers.answer import PeerMark
+
+NORMAL = 1.96  # standard deviations that hold 95 %
+FLOOR_AIMS = (1.05, 1.15)  # extended forecast over noise floor: with an exact nominal model, with one that is off
+SENSOR_KINDS = ("sensor_gain", "sensor_delay", "sensor_drift", "time_integration")  # no forces on the structure
+
+
+@dataclass(frozen=True)
+class Share:
+    """``hits`` of ``count`` cases."""
+
+    hits: int
+    count: int
+
+    @property
+    def value(self) -> float | None:
+        """The share, None of nothing."""
+        return self.hits / self.count if self.count else None
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Wilson's 95 % interval of the true rate (Journal of the American Statistical Association 22, 1927)."""
+        if not self.count:
+            return 0.0, 1.0
+        n, p = self.count, self.hits / self.count
+        middle = (p + NORMAL**2 / (2 * n)) / (1 + NORMAL**2 / n)
+        half = NORMAL / (1 + NORMAL**2 / n) * sqrt(p * (1 - p) / n + NORMAL**2 / (4 * n**2))
+        return max(0.0, middle - half), min(1.0, middle + half)
+
+    def __str__(self) -> str:
+        return "-" if not self.count else f"{100 * self.hits / self.count:.0f} % ({self.hits}/{self.count})"
+
+
+@dataclass(frozen=True)
+class Rate:
+    """One line: ``what`` was ``measured``, as a share or a plain number, its ``aim``, and the ``peers``' (peer,)."""
+
+    what: str
+    measured: Share | float
+    aim: str = ""
+    peers: tuple[Share | float | None, ...] = ()
+
+    def as_json(self, names: Sequence[str]) -> dict[str, object]:
+        """Return the line for a JSON file; ``names`` of the peers."""
+        return {
+            "what": self.what,
+            **_plain(self.measured),
+            "aim": self.aim,
+            "peers": {
+                name: None if value is None else _plain(value) for name, value in zip(names, self.peers, strict=False)
+            },
+        }
+
+
+def share(marks: Iterable[bool]) -> Share:
+    """Return how many of the marks are true."""
+    all_marks = [bool(mark) for mark in marks]
+    return Share(sum(all_marks), len(all_marks))
+
+
+def rates(results: Sequence[BlindResult], off: bool) -> list[Rate]:
+    """Return every rate; ``off``: whether the nominal models were off by their uncertainty, with aims of its own."""
+    names = peer_names(results)
+    single = [r for r in results if r.is_single]
+    clean, outside = [r for r in results if r.is_clean], [r for r in results if r.is_outside]
+    pairs, known = [r for r in results if r.is_pair], [r for r in results if not r.is_outside]
+
+    def aim(exact: str, otherwise: str) -> str:
+        return otherwise if off else exact
+
+    def line(
+        what: str,
+        chosen: Sequence[BlindResult],
+        own: Callable[[BlindResult], bool],
+        target: str,
+        peer: Callable[[PeerMark], bool] | None = None,
+    ) -> Rate:
+        others = [None if peer is None else share(peer(r.peers[name]) for r in chosen) for name in names]
+        return Rate(what, share(own(r) for r in chosen), target, tuple(others))
+
+    limit = FLOOR_AIMS[off]
+    felt, both = ([r for r in group if not r.judgement.is_immaterial] for group in (single, pairs))
+    forces = [r for r in single if r.task.hidden not in SENSOR_KINDS]
+    found = [
+        line("kind and place right, first", single, lambda r: r.judgement.first, aim(">= 99 %", ">= 95 %"), _first),
+        line("the same, of what forecasts to 5 % of the floor need", felt, lambda r: r.judgement.first, ""),
+        line("the same, of causes that are forces", forces, lambda r: r.judgement.first, "", _first),
+        line("first or among the alternatives", single, lambda r: r.judgement.listed, aim("100 %", ">= 99 %")),
+        line("two at once: both found", pairs, lambda r: r.judgement.first, aim(">= 90 %", ">= 80 %"), _first),
+        line("the same, where forecasts to 1 % of the floor need both", both, lambda r: r.judgement.first, ""),
+        Rate(
+            "wrong name at >= 0.9",
+            share(r.judgement.confidently_wrong for r in results),
+            aim("0", "<= 1 %"),
+            tuple(_confidently_wrong([r.peers[name] for r in results]) for name in names),
+        ),
+        line("clean case called wrong", clean, lambda r: not r.judgement.first, aim("<= 1 %", "<= 2 %"), _not_first),
+        line(
+            "outside the list: said so, nothing named at >= 0.9",
+            outside,
+            lambda r: r.judgement.first and not r.judgement.confidently_wrong,
+            aim(">= 98 %", ">= 95 %"),
+            _first,
+        ),
+        Rate(
+            "parameters within 10 % or two standard deviations",
+            share(mark for r in results for mark in r.judgement.within),
+            aim(">= 98 %", ">= 95 %"),
+        ),
+        Rate("95 % intervals cover", share(mark for r in results for mark in r.judgement.covered), "92-98 %"),
+        line(
+            f"extended forecast within {limit} of the noise floor", known, lambda r: r.judgement.over_floor <= limit, ""
+        ),
+    ]
+    if known:
+        middle = median(r.judgement.over_floor for r in known)
+        found.append(Rate("extended forecast / noise floor, median", middle, f"<= {limit}"))
+    limit_s = "< 180" if any(r.task.config.structure == "bridge" for r in results) else "< 30"
+    times = [[r.judgement.seconds for r in results], *([r.peers[name].seconds for r in results] for name in names)]
+    for what, of, target in (("seconds, median", median, ""), ("seconds, worst", max, limit_s)):
+        own, *others = (float(of(column)) for column in times)
+        found.append(Rate(what, own, target, tuple(others)))
+    return [rate for rate in found if not isinstance(rate.measured, Share) or rate.measured.count]
+
+
+def peer_names(results: Sequence[BlindResult]) -> tuple[str, ...]:
+    """Return the peers that answered in every result."""
+    return tuple(name for name in results[0].peers if all(name in r.peers for r in results)) if results else ()
+
+
+def table(found: Sequence[Rate], names: Sequence[str]) -> str:
+    """Return the rates as a table in Markdown; ``names`` of the peers."""
+    heads = ["", "diagnosis", "95 % interval", "aim", *names]
+    lines = ["| " + " | ".join(heads) + " |", "|" + "---|" * len(heads)]
+    for rate in found:
+        span = ""
+        if isinstance(rate.measured, Share):
+            low, high = rate.measured.interval
+            span = f"{100 * low:.0f}-{100 * high:.0f} %"
+        others = [*rate.peers, *[None] * (len(names) - len(rate.peers))]
+        lines.append("| " + " | ".join([rate.what, _cell(rate.measured), span, rate.aim, *map(_cell, others)]) + " |")
+    return "\n".join(lines)
+
+
+def _first(mark: PeerMark) -> bool:
+    return mark.first
+
+
+def _confidently_wrong(marks: Sequence[PeerMark]) -> Share | None:
+    """Return how often a peer is, None where it gives no probabilities."""
+    if all(mark.answer.probability is None for mark in marks):
+        return None
+    return share(mark.confidently_wrong for mark in marks)
+
+
+def _not_first(mark: PeerMark) -> bool:
+    return not mark.first
+
+
+def _cell(value: Share | float | None) -> str:
+    return "" if value is None else str(value) if isinstance(value, Share) else f"{value:.4g}"
+
+
+def _plain(value: Share | float) -> dict[str, object]:
+    if isinstance(value, Share):
+        return {"value": value.value, "hits": value.hits, "count": value.count, "interval": value.interval}
+    return {"value": value}

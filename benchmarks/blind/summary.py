@@ -1,0 +1,55 @@
+"""All that a run of blind cases found, as text and as JSON."""
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from math import isfinite
+from typing import Any
+
+from benchmarks.blind.cases import BlindResult
+from benchmarks.blind.confusion import confusion
+from benchmarks.blind.confusion import text as confusion_text
+from benchmarks.blind.rates import peer_names, rates, table
+from benchmarks.blind.reliability import calibration
+from benchmarks.blind.reliability import text as calibration_text
+
+
+def text(results: Sequence[BlindResult], off: bool) -> str:
+    """Return table, confusion matrix, calibration curve and every miss."""
+    missed = [result.line for result in results if not result.judgement.first]
+    return "\n\n".join(
+        [
+            table(rates(results, off), peer_names(results)),
+            confusion_text(confusion(results)),
+            calibration_text(calibration(results)),
+            "\n".join(["missed:", *missed]) if missed else "missed: none",
+        ]
+    )
+
+
+def content(results: Sequence[BlindResult], off: bool) -> dict[str, Any]:
+    """Return the same for a JSON file, and every case."""
+    names, matrix = peer_names(results), confusion(results)
+    return {
+        "schema": 1,
+        "off": off,
+        "rates": [rate.as_json(names) for rate in rates(results, off)],
+        "confusion": {"hidden": matrix.hidden, "named": matrix.named, "counts": matrix.counts.tolist()},
+        "calibration": [asdict(item) for item in calibration(results)],
+        "cases": [case_content(result) for result in results],
+    }
+
+
+def case_content(result: BlindResult) -> dict[str, Any]:
+    """Return one case for a JSON file."""
+    found = result.judgement
+    floor = found.over_floor if isfinite(found.over_floor) else None
+    own = asdict(found) | {"verdict": found.verdict.value, "over_floor": floor}
+    config = result.task.config
+    return {
+        "seed": result.task.seed,
+        "hidden": result.task.hidden,
+        "noise": config.noise,
+        "size": config.size,
+        **own,
+        "peers": {name: asdict(mark) for name, mark in result.peers.items()},
+    }

@@ -1,0 +1,30 @@
+"""Blind cases: an effect hidden in simulated recordings, drawn from a seed; the truth is kept apart.
+
+The recordings come from a simulation finer than the diagnosis' own and, where asked for, of a structure that is off by
+what its user considers normal everywhere at once. Outside of the list of causes are `OUTSIDE`: a hysteretic spring
+(Bouc and Wen) and a stiffness that drifts during each recording.
+"""
+
+from benchmarks.blind_cases.bridge import bridge_case
+from benchmarks.blind_cases.case import BRIDGE_KINDS, KINDS, OUTSIDE, BlindCase, BlindConfig, Noisy, check_config
+from benchmarks.blind_cases.chain import SENSORS, chain_case
+from benchmarks.blind_cases.saving import save_case
+
+__all__ = [
+    "BRIDGE_KINDS",
+    "KINDS",
+    "OUTSIDE",
+    "SENSORS",
+    "BlindCase",
+    "BlindConfig",
+    "Noisy",
+    "blind_case",
+    "save_case",
+]
+
+
+def blind_case(seed: int, config: BlindConfig | None = None) -> BlindCase:
+    """Return the case of a seed: everything random in it comes from there."""
+    config = config or BlindConfig()
+    check_config(config)
+    return bridge_case(seed, config) if config.structure == "bridge" else chain_case(seed, config)

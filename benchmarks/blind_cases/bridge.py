@@ -1,0 +1,92 @@
+"""Blind cases of the cable-stayed bridge: recordings of its free decay after a weight on the deck is cut loose."""
+
+import numpy as np
+
+from benchmarks.blind_cases.bridge_draw import SPAN, draw_cause, draw_outside
+from benchmarks.blind_cases.bridge_scene import Scene, free_motion
+from benchmarks.blind_cases.bridge_truth import (
+    OUTPUT_RATE,
+    SCATTER,
+    SCATTER_OFF,
+    Start,
+    Truth,
+    modal_state,
+    motion_at,
+    off_by_uncertainty,
+    scattered,
+)
+from benchmarks.blind_cases.case import BlindCase, BlindConfig, as_recorded, sensors_of
+from fe_models.arrays import FloatArray
+from fe_models.assembly import linearise
+from fe_models.bridge import bridge
+from fe_models.effects import Cause, Effect
+from fe_models.errors import InputError
+from fe_models.files.bridge_recordings import LOWPASS, bridge_sensors
+from fe_models.measurement import lowpassed
+from fe_models.modes import natural_modes
+from fe_models.recordings import Sensor, Uncertainty
+
+SENSORS = bridge_sensors("A2", "m/s^2")
+WEIGHTS = (1.0, 3.0)  # N: 3 N at mid-span are 2 mm
+LIVELINESS = 0.5  # m kg^0.5 / s^2, rms: acceleration of each mode on top of what the weights bring
+MOVING = 10  # modes below the low-pass
+LATEST = 5  # samples before and after each recording that a late or early sensor may show
+MARGIN = 0.3  # s before and after each recording, which the ends of the low-pass filter spoil
+
+
+def bridge_case(seed: int, config: BlindConfig) -> BlindCase:
+    """Return the case of a seed: everything random in it comes from there."""
+    campaign = config.campaign
+    if OUTPUT_RATE % campaign.sampling_rate:
+        raise InputError(f"sampling_rate = {campaign.sampling_rate:g} Hz; expected a divisor of {OUTPUT_RATE:g} Hz")
+    rng = np.random.default_rng(seed)
+    design = bridge()
+    sensors = sensors_of(SENSORS, config, rng)
+    starts, scene = _calm(config, sensors, rng)
+    causes: list[Cause] = []
+    for kind in config.hidden:
+        cause = draw_cause(kind, scene, rng, config.size)
+        while any(cause.location == other.location and cause.kind == other.kind for other in causes):
+            cause = draw_cause(kind, scene, rng, config.size)
+        causes.append(cause)
+    more = tuple(draw_outside(kind, scene, rng, config.size, campaign.duration) for kind in config.outside)
+    lasting, effects = (
+        tuple(cause for cause in some if isinstance(cause, Effect)) for some in (config.lasting(causes), causes)
+    )
+    built, ratios = design.without_prestress(), np.ones(len(scene.modal.omega))
+    if config.off:
+        built = off_by_uncertainty(built, rng)
+        ratios = 1 + Uncertainty().damping * rng.standard_normal(len(ratios))
+    if config.rich:
+        built = scattered(built, SCATTER_OFF if config.off else SCATTER, rng)
+
+    def recorded(which: slice, changed: bool) -> FloatArray:
+        truth = Truth(built.with_effects(*(effects if changed else lasting)), ratios, config.rich, config.step)
+        shown = motion_at(truth, starts[which], sensors, campaign.duration, MARGIN, more if changed else (), LOWPASS)
+        every = round(OUTPUT_RATE / campaign.sampling_rate)
+        first = round(MARGIN * OUTPUT_RATE) - LATEST * every
+        filtered = np.stack([lowpassed(part, OUTPUT_RATE, LOWPASS) for part in shown])
+        return filtered[:, first::every][:, : campaign.samples + 2 * LATEST]
+
+    clean = recorded(slice(config.changed, None), changed=True)
+    if config.changed:
+        clean = np.concatenate([recorded(slice(config.changed), changed=False), clean])
+    return as_recorded(design, sensors, clean, tuple(causes), config, rng, LOWPASS, LATEST)
+
+
+def _calm(
+    config: BlindConfig, sensors: tuple[Sensor, ...], rng: np.random.Generator
+) -> tuple[tuple[Start, ...], Scene]:
+    """Return how each recording begins, and the drawn bridge moving so."""
+    design = bridge().without_prestress()
+    model = linearise(design)
+    modal = natural_modes(model, model.mass.shape[0])
+    starts = []
+    for _ in range(config.campaign.count):
+        nodes = rng.choice(SPAN, size=int(rng.integers(1, 3)), replace=False)
+        weights = tuple((int(node), float(rng.uniform(*WEIGHTS))) for node in nodes)
+        starts.append(Start(weights, LIVELINESS / modal.omega[:MOVING] * rng.standard_normal(MOVING)))
+    states = [modal_state(modal, start, LOWPASS) for start in starts]
+    q, p = (np.stack(part, axis=-1)[:MOVING] for part in zip(*states, strict=True))
+    time = np.arange(config.campaign.samples) / config.campaign.sampling_rate
+    return tuple(starts), Scene(design, model, modal, free_motion(modal, q, p, time), sensors)

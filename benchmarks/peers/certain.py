@@ -1,0 +1,63 @@
+"""What the peers share: recordings, noise and candidates as the diagnosis takes them, the nominal model held fixed."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fe_models.arrays import FloatArray
+from fe_models.errors import raise_faults
+from fe_models.recordings import Dataset
+from hybrid.diagnosis.causes.candidate import Candidate
+from hybrid.diagnosis.causes.candidates import all_candidates
+from hybrid.diagnosis.causes.places import Motion
+from hybrid.diagnosis.contest.growing import Lengths, lengths_of
+from hybrid.diagnosis.fitting.driven import states_along
+from hybrid.diagnosis.fitting.fitting import Fit, fit
+from hybrid.diagnosis.nominal.lowpass import noise_is_lowpassed
+from hybrid.diagnosis.nominal.plant import CERTAIN, plant_of
+from hybrid.diagnosis.recorded.filtered_ends import without_ringing_ends
+from hybrid.diagnosis.recorded.gauge import Gauge
+from hybrid.diagnosis.recorded.noise import noise_of_recordings, structure_band
+from hybrid.diagnosis.recorded.records import batches_of, columns_of, measured_columns
+from hybrid.diagnosis.response.hypothesis import Hypothesis
+
+
+@dataclass(frozen=True)
+class Certain:
+    """The ``nominal`` model, the recordings in ``lengths``, its fit of the ``short`` ones, and all ``candidates``."""
+
+    nominal: Hypothesis
+    gauge: Gauge
+    lengths: Lengths
+    short: Fit
+    candidates: tuple[Candidate, ...]
+
+    @property
+    def matrices(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """M, C, K (coordinate, coordinate) of the nominal model, and the shapes (dof, coordinate) it moves in."""
+        reduced = self.nominal.reduced(self.nominal.centre[None])
+        return reduced.mass[0], reduced.damping[0], reduced.stiffness[0], reduced.shapes[0]
+
+
+def certain_of(dataset: Dataset) -> Certain:
+    """Return what a peer starts from; every factor of the nominal model is certain."""
+    dataset, _ = without_ringing_ends(dataset)
+    plant, modal = plant_of(dataset), dataset.assumptions.modal_model
+    refused = {
+        "recordings name loads: the peers take free vibrations only; leave them out": bool(plant.loaded),
+        "[simulation] modal_model: the peers know the structure only; leave it out": modal is not None,
+    }
+    raise_faults(fault for fault, given in refused.items() if given)
+    plant = replace(plant, spread=np.full_like(plant.spread, CERTAIN))
+    measured = measured_columns(dataset)
+    batches = columns_of(batches_of(dataset, "train"), measured)
+    rate = dataset.sampling_rate
+    sensors = tuple(dataset.sensors[column] for column in measured)
+    band = structure_band(plant, rate, dataset.lowpass, white=not noise_is_lowpassed(dataset))
+    gauge = Gauge(sensors, rate, noise_of_recordings(batches, rate, band))
+    nominal = Hypothesis(plant)
+    lengths = lengths_of(batches, nominal.states)
+    short = fit(nominal, nominal.centre, lengths.cut[0], gauge)
+    assert short is not None  # a linear system always answers
+    motion = Motion.of_states(states_along(short, gauge), plant)
+    return Certain(nominal, gauge, lengths, short, all_candidates(plant, dataset, motion, measured))

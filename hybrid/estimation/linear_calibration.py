@@ -1,0 +1,156 @@
+"""Linear calibration: the learned linear rest by separable least squares, in seconds.
+
+For given Lambda, Gamma and rest the channels are linear in a window's initial state, so that state is solved for and
+projected out (variable projection, Golub & Pereyra 1973); only the rest is searched, by L-BFGS. The windows grow from a
+tenth of the whole: over a short window a frequency that is far off still has the right phase, so the search
+does not get caught in a wrong minimum.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from math import inf
+
+import torch
+from torch import Tensor
+
+from fe_models.arrays import FloatArray
+from fe_models.linear import ModalModel
+from fe_models.recordings import Sensor, of_each_quantity
+from hybrid.estimation.linear_form import ConnectorForm, ModalForm
+from hybrid.neural_modal_ode.connectors import Connectors
+from hybrid.neural_modal_ode.decoder import sensor_shapes
+from hybrid.progress import nothing
+
+GROWTH = (0.1, 0.2, 0.4, 1.0)  # of the whole window, one after the other
+SHORTEST = 20  # samples; shorter windows tell little but noise
+NO_LONGER_LINEAR = 1.5  # times the share that the shortest windows leave: longer ones need more than a linear model
+ITERATIONS = 100  # of L-BFGS at each length; the bridge needs 30 to 80
+RIDGE = (
+    1e-4  # on the initial state, relative to its mean normal-matrix entry: modes the sensors do not see stay at rest
+)
+SHRINKAGE = 0.02  # of the error covariance towards a multiple of the identity: it is estimated from few windows
+QUIET = 0.05  # of the rms of all windows: added to a window's own rms, so that noise in quiet windows does not count
+
+
+@dataclass(frozen=True)
+class LinearFit:
+    """A learned linear ``rest``, as `Observer.rates` takes it.
+
+    ``unexplained``: the share of the windows' energy that it leaves; ``samples``: the length of the windows fitted.
+    """
+
+    rest: FloatArray
+    unexplained: float
+    samples: int
+
+
+class Observer:
+    """What the sensors see of the linear model: x_k = C exp(A k h) z in the state z = [omega q, q']."""
+
+    def __init__(
+        self,
+        modal: ModalModel,
+        sensors: Sequence[Sensor],
+        step: float,
+        connectors: Connectors | None = None,
+        damping: FloatArray | None = None,
+    ) -> None:
+        self.omega = torch.tensor(modal.omega, dtype=torch.float64)  # (mode,)
+        shapes = torch.tensor(sensor_shapes(modal, sensors), dtype=torch.float64)  # (sensor, mode)
+        picks = torch.tensor(of_each_quantity(sensors))
+        self.shapes = shapes[None] * picks[:, :, None]  # (quantity, sensor, mode)
+        self.step = step
+        self.form = ModalForm(modal) if connectors is None else ConnectorForm(modal, connectors, damping)
+
+    def rates(self, rest: Tensor) -> tuple[Tensor, Tensor]:
+        """Return d q'/dt as matrices on omega q and on q', each (mode, mode), for a ``rest`` of the observer's form."""
+        return self.form.rates(rest)
+
+    def matrix(self, rest: Tensor, samples: int) -> Tensor:
+        """Return the observability matrix (time, sensor, 2 mode)."""
+        stiffness, damping = self.rates(rest)
+        upper = torch.cat([torch.zeros_like(stiffness), torch.diag(self.omega)], dim=1)
+        lower = torch.cat([stiffness, damping], dim=1)  # (mode, 2 mode)
+        displacement, velocity, acceleration = self.shapes
+        seen = torch.cat([displacement / self.omega, velocity], dim=1) + acceleration @ lower  # (sensor, 2 mode)
+        power = torch.matrix_exp(torch.cat([upper, lower]) * self.step)
+        rows = seen[None]
+        while len(rows) < samples:  # doubling: log2(samples) products instead of samples
+            rows = torch.cat([rows, rows @ power])
+            power = power @ power
+        return rows[:samples]
+
+
+def smooth(observability: Tensor, windows: Tensor, ridge: float = RIDGE) -> tuple[Tensor, Tensor]:
+    """Return least-squares states (window, 2 mode) and the fitted windows, for (time, sensor, state) and windows."""
+    X = observability.flatten(0, 1)  # (time * sensor, state)
+    normal = X.T @ X
+    normal = normal + ridge * normal.diagonal().mean() * torch.eye(len(normal), dtype=X.dtype)
+    states = torch.linalg.solve(normal, X.T @ windows.flatten(1).T).T  # (window, state)
+    return states, (states @ X.T).reshape(windows.shape)
+
+
+def fit_linear_rest(observer: Observer, windows: Tensor, advance: Callable[[], object] = nothing) -> LinearFit:
+    """Return the linear model that explains ``windows`` (window, time, sensor) best.
+
+    ``advance`` is called after each of the `GROWTH` lengths, to show progress.
+    """
+    rms = windows.square().mean(dim=(1, 2), keepdim=True).sqrt()
+    weighted = windows / (rms + QUIET * windows.square().mean().sqrt())
+    fits: list[LinearFit] = []
+    for fraction in GROWTH:
+        part = weighted[:, : max(round(fraction * windows.shape[1]), SHORTEST)]
+        start = torch.tensor(fits[-1].rest) if fits else observer.form.start()
+        fits.append(_fit(observer, part, start))
+        advance()
+        if observer.form.is_exact and fits[-1].unexplained > NO_LONGER_LINEAR * fits[0].unexplained:
+            return fits[-2]
+    return fits[-1]
+
+
+def as_modelled(observer: Observer, windows: Tensor) -> LinearFit:
+    """Return the linear model as it is known before any learning, and what it leaves of the shortest windows."""
+    rest = observer.form.start()
+    short = windows[:, : max(round(GROWTH[0] * windows.shape[1]), SHORTEST)]
+    _, fitted = smooth(observer.matrix(rest, short.shape[1]), short)
+    share = (fitted - short).square().mean() / short.square().mean()
+    return LinearFit(rest.numpy(), share.item(), short.shape[1])
+
+
+def _fit(observer: Observer, windows: Tensor, start: Tensor) -> LinearFit:
+    """Return the best linear model of windows of one length, searched from ``start``."""
+    rest = start.clone().requires_grad_(True)
+    best, least = LinearFit(start.numpy(), 1.0, windows.shape[1]), inf
+    optimiser = torch.optim.LBFGS(
+        [rest], max_iter=ITERATIONS, history_size=30, line_search_fn="strong_wolfe", tolerance_change=1e-7
+    )
+
+    def loss() -> Tensor:
+        nonlocal best, least
+        optimiser.zero_grad()
+        _, fitted = smooth(observer.matrix(rest, windows.shape[1]), windows)
+        share = (fitted - windows).square().mean() / windows.square().mean()
+        total = share + observer.form.penalty(rest)
+        total.backward()
+        if total.item() < least:  # the line search may end at a worse point, or where numbers overflow
+            best, least = LinearFit(rest.detach().clone().numpy(), share.item(), windows.shape[1]), total.item()
+        return total
+
+    optimiser.step(loss)
+    return best
+
+
+def initial_state_estimator(observability: Tensor, windows: Tensor, samples: int) -> Tensor:
+    """Return W (2 mode, time * sensor): the most probable z0 given a window's first ``samples``, W x.
+
+    z0 ~ N(0, P) and x = O z0 + e with e ~ N(0, R) give W = P O^T (O P O^T + R)^-1. P and R are those of the windows,
+    smoothed over six times as many samples: long enough to know z0 well, short enough for a linear model to hold.
+    """
+    span = min(6 * samples, windows.shape[1])
+    states, fitted = smooth(observability[:span], windows[:, :span])
+    error = (windows[:, :samples] - fitted[:, :samples]).flatten(1)  # (window, time * sensor)
+    P = states.T @ states / len(states)
+    R = error.T @ error / len(error)
+    R = R + SHRINKAGE * R.diagonal().mean() * torch.eye(len(R), dtype=R.dtype)
+    X = observability[:samples].flatten(0, 1)  # (time * sensor, 2 mode)
+    return P @ X.T @ torch.linalg.inv(X @ P @ X.T + R)

@@ -1,0 +1,139 @@
+"""The most probable initial state given a window's samples, and how sure it is: Gauss-Newton through the latent ODE.
+
+    z0 minimises |(x - x(z0)) / std|^2 / 2 + z0^T P^-1 z0 / 2,   cov(z0) = (J^T J / std^2 + P^-1)^-1  (Laplace)
+
+with J = dx/dz0 exact. Where the model is linear this is the Kalman smoother's answer; where it is not, the posterior
+follows the learned forces, which no linear encoder can. Each window has its own damping (Levenberg & Marquardt).
+"""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import torch
+from torch import Tensor, nn
+
+from hybrid.estimation.linearised import linearise, sensitivities
+from hybrid.neural_modal_ode.integrators import propagate
+
+if TYPE_CHECKING:
+    from hybrid.neural_modal_ode.model import NeuralModalODE
+
+LARGEST_STEP = 2.0  # in scaled states, which are near one: keeps the search where the forces are known
+ITERATIONS = 10  # from nothing
+FEW_ITERATIONS = 4  # from a state that is nearly right
+FIRST_DAMPING = 1e-3  # of the diagonal of the normal matrix
+LOOSER, TIGHTER = 0.2, 8.0  # what a success and a failure make of the damping
+GROWTH = 3.0  # of the span of samples, one search after the other: a state from few samples starts that from more
+WINDOWS = 25  # at a time: what one batch needs stays in the processor's cache
+
+
+class StatePrior(nn.Module):
+    """What is known before: z0 ~ N(0, P) with ``precision`` P^-1 (2 mode, 2 mode), and the sensors' noise.
+
+    ``noise_std`` (measured,): standard deviation of each measured channel, in its unit.
+    """
+
+    def __init__(self, precision: Tensor, noise_std: Tensor) -> None:
+        super().__init__()
+        self.precision: Tensor
+        self.noise_std: Tensor
+        self.register_buffer("precision", precision.to(torch.get_default_dtype()))
+        self.register_buffer("noise_std", noise_std.to(torch.get_default_dtype()))
+
+
+@dataclass(frozen=True)
+class StateEstimate:
+    """``mean`` (batch, 2 mode) and ``covariance`` (batch, 2 mode, 2 mode) of z0, scaled, and the ``misfit`` (batch,).
+
+    The misfit is what is minimised: minus the logarithm of the posterior, without its constant.
+    """
+
+    mean: Tensor
+    covariance: Tensor
+    misfit: Tensor
+
+
+def smooth_state(model: "NeuralModalODE", prior: StatePrior, windows: Tensor) -> StateEstimate:
+    """Return the posterior given whole windows (batch, time, sensor), however long: the span of samples grows."""
+    parts = []
+    for batch in windows.split(WINDOWS):
+        span = model.config.encoder_samples
+        estimate = estimate_state(model, prior, batch[:, :span])
+        while span < windows.shape[1]:
+            span = round(GROWTH * span)
+            estimate = estimate_state(model, prior, batch[:, :span], estimate.mean, FEW_ITERATIONS)
+        parts.append(estimate)
+    return StateEstimate(*(torch.cat([getattr(part, name) for part in parts]) for name in vars(parts[0])))
+
+
+@torch.no_grad()
+def estimate_state(
+    model: "NeuralModalODE",
+    prior: StatePrior,
+    windows: Tensor,
+    start: Tensor | None = None,
+    iterations: int = ITERATIONS,
+) -> StateEstimate:
+    """Return the posterior of the initial state given all samples of ``windows`` (batch, time, sensor).
+
+    Only measured channels are read. ``start`` (batch, 2 mode): where the search begins; left out: at rest.
+    """
+    seen = windows[:, :, model.measured].transpose(0, 1)  # (time, batch, measured)
+    z0 = windows.new_zeros(len(windows), len(prior.precision)) if start is None else start
+    states = trajectory(model, z0, len(seen))
+    misfit, residual = misfits(model, prior, states, seen)
+    damping = torch.full_like(misfit, FIRST_DAMPING)
+    for _ in range(iterations):
+        J = channel_slopes(model, prior, states)  # (batch, 2 mode, time * measured)
+        normal = J @ J.transpose(1, 2) + prior.precision  # (batch, 2 mode, 2 mode)
+        downhill = (J @ residual[..., None])[..., 0] - z0 @ prior.precision
+        damped = normal + torch.diag_embed(damping[:, None] * normal.diagonal(dim1=1, dim2=2))
+        move = torch.linalg.solve_ex(damped, downhill)[0]
+        move = move * (LARGEST_STEP / move.norm(dim=1, keepdim=True)).clamp(max=1.0)
+        tried = trajectory(model, z0 + move, len(seen))
+        tried_misfit, tried_residual = misfits(model, prior, tried, seen)
+        better = tried_misfit <= misfit  # (batch,); false where numbers overflow
+        z0 = torch.where(better[:, None], z0 + move, z0)
+        states = torch.where(better[:, None], tried, states)
+        residual = torch.where(better[:, None], tried_residual, residual)
+        misfit = torch.where(better, tried_misfit, misfit)
+        damping = damping * torch.where(better, LOOSER, TIGHTER)
+    J = channel_slopes(model, prior, states)
+    return StateEstimate(z0, torch.linalg.inv(J @ J.transpose(1, 2) + prior.precision), misfit)
+
+
+def trajectory(model: "NeuralModalODE", z0: Tensor, samples: int) -> Tensor:
+    """Return the states at every substep (substep, batch, 2 mode)."""
+    every = model.substeps
+    states = propagate(model.dynamics, z0, (samples - 1) * every + 1, model.step / every)
+    return states.transpose(0, 1).contiguous()
+
+
+def misfits(model: "NeuralModalODE", prior: StatePrior, states: Tensor, seen: Tensor) -> tuple[Tensor, Tensor]:
+    """Return the misfit (batch,) and the channels' misfits in noise standard deviations (batch, time * measured).
+
+    ``states`` (substep, batch, 2 mode), ``seen`` (time, batch, measured).
+    """
+    at_samples = states[:: model.substeps]
+    channels = model.decode(at_samples, model.dynamics.force(at_samples))[..., model.measured]
+    residual = ((seen - channels) / prior.noise_std).transpose(0, 1).flatten(1)
+    z0 = states[0]
+    return 0.5 * (residual.square().sum(dim=1) + ((z0 @ prior.precision) * z0).sum(dim=1)), residual
+
+
+def channel_slopes(model: "NeuralModalODE", prior: StatePrior, states: Tensor) -> Tensor:
+    """Return d channels / dz_0 in noise standard deviations (batch, 2 mode, time * measured), along ``states``."""
+    every = model.substeps
+    linearised = linearise(model.dynamics, states, model.step / every)
+    S = sensitivities(linearised)[::every]  # (time, batch, 2 mode, 2 mode)
+    by_state, by_force = observation(model, prior)
+    seen = S @ by_state + (S @ linearised.slopes[::every]) @ by_force  # (time, batch, 2 mode, measured)
+    return seen.permute(1, 2, 0, 3).flatten(2)
+
+
+def observation(model: "NeuralModalODE", prior: StatePrior) -> tuple[Tensor, Tensor]:
+    """Return d channels / dz (2 mode, measured) and d channels / d force (mode, measured), in noise deviations."""
+    modes = model.dynamics.modes
+    unit = torch.eye(3 * modes, dtype=prior.precision.dtype, device=prior.precision.device)
+    channels = model.decode(unit[:, : 2 * modes], unit[:, 2 * modes :])[:, model.measured] / prior.noise_std
+    return channels[: 2 * modes], channels[2 * modes :]

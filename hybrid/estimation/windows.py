@@ -1,0 +1,78 @@
+"""Windows: the stretches of a recording that are forecast from their first samples."""
+
+from collections.abc import Sequence
+from typing import Literal
+
+import numpy as np
+
+from fe_models.arrays import BoolArray, FloatArray
+from fe_models.errors import InputError
+from fe_models.recordings import Dataset, Recording
+
+
+def cut(recording: Recording, length: int, stride: int) -> FloatArray:
+    """Return the windows (window, time, sensor) of ``length`` samples that start every ``stride`` samples.
+
+    Windows in which a channel is constant (silence before a trigger, say) tell nothing and are passed over;
+    `InputError` where none remains.
+    """
+    windows = _stretches(recording.data, length, stride)
+    alive = _alive(windows)
+    if not alive.any():
+        raise InputError(
+            f"recording {recording.name!r}: in every window of {length} samples some channel is constant;"
+            " leave the recording or the channel out"
+        )
+    return windows[alive]
+
+
+def cut_field(field: FloatArray, recording: Recording, length: int, stride: int) -> FloatArray:
+    """Return the windows (window, time, dof) of a field (time, dof) where `cut` has those of the recording.
+
+    The field is that of the recording's first realisation, whose windows come first.
+    """
+    return _stretches(field[None], length, stride)[0, _alive(_stretches(recording.data[:1], length, stride))[0]]
+
+
+def _stretches(data: FloatArray, length: int, stride: int) -> FloatArray:
+    """Return a view (realisation, window, time, column) of data (realisation, time, column)."""
+    views = np.lib.stride_tricks.sliding_window_view(data, length, axis=1)
+    return views[:, ::stride].swapaxes(2, 3)
+
+
+def _alive(stretches: FloatArray) -> BoolArray:
+    """Return whether no channel is constant in a window (realisation, window)."""
+    return np.asarray(np.ptp(stretches, axis=2).all(axis=-1))
+
+
+def cut_all(recordings: Sequence[Recording], length: int, stride: int) -> FloatArray:
+    """Return the windows of several recordings, one after the other."""
+    return np.concatenate([cut(recording, length, stride) for recording in recordings])
+
+
+def evenly(windows: FloatArray, most: int) -> FloatArray:
+    """Return ``most`` of the windows, evenly chosen; all, where they are fewer."""
+    picks = np.linspace(0, len(windows) - 1, min(most, len(windows))).round().astype(int)
+    return np.ascontiguousarray(windows[picks])
+
+
+def window_length(dataset: Dataset, wanted: int, encoder_samples: int) -> int:
+    """Return ``wanted`` samples, or fewer where a recording is shorter; `InputError` where that is too short."""
+    if wanted < 4 * encoder_samples:
+        raise InputError(
+            f"a window of {wanted} samples is too short: at least {4 * encoder_samples} are needed, four times the"
+            f" {encoder_samples} that the encoder sees"
+        )
+    shortest = min(dataset.recordings, key=lambda recording: recording.data.shape[1])
+    available = shortest.data.shape[1]
+    if available < 4 * encoder_samples:
+        raise InputError(
+            f"recording {shortest.name!r} has {available} samples: a window needs at least {4 * encoder_samples},"
+            f" four times the {encoder_samples} that the encoder sees"
+        )
+    return min(wanted, available)
+
+
+def columns(dataset: Dataset, role: Literal["measured", "held_out"]) -> list[int]:
+    """Return the column numbers of the sensors with that role."""
+    return [i for i, sensor in enumerate(dataset.sensors) if sensor.role == role]

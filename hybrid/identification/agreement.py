@@ -1,0 +1,35 @@
+"""Do recordings come from one structure? The lines of each, with their shapes, must explain the others."""
+
+import numpy as np
+
+from fe_models.arrays import FloatArray
+from hybrid.identification.lines import Lines, columns_of
+
+WINDOW = 5.0  # s: longer ones would ask for the phase of a frequency that moves by thousandths ...
+PERIODS = 2.0  # ... but no less than so many of the slowest line, or the shortest recording
+
+
+def window_of(lines: list[Lines], recordings: list[FloatArray], rate: float) -> int:
+    """Return how many samples of ``recordings`` (time, sensor) one set of ``lines`` is to explain at once."""
+    slowest = min(float(model.frequencies[0]) for model in lines)
+    return min(round(max(WINDOW, PERIODS / slowest) * rate), *(len(data) for data in recordings))
+
+
+def left_by_each(lines: list[Lines], recordings: list[FloatArray], rate: float, samples: int) -> FloatArray:
+    """Return the share of each recording's energy that the modes of each one leave, (model, recording).
+
+    ``recordings`` (time, sensor) are cut into windows of so many ``samples``, in which the modes of the model, with its
+    shapes, frequencies and damping, take the amplitudes and phases that fit best. The energy is that of all windows
+    together.
+    """
+    shares = np.empty((len(lines), len(recordings)))
+    for i, model in enumerate(lines):
+        waves = columns_of(model.roots, samples, rate).reshape(samples, 2, -1)  # (time, part, line)
+        columns = np.einsum("tpl,sl->tspl", waves, model.shapes).reshape(samples * len(model.shapes), -1)
+        basis, _ = np.linalg.qr(columns)
+        for j, data in enumerate(recordings):
+            count = len(data) // samples
+            windows = data[: count * samples].reshape(count, -1)
+            explained = np.sum((windows @ basis) ** 2)
+            shares[i, j] = 1 - explained / np.sum(windows**2)
+    return shares

@@ -1,0 +1,130 @@
+"""The recordings of a dataset beside one another and beside the nominal model's modes."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from fe_models.arrays import FloatArray
+from fe_models.assembly import linearise
+from fe_models.errors import InputError
+from fe_models.modes import mac, natural_modes
+from fe_models.recordings import Dataset
+from fe_models.structure import Structure
+from hybrid.identification.agreement import left_by_each, window_of
+from hybrid.identification.backbone import Backbone, backbone_of
+from hybrid.identification.combinations import Combination, combinations_of
+from hybrid.identification.lines import Lines, lines_of
+from hybrid.progress import nothing
+
+ALIKE = 0.9  # MAC at the sensors, from which on a line is a mode's
+NEAR = 0.2  # of its frequency: how far off a nominal mode may be
+LINES = 12  # of a recording at most; those beyond carry little
+MORE = 2  # lines than modes: what a recording shows beside them
+FOLLOWED = 2  # modes, the strongest, whose backbones are told
+
+
+@dataclass(frozen=True)
+class Observed:
+    """One recording: its ``lines``; ``criterion`` (mode, line), their MAC with the nominal modes at the sensors;
+    ``chosen`` (mode,) the line of each mode, -1 where there is none; ``energy`` (line,) of each line's own vibration
+    over all of the recording's; ``backbones`` of the followed modes; ``combinations`` of their frequencies.
+    """
+
+    name: str
+    lines: Lines
+    criterion: FloatArray
+    chosen: tuple[int, ...]
+    energy: FloatArray
+    backbones: tuple[Backbone, ...]
+    combinations: tuple[Combination, ...]
+
+
+@dataclass(frozen=True)
+class Compared:
+    """``nominal`` frequencies (mode,) Hz and ``shapes`` (sensor, mode) of the model; ``sensors``: their names;
+    ``followed``: numbers (from 0) of the strongest modes, by frequency; ``recordings``, and the share that each one's
+    modes leave of the others, ``left`` (model, recording), in windows of ``window`` s.
+    """
+
+    nominal: FloatArray
+    shapes: FloatArray
+    sensors: tuple[str, ...]
+    followed: tuple[int, ...]
+    recordings: tuple[Observed, ...]
+    left: FloatArray
+    window: float
+
+
+def compare_recordings(dataset: Dataset, advance: Callable[[], object] = nothing) -> Compared:
+    """Return the comparison; `InputError` where the model is no structure, or no strong line is one of its modes.
+
+    ``advance`` is called after each motion's lines have been found, which takes seconds.
+    """
+    if not isinstance(dataset.model, Structure):
+        raise InputError("model: bare matrices do not say where sensors sit: give a structure file")
+    rate = dataset.sampling_rate
+    highest = min(dataset.lowpass or np.inf, rate / 2)
+    model = linearise(dataset.model)
+    rows = [model.dofs.row(sensor.node, sensor.direction) for sensor in dataset.sensors]
+    modal = natural_modes(model, min(len(rows) + 2, len(model.dofs.free_rows)))
+    kept = modal.frequencies <= highest
+    nominal, shapes = modal.frequencies[kept], modal.shapes[rows][:, kept]
+    singles = [(recording.name, data) for recording in dataset.recordings for data in recording.data]
+    if not len(nominal):
+        raise InputError(f"model: all its natural frequencies are above {highest:g} Hz, up to where recordings go")
+    lines, count = list[Lines](), min(LINES, len(nominal) + MORE)
+    for _, data in singles:
+        lines.append(lines_of(data, rate, float(nominal[0]), highest, count))
+        advance()
+    criteria = [mac(shapes, own.shapes) for own in lines]
+    chosen = [_chosen(nominal, own, criterion) for own, criterion in zip(lines, criteria, strict=True)]
+    energies = [_energies(own, data, rate) for own, (_, data) in zip(lines, singles, strict=True)]
+    followed = _strongest(chosen, energies)
+    found = []
+    for (name, data), own, criterion, line, energy in zip(singles, lines, criteria, chosen, energies, strict=True):
+        ours = [line[mode] for mode in followed]
+        tones = (float(own.frequencies[ours[0]]), float(own.frequencies[ours[1]]))
+        found.append(
+            Observed(
+                name,
+                own,
+                criterion,
+                line,
+                energy,
+                tuple(backbone_of(data, own.shapes[:, k], float(own.frequencies[k]), rate) for k in ours),
+                tuple(combinations_of(data, rate, tones)),
+            )
+        )
+    motions = [data for _, data in singles]
+    samples = window_of(lines, motions, rate)
+    left = left_by_each(lines, motions, rate, samples)
+    names = tuple(sensor.name for sensor in dataset.sensors)
+    return Compared(nominal, shapes, names, followed, tuple(found), left, samples / rate)
+
+
+def _chosen(nominal: FloatArray, own: Lines, criterion: FloatArray) -> tuple[int, ...]:
+    """Return the strongest line of each mode's shape and about its frequency."""
+    strength = np.sum(np.abs(own.amplitudes) ** 2, axis=1) / (own.ratios * own.frequencies)  # of the whole decay
+    near = np.abs(own.frequencies / nominal[:, None] - 1) <= NEAR
+    fits = np.where(near & (criterion >= ALIKE), strength, 0.0)
+    return tuple(int(np.argmax(row)) if row.any() else -1 for row in fits)
+
+
+def _energies(own: Lines, data: FloatArray, rate: float) -> FloatArray:
+    """Return the energy (line,) of each line alone over that of the recording (time, sensor)."""
+    time = np.arange(len(data)) / rate
+    waves = np.real(own.amplitudes[:, None] * np.exp(own.roots[:, None] * time)[..., None])  # (line, time, sensor)
+    return np.asarray(np.sum(waves**2, axis=(1, 2)) / np.sum(data**2))
+
+
+def _strongest(chosen: list[tuple[int, ...]], energies: list[FloatArray]) -> tuple[int, ...]:
+    """Return the modes that all recordings have and that hold most energy."""
+    everywhere = [mode for mode in range(len(chosen[0])) if all(line[mode] >= 0 for line in chosen)]
+    if len(everywhere) < FOLLOWED:
+        raise InputError(
+            "fewer than two of the model's modes are seen in all recordings: these are too short (ten periods are"
+            " enough), or their modes too unlike the model's; nothing can be compared"
+        )
+    held = {mode: sum(e[line[mode]] for e, line in zip(energies, chosen, strict=True)) for mode in everywhere}
+    return tuple(sorted(sorted(everywhere, key=lambda mode: -held[mode])[:FOLLOWED]))

@@ -1,0 +1,202 @@
+"""Training a residual tied to places: few parameters, so that Gauss-Newton with exact derivatives finds them at once.
+
+Each epoch is one step of Levenberg & Marquardt on the same windows, over a horizon that grows from epoch to epoch; each
+window's initial state is solved for along with the parameters (`normal_equations`). Windows that the model does
+not explain yet count little, as under a Student distribution.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from fe_models.arrays import FloatArray
+from hybrid.config import TrainingConfig
+from hybrid.estimation.most_probable_state import WINDOWS, StatePrior, estimate_state, misfits, trajectory
+from hybrid.estimation.normal_equations import normal_equations
+from hybrid.neural_modal_ode.model import NeuralModalODE
+from hybrid.neural_modal_ode.residuals.at_connectors import ConnectorResidual
+from hybrid.training.gradient_training import EpochResult, TrainingDivergedError
+
+MEDIAN_TO_STD = 1.4826  # of the absolute values of normal noise
+FIRST_DAMPING = 1e-2  # of the normal matrix's diagonal
+LEAST_DIAGONAL = 1e-3  # of the largest entry: a parameter that nothing depends on yet is damped all the same
+LOOSER, TIGHTER, TRIES = 0.2, 6.0, 6  # what a success and a failure make of the damping; failures in a row
+PRIOR_PRECISION = 0.1  # of each parameter, which are near one: a net's weights wander where the data do not tell
+REFINEMENTS = 2  # Gauss-Newton steps of the initial states after each change of the parameters
+OUTLYING = 2.0  # times the median misfit: windows beyond count less and less
+GROWTH = 2  # of the horizon, once a step gains less than `SETTLED`
+SETTLED = 0.01  # of the cost; at the whole length the end of the training
+OWN_NOISE = 0.25  # of the whole length: from horizons beyond on, each channel has its own noise
+HOPELESS = 1e8  # misfit a sample (half a square of noise deviations; about 0.5 is right): numbers near overflow
+LEAST_SPREAD = 1e-4  # of the mean variance: keeps a prior on states that never move
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Initial states (window, 2 mode), each window's misfit and the channels' misfits (window, time, measured)."""
+
+    states: Tensor
+    misfit: Tensor
+    error: Tensor
+
+
+class GaussNewtonTrainer:
+    """A model, its windows and the state of the search; `epochs` trains on from wherever these stand."""
+
+    def __init__(
+        self,
+        model: NeuralModalODE,
+        windows: FloatArray,
+        config: TrainingConfig,
+        device: str = "cpu",
+    ) -> None:
+        residual, prior = model.dynamics.residual, model.encoder
+        if not isinstance(residual, ConnectorResidual) or not isinstance(prior, StatePrior):
+            raise TypeError("Gauss-Newton trains residuals tied to places, with states that are solved for")
+        self.model, self.residual, self.prior = model.to(device), residual, prior
+        self.config = config
+        dtype = torch.get_default_dtype()
+        self.windows = torch.tensor(windows, dtype=dtype, device=device)  # (window, time, sensor)
+        chosen = np.random.default_rng(config.seed).permutation(len(windows))[: config.batch]
+        self.chosen = self.windows[torch.as_tensor(np.sort(chosen))]
+        self.states: Tensor | None = None  # (chosen, 2 mode)
+        self.horizon = min(config.first_horizon, self.windows.shape[1])
+        self.damping = FIRST_DAMPING
+        self.converged = False
+        self.done = 0
+
+    def state(self) -> dict[str, Any]:
+        """Return where the search stands, besides the model."""
+        return {
+            "states": self.states,
+            "horizon": self.horizon,
+            "damping": self.damping,
+            "converged": self.converged,
+        }
+
+    def load_state(self, state: dict[str, Any]) -> None:
+        """Go on from there."""
+        self.states, self.horizon = state["states"], state["horizon"]
+        self.damping, self.converged = state["damping"], state["converged"]
+        if self.states is not None:
+            self.states = self.states.to(self.windows.device)
+
+    @property
+    def finished(self) -> bool:
+        """Whether nothing changes any more, or all epochs are done."""
+        return self.converged or self.done >= self.config.epochs
+
+    def epochs(self) -> Iterator[EpochResult]:
+        """Train one epoch at each step of the iteration, until nothing changes or `TrainingConfig.epochs` are done."""
+        while not self.finished:
+            yield self.train_epoch(self.done + 1)
+
+    @torch.no_grad()
+    def train_epoch(self, epoch: int) -> EpochResult:
+        """Make one step (epoch from 1); `TrainingDivergedError` where even its start is no number."""
+        horizon, length = self.horizon, self.windows.shape[1]
+        windows = self.chosen[:, :horizon]
+        fit = self._solve(windows, self.states)
+        at_rest = not bool(fit.states.any())  # every motion that was tried overflowed
+        if at_rest or not float(fit.misfit.median()) < HOPELESS * horizon * len(self.model.measured):
+            raise TrainingDivergedError(
+                f"The training diverged in epoch {epoch} (forecasts of {horizon} samples)."
+                " Start again with --fresh and a smaller --first-horizon."
+            )
+        self._follow_noise(fit.error, each=horizon > OWN_NOISE * length)
+        fit, gain = self._step(windows, self._solve(windows, fit.states))
+        self.states = fit.states
+        self._follow_spread(fit)
+        if gain < SETTLED:
+            self.converged = horizon == length
+            self.horizon, self.damping = min(GROWTH * horizon, length), FIRST_DAMPING
+        self.done = epoch
+        return EpochResult(epoch, float(fit.misfit.mean()), horizon)
+
+    def _step(self, windows: Tensor, fit: Fit) -> tuple[Fit, float]:
+        """Return the fit after a step that lowers the cost, and by what share; the same fit and 0 if none is found."""
+        table = self.residual.table
+        scale = OUTLYING * fit.misfit.median()
+        weights = 1 / (1 + fit.misfit / scale)
+        cost = _robust(fit.misfit, scale)
+        parts = [
+            normal_equations(self.model, self.residual, self.prior, *each)
+            for each in zip(
+                self._trajectories(fit.states, windows.shape[1]),
+                self._measured(windows),
+                weights.split(WINDOWS),
+                strict=True,
+            )
+        ]
+        N = torch.stack([part.matrix for part in parts]).sum(dim=0)
+        prior = PRIOR_PRECISION * torch.eye(len(N), dtype=N.dtype, device=N.device)
+        downhill = torch.stack([part.downhill for part in parts]).sum(dim=0) - prior @ table.detach().flatten().double()
+        floor = LEAST_DIAGONAL * N.diagonal().max()
+        own, coupling = (torch.cat([getattr(part, name) for part in parts]) for name in ("own", "coupling"))
+        old = table.detach().clone()
+        for _ in range(TRIES):
+            damped = N + prior + self.damping * torch.diag(N.diagonal() + floor)
+            move = torch.linalg.solve(damped, downhill).to(table.dtype)
+            self._set(old + move.view_as(old))
+            tried = self._solve(windows, fit.states + own - coupling @ move, refinements=REFINEMENTS)
+            lower = _robust(tried.misfit, scale)
+            if lower < cost:
+                self.damping *= LOOSER
+                return tried, 1 - lower / cost
+            self.damping *= TIGHTER
+        self._set(old)
+        return fit, 0.0
+
+    def _solve(self, windows: Tensor, start: Tensor | None, refinements: int | None = None) -> Fit:
+        """Return the initial states that fit the windows best, and what they leave."""
+        starts = [None] * len(windows.split(WINDOWS)) if start is None else start.split(WINDOWS)
+        few = REFINEMENTS if refinements is None else refinements
+        estimates = [
+            estimate_state(self.model, self.prior, part, first, *(() if first is None else (few,)))
+            for part, first in zip(windows.split(WINDOWS), starts, strict=True)
+        ]
+        states, misfit = (torch.cat([getattr(e, name) for e in estimates]) for name in ("mean", "misfit"))
+        errors = [
+            misfits(self.model, self.prior, path, seen)[1].unflatten(1, (windows.shape[1], -1))
+            for path, seen in zip(self._trajectories(states, windows.shape[1]), self._measured(windows), strict=True)
+        ]
+        return Fit(states, misfit, torch.cat(errors))
+
+    def _trajectories(self, states: Tensor, samples: int) -> Iterator[Tensor]:
+        for part in states.split(WINDOWS):
+            yield trajectory(self.model, part, samples)
+
+    def _measured(self, windows: Tensor) -> Iterator[Tensor]:
+        for part in windows.split(WINDOWS):
+            yield part[:, :, self.model.measured].transpose(0, 1).contiguous()
+
+    def _set(self, table: Tensor) -> None:
+        self.residual.table.copy_(table)
+
+    def _follow_noise(self, error: Tensor, each: bool) -> None:
+        """Let the noise be what the model leaves: of ``each`` channel, or the same share of all channels' sizes.
+
+        As long as a channel is explained badly, its own noise would be so large that nothing is learned from it.
+        """
+        std = MEDIAN_TO_STD * error.abs().flatten(0, 1).median(dim=0).values * self.prior.noise_std  # (measured,)
+        if not each:
+            size = self.windows[:, :, self.model.measured].square().mean(dim=(0, 1)).sqrt()
+            std = size * (std / size).log().mean().exp()
+        self.prior.noise_std.copy_(std)
+
+    def _follow_spread(self, fit: Fit) -> None:
+        """Let the prior be the spread of the states found, outlying windows counted little."""
+        weights = (1 + fit.misfit / (OUTLYING * fit.misfit.median())).pow(-2)
+        spread = (fit.states.T * weights) @ fit.states / weights.sum()
+        guard = LEAST_SPREAD * spread.diagonal().mean() * torch.eye(len(spread), device=spread.device)
+        self.prior.precision.copy_(torch.linalg.inv(spread + guard))
+
+
+def _robust(misfit: Tensor, scale: Tensor) -> float:
+    """Return the cost of windows' misfits (window,): like their sum where they are small beside ``scale``."""
+    cost = float((scale * torch.log1p(misfit / scale)).double().sum())
+    return cost if np.isfinite(cost) else np.inf

@@ -1,0 +1,177 @@
+"""What a finished run leaves in its folder: scores, the predicted field, the model for the pictures, the curves."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+
+from fe_models.arrays import FloatArray
+from fe_models.files.atomic import write_json
+from fe_models.files.run_folder import PREDICTION, Prediction, save_prediction, save_run_model
+from fe_models.linear import ModalModel
+from fe_models.recordings import Dataset
+from fe_models.structure import Structure
+from hybrid.estimation.experts import Experts
+from hybrid.estimation.forecast import Forecast
+from hybrid.estimation.linear_calibration import Observer, smooth
+from hybrid.estimation.uncertainty import set_relative_error
+from hybrid.estimation.windows import cut_field
+from hybrid.figures import channel_labels, draw_curves, draw_latent, draw_loop
+from hybrid.progress import nothing
+from hybrid.training.checkpoint import Origin
+from hybrid.training.evaluation import score_table
+from hybrid.training.forecast_comparison import Comparison, band_scores, compare, field_scores
+from hybrid.training.run import Run
+from hybrid.training.training_figure import draw_history
+
+LOOP = "force_displacement.png"
+OF_THE_TEST = (PREDICTION, "channels.png", "latent.png", "displacement.png", LOOP)
+"""Files that not every run writes."""
+
+
+RESULT_STEPS = 4  # of `write_results`: forecasts, and three figures that take a while
+
+
+def write_results(
+    run: Run, dataset: Dataset, truth: FloatArray | None = None, advance: Callable[[], object] = nothing
+) -> dict[str, Any]:
+    """Score the run's model on the test recordings, write everything into its folder and return the metrics.
+
+    ``truth``: the true displacement (time, dof) of the first test recording, known where the data are simulated.
+    ``advance`` is called `RESULT_STEPS` times at most, to show progress.
+    """
+    folder, model, modal = run.folder, run.trainer.model, run.origin.modal
+    training = run.config.training
+    length = run.trainer.windows.shape[1]
+    set_relative_error(model, run.trainer.windows.cpu().double().numpy())
+    comparison = compare(model, dataset, length, training.stride)
+    advance()
+    metrics: dict[str, Any] = {
+        "schema": 1,
+        "training": {
+            "recordings": list(run.origin.kept),
+            "left_out": list(run.origin.left_out),
+            "linear_model_unexplained": run.origin.unexplained,
+            "epochs": len(run.history),
+            "seconds": run.seconds,
+        },
+        "test": None,
+        "scores": None,
+    }
+    for name in OF_THE_TEST:  # an older run's, of another model
+        (folder / name).unlink(missing_ok=True)
+    save_run_model(dataset.model, modal, folder)
+    draw_history(folder / "training.png", run.history)
+    advance()
+    if comparison is not None:
+        forecasts = {name: forecast.channels for name, forecast in comparison.by_name.items()}
+        metrics["test"] = {
+            "recordings": [recording.name for recording in dataset.select("test")],
+            "windows": len(comparison.windows),
+            "overlapping": len(comparison.windows) > sum(len(recording.data) for recording in dataset.select("test")),
+            "window_samples": length,
+            "encoder_samples": run.config.model.encoder_samples,
+        }
+        if isinstance(model, Experts):
+            metrics["test"]["expert_weights"] = expert_weights(model, run.origin, comparison.windows)
+        metrics["scores"] = score_table(forecasts, comparison.windows, dataset.sensors)
+        metrics["bands"] = band_scores(model, comparison, dataset.sensors)
+        if truth is not None:
+            truth = cut_field(truth, dataset.select("test")[0], length, training.stride)
+            metrics["field"] = field_scores(comparison, modal, truth)
+        initial = fe_initial_state(run.origin, comparison.windows[0], run.config.model.encoder_samples)
+        first = None if truth is None else truth[0]
+        prediction = prediction_of(comparison.hybrid.forecast, comparison.fe, run.origin, initial, first)
+        save_prediction(prediction, folder)
+        _draw(dataset, modal, comparison, prediction, folder, advance)
+    write_json(folder / "metrics.json", metrics)
+    run.finish()  # last: a run that is cut short before is resumed, and writes all of the above again
+    return metrics
+
+
+def expert_weights(model: Experts, origin: Origin, windows: FloatArray) -> dict[str, float]:
+    """Return the mean weight of each training recording's expert over windows (window, time, sensor)."""
+    with torch.no_grad():
+        weights = model.weights(torch.tensor(windows).to(model.channel_scale))
+    return dict(zip(origin.kept, weights.mean(dim=0).tolist(), strict=True))
+
+
+def fe_initial_state(origin: Origin, window: FloatArray, samples: int) -> FloatArray:
+    """Return q0 (mode,) that the FE model alone infers from the first samples of a window (time, sensor)."""
+    measured = [i for i, sensor in enumerate(origin.sensors) if sensor.role == "measured"]
+    modal = origin.modal
+    observer = Observer(modal, [origin.sensors[i] for i in measured], 1 / origin.sampling_rate)
+    modes = len(modal.omega)
+    observability = observer.matrix(torch.zeros(2, modes, modes, dtype=torch.float64), samples)
+    states, _ = smooth(observability, torch.tensor(window[None, :samples, measured]))
+    return (states[0, :modes] / observer.omega).numpy()
+
+
+def prediction_of(
+    hybrid: Forecast, fe: Forecast, origin: Origin, fe_initial: FloatArray, truth: FloatArray | None = None
+) -> Prediction:
+    """Return the displacement fields of the first window of two forecasts; ``fe_initial`` (mode,) see above."""
+    shapes = origin.modal.shapes
+    return Prediction(
+        time=np.arange(hybrid.q.shape[1]) / origin.sampling_rate,
+        hybrid=hybrid.q[0] @ shapes.T,
+        fe=fe.q[0] @ shapes.T,
+        fe_initial=shapes @ fe_initial,
+        truth=truth,
+        unit="1" if any(sensor.unit == "1" for sensor in origin.sensors) else "m",
+        sensors=origin.sensors,
+    )
+
+
+def _draw(
+    dataset: Dataset,
+    modal: ModalModel,
+    comparison: Comparison,
+    prediction: Prediction,
+    folder: Path,
+    advance: Callable[[], object],
+) -> None:
+    time, hybrid, fe = prediction.time, comparison.hybrid.forecast, comparison.fe
+    first = "first test window, forecast from its first samples"
+    curves = {"measured": comparison.windows[0], "FE model": fe.channels[0], "hybrid": hybrid.channels[0]}
+    draw_curves(folder / "channels.png", time, curves, channel_labels(dataset.sensors), f"Channels, {first}")
+    advance()
+    q, q_dot = {"FE model": fe.q[0], "hybrid": hybrid.q[0]}, {"FE model": fe.q_dot[0], "hybrid": hybrid.q_dot[0]}
+    draw_latent(folder / "latent.png", time, q, q_dot, f"Modal coordinates and velocities, {first}")
+    advance()
+    fields = {"FE model": prediction.fe, "hybrid": prediction.hybrid}
+    if prediction.truth is not None:
+        fields = {"truth": prediction.truth, **fields}
+    row = _most_moved_translation(modal, prediction.hybrid)
+    draw_curves(
+        folder / "displacement.png",
+        time,
+        {name: field[:, [row]] for name, field in fields.items()},
+        [f"displacement ({'m' if prediction.unit == 'm' else 'relative'})"],
+        f"Displacement of node {modal.dofs.node[row]} in {modal.dofs.direction[row]}, the largest\n{first}",
+    )
+    if isinstance(dataset.model, Structure) and dataset.model.directions == ("x",):
+        _draw_loop(dataset, dataset.model, modal, comparison, folder)
+
+
+def _most_moved_translation(modal: ModalModel, field: FloatArray) -> int:
+    """Return the row of the translation (not a rotation) that moves most in a field (time, dof)."""
+    motion = np.abs(field).max(axis=0) * np.isin(modal.dofs.direction, ["x", "y"])
+    return int(np.argmax(motion))
+
+
+def _draw_loop(dataset: Dataset, chain: Structure, modal: ModalModel, comparison: Comparison, folder: Path) -> None:
+    """Draw the inertia force at node 1 over its displacement: the loop that a nonlinear spring there bends."""
+    mass = sum(point.mass for point in chain.point_masses if point.node == 1)
+    row = modal.dofs.row(1, "x")
+    forecasts = {"FE model": comparison.fe, "hybrid": comparison.hybrid.forecast}
+    displacement = {name: forecast.q[0] @ modal.shapes[row] for name, forecast in forecasts.items()}
+    force = {name: -mass * (forecast.q_ddot[0] @ modal.shapes[row]) for name, forecast in forecasts.items()}
+    quantities = {sensor.quantity: i for i, sensor in enumerate(dataset.sensors) if sensor.node == 1}
+    if {"displacement", "acceleration"} <= quantities.keys():
+        window = comparison.windows[0]
+        displacement = {"measured": window[:, quantities["displacement"]], **displacement}
+        force = {"measured": -mass * window[:, quantities["acceleration"]], **force}
+    draw_loop(folder / LOOP, displacement, force, node=1)

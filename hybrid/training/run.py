@@ -1,0 +1,154 @@
+"""A training run in a folder: start or resume it, checkpoint every epoch, and finish it.
+
+While a training is under way its state is in ``training.pt``; only when it is done does that file become
+``checkpoint.pt``, so that an older result stays whole until a new one is.
+"""
+
+import hashlib
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import torch
+
+from fe_models.arrays import FloatArray
+from fe_models.errors import InputError
+from fe_models.nominal import nominal_modes
+from fe_models.recordings import Dataset
+from fe_models.structure import Structure
+from hybrid.config import Config
+from hybrid.estimation.experts import Experts
+from hybrid.estimation.windows import cut_all, window_length
+from hybrid.neural_modal_ode.model import NeuralModalODE
+from hybrid.progress import nothing
+from hybrid.training.checkpoint import Checkpoint, Origin, load_checkpoint, save_checkpoint
+from hybrid.training.expert_preparation import prepare_experts
+from hybrid.training.gradient_training import EpochResult
+from hybrid.training.preparation import Prepared, prepare
+from hybrid.training.trainers import AnyTrainer, trainer_for
+
+UNDER_WAY = "training.pt"
+DONE = "checkpoint.pt"
+
+
+@dataclass
+class Run:
+    """A trainer with its origin and its past; the one mutable thing here, as training is."""
+
+    folder: Path
+    config: Config
+    origin: Origin
+    trainer: AnyTrainer
+    history: tuple[EpochResult, ...] = ()
+    seconds: float = 0.0
+
+    def epochs(self) -> Iterator[EpochResult]:
+        """Train on, one epoch at each step of the iteration; each is in the checkpoint before it is yielded."""
+        started, before = time.perf_counter(), self.seconds
+        for result in self.trainer.epochs():
+            self.history += (result,)
+            self.seconds = before + time.perf_counter() - started
+            save_checkpoint(self.checkpoint(), self.folder / UNDER_WAY)
+            yield result
+
+    def checkpoint(self) -> Checkpoint:
+        """Return the state as it is now."""
+        trainer = self.trainer
+        return Checkpoint(self.config, self.origin, trainer.model, trainer.state(), self.history, self.seconds)
+
+    def finish(self) -> None:
+        """Turn the training's state into the run's checkpoint."""
+        save_checkpoint(self.checkpoint(), self.folder / DONE)
+        (self.folder / UNDER_WAY).unlink(missing_ok=True)
+
+
+def begin(
+    dataset: Dataset,
+    config: Config,
+    folder: Path,
+    device: str = "cpu",
+    advance: Callable[[], object] = nothing,
+) -> Run:
+    """Start a new training; `InputError` where the dataset does not allow one. ``advance``: see `prepare`."""
+    torch.set_num_threads(config.training.threads)
+    started = time.perf_counter()
+    prepared: Prepared[NeuralModalODE] | Prepared[Experts]
+    prepared = (prepare_experts if config.model.experts else prepare)(dataset, config, advance)
+    structure = dataset.model if isinstance(dataset.model, Structure) else None
+    origin = Origin(
+        structure=structure,
+        modal=prepared.modal,
+        sensors=dataset.sensors,
+        sampling_rate=dataset.sampling_rate,
+        kept=prepared.kept,
+        left_out=prepared.left_out,
+        unexplained=prepared.unexplained,
+        data_digest=digest(prepared.windows),
+        connectors=prepared.connectors,
+    )
+    trainer = trainer_for(prepared.model, prepared.windows, config.training, device)
+    return Run(folder, config, origin, trainer, seconds=time.perf_counter() - started)
+
+
+def resume(dataset: Dataset, config: Config, folder: Path, device: str = "cpu") -> Run:
+    """Go on with the training that was interrupted in ``folder``, exactly as if it had not been.
+
+    `InputError` where it was started with other settings or other data.
+    """
+    torch.set_num_threads(config.training.threads)
+    found = load_checkpoint(folder / UNDER_WAY)
+    windows = _windows(dataset, config, found.origin)
+    faults = []
+    if found.config != config:
+        faults.append(
+            f"{folder / UNDER_WAY} is an interrupted training with other settings: {_differences(found, config)}"
+        )
+    if windows is None or digest(windows) != found.origin.data_digest:
+        faults.append(f"{folder / UNDER_WAY} is an interrupted training on other recordings than the dataset's")
+    if not _made_from(found.origin, dataset, config):
+        faults.append(
+            f"{folder / UNDER_WAY} is an interrupted training of another model, other sensors or another rate"
+        )
+    if faults:
+        raise InputError([*faults, "give the same settings and data to go on with it, or --fresh to start anew"])
+    trainer = trainer_for(found.model, windows if windows is not None else np.empty(0), config.training, device)
+    trainer.load_state(found.trainer)
+    trainer.done = len(found.history)
+    return Run(folder, config, found.origin, trainer, found.history, found.seconds)
+
+
+def digest(windows: FloatArray) -> str:
+    """Return a fingerprint of training windows."""
+    return hashlib.sha256(np.ascontiguousarray(windows).tobytes()).hexdigest()
+
+
+def _made_from(origin: Origin, dataset: Dataset, config: Config) -> bool:
+    """Return whether a training's model, modes, sensors and sampling rate are those of the dataset."""
+    structure = dataset.model if isinstance(dataset.model, Structure) else None
+    if (structure, dataset.sensors, dataset.sampling_rate) != (origin.structure, origin.sensors, origin.sampling_rate):
+        return False
+    now, then = nominal_modes(dataset, config.model.modes), origin.modal
+    pairs = [(now.omega, then.omega), (now.damping_ratio, then.damping_ratio), (now.shapes, then.shapes)]
+    return all(one.shape == other.shape and np.allclose(one, other) for one, other in pairs)
+
+
+def _windows(dataset: Dataset, config: Config, origin: Origin) -> FloatArray | None:
+    """Return the training windows; None where the dataset's training recordings are not those of ``origin``."""
+    recordings = {recording.name: recording for recording in dataset.select("train")}
+    if recordings.keys() != {*origin.kept, *origin.left_out}:
+        return None
+    length = window_length(dataset, config.training.window, config.model.encoder_samples)
+    return cut_all([recordings[name] for name in origin.kept], length, config.training.stride)
+
+
+def _differences(found: Checkpoint, config: Config) -> str:
+    pairs = [(found.config.model, config.model), (found.config.training, config.training)]
+    changes = [
+        f"{name} was {value}, now {getattr(now, name)}"
+        for was, now in pairs
+        for name, value in vars(was).items()
+        if getattr(now, name) != value
+    ]
+    return "; ".join(changes)

@@ -1,0 +1,19 @@
+"""Which training goes with which model."""
+
+from fe_models.arrays import FloatArray
+from hybrid.config import TrainingConfig
+from hybrid.estimation.experts import Experts, Hybrid
+from hybrid.estimation.most_probable_state import StatePrior
+from hybrid.training.expert_training import ExpertsTrainer
+from hybrid.training.gauss_newton import GaussNewtonTrainer
+from hybrid.training.gradient_training import Trainer
+
+AnyTrainer = Trainer | GaussNewtonTrainer | ExpertsTrainer
+
+
+def trainer_for(model: Hybrid, windows: FloatArray, config: TrainingConfig, device: str = "cpu") -> AnyTrainer:
+    """Return what trains ``model``: Gauss-Newton where states are solved for, gradients where they are encoded."""
+    if isinstance(model, Experts):
+        return ExpertsTrainer(model, windows, config, device)
+    kind = GaussNewtonTrainer if isinstance(model.encoder, StatePrior) else Trainer
+    return kind(model, windows, config, device)

@@ -1,0 +1,22 @@
+"""A picture of a training: what it lost, and how far it forecast."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from matplotlib.ticker import MaxNLocator
+
+from hybrid.figures import STYLES, figure
+from hybrid.training.gradient_training import EpochResult
+
+
+def draw_history(path: Path, history: Sequence[EpochResult]) -> Path:
+    """Draw the loss a sample over the epochs, and how many samples are forecast in each."""
+    epochs = [result.epoch for result in history]
+    with figure(path, 2, 1, "Training") as (_, (loss, horizon)):
+        loss.plot(epochs, [result.loss / result.horizon for result in history], **STYLES["hybrid"])
+        loss.set_ylabel("loss a sample")
+        horizon.plot(epochs, [result.horizon for result in history], **STYLES["measured"])
+        horizon.set(xlabel="epoch", ylabel="forecast (samples)", ylim=(0, None))
+        for axis in (loss, horizon):
+            axis.xaxis.set_major_locator(MaxNLocator(integer=True))
+    return path
