@@ -18,11 +18,11 @@ from fe_models.recordings import Dataset
 from fe_models.simulate import FreeConfig, simulate_free
 from hybrid.config import Config, places_preset
 from hybrid.estimation.forecast import forecast_windows
-from hybrid.estimation.most_probable_state import StatePrior
 from hybrid.estimation.uncertainty import BandedForecast, coverage, set_relative_error
 from hybrid.neural_modal_ode.model import NeuralModalODE
 from hybrid.neural_modal_ode.residuals.free import NoResidual
 from hybrid.neural_modal_ode.scaling import StateScale
+from hybrid.neural_modal_ode.state_prior import StatePrior
 from hybrid.progress import nothing
 from hybrid.training.forecast_comparison import compare
 from hybrid.training.preparation import prepare

@@ -18,13 +18,13 @@ from fe_models.four_dof import four_dof
 from fe_models.linear import ModalModel
 from fe_models.recordings import Sensor
 from hybrid.config import ModelConfig
-from hybrid.estimation.most_probable_state import StatePrior
 from hybrid.neural_modal_ode.connectors import chain_connectors
 from hybrid.neural_modal_ode.dynamics import ModalDynamics
 from hybrid.neural_modal_ode.integrators import propagator_weights
 from hybrid.neural_modal_ode.model import NeuralModalODE
 from hybrid.neural_modal_ode.residuals.at_connectors import ConnectorResidual
 from hybrid.neural_modal_ode.scaling import StateScale
+from hybrid.neural_modal_ode.state_prior import StatePrior
 from tests.hybrid_problems import MASS, MEASURED, SENSORS, STEP, STIFFNESS, chain_modes
 from tests.test_places import DASHPOTS, SPRINGS
 

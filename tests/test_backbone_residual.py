@@ -101,7 +101,7 @@ def test_levels_span_the_training_windows_and_the_linear_start_is_kept() -> None
     assert isinstance(usual, FreeResidual)
     assert torch.equal(residual.free.rest.weight, usual.rest.weight)
     windows = torch.tensor(prepare(dataset, BACKBONE).windows)
-    sizes = model.initial_state(windows).square().mean(dim=1).log10() / 2
+    sizes = model.encode(windows)[0].square().mean(dim=1).log10() / 2
     inside = (sizes > residual.levels[0]) & (sizes < residual.levels[-1])
     assert float(inside.double().mean()) > 0.9
     assert torch.allclose(residual.levels.diff(), residual.levels.diff()[0])

@@ -13,9 +13,10 @@ import pytest
 import torch
 from torch import Tensor
 
-from hybrid.estimation.most_probable_state import StatePrior, estimate_state, trajectory
+from hybrid.estimation.most_probable_state import estimate_state, trajectory
 from hybrid.estimation.normal_equations import NormalEquations, normal_equations
 from hybrid.neural_modal_ode.model import NeuralModalODE
+from hybrid.neural_modal_ode.state_prior import StatePrior
 from tests.hybrid_problems import MEASURED, SENSORS, double_precision, observed_order
 from tests.places_problems import (
     NOISE,

@@ -19,13 +19,14 @@ from hybrid.config import places_preset
 from hybrid.estimation.linear_calibration import Observer, fit_linear_rest
 from hybrid.estimation.linearised import linearise as linearise_trajectory
 from hybrid.estimation.linearised import sensitivities
-from hybrid.estimation.most_probable_state import StatePrior, estimate_state
+from hybrid.estimation.most_probable_state import estimate_state
 from hybrid.neural_modal_ode.connectors import chain_connectors
 from hybrid.neural_modal_ode.dynamics import ModalDynamics
 from hybrid.neural_modal_ode.integrators import propagate
 from hybrid.neural_modal_ode.residuals.at_connectors import ConnectorResidual
 from hybrid.neural_modal_ode.residuals.free import FreeResidual
 from hybrid.neural_modal_ode.scaling import StateScale
+from hybrid.neural_modal_ode.state_prior import StatePrior
 from hybrid.training.preparation import prepare
 from hybrid.training.run import begin, resume
 from hybrid.training.trainers import trainer_for

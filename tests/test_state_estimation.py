@@ -8,8 +8,9 @@ import torch
 from scipy.linalg import expm
 from torch import Tensor
 
-from hybrid.estimation.most_probable_state import WINDOWS, StatePrior, estimate_state, smooth_state
+from hybrid.estimation.most_probable_state import WINDOWS, estimate_state, smooth_state
 from hybrid.neural_modal_ode.model import NeuralModalODE
+from hybrid.neural_modal_ode.state_prior import StatePrior
 from tests.hybrid_problems import HELD_OUT, MEASURED, SENSORS, STEP, double_precision
 from tests.places_problems import (
     NOISE,

@@ -66,7 +66,7 @@ class Experts(nn.Module):
 
     def initial_state(self, windows: Tensor) -> Tensor:
         """Return the weights, then every member's scaled z0, in one row (batch, member + member * 2 mode)."""
-        return torch.cat([self.weights(windows), *(member.initial_state(windows) for member in self.members)], dim=1)
+        return torch.cat([self.weights(windows), *(member.encode(windows)[0] for member in self.members)], dim=1)
 
     def scale_state(self, q: Tensor, q_dot: Tensor) -> Tensor:
         """Return what `initial_state` does for a user's own state, which no recording is more like than others."""

@@ -9,8 +9,9 @@ from torch import Tensor
 from fe_models.arrays import FloatArray
 from fe_models.errors import InputError
 from hybrid.estimation.experts import Experts, Hybrid
-from hybrid.estimation.most_probable_state import StatePrior, estimate_state, smooth_state
+from hybrid.estimation.most_probable_state import estimate_state, smooth_state
 from hybrid.neural_modal_ode.model import Trajectory
+from hybrid.neural_modal_ode.state_prior import StatePrior
 
 BATCH = 64  # windows at a time: bounds memory
 NOISE_FREEDOM = 20  # degrees of freedom of the prior on a window's noise: ten samples of four channels weigh twice that

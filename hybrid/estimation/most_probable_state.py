@@ -7,16 +7,14 @@ follows the learned forces, which no linear encoder can. Each window has its own
 """
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import torch
-from torch import Tensor, nn
+from torch import Tensor
 
 from hybrid.estimation.linearised import linearise, sensitivities
 from hybrid.neural_modal_ode.integrators import propagate
-
-if TYPE_CHECKING:
-    from hybrid.neural_modal_ode.model import NeuralModalODE
+from hybrid.neural_modal_ode.model import NeuralModalODE
+from hybrid.neural_modal_ode.state_prior import StatePrior
 
 LARGEST_STEP = 2.0  # in scaled states, which are near one: keeps the search where the forces are known
 ITERATIONS = 10  # from nothing
@@ -25,20 +23,6 @@ FIRST_DAMPING = 1e-3  # of the diagonal of the normal matrix
 LOOSER, TIGHTER = 0.2, 8.0  # what a success and a failure make of the damping
 GROWTH = 3.0  # of the span of samples, one search after the other: a state from few samples starts that from more
 WINDOWS = 25  # at a time: what one batch needs stays in the processor's cache
-
-
-class StatePrior(nn.Module):
-    """What is known before: z0 ~ N(0, P) with ``precision`` P^-1 (2 mode, 2 mode), and the sensors' noise.
-
-    ``noise_std`` (measured,): standard deviation of each measured channel, in its unit.
-    """
-
-    def __init__(self, precision: Tensor, noise_std: Tensor) -> None:
-        super().__init__()
-        self.precision: Tensor
-        self.noise_std: Tensor
-        self.register_buffer("precision", precision.to(torch.get_default_dtype()))
-        self.register_buffer("noise_std", noise_std.to(torch.get_default_dtype()))
 
 
 @dataclass(frozen=True)
@@ -53,7 +37,7 @@ class StateEstimate:
     misfit: Tensor
 
 
-def smooth_state(model: "NeuralModalODE", prior: StatePrior, windows: Tensor) -> StateEstimate:
+def smooth_state(model: NeuralModalODE, prior: StatePrior, windows: Tensor) -> StateEstimate:
     """Return the posterior given whole windows (batch, time, sensor), however long: the span of samples grows."""
     parts = []
     for batch in windows.split(WINDOWS):
@@ -68,7 +52,7 @@ def smooth_state(model: "NeuralModalODE", prior: StatePrior, windows: Tensor) ->
 
 @torch.no_grad()
 def estimate_state(
-    model: "NeuralModalODE",
+    model: NeuralModalODE,
     prior: StatePrior,
     windows: Tensor,
     start: Tensor | None = None,
@@ -102,14 +86,14 @@ def estimate_state(
     return StateEstimate(z0, torch.linalg.inv(J @ J.transpose(1, 2) + prior.precision), misfit)
 
 
-def trajectory(model: "NeuralModalODE", z0: Tensor, samples: int) -> Tensor:
+def trajectory(model: NeuralModalODE, z0: Tensor, samples: int) -> Tensor:
     """Return the states at every substep (substep, batch, 2 mode)."""
     every = model.substeps
     states = propagate(model.dynamics, z0, (samples - 1) * every + 1, model.step / every)
     return states.transpose(0, 1).contiguous()
 
 
-def misfits(model: "NeuralModalODE", prior: StatePrior, states: Tensor, seen: Tensor) -> tuple[Tensor, Tensor]:
+def misfits(model: NeuralModalODE, prior: StatePrior, states: Tensor, seen: Tensor) -> tuple[Tensor, Tensor]:
     """Return the misfit (batch,) and the channels' misfits in noise standard deviations (batch, time * measured).
 
     ``states`` (substep, batch, 2 mode), ``seen`` (time, batch, measured).
@@ -121,7 +105,7 @@ def misfits(model: "NeuralModalODE", prior: StatePrior, states: Tensor, seen: Te
     return 0.5 * (residual.square().sum(dim=1) + ((z0 @ prior.precision) * z0).sum(dim=1)), residual
 
 
-def channel_slopes(model: "NeuralModalODE", prior: StatePrior, states: Tensor) -> Tensor:
+def channel_slopes(model: NeuralModalODE, prior: StatePrior, states: Tensor) -> Tensor:
     """Return d channels / dz_0 in noise standard deviations (batch, 2 mode, time * measured), along ``states``."""
     every = model.substeps
     linearised = linearise(model.dynamics, states, model.step / every)
@@ -131,7 +115,7 @@ def channel_slopes(model: "NeuralModalODE", prior: StatePrior, states: Tensor) -
     return seen.permute(1, 2, 0, 3).flatten(2)
 
 
-def observation(model: "NeuralModalODE", prior: StatePrior) -> tuple[Tensor, Tensor]:
+def observation(model: NeuralModalODE, prior: StatePrior) -> tuple[Tensor, Tensor]:
     """Return d channels / dz (2 mode, measured) and d channels / d force (mode, measured), in noise deviations."""
     modes = model.dynamics.modes
     unit = torch.eye(3 * modes, dtype=prior.precision.dtype, device=prior.precision.device)

@@ -9,18 +9,16 @@ The best e for a given d is known window by window, which leaves N d = g for the
 """
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import torch
 from torch import Tensor
 
 from hybrid.estimation.linearised import linearise
-from hybrid.estimation.most_probable_state import StatePrior, misfits, observation
+from hybrid.estimation.most_probable_state import misfits, observation
 from hybrid.neural_modal_ode.integrators import propagator_weights
+from hybrid.neural_modal_ode.model import NeuralModalODE
 from hybrid.neural_modal_ode.residuals.at_connectors import ConnectorResidual
-
-if TYPE_CHECKING:
-    from hybrid.neural_modal_ode.model import NeuralModalODE
+from hybrid.neural_modal_ode.state_prior import StatePrior
 
 
 @dataclass(frozen=True)
@@ -39,7 +37,7 @@ class NormalEquations:
 
 @torch.no_grad()
 def normal_equations(
-    model: "NeuralModalODE",
+    model: NeuralModalODE,
     residual: ConnectorResidual,
     prior: StatePrior,
     states: Tensor,
@@ -64,7 +62,7 @@ def normal_equations(
     return NormalEquations(matrix.double(), downhill.double(), own, coupling)
 
 
-def _channel_slopes(model: "NeuralModalODE", residual: ConnectorResidual, prior: StatePrior, states: Tensor) -> Tensor:
+def _channel_slopes(model: NeuralModalODE, residual: ConnectorResidual, prior: StatePrior, states: Tensor) -> Tensor:
     """Return d channels / d [z0, parameters] in noise deviations (batch, 2 mode + parameter, time * measured)."""
     every, modes = model.substeps, model.dynamics.modes
     step = model.step / every

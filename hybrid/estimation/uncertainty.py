@@ -16,8 +16,8 @@ from fe_models.arrays import FloatArray
 from fe_models.recordings import Sensor
 from hybrid.estimation.experts import Experts, Hybrid
 from hybrid.estimation.forecast import Forecast, forecast_windows, joined, posterior, solves_for_states
-from hybrid.estimation.most_probable_state import StatePrior
 from hybrid.estimation.windows import evenly
+from hybrid.neural_modal_ode.state_prior import StatePrior
 
 DRAWS = 50  # of each initial state: the standard deviation is then good to a tenth
 WINDOWS = 10  # at a time: bounds memory

@@ -9,7 +9,6 @@ from fe_models.effects import ForceLaw
 from fe_models.linear import ModalModel
 from fe_models.recordings import Sensor
 from hybrid.config import ModelConfig
-from hybrid.estimation.most_probable_state import StatePrior, estimate_state
 from hybrid.neural_modal_ode.connectors import Connectors
 from hybrid.neural_modal_ode.decoder import Decoder
 from hybrid.neural_modal_ode.dynamics import ModalDynamics
@@ -20,6 +19,7 @@ from hybrid.neural_modal_ode.residuals.at_connectors import ConnectorResidual
 from hybrid.neural_modal_ode.residuals.backbone import BackboneResidual
 from hybrid.neural_modal_ode.residuals.free import FreeResidual
 from hybrid.neural_modal_ode.scaling import StateScale
+from hybrid.neural_modal_ode.state_prior import StatePrior
 
 
 @dataclass(frozen=True)
@@ -82,18 +82,14 @@ class NeuralModalODE(nn.Module):
         """Return mean and log-variance of the scaled z0, each (batch, 2 mode), from the start of windows.
 
         ``windows``: (batch, time, sensor) with at least `ModelConfig.encoder_samples` samples; all later ones and the
-        held-out sensors are ignored.
+        held-out sensors are ignored. `TypeError` of a model that has a `StatePrior` in its encoder's place: its states
+        are solved for, by `estimation`.
         """
-        first = windows[:, : self.config.encoder_samples]
         if isinstance(self.encoder, StatePrior):
-            estimate = estimate_state(self, self.encoder, first)
-            return estimate.mean, estimate.covariance.diagonal(dim1=1, dim2=2).log()
+            raise TypeError("this model encodes no states: ask hybrid.estimation.forecast.posterior for them")
+        first = windows[:, : self.config.encoder_samples]
         mean, log_variance = self.encoder(first[:, :, self.measured] / self.channel_scale[self.measured])
         return mean, log_variance
-
-    def initial_state(self, windows: Tensor) -> Tensor:
-        """Return the mean of the scaled z0, (batch, 2 mode): what `forecast` starts from."""
-        return self.encode(windows)[0]
 
     def forecast(self, z0: Tensor, samples: int) -> Trajectory:
         """Return the trajectory of ``samples`` samples from scaled initial states z0 (batch, 2 mode)."""

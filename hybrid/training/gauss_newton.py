@@ -15,10 +15,11 @@ from torch import Tensor
 
 from fe_models.arrays import FloatArray
 from hybrid.config import TrainingConfig
-from hybrid.estimation.most_probable_state import WINDOWS, StatePrior, estimate_state, misfits, trajectory
+from hybrid.estimation.most_probable_state import WINDOWS, estimate_state, misfits, trajectory
 from hybrid.estimation.normal_equations import normal_equations
 from hybrid.neural_modal_ode.model import NeuralModalODE
 from hybrid.neural_modal_ode.residuals.at_connectors import ConnectorResidual
+from hybrid.neural_modal_ode.state_prior import StatePrior
 from hybrid.training.gradient_training import EpochResult, TrainingDivergedError
 
 MEDIAN_TO_STD = 1.4826  # of the absolute values of normal noise

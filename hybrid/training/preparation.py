@@ -20,6 +20,7 @@ from fe_models.recordings import Dataset, Recording
 from fe_models.structure import Structure
 from hybrid.config import Config
 from hybrid.estimation.experts import Kind
+from hybrid.estimation.forecast import posterior
 from hybrid.estimation.linear_calibration import (
     GROWTH,
     Observer,
@@ -28,7 +29,6 @@ from hybrid.estimation.linear_calibration import (
     initial_state_estimator,
     smooth,
 )
-from hybrid.estimation.most_probable_state import StatePrior
 from hybrid.estimation.windows import columns, cut, cut_all, evenly, window_length
 from hybrid.neural_modal_ode.connectors import Connectors, chain_connectors, complete_basis
 from hybrid.neural_modal_ode.encoder import WindowEncoder
@@ -37,6 +37,7 @@ from hybrid.neural_modal_ode.residuals.at_connectors import ConnectorResidual
 from hybrid.neural_modal_ode.residuals.backbone import BackboneResidual
 from hybrid.neural_modal_ode.residuals.free import FreeResidual
 from hybrid.neural_modal_ode.scaling import StateScale, channel_scale
+from hybrid.neural_modal_ode.state_prior import StatePrior
 from hybrid.progress import nothing
 from hybrid.training.consistency import largest_agreeing_group, unexplained_shares
 
@@ -105,8 +106,7 @@ def prepare(dataset: Dataset, config: Config, advance: Callable[[], object] = no
     start_at_linear_model(model, observer, rest)
     set_encoder(model, observer, observability, some)
     if isinstance(model.dynamics.residual, BackboneResidual):
-        with torch.no_grad():
-            starts = model.initial_state(torch.tensor(windows, dtype=model.channel_scale.dtype))
+        starts, _ = posterior(model, torch.tensor(windows, dtype=model.channel_scale.dtype))
         model.dynamics.residual.set_levels(starts)
     names = tuple(recording.name for recording in kept)
     left_out = tuple(recording.name for recording in recordings if recording.name not in names)

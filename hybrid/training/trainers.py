@@ -3,7 +3,7 @@
 from fe_models.arrays import FloatArray
 from hybrid.config import TrainingConfig
 from hybrid.estimation.experts import Experts, Hybrid
-from hybrid.estimation.most_probable_state import StatePrior
+from hybrid.neural_modal_ode.state_prior import StatePrior
 from hybrid.training.expert_training import ExpertsTrainer
 from hybrid.training.gauss_newton import GaussNewtonTrainer
 from hybrid.training.gradient_training import Trainer

@@ -15,9 +15,10 @@ from hybrid.config import Config, ModelConfig, places_preset
 from hybrid.diagnosis.fitting.forecasting import shown_of
 from hybrid.diagnosis.outcome.findings import Finding
 from hybrid.estimation.linear_form import ConnectorForm
-from hybrid.estimation.most_probable_state import StatePrior, smooth_state, trajectory
+from hybrid.estimation.most_probable_state import smooth_state, trajectory
 from hybrid.neural_modal_ode.model import NeuralModalODE
 from hybrid.neural_modal_ode.residuals.at_connectors import ConnectorResidual
+from hybrid.neural_modal_ode.state_prior import StatePrior
 from hybrid.progress import nothing
 from hybrid.training.preparation import Prepared, modal_damping_matrix, prepare
 from hybrid.training.trainers import trainer_for
@@ -122,7 +123,7 @@ def _prior(model: NeuralModalODE, windows: FloatArray) -> StatePrior:
     if isinstance(model.encoder, StatePrior):
         variance, noise = torch.linalg.inv(model.encoder.precision).diagonal(), model.encoder.noise_std
     else:
-        states = model.initial_state(seen)
+        states, _ = model.encode(seen)
         span = 2 * model.config.encoder_samples
         error = (model.forecast(states, span).channels - seen[:, :span])[..., model.measured]
         variance, noise = states.square().mean(dim=0), error.square().mean(dim=(0, 1)).sqrt()
