@@ -14,7 +14,7 @@ from torch import Tensor, nn
 
 from benchmarks.row import Row
 from fe_models.arrays import FloatArray
-from fe_models.four_dof import paper_dataset
+from fe_models.four_dof_data import paper_dataset
 from fe_models.linear import ModalModel
 from fe_models.recordings import Dataset
 from hybrid.config import Config, places_preset

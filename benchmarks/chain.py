@@ -10,12 +10,13 @@ import torch
 from benchmarks.row import Row
 from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
+from fe_models.built_in.four_dof import four_dof
 from fe_models.effects.laws import force_laws
-from fe_models.four_dof import four_dof, paper_dataset
+from fe_models.four_dof_data import paper_dataset
 from fe_models.linear import ModalModel
 from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset
-from fe_models.simulate import FreeConfig, simulate_free
+from fe_models.simulation import FreeConfig, simulate_free
 from hybrid.config import Config, places_preset
 from hybrid.estimation.forecast import forecast_windows
 from hybrid.estimation.uncertainty import BandedForecast, coverage, set_relative_error

@@ -10,7 +10,7 @@ from torch import Tensor
 from torchdiffeq import odeint
 
 from benchmarks.row import Row
-from fe_models.four_dof import paper_dataset
+from fe_models.four_dof_data import paper_dataset
 from fe_models.linear import ModalModel
 from hybrid.config import Config, places_preset
 from hybrid.neural_modal_ode.dynamics import ModalDynamics

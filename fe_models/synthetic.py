@@ -11,7 +11,7 @@ from fe_models.files.recording_checks import check_rates, check_sensor
 from fe_models.measurement import measure
 from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.response import Response
-from fe_models.simulate import FreeConfig, ReleaseConfig, simulate_free, simulate_release
+from fe_models.simulation import FreeConfig, ReleaseConfig, simulate_free, simulate_release
 from fe_models.statics import PointLoad, load_vector
 from fe_models.structure import Structure
 from fe_models.structure_checks import require_structure

@@ -18,11 +18,11 @@ from benchmarks.blind.confusion import confusion
 from benchmarks.blind.reliability import calibration
 from benchmarks.blind_cases import OUTSIDE, BlindConfig, Noisy
 from benchmarks.row import Row, table
+from fe_models.built_in.four_dof import four_dof
 from fe_models.dofs import structure_dofs
 from fe_models.errors import bad_input_exits
 from fe_models.files.atomic import write_json
 from fe_models.files.modal_file import load_modal_model
-from fe_models.four_dof import four_dof
 from fe_models.linear import ModalModel
 from hybrid.config import experts_preset, places_preset
 

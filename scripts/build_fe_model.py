@@ -12,7 +12,8 @@ from scipy.sparse import csr_array
 
 from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
-from fe_models.bridge import PAPER_FREQUENCIES
+from fe_models.built_in.bridge import PAPER_FREQUENCIES
+from fe_models.built_in.four_dof import PAPER_OMEGA, four_dof
 from fe_models.damping import full_damping
 from fe_models.dofs import structure_dofs
 from fe_models.effects.laws import dead_load_share
@@ -24,11 +25,11 @@ from fe_models.files.modal_file import load_modal_model
 from fe_models.files.models import load_model
 from fe_models.files.recording_checks import UNITS
 from fe_models.files.structure_file import save_structure
-from fe_models.four_dof import PAPER_OMEGA, four_dof, paper_dataset
+from fe_models.four_dof_data import paper_dataset
 from fe_models.linear import LinearModel, ModalModel
 from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset, Quantity, Sensor
-from fe_models.simulate import FreeConfig, ReleaseConfig
+from fe_models.simulation import FreeConfig, ReleaseConfig
 from fe_models.statics import STANDARD_GRAVITY, PointLoad
 from fe_models.structure import Beam, Cable, Direction, Structure
 from fe_models.synthetic import Acquisition, check_release, free_dataset, release_dataset

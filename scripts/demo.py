@@ -8,13 +8,13 @@ import numpy as np
 import typer
 
 from fe_models.arrays import FloatArray
-from fe_models.bridge import bridge
+from fe_models.built_in.bridge import bridge
 from fe_models.errors import InputError, bad_input_exits
 from fe_models.files.bridge_recordings import bridge_sensors, write_bridge_dataset
 from fe_models.files.dataset_file import load_dataset, save_dataset
 from fe_models.pictures.run_pictures import draw_run
 from fe_models.recordings import Dataset
-from fe_models.simulate import ReleaseConfig
+from fe_models.simulation import ReleaseConfig
 from fe_models.statics import PointLoad
 from fe_models.synthetic import Acquisition, release_dataset
 from hybrid.config import Config, TrainingConfig

@@ -8,7 +8,7 @@ from fe_models.assembly import linearise
 from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.sections import round_wire, square_tube
-from fe_models.simulate import FreeConfig, simulate_free
+from fe_models.simulation import FreeConfig, simulate_free
 from fe_models.structure import Beam, Cable, Damping, PointMass, Structure, Support
 from tests.masts import TUBE, masts
 

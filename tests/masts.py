@@ -7,7 +7,7 @@ from fe_models.effects import Effect
 from fe_models.modes import natural_modes
 from fe_models.recordings import Assumptions, Dataset, Recording, Sensor
 from fe_models.sections import square_tube
-from fe_models.simulate import FreeConfig, simulate_free
+from fe_models.simulation import FreeConfig, simulate_free
 from fe_models.structure import Beam, Damping, PointMass, Structure, Support
 
 TUBE = square_tube("tube", youngs_modulus=2.1e11, density=7850.0, side=0.1, wall=0.005)

@@ -12,7 +12,8 @@ from typer.testing import CliRunner
 from benchmarks import ablations, bridge, chain, cost
 from benchmarks.row import Row, table
 from fe_models.assembly import linearise
-from fe_models.four_dof import four_dof, paper_dataset
+from fe_models.built_in.four_dof import four_dof
+from fe_models.four_dof_data import paper_dataset
 from fe_models.modes import natural_modes
 from hybrid.estimation.forecast import forecast_windows
 from hybrid.training.scoring import nrmse

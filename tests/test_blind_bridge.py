@@ -16,18 +16,18 @@ from benchmarks.blind_cases.marching import Grid, march
 from benchmarks.blind_cases.outside import HystereticSpring
 from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
-from fe_models.bridge import bridge
+from fe_models.built_in.bridge import bridge
+from fe_models.built_in.four_dof import four_dof
 from fe_models.effects import CoulombFriction, CubicSpring, GapStop, HarmonicForce, PointDamper, QuadraticDamper
 from fe_models.effects.connectors import ConnectorEffect
 from fe_models.errors import InputError
 from fe_models.files.bridge_recordings import bridge_sensors
 from fe_models.files.dataset_file import load_dataset
 from fe_models.files.recording_checks import check_data
-from fe_models.four_dof import four_dof
 from fe_models.modes import natural_modes
 from fe_models.nominal import nominal_modes
 from fe_models.sensor_effects import SensorGain
-from fe_models.simulate import FreeConfig, simulate_free
+from fe_models.simulation import FreeConfig, simulate_free
 from fe_models.structure import Beam, Cable, Damping
 from fe_models.time_integration import TimeIntegration, root
 

@@ -8,7 +8,7 @@ from scipy.io import loadmat
 from scipy.linalg import eigh
 
 from fe_models.assembly import linearise
-from fe_models.bridge import PAPER_FREQUENCIES, bridge
+from fe_models.built_in.bridge import PAPER_FREQUENCIES, bridge
 from fe_models.modes import mac, natural_modes
 from fe_models.statics import PointLoad, rest_state
 from fe_models.structure import Beam, Cable

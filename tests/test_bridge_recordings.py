@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.io import loadmat, savemat
 
-from fe_models.bridge import bridge
+from fe_models.built_in.bridge import bridge
 from fe_models.errors import InputError
 from fe_models.files.bridge_recordings import write_bridge_dataset
 from fe_models.files.dataset_file import load_dataset

@@ -7,7 +7,8 @@ import pytest
 from scipy.linalg import eigh
 from typer.testing import CliRunner, Result
 
-from fe_models.bridge import bridge
+from fe_models.built_in.bridge import bridge
+from fe_models.built_in.four_dof import four_dof
 from fe_models.effects import (
     EFFECTS,
     AddedMass,
@@ -27,7 +28,7 @@ from fe_models.effects import (
 from fe_models.files.dataset_file import load_dataset
 from fe_models.files.matrices_file import load_linear_model
 from fe_models.files.structure_file import load_structure, save_structure
-from fe_models.four_dof import four_dof, paper_dataset
+from fe_models.four_dof_data import paper_dataset
 from fe_models.structure import Damping
 from scripts.build_fe_model import app
 from tests.problems import cantilever

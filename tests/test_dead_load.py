@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fe_models.assembly import linearise
-from fe_models.bridge import bridge
+from fe_models.built_in.bridge import bridge
 from fe_models.effects import DeadLoad
 from fe_models.errors import InputError
 from fe_models.modes import natural_modes

@@ -10,7 +10,7 @@ from scipy.io import savemat
 from typer.testing import CliRunner, Result
 
 from fe_models.assembly import linearise
-from fe_models.bridge import bridge
+from fe_models.built_in.bridge import bridge
 from fe_models.files.bridge_recordings import bridge_sensors
 from fe_models.files.dataset_file import load_dataset, save_dataset
 from fe_models.modes import natural_modes

@@ -10,13 +10,13 @@ from typer.testing import CliRunner
 from benchmarks.blind.judging import judge
 from benchmarks.blind_cases import SENSORS, BlindConfig, blind_case
 from fe_models.assembly import linearise
+from fe_models.built_in.four_dof import four_dof
 from fe_models.effects import AddedMass, Effect, StiffnessChange
 from fe_models.errors import InputError
 from fe_models.files.dataset_file import save_dataset
 from fe_models.files.models import load_model
-from fe_models.four_dof import four_dof
 from fe_models.recordings import Dataset, Recording
-from fe_models.simulate import FreeConfig, simulate_free
+from fe_models.simulation import FreeConfig, simulate_free
 from fe_models.structure import Structure
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.outcome.verdict import Verdict

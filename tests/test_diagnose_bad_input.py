@@ -10,10 +10,10 @@ import pytest
 from typer.testing import CliRunner
 
 from benchmarks.blind_cases import BlindConfig, blind_case
+from fe_models.built_in.four_dof import four_dof
 from fe_models.effects import CubicSpring
 from fe_models.errors import InputError
 from fe_models.files.dataset_file import save_dataset
-from fe_models.four_dof import four_dof
 from fe_models.lowpass import LowPass
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.contest.setting import setting_of

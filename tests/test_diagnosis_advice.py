@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from benchmarks.blind_cases import BlindConfig, blind_case
+from fe_models.built_in.four_dof import four_dof
 from fe_models.effects import AddedMass, StiffnessChange, SupportSpring
-from fe_models.four_dof import four_dof
 from fe_models.recordings import Dataset, Recording, Sensor
-from fe_models.simulate import FreeConfig, simulate_free
+from fe_models.simulation import FreeConfig, simulate_free
 from hybrid.diagnosis.causes.candidates import all_candidates
 from hybrid.diagnosis.causes.places import Motion
 from hybrid.diagnosis.contest.posterior import Posterior

@@ -8,10 +8,10 @@ import pytest
 
 from benchmarks.blind.judging import judge
 from benchmarks.blind_cases import BlindConfig, blind_case
+from fe_models.built_in.four_dof import four_dof
 from fe_models.effects import CubicSpring, StiffnessChange
-from fe_models.four_dof import four_dof
 from fe_models.recordings import Dataset, Recording, Sensor
-from fe_models.simulate import FreeConfig, simulate_free
+from fe_models.simulation import FreeConfig, simulate_free
 from hybrid.diagnosis.contest import changes
 from hybrid.diagnosis.contest.changes import changes_beside
 from hybrid.diagnosis.contest.growing import ground_of

@@ -9,7 +9,7 @@ from scipy.linalg import eig
 from benchmarks.blind_cases.bridge import SENSORS
 from fe_models.arrays import ComplexArray
 from fe_models.assembly import linearise
-from fe_models.bridge import bridge
+from fe_models.built_in.bridge import bridge
 from fe_models.damping import full_damping
 from fe_models.effects import AxialForce, PointDamper
 from fe_models.recordings import QUANTITIES

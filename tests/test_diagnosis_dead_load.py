@@ -10,7 +10,7 @@ from fe_models.effects import DeadLoad, Effect, PointDamper
 from fe_models.measurement import lowpassed
 from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.sections import square_tube
-from fe_models.simulate import ReleaseConfig, simulate_release
+from fe_models.simulation import ReleaseConfig, simulate_release
 from fe_models.statics import PointLoad
 from fe_models.structure import Beam, Damping, PointMass, Structure, Support
 from hybrid.diagnosis.causes.linear_causes import linear_causes

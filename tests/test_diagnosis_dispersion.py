@@ -10,7 +10,7 @@ from benchmarks.blind_cases import BlindConfig, blind_case
 from benchmarks.blind_cases.bridge import SENSORS
 from benchmarks.blind_cases.bridge_scene import free_motion
 from fe_models.assembly import linearise
-from fe_models.bridge import bridge
+from fe_models.built_in.bridge import bridge
 from fe_models.effects import AddedMass
 from fe_models.files.bridge_recordings import LOWPASS
 from fe_models.measurement import lowpassed

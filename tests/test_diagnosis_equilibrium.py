@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from fe_models.bridge import bridge
+from fe_models.built_in.bridge import bridge
 from fe_models.recordings import Assumptions, Dataset
 from fe_models.sections import round_wire, square_tube
 from fe_models.structure import Beam, Cable, Element, Spring, Structure, Support

@@ -7,10 +7,10 @@ import pytest
 from scipy.stats import multivariate_normal
 
 from benchmarks.blind_cases import SENSORS, BlindConfig, blind_case
+from fe_models.built_in.four_dof import four_dof
 from fe_models.effects import AddedMass
-from fe_models.four_dof import four_dof
 from fe_models.recordings import Dataset, Recording
-from fe_models.simulate import FreeConfig, simulate_free
+from fe_models.simulation import FreeConfig, simulate_free
 from hybrid.diagnosis.contest.exactness import SCALES, tightened
 from hybrid.diagnosis.contest.posterior import posterior_of
 from hybrid.diagnosis.fitting.fitting import Fit, fit

@@ -7,12 +7,12 @@ import pytest
 
 from benchmarks.blind_cases import SENSORS as CHAIN_SENSORS
 from fe_models.assembly import linearise
+from fe_models.built_in.four_dof import four_dof
 from fe_models.effects import StiffnessChange
-from fe_models.four_dof import four_dof
 from fe_models.measurement import lowpassed
 from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset, Load, Recording
-from fe_models.simulate import FreeConfig, simulate_free
+from fe_models.simulation import FreeConfig, simulate_free
 from fe_models.structure import Structure
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.nominal.unstated_lowpass import unstated_lowpass

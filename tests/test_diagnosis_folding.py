@@ -7,7 +7,7 @@ import numpy as np
 from fe_models.assembly import linearise
 from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset, Recording
-from fe_models.simulate import FreeConfig, simulate_free
+from fe_models.simulation import FreeConfig, simulate_free
 from hybrid.diagnosis.contest.growing import ground_of
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.outcome.folding import folding_of

@@ -9,11 +9,11 @@ from scipy.stats import norm
 from scipy.stats import t as student
 
 from fe_models.arrays import FloatArray
+from fe_models.built_in.four_dof import four_dof
 from fe_models.effects import CubicSpring, GapStop
 from fe_models.effects.base import Effect
-from fe_models.four_dof import four_dof
 from fe_models.recordings import Dataset, Recording, Sensor
-from fe_models.simulate import FreeConfig, simulate_free
+from fe_models.simulation import FreeConfig, simulate_free
 from hybrid.diagnosis.causes.candidates import all_candidates
 from hybrid.diagnosis.causes.places import Motion
 from hybrid.diagnosis.fitting.fitting import fit, residuals_at

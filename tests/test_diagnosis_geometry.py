@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import quad
 
 from benchmarks.blind_cases import BlindConfig, blind_case
-from fe_models.four_dof import four_dof
+from fe_models.built_in.four_dof import four_dof
 from fe_models.recordings import Dataset, Quantity, Recording, Sensor
 from fe_models.structure import Beam, Direction, Structure, Support
 from hybrid.diagnosis.causes.places import Motion

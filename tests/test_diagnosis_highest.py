@@ -8,7 +8,7 @@ import pytest
 
 from benchmarks.blind_cases.bridge import SENSORS
 from fe_models.arrays import FloatArray
-from fe_models.bridge import bridge
+from fe_models.built_in.bridge import bridge
 from fe_models.measurement import lowpassed
 from fe_models.recordings import Dataset, Load, Recording
 from hybrid.diagnosis.contest.setting import setting_of

@@ -8,7 +8,7 @@ import pytest
 from benchmarks.blind_cases.bridge import SENSORS
 from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
-from fe_models.bridge import bridge
+from fe_models.built_in.bridge import bridge
 from fe_models.effects import HarmonicForce
 from fe_models.recordings import Assumptions, Dataset, Recording
 from hybrid.diagnosis.causes.candidate import Candidate

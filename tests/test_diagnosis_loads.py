@@ -15,15 +15,15 @@ from benchmarks.blind_cases.marching import march as modal_march
 from benchmarks.peers.certain import certain_of
 from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
-from fe_models.bridge import bridge
+from fe_models.built_in.bridge import bridge
+from fe_models.built_in.four_dof import four_dof
 from fe_models.effects import AddedMass, CubicSpring, Effect, ForceLaw, HarmonicForce, StiffnessChange
 from fe_models.errors import InputError
 from fe_models.files.dataset_file import load_dataset, save_dataset
-from fe_models.four_dof import four_dof
 from fe_models.measurement import lowpassed
 from fe_models.modes import natural_modes
 from fe_models.recordings import Assumptions, Dataset, Load, Recording
-from fe_models.simulate import FreeConfig, simulate_free
+from fe_models.simulation import FreeConfig, simulate_free
 from hybrid.diagnosis.causes.candidates import all_candidates
 from hybrid.diagnosis.causes.places import Motion
 from hybrid.diagnosis.contest.setting import setting_of

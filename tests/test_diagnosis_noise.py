@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from benchmarks.blind_cases import BlindConfig, blind_case
-from fe_models.four_dof import four_dof
+from fe_models.built_in.four_dof import four_dof
 from fe_models.measurement import lowpassed
 from fe_models.recordings import Dataset, Recording, Sensor
-from fe_models.simulate import FreeConfig, simulate_free
+from fe_models.simulation import FreeConfig, simulate_free
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.nominal.lowpass import noise_is_lowpassed

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fe_models.four_dof import four_dof
+from fe_models.built_in.four_dof import four_dof
 from fe_models.recordings import Assumptions, Dataset, Recording, Sensor
 from hybrid.diagnosis.nominal.not_followed import not_followed
 from hybrid.diagnosis.nominal.plant import plant_of

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from fe_models.arrays import FloatArray
+from fe_models.built_in.four_dof import four_dof
 from fe_models.effects import GapStop, SupportSpring
-from fe_models.four_dof import four_dof
 from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.time_integration import root
 from hybrid.diagnosis.contest.setting import setting_of

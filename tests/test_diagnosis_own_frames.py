@@ -7,13 +7,13 @@ import pytest
 
 from benchmarks.blind_cases import BlindConfig, blind_case
 from fe_models.assembly import linearise
+from fe_models.built_in.four_dof import four_dof
 from fe_models.effects import AddedMass, SlackCable, StiffnessChange, SupportSpring
 from fe_models.errors import InputError
-from fe_models.four_dof import four_dof
 from fe_models.modes import natural_modes
 from fe_models.recordings import Assumptions, Dataset, Recording, Sensor
 from fe_models.sections import round_wire
-from fe_models.simulate import FreeConfig, simulate_free
+from fe_models.simulation import FreeConfig, simulate_free
 from fe_models.structure import Beam, Cable, Damping, PointMass, Spring, Structure, Support
 from fe_models.uncertain_parts import uncertain_parts
 from hybrid.diagnosis.contest.growing import fit_growing

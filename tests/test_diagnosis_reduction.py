@@ -11,9 +11,9 @@ from benchmarks.blind_cases import SENSORS as CHAIN_SENSORS
 from benchmarks.blind_cases.bridge import SENSORS
 from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
-from fe_models.bridge import bridge
+from fe_models.built_in.bridge import bridge
+from fe_models.built_in.four_dof import four_dof
 from fe_models.effects import AddedMass, AxialForce, DeadLoad, Effect, StiffnessChange, SupportSpring
-from fe_models.four_dof import four_dof
 from fe_models.linear import ModalModel
 from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset, Recording

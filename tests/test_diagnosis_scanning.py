@@ -13,9 +13,9 @@ from benchmarks.blind_cases.bridge import SENSORS
 from benchmarks.blind_cases.bridge_scene import free_motion
 from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
-from fe_models.bridge import bridge
+from fe_models.built_in.bridge import bridge
+from fe_models.built_in.four_dof import four_dof
 from fe_models.effects import AddedMass, Effect, ModalDamping, StiffnessChange, SupportSpring
-from fe_models.four_dof import four_dof
 from fe_models.modes import natural_modes
 from fe_models.recordings import Assumptions, Dataset, Recording
 from fe_models.time_integration import TimeIntegration

@@ -8,9 +8,9 @@ from benchmarks.blind_cases.bridge_scene import free_motion
 from benchmarks.blind_cases.bridge_truth import off_by_uncertainty
 from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
-from fe_models.bridge import bridge
+from fe_models.built_in.bridge import bridge
+from fe_models.built_in.four_dof import four_dof
 from fe_models.effects import AddedMass
-from fe_models.four_dof import four_dof
 from fe_models.modes import natural_modes
 from fe_models.recordings import Assumptions, Dataset, Uncertainty
 from fe_models.structure import Beam, Cable, Structure

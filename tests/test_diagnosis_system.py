@@ -7,6 +7,7 @@ import pytest
 
 from benchmarks.blind_cases import SENSORS, BlindConfig, blind_case
 from fe_models.arrays import FloatArray
+from fe_models.built_in.four_dof import four_dof
 from fe_models.effects import (
     AddedMass,
     CoulombFriction,
@@ -20,9 +21,8 @@ from fe_models.effects import (
     StiffnessChange,
     SupportSpring,
 )
-from fe_models.four_dof import four_dof
 from fe_models.recordings import Assumptions, Dataset, Recording
-from fe_models.simulate import FreeConfig, simulate_free
+from fe_models.simulation import FreeConfig, simulate_free
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.causes.candidates import all_candidates
 from hybrid.diagnosis.causes.places import Motion

@@ -7,7 +7,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from fe_models.bridge import bridge
+from fe_models.built_in.bridge import bridge
+from fe_models.built_in.four_dof import four_dof
 from fe_models.causes import CAUSES
 from fe_models.effects import (
     EFFECTS,
@@ -29,7 +30,6 @@ from fe_models.effects import (
 )
 from fe_models.errors import InputError
 from fe_models.files.structure_file import load_structure, save_structure, structure_from_text, structure_text
-from fe_models.four_dof import four_dof
 from fe_models.sensor_effects import SensorDelay, SensorDrift, SensorGain
 from fe_models.structure import Structure, Support
 from fe_models.structure_checks import check_structure

@@ -8,8 +8,8 @@ import pytest
 import torch
 
 from fe_models.arrays import FloatArray
+from fe_models.built_in.four_dof import four_dof
 from fe_models.errors import InputError
-from fe_models.four_dof import four_dof
 from fe_models.recordings import Assumptions, Dataset, Recording
 from hybrid.config import Config, paper_preset, places_preset
 from hybrid.estimation.experts import Experts, fe_counterpart

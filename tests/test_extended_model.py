@@ -9,15 +9,15 @@ from typer.testing import CliRunner
 
 from benchmarks.blind_cases import BlindConfig, blind_case
 from fe_models.assembly import linearise
+from fe_models.built_in.four_dof import four_dof
 from fe_models.damping import full_damping
 from fe_models.effects import CubicSpring, Effect, ModalDamping, PointDamper
 from fe_models.files.dataset_file import load_dataset, save_dataset
 from fe_models.files.models import load_model
 from fe_models.files.structure_file import save_structure
-from fe_models.four_dof import four_dof
 from fe_models.modes import natural_modes
 from fe_models.recordings import Assumptions, Dataset, Recording
-from fe_models.simulate import FreeConfig, simulate_free
+from fe_models.simulation import FreeConfig, simulate_free
 from fe_models.structure import Damping, Structure
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.nominal.plant import plant_of

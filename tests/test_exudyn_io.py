@@ -10,7 +10,7 @@ import pytest
 
 from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
-from fe_models.bridge import bridge
+from fe_models.built_in.bridge import bridge
 from fe_models.effects import (
     AddedMass,
     AxialForce,
@@ -160,6 +160,6 @@ def test_nothing_is_printed_or_written(
 
 def test_structures_and_modes_import_without_exudyn() -> None:
     script = (
-        "import sys, fe_models.modes, fe_models.files.models, fe_models.simulate; sys.exit('exudyn' in sys.modules)"
+        "import sys, fe_models.modes, fe_models.files.models, fe_models.simulation; sys.exit('exudyn' in sys.modules)"
     )
     assert subprocess.run([sys.executable, "-c", script], check=False).returncode == 0

@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 
 from fe_models.assembly import linearise
+from fe_models.built_in.four_dof import PAPER_OMEGA, four_dof
 from fe_models.effects import CubicSpring
-from fe_models.four_dof import PAPER_OMEGA, four_dof, paper_dataset, paper_sensors
+from fe_models.four_dof_data import paper_dataset, paper_sensors
 from fe_models.modes import natural_modes
-from fe_models.simulate import simulate_free
+from fe_models.simulation import simulate_free
 
 
 def test_matrices_are_the_paper_s() -> None:

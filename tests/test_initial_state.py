@@ -8,8 +8,8 @@ import pytest
 from scipy.optimize import minimize
 
 from fe_models.assembly import linearise
+from fe_models.built_in.four_dof import four_dof
 from fe_models.errors import InputError
-from fe_models.four_dof import four_dof
 from fe_models.modes import natural_modes
 from hybrid.estimation.given_state import NodalState, modal_state, read_nodal_state
 from tests.hybrid_problems import STIFFNESS

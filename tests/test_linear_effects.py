@@ -10,7 +10,8 @@ from scipy.optimize import brentq
 
 from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
-from fe_models.bridge import bridge
+from fe_models.built_in.bridge import bridge
+from fe_models.built_in.four_dof import four_dof
 from fe_models.damping import full_damping
 from fe_models.effects import (
     AddedMass,
@@ -24,11 +25,10 @@ from fe_models.effects import (
     SupportSpring,
 )
 from fe_models.errors import InputError
-from fe_models.four_dof import four_dof
 from fe_models.items import gravity_load
 from fe_models.matrix_changes import matrix_changes
 from fe_models.modes import natural_modes
-from fe_models.simulate import FreeConfig, ReleaseConfig, simulate_free, simulate_release
+from fe_models.simulation import FreeConfig, ReleaseConfig, simulate_free, simulate_release
 from fe_models.statics import PointLoad, rest_state
 from fe_models.structure import Cable, Damping, PointMass, Spring, Structure, Support
 from tests.problems import TIMBER, WIRE, bending_frequencies, cantilever, chain_motion, newmark

@@ -7,7 +7,7 @@ import pytest
 
 from fe_models import modes
 from fe_models.assembly import linearise
-from fe_models.bridge import bridge
+from fe_models.built_in.bridge import bridge
 from fe_models.errors import InputError
 from fe_models.linear import LinearModel
 from fe_models.linear_checks import check_linear_model

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from fe_models import modes
 from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
-from fe_models.bridge import bridge
+from fe_models.built_in.bridge import bridge
 from fe_models.damping import full_damping, rayleigh_damping
 from fe_models.errors import InputError
 from fe_models.linear import LinearModel

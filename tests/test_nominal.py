@@ -7,9 +7,10 @@ import pytest
 from scipy.linalg import eigh
 
 from fe_models.assembly import linearise
+from fe_models.built_in.four_dof import four_dof
 from fe_models.effects import ModalDamping, PointDamper
 from fe_models.errors import InputError
-from fe_models.four_dof import four_dof, paper_sensors
+from fe_models.four_dof_data import paper_sensors
 from fe_models.modes import natural_modes
 from fe_models.nominal import nominal_modes
 from fe_models.recordings import Assumptions, Dataset

@@ -10,9 +10,9 @@ import torch
 from scipy.linalg import expm
 
 from fe_models.assembly import linearise
+from fe_models.built_in.four_dof import four_dof
 from fe_models.effects import CubicSpring
 from fe_models.errors import InputError
-from fe_models.four_dof import four_dof
 from fe_models.linear import ModalModel
 from fe_models.recordings import Dataset
 from hybrid.config import places_preset

@@ -8,13 +8,13 @@ import pytest
 import torch
 
 from fe_models.assembly import linearise
-from fe_models.bridge import bridge
+from fe_models.built_in.bridge import bridge
+from fe_models.built_in.four_dof import four_dof
 from fe_models.effects import CoulombFriction, CubicSpring, Effect, GapStop, HarmonicForce, SlackCable
 from fe_models.effects.laws import force_laws
 from fe_models.errors import InputError
-from fe_models.four_dof import four_dof
 from fe_models.modes import natural_modes
-from fe_models.simulate import FreeConfig, simulate_free
+from fe_models.simulation import FreeConfig, simulate_free
 from fe_models.structure import Damping
 from hybrid.neural_modal_ode.dynamics import effect_shape
 from hybrid.neural_modal_ode.integrators import propagate

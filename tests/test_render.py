@@ -12,10 +12,10 @@ import pytest
 from numpy.typing import NDArray
 
 from fe_models.arrays import FloatArray
-from fe_models.bridge import bridge
+from fe_models.built_in.bridge import bridge
+from fe_models.built_in.four_dof import four_dof
 from fe_models.dofs import structure_dofs
 from fe_models.errors import InputError
-from fe_models.four_dof import four_dof
 from fe_models.linear import ModalModel
 from fe_models.pictures import symbols
 from fe_models.pictures.captions import digits, exaggeration, pace, readable

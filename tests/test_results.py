@@ -9,9 +9,9 @@ import pytest
 import torch
 
 from fe_models.arrays import FloatArray
+from fe_models.built_in.four_dof import four_dof
 from fe_models.dofs import structure_dofs
 from fe_models.files.run_folder import load_run
-from fe_models.four_dof import four_dof
 from fe_models.linear import ModalModel
 from fe_models.recordings import Dataset, Recording, Sensor
 from hybrid.config import Config

@@ -8,16 +8,16 @@ import pytest
 
 from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
-from fe_models.bridge import bridge
+from fe_models.built_in.bridge import bridge
+from fe_models.built_in.four_dof import four_dof
 from fe_models.damping import full_damping, rayleigh_damping
 from fe_models.effects import ConnectorEffect, CubicSpring
 from fe_models.errors import InputError
 from fe_models.exudyn.solve import Steps, _calmed_by
-from fe_models.four_dof import four_dof
 from fe_models.linear import LinearModel
 from fe_models.modes import natural_modes
 from fe_models.response import Response
-from fe_models.simulate import FreeConfig, ReleaseConfig, simulate_free, simulate_release
+from fe_models.simulation import FreeConfig, ReleaseConfig, simulate_free, simulate_release
 from fe_models.statics import PointLoad, load_vector, rest_state
 from fe_models.structure import Cable, Damping, PointMass, Structure, Support
 from tests.problems import TIMBER, WIRE, cantilever, chain_motion, held_mass, newmark

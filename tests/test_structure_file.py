@@ -8,11 +8,11 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from fe_models.bridge import bridge
+from fe_models.built_in.bridge import bridge
+from fe_models.built_in.four_dof import four_dof
 from fe_models.effects import CubicSpring
 from fe_models.errors import InputError
 from fe_models.files.structure_file import load_structure, parse_structure, save_structure, structure_table
-from fe_models.four_dof import four_dof
 from fe_models.sections import Section
 from fe_models.structure import Beam, Cable, Damping, Dashpot, PointMass, Spring, Structure, Support
 from fe_models.structure_checks import check_structure

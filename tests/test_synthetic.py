@@ -5,14 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fe_models.bridge import bridge
+from fe_models.built_in.bridge import bridge
+from fe_models.built_in.four_dof import four_dof
 from fe_models.effects import CubicSpring
 from fe_models.errors import InputError
 from fe_models.files.bridge_recordings import bridge_sensors
 from fe_models.files.recording_checks import check_data
-from fe_models.four_dof import four_dof, paper_sensors
+from fe_models.four_dof_data import paper_sensors
 from fe_models.measurement import measure
-from fe_models.simulate import FreeConfig, ReleaseConfig, simulate_free, simulate_release
+from fe_models.simulation import FreeConfig, ReleaseConfig, simulate_free, simulate_release
 from fe_models.statics import PointLoad
 from fe_models.synthetic import Acquisition, free_dataset, release_dataset
 

@@ -10,10 +10,10 @@ import pytest
 from scipy.sparse import csr_array
 from typer.testing import CliRunner, Result
 
+from fe_models.built_in.four_dof import four_dof
 from fe_models.dofs import structure_dofs
 from fe_models.files.dataset_file import load_dataset, save_dataset
 from fe_models.files.run_folder import load_run
-from fe_models.four_dof import four_dof
 from fe_models.linear import LinearModel
 from fe_models.recordings import Assumptions, Dataset
 from hybrid.training.checkpoint import load_checkpoint

@@ -8,7 +8,7 @@ import pytest
 from scipy.stats import norm
 
 from fe_models.arrays import FloatArray
-from fe_models.four_dof import four_dof
+from fe_models.built_in.four_dof import four_dof
 from fe_models.recordings import Assumptions, Dataset, Recording
 from hybrid.estimation.experts import Experts
 from hybrid.estimation.forecast import forecast_windows

@@ -18,7 +18,7 @@ from benchmarks.blind_cases.bridge_truth import (
 from benchmarks.blind_cases.case import BlindCase, BlindConfig, as_recorded, sensors_of
 from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
-from fe_models.bridge import bridge
+from fe_models.built_in.bridge import bridge
 from fe_models.effects import Cause, Effect
 from fe_models.errors import InputError
 from fe_models.files.bridge_recordings import LOWPASS, bridge_sensors

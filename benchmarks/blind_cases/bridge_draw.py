@@ -6,7 +6,7 @@ import numpy as np
 
 from benchmarks.blind_cases.bridge_scene import FELT_MODES, Scene
 from benchmarks.blind_cases.outside import DriftingSpring, HystereticSpring
-from fe_models.bridge import ROLLERS
+from fe_models.built_in.bridge import ROLLERS
 from fe_models.effects import (
     AddedMass,
     AxialForce,

@@ -16,6 +16,7 @@ from benchmarks.blind_cases.case import BlindCase, BlindConfig, as_recorded, sen
 from benchmarks.blind_cases.outside import DriftingSpring, HystereticSpring
 from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
+from fe_models.built_in.four_dof import four_dof
 from fe_models.damping import full_damping
 from fe_models.effects import (
     AddedMass,
@@ -34,12 +35,11 @@ from fe_models.effects import (
     SupportSpring,
 )
 from fe_models.errors import InputError
-from fe_models.four_dof import four_dof
 from fe_models.linear import LinearModel
 from fe_models.recordings import Sensor
 from fe_models.response import Response
 from fe_models.sensor_effects import SensorDelay, SensorDrift, SensorGain
-from fe_models.simulate import FreeConfig, simulate_free
+from fe_models.simulation import FreeConfig, simulate_free
 from fe_models.structure import Spring, Structure
 from fe_models.time_integration import TimeIntegration
 

@@ -3,13 +3,13 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from fe_models.bridge import bridge
+from fe_models.built_in.bridge import bridge
+from fe_models.built_in.four_dof import four_dof
 from fe_models.errors import InputError
 from fe_models.files.matrices_file import load_linear_model
 from fe_models.files.matrix_market import parse_matrices
 from fe_models.files.structure_file import parse_structure
 from fe_models.files.tables import did_you_mean, read_toml
-from fe_models.four_dof import four_dof
 from fe_models.linear import LinearModel
 from fe_models.structure import Structure
 
