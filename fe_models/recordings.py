@@ -86,7 +86,10 @@ class Assumptions:
 
 @dataclass(frozen=True)
 class Dataset:
-    """Recordings of one structure and the model they are compared with; ``sampling_rate`` and ``lowpass`` in Hz."""
+    """Recordings of one structure and the model they are compared with; ``sampling_rate`` and ``lowpass`` in Hz.
+
+    ``notes``: what a user should know of how the files were read, such as columns that were skipped.
+    """
 
     model: Structure | LinearModel
     sampling_rate: float
@@ -94,6 +97,7 @@ class Dataset:
     recordings: tuple[Recording, ...]
     lowpass: float | None = None
     assumptions: Assumptions = field(default_factory=Assumptions)
+    notes: tuple[str, ...] = ()
 
     @property
     def is_loaded(self) -> bool:

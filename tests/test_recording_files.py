@@ -1,5 +1,6 @@
 """Recordings from .npz, .mat and .csv: read alike, and refused where they are broken, dead or wrongly sampled."""
 
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -8,9 +9,11 @@ from scipy.io import savemat
 from scipy.signal import butter, sosfilt
 
 from fe_models.arrays import FloatArray
+from fe_models.errors import InputError
 from fe_models.files.dataset_file import load_dataset
 from fe_models.files.recording_checks import energy_above
-from tests.sample_dataset import RATE, SAMPLES, TOML, assert_fault, broken, faults_of, free_decay, write_sample
+from fe_models.recordings import Dataset
+from tests.sample_dataset import NAMES, RATE, SAMPLES, TOML, assert_fault, broken, faults_of, free_decay, write_sample
 
 
 @pytest.fixture
@@ -54,20 +57,18 @@ def test_a_fault_of_the_data_is_named(folder: Path, data: FloatArray, fault: str
 @pytest.mark.parametrize(
     ("text", "fault"),
     [
-        ("a2,a3\n1,2\n3,4\n", "there is no column for sensor 'd3'"),
-        ("a2,a3,d3,zz\n1,2,3,4\n", "column 'zz' is no sensor; expected a2, a3, d3"),
+        ("a2,zz,a3\n1,2,3\n3,4,5\n", "there is no column for sensor 'd3'; it has 'a2', 'zz', 'a3'"),
+        ("a2,a3,d3,a3\n1,2,3,4\n", "column 'a3' appears twice"),
         ("a2,a3,d3\n1,2,3\n1,2\n", "line 3 has 2 values, the header 3"),
         ("a2,a3,d3\n1,2,x\n", "line 2: 'x' is not a number"),
         ("a2,a3,d3\n1,2,x\n3,4,5\n,4,5\n", "line 4: '' is not a number"),
         ("a2,a3,d3\n" + 7 * "1,2\n", "and 2 more of that kind"),
-        (
-            "Time,a2,a3,d3\n0,1,2,3\n",
-            "column 'Time' is no sensor; expected a2, a3, d3; a column of time (s) is called 'time'",
-        ),
+        ("a2,a3,d3\n1,2,3\n,,\n4,5,6\n", "line 3: '' is not a number"),  # a lost sample, not the file's end
+        ("a2,a3,d3,\n1,2,3\n4,5,6,7\n", "line 2 has 3 values, the header 4"),  # the last column holds something
         ("a2,a3,d3\n", "expected a header line and rows of numbers, found 1 lines"),
         (
             "time,a2,a3,d3\n0,1,2,3\n0.1,1,2,3\n",
-            "the step of its column 'time' is 0.1 s (10 Hz), but sampling_rate says",
+            "its column 'time' has a step of 0.1 s (10 Hz), but sampling_rate says 100 Hz",
         ),
         (
             "a2;a3;d3\n0,1;0,2;0,3\n",
@@ -82,28 +83,93 @@ def test_a_fault_of_a_csv_is_named(folder: Path, text: str, fault: str) -> None:
     assert_fault(faults_of(folder, ('"r1.npz"\nkey = "data"', '"r1.csv"')), fault)
 
 
-def csv_with(time: FloatArray) -> str:
-    """A recording of the three sensors with a column of ``time`` (sample,)."""
-    rows = np.column_stack([time, free_decay(1)[: len(time)]])
-    return "\n".join(["time,a2,a3,d3", *(",".join(f"{value:.6g}" for value in row) for row in rows)])
+def csv_of(columns: dict[str, FloatArray], end: str = "") -> str:
+    """A recording of the three sensors beside other ``columns`` (sample,), each line with an ``end`` of its own."""
+    table = {**columns, **dict(zip(NAMES, free_decay(1).T, strict=True))}
+    rows = [",".join(f"{value:.6g}" for value in row) + end for row in zip(*table.values(), strict=False)]
+    return "\n".join([",".join(table) + end, *rows])
 
 
-def test_time_that_jumps_is_named(folder: Path) -> None:
-    """Lost samples, and a clock that begins again; times rounded to half a step are none."""
-    steady = np.arange(60) / 100
-    for name, time in (("lost", np.delete(steady, slice(20, 25))), ("again", steady % 0.3)):
-        (folder / "r1.csv").write_text(csv_with(time))
-        told = {"lost": "jumps from 0.19 to 0.25 s:", "again": "jumps from 0.29 to 0 s:"}
-        assert_fault(faults_of(folder, ('"r1.npz"\nkey = "data"', '"r1.csv"')), told[name])
-    (folder / "r1.csv").write_text(csv_with(np.round(steady + 0.002 * np.sin(50 * steady), 3)))
+def loaded(folder: Path, text: str) -> Dataset:
+    """The sample dataset, its first recording read from a .csv file with that ``text``."""
+    (folder / "r1.csv").write_text(text)
     (folder / "dataset.toml").write_text(TOML.replace('"r1.npz"\nkey = "data"', '"r1.csv"'))
-    assert load_dataset(folder / "dataset.toml").recordings[0].data.shape[1] == len(steady)
+    return load_dataset(folder / "dataset.toml")
+
+
+@pytest.mark.parametrize("end", [",", ",,,", " , "])
+def test_empty_columns_and_rows_at_the_end_of_a_csv_are_none(folder: Path, end: str) -> None:
+    whole = loaded(folder, csv_of({}))
+    header, *rows = csv_of({}).splitlines()
+    for text in (csv_of({}, end), csv_of({}, end) + f"\n,,{end}\n", "\n".join([header, *(row + end for row in rows)])):
+        found = loaded(folder, text)
+        assert found.notes == ()
+        np.testing.assert_array_equal(found.recordings[0].data, whole.recordings[0].data)
+
+
+def test_columns_that_nobody_asks_for_are_skipped_and_said(folder: Path) -> None:
+    """Whatever they hold: an index, words, a clock's date."""
+    header, *rows = csv_of({}).splitlines()
+    text = "\n".join([f",{header},status", *(f"{number},{row},ok" for number, row in enumerate(rows))])
+    found = loaded(folder, text)
+    whole = loaded(folder, csv_of({}))
+    np.testing.assert_array_equal(found.recordings[0].data, whole.recordings[0].data)
+    told = "r1.csv: columns one without a name, 'status' belong to no sensor and no load and are skipped"
+    assert found.notes == (told,)
+    assert whole.notes == ()
+
+
+def test_a_load_may_be_a_column_of_the_recording_s_own_csv(folder: Path) -> None:
+    force = np.sin(np.arange(float(SAMPLES)))
+    (folder / "r2.csv").write_text(
+        csv_of({"time": np.arange(SAMPLES) / RATE, "force": force, "temperature": 20 + force})
+    )
+    one = '"r2.npz"\nkey = "data"', '"r2.csv"'
+    text = TOML.replace(*one).replace('file = "r2.npz", key = "force"', 'file = "r2.csv", key = "force"')
+    (folder / "dataset.toml").write_text(text)
+    found = load_dataset(folder / "dataset.toml")
+    np.testing.assert_allclose(found.recordings[1].loads[0].values, force, rtol=1e-5)  # six digits are written
+    assert found.notes == ("r2.csv: column 'temperature' belongs to no sensor and no load and is skipped",)
+    (folder / "dataset.toml").write_text(text.replace('key = "force" }', 'key = "pull" }'))
+    with pytest.raises(InputError, match=r"there is no column 'pull'; it has 'time', 'force', 'temperature', 'a2'"):
+        load_dataset(folder / "dataset.toml")
+
+
+def test_a_load_s_own_csv_needs_no_name_for_its_one_column_beside_times(folder: Path) -> None:
+    rows = "\n".join(f"{number / RATE},{number % 3},done" for number in range(SAMPLES))
+    for header, fault in (("time,pull,note", "has the columns 'pull', 'note'; say which with key"), ("time,pull", "")):
+        (folder / "pull.csv").write_text(f"{header}\n{rows if fault else rows.replace(',done', '')}")
+        changes = ('file = "r2.npz", key = "force"', 'file = "pull.csv"')
+        if fault:
+            assert_fault(faults_of(folder, changes), fault)
+        else:
+            (folder / "dataset.toml").write_text(TOML.replace(*changes))
+            load = load_dataset(folder / "dataset.toml").recordings[1].loads[0]
+            np.testing.assert_array_equal(load.values, np.arange(SAMPLES) % 3)
+
+
+@pytest.mark.parametrize("name", ["time", "Time", "t", "Time (s)"])
+def test_times_are_checked_whatever_the_logger_calls_them(folder: Path, name: str) -> None:
+    assert loaded(folder, csv_of({name: np.arange(SAMPLES) / RATE})).notes == ()
+    (folder / "r1.csv").write_text(csv_of({name: np.arange(SAMPLES) / 200.0}))
+    faults = faults_of(folder, ('"r1.npz"\nkey = "data"', '"r1.csv"'))
+    assert_fault(faults, f"r1.csv: its column {name!r} has a step of 0.005 s (200 Hz), but sampling_rate says 100 Hz")
 
 
 def test_a_time_step_that_contradicts_the_sampling_rate_is_named(folder: Path) -> None:
     savemat(folder / "r1.mat", {"acc": free_decay(1), "dt": 0.02})
     faults = faults_of(folder, ('"r1.npz"\nkey = "data"', '"r1.mat"\nkey = "acc"'))
     assert_fault(faults, "r1.mat: its dt is 0.02 s (50 Hz), but sampling_rate says 100 Hz")
+
+
+@pytest.mark.parametrize(("rate", "right"), [(29.97, True), (29.4, True), (33.0, False)])
+def test_a_stored_time_step_may_be_rounded_to_two_digits(folder: Path, rate: float, right: bool) -> None:
+    """0.034 s is how whole milliseconds write 29.4 Hz; for 33 Hz they would say 0.030 s."""
+    savemat(folder / "r1.mat", {"acc": free_decay(1), "dt": 0.033 if rate == 29.97 else 0.034})
+    text = TOML.replace('"r1.npz"\nkey = "data"', '"r1.mat"\nkey = "acc"').replace("lowpass = 30.0\n", "")
+    (folder / "dataset.toml").write_text(text.replace("sampling_rate = 100.0", f"sampling_rate = {rate}"))
+    with nullcontext() if right else pytest.raises(InputError, match=r"its dt is 0\.034 s"):
+        load_dataset(folder / "dataset.toml")
 
 
 @pytest.mark.parametrize("content", [b"", b"PK\x03\x04 truncated", b"\x80\x04pickle", b"MATLAB 5.0 MAT-file, nothing"])

@@ -2,6 +2,8 @@
 
 import struct
 import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from zipfile import BadZipFile
 
@@ -61,16 +63,27 @@ def pick_array(arrays: dict[str, NDArray[np.generic]], key: str | None, where: s
     return array.astype(float)
 
 
-def load_csv(path: Path) -> tuple[list[str], FloatArray]:
-    """Return the header and the numbers (row, column) of a comma-separated file; `InputError` names its bad lines."""
-    header, rows = load_csv_text(path)
-    words = [(line, cell) for line, row in rows for cell in row if not _is_number(cell)]
-    _raise_faults_of_lines(path, [f"line {line}: {cell!r} is not a number" for line, cell in words])
-    return header, np.array([[float(cell) for cell in row] for _, row in rows])
+@dataclass(frozen=True)
+class CsvTable:
+    """The cells of a comma-separated file: the ``header`` of its columns; line number and cells of each of its rows."""
+
+    path: Path
+    header: list[str]
+    rows: list[tuple[int, list[str]]]
+
+    def numbers(self, columns: Sequence[int]) -> FloatArray:
+        """Return the numbers (row, column) of ``columns``, counted from 0; `InputError` names the lines without one."""
+        cells = [(line, [row[column] for column in columns]) for line, row in self.rows]
+        words = [(line, cell) for line, row in cells for cell in row if not _is_number(cell)]
+        _raise_faults_of_lines(self.path, [f"line {line}: {cell!r} is not a number" for line, cell in words])
+        return np.array([[float(cell) for cell in row] for _, row in cells])
 
 
-def load_csv_text(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
-    """Return the header, and line number and cells of each row, of a comma-separated file; empty lines are skipped."""
+def load_csv(path: Path) -> CsvTable:
+    """Return the cells of a comma-separated file; `InputError` carries all faults.
+
+    Empty lines are skipped. So are empty columns and rows at its end, which spreadsheets and loggers leave there.
+    """
     check_exists(path)
     try:
         text = path.read_bytes().decode("utf-8-sig")
@@ -79,15 +92,23 @@ def load_csv_text(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from None
     lines = [(number, line.split(",")) for number, line in enumerate(text.splitlines(), start=1) if line.strip()]
-    if len(lines) < 2:
-        raise InputError(f"{path}: expected a header line and rows of numbers, found {len(lines)} lines")
-    raise_faults(_of_another_form(path, lines[0][1]))
     cells = [(number, [cell.strip().strip('"') for cell in row]) for number, row in lines]
-    header = cells[0][1]
-    uneven = [(number, len(row)) for number, row in cells[1:] if len(row) != len(header)]
+    while cells and not any(cells[-1][1]):
+        cells.pop()
+    if len(cells) < 2:
+        raise InputError(f"{path}: expected a header line and rows of numbers, found {len(cells)} lines")
+    raise_faults(_of_another_form(path, cells[0][1]))
+    width = max(_filled(row) for _, row in cells)
+    (_, header), *rows = [(number, row[:width]) for number, row in cells]
+    uneven = [(number, len(row)) for number, row in rows if len(row) != len(header)]
     faults = [f"line {number} has {values} values, the header {len(header)}" for number, values in uneven]
     _raise_faults_of_lines(path, faults)
-    return header, cells[1:]
+    return CsvTable(path, header, rows)
+
+
+def _filled(row: list[str]) -> int:
+    """Return the number of cells up to the last that holds something."""
+    return max((column for column, cell in enumerate(row, start=1) if cell), default=0)
 
 
 def _raise_faults_of_lines(path: Path, faults: list[str]) -> None:
@@ -103,7 +124,7 @@ def _of_another_form(path: Path, first: list[str]) -> list[str]:
     for mark, name in ((";", "semicolons"), ("\t", "tabs")):
         if line.count(mark) > line.count(","):
             return [f"{path}: line 1 is separated by {name}; expected commas, and decimal points in numbers"]
-    if all(map(_is_number, first)):
+    if all(map(_is_number, first[: _filled(first)])):
         return [
             f"{path}: line 1 holds numbers; expected a header line with a name for each column before them (a number "
             "that is a name needs a letter)"
@@ -113,7 +134,7 @@ def _of_another_form(path: Path, first: list[str]) -> list[str]:
 
 def _is_number(cell: str) -> bool:
     try:
-        float(cell.strip().strip('"'))
+        float(cell)
     except ValueError:
         return False
     return True

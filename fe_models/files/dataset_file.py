@@ -18,9 +18,10 @@
     [[recordings]]
     name = "r1"
     file = "r1.npz"               # .npz, .mat or .csv: (time, sensor), or (recording, time, sensor) for many alike
-    key = "data"                  # the array's name; not for .csv, whose header has the sensors' names
+    key = "data"                  # the array's name; not for .csv, whose header has the sensors' names (and "time")
     role = "train"                # "train" (default) or "test"
-    loads = [{ node = 19, direction = "y", file = "load.npz", key = "force" }]   # optional, N, one value a sample
+    loads = [{ node = 19, direction = "y", file = "load.npz", key = "force" }]   # optional, N, one value a sample;
+                                  # of a .csv, also the recording's own, ``key`` is the column
 
     [simulation]                  # what the user's own simulation assumes; every key is optional
     damping_ratio = 0.01          # one, or one a mode: in place of the structure's own damping, but for its effects'
@@ -73,13 +74,14 @@ def load_dataset(path: Path, dead_channels: bool = False) -> Dataset:
     model = noting(faults, at(where, "model"), load_model, spec, path.parent) if isinstance(spec, str) else None
     surroundings = replace(_surroundings(model, header, path.parent), dead_channels=dead_channels)
     sensors, channels = read_sensors(document, where, surroundings, faults)
-    recordings = read_recordings(document, where, surroundings, channels, faults)
+    read = read_recordings(document, where, surroundings, channels, faults)
     assumptions = read_assumptions(document, where, surroundings, faults)
     if header is None or model is None:
         raise InputError(faults)
-    faults += [f"{where} {fault}" for fault in _tested_on_training_data(recordings)]
+    faults += [f"{where} {fault}" for fault in _tested_on_training_data(read.recordings)]
     raise_faults(faults)
-    return Dataset(model, header.sampling_rate, sensors, recordings, header.lowpass, assumptions)
+    rate, lowpass = header.sampling_rate, header.lowpass
+    return Dataset(model, rate, sensors, read.recordings, lowpass, assumptions, read.notes)
 
 
 def _tested_on_training_data(recordings: tuple[Recording, ...]) -> list[str]:

@@ -9,7 +9,6 @@ from math import inf, isfinite
 from pathlib import Path
 from typing import Literal
 
-from fe_models.arrays import FloatArray
 from fe_models.dofs import DofMap
 from fe_models.errors import noting
 from fe_models.files.modal_file import load_modal_model
@@ -21,7 +20,7 @@ from fe_models.files.recording_checks import (
     check_sensor,
     check_sensors,
 )
-from fe_models.files.recording_files import load_force, load_recording
+from fe_models.files.recording_files import RecordingFile, load_force, load_recording, skipped_note
 from fe_models.files.tables import Table, at, check_keys, read_list, read_table
 from fe_models.recordings import Assumptions, Load, Recording, Sensor, Uncertainty
 from fe_models.structure import Direction
@@ -134,20 +133,32 @@ def _misplaced(table: object, surroundings: Surroundings) -> list[str]:
     return check_place(place.node, place.direction, surroundings.dofs, surroundings.node_count, READS_ZERO)
 
 
+@dataclass(frozen=True)
+class ReadRecordings:
+    """The ``recordings`` that could be read, with data (realisation, time, sensor) and loads; ``notes`` on the rest."""
+
+    recordings: tuple[Recording, ...]
+    notes: tuple[str, ...]
+
+
 def read_recordings(
     document: Table, where: str, surroundings: Surroundings, channels: list[str], faults: list[str]
-) -> tuple[Recording, ...]:
-    """Return the recordings that could be read, with data (realisation, time, sensor) and loads."""
+) -> ReadRecordings:
+    """Return the recordings that could be read, and what of their files was skipped."""
     recordings: list[Recording] = []
+    skipped: dict[tuple[str, ...], list[str]] = {}  # the files that have the same columns that nobody asks for
     tables = read_list(document, "recordings", where, faults)
+    load_columns = _load_columns([table for _, table in tables])
     for place, table in tables:
         plain = {key: value for key, value in table.items() if key != "loads"} if isinstance(table, dict) else table
         row = read_table(_RecordingTable, plain, place, faults)
-        data = _read_data(row, place, surroundings, channels, faults) if row else None
-        samples = None if data is None else data.shape[1]
+        found = _read_file(row, place, surroundings, channels, load_columns, faults) if row else None
+        samples = None if found is None else found.data.shape[1]
         loads = _read_loads(table, place, surroundings, samples, faults) if isinstance(table, dict) else ()
-        if row is not None and data is not None:
-            recordings.append(Recording(row.name, data, row.role, loads))
+        if row is not None and found is not None:
+            recordings.append(Recording(row.name, found.data, row.role, loads))
+            if found.skipped:
+                skipped.setdefault(found.skipped, []).append(row.file)
     roles = [table.get("role", "train") for _, table in tables if isinstance(table, dict)]
     if "train" not in roles:
         faults.append(f'{at(where, "recordings")}: none has the role "train"; at least one is needed to learn from')
@@ -155,7 +166,15 @@ def read_recordings(
     for name, times in names.items():
         if times > 1:
             faults.append(f"{at(where, 'recordings')}: name {name!r} is used {times} times")
-    return tuple(recordings)
+    notes = tuple(skipped_note(columns, dict.fromkeys(files)) for columns, files in skipped.items())
+    return ReadRecordings(tuple(recordings), notes)
+
+
+def _load_columns(tables: list[object]) -> set[tuple[str, str]]:
+    """Return the files, each with the name of an array or a column in it, that loads name."""
+    loads = [load for table in tables if isinstance(table, dict) for _, load in read_list(table, "loads", "", [])]
+    named = [(load.get("file"), load.get("key")) for load in loads if isinstance(load, dict)]
+    return {(file, key) for file, key in named if isinstance(file, str) and isinstance(key, str)}
 
 
 def read_assumptions(document: Table, where: str, surroundings: Surroundings, faults: list[str]) -> Assumptions:
@@ -177,16 +196,22 @@ def read_assumptions(document: Table, where: str, surroundings: Surroundings, fa
     return Assumptions(row.damping_ratio, row.modes, modal_model, row.integrator, row.step, uncertainty)
 
 
-def _read_data(
-    row: _RecordingTable, place: str, surroundings: Surroundings, channels: list[str], faults: list[str]
-) -> FloatArray | None:
+def _read_file(
+    row: _RecordingTable,
+    place: str,
+    surroundings: Surroundings,
+    channels: list[str],
+    load_columns: set[tuple[str, str]],
+    faults: list[str],
+) -> RecordingFile | None:
     where = f"{place} ({row.name})"
     path, rate = surroundings.folder / row.file, surroundings.sampling_rate
-    data = noting(faults, where, load_recording, path, row.key, channels, rate)
-    if data is not None:
-        found = check_data(data, channels, rate, surroundings.lowpass, surroundings.dead_channels)
-        faults.extend(f"{where}: {row.file}: {fault}" for fault in found)
-    return data
+    loads = {key for file, key in load_columns if file == row.file}
+    found = noting(faults, where, load_recording, path, row.key, channels, rate, loads)
+    if found is not None:
+        wrong = check_data(found.data, channels, rate, surroundings.lowpass, surroundings.dead_channels)
+        faults.extend(f"{where}: {row.file}: {fault}" for fault in wrong)
+    return found
 
 
 def _read_loads(
