@@ -1,19 +1,23 @@
 """What is drawn is the true deformed shape: exact beam curves, straight cables, a stated and sensible exaggeration."""
 
+from collections.abc import Callable
 from math import cos, log10, pi, sin
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.linalg import eigh
 from scipy.sparse import csr_array
 
 from fe_models.arrays import FloatArray
+from fe_models.assembly import linearise
 from fe_models.dofs import DofMap, structure_dofs
 from fe_models.effects import SupportSpring
 from fe_models.errors import InputError
 from fe_models.linear import LinearModel
 from fe_models.mesh import mesh
+from fe_models.modes import natural_modes
 from fe_models.pictures.geometry import (
     bent,
     choose_scale,
@@ -91,6 +95,67 @@ def test_rigid_motion_keeps_beams_straight() -> None:
     np.testing.assert_allclose(bent(start, end, motion, 11)[0], expected, atol=ROUNDING)
 
 
+def simply_supported(length: float, divisions: int) -> Structure:
+    return Structure(
+        name="simply supported beam",
+        nodes=((0.0, 0.0), (length, 0.0)),
+        elements=(Beam((1, 2), STEEL),),
+        supports=(Support(1, ("x", "y")), Support(2, ("y",))),
+        divisions=divisions,
+    )
+
+
+def clamped_mode(s: FloatArray) -> FloatArray:
+    """First mode of a cantilever, 1 at its tip: cosh - cos - sigma (sinh - sin) of beta s, cos beta cosh beta = -1."""
+    beta = 1.8751040687119611
+    sigma = (np.cosh(beta) + np.cos(beta)) / (np.sinh(beta) + np.sin(beta))
+    return np.asarray((np.cosh(beta * s) - np.cos(beta * s) - sigma * (np.sinh(beta * s) - np.sin(beta * s))) / 2)
+
+
+@pytest.mark.parametrize(
+    ("structure", "exact", "error"),
+    [  # what one or two cubics leave of the analytic mode; straight lines between nodes are 9 to 20 times as far off
+        (simply_supported(2.0, 1), lambda s: np.sin(pi * s), 0.057),
+        (simply_supported(2.0, 2), lambda s: np.sin(pi * s), 0.011),
+        (cantilever(2.0, 1), clamped_mode, 0.012),
+        (cantilever(2.0, 2), clamped_mode, 0.0014),
+    ],
+    ids=["simply supported, 1 element", "2 elements", "cantilever, 1 element", "2 elements"],
+)
+def test_the_first_mode_is_drawn_as_the_beam_bends_between_few_nodes(
+    structure: Structure, exact: Callable[[FloatArray], FloatArray], error: float
+) -> None:
+    mode = natural_modes(linearise(structure), 1).shapes[:, 0]
+    (lines,) = deformed_lines(outline(structure), mode, 1.0)
+    x, y = lines.points.reshape(-1, 2).T
+    np.testing.assert_allclose(y / y[np.argmax(np.abs(y))], exact(x / 2.0), atol=error)
+
+
+def test_the_first_mode_of_one_element_is_the_cubic_of_its_two_degrees_of_freedom() -> None:
+    """Ends that turn against each other: a parabola. A cantilever: the eigenvector (v, r L) of the 2 x 2 problem."""
+    (parabola,) = deformed_lines(
+        outline(simply_supported(2.0, 1)), natural_modes(linearise(simply_supported(2.0, 1)), 1).shapes[:, 0], 1.0
+    )
+    x, y = parabola.points[0].T
+    np.testing.assert_allclose(y / y[np.argmax(np.abs(y))], x * (2.0 - x), atol=1e-9)  # of the eigenvalue solver
+    stiffness, mass = np.array([[12.0, -6.0], [-6.0, 4.0]]), np.array([[156.0, -22.0], [-22.0, 4.0]])
+    v, turn = eigh(stiffness, mass)[1][:, 0]
+    (cubic,) = deformed_lines(outline(cantilever(2.0)), natural_modes(linearise(cantilever(2.0)), 1).shapes[:, 0], 1.0)
+    x, y = cubic.points[0].T
+    s = x / 2.0
+    exact = (3 * s**2 - 2 * s**3) + (s**3 - s**2) * turn / v
+    np.testing.assert_allclose(y / y[-1], exact, atol=1e-9)
+
+
+@pytest.mark.parametrize("divisions", [1, 4, 100])
+def test_curves_are_cut_finely_enough_and_no_finer_at_any_number_of_elements(divisions: int) -> None:
+    """A piece of a sixtieth of the structure is a dozen pixels long; every piece costs time in a film."""
+    (lines,) = deformed_lines(outline(cantilever(3.0, divisions)), np.zeros(3 * (divisions + 1)), 0.0)
+    pieces = np.diff(lines.points[..., 0], axis=1)
+    assert pieces.max() <= 3.0 / 60 + ROUNDING
+    assert pieces.size <= 200
+
+
 def test_cables_stay_straight_and_scale_multiplies_displacements_only() -> None:
     structure = Structure("stay", ((0.0, 0.0), (3.0, 4.0)), (Cable((1, 2), STEEL),))
     displacement = np.array([0.0, 0.0, 9.0, 0.03, 0.04, 7.0])  # the rotations must not matter
@@ -161,6 +226,25 @@ def test_imported_matrices_show_nodes_and_what_the_stiffness_couples() -> None:
     lines, points = outline(matrices(stiffness, np.array([[0.0, 0], [1, 0], [2, 1]]))).groups
     assert (lines.kind, lines.ends.tolist()) == ("cable", [[0, 1], [1, 2]])
     assert (points.kind, len(points.ends)) == ("point", 3)
+
+
+def test_imported_matrices_of_a_frame_are_drawn_bent_and_held_as_the_structure_is() -> None:
+    frame = Structure(
+        "frame",
+        ((0.0, 0.0), (0.0, 3.0), (4.0, 3.0), (4.0, 0.0)),
+        (Beam((1, 2), STEEL), Beam((2, 3), STEEL), Beam((4, 3), STEEL), Cable((2, 4), STEEL)),
+        supports=(Support(1, ("x", "y", "rz")), Support(4, ("x",))),
+    )
+    model = linearise(frame)
+    mode = natural_modes(model, 1).shapes[:, 0]
+    shape = outline(model)
+    assert {support.node: support.directions for support in shape.supports} == {1: ("x", "y", "rz"), 4: ("x",)}
+    groups = {group.kind: group.ends.tolist() for group in shape.groups}
+    assert groups["cable"] == [[1, 3]]
+    assert groups["beam"] == [[1, 2], [2, 3]]  # what goes to a clamped node is in no free row
+    drawn = {lines.kind: lines for lines in deformed_lines(shape, mode, 1.0)}
+    own = deformed_lines(outline(frame), mode, 1.0)[0].points
+    np.testing.assert_allclose(drawn["beam"].points[0], own[1], atol=ROUNDING)
 
 
 def test_condensed_matrices_show_nodes_only() -> None:

@@ -8,17 +8,19 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from fe_models.arrays import FloatArray
+from fe_models.arrays import BoolArray, FloatArray
 from fe_models.dofs import DofMap
 from fe_models.effects.laws import with_parts
 from fe_models.errors import InputError
 from fe_models.linear import LinearModel
 from fe_models.mesh import mesh
-from fe_models.structure import Beam, Cable, Direction, Structure, Support
+from fe_models.structure import PLANE_FRAME, Beam, Cable, Direction, Structure, Support
 
+CONNECTION = "stiffness between nodes"  # what is drawn of imported matrices, where no structure says what it is
 Kind = Literal["beam", "cable", "spring", "point"]
 
-POINTS_PER_BEAM = 13  # on an unrefined beam: the cubic then looks smooth at any size of picture
+STRAIGHT_SHARE = 1 / 120  # of the structure's size: pieces of a curve, of a dozen pixels, that no eye tells from it
+MOST_PIECES = 60  # of one beam: enough where it is as long as the structure and bends three times
 MOST_CONNECTIONS = 4  # a node, of imported matrices: frames and trusses have up to that, condensed matrices more
 DRAWN_SHARE = 0.08  # of the structure's size: a largest displacement that is plain to see and hides nothing
 
@@ -45,7 +47,6 @@ class Outline:
     supports: tuple[Support, ...] = ()
     grounded: tuple[tuple[int, Direction], ...] = ()
     masses: tuple[int, ...] = ()
-    points_per_beam: int = POINTS_PER_BEAM
 
     @property
     def size(self) -> float:
@@ -59,6 +60,12 @@ class Outline:
         lengths = np.linalg.norm(self.coordinates[ends[:, 1]] - self.coordinates[ends[:, 0]], axis=1)
         lengths = lengths[lengths > 0]
         return float(np.median(lengths)) if len(lengths) else self.size
+
+    def pieces(self, group: Group) -> int:
+        """Return into how many straight pieces the curve of each beam of ``group`` is drawn, so that it looks smooth."""
+        ends = self.coordinates[group.ends]  # (line, 2, 2)
+        longest = float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).max(initial=0.0))
+        return int(np.clip(np.ceil(longest / (STRAIGHT_SHARE * self.size)), 2, MOST_PIECES))
 
     def is_right(self, node: int) -> bool:
         """Whether the node (row) lies right of the middle, so that what holds it sideways is drawn on its right."""
@@ -100,21 +107,42 @@ def outline(model: Structure | LinearModel) -> Outline:
         drawn.supports,
         tuple(grounded),
         tuple(mass.node - 1 for mass in model.point_masses) if "rz" not in model.directions else (),
-        max(3, 1 + (POINTS_PER_BEAM - 1) // model.divisions),
     )
 
 
 def _matrix_outline(model: LinearModel) -> Outline:
-    """Return nodes, and lines between those that K couples, unless these are so many that they would hide all."""
+    """Return nodes, and lines between those that K couples, unless these are so many that they would hide all.
+
+    Where K couples the rotations of two nodes a beam is between them, which bends; else a straight bar.
+    """
     rows = np.arange(len(model.coordinates))
-    entries = model.stiffness.tocoo()
-    node = model.dofs.node[model.dofs.free] - 1  # of each row of K
-    pairs = np.stack([node[entries.coords[0]], node[entries.coords[1]]], axis=1)[entries.data != 0]
-    pairs = np.unique(pairs[pairs[:, 0] < pairs[:, 1]], axis=0)
     groups: tuple[Group, ...] = (Group("node", "point", np.column_stack([rows, rows])),)
-    if 0 < len(pairs) <= MOST_CONNECTIONS * len(rows):
-        groups = (Group("stiffness between nodes", "cable", pairs), *groups)
-    return Outline(_spread(model.coordinates), model.dofs, groups)
+    dofs = model.dofs
+    entries = model.stiffness.tocoo()
+    of_row = dofs.free_rows[np.stack(entries.coords, axis=1)][entries.data != 0]  # (entry, 2): degrees of freedom
+    pairs = dofs.node[of_row] - 1
+    turning = (dofs.direction[of_row] == "rz").all(axis=1)
+    lines = np.unique(pairs[pairs[:, 0] < pairs[:, 1]], axis=0)
+    if 0 < len(lines) <= MOST_CONNECTIONS * len(rows):
+        code = np.array([len(rows), 1])  # one number a pair
+        bending = np.isin(lines @ code, pairs[turning] @ code)
+        kinds: tuple[tuple[Kind, BoolArray], ...] = (("cable", ~bending), ("beam", bending))
+        drawn = tuple(Group(CONNECTION, kind, lines[chosen]) for kind, chosen in kinds if chosen.any())
+        groups = (*drawn, *groups)
+    return Outline(_spread(model.coordinates), dofs, groups, _held_nodes(dofs, len(rows)))
+
+
+def _held_nodes(dofs: DofMap, nodes: int) -> tuple[Support, ...]:
+    """Return the supports that matrices tell of: directions marked as held, and nodes that have none at all."""
+    carried = [direction for direction in PLANE_FRAME if direction in dofs.direction]
+    held = np.zeros((nodes, len(carried)), dtype=bool)
+    for column, direction in enumerate(carried):
+        held[dofs.node[(dofs.direction == direction) & ~dofs.free] - 1, column] = True
+    held[np.setdiff1d(np.arange(nodes), dofs.node - 1)] = True
+    return tuple(
+        Support(int(row) + 1, tuple(direction for direction, fixed in zip(carried, held[row], strict=True) if fixed))
+        for row in np.flatnonzero(held.any(axis=1))
+    )
 
 
 def nodal_motion(shape: Outline, displacement: FloatArray) -> FloatArray:
@@ -126,7 +154,7 @@ def nodal_motion(shape: Outline, displacement: FloatArray) -> FloatArray:
             f" give a finite number for each of the model's {len(dofs)} degrees of freedom, those at supports included."
         )
     motion = np.zeros((len(shape.coordinates), 3))
-    for column, direction in enumerate(("x", "y", "rz")):
+    for column, direction in enumerate(PLANE_FRAME):
         rows = dofs.direction == direction
         motion[dofs.node[rows] - 1, column] = displacement[rows]
     return motion
@@ -164,9 +192,10 @@ def deformed_lines(shape: Outline, displacement: FloatArray, scale: float) -> tu
         if group.kind == "point":
             points, moved = start[:, None], ends_motion[:, :1, :2]
         elif group.kind == "beam" and rotates:
-            s = np.linspace(0.0, 1.0, shape.points_per_beam)[:, None]
+            count = shape.pieces(group) + 1
+            s = np.linspace(0.0, 1.0, count)[:, None]
             points = (1 - s) * start[:, None] + s * end[:, None]
-            moved = bent(start, end, ends_motion, shape.points_per_beam)
+            moved = bent(start, end, ends_motion, count)
         else:
             points, moved = np.stack([start, end], axis=1), ends_motion[:, :, :2]
         result.append(Lines(group.name, group.kind, points + scale * moved, np.linalg.norm(moved, axis=-1)))
