@@ -21,13 +21,13 @@ from fe_models.pictures import symbols
 from fe_models.pictures.captions import digits, exaggeration, pace, readable
 from fe_models.pictures.drawing import LIGHT, RAMP, Picture, Text, ramp, stroke
 from fe_models.pictures.figure import Figure, Panel, Shape
-from fe_models.pictures.geometry import choose_scale, largest_displacement, outline
-from fe_models.pictures.layout import compose, reach_of
+from fe_models.pictures.geometry import choose_scale, largest_displacement, nodal_motion, outline
+from fe_models.pictures.layout import arranged, compose, figure_of
 from fe_models.pictures.legend import nice_step
 from fe_models.pictures.render import NAMED_STYLES, animate, draw_comparison, draw_modes, draw_snapshots, mp4_works
 from fe_models.recordings import Sensor
 from fe_models.sections import Section
-from fe_models.structure import Beam, Cable, Spring, Structure, Support
+from fe_models.structure import Beam, Cable, Direction, Spring, Structure, Support
 
 ROOT = Path(__file__).parent.parent
 STEEL = Section("steel", 2.1e11, 7850.0, 1e-4, 1e-9)
@@ -58,18 +58,17 @@ def random_frames(structure: Structure, count: int, size: float = 1e-3) -> Float
     return np.random.default_rng(2).normal(scale=size, size=(count, len(dofs))) * dofs.free
 
 
-def figure_of(structure: Structure, frames: FloatArray, sensors: tuple[Sensor, ...] = ()) -> Figure:
+def shared(structure: Structure, frames: FloatArray, sensors: tuple[Sensor, ...] = ()) -> Figure:
     shape = outline(structure)
     largest = largest_displacement(shape, frames)
     scale = choose_scale(largest, shape.size)
-    note = exaggeration(scale, largest, "m")
-    return Figure(shape, scale, largest, reach_of(shape, frames, scale), "Title", note, sensors=sensors)
+    return figure_of(shape, list(frames), scale, largest, "Title", exaggeration(scale, largest, "m"), sensors=sensors)
 
 
 def picture_of(structure: Structure, count: int, sensors: tuple[Sensor, ...] = ()) -> Picture:
     frames = random_frames(structure, count)
     panels = tuple(Panel(f"Mode {i}: 11.25 Hz, damping ratio 1.0 %", (Shape(frame),)) for i, frame in enumerate(frames))
-    return compose(figure_of(structure, frames, sensors), panels)
+    return compose(shared(structure, frames, sensors), panels)
 
 
 def count_color(image: NDArray[np.uint8], color: tuple[int, ...], tolerance: int = 6) -> int:
@@ -100,19 +99,65 @@ def test_everything_lies_within_the_picture(structure: Structure, count: int) ->
         assert text.size / 2 <= text.y <= picture.height - text.size / 2
 
 
+def mast() -> Structure:
+    """Twenty times as high as it is wide, as its feet are."""
+    nodes = (*((0.0, 5.0 * level) for level in range(13)), (-1.5, 0.0), (1.5, 0.0))
+    beams = tuple(Beam((level, level + 1), STEEL) for level in range(1, 13))
+    held = tuple(Support(node, ("x", "y", "rz")) for node in (1, 14, 15))
+    return Structure("mast", nodes, (*beams, Cable((7, 14), STEEL), Cable((7, 15), STEEL)), supports=held)
+
+
+def girder() -> Structure:
+    nodes = tuple((5.0 * place, 0.0) for place in range(21))
+    beams = tuple(Beam((place, place + 1), STEEL) for place in range(1, 21))
+    return Structure("girder", nodes, beams, supports=(Support(1, ("x", "y")), Support(21, ("y",))))
+
+
+def accelerometers(*places: tuple[int, Direction], name: str = "A") -> tuple[Sensor, ...]:
+    return tuple(Sensor(f"{name}{i}", node, way, "acceleration", "1") for i, (node, way) in enumerate(places, start=1))
+
+
+SENSED = {  # structures of all proportions, with sensors at the ends, several at a node, side by side, and long names
+    "portal": (portal(), accelerometers((2, "x"), (2, "y"), (2, "x"), (3, "x"), (3, "y"))),
+    "mast": (mast(), accelerometers((13, "x"), (13, "y"), (12, "x"), (7, "x"), name="accelerometer ")),
+    "girder": (girder(), accelerometers(*((node, "y") for node in range(2, 21, 2)), name="accelerometer ")),
+    "bridge": (bridge(), accelerometers(*((node, "y") for node in (5, 9, 12, 13, 15, 18)), (40, "x"), (53, "x"))),
+    "four_dof": (four_dof(), accelerometers(*((node, "x") for node in (1, 2, 3, 4, 4)))),
+}
+
+
+def box(text: Text) -> tuple[float, float, float, float]:
+    left = text.x - {"left": 0.0, "center": text.width / 2, "right": text.width}[text.align]
+    return left, left + text.width, text.y - text.size / 2, text.y + text.size / 2
+
+
 @pytest.mark.parametrize("count", [1, 6, 10])
-def test_texts_do_not_overlap(count: int) -> None:
-    sensors = tuple(Sensor(f"A{i}", node, "y", "acceleration", "1") for i, node in enumerate((5, 9, 12, 13, 15, 18)))
-    picture = picture_of(bridge(), count, sensors)
-
-    def box(text: Text) -> tuple[float, float, float, float]:
-        left = text.x - {"left": 0.0, "center": text.width / 2, "right": text.width}[text.align]
-        return left, left + text.width, text.y - text.size / 2, text.y + text.size / 2
-
+@pytest.mark.parametrize("name", SENSED)
+def test_texts_do_not_overlap_nor_leave_the_picture(name: str, count: int) -> None:
+    """In one panel and between neighbouring ones, whatever the proportions of the structure."""
+    picture = picture_of(SENSED[name][0], count, SENSED[name][1])
     boxes = [(text.text, *box(text)) for text in picture.texts]
-    for i, (name, a, b, c, d) in enumerate(boxes):
+    for i, (words, a, b, c, d) in enumerate(boxes):
+        assert a >= 10, words
+        assert b <= picture.width - 10, words
+        assert d <= picture.height - 10, words
         for other, e, f, g, h in boxes[:i]:
-            assert b <= e or f <= a or d <= g or h <= c, f"{name!r} overlaps {other!r}"
+            assert b <= e or f <= a or d <= g or h <= c, f"{words!r} overlaps {other!r}"
+
+
+def test_names_of_sensors_move_with_their_nodes_through_a_film() -> None:
+    structure, sensors = SENSED["bridge"]
+    frames = random_frames(structure, 4)
+    figure = shared(structure, frames, sensors)
+    panels = [Panel("t = 0.1 s", (Shape(frame),)) for frame in frames]
+    plan = arranged(figure, panels[:1])
+    pictures = [compose(figure, (panel,), plan) for panel in panels]
+    assert len({(picture.width, picture.height) for picture in pictures}) == 1
+    for sensor in sensors:
+        motion = [nodal_motion(figure.outline, frame)[sensor.node - 1, :2] for frame in frames]
+        names = [np.array([t.x, t.y]) for picture in pictures for t in picture.texts if t.text == sensor.name]
+        off = np.array(names) - plan.factor * figure.scale * np.array(motion)
+        np.testing.assert_allclose(off, np.broadcast_to(off[0], off.shape), atol=1e-6)  # px: rounding only
 
 
 @pytest.mark.parametrize("count", [2, 9])
@@ -130,7 +175,7 @@ def test_labels_stand_free_of_the_structure(structure: Structure, count: int) ->
 def test_shapes_are_drawn_where_the_stated_exaggeration_puts_them() -> None:
     structure = Structure("bar", ((0.0, 0.0), (2.0, 0.0)), (Beam((1, 2), STEEL),))
     tip = np.array([0.0, 0.0, 0.0, 0.0, 0.003, 0.0])
-    figure = figure_of(structure, tip[None])
+    figure = shared(structure, tip[None])
     assert figure.scale == 50.0
     picture = compose(figure, (Panel("", (Shape(tip, (255, 0, 0)),)),))
     color = np.vstack([patch.colors for patch in picture.patches])
@@ -145,7 +190,7 @@ def test_shapes_are_drawn_where_the_stated_exaggeration_puts_them() -> None:
 def test_exaggeration_stands_in_the_picture() -> None:
     sway = np.zeros(12)
     sway[[3, 6]] = 1.6e-3  # of the beam, in x; 8 % of 4 m is 200 times as much
-    figure = figure_of(portal(), sway[None])
+    figure = shared(portal(), sway[None])
     texts = " ".join(text.text for text in compose(figure, (Panel("", (Shape(sway),)),)).texts)
     assert "displacements drawn 200 times as large" in texts
     assert "displacement (mm)" in texts

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from fe_models.arrays import FloatArray
+from fe_models.arrays import FloatArray, IntArray
 from fe_models.pictures.drawing import Color
 from fe_models.pictures.geometry import Outline
 from fe_models.recordings import Sensor
@@ -28,10 +28,21 @@ class Panel:
 
 
 @dataclass(frozen=True)
+class Sweep:
+    """What moves beside the names of sensors, in m: their nodes, ``sensors`` (frame, sensor, 2), in all pictures, and
+    points of the ``lines`` (seen, point, 2) in those of the pictures that are looked at, ``frames`` (seen,).
+    """
+
+    sensors: FloatArray
+    lines: FloatArray
+    frames: IntArray
+
+
+@dataclass(frozen=True)
 class Figure:
     """What all panels share: exaggeration ``scale``, colours up to ``largest``, corners ``reach`` (2, 2) of all, in m.
 
-    ``unit`` is "m" or "1" (relative); ``named``: name, colour and width (px) of
+    ``unit`` is "m" or "1" (relative); ``sweep``: where ``sensors`` move; ``named``: name, colour and width (px) of
     each shape in a comparison, which has no colour bar.
     """
 
@@ -43,6 +54,7 @@ class Figure:
     note: str
     unit: str = "m"
     sensors: tuple[Sensor, ...] = ()
+    sweep: Sweep | None = None
     named: tuple[tuple[str, Color, float], ...] = ()
     width: int = 1600
 

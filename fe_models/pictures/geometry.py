@@ -62,7 +62,7 @@ class Outline:
         return float(np.median(lengths)) if len(lengths) else self.size
 
     def pieces(self, group: Group) -> int:
-        """Return into how many straight pieces the curve of each beam of ``group`` is drawn, so that it looks smooth."""
+        """Return in how many straight pieces each beam of ``group`` is drawn, so that its curve looks smooth."""
         ends = self.coordinates[group.ends]  # (line, 2, 2)
         longest = float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).max(initial=0.0))
         return int(np.clip(np.ceil(longest / (STRAIGHT_SHARE * self.size)), 2, MOST_PIECES))

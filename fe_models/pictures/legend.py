@@ -11,7 +11,8 @@ from fe_models.pictures.captions import readable
 from fe_models.pictures.drawing import GREY, INK, LIGHT, PALE, Color, Patch, Text, disc, ramp, stroke
 from fe_models.pictures.figure import MARGIN, Figure
 from fe_models.pictures.geometry import Outline
-from fe_models.pictures.panels import HELD_OUT, MEASURED, family, line_styles
+from fe_models.pictures.panels import family, line_styles
+from fe_models.pictures.sensor_names import HELD_OUT, MEASURED
 
 Icon = Callable[[FloatArray], list[Patch]]  # draws a sample, 44 px wide, centred at a place
 
@@ -67,12 +68,11 @@ def _color_bar(figure: Figure, base: float, patches: list[Patch], texts: list[Te
         texts.append(Text("0", left, base + 16, TEXT_SIZE - 1, align="center"))
         return
     step = nice_step(largest, 5)
-    for tick in np.arange(0.0, largest * (1 + 1e-9), step):
+    round_values = np.arange(0.0, largest, step)
+    for tick in (*round_values[largest - round_values > 0.5 * step], largest):  # the end is always told
         x = left + BAR_WIDTH * tick / largest
         patches.append(stroke(np.array([[[x, base + 32], [x, base + 26]]]), 2, INK, caps=False))
-        texts.append(Text(f"{tick:.6g}", x, base + 14, TEXT_SIZE - 1, align="center"))
-    if largest % step > 0.5 * step and largest - largest % step < largest * (1 - 1e-6):
-        texts.append(Text(f"{largest:.3g}", left + BAR_WIDTH, base + 14, TEXT_SIZE - 1, align="center"))
+        texts.append(Text(f"{tick:.3g}", x, base + 14, TEXT_SIZE - 1, align="center"))
 
 
 def _length_scale(figure: Figure, factor: float, y: float, patches: list[Patch], texts: list[Text]) -> None:

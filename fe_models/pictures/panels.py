@@ -1,18 +1,14 @@
-"""Draws one panel: the undeformed structure in light grey, its supports, its deformed shapes, its sensors."""
-
-from dataclasses import replace
+"""Draws one panel: the undeformed structure in light grey, its supports, its deformed shapes."""
 
 import numpy as np
 
 from fe_models.arrays import FloatArray
 from fe_models.pictures import symbols
-from fe_models.pictures.drawing import GREY, INK, LIGHT, PALE, WHITE, Bytes, Color, Patch, Text, disc, ramp, stroke
+from fe_models.pictures.drawing import GREY, INK, LIGHT, PALE, Bytes, Patch, disc, ramp, stroke
 from fe_models.pictures.figure import Figure, Panel, Shape, View
 from fe_models.pictures.geometry import Lines, Outline, deformed_lines, nodal_motion
 from fe_models.structure import Direction
 
-MEASURED: Color = (0, 120, 95)
-HELD_OUT: Color = (205, 75, 0)
 BEAM_WIDTH = 8.0  # px
 BEAM_STYLES = ((BEAM_WIDTH, False), (BEAM_WIDTH, True), (5.0, False), (5.0, True))  # width, dark edges; group by group
 CABLE_WIDTH = 2.2  # px
@@ -30,7 +26,7 @@ def structure_patches(figure: Figure, view: View, panel: Panel) -> list[Patch]:
         elif not (lines.kind == "spring" and outline.masses):  # a second row of zigzags would hide the first
             patches.append(stroke(view(lines.points), width * view.weight, LIGHT))
     for node in outline.masses:
-        patches.extend(symbols.mass(view(outline.coordinates[node]), _mass_side(outline, view.factor), PALE, LIGHT))
+        patches.extend(symbols.mass(view(outline.coordinates[node]), mass_side(outline, view.factor), PALE, LIGHT))
     first = panel.shapes[0].displacement
     moved = view(outline.coordinates + figure.scale * nodal_motion(outline, first)[:, :2])
     carried = tuple(str(direction) for direction in np.unique(outline.dofs.direction))
@@ -57,7 +53,7 @@ def _shape_patches(figure: Figure, view: View, shape: Shape) -> list[Patch]:
     for node in outline.masses:
         red, green, blue = (int(value) for value in tint[node])
         patches.extend(
-            symbols.mass(nodes[node], _mass_side(outline, view.factor) * shape.width**0.5, (red, green, blue))
+            symbols.mass(nodes[node], mass_side(outline, view.factor) * shape.width**0.5, (red, green, blue))
         )
     return patches
 
@@ -116,13 +112,9 @@ def line_styles(outline: Outline) -> list[tuple[float, bool]]:
     ]
 
 
-def _mass_side(outline: Outline, factor: float) -> float:
+def mass_side(outline: Outline, factor: float) -> float:
+    """Return the side (px) of the square that is a mass, at ``factor`` px/m."""
     return float(np.clip(MASS_SHARE * outline.spacing * factor, 14, 80))
-
-
-def name_height(outline: Outline, factor: float) -> float:
-    """Return how far (px) above its node the name of a sensor stands: clear of its dot, and of a mass."""
-    return 16 + _mass_side(outline, factor) / 2 if outline.masses else 22.0
 
 
 def _coil(outline: Outline, view: View) -> float:
@@ -136,24 +128,3 @@ def ground_point(outline: Outline, node: int, direction: Direction) -> FloatArra
     beside = np.array([reach if outline.is_right(node) else -reach, 0.0])
     point: FloatArray = at + {"x": beside, "y": reach * symbols.BELOW, "rz": np.zeros(2)}[direction]
     return point
-
-
-def sensor_marks(figure: Figure, view: View, panel: Panel) -> tuple[list[Patch], list[Text]]:
-    """Return a dot on the last shape and a name for each sensor; names move up until they are free of each other."""
-    outline = figure.outline
-    motion = nodal_motion(outline, panel.shapes[-1].displacement)[:, :2]
-    places = view(outline.coordinates + figure.scale * motion)
-    middle = float(places[:, 0].mean())
-    patches: list[Patch] = []
-    texts: list[Text] = []
-    for sensor in figure.sensors:
-        at, color = places[sensor.node - 1], HELD_OUT if sensor.role == "held_out" else MEASURED
-        patches += [disc(at[None], 10 * view.weight, WHITE), disc(at[None], 7.5 * view.weight, color)]
-        x, y = float(at[0]), float(at[1]) + name_height(outline, view.factor)
-        if sensor.direction == "x" and not outline.masses:  # on a tower, whose line would run through the name
-            x, y = x + (26 if x > middle else -26), y - 6
-        text = Text(sensor.name, x, y, 18, color, "center", bold=True, boxed=True)
-        while any(abs(text.x - t.x) < (text.width + t.width) / 2 and abs(text.y - t.y) < 20 for t in texts):
-            text = replace(text, y=text.y + 21)
-        texts.append(text)
-    return patches, texts

@@ -21,7 +21,7 @@ from fe_models.pictures.captions import digits, exaggeration, pace, readable
 from fe_models.pictures.drawing import Bytes, Color, Picture, Text, merge
 from fe_models.pictures.figure import Figure, Panel, Shape
 from fe_models.pictures.geometry import Outline, choose_scale, largest_displacement, outline
-from fe_models.pictures.layout import compose, reach_of
+from fe_models.pictures.layout import arranged, compose, figure_of
 from fe_models.pictures.panels import BEAM_WIDTH
 from fe_models.recordings import Sensor
 from fe_models.structure import Structure
@@ -120,10 +120,11 @@ def animate(
     figure = _figure(model, panels, title, unit, sensors)
     note = f"{figure.note}; {pace(len(times), fps, float(times[-1] - times[0]))}"
     figure = replace(figure, note=note, width=FILM_WIDTH)
-    size = compose(figure, panels[:1])
+    plan = arranged(figure, panels[:1])
+    size = compose(figure, panels[:1], plan)
     with writing(path) as temporary, _film(temporary, fps) as film, _painter(size, "msaa") as paint:
         for panel in tqdm(panels, desc=f"drawing {path.name}", unit="frame", leave=False):
-            film.append_data(paint(compose(figure, (panel,))))
+            film.append_data(paint(compose(figure, (panel,), plan)))
     return path
 
 
@@ -155,14 +156,14 @@ def _figure(model: Model, panels: Sequence[Panel], title: str, unit: str, sensor
     largest = largest_displacement(shape, frames)
     scale = choose_scale(largest, shape.size)
     note = exaggeration(scale, largest, unit)
-    return Figure(shape, scale, largest, reach_of(shape, frames, scale), title, note, unit, _on(shape, sensors))
+    return figure_of(shape, frames, scale, largest, title, note, unit, _on(shape, sensors))
 
 
 def _mode_figure(shape: Outline, panels: Sequence[Panel], title: str, sensors: Sequence[Sensor]) -> Figure:
     """Return what pictures of modes share; each is scaled to a largest displacement of 1 already."""
     scale = choose_scale(1.0, shape.size)
     note = f"relative to the largest displacement of the mode, which is drawn as {scale:g} m"
-    return Figure(shape, scale, 1.0, reach_of(shape, _frames(panels), scale), title, note, "1", _on(shape, sensors))
+    return figure_of(shape, _frames(panels), scale, 1.0, title, note, "1", _on(shape, sensors))
 
 
 def _on(shape: Outline, sensors: Sequence[Sensor]) -> tuple[Sensor, ...]:
