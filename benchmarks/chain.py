@@ -21,7 +21,7 @@ from hybrid.config import Config, places_preset
 from hybrid.estimation.forecast import forecast_windows
 from hybrid.estimation.uncertainty import BandedForecast, coverage, set_relative_error
 from hybrid.neural_modal_ode.model import NeuralModalODE
-from hybrid.neural_modal_ode.residuals.free import NoResidual
+from hybrid.neural_modal_ode.residuals.free_residual import NoResidual
 from hybrid.neural_modal_ode.scaling import StateScale
 from hybrid.neural_modal_ode.state_prior import StatePrior
 from hybrid.progress import nothing

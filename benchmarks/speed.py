@@ -15,7 +15,7 @@ from fe_models.linear import ModalModel
 from hybrid.config import Config, places_preset
 from hybrid.neural_modal_ode.dynamics import ModalDynamics
 from hybrid.neural_modal_ode.integrators import propagate
-from hybrid.neural_modal_ode.residuals.at_connectors import ConnectorResidual
+from hybrid.neural_modal_ode.residuals.connector_residual import ConnectorResidual
 from hybrid.training.preparation import prepare
 
 BATCH, SAMPLES, STEP = 16, 501, 0.1

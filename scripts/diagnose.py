@@ -13,9 +13,9 @@ from fe_models.files.structure_file import save_structure
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.learned.gain import Gain, hybrid_gain
+from hybrid.diagnosis.observed.example import draw_example
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
 from hybrid.diagnosis.report import describe_diagnosis, report_table
-from hybrid.diagnosis.shown.example import draw_example
 
 app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
 

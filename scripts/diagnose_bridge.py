@@ -12,8 +12,8 @@ from fe_models.files.bridge_recordings import RECORDINGS, write_bridge_dataset
 from fe_models.files.dataset_file import load_dataset
 from fe_models.files.structure_file import save_structure
 from hybrid.diagnosis.diagnosis import diagnose
+from hybrid.diagnosis.observed.example import draw_example
 from hybrid.diagnosis.report import describe_diagnosis, report_table
-from hybrid.diagnosis.shown.example import draw_example
 from hybrid.identification.comparison_report import describe_compared, draw_backbones, draw_spectra
 from hybrid.identification.recording_comparison import compare_recordings
 

@@ -6,11 +6,11 @@ from fe_models.recordings import Dataset
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.causes.candidates import all_candidates
 from hybrid.diagnosis.causes.places import Motion
-from hybrid.diagnosis.fitting.fitting import Fit, fit
+from hybrid.diagnosis.fitting.least_squares import Fit, fit
 from hybrid.diagnosis.nominal.plant import plant_of
-from hybrid.diagnosis.recorded.gauge import Gauge
+from hybrid.diagnosis.recorded.batches import Batch, batches_of, columns_of
 from hybrid.diagnosis.recorded.noise import noise_of_recordings, structure_band
-from hybrid.diagnosis.recorded.records import Batch, batches_of, columns_of
+from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 
 MEASURED = (0, 1, 2, 3)
@@ -23,14 +23,14 @@ def candidate(dataset: Dataset, kind: str, **where: object) -> Candidate:
     return next(c for c in found if c.kind == kind and where.items() <= c.location.items())
 
 
-def gauge_of(dataset: Dataset) -> tuple[tuple[Batch, ...], Gauge]:
+def gauge_of(dataset: Dataset) -> tuple[tuple[Batch, ...], NoiseModel]:
     batches = columns_of(batches_of(dataset, "train"), MEASURED)
     sigma = noise_of_recordings(batches, RATE, structure_band(plant_of(dataset), RATE))
-    return batches, Gauge(tuple(dataset.sensors[i] for i in MEASURED), RATE, sigma)
+    return batches, NoiseModel(tuple(dataset.sensors[i] for i in MEASURED), RATE, sigma)
 
 
-def nominal_fit(dataset: Dataset, batches: tuple[Batch, ...], gauge: Gauge) -> Fit:
+def nominal_fit(dataset: Dataset, batches: tuple[Batch, ...], noise_model: NoiseModel) -> Fit:
     hypothesis = Hypothesis(plant_of(dataset))
-    found = fit(hypothesis, hypothesis.centre, batches, gauge)
+    found = fit(hypothesis, hypothesis.centre, batches, noise_model)
     assert found is not None
     return found

@@ -22,7 +22,7 @@ from fe_models.recordings import Assumptions, Dataset, Recording, Sensor
 from hybrid.config import Config, ModelConfig, TrainingConfig
 from hybrid.neural_modal_ode.dynamics import ModalDynamics
 from hybrid.neural_modal_ode.model import NeuralModalODE
-from hybrid.neural_modal_ode.residuals.free import FreeResidual
+from hybrid.neural_modal_ode.residuals.free_residual import FreeResidual
 from hybrid.neural_modal_ode.scaling import StateScale
 from hybrid.training.gradient_training import Trainer
 from hybrid.training.preparation import prepare

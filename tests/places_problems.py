@@ -22,7 +22,7 @@ from hybrid.neural_modal_ode.connectors import chain_connectors
 from hybrid.neural_modal_ode.dynamics import ModalDynamics
 from hybrid.neural_modal_ode.integrators import propagator_weights
 from hybrid.neural_modal_ode.model import NeuralModalODE
-from hybrid.neural_modal_ode.residuals.at_connectors import ConnectorResidual
+from hybrid.neural_modal_ode.residuals.connector_residual import ConnectorResidual
 from hybrid.neural_modal_ode.scaling import StateScale
 from hybrid.neural_modal_ode.state_prior import StatePrior
 from tests.hybrid_problems import MASS, MEASURED, SENSORS, STEP, STIFFNESS, chain_modes
@@ -125,7 +125,7 @@ def prior_of(model: NeuralModalODE) -> StatePrior:
     return model.encoder
 
 
-def residual_of(model: NeuralModalODE) -> ConnectorResidual:
+def residual_modes_of(model: NeuralModalODE) -> ConnectorResidual:
     """The residual at places of a model."""
     assert isinstance(model.dynamics.residual, ConnectorResidual)
     return model.dynamics.residual
@@ -159,7 +159,7 @@ def differences(function: Callable[[Tensor], Tensor], x: Tensor, step: float = 1
 @torch.no_grad()
 def measured_channels(model: NeuralModalODE, z0: Tensor, samples: int, table: Tensor | None = None) -> Tensor:
     """What the measured sensors see, in noise deviations (batch, time * measured), with another ``table`` if given."""
-    own = residual_of(model).table
+    own = residual_modes_of(model).table
     kept = own.detach().clone()
     if table is not None:
         own.copy_(table)

@@ -9,8 +9,8 @@ import torch
 
 from hybrid.neural_modal_ode.dynamics import ModalDynamics
 from hybrid.neural_modal_ode.integrators import integrate
-from hybrid.neural_modal_ode.residuals.backbone import LEVELS, RATE, BackboneResidual, level_weights
-from hybrid.neural_modal_ode.residuals.free import FreeResidual
+from hybrid.neural_modal_ode.residuals.backbone_residual import LEVELS, RATE, BackboneResidual, level_weights
+from hybrid.neural_modal_ode.residuals.free_residual import FreeResidual
 from hybrid.neural_modal_ode.scaling import StateScale
 from hybrid.training.preparation import prepare
 from tests.hybrid_problems import TINY, chain_dataset, chain_modes, double_precision

@@ -12,7 +12,7 @@ from benchmarks.blind_cases import BRIDGE_KINDS, OUTSIDE, BlindCase, BlindConfig
 from benchmarks.blind_cases.bridge_draw import draw_outside
 from benchmarks.blind_cases.bridge_scene import Scene, free_motion
 from benchmarks.blind_cases.bridge_truth import OUTPUT_RATE, Start, Truth, modal_state, motion_at, off_by_uncertainty
-from benchmarks.blind_cases.marching import Grid, march
+from benchmarks.blind_cases.marching import Grid, integrate_motion
 from benchmarks.blind_cases.outside import HystereticSpring
 from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
@@ -114,12 +114,12 @@ def test_marching_is_exact_for_a_linear_motion_and_of_order_two_beside_it() -> N
     modal = natural_modes(linearise(bridge().without_prestress()), 20)
     q, p = np.linspace(1, 2, 20)[:, None] / modal.omega[:, None] ** 2, np.zeros((20, 1))
     row = modal.dofs.row(15, "y")
-    end = march(modal, (q, p), Grid(0.0, 0.5, 1, 1), [row])[0, -1, 0, 0]  # in one step
+    end = integrate_motion(modal, (q, p), Grid(0.0, 0.5, 1, 1), [row])[0, -1, 0, 0]  # in one step
     pole = root(modal.omega, modal.damping_ratio)
     exact = modal.shapes[row] @ (q[:, 0] * (np.exp(0.5 * pole) * (1 + 1j * pole.real / pole.imag)).real)
     assert end == pytest.approx(exact, rel=1e-9)
     laws = (CubicSpring((15,), "y", 3e6),)  # as stiff as a tenth of the bridge there
-    values = [march(modal, (q, p), Grid(0.0, 0.5, 1, n), [row], laws)[0, -1, 0, 0] for n in (200, 400, 800)]
+    values = [integrate_motion(modal, (q, p), Grid(0.0, 0.5, 1, n), [row], laws)[0, -1, 0, 0] for n in (200, 400, 800)]
     assert abs(values[0] - end) > 1e-3 * abs(end)
     order = np.log2(abs(values[0] - values[1]) / abs(values[1] - values[2]))
     assert 1.7 < order < 2.3
@@ -143,7 +143,7 @@ def test_marching_agrees_with_exudyn_on_force_laws(law: ConnectorEffect | Harmon
     linear = linearise(chain)
     modal = natural_modes(linear, 4)
     q, p = (modal.shapes.T @ (linear.mass @ part)[:, None] for part in start)
-    motion = march(modal, (q, p), Grid(0.0, 0.1, 200, 20), [0, 1, 2, 3], (law,))[..., 0]
+    motion = integrate_motion(modal, (q, p), Grid(0.0, 0.1, 200, 20), [0, 1, 2, 3], (law,))[..., 0]
     for ours, theirs in zip(motion, (free.displacement, free.velocity, free.acceleration), strict=True):
         # Of order 2 in steps of 5 ms, where friction and stop turn within a few of them.
         np.testing.assert_allclose(ours, theirs[0], rtol=0, atol=2e-3 * np.abs(theirs).max())

@@ -11,11 +11,11 @@ from fe_models.arrays import FloatArray
 from hybrid.estimation.experts import fe_counterpart
 from hybrid.estimation.forecast import Forecast, forecast_windows
 from hybrid.estimation.uncertainty import BandedForecast
-from hybrid.neural_modal_ode.residuals.free import FreeResidual
+from hybrid.neural_modal_ode.residuals.free_residual import FreeResidual
 from hybrid.training.forecast_comparison import Comparison, band_scores, compare
 from hybrid.training.gradient_training import TrainingDivergedError
 from tests.hybrid_problems import HELD_OUT, SENSORS, chain_dataset, double_precision, starting_model
-from tests.places_problems import NOISE, place_model, prior_of, residual_of
+from tests.places_problems import NOISE, place_model, prior_of, residual_modes_of
 
 WINDOWS, SAMPLES = 3, 40
 
@@ -127,7 +127,7 @@ def test_forecasts_that_overflow_say_what_to_change() -> None:
 def test_states_that_cannot_be_solved_for_say_what_to_change() -> None:
     """The same of a residual at places: springs so negative that every motion but rest overflows."""
     model = place_model(net=0.0)
-    residual_of(model).set_coefficients(torch.full((7,), -1e40), torch.zeros(7))
+    residual_modes_of(model).set_coefficients(torch.full((7,), -1e40), torch.zeros(7))
     with pytest.raises(TrainingDivergedError, match="--fresh"):
         compare(model, chain_dataset(), 60, 20)
 

@@ -18,9 +18,9 @@ from fe_models.lowpass import LowPass
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.contest.wrong_units import shown_otherwise, with_other_units
-from hybrid.diagnosis.recorded.channels import usable
+from hybrid.diagnosis.recorded.faulty_channels import usable
 from hybrid.diagnosis.recorded.offsets import offsets
-from hybrid.diagnosis.recorded.sizes import other_sizes
+from hybrid.diagnosis.recorded.unit_check import other_sizes
 from hybrid.diagnosis.response.marching import is_too_fast
 from scripts.diagnose import app
 from tests.chain_case import CASE, NAMES, clipped, with_data
@@ -62,7 +62,7 @@ def test_channel_in_another_unit_is_told_by_the_others(sensor: str, factor: floa
     sound = blind_case(5, BlindConfig(off=True)).dataset
     setting = setting_of(in_other_unit(sound, sensor, factor))
     column, found = shown_otherwise(setting.short, setting.searched)
-    assert setting.gauge.sensors[column].name == sensor
+    assert setting.noise_model.sensors[column].name == sensor
     assert abs(found / factor - 1) < 0.1  # the structure as drawn is off, too
 
 

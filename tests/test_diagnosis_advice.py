@@ -14,12 +14,12 @@ from hybrid.diagnosis.causes.candidates import all_candidates
 from hybrid.diagnosis.causes.places import Motion
 from hybrid.diagnosis.contest.posterior import Posterior
 from hybrid.diagnosis.diagnosis import diagnose
-from hybrid.diagnosis.fitting.fitting import Fit, fit
+from hybrid.diagnosis.fitting.least_squares import Fit, fit
 from hybrid.diagnosis.nominal.plant import plant_of
 from hybrid.diagnosis.outcome.advice import Advice, advise, noise_of, possible_sensors
 from hybrid.diagnosis.outcome.too_few import BETTER, MANY
-from hybrid.diagnosis.recorded.gauge import Gauge
-from hybrid.diagnosis.recorded.records import batches_of
+from hybrid.diagnosis.recorded.batches import batches_of
+from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 
 NOISE = 0.03
@@ -36,22 +36,24 @@ def chain(sensors: tuple[Sensor, ...], effect: StiffnessChange | AddedMass, samp
     return Dataset(four_dof(), 10.0, sensors, tuple(Recording(f"r{i}", part[None]) for i, part in enumerate(data)))
 
 
-def two_fits(dataset: Dataset, keys: tuple[str, str], alike: dict[str, int] | None = None) -> tuple[Posterior, Gauge]:
+def two_fits(
+    dataset: Dataset, keys: tuple[str, str], alike: dict[str, int] | None = None
+) -> tuple[Posterior, NoiseModel]:
     """Return a posterior that cannot tell the causes of two keys apart; ``alike``: their twins' node, by key."""
     plant = plant_of(dataset)
     measured = tuple(range(len(dataset.sensors)))
     batches = batches_of(dataset, "train")
-    gauge = Gauge(dataset.sensors, dataset.sampling_rate, np.full(len(measured), NOISE))
+    noise_model = NoiseModel(dataset.sensors, dataset.sampling_rate, np.full(len(measured), NOISE))
     unit = Motion(np.eye(4), np.eye(4))
     candidates = {c.key: c for c in all_candidates(plant, dataset, unit, measured)}
     fits: list[Fit] = []
     for key in keys:
         twins = tuple({**candidates[key].location, "node": (alike or {})[own]} for own in {key} & set(alike or {}))
         hypothesis = Hypothesis(plant).adding(replace(candidates[key], twins=twins))
-        found = fit(hypothesis, hypothesis.centre, batches, gauge)
+        found = fit(hypothesis, hypothesis.centre, batches, noise_model)
         assert found is not None
         fits.append(found)
-    return Posterior(tuple(fits), np.array([0.6, 0.4]), 1.0, 1.0), gauge
+    return Posterior(tuple(fits), np.array([0.6, 0.4]), 1.0, 1.0), noise_model
 
 
 X1 = Sensor("x1", 1, "x", "displacement", "m")
@@ -68,8 +70,8 @@ def test_possible_sensors_are_those_that_are_not_there() -> None:
 def test_two_causes_far_from_the_only_sensor_are_told_apart_by_one_near_them() -> None:
     """In a short record a sensor at one end says little about the other; advice says so, and by how much."""
     dataset = chain((X1,), AddedMass(4, 0.5), 100)
-    posterior, gauge = two_fits(dataset, ("added_mass {'node': 4}", "added_mass {'node': 3}"))
-    (advice,) = advise(posterior, gauge, gauge.sensors)
+    posterior, noise_model = two_fits(dataset, ("added_mass {'node': 4}", "added_mass {'node': 3}"))
+    (advice,) = advise(posterior, noise_model, noise_model.sensors)
     assert advice.kind == "added_mass"
     assert advice.sensor is not None
     assert advice.sensor.node in (3, 4)
@@ -81,8 +83,8 @@ def test_promise_is_kept_by_the_sensor() -> None:
     """With the advised sensor fitted, too, the costs of the two really part by about what was promised."""
     dataset = chain((X1,), AddedMass(4, 0.5), 100)
     keys = ("added_mass {'node': 4}", "added_mass {'node': 3}")
-    posterior, gauge = two_fits(dataset, keys)
-    (advice,) = advise(posterior, gauge, gauge.sensors)
+    posterior, noise_model = two_fits(dataset, keys)
+    (advice,) = advise(posterior, noise_model, noise_model.sensors)
     assert advice.sensor is not None
     better, _ = two_fits(chain((X1, advice.sensor), AddedMass(4, 0.5), 100), keys)
     before = posterior.fits[1].cost - posterior.fits[0].cost
@@ -110,8 +112,8 @@ def test_a_rival_at_two_places_that_move_alike_is_advised_on_once() -> None:
 
 def test_another_kind_at_the_place_of_a_twin_is_not_taken_for_the_twin() -> None:
     keys = ("point_damper {'node': 4, 'direction': 'x'}", "support_spring {'node': 3, 'direction': 'x'}")
-    posterior, gauge = two_fits(chain((X1,), AddedMass(4, 0.5), 100), keys, alike={keys[0]: 3})
-    other, twin = advise(posterior, gauge, (X1,))
+    posterior, noise_model = two_fits(chain((X1,), AddedMass(4, 0.5), 100), keys, alike={keys[0]: 3})
+    other, twin = advise(posterior, noise_model, (X1,))
     assert (twin.rival, twin.rival_location["node"], twin.sensor) == ("point_damper", 3, None)
     assert (other.rival, other.rival_location["node"]) == ("support_spring", 3)
     assert other.sensor is not None
@@ -148,9 +150,9 @@ def test_added_sensors_are_as_noisy_as_the_present_ones_and_stand_where_somethin
     moving = replace(stiff, kept=3)  # without the mode of node 4 alone
     assert {sensor.node for sensor in possible_sensors(moving, ())} == {1, 2, 3}
     tilt = replace(X1, name="tilt", direction="rz")  # in radians, of which nothing follows for a displacement
-    gauge = Gauge((X1, replace(X1, name="v", quantity="velocity"), tilt), 10.0, np.array([0.02, 0.5, 1e-6]))
+    noise_model = NoiseModel((X1, replace(X1, name="v", quantity="velocity"), tilt), 10.0, np.array([0.02, 0.5, 1e-6]))
     added = (replace(X1, node=2), *(replace(X1, node=node, quantity="acceleration") for node in (3, 4)))
-    noise = noise_of(added, np.array([1e-6, 1e-3, 4.0]), gauge, np.array([1.0, 10.0, 1.0]))
+    noise = noise_of(added, np.array([1e-6, 1e-3, 4.0]), noise_model, np.array([1.0, 10.0, 1.0]))
     np.testing.assert_allclose(noise, [0.02, 0.02 * 4.0, 0.02 * 4.0])  # 0.02: the median of 0.02, 0.05 and 1e-6
 
 

@@ -7,12 +7,12 @@ import pytest
 
 from benchmarks.blind_cases import BlindConfig, blind_case
 from hybrid.diagnosis.contest.setting import setting_of
-from hybrid.diagnosis.fitting.far_off import deviation_of, deviation_of_groups
-from hybrid.diagnosis.fitting.fitting import fit
+from hybrid.diagnosis.fitting.calibration_deviation import deviation_of, deviation_of_groups
+from hybrid.diagnosis.fitting.least_squares import fit
 from hybrid.diagnosis.nominal.plant import plant_of
 from hybrid.diagnosis.outcome.calibration import astray, calibration_of, far_off
-from hybrid.diagnosis.recorded.gauge import Gauge
-from hybrid.diagnosis.recorded.records import batches_of, columns_of, measured_columns
+from hybrid.diagnosis.recorded.batches import batches_of, columns_of, measured_columns
+from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 
 DATASET = blind_case(2).dataset
@@ -33,9 +33,11 @@ def test_values_that_nothing_tells_keep_their_stated_standard_deviation() -> Non
 
 def test_value_that_is_far_off_is_told_with_its_place_and_side() -> None:
     columns = measured_columns(DATASET)
-    gauge = Gauge(tuple(DATASET.sensors[i] for i in columns), DATASET.sampling_rate, np.full(len(columns), 0.03))
+    noise_model = NoiseModel(
+        tuple(DATASET.sensors[i] for i in columns), DATASET.sampling_rate, np.full(len(columns), 0.03)
+    )
     hypothesis = Hypothesis(PLANT)
-    found = fit(hypothesis, hypothesis.centre, columns_of(batches_of(DATASET, "train"), columns), gauge)
+    found = fit(hypothesis, hypothesis.centre, columns_of(batches_of(DATASET, "train"), columns), noise_model)
     assert found is not None
     theta = np.zeros_like(found.theta)
     assert far_off(replace(found, theta=theta)) == []

@@ -14,12 +14,12 @@ from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.simulation import FreeConfig, simulate_free
 from hybrid.diagnosis.contest import changes
 from hybrid.diagnosis.contest.changes import changes_beside
-from hybrid.diagnosis.contest.growing import ground_of
+from hybrid.diagnosis.contest.growing import reference_fits_of
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.contest.stages import fits_unalike
 from hybrid.diagnosis.diagnosis import diagnose
-from hybrid.diagnosis.fitting.fitting import fit
-from hybrid.diagnosis.fitting.forecasting import forecast, model_of, without
+from hybrid.diagnosis.fitting.forecast_score import forecast, model_of, without
+from hybrid.diagnosis.fitting.least_squares import fit
 from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.progress import nothing
 
@@ -99,12 +99,12 @@ def test_what_recordings_show_before_a_change_is_searched_where_something_is_wro
     contest = Mock(return_value=())
     monkeypatch.setattr(changes, "contest", contest)
     setting = setting_of(blind_case(0, BlindConfig(kinds, size=0.8, train=6, test=1)).dataset)
-    gauge = setting.gauge
-    ground = ground_of(setting.nominal, setting.nominal.centre, setting.lengths, gauge)
+    noise_model = setting.noise_model
+    ground = reference_fits_of(setting.nominal, setting.nominal.centre, setting.lengths, noise_model)
     assert ground is not None
     (batch,) = setting.lengths.whole
     groups = (batch.take([0, 1, 2]),), (batch.take([3, 4, 5]),)
-    assert changes_beside(ground, groups, (), setting.candidates(), gauge, setting.band, nothing) == []
+    assert changes_beside(ground, groups, (), setting.candidates(), noise_model, setting.band, nothing) == []
     assert contest.call_count == searched
 
 
@@ -124,12 +124,12 @@ def test_a_support_that_gives_way_between_recordings_is_forecast_with_and_withou
     batches = tuple(
         replace(batch.take([number]), off=(0,) * number) for batch in setting.lengths.whole for number in (0, 1)
     )
-    item = fit(hypothesis, np.append(np.zeros(hypothesis.nuisances), soft.width), batches, setting.gauge)
+    item = fit(hypothesis, np.append(np.zeros(hypothesis.nuisances), soft.width), batches, setting.noise_model)
     assert item is not None
-    model = model_of(item, setting.gauge)
+    model = model_of(item, setting.noise_model)
     with_it, without_it = (without(model, off) for off in ((), (0,)))
     assert [len(part[2]) for part in (with_it, without_it)] == [part[0].states for part in (with_it, without_it)]
-    found = forecast(model, batches, setting.gauge.view)
+    found = forecast(model, batches, setting.noise_model.roles)
     assert np.isfinite(found.nrmse).all()
 
 
@@ -137,7 +137,7 @@ def test_a_support_that_gives_way_between_recordings_is_forecast_with_and_withou
 def test_chance_hardly_leaves_recordings_unalike(samples: int) -> None:
     """Of nine recordings with 60 samples of four sensors 9 of 10 draws are more than a fifth apart."""
     setting = setting_of(blind_case(0, BlindConfig((), train=9, test=1)).dataset)
-    item = fit(setting.nominal, np.zeros(setting.nominal.nuisances), setting.lengths.whole, setting.gauge)
+    item = fit(setting.nominal, np.zeros(setting.nominal.nuisances), setting.lengths.whole, setting.noise_model)
     assert item is not None
     rng = np.random.default_rng(0)
     drawn = [replace(item, residuals=(rng.standard_normal((9, samples, 4)),)) for _ in range(1000)]
@@ -147,7 +147,7 @@ def test_chance_hardly_leaves_recordings_unalike(samples: int) -> None:
 def test_a_fit_that_leaves_more_of_one_recording_than_of_the_others_fits_unalike() -> None:
     case = blind_case(0, BlindConfig((), train=9, test=1))
     setting = setting_of(case.dataset)
-    item = fit(setting.nominal, np.zeros(setting.nominal.nuisances), setting.lengths.whole, setting.gauge)
+    item = fit(setting.nominal, np.zeros(setting.nominal.nuisances), setting.lengths.whole, setting.noise_model)
     assert item is not None
     assert not fits_unalike(item)  # noise alone, nine recordings
     (part,) = item.residuals

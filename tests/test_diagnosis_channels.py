@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from hybrid.diagnosis.recorded.channels import saturation_levels, stuck_samples, usable
+from hybrid.diagnosis.recorded.faulty_channels import saturation_levels, stuck_samples, usable
 from tests.chain_case import CASE, NAMES, clipped, with_data
 
 

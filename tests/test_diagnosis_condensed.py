@@ -13,7 +13,7 @@ from fe_models.arrays import FloatArray
 from fe_models.lowpass import LowPass
 from hybrid.diagnosis.contest.setting import Setting, setting_of
 from hybrid.diagnosis.fitting.linearisation import Linearisation, linearise_batch
-from hybrid.diagnosis.recorded.records import Batch
+from hybrid.diagnosis.recorded.batches import Batch
 from hybrid.diagnosis.response.exponentials import Exponentials, exponentials
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.system import System, linear_channels
@@ -111,13 +111,15 @@ def trial(own: Setting, kind: str) -> tuple[Hypothesis, FloatArray]:
     theta = 0.5 * hypothesis.width * rng.standard_normal(len(hypothesis.width))
     theta[hypothesis.nuisances :] = np.array(cause.neutral) + 0.02 * np.array(cause.width)
     if cause.oscillator:
-        theta[-1] = 0.37 * own.gauge.rate / 10  # Hz
+        theta[-1] = 0.37 * own.noise_model.rate / 10  # Hz
     return hypothesis, theta
 
 
 def both_ways(own: Setting, kind: str, batch: Batch) -> tuple[Linearisation, Linearisation, FloatArray]:
     hypothesis, theta = trial(own, kind)
-    by_samples, brief = (linearise_batch(hypothesis, theta, batch, own.gauge, None, brief=way) for way in (False, True))
+    by_samples, brief = (
+        linearise_batch(hypothesis, theta, batch, own.noise_model, None, brief=way) for way in (False, True)
+    )
     assert by_samples is not None and brief is not None and brief.frame is not None
     return by_samples, brief, hypothesis.width
 

@@ -16,7 +16,7 @@ from hybrid.diagnosis.causes.candidates import all_candidates
 from hybrid.diagnosis.causes.places import Motion
 from hybrid.diagnosis.nominal.plant import Plant, plant_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
-from hybrid.diagnosis.response.reduced import Reduced
+from hybrid.diagnosis.response.reduced_model import ReducedModel
 
 WHITE = np.random.default_rng(0).standard_normal((1, 200, 8))  # a plant only asks for sensors and rates
 CHAIN = Dataset(four_dof(), 10.0, CHAIN_SENSORS, (Recording("r", WHITE[..., :5]),))
@@ -33,7 +33,7 @@ def candidate(plant: Plant, dataset: Dataset, kind: str, **where: object) -> Can
     return next(c for c in found if c.kind == kind and where.items() <= c.location.items())
 
 
-def reduced(hypothesis: Hypothesis, factor: float, *values: float, turning: float = -1.0) -> Reduced:
+def reduced(hypothesis: Hypothesis, factor: float, *values: float, turning: float = -1.0) -> ReducedModel:
     """With a factor of the first mode's damping ratio, which stays or turns, and the candidates' parameters."""
     theta = np.concatenate([np.zeros(hypothesis.nuisances), values])
     theta[len(hypothesis.plant.parts)] = np.log(factor)
@@ -41,7 +41,7 @@ def reduced(hypothesis: Hypothesis, factor: float, *values: float, turning: floa
     return hypothesis.reduced(theta[None])
 
 
-def own_damping(found: Reduced) -> FloatArray:
+def own_damping(found: ReducedModel) -> FloatArray:
     """2 xi omega (mode,)."""
     phi = eigh(found.stiffness[0], found.mass[0])[1]
     return np.einsum("di,de,ei->i", phi, found.damping[0], phi)

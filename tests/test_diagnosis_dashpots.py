@@ -15,7 +15,7 @@ from fe_models.effects import AxialForce, PointDamper
 from fe_models.recordings import QUANTITIES
 from fe_models.structure import Structure
 from hybrid.diagnosis.nominal.plant import Plant, plant_of
-from hybrid.diagnosis.recorded.readout import Readout
+from hybrid.diagnosis.recorded.sensor_outputs import SensorOutputs
 from hybrid.diagnosis.response import dashpots, hypothesis
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.state_space import system_of
@@ -51,7 +51,7 @@ def of_few_modes(plant: Plant, damper: PointDamper | None) -> tuple[ComplexArray
     causes = () if damper is None else (chosen(bridge_candidates(), damper),)
     own = Hypothesis(plant, causes)
     theta = np.append(np.zeros(own.nuisances), [] if damper is None else damper.coefficient)[None]
-    system = system_of(own, theta, Readout.faultless(SHOWN, 100.0))
+    system = system_of(own, theta, SensorOutputs.faultless(SHOWN, 100.0))
     roots, vectors = np.linalg.eig(system.A[0])
     return roots, system.C[0] @ vectors
 
@@ -106,7 +106,7 @@ def test_a_step_of_a_search_into_buckling_is_of_numbers_still() -> None:
     reduced = own.reduced(theta)
     assert reduced.trailing is not None
     assert reduced.trailing.square.min() < 0
-    assert np.isfinite(system_of(own, theta, Readout.faultless(SHOWN, 100.0)).A).all()
+    assert np.isfinite(system_of(own, theta, SensorOutputs.faultless(SHOWN, 100.0)).A).all()
 
 
 def test_a_second_round_is_for_strong_dampers(monkeypatch: pytest.MonkeyPatch) -> None:

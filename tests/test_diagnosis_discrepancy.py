@@ -8,16 +8,16 @@ import pytest
 from benchmarks.blind_cases import BlindConfig, blind_case
 from hybrid.diagnosis.causes.candidates import all_candidates
 from hybrid.diagnosis.causes.places import Motion
-from hybrid.diagnosis.contest.discrepancy import energy_over, in_units_of, repeated, search_gauge
+from hybrid.diagnosis.contest.discrepancy import energy_over, in_units_of, repeated, search_noise_model
 from hybrid.diagnosis.contest.evidence import Evidence
 from hybrid.diagnosis.contest.growing import lengths_of, short_fit
 from hybrid.diagnosis.contest.posterior import posterior_of
-from hybrid.diagnosis.fitting.fitting import fit
-from hybrid.diagnosis.fitting.wave import wave
+from hybrid.diagnosis.fitting.harmonic_amplitude import harmonic_amplitude
+from hybrid.diagnosis.fitting.least_squares import fit
 from hybrid.diagnosis.nominal.plant import plant_of
-from hybrid.diagnosis.recorded.gauge import Gauge
+from hybrid.diagnosis.recorded.batches import batches_of, columns_of, measured_columns
 from hybrid.diagnosis.recorded.noise import noise_of_recordings, structure_band
-from hybrid.diagnosis.recorded.records import batches_of, columns_of, measured_columns
+from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 
 
@@ -31,20 +31,22 @@ def test_noise_repeats_nothing_and_a_tone_does() -> None:
     assert abs(repeated((tone,)) - expected) < 0.05 * expected
 
 
-def test_gauge_stays_where_noise_counts_and_grows_where_the_model_is_far_off() -> None:
+def test_noise_stays_where_noise_counts_and_grows_where_the_model_is_far_off() -> None:
     case = blind_case(5, BlindConfig(("stiffness_change",), size=1.0, train=3, test=1, duration=30.0))
     dataset = case.dataset
     plant, measured = plant_of(dataset), measured_columns(dataset)
     batches = columns_of(batches_of(dataset, "train"), measured)
     band = structure_band(plant, dataset.sampling_rate)
     sigma = noise_of_recordings(batches, dataset.sampling_rate, band)
-    gauge = Gauge(tuple(dataset.sensors[i] for i in measured), dataset.sampling_rate, sigma)
+    noise_model = NoiseModel(tuple(dataset.sensors[i] for i in measured), dataset.sampling_rate, sigma)
     lengths = lengths_of(batches, Hypothesis(plant).states)
-    short = short_fit(plant, lengths, gauge)
-    assert search_gauge(plant, lengths, gauge, short) == (gauge, lengths, short)
-    cleaner = replace(gauge, sigma=sigma / 1000)  # as if the sensors had hardly any noise, and the model were as wrong
+    short = short_fit(plant, lengths, noise_model)
+    assert search_noise_model(plant, lengths, noise_model, short) == (noise_model, lengths, short)
+    cleaner = replace(
+        noise_model, sigma=sigma / 1000
+    )  # as if the sensors had hardly any noise, and the model were as wrong
     begun = short_fit(plant, lengths, cleaner)
-    searched, _, found = search_gauge(plant, lengths, cleaner, begun)
+    searched, _, found = search_noise_model(plant, lengths, cleaner, begun)
     assert np.all(searched.sigma > 100 * cleaner.sigma)
     # what is known of the springs counts again: they stay nearer to what their owner knows
     assert np.abs(found.theta / plant.spread).max() < 0.5 * np.abs(begun.theta / plant.spread).max()
@@ -58,17 +60,19 @@ def test_forces_are_told_alike_in_either_unit() -> None:
     dataset = blind_case(2).dataset
     plant, measured = plant_of(dataset), measured_columns(dataset)
     batches = columns_of(batches_of(dataset, "train"), measured)
-    gauge = Gauge(tuple(dataset.sensors[i] for i in measured), dataset.sampling_rate, np.full(len(measured), 0.03))
-    searched = replace(gauge, sigma=10 * gauge.sigma)
+    noise_model = NoiseModel(
+        tuple(dataset.sensors[i] for i in measured), dataset.sampling_rate, np.full(len(measured), 0.03)
+    )
+    searched = replace(noise_model, sigma=10 * noise_model.sigma)
     candidates = all_candidates(plant, dataset, Motion(np.eye(4), np.eye(4)), measured)
     force = next(candidate for candidate in candidates if candidate.oscillator)
     hypothesis = Hypothesis(plant).adding(force)
     found = fit(hypothesis, np.append(np.zeros(len(plant.spread)), 0.3), batches, searched)
     assert found is not None
-    told = in_units_of(gauge, found, searched)
-    assert np.isclose(energy_over(gauge, searched), 100.0)
+    told = in_units_of(noise_model, found, searched)
+    assert np.isclose(energy_over(noise_model, searched), 100.0)
     assert np.isclose(told.chi2, 100.0 * found.chi2)
-    before, after = wave(found, 0), wave(told, 0)
+    before, after = harmonic_amplitude(found, 0), harmonic_amplitude(told, 0)
     assert (before.amplitude, before.error) == (after.amplitude, after.error)
     np.testing.assert_array_equal(before.acting, after.acting)
 
@@ -79,16 +83,18 @@ def test_some_of_the_fits_are_as_probable_among_themselves_as_among_all() -> Non
     dataset = case.dataset
     plant, measured = plant_of(dataset), measured_columns(dataset)
     batches = columns_of(batches_of(dataset, "train"), measured)
-    gauge = Gauge(tuple(dataset.sensors[i] for i in measured), dataset.sampling_rate, np.full(len(measured), 0.003))
-    searched = replace(gauge, sigma=100 * gauge.sigma)
+    noise_model = NoiseModel(
+        tuple(dataset.sensors[i] for i in measured), dataset.sampling_rate, np.full(len(measured), 0.003)
+    )
+    searched = replace(noise_model, sigma=100 * noise_model.sigma)
     candidates = all_candidates(plant, dataset, Motion(np.eye(4), np.eye(4)), measured)
     springs = [candidate for candidate in candidates if candidate.kind == "stiffness_change"][:4]
     hypotheses = [Hypothesis(plant), *(Hypothesis(plant).adding(spring) for spring in springs)]
     fits = [fit(h, h.centre, batches, searched) for h in hypotheses]
     known = tuple(item for item in fits if item is not None)
     whole = posterior_of(known, candidates, is_astray=True)
-    told = replace(whole, fits=tuple(in_units_of(gauge, item, searched) for item in whole.fits))
-    evidence = Evidence(in_units_of(gauge, known[0], searched), told, gauge, searched, candidates)
+    told = replace(whole, fits=tuple(in_units_of(noise_model, item, searched) for item in whole.fits))
+    evidence = Evidence(in_units_of(noise_model, known[0], searched), told, noise_model, searched, candidates)
     again = evidence.among(told.fits)
     assert again.temper == pytest.approx(whole.temper)
     np.testing.assert_allclose(again.probability, whole.probability)

@@ -98,7 +98,7 @@ def test_without_it_the_calibrated_bridge_misses_them(clean: Dataset, monkeypatc
         monkeypatch.setattr(plants, "DISPERSION", width)
         setting = setting_of(clean)
         hypothesis = setting.nominal
-        found = fit_growing(hypothesis, hypothesis.centre, setting.lengths, setting.gauge)
+        found = fit_growing(hypothesis, hypothesis.centre, setting.lengths, setting.noise_model)
         assert found is not None
         costs.append(found.cost)
     assert costs[1] > costs[0] + 50  # 108

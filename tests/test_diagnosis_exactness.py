@@ -13,7 +13,7 @@ from fe_models.recordings import Dataset, Recording
 from fe_models.simulation import FreeConfig, simulate_free
 from hybrid.diagnosis.contest.exactness import SCALES, tightened
 from hybrid.diagnosis.contest.posterior import posterior_of
-from hybrid.diagnosis.fitting.fitting import Fit, fit
+from hybrid.diagnosis.fitting.least_squares import Fit, fit
 from hybrid.diagnosis.nominal.plant import FRAME, Plant, plant_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from tests.chain_fits import RATE, candidate, gauge_of, nominal_fit
@@ -57,12 +57,12 @@ def test_a_linear_model_has_its_closed_form(scale: float) -> None:
 def test_the_rise_of_the_cost_is_that_of_a_fit_made_anew() -> None:
     """With a quarter of what is stated; 3 %: nominal values off by some per cent act nearly linearly."""
     dataset = chain(True)
-    batches, gauge = gauge_of(dataset)
-    wide = nominal_fit(dataset, batches, gauge)
+    batches, noise_model = gauge_of(dataset)
+    wide = nominal_fit(dataset, batches, noise_model)
     stated = dataset.assumptions.uncertainty
     quarter = replace(stated, stiffness=stated.stiffness / 4, mass=stated.mass / 4, damping=stated.damping / 4)
     sure = replace(dataset, assumptions=replace(dataset.assumptions, uncertainty=quarter))
-    narrow = nominal_fit(sure, batches, gauge)
+    narrow = nominal_fit(sure, batches, noise_model)
     assert narrow.cost - wide.cost > 10
     assert tightened(wide, 0.25).rise == pytest.approx(narrow.cost - wide.cost, rel=0.03)
 
@@ -90,9 +90,9 @@ def heavier(share: float) -> Dataset:
 def test_a_structure_as_drawn_tells_a_cause_from_what_is_normal() -> None:
     """A mass that is 1 % too large is one deviation off, which is normal: not so where all else is as drawn."""
     dataset = heavier(0.01)
-    batches, gauge = gauge_of(dataset)
-    base, cause = nominal_fit(dataset, batches, gauge), candidate(dataset, "added_mass", node=2)
-    found = fit(base.hypothesis.adding(cause), np.append(base.theta, 0.0), batches, gauge)
+    batches, noise_model = gauge_of(dataset)
+    base, cause = nominal_fit(dataset, batches, noise_model), candidate(dataset, "added_mass", node=2)
+    found = fit(base.hypothesis.adding(cause), np.append(base.theta, 0.0), batches, noise_model)
     assert found is not None
     assert found.theta[-1] == pytest.approx(0.02, abs=0.005)
     stated = posterior_of((base, found), (cause,), is_astray=True)

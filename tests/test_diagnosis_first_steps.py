@@ -6,25 +6,25 @@ import pytest
 from benchmarks.blind_cases import BlindConfig, blind_case
 from hybrid.diagnosis.contest.growing import lengths_of, padded
 from hybrid.diagnosis.contest.setting import setting_of
-from hybrid.diagnosis.fitting import fitting
-from hybrid.diagnosis.fitting.fitting import first_steps, fit
+from hybrid.diagnosis.fitting import least_squares
+from hybrid.diagnosis.fitting.least_squares import first_steps, fit
 from tests.chain_fits import candidate, gauge_of, nominal_fit
 
 
 def test_first_steps_of_a_law_go_on_while_they_fall(monkeypatch: pytest.MonkeyPatch) -> None:
     case = blind_case(2, BlindConfig(("slack_cable",), size=1.0, train=3, test=1, duration=30.0))
     (cause,) = case.truth
-    batches, gauge = gauge_of(case.dataset)
-    base = nominal_fit(case.dataset, batches, gauge)
+    batches, noise_model = gauge_of(case.dataset)
+    base = nominal_fit(case.dataset, batches, noise_model)
     law = candidate(case.dataset, "slack_cable", **cause.location)
     short = lengths_of(batches, base.hypothesis.states).cut[0]
-    without = fit(base.hypothesis, base.theta, short, gauge)
+    without = fit(base.hypothesis, base.theta, short, noise_model)
     assert without is not None
     extended = base.hypothesis.adding(law)
-    start = extended, np.append(base.theta, law.first_starts[0]), short, gauge, padded(without, extended)
+    start = extended, np.append(base.theta, law.first_starts[0]), short, noise_model, padded(without, extended)
     noise = sum(batch.data.size for batch in short)
     led = first_steps(*start)
-    monkeypatch.setattr(fitting, "STEEP", 1.0)  # two steps and no more
+    monkeypatch.setattr(least_squares, "STEEP", 1.0)  # two steps and no more
     stopped = first_steps(*start)
     assert led is not None
     assert stopped is not None
@@ -37,14 +37,14 @@ def test_first_steps_beside_a_law_go_on_only_where_they_may_lead_low(seed: int, 
     kinds = ("cubic_spring", "stiffness_change")
     case = blind_case(seed, BlindConfig(kinds, size=0.8, train=3, test=1, duration=30.0))
     law, change = (candidate(case.dataset, cause.kind, **cause.location) for cause in case.truth)
-    batches, gauge = gauge_of(case.dataset)
-    base = nominal_fit(case.dataset, batches, gauge)
+    batches, noise_model = gauge_of(case.dataset)
+    base = nominal_fit(case.dataset, batches, noise_model)
     short = lengths_of(batches, base.hypothesis.states).cut[0]
-    without = fit(base.hypothesis, base.theta, short, gauge)
+    without = fit(base.hypothesis, base.theta, short, noise_model)
     assert without is not None
     both = base.hypothesis.adding(law).adding(change)
     far = np.concatenate([base.theta, list(case.truth[0].parameters.values()), [4.0]])  # four times as stiff
-    start = both, far, short, gauge, padded(without, both)
+    start = both, far, short, noise_model, padded(without, both)
     led, ended = first_steps(*start), first_steps(*start, bound=without.cost)
     assert led is not None
     assert ended is not None
@@ -59,9 +59,9 @@ def test_first_steps_go_on_while_each_halves_the_cost_if_that_leads_low(monkeypa
     soft = next(c for c in setting.candidates() if c.kind == "support_spring" and c.location == where)
     extended = short.hypothesis.adding(soft)
     start = np.append(np.zeros_like(short.theta), 3.1e-5)  # m/N; of 1.65e-5, as the scan has it
-    begun = extended, start, short.batches, setting.gauge, padded(short, extended)
+    begun = extended, start, short.batches, setting.noise_model, padded(short, extended)
     led, behind = first_steps(*begun, steps=3, bound=short.cost), first_steps(*begun, steps=3, bound=0.0)
-    monkeypatch.setattr(fitting, "HALF", 0.0)  # three steps and no more
+    monkeypatch.setattr(least_squares, "HALF", 0.0)  # three steps and no more
     stopped = first_steps(*begun, steps=3, bound=short.cost)
     assert led is not None
     assert behind is not None

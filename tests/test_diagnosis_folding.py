@@ -8,7 +8,7 @@ from fe_models.assembly import linearise
 from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset, Recording
 from fe_models.simulation import FreeConfig, simulate_free
-from hybrid.diagnosis.contest.growing import ground_of
+from hybrid.diagnosis.contest.growing import reference_fits_of
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.outcome.folding import folding_of
 from hybrid.diagnosis.outcome.rest import rest_of
@@ -36,10 +36,13 @@ def sampled(modes: int) -> Dataset:
 
 def told(dataset: Dataset) -> list[str]:
     setting = setting_of(dataset)
-    ground = ground_of(setting.nominal, setting.nominal.centre, setting.lengths, setting.gauge)
+    ground = reference_fits_of(setting.nominal, setting.nominal.centre, setting.lengths, setting.noise_model)
     assert ground is not None
     natural = setting.plant.modes[0] / (2 * np.pi)
-    return [*folding_of(ground.whole, setting, setting.gauge), rest_of(ground.whole, natural, setting.gauge)]
+    return [
+        *folding_of(ground.whole, setting, setting.noise_model),
+        rest_of(ground.whole, natural, setting.noise_model),
+    ]
 
 
 def test_mode_that_folds_is_told_by_both_its_frequencies() -> None:

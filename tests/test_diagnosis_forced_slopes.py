@@ -12,8 +12,8 @@ from fe_models.effects import CubicSpring
 from fe_models.recordings import Dataset, Load, Recording
 from hybrid.diagnosis.fitting.linearisation import linearise_batch
 from hybrid.diagnosis.nominal.plant import plant_of
-from hybrid.diagnosis.recorded.gauge import Gauge
-from hybrid.diagnosis.recorded.records import Batch, batches_of
+from hybrid.diagnosis.recorded.batches import Batch, batches_of
+from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 
 RATE, SAMPLES = 10.0, 120
@@ -22,7 +22,7 @@ SMALL = 1e-4  # of a step
 CURVED = 1e-3  # of what a small step changes: measured 2e-4, of second order in it
 
 
-def case(loaded: bool) -> tuple[Hypothesis, FloatArray, Batch, Gauge, FloatArray]:
+def case(loaded: bool) -> tuple[Hypothesis, FloatArray, Batch, NoiseModel, FloatArray]:
     """Return a chain with a cubic spring, recordings that are noise, and where they are linearised."""
     rng = np.random.default_rng(3)
     pushes = [(Load(2, "x", 0.5 * rng.standard_normal(SAMPLES)),) if loaded else () for _ in range(3)]
@@ -32,20 +32,20 @@ def case(loaded: bool) -> tuple[Hypothesis, FloatArray, Batch, Gauge, FloatArray
     dataset = Dataset(structure, RATE, SENSORS, recordings)
     hypothesis = Hypothesis(plant_of(dataset))
     (batch,) = batches_of(dataset, "train")
-    gauge = Gauge(FITTED, RATE, np.ones(len(FITTED)))
+    noise_model = NoiseModel(FITTED, RATE, np.ones(len(FITTED)))
     batch = Batch(batch.data[..., : len(FITTED)], batch.names, loads=batch.loads)
     theta, states = 0.01 * rng.standard_normal(hypothesis.nuisances), rng.standard_normal((3, hypothesis.states))
-    return hypothesis, theta, batch, gauge, states
+    return hypothesis, theta, batch, noise_model, states
 
 
 @pytest.mark.parametrize("loaded", [False, True])
 def test_a_small_step_leaves_what_the_linearisation_says(loaded: bool) -> None:
-    hypothesis, theta, batch, gauge, states = case(loaded)
-    part = linearise_batch(hypothesis, theta, batch, gauge, states)
+    hypothesis, theta, batch, noise_model, states = case(loaded)
+    part = linearise_batch(hypothesis, theta, batch, noise_model, states)
     assert part is not None
 
     def left(theta: FloatArray, states: FloatArray) -> FloatArray:
-        moved = linearise_batch(hypothesis, theta, batch, gauge, states, slopes=False)
+        moved = linearise_batch(hypothesis, theta, batch, noise_model, states, slopes=False)
         assert moved is not None
         return (part.raw - moved.raw).reshape(len(states), -1) / SMALL
 
@@ -61,13 +61,13 @@ def test_a_small_step_leaves_what_the_linearisation_says(loaded: bool) -> None:
 
 
 def test_without_slopes_the_same_is_left() -> None:
-    hypothesis, theta, batch, gauge, states = case(loaded=False)
+    hypothesis, theta, batch, noise_model, states = case(loaded=False)
     linear = replace(hypothesis, plant=replace(hypothesis.plant, laws=()))
     uneven = replace(batch, noise=np.random.default_rng(4).uniform(0.5, 2.0, (3, len(FITTED))))
     for own, begin in ((hypothesis, states), (linear, None)):
         for brief in (False, True):
             with_slopes, without = (
-                linearise_batch(own, theta, uneven, gauge, begin, slopes=slopes, brief=brief)
+                linearise_batch(own, theta, uneven, noise_model, begin, slopes=slopes, brief=brief)
                 for slopes in (True, False)
             )
             assert with_slopes is not None

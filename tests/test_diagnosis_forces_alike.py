@@ -6,7 +6,7 @@ from fe_models.assembly import linearise
 from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.structure import Beam, Damping, PointMass, Structure, Support
-from hybrid.diagnosis.contest.growing import ground_of
+from hybrid.diagnosis.contest.growing import reference_fits_of
 from hybrid.diagnosis.contest.harmonic import NEIGHBOURS
 from hybrid.diagnosis.contest.search import contest
 from hybrid.diagnosis.contest.setting import setting_of
@@ -47,9 +47,11 @@ def pushed() -> Dataset:
 
 def test_harmonic_forces_at_all_nodes_that_promise_alike_are_fitted() -> None:
     setting = setting_of(pushed())
-    ground = ground_of(setting.nominal, setting.nominal.centre, setting.lengths, setting.gauge, setting.short)
+    ground = reference_fits_of(
+        setting.nominal, setting.nominal.centre, setting.lengths, setting.noise_model, setting.short
+    )
     assert ground is not None
     forces = tuple(c for c in setting.candidates() if c.oscillator)
     assert len(forces) > NEIGHBOURS
-    found = contest(ground, forces, setting.lengths, setting.gauge)
+    found = contest(ground, forces, setting.lengths, setting.noise_model)
     assert {item.hypothesis.candidates[0].key for item in found} == {candidate.key for candidate in forces}

@@ -12,19 +12,19 @@ from fe_models.recordings import Dataset, Quantity, Recording, Sensor
 from fe_models.structure import Beam, Direction, Structure, Support
 from hybrid.diagnosis.causes.places import Motion
 from hybrid.diagnosis.contest.evidence import Evidence
-from hybrid.diagnosis.contest.growing import fit_growing, ground_of
+from hybrid.diagnosis.contest.growing import fit_growing, reference_fits_of
 from hybrid.diagnosis.contest.posterior import posterior_of
 from hybrid.diagnosis.contest.setting import Setting, setting_of
 from hybrid.diagnosis.contest.straightening import straighten
 from hybrid.diagnosis.fitting.driven import states_along
-from hybrid.diagnosis.fitting.fitting import Fit, fit
-from hybrid.diagnosis.fitting.forecasting import begun_from, forecast, is_bent, model_of, predicted
+from hybrid.diagnosis.fitting.forecast_score import begun_from, forecast, is_bent, model_of, predicted
 from hybrid.diagnosis.fitting.geometry_response import added, straightened
+from hybrid.diagnosis.fitting.least_squares import Fit, fit
 from hybrid.diagnosis.nominal.geometry_forces import geometries_of
 from hybrid.diagnosis.nominal.plant import Plant, plant_of
 from hybrid.diagnosis.outcome.scorer import Scorer
-from hybrid.diagnosis.recorded.readout import Readout
-from hybrid.diagnosis.recorded.records import Batch, batches_of, columns_of
+from hybrid.diagnosis.recorded.batches import Batch, batches_of, columns_of
+from hybrid.diagnosis.recorded.sensor_outputs import SensorOutputs
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.response.system import linear_channels
@@ -100,9 +100,9 @@ def test_a_column_that_sways_is_shortened_as_a_sensor_shows(quantity: Quantity) 
     (geometry,) = geometries_of(plant, SWAY * np.array([shape, -shape]), rng())
     hypothesis, sensors = Hypothesis(replace(plant, geometry=geometry)), (Sensor("x", 2, "x", quantity, "-"),)
     batch = Batch(np.zeros((1, 400, 1)), ("r",))
-    shown = added(hypothesis, hypothesis.centre, np.array([[SWAY, 0.0]]), batch, Readout.measured(sensors, 400.0))[
-        0, :, 0
-    ]
+    shown = added(
+        hypothesis, hypothesis.centre, np.array([[SWAY, 0.0]]), batch, SensorOutputs.measured(sensors, 400.0)
+    )[0, :, 0]
     root = CANTILEVER_ROOTS[0] / LENGTH
     bend = 0.5 * SWAY * shape[plant.dofs.row(2, "y")]  # half of what the end does, as its shape is 2 there
     sigma = (np.cosh(root * LENGTH) + np.cos(root * LENGTH)) / (np.sinh(root * LENGTH) + np.sin(root * LENGTH))
@@ -127,21 +127,23 @@ def test_the_mesh_that_recordings_come_from_is_told_by_them(mesh: int) -> None:
     """That of one element shortens the column by a fifth less."""
     column, rate = cantilever(LENGTH, 1), 400.0
     sensors = Sensor("x", 2, "x", "displacement", "m"), Sensor("y", 2, "y", "displacement", "m")
-    readout = Readout.measured(sensors, rate)
+    outputs = SensorOutputs.measured(sensors, rate)
     plant = plant_below(column, 20.0, kept=1)
     (omega,), shapes = plant.modes
     geometries = geometries_of(plant, SWAY * np.array([[1.0], [-1.0]]) @ shapes.T, rng())
     hypothesis = Hypothesis(replace(plant, geometry=geometries[mesh]))
     batch, start = Batch(np.zeros((2, 400, 2)), ("a", "b")), SWAY * np.array([[1.0, 0.0], [0.0, omega]])
-    system = system_of(hypothesis, hypothesis.centre[None], readout)
+    system = system_of(hypothesis, hypothesis.centre[None], outputs)
     clean = linear_channels(system, start[None], 400)[0]
-    clean = clean + added(hypothesis, hypothesis.centre, start, batch, readout)
+    clean = clean + added(hypothesis, hypothesis.centre, start, batch, outputs)
     data = clean + 0.03 * clean.std(axis=(0, 1)) * rng().standard_normal(clean.shape)
     recordings = tuple(Recording(name, own[None]) for name, own in zip("ab", data, strict=True))
     setting = setting_of(Dataset(column, rate, sensors, recordings, 20.0))
-    begun = ground_of(setting.nominal, setting.nominal.centre, setting.lengths, setting.gauge, setting.short)
+    begun = reference_fits_of(
+        setting.nominal, setting.nominal.centre, setting.lengths, setting.noise_model, setting.short
+    )
     assert begun is not None
-    ground, _ = straighten(begun, begun.whole, setting.lengths, setting.gauge, setting.geometries)
+    ground, _ = straighten(begun, begun.whole, setting.lengths, setting.noise_model, setting.geometries)
     assert ground.hypothesis.plant.geometry is setting.geometries[mesh]
 
 
@@ -159,13 +161,13 @@ def bridge_setting() -> Setting:
 @pytest.fixture(scope="module")
 def bent_fit(bridge_setting: Setting) -> Fit:
     """The fit of a geometrically exact bridge less what geometry adds to its motion."""
-    setting, gauge = bridge_setting, bridge_setting.gauge
+    setting, noise_model = bridge_setting, bridge_setting.noise_model
     hypothesis = replace(setting.nominal, plant=replace(setting.plant, geometry=setting.geometries[0]))
-    bent = fit_growing(hypothesis, hypothesis.centre, setting.lengths, gauge, setting.short)
+    bent = fit_growing(hypothesis, hypothesis.centre, setting.lengths, noise_model, setting.short)
     assert bent is not None
-    straight = straightened(bent, gauge)
+    straight = straightened(bent, noise_model)
     assert straight is not None
-    item = fit(bent.hypothesis, bent.theta, straight, gauge, bent.states)
+    item = fit(bent.hypothesis, bent.theta, straight, noise_model, bent.states)
     assert item is not None
     # Noise as the recordings tell it is right to some 5 %.
     assert item.chi2 < 1.15 * item.values < 1.3 * item.values < bent.chi2
@@ -179,12 +181,12 @@ def made_linear(item: Fit) -> Fit:
 def test_a_geometrically_exact_bridge_leaves_noise_alone_and_is_forecast(
     bridge_setting: Setting, bent_fit: Fit
 ) -> None:
-    gauge, both = bridge_setting.gauge, (bent_fit, made_linear(bent_fit))
-    found, without = (forecast(model_of(each, gauge), bent_fit.batches, gauge.view) for each in both)
+    noise_model, both = bridge_setting.noise_model, (bent_fit, made_linear(bent_fit))
+    found, without = (forecast(model_of(each, noise_model), bent_fit.batches, noise_model.roles) for each in both)
     assert found.nrmse.mean() < 1.1 * found.floor.mean() < 1.5 * found.floor.mean() < without.nrmse.mean()
     (batch,) = bent_fit.batches  # whole, as where a cause is asked for that acts in some only
     whole, astray = (
-        begun_from(model_of(each, gauge), (), batch, gauge.view, batch.samples).cost.sum() for each in both
+        begun_from(model_of(each, noise_model), (), batch, noise_model.roles, batch.samples).cost.sum() for each in both
     )
     assert whole < 1.15 * bent_fit.values < 1.3 * bent_fit.values < astray
 
@@ -196,22 +198,22 @@ def test_forecasts_of_motions_larger_than_those_of_training_are_bent_where_their
     setting, quiet = bridge_setting, made_linear(bent_fit)
     motion = Motion.of_states(states_along(setting.short, setting.searched), setting.plant).displacement
     setting = replace(setting, geometries=geometries_of(setting.plant, 0.4 * motion, rng()))  # as told by quieter ones
-    evidence = Evidence(quiet, posterior_of((quiet,), ()), setting.gauge, setting.gauge, ())
-    model, view = Scorer.of(setting, evidence).model(quiet), setting.gauge.view
+    evidence = Evidence(quiet, posterior_of((quiet,), ()), setting.noise_model, setting.noise_model, ())
+    model, roles = Scorer.of(setting, evidence).model(quiet), setting.noise_model.roles
     (batch,) = bent_fit.batches
-    own, linear = (forecast(each, (batch,), view) for each in (model, replace(model, bent=())))
+    own, linear = (forecast(each, (batch,), roles) for each in (model, replace(model, bent=())))
     assert own.nrmse.mean() < 1.1 * own.floor.mean() < 1.5 * own.floor.mean() < linear.nrmse.mean()
-    straight = predicted(replace(model, bent=()), batch, view)
-    again = predicted(model, replace(batch, data=straight, whole=None), view)
-    bent = predicted(replace(model, hypothesis=bent_fit.hypothesis, bent=()), batch, view)
-    off, apart = (np.abs(each - straight).max(axis=1) / setting.gauge.sigma for each in (again, bent))
+    straight = predicted(replace(model, bent=()), batch, roles)
+    again = predicted(model, replace(batch, data=straight, whole=None), roles)
+    bent = predicted(replace(model, hypothesis=bent_fit.hypothesis, bent=()), batch, roles)
+    off, apart = (np.abs(each - straight).max(axis=1) / setting.noise_model.sigma for each in (again, bent))
     assert off.max() < 0.5 < 5.0 < apart.max()  # initial states are a little nearer to rest than those that moved it
-    assert is_bent(model, batch, view).all()
-    assert not is_bent(model, replace(batch, data=straight, whole=None), view).any()
+    assert is_bent(model, batch, roles).all()
+    assert not is_bent(model, replace(batch, data=straight, whole=None), roles).any()
     scorer = Scorer.of(setting, evidence)
     assert not scorer.model(bent_fit).bent  # the recordings have told
     (tested,) = scorer.test
-    linear_one = replace(tested, data=predicted(replace(model, bent=()), tested, scorer.view), whole=None)
+    linear_one = replace(tested, data=predicted(replace(model, bent=()), tested, scorer.roles), whole=None)
     assert scorer.bent_in(quiet) == tested.names
     other = replace(scorer, test=(linear_one,))
     assert other.bent_in(quiet) == scorer.bent_in(bent_fit) == ()
@@ -224,8 +226,10 @@ def test_what_was_recorded_is_scored_not_what_was_fitted(bridge_setting: Setting
     setting = bridge_setting
     item = replace(setting.short, batches=setting.lengths.whole)
     (batch,) = columns_of(batches_of(setting.dataset, "train"), setting.measured)
-    model = model_of(item, setting.gauge)
-    found = [forecast(model, (each,), setting.gauge.view).energy for each in (batch, batch.less(0.1 * batch.data))]
+    model = model_of(item, setting.noise_model)
+    found = [
+        forecast(model, (each,), setting.noise_model.roles).energy for each in (batch, batch.less(0.1 * batch.data))
+    ]
     assert found[0] == found[1]
 
 
@@ -234,9 +238,11 @@ def test_geometry_is_taken_away_where_the_recordings_show_it_and_nowhere_else() 
     for seed, rich in ((61000, True), (61000, False)):
         config = BlindConfig(structure="bridge", noise=0.01, train=2, test=1, duration=7.99, rich=rich)
         setting = setting_of(blind_case(seed, config).dataset)
-        begun = ground_of(setting.nominal, setting.nominal.centre, setting.lengths, setting.gauge, setting.short)
+        begun = reference_fits_of(
+            setting.nominal, setting.nominal.centre, setting.lengths, setting.noise_model, setting.short
+        )
         assert begun is not None
-        ground, lengths = straighten(begun, begun.whole, setting.lengths, setting.gauge, setting.geometries)
+        ground, lengths = straighten(begun, begun.whole, setting.lengths, setting.noise_model, setting.geometries)
         assert any(ground.hypothesis.plant.geometry is geometry for geometry in setting.geometries) == rich
         assert (lengths is setting.lengths) != rich
         # Noise as the recordings tell it is right to some 5 %.

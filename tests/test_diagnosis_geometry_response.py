@@ -14,9 +14,9 @@ from fe_models.recordings import Dataset, Recording
 from hybrid.diagnosis.fitting.geometry_response import added
 from hybrid.diagnosis.nominal.geometry import Geometry
 from hybrid.diagnosis.nominal.plant import plant_of
-from hybrid.diagnosis.recorded.records import batches_of
+from hybrid.diagnosis.recorded.batches import batches_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
-from tests.test_diagnosis_loads import RATE, READOUT, SAMPLES, START, Waves, chain_motion, load_of, waves
+from tests.test_diagnosis_loads import OUTPUTS, RATE, SAMPLES, START, Waves, chain_motion, load_of, waves
 
 STIFFNESS = 0.004  # N/m^3
 GEOMETRY = Geometry(np.eye(4)[:, [2]], np.ones(1), np.array([[3]]), np.array([[-STIFFNESS]]), np.zeros((1, 4)))
@@ -43,7 +43,7 @@ def told(
     dataset = Dataset(four_dof().with_effects(*laws), RATE, SENSORS, parts, lowpass)
     (batch,) = batches_of(dataset, "train")
     hypothesis = Hypothesis(replace(plant_of(dataset), geometry=geometry))
-    return added(hypothesis, hypothesis.centre, starts.reshape(len(starts), -1), batch, READOUT)
+    return added(hypothesis, hypothesis.centre, starts.reshape(len(starts), -1), batch, OUTPUTS)
 
 
 def assert_close(found: FloatArray, expected: FloatArray, tolerance: float) -> None:

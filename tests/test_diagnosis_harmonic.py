@@ -10,11 +10,11 @@ from fe_models.assembly import linearise
 from fe_models.effects import HarmonicForce
 from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset
-from hybrid.diagnosis.contest.growing import ground_of
+from hybrid.diagnosis.contest.growing import reference_fits_of
 from hybrid.diagnosis.contest.setting import setting_of
-from hybrid.diagnosis.fitting.fitting import Fit, fit
+from hybrid.diagnosis.fitting.least_squares import Fit, fit
 from hybrid.diagnosis.nominal.plant import plant_of
-from hybrid.diagnosis.recorded.readout import Readout
+from hybrid.diagnosis.recorded.sensor_outputs import SensorOutputs
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.screening.force_screening import screen_forces
@@ -32,9 +32,9 @@ def machine() -> HarmonicForce:
 
 def fitted(dataset: Dataset, begun: float) -> Fit:
     """Return the fit of a harmonic force where it acts, from a frequency that is ``begun`` (Hz)."""
-    batches, gauge = gauge_of(dataset)
+    batches, noise_model = gauge_of(dataset)
     hypothesis = Hypothesis(plant_of(dataset), (candidate(dataset, "harmonic_force", node=machine().node),))
-    found = fit(hypothesis, np.append(np.zeros(hypothesis.nuisances), begun), batches, gauge)
+    found = fit(hypothesis, np.append(np.zeros(hypothesis.nuisances), begun), batches, noise_model)
     assert found is not None
     return found
 
@@ -59,7 +59,7 @@ def test_it_keeps_its_frequency_in_a_simulation_by_time_steps() -> None:
     for hypothesis in (exact, stepped):
         theta = np.append(np.zeros(hypothesis.nuisances), 0.9)  # 0.9 Hz, which steps of 0.08 s would show as 0.885
         sensors = FORCED.dataset.sensors
-        system = system_of(hypothesis, theta[None], Readout.measured(sensors, RATE))
+        system = system_of(hypothesis, theta[None], SensorOutputs.measured(sensors, RATE))
         roots.append(np.linalg.eigvals(system.A[0]))
     force_root = 2j * np.pi * 0.9
     assert [np.abs(own - force_root).min() for own in roots] == pytest.approx([0, 0], abs=1e-9)
@@ -69,12 +69,12 @@ def test_it_keeps_its_frequency_in_a_simulation_by_time_steps() -> None:
 
 def test_another_one_is_screened_for_beside_one_at_a_frequency_that_is_tried() -> None:
     """The lowest that is tried is the least that a fit may have: an undamped root, where the system is singular."""
-    batches, gauge = gauge_of(FORCED.dataset)
+    batches, noise_model = gauge_of(FORCED.dataset)
     longest = max(batch.samples for batch in batches)
     item = fitted(FORCED.dataset, RATE / longest)
     slow = replace(item, theta=np.append(item.theta[:-1], RATE / longest))
     forces = (candidate(FORCED.dataset, "harmonic_force", node=machine().node),)
-    found = screen_forces(slow, forces, gauge)
+    found = screen_forces(slow, forces, noise_model)
     assert found
     assert all(np.isfinite(trial.gain) for trial in found)
 
@@ -84,9 +84,9 @@ def test_it_is_told_at_a_difference_of_natural_frequencies_only_where_it_is_much
     """A little of a frame's motion is there as it is, when its geometry shows; not as much as most of what is left."""
     first, _, third, _ = natural_modes(linearise(masts()), 4).frequencies
     setting = setting_of(recorded(masts(), HarmonicForce(3, "x", amplitude, third - first, 0.3)))
-    ground = ground_of(setting.nominal, setting.nominal.centre, setting.lengths, setting.gauge)
+    ground = reference_fits_of(setting.nominal, setting.nominal.centre, setting.lengths, setting.noise_model)
     assert ground is not None
-    best = screen_forces(ground.whole, setting.candidates(), setting.gauge)[0]
+    best = screen_forces(ground.whole, setting.candidates(), setting.noise_model)[0]
     assert (best.start[0] == pytest.approx(third - first, abs=1 / DURATION / 2)) == told
     if told:
         assert best.candidate.location == {"node": 3, "direction": "x"}
@@ -98,8 +98,10 @@ def test_a_machine_that_was_found_is_none_of_the_modes_whose_multiples_a_frame_m
     setting = setting_of(recorded(masts(), first, second))
     forces = {c.location["node"]: c for c in setting.candidates() if c.oscillator and c.location["direction"] == "x"}
     hypothesis = setting.nominal.adding(forces[3])
-    found = ground_of(hypothesis, np.append(np.zeros(hypothesis.nuisances), 7.4), setting.lengths, setting.gauge)
+    found = reference_fits_of(
+        hypothesis, np.append(np.zeros(hypothesis.nuisances), 7.4), setting.lengths, setting.noise_model
+    )
     assert found is not None
-    best = screen_forces(found.whole, (forces[6],), setting.gauge)[0]
+    best = screen_forces(found.whole, (forces[6],), setting.noise_model)[0]
     assert best.start[0] == pytest.approx(14.8, abs=1 / DURATION / 2)
     assert best.gain > 0.5 * found.whole.misfit

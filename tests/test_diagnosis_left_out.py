@@ -16,9 +16,9 @@ from hybrid.diagnosis.causes.candidates import all_candidates
 from hybrid.diagnosis.causes.places import Motion
 from hybrid.diagnosis.fitting.linearisation import linearise_batch
 from hybrid.diagnosis.nominal.plant import Plant, plant_of
-from hybrid.diagnosis.recorded.gauge import Gauge
-from hybrid.diagnosis.recorded.readout import Readout
-from hybrid.diagnosis.recorded.records import Batch
+from hybrid.diagnosis.recorded.batches import Batch
+from hybrid.diagnosis.recorded.noise_model import NoiseModel
+from hybrid.diagnosis.recorded.sensor_outputs import SensorOutputs
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.marching import respond
 from hybrid.diagnosis.response.state_space import system_of
@@ -26,7 +26,7 @@ from hybrid.diagnosis.response.state_space import system_of
 RATE, SAMPLES, MOVING = 100.0, 100, 10
 FITTED = tuple(sensor for sensor in SENSORS if sensor.role == "measured")
 EVERY = tuple(range(len(FITTED)))
-READOUT = Readout(FITTED, RATE, EVERY)
+OUTPUTS = SensorOutputs(FITTED, RATE, EVERY)
 
 
 @cache
@@ -64,7 +64,7 @@ def test_steady_motion_under_a_harmonic_force_is_that_of_the_whole_bridge(freque
     def shown(hypothesis: Hypothesis) -> FloatArray:
         """Accelerations (sensor,), complex, of the steady motion: the system's mode at the force's own frequency."""
         theta = np.append(np.zeros(hypothesis.nuisances), frequency)[None]
-        system = system_of(hypothesis, theta, READOUT)
+        system = system_of(hypothesis, theta, OUTPUTS)
         A, n = system.A[0], 2 * hypothesis.size
         force = np.array([1.0, 1j])
         motion = np.linalg.solve(1j * omega * np.eye(n) - A[:n, :n], A[:n, n:] @ force)
@@ -85,8 +85,8 @@ def test_slow_force_is_as_large_as_it_was_beside_the_displacements_of_high_modes
     states = np.zeros((1, hypothesis.states))
     states[0, hypothesis.size : -2] = 0.01  # m kg^0.5 / s
     states[0, -2:] = 0.8, -0.6  # N: 1 N moves what is felt a million times less than 1 m kg^0.5 of the highest mode
-    data = respond(system_of(hypothesis, theta[None], READOUT), states[None], samples)[0]
+    data = respond(system_of(hypothesis, theta[None], OUTPUTS), states[None], samples)[0]
     batch = Batch(data, ("r",))
-    part = linearise_batch(hypothesis, theta, batch, Gauge(FITTED, RATE, np.ones(len(FITTED))), None)
+    part = linearise_batch(hypothesis, theta, batch, NoiseModel(FITTED, RATE, np.ones(len(FITTED))), None)
     assert part is not None
     assert part.states[0, -2:] == pytest.approx(states[0, -2:], rel=1e-3)  # the ridge takes less of all that is felt

@@ -6,7 +6,7 @@ import pytest
 
 from fe_models.effects import StiffnessChange
 from fe_models.recordings import Dataset
-from hybrid.diagnosis.contest.growing import ground_of
+from hybrid.diagnosis.contest.growing import reference_fits_of
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.outcome.loading import loading_of
 from tests.masts import masts
@@ -21,9 +21,9 @@ def told(dataset: Dataset, factor: float) -> str | None:
         for r in dataset.recordings
     )
     setting = setting_of(replace(dataset, recordings=recordings))
-    ground = ground_of(setting.nominal, setting.nominal.centre, setting.lengths, setting.gauge)
+    ground = reference_fits_of(setting.nominal, setting.nominal.centre, setting.lengths, setting.noise_model)
     assert ground is not None
-    return loading_of(ground.whole, setting.gauge)
+    return loading_of(ground.whole, setting.noise_model)
 
 
 @pytest.mark.parametrize("factor", [2.0, 0.5, -1.0, 1000.0])

@@ -10,8 +10,7 @@ from scipy.signal import lfilter
 
 from benchmarks.blind_cases import SENSORS
 from benchmarks.blind_cases.bridge import SENSORS as BRIDGE_SENSORS
-from benchmarks.blind_cases.marching import Grid
-from benchmarks.blind_cases.marching import march as modal_march
+from benchmarks.blind_cases.marching import Grid, integrate_motion
 from benchmarks.peers.certain import certain_of
 from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
@@ -30,16 +29,16 @@ from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.fitting.crossvalidation import as_recordings
 from hybrid.diagnosis.fitting.driven import fitted_motion
-from hybrid.diagnosis.fitting.fitting import fit
-from hybrid.diagnosis.fitting.forecasting import forecast, model_of
+from hybrid.diagnosis.fitting.forecast_score import forecast, model_of
+from hybrid.diagnosis.fitting.least_squares import fit
 from hybrid.diagnosis.learned.gain import hybrid_gain
 from hybrid.diagnosis.nominal.loads import Loads, courses_of, loads_of
 from hybrid.diagnosis.nominal.plant import plant_of
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
 from hybrid.diagnosis.outcome.verdict import Verdict
-from hybrid.diagnosis.recorded.gauge import View
-from hybrid.diagnosis.recorded.readout import Readout
-from hybrid.diagnosis.recorded.records import batches_of
+from hybrid.diagnosis.recorded.batches import batches_of
+from hybrid.diagnosis.recorded.noise_model import SensorRoles
+from hybrid.diagnosis.recorded.sensor_outputs import SensorOutputs
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.loaded import loaded_states
 from hybrid.diagnosis.response.marching import respond
@@ -49,7 +48,7 @@ from hybrid.diagnosis.response.system import System
 RATE, SAMPLES = 10.0, 301
 FITTED = tuple(sensor for sensor in SENSORS if sensor.role == "measured")
 EVERY = tuple(range(len(FITTED)))
-READOUT = Readout(FITTED, RATE, EVERY)
+OUTPUTS = SensorOutputs(FITTED, RATE, EVERY)
 Waves = tuple[HarmonicForce, ...]  # of which known loads are made, so that other solvers know them as effects
 
 
@@ -80,7 +79,7 @@ def chain_dataset(*parts: Recording) -> Dataset:
 def nominal(dataset: Dataset, *laws: Effect) -> System:
     plant = plant_of(replace(dataset, model=four_dof().with_effects(*laws)))
     hypothesis = Hypothesis(plant)
-    return system_of(hypothesis, np.zeros((1, hypothesis.nuisances)), READOUT)
+    return system_of(hypothesis, np.zeros((1, hypothesis.nuisances)), OUTPUTS)
 
 
 START = np.random.default_rng(0).standard_normal((2, 4))
@@ -149,7 +148,7 @@ def test_a_body_that_moves_freely_is_pushed_away() -> None:
     )
     hypothesis = Hypothesis(plant, (lost,))
     theta = np.zeros((1, hypothesis.nuisances + 1))
-    system = system_of(hypothesis, theta, READOUT)
+    system = system_of(hypothesis, theta, OUTPUTS)
     shown = respond(system, START.reshape(1, 1, -1), SAMPLES, batch.loads)[0, 0]
     # SOFT springs, of 1e-8 of the highest eigenvalue, hold it back by half that times (omega T)^2, here 5e-5.
     assert np.abs(shown - truth).max() < 1e-4 * np.abs(truth).max()
@@ -165,7 +164,7 @@ def test_bridge_under_a_load_moves_as_with_all_its_modes(law: CubicSpring | None
     rows = [modal.dofs.row(sensor.node, sensor.direction) for sensor in BRIDGE_SENSORS]
     laws: tuple[ForceLaw, ...] = forces if law is None else (*forces, law)
     rest = np.zeros((many, 1)), np.zeros((many, 1))
-    truth = modal_march(modal, rest, Grid(0.0, 1 / rate, samples - 1, 20), rows, laws)[2, ..., 0]  # (time, sensor)
+    truth = integrate_motion(modal, rest, Grid(0.0, 1 / rate, samples - 1, 20), rows, laws)[2, ..., 0]  # (time, sensor)
     recording = Recording("r", truth[None], loads=(load_of(forces, samples, rate),))
     model = bridge() if law is None else bridge().with_effects(law)
 
@@ -174,7 +173,7 @@ def test_bridge_under_a_load_moves_as_with_all_its_modes(law: CubicSpring | None
         (batch,) = batches_of(dataset, "train")
         hypothesis = Hypothesis(plant_of(dataset))
         theta = np.zeros((1, hypothesis.nuisances))
-        system = system_of(hypothesis, theta, Readout.faultless(BRIDGE_SENSORS, rate))
+        system = system_of(hypothesis, theta, SensorOutputs.faultless(BRIDGE_SENSORS, rate))
         assert system.loads is not None
         if forget:
             system = replace(system, loads=replace(system.loads, bent=0 * system.loads.bent))
@@ -243,7 +242,9 @@ def test_added_mass_under_a_fast_load_is_not_taken_for_noise() -> None:
     setting = setting_of(dataset)
     data = chain_motion(waves(40, 3, highest=4.9, count=40), np.zeros((2, 4)), AddedMass(3, 0.6))
     level = 0.03 * data.std(axis=0)[list(setting.measured)]
-    assert setting.gauge.sigma == pytest.approx(level, rel=0.15)  # of 4 times 75 lines; their power is known to 8 %
+    assert setting.noise_model.sigma == pytest.approx(
+        level, rel=0.15
+    )  # of 4 times 75 lines; their power is known to 8 %
     check_named(diagnose(dataset), "added_mass", {"node": 3}, 0.6)
 
 
@@ -256,7 +257,7 @@ def test_a_load_of_the_wrong_sign_fits_nothing() -> None:
             for r in dataset.recordings
         ]
         setting = setting_of(replace(dataset, recordings=tuple(turned)))
-        found = fit(setting.nominal, setting.nominal.centre, setting.lengths.whole, setting.gauge)
+        found = fit(setting.nominal, setting.nominal.centre, setting.lengths.whole, setting.noise_model)
         assert found is not None
         return found.chi2 / found.values
 
@@ -268,10 +269,10 @@ def test_a_free_recording_is_forecast_by_what_was_fitted_from_rest() -> None:
     loaded, free = recorded(6), recorded(7, free=5)
     recordings = (*loaded.select("train"), replace(free.recordings[0], name="free", role="test"))
     setting = setting_of(replace(loaded, recordings=recordings))
-    item = fit(setting.nominal, setting.nominal.centre, setting.lengths.whole, setting.gauge)
+    item = fit(setting.nominal, setting.nominal.centre, setting.lengths.whole, setting.noise_model)
     assert item is not None
     batches = batches_of(setting.dataset, "test")
-    found = forecast(model_of(item, setting.gauge), batches, View(SENSORS, EVERY, setting.gauge))
+    found = forecast(model_of(item, setting.noise_model), batches, SensorRoles(SENSORS, EVERY, setting.noise_model))
     level = 0.03 * free.recordings[0].data[0].std(axis=0) / np.ptp(free.recordings[0].data[0], axis=0)
     assert found.nrmse[0, :4].mean() < 1.2 * level[:4].mean()  # 0.03 is of the motion without noise
 

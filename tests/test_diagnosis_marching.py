@@ -9,8 +9,8 @@ from scipy.integrate import solve_ivp
 from fe_models.arrays import FloatArray
 from fe_models.lowpass import LowPass
 from fe_models.measurement import lowpassed
+from hybrid.diagnosis.parallel import THREADS
 from hybrid.diagnosis.response.marching import march, respond
-from hybrid.diagnosis.response.side_by_side import THREADS
 from hybrid.diagnosis.response.stepping import LANES
 from hybrid.diagnosis.response.system import Force, System
 

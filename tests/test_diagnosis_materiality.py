@@ -13,8 +13,8 @@ from hybrid.diagnosis.contest.evidence import Evidence
 from hybrid.diagnosis.contest.growing import fit_growing
 from hybrid.diagnosis.contest.posterior import posterior_of
 from hybrid.diagnosis.contest.setting import Setting, setting_of
-from hybrid.diagnosis.fitting.far_off import farthest_of, within
-from hybrid.diagnosis.fitting.fitting import Fit
+from hybrid.diagnosis.fitting.calibration_deviation import farthest_of, within
+from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.outcome import materiality
 from hybrid.diagnosis.outcome.materiality import is_demanded, material
 from hybrid.diagnosis.outcome.scorer import Scorer
@@ -31,7 +31,7 @@ def two_causes() -> tuple[BlindCase, Setting]:
 
 def fitted(setting: Setting, *candidates: Candidate) -> Fit:
     hypothesis = Hypothesis(setting.plant, candidates)
-    found = fit_growing(hypothesis, hypothesis.centre, setting.lengths, setting.gauge, setting.short)
+    found = fit_growing(hypothesis, hypothesis.centre, setting.lengths, setting.noise_model, setting.short)
     assert found is not None
     return found
 
@@ -52,7 +52,7 @@ def stop_beside_damping() -> tuple[Setting, Candidate, Candidate]:
 
 def named(setting: Setting, *fits: Fit) -> tuple[list[set[str]], list[str]]:
     candidates = setting.candidates()
-    evidence = Evidence(fits[0], posterior_of(fits, candidates), setting.gauge, setting.gauge, candidates)
+    evidence = Evidence(fits[0], posterior_of(fits, candidates), setting.noise_model, setting.noise_model, candidates)
     posterior, notes = material(evidence, Scorer.of(setting, evidence))
     return [{c.key for c in item.hypothesis.candidates} for item in posterior.fits], notes
 
@@ -107,7 +107,7 @@ def test_recordings_demand_what_brings_the_calibration_back_or_takes_most_of_wha
     base, one, both = fitted(setting), fitted(setting, stop), fitted(setting, stop, damping)
 
     def demanded(fewer: Fit, more: Fit) -> bool:
-        return is_demanded(fewer, more, setting.gauge, setting.band)
+        return is_demanded(fewer, more, setting.noise_model, setting.band)
 
     assert demanded(one, both)  # without the damping the mode's own ratio is off beyond what is normal
     assert not demanded(one, fitted(setting, stop, mass))  # it is, with a mass as well

@@ -28,16 +28,16 @@ from fe_models.simulation import FreeConfig, simulate_free
 from fe_models.structure import Damping, Structure
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.diagnosis import diagnose
-from hybrid.diagnosis.fitting.forecasting import Model, predicted
+from hybrid.diagnosis.fitting.forecast_score import ForecastModel, predicted
 from hybrid.diagnosis.learned.gain import hybrid_gain
 from hybrid.diagnosis.learned.learning import learning_preset
 from hybrid.diagnosis.nominal.modal_plant import modal_plant
 from hybrid.diagnosis.nominal.plant import Plant, plant_of
+from hybrid.diagnosis.observed.observations import modes_of
 from hybrid.diagnosis.outcome.verdict import Verdict
-from hybrid.diagnosis.recorded.gauge import Gauge
-from hybrid.diagnosis.recorded.records import batches_of
+from hybrid.diagnosis.recorded.batches import batches_of
+from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.response.hypothesis import Hypothesis
-from hybrid.diagnosis.shown.show import modes_of
 from scripts.diagnose import app
 
 RATE = 10.0
@@ -84,9 +84,11 @@ def both_plants(dataset: Dataset, modal: ModalModel) -> tuple[Plant, Plant]:
 
 def forecast_of(plant: Plant, dataset: Dataset, theta: FloatArray | None = None) -> FloatArray:
     hypothesis = Hypothesis(plant)
-    gauge = Gauge(dataset.sensors, dataset.sampling_rate, np.ones(len(dataset.sensors)))
-    model = Model(hypothesis, hypothesis.centre if theta is None else theta, FREE**2 * np.eye(hypothesis.states))
-    return predicted(model, batches_of(dataset, "train")[0], gauge.view)
+    noise_model = NoiseModel(dataset.sensors, dataset.sampling_rate, np.ones(len(dataset.sensors)))
+    model = ForecastModel(
+        hypothesis, hypothesis.centre if theta is None else theta, FREE**2 * np.eye(hypothesis.states)
+    )
+    return predicted(model, batches_of(dataset, "train")[0], noise_model.roles)
 
 
 def noise(model: Structure, rate: float, sensors: tuple[Sensor, ...], lowpass: float | None = None) -> Dataset:

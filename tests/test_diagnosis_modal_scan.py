@@ -11,7 +11,7 @@ from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.growing import fit_growing
 from hybrid.diagnosis.contest.setting import Setting, setting_of
 from hybrid.diagnosis.contest.shortlist import HOPEFUL
-from hybrid.diagnosis.fitting.fitting import fit
+from hybrid.diagnosis.fitting.least_squares import fit
 from hybrid.diagnosis.screening.modal_scan import modal_scan
 
 
@@ -58,8 +58,8 @@ def test_damping_turns_with_the_modes_where_the_recordings_say_so() -> None:
     (cause,) = case.truth
     assert isinstance(cause, AddedMass)
     (right,) = hidden(case, candidates)
-    hypothesis, gauge, lengths = setting.nominal.adding(right), setting.searched, setting.lengths
-    item = fit_growing(hypothesis, np.append(setting.short.theta, cause.mass), lengths, gauge, setting.short)
+    hypothesis, noise_model, lengths = setting.nominal.adding(right), setting.searched, setting.lengths
+    item = fit_growing(hypothesis, np.append(setting.short.theta, cause.mass), lengths, noise_model, setting.short)
     assert item is not None
     std = np.sqrt(np.diag(item.covariance))
     turning = hypothesis.plant.values

@@ -8,7 +8,7 @@ import pytest
 from fe_models.effects import CubicSpring
 from fe_models.recordings import Dataset
 from fe_models.structure import PointMass
-from hybrid.diagnosis.contest.growing import ground_of
+from hybrid.diagnosis.contest.growing import reference_fits_of
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.outcome.mounting import mounting_of
 from tests.masts import SENSORS, masts, recorded
@@ -17,9 +17,9 @@ from tests.masts import SENSORS, masts, recorded
 def told(dataset: Dataset) -> str | None:
     """What is said of the mounting of a dataset's sensors."""
     setting = setting_of(dataset)
-    ground = ground_of(setting.nominal, setting.nominal.centre, setting.lengths, setting.gauge)
+    ground = reference_fits_of(setting.nominal, setting.nominal.centre, setting.lengths, setting.noise_model)
     assert ground is not None
-    return mounting_of(ground.whole, setting.gauge)
+    return mounting_of(ground.whole, setting.noise_model)
 
 
 def is_off(heavier: float) -> Dataset:

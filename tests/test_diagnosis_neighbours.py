@@ -11,13 +11,13 @@ from fe_models.effects import CubicSpring
 from fe_models.recordings import Sensor
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest import neighbours, search
-from hybrid.diagnosis.contest.growing import ground_of
+from hybrid.diagnosis.contest.growing import reference_fits_of
 from hybrid.diagnosis.contest.neighbours import adjoin, fits_beside, fits_tied, laws_beside, of_other_kinds
 from hybrid.diagnosis.contest.search import others_there
 from hybrid.diagnosis.contest.setting import setting_of
-from hybrid.diagnosis.fitting.fitting import Fit, fit
-from hybrid.diagnosis.recorded.gauge import Gauge
-from hybrid.diagnosis.recorded.records import Batch
+from hybrid.diagnosis.fitting.least_squares import Fit, fit
+from hybrid.diagnosis.recorded.batches import Batch
+from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.screening.screening import Screened
 from hybrid.progress import nothing
@@ -27,9 +27,9 @@ from tests.masts import masts, recorded
 STIFF = 5e7  # N/m^3: at 2 cm a seventh as stiff as a mast
 
 
-def fitted(short: Fit, batches: tuple[Batch, ...], gauge: Gauge) -> Fit:
+def fitted(short: Fit, batches: tuple[Batch, ...], noise_model: NoiseModel) -> Fit:
     """The nominal fit of whole recordings."""
-    found = fit(short.hypothesis, short.theta, batches, gauge)
+    found = fit(short.hypothesis, short.theta, batches, noise_model)
     assert found is not None
     return found
 
@@ -37,15 +37,15 @@ def fitted(short: Fit, batches: tuple[Batch, ...], gauge: Gauge) -> Fit:
 def test_the_node_next_to_the_one_found_is_fitted_and_goes_on_to_the_right_one() -> None:
     setting = setting_of(recorded(masts(middle=3.0), CubicSpring((3,), "x", STIFF)))
     candidates = setting.candidates()
-    base = fitted(setting.short, setting.lengths.whole, setting.gauge)
+    base = fitted(setting.short, setting.lengths.whole, setting.noise_model)
     here, right = (
         next(c for c in candidates if c.kind == "cubic_spring" and c.location == {"node": node, "direction": "x"})
         for node in (2, 3)
     )
     hypothesis = setting.nominal.adding(here)
-    best = fit(hypothesis, np.append(base.theta, 0.1 * here.width[0]), base.batches, setting.gauge, base.states)
+    best = fit(hypothesis, np.append(base.theta, 0.1 * here.width[0]), base.batches, setting.noise_model, base.states)
     assert best is not None
-    found = fits_beside(best, base, candidates, setting.gauge, lambda: None, ())
+    found = fits_beside(best, base, candidates, setting.noise_model, lambda: None, ())
     assert [item.hypothesis.candidates[0].key for item in found] == [right.key]
     assert found[0].log_evidence > best.log_evidence + 100
     assert found[0].theta[-1] == pytest.approx(STIFF, rel=0.1)  # the contract's bound
@@ -57,11 +57,11 @@ def test_places_that_do_as_well_are_fitted_one_after_the_other(temper: float, pl
     sensors = tuple(Sensor(f"a{node}", node, "y", "acceleration", "m/s^2") for node in (2, 4, 5))
     setting = setting_of(vibrations(beam(), beam(), sensors, 3))
     candidates = tuple(c for c in setting.candidates() if c.kind == "added_mass")
-    base = fitted(setting.short, setting.lengths.whole, setting.gauge)
+    base = fitted(setting.short, setting.lengths.whole, setting.noise_model)
     (here,) = (c for c in candidates if c.location == {"node": 3})
-    best = fit(setting.nominal.adding(here), np.append(base.theta, 0.0), base.batches, setting.gauge)
+    best = fit(setting.nominal.adding(here), np.append(base.theta, 0.0), base.batches, setting.noise_model)
     assert best is not None
-    found = fits_tied([best], temper, candidates, setting.gauge, nothing)
+    found = fits_tied([best], temper, candidates, setting.noise_model, nothing)
     assert {item.hypothesis.candidates[0].location["node"] for item in found} == places
 
 
@@ -71,9 +71,9 @@ def test_no_cause_moves_to_where_another_one_of_its_kind_is() -> None:
     setting = setting_of(vibrations(beam(), beam(), sensors, 3))
     masses = {c.location["node"]: c for c in setting.candidates() if c.kind == "added_mass"}
     both, short = Hypothesis(setting.plant, (masses[3], masses[4])), setting.short
-    best = fit(both, np.append(short.theta, (0.0, 0.0)), short.batches, setting.gauge)
+    best = fit(both, np.append(short.theta, (0.0, 0.0)), short.batches, setting.noise_model)
     assert best is not None
-    found = fits_tied([best], 1e-6, tuple(masses.values()), setting.gauge, nothing)
+    found = fits_tied([best], 1e-6, tuple(masses.values()), setting.noise_model, nothing)
     places = {tuple(c.location["node"] for c in item.hypothesis.candidates) for item in found}
     assert {(2, 4), (3, 5)} <= places
     assert all(one != other for one, other in places)
@@ -105,7 +105,7 @@ def test_other_kinds_of_cause_sit_where_the_one_found_does() -> None:
     setting = setting_of(vibrations(beam(), beam(), sensors, 3))
     softer = next(c for c in setting.candidates() if c.kind == "stiffness_change" and c.location == {"element": 2})
     short = setting.short
-    best = fit(setting.nominal.adding(softer), np.append(short.theta, 1.0), short.batches, setting.gauge)
+    best = fit(setting.nominal.adding(softer), np.append(short.theta, 1.0), short.batches, setting.noise_model)
     assert best is not None
     trials = [Screened(c, c.neutral, 0.0, np.zeros_like(best.theta)) for c in setting.candidates()]
     there = [trial.candidate for trial in of_other_kinds(best, trials)]
@@ -153,7 +153,9 @@ def test_a_contest_begins_laws_beside_the_best_of_its_fits(monkeypatch: pytest.M
     sensors = tuple(Sensor(f"a{node}", node, "y", "acceleration", "m/s^2") for node in (2, 4, 5))
     setting = setting_of(vibrations(beam(), beam(), sensors, 3))
     masses = tuple(c for c in setting.candidates() if c.kind == "added_mass")
-    ground = ground_of(setting.nominal, setting.nominal.centre, setting.lengths, setting.gauge, setting.short)
+    ground = reference_fits_of(
+        setting.nominal, setting.nominal.centre, setting.lengths, setting.noise_model, setting.short
+    )
     assert ground is not None
     asked = []
 
@@ -162,7 +164,7 @@ def test_a_contest_begins_laws_beside_the_best_of_its_fits(monkeypatch: pytest.M
         return begin([], present[0])
 
     monkeypatch.setattr(search, "laws_beside", none_beside)
-    search.contest(ground, masses, setting.lengths, setting.gauge)
+    search.contest(ground, masses, setting.lengths, setting.noise_model)
     ((fits, trials),) = asked
     assert fits > 0
     assert trials == {mass.key for mass in masses}
@@ -171,10 +173,10 @@ def test_a_contest_begins_laws_beside_the_best_of_its_fits(monkeypatch: pytest.M
 def test_the_places_next_to_what_explains_little_are_not_fitted(monkeypatch: pytest.MonkeyPatch) -> None:
     setting = setting_of(recorded(masts(middle=3.0), CubicSpring((3,), "x", STIFF)))
     candidates = setting.candidates()
-    base = fitted(setting.short, setting.lengths.whole, setting.gauge)
+    base = fitted(setting.short, setting.lengths.whole, setting.noise_model)
     (damper,) = (c for c in candidates if c.kind == "point_damper" and c.location == {"node": 2, "direction": "x"})
-    guess = fit(setting.nominal.adding(damper), np.append(base.theta, 0.0), base.batches, setting.gauge)
+    guess = fit(setting.nominal.adding(damper), np.append(base.theta, 0.0), base.batches, setting.noise_model)
     assert guess is not None
-    assert fits_beside(guess, base, candidates, setting.gauge, lambda: None, ()) == []
+    assert fits_beside(guess, base, candidates, setting.noise_model, lambda: None, ()) == []
     monkeypatch.setattr(neighbours, "LITTLE", 1.0)
-    assert fits_beside(guess, base, candidates, setting.gauge, lambda: None, ())
+    assert fits_beside(guess, base, candidates, setting.noise_model, lambda: None, ())

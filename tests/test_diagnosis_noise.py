@@ -16,6 +16,7 @@ from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.nominal.lowpass import noise_is_lowpassed
 from hybrid.diagnosis.nominal.plant import plant_of
 from hybrid.diagnosis.outcome.verdict import Verdict
+from hybrid.diagnosis.recorded.batches import Batch, batches_of, columns_of, measured_columns
 from hybrid.diagnosis.recorded.noise import (
     Band,
     correlation_factor,
@@ -24,7 +25,6 @@ from hybrid.diagnosis.recorded.noise import (
     structure_band,
     variance_told,
 )
-from hybrid.diagnosis.recorded.records import Batch, batches_of, columns_of, measured_columns
 
 RATE, BAND = 10.0, Band(0.55, room=True)  # Hz
 WHITE = np.random.default_rng(0).standard_normal((9, 501, 4))
@@ -120,7 +120,9 @@ def test_noise_that_came_after_a_lowpass_is_told_above_it() -> None:
     clean = blind_case(5, BlindConfig(structure="bridge", rich=False, noise=0.0)).dataset
     noise = np.concatenate([a.data - b.data for a, b in zip(after.select("train"), clean.select("train"), strict=True)])
     truth = noise.std(axis=(0, 1))[list(setting.measured)]
-    assert setting.gauge.sigma == pytest.approx(truth, rel=0.08)  # 3 recordings of 200 frequencies above 40 Hz: 2.9 %
+    assert setting.noise_model.sigma == pytest.approx(
+        truth, rel=0.08
+    )  # 3 recordings of 200 frequencies above 40 Hz: 2.9 %
 
 
 def test_noise_that_came_after_a_lowpass_is_no_reason_to_call_a_simulation_wrong() -> None:

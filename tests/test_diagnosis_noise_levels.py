@@ -10,14 +10,14 @@ from fe_models.arrays import FloatArray
 from fe_models.recordings import Sensor
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.diagnosis import diagnose
-from hybrid.diagnosis.fitting.fitting import fit
+from hybrid.diagnosis.fitting.least_squares import fit
 from hybrid.diagnosis.fitting.linearisation import linearise_batch
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
 from hybrid.diagnosis.outcome.verdict import Verdict
-from hybrid.diagnosis.recorded.gauge import Gauge
+from hybrid.diagnosis.recorded.batches import Batch, columns_of
 from hybrid.diagnosis.recorded.noise import Band
 from hybrid.diagnosis.recorded.noise_levels import NoiseLevels, Pattern
-from hybrid.diagnosis.recorded.records import Batch, columns_of
+from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.screening.force_screening import screen_forces
 
 RATE = 10.0  # Hz
@@ -108,13 +108,13 @@ def test_a_fit_weighs_each_recording_by_its_own_noise() -> None:
     setting = setting_of(in_proportion(blind_case(3, BlindConfig(noise=0.0, train=4, test=1)), 0.03).dataset)
     (batch,) = setting.lengths.whole
     assert batch.noise is not None
-    theta, gauge = setting.nominal.centre, setting.gauge
-    whole = linearise_batch(setting.nominal, theta, batch, gauge, None)
+    theta, noise_model = setting.nominal.centre, setting.noise_model
+    whole = linearise_batch(setting.nominal, theta, batch, noise_model, None)
     assert whole is not None
     for number in range(len(batch.names)):
         alone = replace(batch.take([number]), noise=None)
         part = linearise_batch(
-            setting.nominal, theta, alone, replace(gauge, sigma=gauge.sigma * batch.noise[number]), None
+            setting.nominal, theta, alone, replace(noise_model, sigma=noise_model.sigma * batch.noise[number]), None
         )
         assert part is not None
         np.testing.assert_allclose(whole.residual[number], part.residual[0], rtol=1e-7, atol=1e-9)
@@ -126,22 +126,22 @@ def test_noise_goes_with_its_recording_and_its_channel() -> None:
     """However a batch is taken apart: each value keeps the standard deviation that is its own."""
     data = np.arange(9.0)[:, None, None] + np.zeros((9, 501, 4)) + np.array([0.0, 0.1, 0.2, 0.3])
     whole = Batch(data, NAMES, noise=data[:, 0])  # each channel of each recording is its own noise
-    gauge = Gauge(tuple(Sensor(f"x{i}", i, "x", "displacement", "m") for i in (2, 3)), RATE, np.ones(2))
+    noise_model = NoiseModel(tuple(Sensor(f"x{i}", i, "x", "displacement", "m") for i in (2, 3)), RATE, np.ones(2))
     (pair,) = columns_of((whole,), (1, 2))
     cut = pair.cut(100)  # five segments of each
     for batch in (pair, cut, cut.take([7, 2]), pair.take([7, 2]).cut(100), pair.first(100), pair.less(0 * pair.data)):
-        np.testing.assert_array_equal(batch.sigma(gauge), batch.recorded[:, :1])
-        np.testing.assert_array_equal(batch.weights(gauge), 1 / batch.recorded.reshape(len(batch.data), -1))
+        np.testing.assert_array_equal(batch.sigma(noise_model), batch.recorded[:, :1])
+        np.testing.assert_array_equal(batch.weights(noise_model), 1 / batch.recorded.reshape(len(batch.data), -1))
 
 
 def test_harmonic_forces_are_ranked_by_the_noise_of_each_recording() -> None:
-    """Told of each recording, though all have it: as if it were the gauge's."""
+    """Told of each recording, though all have it: as if it were the noise model's."""
     setting = setting_of(blind_case(104, BlindConfig(("harmonic_force",), train=3, test=1, size=0.8)).dataset)
-    (batch,), gauge = setting.lengths.whole, setting.gauge
+    (batch,), noise_model = setting.lengths.whole, setting.noise_model
     forces = tuple(c for c in setting.candidates() if c.oscillator)
     times = np.array([1.0, 3.0, 0.5, 1.0])
-    own = replace(batch, noise=np.tile(times, (3, 1))), gauge
-    usual = batch, replace(gauge, sigma=times * gauge.sigma)
+    own = replace(batch, noise=np.tile(times, (3, 1))), noise_model
+    usual = batch, replace(noise_model, sigma=times * noise_model.sigma)
     promised = []
     for recorded, measured_with in (own, usual):
         found = fit(setting.nominal, setting.nominal.centre, (recorded,), measured_with)
@@ -154,7 +154,7 @@ def test_harmonic_forces_are_ranked_by_the_noise_of_each_recording() -> None:
 
 def test_what_a_fit_leaves_is_noise_of_one_in_every_recording() -> None:
     setting = setting_of(in_proportion(blind_case(3, BlindConfig(noise=0.0)), 0.03).dataset)
-    found = fit(setting.nominal, setting.nominal.centre, setting.lengths.whole, setting.gauge)
+    found = fit(setting.nominal, setting.nominal.centre, setting.lengths.whole, setting.noise_model)
     assert found is not None
     left = np.concatenate([part.std(axis=1) for part in found.residuals])  # (recording, sensor)
     assert left == pytest.approx(np.ones_like(left), rel=0.1)  # by 1/sqrt(1000) each, 36 of them

@@ -20,7 +20,7 @@ from hybrid.diagnosis.contest.growing import fit_growing
 from hybrid.diagnosis.contest.posterior import posterior_of
 from hybrid.diagnosis.contest.setting import Setting, setting_of
 from hybrid.diagnosis.diagnosis import diagnose
-from hybrid.diagnosis.fitting.fitting import Fit, fit
+from hybrid.diagnosis.fitting.least_squares import Fit, fit
 from hybrid.diagnosis.nominal.mesh_error import coarse_mesh
 from hybrid.diagnosis.nominal.plant import plant_of
 from hybrid.diagnosis.outcome.advice import possible_sensors

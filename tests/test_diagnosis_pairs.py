@@ -8,11 +8,11 @@ import pytest
 from fe_models.effects import CubicSpring, StiffnessChange
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest import pairs
-from hybrid.diagnosis.contest.growing import Ground, Lengths, fit_growing, ground_of
+from hybrid.diagnosis.contest.growing import Lengths, ReferenceFits, fit_growing, reference_fits_of
 from hybrid.diagnosis.contest.posterior import Posterior
 from hybrid.diagnosis.contest.search import contest
 from hybrid.diagnosis.contest.setting import setting_of
-from hybrid.diagnosis.fitting.fitting import Fit
+from hybrid.diagnosis.fitting.least_squares import Fit
 from tests.masts import masts, recorded
 
 SPRING = CubicSpring((3,), "x", 2e8)  # N/m^3: at 2 cm half as stiff as a mast
@@ -22,18 +22,18 @@ LOST = StiffnessChange((2,), 0.1)
 def test_what_is_large_begins_beside_a_law_as_it_ended_alone() -> None:
     """No scan serves beside a law, and the score test of a storey all but lost leads elsewhere."""
     setting = setting_of(recorded(masts(middle=3.0), SPRING, LOST))
-    candidates, lengths, gauge = setting.candidates(), setting.lengths, setting.gauge
+    candidates, lengths, noise_model = setting.candidates(), setting.lengths, setting.noise_model
     first, second = (
         next(c for c in candidates if (c.kind, c.location) == (kind, place))
         for kind, place in ((SPRING.kind, {"node": 3, "direction": "x"}), (LOST.kind, {"element": 2}))
     )
     begun = np.append(setting.nominal.centre, SPRING.stiffness)
-    ground = ground_of(setting.nominal.adding(first), begun, lengths, gauge, setting.short)
-    alone = fit_growing(setting.nominal.adding(second), np.append(setting.nominal.centre, 0.3), lengths, gauge)
+    ground = reference_fits_of(setting.nominal.adding(first), begun, lengths, noise_model, setting.short)
+    alone = fit_growing(setting.nominal.adding(second), np.append(setting.nominal.centre, 0.3), lengths, noise_model)
     assert ground is not None
     assert alone is not None
     linear = tuple(candidate for candidate in candidates if candidate.changes is not None)
-    best = contest(ground, linear, lengths, gauge, alone=(alone,))[0]
+    best = contest(ground, linear, lengths, noise_model, alone=(alone,))[0]
     assert best.hypothesis.candidates == (first, second)
     assert best.theta[-1] == pytest.approx(LOST.factor, rel=0.02)
     # Begun in the shapes of the intact masts, the motion has a share of a mode at 78 Hz, beyond half the sampling rate,
@@ -56,7 +56,7 @@ def test_first_cause_of_a_frame_is_looked_for_anew_once_where_a_second_one_that_
     left is little ``over`` that of noise. The next single cause has its turn after that, however much is left.
     """
     setting, begun = setting_of(recorded(masts())), list[str]()
-    ground = ground_of(setting.nominal, setting.nominal.centre, setting.lengths, setting.gauge)
+    ground = reference_fits_of(setting.nominal, setting.nominal.centre, setting.lengths, setting.noise_model)
     assert ground is not None
     base, by_kind = ground.whole, {candidate.kind: candidate for candidate in setting.candidates()}
     first, other, second = by_kind["added_mass"], by_kind["modal_damping"], by_kind[kind]
@@ -71,12 +71,12 @@ def test_first_cause_of_a_frame_is_looked_for_anew_once_where_a_second_one_that_
 
     found = {first.key: (leaving(leaves, first, second),), second.key: (leaving(0.39, second, first),), other.key: ()}
 
-    def with_ground(start: Fit, *_: object) -> tuple[Ground, Lengths, Fit]:
+    def with_ground(start: Fit, *_: object) -> tuple[ReferenceFits, Lengths, Fit]:
         held = start.hypothesis.candidates[-1]
         begun.append(held.kind)
         return replace(ground, whole=leaving(1.0, held)), setting.lengths, base
 
-    def seconds(beside: Ground, *_: object, **__: object) -> tuple[Fit, ...]:
+    def seconds(beside: ReferenceFits, *_: object, **__: object) -> tuple[Fit, ...]:
         return found[beside.hypothesis.candidates[-1].key]
 
     monkeypatch.setattr(pairs, "ground_with", with_ground)
@@ -84,5 +84,5 @@ def test_first_cause_of_a_frame_is_looked_for_anew_once_where_a_second_one_that_
     monkeypatch.setattr(pairs, "each_alone", lambda *_: [])
     singles = leaving(1.0, first), leaving(1.0, other)
     posterior = Posterior((*singles, leaving(1.2)), np.full(3, 1 / 3), 1.0, 1.0)
-    pairs.pair_fits(posterior, (), setting.lengths.whole, setting.gauge, setting.band, lambda: None)
+    pairs.pair_fits(posterior, (), setting.lengths.whole, setting.noise_model, setting.band, lambda: None)
     assert begun == [first.kind, *([kind] if anew else []), other.kind]

@@ -16,13 +16,13 @@ from hybrid.diagnosis.causes.force_causes import force_laws_of
 from hybrid.diagnosis.causes.linear_causes import ECHOED, linear_causes
 from hybrid.diagnosis.causes.places import Motion, places_of
 from hybrid.diagnosis.contest import pairs, stages
-from hybrid.diagnosis.contest.growing import fit_growing, ground_of, passed_by, shortened
+from hybrid.diagnosis.contest.growing import fit_growing, passed_by, reference_fits_of, shortened
 from hybrid.diagnosis.contest.pairs import asks_for_more
 from hybrid.diagnosis.contest.posterior import Posterior
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.contest.stages import Search
 from hybrid.diagnosis.diagnosis import diagnose
-from hybrid.diagnosis.fitting.fitting import Fit, fit
+from hybrid.diagnosis.fitting.least_squares import Fit, fit
 from hybrid.diagnosis.nominal.plant import plant_of
 from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.diagnosis.screening.force_screening import screen_forces
@@ -74,9 +74,9 @@ def test_harmonic_forces_turn_once_in_a_recording_at_least() -> None:
     forces = tuple(c for c in setting.candidates() if c.oscillator)
     slowest = 10.0 / setting.lengths.whole[0].samples  # Hz
     assert [c.lower for c in forces] == [(slowest,)] * 4
-    base = fit(setting.nominal, setting.nominal.centre, setting.lengths.whole, setting.gauge)
+    base = fit(setting.nominal, setting.nominal.centre, setting.lengths.whole, setting.noise_model)
     assert base is not None
-    assert min(trial.start[0] for trial in screen_forces(base, forces, setting.gauge)) >= slowest
+    assert min(trial.start[0] for trial in screen_forces(base, forces, setting.noise_model)) >= slowest
 
 
 def test_nodes_of_parts_side_by_side_are_pairs() -> None:
@@ -118,9 +118,9 @@ def test_masts_that_knock_or_rub_are_told(effect: GapStop | CoulombFriction) -> 
 
 def test_frame_that_forecasts_well_is_searched_further_where_it_leaves_half_as_much_again_as_noise() -> None:
     setting = setting_of(recorded(masts()))
-    ground = ground_of(setting.nominal, setting.nominal.centre, setting.lengths, setting.gauge)
+    ground = reference_fits_of(setting.nominal, setting.nominal.centre, setting.lengths, setting.noise_model)
     assert ground is not None
-    search = Search(ground, setting.lengths, (), setting.gauge, setting.gauge, setting.band, str)
+    search = Search(ground, setting.lengths, (), setting.noise_model, setting.noise_model, setting.band, str)
     base = ground.whole
     more = tuple(1.4 * part for part in base.residuals)  # twice the energy
     assert search.is_ample(base)
@@ -130,7 +130,7 @@ def test_frame_that_forecasts_well_is_searched_further_where_it_leaves_half_as_m
 @pytest.mark.parametrize(("rest", "asks"), [(0.75, True), (0.85, False)])
 def test_second_cause_is_looked_for_unless_the_first_leaves_most_of_what_is_wrong(rest: float, asks: bool) -> None:
     setting = setting_of(recorded(masts()))
-    ground = ground_of(setting.nominal, setting.nominal.centre, setting.lengths, setting.gauge)
+    ground = reference_fits_of(setting.nominal, setting.nominal.centre, setting.lengths, setting.noise_model)
     assert ground is not None
     base = ground.whole
     loud = tuple(part + 10 * np.sin(0.3 * np.arange(part.shape[1]))[:, None] for part in base.residuals)  # 5 Hz
@@ -138,7 +138,7 @@ def test_second_cause_is_looked_for_unless_the_first_leaves_most_of_what_is_wron
     first = replace(base, hypothesis=single, residuals=loud, cost=base.cost - base.misfit + rest * 1e6)
     wrong = replace(base, cost=base.cost - base.misfit + 1e6)
     assert first.misfit == pytest.approx(rest * wrong.misfit)
-    assert asks_for_more(first, wrong, setting.gauge, setting.band) is asks
+    assert asks_for_more(first, wrong, setting.noise_model, setting.band) is asks
 
 
 @pytest.mark.parametrize(("behind", "count"), [(1.0, 2), (1e6, 1)])
@@ -146,7 +146,7 @@ def test_second_cause_of_a_frame_is_looked_for_beside_the_next_single_one_if_tha
     behind: float, count: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     setting, begun = setting_of(recorded(masts())), list[Fit]()
-    ground = ground_of(setting.nominal, setting.nominal.centre, setting.lengths, setting.gauge)
+    ground = reference_fits_of(setting.nominal, setting.nominal.centre, setting.lengths, setting.noise_model)
     assert ground is not None
     base = ground.whole
     singles = [
@@ -160,7 +160,7 @@ def test_second_cause_of_a_frame_is_looked_for_beside_the_next_single_one_if_tha
 
     monkeypatch.setattr(pairs, "ground_with", none)
     posterior = Posterior((*singles, base), np.full(3, 1 / 3), 1.0, 1.0)
-    found = pairs.pair_fits(posterior, (), setting.lengths.whole, setting.gauge, setting.band, lambda: None)
+    found = pairs.pair_fits(posterior, (), setting.lengths.whole, setting.noise_model, setting.band, lambda: None)
     assert found == []
     assert [id(item) for item in begun] == [id(item) for item in singles[:count]]
 
@@ -173,9 +173,11 @@ def test_change_of_a_frame_is_looked_for_beside_a_cause_unless_one_in_all_record
     monkeypatch.setattr(Search, "is_enough", lambda *_: False)
     monkeypatch.setattr(stages, "is_hopeless", lambda *_: False)
     setting = setting_of(recorded(masts()))
-    ground = ground_of(setting.nominal, setting.nominal.centre, setting.lengths, setting.gauge)
+    ground = reference_fits_of(setting.nominal, setting.nominal.centre, setting.lengths, setting.noise_model)
     assert ground is not None
-    search = Search(ground, setting.lengths, setting.candidates(), setting.gauge, setting.gauge, setting.band, str)
+    search = Search(
+        ground, setting.lengths, setting.candidates(), setting.noise_model, setting.noise_model, setting.band, str
+    )
     base = ground.whole
     (batch,) = base.batches
     before, after = (batch.take([i for i in range(len(batch.names)) if (i > 0) is late]) for late in (False, True))
@@ -202,17 +204,20 @@ def test_short_segments_begin_where_the_motion_of_whole_recordings_passes() -> N
     setting = setting_of(recorded(masts(middle=3.0), CubicSpring((3,), "x", 4 * STIFF)))
     place = {"node": 3, "direction": "x"}
     (spring,) = (c for c in setting.candidates() if c.kind == "cubic_spring" and c.location == place)
-    hypothesis, gauge, segments = setting.nominal.adding(spring), setting.gauge, setting.lengths.cut[0]
+    hypothesis, noise_model, segments = setting.nominal.adding(spring), setting.noise_model, setting.lengths.cut[0]
     theta = np.append(setting.nominal.centre, 4 * STIFF)
-    whole = fit_growing(hypothesis, theta, setting.lengths, gauge, setting.short)
+    whole = fit_growing(hypothesis, theta, setting.lengths, noise_model, setting.short)
     assert whole is not None
-    own = fit(hypothesis, whole.theta, segments, gauge, passed_by(whole, segments, gauge))
+    own = fit(hypothesis, whole.theta, segments, noise_model, passed_by(whole, segments, noise_model))
     assert own is not None
-    off = (passed_by(whole, segments, gauge)[0] - own.states[0]) / own.state_errors[0]
+    off = (passed_by(whole, segments, noise_model)[0] - own.states[0]) / own.state_errors[0]
     assert np.sqrt(np.mean(off**2)) < 1.5  # of what noise alone makes of the states of a segment
 
     astray = tuple(-3 * states for states in own.states)
-    stuck, found = fit(hypothesis, whole.theta, segments, gauge, astray), shortened(whole, segments, gauge, astray)
+    stuck, found = (
+        fit(hypothesis, whole.theta, segments, noise_model, astray),
+        shortened(whole, segments, noise_model, astray),
+    )
     assert stuck is not None
     assert found is not None
     assert stuck.cost > 10 * own.cost

@@ -14,10 +14,10 @@ from hybrid.diagnosis.causes.candidates import all_candidates
 from hybrid.diagnosis.causes.places import Motion
 from hybrid.diagnosis.contest.odds import log_of_groups
 from hybrid.diagnosis.contest.recording_groups import BY_CHANCE, Asked, asked_for, clear_share
-from hybrid.diagnosis.fitting.fitting import fit
+from hybrid.diagnosis.fitting.least_squares import fit
 from hybrid.diagnosis.nominal.plant import plant_of
-from hybrid.diagnosis.recorded.gauge import Gauge
-from hybrid.diagnosis.recorded.records import as_made, batches_of, columns_of
+from hybrid.diagnosis.recorded.batches import as_made, batches_of, columns_of
+from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 
 DRAWS = 20_000
@@ -52,11 +52,11 @@ def gap_stop() -> tuple[Dataset, Candidate]:
 def test_a_stop_that_most_recordings_do_not_touch_tells_no_groups() -> None:
     dataset, stop = gap_stop()
     batches = columns_of(batches_of(dataset, "train"), MEASURED)
-    gauge = Gauge(SENSORS[:4], 10.0, np.full(4, NOISE))
+    noise_model = NoiseModel(SENSORS[:4], 10.0, np.full(4, NOISE))
     nominal = Hypothesis(plant_of(dataset))
-    base = fit(nominal, nominal.centre, batches, gauge)
+    base = fit(nominal, nominal.centre, batches, noise_model)
     assert base is not None
-    assert asked_for(base, (stop,), gauge) == ()
+    assert asked_for(base, (stop,), noise_model) == ()
 
 
 def test_groups_are_split_for_the_least_variance() -> None:

@@ -11,7 +11,7 @@ from fe_models.effects import StiffnessChange
 from fe_models.recordings import Sensor
 from hybrid.diagnosis.contest.setting import Setting, setting_of
 from hybrid.diagnosis.diagnosis import diagnose
-from hybrid.diagnosis.fitting.fitting import Fit, fit
+from hybrid.diagnosis.fitting.least_squares import Fit, fit
 from hybrid.diagnosis.outcome.rest import rest_of
 from hybrid.diagnosis.outcome.verdict import Verdict
 from tests.frames import beam, vibrations
@@ -30,8 +30,8 @@ def with_rest(setting: Setting, rest: FloatArray) -> Fit:
     standard deviations of the noise.
     """
     (batch,) = setting.lengths.whole
-    spoilt = replace(batch, data=batch.data + rest * setting.gauge.sigma)
-    found = fit(setting.nominal, setting.nominal.centre, (spoilt,), setting.gauge)
+    spoilt = replace(batch, data=batch.data + rest * setting.noise_model.sigma)
+    found = fit(setting.nominal, setting.nominal.centre, (spoilt,), setting.noise_model)
     assert found is not None
     return found
 
@@ -43,11 +43,11 @@ def test_rest_is_told_where_and_when_it_is(setting: Setting, begins: float, word
     """A knocking at 1.9 Hz, far above all modes, that the second sensor alone shows."""
     (batch,) = setting.lengths.whole
     time = np.arange(batch.samples) / RATE
-    motion = np.sqrt(np.mean(np.square(batch.data / setting.gauge.sigma), axis=(0, 2)))
+    motion = np.sqrt(np.mean(np.square(batch.data / setting.noise_model.sigma), axis=(0, 2)))
     rest = np.zeros_like(batch.data)
     rest[..., 1] = motion * np.sin(2 * np.pi * 1.9 * time) * (time >= begins * time[-1])
-    told = rest_of(with_rest(setting, rest), np.array([0.2, 1.9]), setting.gauge)
-    assert f"is in {setting.gauge.sensors[1].name} (" in told
+    told = rest_of(with_rest(setting, rest), np.array([0.2, 1.9]), setting.noise_model)
+    assert f"is in {setting.noise_model.sensors[1].name} (" in told
     assert ", near 1.9 Hz (mode 2) (" in told
     assert f", {words}" in told
     assert "most of it in" not in told
@@ -57,7 +57,9 @@ def test_a_recording_that_stands_out_is_named(setting: Setting) -> None:
     (batch,) = setting.lengths.whole
     rest = np.zeros_like(batch.data)
     rest[2] = 20 * np.sin(2 * np.pi * 1.9 * np.arange(batch.samples) / RATE)[:, None]
-    assert rest_of(with_rest(setting, rest), np.zeros(0), setting.gauge).endswith(f"most of it in {batch.names[2]}")
+    assert rest_of(with_rest(setting, rest), np.zeros(0), setting.noise_model).endswith(
+        f"most of it in {batch.names[2]}"
+    )
 
 
 def test_stiffness_of_a_whole_beam_may_be_its_mass() -> None:

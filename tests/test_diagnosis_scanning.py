@@ -22,19 +22,19 @@ from fe_models.time_integration import TimeIntegration
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.causes.candidates import all_candidates
 from hybrid.diagnosis.causes.places import Motion
-from hybrid.diagnosis.contest.growing import Ground, Lengths
+from hybrid.diagnosis.contest.growing import Lengths, ReferenceFits
 from hybrid.diagnosis.contest.search import contest
-from hybrid.diagnosis.fitting.far_off import DEVIATION
-from hybrid.diagnosis.fitting.fitting import Fit, fit
+from hybrid.diagnosis.fitting.calibration_deviation import DEVIATION
+from hybrid.diagnosis.fitting.least_squares import Fit, fit
 from hybrid.diagnosis.nominal.plant import Plant, plant_of
-from hybrid.diagnosis.recorded.gauge import Gauge
-from hybrid.diagnosis.recorded.readout import Readout
-from hybrid.diagnosis.recorded.records import Batch
+from hybrid.diagnosis.recorded.batches import Batch
+from hybrid.diagnosis.recorded.noise_model import NoiseModel
+from hybrid.diagnosis.recorded.sensor_outputs import SensorOutputs
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.marching import respond
 from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.response.system import System, drift, modal_form, observability
-from hybrid.diagnosis.screening.absorbed import absorbed
+from hybrid.diagnosis.screening.confounded_factors import confounded_candidates
 from hybrid.diagnosis.screening.scanning import LEFT, scan, sizes_of, unseen
 from hybrid.diagnosis.screening.screening import screen
 
@@ -61,7 +61,7 @@ def linear_candidates() -> tuple[Candidate, ...]:
     return tuple(c for c in found if c.changes is not None or c.mode is not None or c.sensor is not None)
 
 
-def recorded(effect: Effect, moving: int = MOVING) -> tuple[Fit, Gauge]:
+def recorded(effect: Effect, moving: int = MOVING) -> tuple[Fit, NoiseModel]:
     """Return the nominal fit to three short recordings of the bridge with an effect, from its own modes, with noise."""
     rng = np.random.default_rng(3)
     modal = natural_modes(linearise(bridge().with_effects(effect)), moving)
@@ -70,11 +70,11 @@ def recorded(effect: Effect, moving: int = MOVING) -> tuple[Fit, Gauge]:
     data = np.stack([motion.channel(s.node, s.direction, s.quantity) for s in FITTED], axis=-1)
     sigma = NOISE * data.std(axis=(0, 1))
     batch = Batch(data + sigma * rng.standard_normal(data.shape), ("a", "b", "c"))
-    gauge = Gauge(FITTED, RATE, sigma)
+    noise_model = NoiseModel(FITTED, RATE, sigma)
     nominal = Hypothesis(bridge_plant())
-    found = fit(nominal, nominal.centre, (batch,), gauge)
+    found = fit(nominal, nominal.centre, (batch,), noise_model)
     assert found is not None
-    return found, gauge
+    return found, noise_model
 
 
 @pytest.mark.parametrize(
@@ -87,10 +87,10 @@ def recorded(effect: Effect, moving: int = MOVING) -> tuple[Fit, Gauge]:
     ids=lambda item: getattr(item, "kind", ""),
 )
 def test_a_large_effect_ranks_first_at_about_its_size(effect: Effect, value: float) -> None:
-    found, gauge = recorded(effect)
+    found, noise_model = recorded(effect)
     assert found.chi2 > 1.5 * found.values  # the uncertain factors do not make up for it
     kinds = {"stiffness_change", "support_spring", "sensor_gain"}
-    best = scan(found, tuple(c for c in linear_candidates() if c.kind in kinds), gauge)[0]
+    best = scan(found, tuple(c for c in linear_candidates() if c.kind in kinds), noise_model)[0]
     assert (best.candidate.kind, best.candidate.location) == (effect.kind, effect.location)
     assert 0.4 < best.start[0] / value < 2.5  # the sizes tried are that far apart
 
@@ -105,8 +105,8 @@ def test_a_large_effect_ranks_first_at_about_its_size(effect: Effect, value: flo
     ids=lambda item: getattr(item, "kind", ""),
 )
 def test_the_score_test_finds_what_is_weak(effect: Effect, value: float, tolerance: float) -> None:
-    found, gauge = recorded(effect)
-    best = screen(found, linear_candidates(), gauge)[0]
+    found, noise_model = recorded(effect)
+    best = screen(found, linear_candidates(), noise_model)[0]
     assert (best.candidate.kind, best.candidate.location) == (effect.kind, effect.location)
     assert best.start[0] == pytest.approx(value, rel=tolerance)  # of first order only, and with noise
 
@@ -124,7 +124,7 @@ def chain_system() -> System:
     """Return the chain with a gain, a delay and a drift in its sensors."""
     plant = plant_of(Dataset(four_dof(), 10.0, CHAIN_SENSORS, (Recording("r", np.ones((1, 20, 5))),)))
     hypothesis = Hypothesis(plant)
-    plain = system_of(hypothesis, np.zeros((1, hypothesis.nuisances)), Readout.measured(CHAIN_SENSORS, 10.0))
+    plain = system_of(hypothesis, np.zeros((1, hypothesis.nuisances)), SensorOutputs.measured(CHAIN_SENSORS, 10.0))
     gain, delay, slope = np.array([[1.0, 0.7, 1.0, 1.3, 1.0], [0.0, 0.03, -0.25, 0.0, 0.1], [0.0, 0.0, 0.2, 0.0, -0.1]])
     return replace(plain, gain=gain[None], delay=delay[None], slope=slope[None])
 
@@ -177,10 +177,10 @@ def test_one_defective_variant_does_not_spoil_the_others() -> None:
 
 
 def test_large_loss_is_found_though_the_score_test_is_far_off() -> None:
-    base, gauge = recorded(StiffnessChange((9,), 0.33))
-    lost = next(t for t in screen(base, linear_candidates(), gauge) if t.candidate.location == {"element": 9})
+    base, noise_model = recorded(StiffnessChange((9,), 0.33))
+    lost = next(t for t in screen(base, linear_candidates(), noise_model) if t.candidate.location == {"element": 9})
     assert abs(lost.start[0] - 0.33) > 0.2  # to first order
-    best, second = contest(Ground(base, base), linear_candidates(), Lengths((base.batches,)), gauge)[:2]
+    best, second = contest(ReferenceFits(base, base), linear_candidates(), Lengths((base.batches,)), noise_model)[:2]
     assert best.hypothesis.candidates[-1].key == "stiffness_change {'element': 9}"
     assert best.theta[-1] == pytest.approx(0.33, rel=0.01)  # noise of 1 % in 2100 values, ten frequencies
     assert best.log_evidence > second.log_evidence + 1000
@@ -188,30 +188,32 @@ def test_large_loss_is_found_though_the_score_test_is_far_off() -> None:
 
 @pytest.mark.parametrize(("node", "stiffness"), [(29, 4000.0), (26, 685.0)])  # N/m: the deck itself has 2 and 7 kN/m
 def test_a_support_that_gives_way_far_is_found(node: int, stiffness: float) -> None:
-    base, gauge = recorded(SupportSpring(node, "y", stiffness))
-    best, second = contest(Ground(base, base), linear_candidates(), Lengths((base.batches,)), gauge, kept=4)[:2]
+    base, noise_model = recorded(SupportSpring(node, "y", stiffness))
+    best, second = contest(
+        ReferenceFits(base, base), linear_candidates(), Lengths((base.batches,)), noise_model, kept=4
+    )[:2]
     assert best.hypothesis.candidates[-1].key == f"support_spring {{'node': {node}, 'direction': 'y'}}"
     assert 1 / best.theta[-1] == pytest.approx(stiffness, rel=0.03)  # noise of 1 % in 2100 values, ten frequencies
     assert best.log_evidence > second.log_evidence + 1000
 
 
 def test_an_element_that_is_all_but_lost_is_begun_as_such_where_much_is_wrong() -> None:
-    found, gauge = recorded(StiffnessChange((9,), 0.05))
-    trials = unseen(found, linear_candidates(), gauge)
+    found, noise_model = recorded(StiffnessChange((9,), 0.05))
+    trials = unseen(found, linear_candidates(), noise_model)
     lost = [trial for trial in trials if trial.candidate.released is None]
     elements = sorted(trial.candidate.location["element"] for trial in lost)
     assert elements == list(range(1, len(bridge().elements) + 1))
     assert all(trial.is_drawn and trial.start[0] in LEFT for trial in lost)
     assert (trials[0].candidate.location, trials[0].start) == ({"element": 9}, (0.05,))
-    assert unseen(*recorded(AddedMass(12, 1e-4))[:1], linear_candidates(), gauge) == []  # little is left
+    assert unseen(*recorded(AddedMass(12, 1e-4))[:1], linear_candidates(), noise_model) == []  # little is left
 
 
 def test_supports_that_give_way_and_time_steps_are_begun_where_calibrated_factors_are_far_off() -> None:
     """The steps also where they promise nothing: here the simulation has none that could make an error."""
-    base, gauge = recorded(AddedMass(12, 1e-4))
+    base, noise_model = recorded(AddedMass(12, 1e-4))
     astray = replace(base, theta=base.theta + 3 * base.hypothesis.width * (np.arange(len(base.theta)) == 0))
     steps = Candidate(TimeIntegration.kind, {}, (), partial(TimeIntegration, 0.01), (), (), ())
-    trials = {trial.candidate.key: trial for trial in unseen(astray, (*linear_candidates(), steps), gauge)}
+    trials = {trial.candidate.key: trial for trial in unseen(astray, (*linear_candidates(), steps), noise_model)}
     begun = trials.pop(steps.key)
     assert begun.is_drawn and begun.gain == 0
     places = [trial.candidate.location for trial in trials.values()]
@@ -227,15 +229,17 @@ def test_a_lost_element_brings_the_mode_that_comes_down_into_the_band() -> None:
         natural_modes(linearise(s), MOVING + 1).frequencies for s in (bridge().with_effects(effect), bridge())
     )
     assert there[-1] < 30 < drawn[-1]  # Hz, of the low-pass
-    base, gauge = recorded(effect, moving=MOVING + 1)
-    trials = {trial.candidate.location.get("element"): trial for trial in unseen(base, linear_candidates(), gauge)}
+    base, noise_model = recorded(effect, moving=MOVING + 1)
+    trials = {
+        trial.candidate.location.get("element"): trial for trial in unseen(base, linear_candidates(), noise_model)
+    }
     assert (trials[3].start, trials[3].candidate.brings) == ((0.05,), 1)
     assert trials[60].candidate.brings == 0  # a cable has no part in a mode that close
     begun = {more: replace(trials[3].candidate, brings=more) for more in (0, 1)}
     left = {}
     for more, candidate in begun.items():
         hypothesis = Hypothesis(bridge_plant(), (candidate,))
-        found = fit(hypothesis, np.append(np.zeros(hypothesis.nuisances), 0.05), base.batches, gauge)
+        found = fit(hypothesis, np.append(np.zeros(hypothesis.nuisances), 0.05), base.batches, noise_model)
         assert found is not None
         left[more] = found.chi2 / found.values
     assert left[1] < 1.05  # nothing but noise, whose mean square of 2100 values is known to 0.03
@@ -244,12 +248,12 @@ def test_a_lost_element_brings_the_mode_that_comes_down_into_the_band() -> None:
 
 def test_a_cause_that_a_calibrated_factor_hides_takes_its_place() -> None:
     """Damping four times as large leaves nothing, the calibration fourteen of its deviations off."""
-    base, gauge = recorded(ModalDamping((3,), 4 * float(bridge_plant().own_ratios[2])))
-    first = absorbed(base, linear_candidates())[0]
+    base, noise_model = recorded(ModalDamping((3,), 4 * float(bridge_plant().own_ratios[2])))
+    first = confounded_candidates(base, linear_candidates())[0]
     assert first.candidate.key == "modal_damping {'modes': [3]}"
     assert first.start[0] == pytest.approx(4 * bridge_plant().own_ratios[2], rel=0.05)  # noise of 1 % for a second
-    tested = next(t for t in screen(base, linear_candidates(), gauge) if t.candidate.key == first.candidate.key)
+    tested = next(t for t in screen(base, linear_candidates(), noise_model) if t.candidate.key == first.candidate.key)
     assert tested.gain < 0.2 * first.gain  # to first order the factor does the same, and hides it
-    best = contest(Ground(base, base), linear_candidates(), Lengths((base.batches,)), gauge, kept=4)[0]
+    best = contest(ReferenceFits(base, base), linear_candidates(), Lengths((base.batches,)), noise_model, kept=4)[0]
     assert best.hypothesis.candidates[-1].key == first.candidate.key
     assert np.abs(best.theta[: base.hypothesis.nuisances] / base.hypothesis.width).max() < DEVIATION

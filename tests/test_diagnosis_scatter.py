@@ -14,12 +14,12 @@ from fe_models.effects import AddedMass
 from fe_models.modes import natural_modes
 from fe_models.recordings import Assumptions, Dataset, Uncertainty
 from fe_models.structure import Beam, Cable, Structure
-from hybrid.diagnosis.fitting.fitting import fit
+from hybrid.diagnosis.fitting.least_squares import fit
 from hybrid.diagnosis.nominal.plant import Plant, plant_of
 from hybrid.diagnosis.nominal.scatter import NONE, OWN
 from hybrid.diagnosis.outcome.extend import extended_structure
-from hybrid.diagnosis.recorded.gauge import Gauge
-from hybrid.diagnosis.recorded.records import Batch
+from hybrid.diagnosis.recorded.batches import Batch
+from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from tests.test_diagnosis_left_out import FITTED, MOVING, RATE, SAMPLES, chosen, plant_with
 
@@ -44,13 +44,13 @@ def scattered(rng: np.random.Generator, share: float) -> Structure:
     return replace(off, elements=tuple(elements))
 
 
-def recorded(structure: Structure, rng: np.random.Generator) -> tuple[Batch, Gauge]:
+def recorded(structure: Structure, rng: np.random.Generator) -> tuple[Batch, NoiseModel]:
     modal = natural_modes(linearise(structure), MOVING)
     q, p = rng.standard_normal((2, MOVING, 3)) / modal.omega[:, None] ** [[[2]], [[1]]]
     motion = free_motion(modal, q, p, np.arange(5 * SAMPLES) / RATE)
     data = np.stack([motion.channel(s.node, s.direction, s.quantity) for s in FITTED], axis=-1)
     sigma = 0.01 * data.std(axis=(0, 1))
-    return Batch(data + sigma * rng.standard_normal(data.shape), ("a", "b", "c")), Gauge(FITTED, RATE, sigma)
+    return Batch(data + sigma * rng.standard_normal(data.shape), ("a", "b", "c")), NoiseModel(FITTED, RATE, sigma)
 
 
 def test_patterns_are_as_independent_as_the_elements() -> None:
@@ -92,10 +92,10 @@ def test_stated_deviation_holds_where_elements_are_off_by_themselves() -> None:
     plants = without_patterns(plant_with(None)), plant_with(None)
     for seed in range(12):
         rng = np.random.default_rng(seed)
-        batch, gauge = recorded(scattered(rng, OWN * 0.01).with_effects(AddedMass(12, 0.1)), rng)
+        batch, noise_model = recorded(scattered(rng, OWN * 0.01).with_effects(AddedMass(12, 0.1)), rng)
         for plant in plants:
             hypothesis = Hypothesis(plant, (mass,))
-            item = fit(hypothesis, np.append(np.zeros(hypothesis.nuisances), 0.1), (batch,), gauge)
+            item = fit(hypothesis, np.append(np.zeros(hypothesis.nuisances), 0.1), (batch,), noise_model)
             assert item is not None
             found.append((item.theta[-1] - 0.1) / np.sqrt(item.covariance[-1, -1]))
     plain, stated = np.sqrt(np.mean(np.square(found).reshape(-1, 2), axis=0))

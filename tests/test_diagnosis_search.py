@@ -13,7 +13,7 @@ from fe_models.effects import CubicSpring, HarmonicForce
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.causes.candidates import all_candidates
 from hybrid.diagnosis.contest import shortlist
-from hybrid.diagnosis.contest.growing import fit_growing, ground_of, lengths_of, padded
+from hybrid.diagnosis.contest.growing import fit_growing, lengths_of, padded, reference_fits_of
 from hybrid.diagnosis.contest.odds import Odds
 from hybrid.diagnosis.contest.pairs import asks_for_more, each_alone
 from hybrid.diagnosis.contest.posterior import posterior_of
@@ -23,11 +23,11 @@ from hybrid.diagnosis.contest.shortlist import foremost, most_promising_of_each_
 from hybrid.diagnosis.contest.switching import acting_recordings, fit_switched
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.fitting import linearisation
+from hybrid.diagnosis.fitting.calibration_deviation import farthest_of
 from hybrid.diagnosis.fitting.driven import states_along
-from hybrid.diagnosis.fitting.far_off import farthest_of
-from hybrid.diagnosis.fitting.fitting import Step, fit
+from hybrid.diagnosis.fitting.harmonic_amplitude import harmonic_amplitude
+from hybrid.diagnosis.fitting.least_squares import Step, fit
 from hybrid.diagnosis.fitting.linearisation import linearise_batch
-from hybrid.diagnosis.fitting.wave import wave
 from hybrid.diagnosis.nominal.loads import Loads
 from hybrid.diagnosis.nominal.plant import plant_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
@@ -41,11 +41,11 @@ def test_harmonic_force_has_its_amplitude_where_it_acts() -> None:
     case = blind_case(7, BlindConfig(("harmonic_force",), size=0.6, train=6, test=1, duration=30.0, changed=2))
     (cause,) = case.truth
     assert isinstance(cause, HarmonicForce)
-    batches, gauge = gauge_of(case.dataset)
+    batches, noise_model = gauge_of(case.dataset)
     hypothesis = Hypothesis(plant_of(case.dataset), (candidate(case.dataset, "harmonic_force", node=cause.node),))
-    found = fit(hypothesis, np.append(np.zeros(hypothesis.nuisances), cause.frequency + 0.003), batches, gauge)
+    found = fit(hypothesis, np.append(np.zeros(hypothesis.nuisances), cause.frequency + 0.003), batches, noise_model)
     assert found is not None
-    seen = wave(found, 0)
+    seen = harmonic_amplitude(found, 0)
     assert list(seen.acting) == [False, False, True, True, True, True]
     assert seen.amplitude == pytest.approx(cause.amplitude, abs=3 * seen.error)
     assert seen.error < 0.1 * cause.amplitude
@@ -56,15 +56,15 @@ def test_harmonic_force_that_is_told_from_none_by_nothing_it_does_is_no_hypothes
     case = blind_case(7, BlindConfig(("harmonic_force",), size=0.6, train=3, test=1, duration=30.0))
     (cause,) = case.truth
     assert isinstance(cause, HarmonicForce)
-    batches, gauge = gauge_of(case.dataset)
-    base = nominal_fit(case.dataset, batches, gauge)
+    batches, noise_model = gauge_of(case.dataset)
+    base = nominal_fit(case.dataset, batches, noise_model)
     place, other = (candidate(case.dataset, "harmonic_force", node=cause.node + i) for i in (0, 1))
-    right = fit(base.hypothesis.adding(place), np.append(base.theta, cause.frequency), batches, gauge)
+    right = fit(base.hypothesis.adding(place), np.append(base.theta, cause.frequency), batches, noise_model)
     assert right is not None
     more = right.hypothesis.adding(other)
-    both = fit(more, np.append(right.theta, 0.02), batches, gauge, padded(right, more))  # Hz, below all modes
+    both = fit(more, np.append(right.theta, 0.02), batches, noise_model, padded(right, more))  # Hz, below all modes
     assert both is not None
-    assert [wave(both, number).is_told for number in (0, 1)] == [True, False]
+    assert [harmonic_amplitude(both, number).is_significant for number in (0, 1)] == [True, False]
     better = replace(both, cost=right.cost - 1000.0)  # as where it pushes a law to and fro
     assert better.log_evidence > right.log_evidence
     assert posterior_of((base, right, better), (place, other)).fits == (right, base)
@@ -75,12 +75,12 @@ def test_slopes_behind_a_low_pass_need_no_finer_motion(kind: str, monkeypatch: p
     case = blind_case(2, BlindConfig((kind,), size=1.0, train=2, test=1, duration=30.0))
     (cause,) = case.truth
     dataset = replace(case.dataset, lowpass=3.0)  # Hz, of 5 that are sampled
-    batches, gauge = gauge_of(dataset)
-    base = nominal_fit(dataset, batches, gauge)
+    batches, noise_model = gauge_of(dataset)
+    base = nominal_fit(dataset, batches, noise_model)
     law = candidate(dataset, kind, **cause.location)
     extended = base.hypothesis.adding(law)
     theta = np.append(base.theta, [cause.parameters[name] for name in law.names])
-    near = extended, theta, batches[0], gauge, padded(base, extended)[0]
+    near = extended, theta, batches[0], noise_model, padded(base, extended)[0]
     usual = linearise_batch(*near)
 
     def finely(system: System, start: FloatArray, samples: int, loads: Loads | None = None, **_: int) -> FloatArray:
@@ -97,11 +97,11 @@ def test_slopes_behind_a_low_pass_need_no_finer_motion(kind: str, monkeypatch: p
 def test_drift_goes_on_from_segment_to_segment() -> None:
     case = blind_case(5, BlindConfig(("sensor_drift",), size=0.8, train=3, test=1, duration=30.0))
     (cause,) = case.truth
-    batches, gauge = gauge_of(case.dataset)
+    batches, noise_model = gauge_of(case.dataset)
     hypothesis = Hypothesis(plant_of(case.dataset), (candidate(case.dataset, "sensor_drift", **cause.location),))
     short = lengths_of(batches, hypothesis.states).cut[0]
     assert short[0].pieces > 1
-    found = fit(hypothesis, hypothesis.centre, short, gauge)
+    found = fit(hypothesis, hypothesis.centre, short, noise_model)
     assert found is not None
     slope, std = found.theta[-1], np.sqrt(found.covariance[-1, -1])
     assert slope == pytest.approx(cause.parameters["slope"], abs=4 * std)
@@ -112,14 +112,14 @@ def test_force_law_that_comes_is_found_in_its_recordings() -> None:
     case = blind_case(12, BlindConfig(("cubic_spring",), size=0.8, train=6, test=1, duration=25.0, changed=3))
     (cause,) = case.truth
     assert isinstance(cause, CubicSpring)
-    batches, gauge = gauge_of(case.dataset)
-    base = nominal_fit(case.dataset, batches, gauge)
+    batches, noise_model = gauge_of(case.dataset)
+    base = nominal_fit(case.dataset, batches, noise_model)
     lengths = lengths_of(batches, base.hypothesis.states)
-    short = nominal_fit(case.dataset, lengths.cut[0], gauge)
+    short = nominal_fit(case.dataset, lengths.cut[0], noise_model)
     right = candidate(case.dataset, "cubic_spring", **cause.location)
     wrong = candidate(case.dataset, "added_mass", node=2)
-    asked = asked_for(short, (right, wrong), gauge)
-    best = max(fit_switched(short, base, asked, lengths, gauge), key=lambda item: item.log_evidence)
+    asked = asked_for(short, (right, wrong), noise_model)
+    best = max(fit_switched(short, base, asked, lengths, noise_model), key=lambda item: item.log_evidence)
     assert best.hypothesis.candidates[-1].key == right.key
     assert acting_recordings(best, 0) == case.recordings[:3]
     assert best.theta[-1] == pytest.approx(cause.stiffness, rel=0.1)
@@ -128,12 +128,12 @@ def test_force_law_that_comes_is_found_in_its_recordings() -> None:
 def test_nothing_comes_where_recordings_hardly_ask_for_amounts_of_their_own() -> None:
     """A stiffness that drifts in each of them: sorting the recordings by force laws would take longest."""
     setting = setting_of(blind_case(75501, BlindConfig(("drifting_stiffness",), off=True)).dataset)
-    nominal, gauge, lengths = setting.nominal, setting.searched, setting.lengths
-    ground = ground_of(nominal, nominal.centre, lengths, gauge, setting.short)
+    nominal, noise_model, lengths = setting.nominal, setting.searched, setting.lengths
+    ground = reference_fits_of(nominal, nominal.centre, lengths, noise_model, setting.short)
     assert ground is not None
-    asked = asked_for(ground.short, setting.candidates(), gauge)
+    asked = asked_for(ground.short, setting.candidates(), noise_model)
     assert max(item.gain for item in asked) < 0.2 * ground.short.misfit  # measured: 0.15; of what comes, 0.25 to 1
-    assert fit_switched(ground.short, ground.whole, asked, lengths, gauge) == []
+    assert fit_switched(ground.short, ground.whole, asked, lengths, noise_model) == []
 
 
 def test_one_hypothesis_reached_twice_counts_once() -> None:
@@ -146,14 +146,14 @@ def test_one_hypothesis_reached_twice_counts_once() -> None:
 
 def test_place_that_is_less_probable_beforehand_is_so_afterwards() -> None:
     dataset = blind_case(3, BlindConfig(train=2, test=1, duration=15.0)).dataset
-    batches, gauge = gauge_of(dataset)
+    batches, noise_model = gauge_of(dataset)
     usual = candidate(dataset, "added_mass", node=2)
     hypothesis = Hypothesis(plant_of(dataset), (usual,))
-    found = fit(hypothesis, hypothesis.centre, batches, gauge)
+    found = fit(hypothesis, hypothesis.centre, batches, noise_model)
     assert found is not None
     rare = replace(usual, location={"node": 9}, weight=0.1)  # as good in every other way
     other = replace(found, hypothesis=replace(found.hypothesis, candidates=(rare,)))
-    none = nominal_fit(dataset, batches, gauge)
+    none = nominal_fit(dataset, batches, noise_model)
     posterior = posterior_of((other, found, none), (usual, rare), is_astray=True)  # values as uncertain as stated
     known = {id(item): p for item, p in zip(posterior.fits, posterior.probability, strict=True)}
     assert known[id(other)] / known[id(found)] == pytest.approx(0.1)
@@ -203,21 +203,23 @@ def test_second_cause_is_asked_for_on_a_frame_where_one_leaves_noise_but_a_calib
     base = setting.short
     cause = next(c for c in setting.candidates() if c.kind == "added_mass")
     hypothesis = base.hypothesis.adding(cause)
-    item = fit(hypothesis, np.append(base.theta, cause.neutral), base.batches, setting.gauge, base.states)
+    item = fit(hypothesis, np.append(base.theta, cause.neutral), base.batches, setting.noise_model, base.states)
     assert item is not None
     wrong = replace(base, cost=base.cost + 1e6)
     assert len(item.deviations) == 42
     assert 42 * 2 * norm.sf(farthest_of(42)) == pytest.approx(1 / 200)  # 3.85
     for deviation, asks in ((0.0, False), (3.7, False), (4.0, True)):
         off = replace(item, theta=np.concatenate([[deviation * hypothesis.width[0]], item.theta[1:]]))
-        assert asks_for_more(off, wrong, setting.gauge, setting.band) == asks
+        assert asks_for_more(off, wrong, setting.noise_model, setting.band) == asks
         change = replace(off, batches=(replace(off.batches[0], off=(0,)),))  # the cause is all that changed
-        assert not asks_for_more(change, wrong, setting.gauge, setting.band)
+        assert not asks_for_more(change, wrong, setting.noise_model, setting.band)
     (part,) = item.residuals
     left = 2 * np.sin(0.3 * np.arange(part.shape[1]))[:, None]  # 5 Hz, which is in the structure's band
     wanting = replace(item, residuals=(part + left,))
     worse = replace(item, cost=item.cost + 1e8)
-    assert asks_for_more(wanting, worse, setting.gauge, setting.band)  # little beside that, and yet not noise alone
+    assert asks_for_more(
+        wanting, worse, setting.noise_model, setting.band
+    )  # little beside that, and yet not noise alone
 
 
 def test_each_of_two_causes_is_tried_alone() -> None:
@@ -240,11 +242,11 @@ def test_each_of_two_causes_is_tried_alone() -> None:
 def test_motions_are_sized_between_the_beginnings_of_segments_too() -> None:
     case = blind_case(33021, BlindConfig(train=4, test=1, duration=30.0))
     setting = setting_of(case.dataset)
-    (number,) = (i for i, sensor in enumerate(setting.gauge.sensors) if sensor.quantity == "displacement")
+    (number,) = (i for i, sensor in enumerate(setting.noise_model.sensors) if sensor.quantity == "displacement")
     recorded = [batch.recorded for batch in setting.lengths.whole]
     shown = max(float(np.abs(part[..., number]).max()) for part in recorded)
     along, begun = (
-        float(np.abs(states[:, setting.gauge.sensors[number].node - 1]).max())
+        float(np.abs(states[:, setting.noise_model.sensors[number].node - 1]).max())
         for states in (states_along(setting.short, setting.searched), np.concatenate(setting.short.states))
     )
     assert along == pytest.approx(shown, rel=0.1)  # noise of 3 % of the rms in each value

@@ -8,11 +8,11 @@ import pytest
 from fe_models.effects import CubicSpring, Effect, HarmonicForce, PointDamper
 from fe_models.recordings import Dataset
 from fe_models.sensor_effects import SensorGain
-from hybrid.diagnosis.contest.growing import ground_of, padded
+from hybrid.diagnosis.contest.growing import padded, reference_fits_of
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.contest.stages import Search
 from hybrid.diagnosis.contest.switching import states_in
-from hybrid.diagnosis.fitting.fitting import Fit, fit
+from hybrid.diagnosis.fitting.least_squares import Fit, fit
 from hybrid.diagnosis.fitting.linearisation import linearise_batch
 from tests.masts import RATE, SENSORS, masts, recorded
 
@@ -27,13 +27,18 @@ NAMES = [sensor.name for sensor in SENSORS]
 def searched(dataset: Dataset, effect: Effect, size: float) -> tuple[Search, list[Fit]]:
     """Return the search of a dataset, and the fits without any cause and with an ``effect`` of that ``size``."""
     setting = setting_of(dataset)
-    ground = ground_of(setting.nominal, setting.nominal.centre, setting.lengths, setting.gauge)
+    ground = reference_fits_of(setting.nominal, setting.nominal.centre, setting.lengths, setting.noise_model)
     assert ground is not None
     base, candidates = ground.whole, setting.candidates()
     (cause,) = (c for c in candidates if c.kind == effect.kind and c.location == effect.location)
-    best = fit(setting.nominal.adding(cause), np.append(base.theta, size), base.batches, setting.gauge, base.states)
+    best = fit(
+        setting.nominal.adding(cause), np.append(base.theta, size), base.batches, setting.noise_model, base.states
+    )
     assert best is not None
-    return Search(ground, setting.lengths, candidates, setting.gauge, setting.gauge, setting.band, str), [base, best]
+    return Search(ground, setting.lengths, candidates, setting.noise_model, setting.noise_model, setting.band, str), [
+        base,
+        best,
+    ]
 
 
 @pytest.mark.parametrize(("effect", "size"), [(SPRING, 5e7), (DAMPER, 400.0)])
@@ -85,7 +90,7 @@ def test_cause_that_is_left_out_of_a_recording_is_fitted_in_all_of_them_too() ->
     first, rest = (batch.take(chosen) for chosen in ([0], list(range(1, len(batch.names)))))
     (states,) = right.states
     parts, begun = (replace(first, off=(0,)), rest), (states[:1], states[1:])
-    spared = fit(right.hypothesis, right.theta, parts, search.gauge, begun)
+    spared = fit(right.hypothesis, right.theta, parts, search.noise_model, begun)
     assert spared is not None
     wanting = [base, spared]
     (found,) = search.everywhere(wanting)
@@ -128,7 +133,7 @@ def test_support_beside_a_law_begins_at_rest_in_the_mode_that_it_brings() -> Non
         both = right.hypothesis.adding(soft)
         firm = np.append(right.theta, soft.lower)  # flexibility, a millionth of what would matter
         (batch,), (states,) = right.batches, padded(right, both)
-        begun = linearise_batch(both, firm, batch, search.gauge, states, slopes=False)
+        begun = linearise_batch(both, firm, batch, search.noise_model, states, slopes=False)
         assert begun is not None
         assert np.square(begun.raw).sum() < base.chi2 / 5  # the mode that it brings feels the law: 1 to 3.2 times as
         # much as without, base.chi2 is 33 times; one of the velocities in a wrong place makes it 1600 times

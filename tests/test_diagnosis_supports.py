@@ -9,13 +9,13 @@ from fe_models.effects import HarmonicForce, SupportSpring
 from fe_models.lowpass import LowPass
 from fe_models.structure import Beam
 from hybrid.diagnosis.causes.candidate import Candidate
-from hybrid.diagnosis.contest.growing import ground_of
+from hybrid.diagnosis.contest.growing import reference_fits_of
 from hybrid.diagnosis.contest.recording_groups import Asked
 from hybrid.diagnosis.contest.setting import Setting, setting_of
 from hybrid.diagnosis.contest.switching import fit_switched
 from hybrid.diagnosis.diagnosis import diagnose
-from hybrid.diagnosis.fitting.fitting import fit
-from hybrid.diagnosis.fitting.wave import wave
+from hybrid.diagnosis.fitting.harmonic_amplitude import harmonic_amplitude
+from hybrid.diagnosis.fitting.least_squares import fit
 from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.diagnosis.response.eigenmodes import eigenmodes
 from hybrid.diagnosis.response.hypothesis import Hypothesis
@@ -58,7 +58,9 @@ def test_support_that_gives_in_some_recordings_is_fitted_there() -> None:
     before, after = recorded(masts()), recorded(masts().with_effects(SPRING))
     parts = (*before.recordings[:2], *after.recordings[2:])
     setting = setting_of(replace(before, recordings=parts))
-    ground = ground_of(setting.nominal, setting.nominal.centre, setting.lengths, setting.searched, setting.short)
+    ground = reference_fits_of(
+        setting.nominal, setting.nominal.centre, setting.lengths, setting.searched, setting.short
+    )
     assert ground is not None
     asked = Asked(
         candidate_of(setting, "support_spring", FOOT), np.array([0.0, 0.0, 1.0]), np.full(3, 1e6), np.arange(3)
@@ -80,9 +82,9 @@ def test_harmonic_force_is_told_beside_a_support_that_gives_in_some_recordings()
     (batch,) = setting.lengths.whole
     batches = (replace(batch.take([0, 1]), off=(0,)), batch.take([2]))
     theta = np.array([*setting.nominal.centre, *support.lower, force.frequency])
-    item = fit(hypothesis, theta, batches, setting.gauge)
+    item = fit(hypothesis, theta, batches, setting.noise_model)
     assert item is not None
-    assert wave(item, 1).amplitude == pytest.approx(force.amplitude, rel=0.1)  # the contract's bound
+    assert harmonic_amplitude(item, 1).amplitude == pytest.approx(force.amplitude, rel=0.1)  # the contract's bound
 
 
 def test_entries_of_a_mode_that_a_support_brings_count_up_to_a_low_pass() -> None:

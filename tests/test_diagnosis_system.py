@@ -26,11 +26,11 @@ from fe_models.simulation import FreeConfig, simulate_free
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.causes.candidates import all_candidates
 from hybrid.diagnosis.causes.places import Motion
-from hybrid.diagnosis.fitting.fitting import Fit, fit
+from hybrid.diagnosis.fitting.least_squares import Fit, fit
 from hybrid.diagnosis.nominal.plant import Plant, plant_of
-from hybrid.diagnosis.recorded.gauge import Gauge
-from hybrid.diagnosis.recorded.readout import Readout
-from hybrid.diagnosis.recorded.records import Batch
+from hybrid.diagnosis.recorded.batches import Batch
+from hybrid.diagnosis.recorded.noise_model import NoiseModel
+from hybrid.diagnosis.recorded.sensor_outputs import SensorOutputs
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.marching import respond
 from hybrid.diagnosis.response.state_space import system_of
@@ -39,7 +39,7 @@ from hybrid.diagnosis.screening.screening import law_responses, screen
 
 RATE, SAMPLES = 10.0, 301
 FITTED = tuple(sensor for sensor in SENSORS if sensor.role == "measured")
-READOUT = Readout.measured(FITTED, RATE)
+OUTPUTS = SensorOutputs.measured(FITTED, RATE)
 EXACT = Dataset(four_dof(), RATE, SENSORS, (Recording("r", np.random.default_rng(1).standard_normal((1, SAMPLES, 5))),))
 START = np.random.default_rng(0).standard_normal((2, 3, 4))  # displacement and velocity of three motions
 
@@ -81,7 +81,7 @@ def shown_here(effect: Effect, values: list[float]) -> FloatArray:
     plant = plant_of(EXACT)
     hypothesis = Hypothesis(plant, (chosen(plant, effect),))
     theta = np.array([[0.0] * hypothesis.nuisances + values])
-    system = system_of(hypothesis, theta, READOUT)
+    system = system_of(hypothesis, theta, OUTPUTS)
     return respond(system, np.concatenate([START[0], START[1]], axis=1)[None], SAMPLES)[0]
 
 
@@ -108,9 +108,9 @@ def test_the_users_own_newmark_steps_are_shown() -> None:
     dataset = replace(EXACT, assumptions=Assumptions(integrator="newmark", step=0.1))
     plant = plant_of(dataset)
     hypothesis = Hypothesis(plant)
-    system = system_of(hypothesis, np.zeros((1, hypothesis.nuisances)), READOUT)
+    system = system_of(hypothesis, np.zeros((1, hypothesis.nuisances)), OUTPUTS)
     drawn = Hypothesis(plant_of(EXACT))
-    exact = system_of(drawn, np.zeros((1, drawn.nuisances)), READOUT)
+    exact = system_of(drawn, np.zeros((1, drawn.nuisances)), OUTPUTS)
     half = 0.05 * exact.A[0]
     step = np.linalg.solve(np.eye(8) - half, np.eye(8) + half)  # the trapezoidal rule
     expected = exact.C[0] @ np.linalg.matrix_power(step, 100)
@@ -119,50 +119,50 @@ def test_the_users_own_newmark_steps_are_shown() -> None:
 
 
 @pytest.fixture(scope="module")
-def weak() -> tuple[Fit, Gauge, tuple[Candidate, ...]]:
+def weak() -> tuple[Fit, NoiseModel, tuple[Candidate, ...]]:
     """The nominal fit to a motion without noise in which a cubic spring is barely felt."""
     data = shown_by_exudyn(CubicSpring((1,), "x", 1e-3))
-    gauge = Gauge(FITTED, RATE, np.full(4, 1e-3))
+    noise_model = NoiseModel(FITTED, RATE, np.full(4, 1e-3))
     plant = plant_of(EXACT)
     nominal = Hypothesis(plant)
-    found = fit(nominal, nominal.centre, (Batch(data, ("a", "b", "c")).cut(60),), gauge)
+    found = fit(nominal, nominal.centre, (Batch(data, ("a", "b", "c")).cut(60),), noise_model)
     assert found is not None
-    return found, gauge, candidates(plant)
+    return found, noise_model, candidates(plant)
 
 
-def test_score_test_finds_kind_place_and_size(weak: tuple[Fit, Gauge, tuple[Candidate, ...]]) -> None:
-    found, gauge, all_of_them = weak
-    best = screen(found, all_of_them, gauge)[0]
+def test_score_test_finds_kind_place_and_size(weak: tuple[Fit, NoiseModel, tuple[Candidate, ...]]) -> None:
+    found, noise_model, all_of_them = weak
+    best = screen(found, all_of_them, noise_model)[0]
     assert (best.candidate.kind, best.candidate.location) == ("cubic_spring", {"node": 1, "direction": "x"})
     assert best.start[0] == pytest.approx(1e-3, rel=0.05)  # of first order only
 
 
-def test_score_test_promises_what_a_fit_keeps(weak: tuple[Fit, Gauge, tuple[Candidate, ...]]) -> None:
-    found, gauge, all_of_them = weak
-    best = screen(found, all_of_them, gauge)[0]
+def test_score_test_promises_what_a_fit_keeps(weak: tuple[Fit, NoiseModel, tuple[Candidate, ...]]) -> None:
+    found, noise_model, all_of_them = weak
+    best = screen(found, all_of_them, noise_model)[0]
     refined = fit(
         found.hypothesis.adding(best.candidate),
         np.append(found.theta, best.start),
         found.batches,
-        gauge,
+        noise_model,
         found.states,
     )
     assert refined is not None
     assert found.cost - refined.cost == pytest.approx(best.gain, rel=0.05)
 
 
-def test_responses_of_laws_equal_differences(weak: tuple[Fit, Gauge, tuple[Candidate, ...]]) -> None:
-    found, gauge, all_of_them = weak
+def test_responses_of_laws_equal_differences(weak: tuple[Fit, NoiseModel, tuple[Candidate, ...]]) -> None:
+    found, noise_model, all_of_them = weak
     laws = [c for c in all_of_them if c.is_law and c.kind != "slack_cable" and c.location.get("node") == 1]
-    responses = law_responses(found, laws, gauge)
+    responses = law_responses(found, laws, noise_model)
     assert len(laws) == 5
     z = found.states[0]
     for law in laws:
         shown = []
         for candidate, values in ((None, ()), (law, law.first_starts[0])):
             hypothesis = found.hypothesis if candidate is None else found.hypothesis.adding(candidate)
-            system = system_of(hypothesis, np.append(found.theta, values)[None], gauge.readout)
-            shown.append(respond(system, z[None], 60)[0] / gauge.sigma)
+            system = system_of(hypothesis, np.append(found.theta, values)[None], noise_model.outputs)
+            shown.append(respond(system, z[None], 60)[0] / noise_model.sigma)
         difference = (shown[1] - shown[0]).reshape(len(z), -1)
         error = np.abs(responses[law.key][0][0] - difference).max() / np.abs(difference).max()
         assert error < 0.06, law.key  # friction and contacts are steep; the steps are of first order
@@ -175,8 +175,8 @@ def test_fit_returns_hidden_factors() -> None:
     assert isinstance(cause, StiffnessChange)
     hypothesis = Hypothesis(plant, (chosen(plant, cause),))
     data = np.concatenate([recording.data[..., :4] for recording in case.dataset.select("train")])
-    gauge = Gauge(FITTED, RATE, 1e-4 * np.ones(4))  # small enough for the prior to have no say
-    found = fit(hypothesis, hypothesis.centre, (Batch(data, ("a", "b", "c")).cut(60),), gauge, iterations=30)
+    noise_model = NoiseModel(FITTED, RATE, 1e-4 * np.ones(4))  # small enough for the prior to have no say
+    found = fit(hypothesis, hypothesis.centre, (Batch(data, ("a", "b", "c")).cut(60),), noise_model, iterations=30)
     assert found is not None
     assert found.theta[-1] == pytest.approx(
         cause.parameters["factor"], abs=3e-3

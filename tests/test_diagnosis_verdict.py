@@ -11,7 +11,7 @@ from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.growing import fit_growing
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.diagnosis import diagnose
-from hybrid.diagnosis.fitting.fitting import Fit
+from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.outcome.verdict import LISTED, Errors, Verdict, verdict_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from tests.frames import beam, vibrations
@@ -80,7 +80,7 @@ def test_calibration_astray_may_stand_for_weak_causes_that_are_known() -> None:
 
     def fitted(*candidates: Candidate) -> Fit:
         hypothesis = Hypothesis(setting.plant, candidates)
-        found = fit_growing(hypothesis, hypothesis.centre, setting.lengths, setting.gauge, setting.short)
+        found = fit_growing(hypothesis, hypothesis.centre, setting.lengths, setting.noise_model, setting.short)
         assert found is not None
         return found
 
@@ -92,7 +92,7 @@ def test_calibration_astray_may_stand_for_weak_causes_that_are_known() -> None:
 
     def verdict(best: Fit, all_causes: Fit, extended: float = 1.0, unexplained: float = 0.0) -> Verdict:
         errors = Errors(3.0, extended, 1.0, unexplained)
-        return verdict_of(best, all_causes, base, setting.gauge, setting.band, errors)[0]
+        return verdict_of(best, all_causes, base, setting.noise_model, setting.band, errors)[0]
 
     base, one, both = fitted(), fitted(gain), fitted(gain, damping)
     assert verdict(one, one) is Verdict.EXPLAINED  # forecasts are at the noise floor
@@ -119,7 +119,7 @@ def test_a_weak_cause_next_to_the_one_named_makes_it_less_sure(other: int, liste
         return replace(setting.short, hypothesis=hypothesis, theta=hypothesis.centre)
 
     errors, fits = Errors(3.0, 1.0, 1.0, 0.0), (with_masses(2), with_masses(2, other), with_masses())
-    assert verdict_of(*fits, setting.gauge, setting.band, errors) == (Verdict.EXPLAINED, listed)
+    assert verdict_of(*fits, setting.noise_model, setting.band, errors) == (Verdict.EXPLAINED, listed)
 
 
 @pytest.mark.parametrize(("by_chance", "found"), [(True, Verdict.NOTHING_WRONG), (False, Verdict.UNEXPLAINED)])
@@ -128,4 +128,4 @@ def test_errors_that_initial_states_may_make_by_chance_are_nothing_wrong(by_chan
     setting = setting_of(vibrations(beam(), beam(), sensors, 3))
     errors = Errors(1.3, 1.3, 1.0, 0.02, by_chance=by_chance)  # times the floor
     base = setting.short
-    assert verdict_of(base, base, base, setting.gauge, setting.band, errors)[0] is found
+    assert verdict_of(base, base, base, setting.noise_model, setting.band, errors)[0] is found

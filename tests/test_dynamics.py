@@ -12,7 +12,7 @@ from fe_models.arrays import FloatArray
 from fe_models.effects import CubicSpring
 from hybrid.neural_modal_ode.dynamics import ModalDynamics, effect_shape
 from hybrid.neural_modal_ode.integrators import propagate
-from hybrid.neural_modal_ode.residuals.free import FreeResidual
+from hybrid.neural_modal_ode.residuals.free_residual import FreeResidual
 from hybrid.neural_modal_ode.scaling import StateScale
 from tests.hybrid_problems import MASS, STIFFNESS, chain_modes, double_precision, dynamics_of, last_layer
 

@@ -14,7 +14,7 @@ from fe_models.recordings import Assumptions, Dataset, Recording
 from hybrid.config import Config, paper_preset, places_preset
 from hybrid.estimation.experts import Experts, fe_counterpart
 from hybrid.estimation.forecast import forecast_windows, generate
-from hybrid.neural_modal_ode.residuals.free import FreeResidual, NoResidual
+from hybrid.neural_modal_ode.residuals.free_residual import FreeResidual, NoResidual
 from hybrid.training.expert_preparation import prepare_experts
 from hybrid.training.preparation import Prepared, prepare
 from hybrid.training.scoring import nrmse

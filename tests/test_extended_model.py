@@ -24,7 +24,7 @@ from hybrid.diagnosis.nominal.plant import plant_of
 from hybrid.diagnosis.outcome.extend import extended_structure
 from hybrid.diagnosis.outcome.findings import Finding
 from hybrid.diagnosis.outcome.verdict import Verdict
-from hybrid.diagnosis.recorded.readout import Readout
+from hybrid.diagnosis.recorded.sensor_outputs import SensorOutputs
 from hybrid.diagnosis.response.marching import respond
 from hybrid.diagnosis.response.state_space import system_of
 from scripts.build_fe_model import app as build
@@ -53,7 +53,7 @@ def test_it_moves_as_the_diagnosis_forecasts(kind: str, tmp_path: Path) -> None:
     states = best.states[0]
     motion = simulate_free(model, states[:, :4], states[:, 4:8], FreeConfig(20.0, 10.0, 0.02), progress=False)
     simulated = np.stack([motion.channel(s.node, s.direction, s.quantity) for s in data.sensors], axis=-1)
-    system = system_of(best.hypothesis, best.theta[None], Readout(data.sensors, 10.0, (0, 1, 2, 3, -1)))
+    system = system_of(best.hypothesis, best.theta[None], SensorOutputs(data.sensors, 10.0, (0, 1, 2, 3, -1)))
     forecast = respond(system, states[None], simulated.shape[1])[0]
     error = np.sqrt(np.mean((forecast - simulated) ** 2, axis=1)) / np.ptp(forecast, axis=1)
     assert error.max() < 3e-3

@@ -38,7 +38,7 @@ def curves(panels: int, *names: str) -> dict[str, FloatArray]:
     return {name: rng.standard_normal((50, panels)) for name in names}
 
 
-def lines_of(axis: Any) -> dict[str, Any]:
+def identify_modes(axis: Any) -> dict[str, Any]:
     return {line.get_label(): line for line in axis.lines}
 
 
@@ -62,7 +62,7 @@ def test_each_panel_has_its_curves(panels: int, sheets: list[matplotlib.figure.F
     assert len(sheet.axes) == panels
     for panel, axis in enumerate(sheet.axes):
         assert axis.get_ylabel() == labels[panel]
-        lines = lines_of(axis)
+        lines = identify_modes(axis)
         assert list(lines) == list(given)
         for name, values in given.items():
             np.testing.assert_array_equal(lines[name].get_xdata(), TIME)
@@ -81,7 +81,7 @@ def test_latent_states_have_a_row_a_mode(sheets: list[matplotlib.figure.Figure],
     assert [axis.get_ylabel() for axis in sheet.axes] == ["q1", "q1'", "q2", "q2'", "q3", "q3'"]
     for mode in range(3):
         for name in q:
-            left, right = (lines_of(axis)[name].get_ydata() for axis in sheet.axes[2 * mode : 2 * mode + 2])
+            left, right = (identify_modes(axis)[name].get_ydata() for axis in sheet.axes[2 * mode : 2 * mode + 2])
             np.testing.assert_array_equal(left, q[name][:, mode])
             np.testing.assert_array_equal(right, q_dot[name][:, mode])
 
@@ -91,7 +91,7 @@ def test_the_loop_is_force_over_displacement(sheets: list[matplotlib.figure.Figu
     f = {name: -3 * values for name, values in u.items()}
     assert_is_picture(draw_loop(tmp_path / "loop.png", u, f, node=7))
     (axis,) = sheets[0].axes
-    for name, line in lines_of(axis).items():
+    for name, line in identify_modes(axis).items():
         np.testing.assert_array_equal(line.get_xdata(), u[name])
         np.testing.assert_array_equal(line.get_ydata(), f[name])
     assert "node 7" in axis.get_xlabel()

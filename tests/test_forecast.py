@@ -13,7 +13,7 @@ from hybrid.estimation.experts import fe_counterpart
 from hybrid.estimation.forecast import BATCH, forecast_windows, generate
 from hybrid.estimation.windows import cut_all
 from hybrid.neural_modal_ode.model import NeuralModalODE
-from hybrid.neural_modal_ode.residuals.free import FreeResidual, NoResidual
+from hybrid.neural_modal_ode.residuals.free_residual import FreeResidual, NoResidual
 from hybrid.training.scoring import nrmse
 from tests.hybrid_problems import (
     HELD_OUT,

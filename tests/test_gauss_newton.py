@@ -18,7 +18,7 @@ from fe_models.arrays import FloatArray
 from fe_models.recordings import Dataset
 from hybrid.config import TrainingConfig, places_preset
 from hybrid.neural_modal_ode.model import NeuralModalODE
-from hybrid.neural_modal_ode.residuals.at_connectors import ConnectorResidual
+from hybrid.neural_modal_ode.residuals.connector_residual import ConnectorResidual
 from hybrid.training.checkpoint import load_checkpoint
 from hybrid.training.gauss_newton import GaussNewtonTrainer
 from hybrid.training.gradient_training import EpochResult, Trainer, TrainingDivergedError
@@ -31,7 +31,7 @@ from tests.places_problems import (
     place_model,
     prior_of,
     random_states,
-    residual_of,
+    residual_modes_of,
 )
 from tests.test_places import DASHPOTS, SPRINGS, crooked_modes
 
@@ -56,7 +56,7 @@ class Trained:
 
     @property
     def residual(self) -> ConnectorResidual:
-        return residual_of(self.trainer.model)
+        return residual_modes_of(self.trainer.model)
 
 
 def untrained(hidden: int, substeps: int = 2) -> NeuralModalODE:
@@ -81,7 +81,7 @@ def train(model: NeuralModalODE, data: FloatArray, config: TrainingConfig = CONF
 def linear() -> Trained:
     """From springs a fifth and dashpots two thirds off, by sensors with a noise of 1e-3 on motions near one."""
     model = untrained(hidden=2)
-    residual_of(model).set_coefficients(torch.tensor(0.8 * SPRINGS + 0.1), torch.tensor(0.3 * DASHPOTS))
+    residual_modes_of(model).set_coefficients(torch.tensor(0.8 * SPRINGS + 0.1), torch.tensor(0.3 * DASHPOTS))
     return train(model, noisy(free_motions(25, SAMPLES, 0), 1e-3))
 
 
@@ -136,7 +136,7 @@ def test_the_laws_come_back_where_they_were_put(nonlinear: Trained) -> None:
 
     The nets that found them have other sizes and other weights.
     """
-    truth = residual_of(true_model())
+    truth = residual_modes_of(true_model())
     for sign in (1.0, -1.0):
         u, v = (sign * truth.sizes[i][:, None] for i in range(2))
         nothing = torch.zeros_like(u)
@@ -190,7 +190,7 @@ def test_outlying_windows_count_little() -> None:
     data = noisy(free_motions(25, SAMPLES, 0), 1e-2)
     data[:4] = noisy(free_motions(4, SAMPLES, 1, 1.2 * STEP), 1e-2)
     model = untrained(hidden=2)
-    residual_of(model).set_coefficients(torch.tensor(0.9 * SPRINGS), torch.tensor(0.5 * DASHPOTS))
+    residual_modes_of(model).set_coefficients(torch.tensor(0.9 * SPRINGS), torch.tensor(0.5 * DASHPOTS))
     residual = train(model, data).residual
     k, _ = residual.coefficients()
     u = residual.sizes[0][:, None]
@@ -203,7 +203,7 @@ def test_a_step_that_does_not_help_is_not_made(linear: Trained) -> None:
     """Once converged, another epoch loses nothing: the loss stays, to 1 %."""
     model = untrained(hidden=2)
     trainer = GaussNewtonTrainer(model, noisy(free_motions(25, SAMPLES, 0), 1e-3), CONFIG)
-    residual_of(model).table.data.copy_(linear.residual.table.data)
+    residual_modes_of(model).table.data.copy_(linear.residual.table.data)
     prior_of(model).load_state_dict(linear.trainer.prior.state_dict())
     trainer.load_state(linear.trainer.state())
     before = trainer.residual.table.detach().clone()
@@ -292,7 +292,7 @@ def test_a_training_that_has_converged_is_not_gone_on_with(linear: Trained) -> N
 
 def test_a_start_that_is_no_number_says_what_to_change() -> None:
     model = untrained(hidden=2)
-    residual_of(model).set_coefficients(torch.full((7,), float("nan")), torch.zeros(7))
+    residual_modes_of(model).set_coefficients(torch.full((7,), float("nan")), torch.zeros(7))
     with pytest.raises(TrainingDivergedError, match=r"epoch 1 .*--fresh.*--first-horizon"):
         train(model, noisy(free_motions(8, 40, 0), 1e-2))
 
@@ -307,7 +307,7 @@ def test_a_start_that_is_no_number_says_what_to_change() -> None:
 def test_a_start_that_runs_away_says_what_to_change(stiffness: float) -> None:
     """Springs so negative that every motion but rest overflows, so that the search for states stays at rest."""
     model = untrained(hidden=2).float()
-    residual_of(model).set_coefficients(torch.full((7,), stiffness), torch.zeros(7))
+    residual_modes_of(model).set_coefficients(torch.full((7,), stiffness), torch.zeros(7))
     torch.set_default_dtype(torch.float32)
     try:
         with pytest.raises(TrainingDivergedError, match=r"--fresh.*--first-horizon"):

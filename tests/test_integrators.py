@@ -14,7 +14,7 @@ from fe_models.effects import CubicSpring
 from hybrid.config import IntegratorKind
 from hybrid.neural_modal_ode.dynamics import ModalDynamics
 from hybrid.neural_modal_ode.integrators import integrate, propagate
-from hybrid.neural_modal_ode.residuals.free import FreeResidual, NoResidual
+from hybrid.neural_modal_ode.residuals.free_residual import FreeResidual, NoResidual
 from hybrid.neural_modal_ode.scaling import StateScale
 from tests.hybrid_problems import chain_modes, decay, double_precision, dynamics_of, last_layer, observed_order, solved
 

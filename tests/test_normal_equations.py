@@ -26,7 +26,7 @@ from tests.places_problems import (
     place_model,
     prior_of,
     random_states,
-    residual_of,
+    residual_modes_of,
 )
 from tests.test_places import crooked_modes
 
@@ -59,7 +59,7 @@ class Problem:
         states = trajectory(self.model, self.z0[windows], SAMPLES)
         seen = self.data[windows][:, :, MEASURED].transpose(0, 1)
         prior = prior_of(self.model)
-        return normal_equations(self.model, residual_of(self.model), prior, states.detach(), seen, weights)
+        return normal_equations(self.model, residual_modes_of(self.model), prior, states.detach(), seen, weights)
 
     def misfit(self) -> Tensor:
         """Data less channels, in noise deviations (window, time * measured)."""
@@ -69,7 +69,7 @@ class Problem:
     def jacobians(self) -> tuple[Tensor, Tensor]:
         """B (window, 8, value) by the states and A (window, parameter, value) by the table, by brute force."""
         by_state = differences(lambda z: measured_channels(self.model, z, SAMPLES), self.z0)  # (w, 8, w, value)
-        table = residual_of(self.model).table.detach().clone()
+        table = residual_modes_of(self.model).table.detach().clone()
         by_table = differences(lambda t: measured_channels(self.model, self.z0, SAMPLES, t), table)
         B = torch.stack([by_state[i, :, i] for i in range(len(self.z0))])
         return B, by_table.flatten(0, 1).transpose(0, 1)
@@ -187,7 +187,7 @@ def test_downhill_is_the_slope_of_what_is_left_once_the_states_are_solved_for() 
     1e-4: the difference quotient has a step of 1e-4, along directions of 70 numbers near one.
     """
     given = problem()
-    prior, residual = prior_of(given.model), residual_of(given.model)
+    prior, residual = prior_of(given.model), residual_modes_of(given.model)
 
     def least(start: Tensor) -> tuple[Tensor, Tensor]:
         estimate = estimate_state(given.model, prior, given.data, start, iterations=40)
@@ -211,7 +211,7 @@ def test_at_rest_and_in_single_precision_they_are_numbers_in_double() -> None:
     model = place_model(hidden=HIDDEN).float()
     states = torch.zeros(SAMPLES, 2, 8, dtype=torch.float32)
     seen = torch.zeros(SAMPLES, 2, 4, dtype=torch.float32)
-    found = normal_equations(model, residual_of(model), prior_of(model), states, seen, torch.ones(2).float())
+    found = normal_equations(model, residual_modes_of(model), prior_of(model), states, seen, torch.ones(2).float())
     for part in (found.matrix, found.downhill):
         assert part.dtype == torch.float64
         assert bool(torch.isfinite(part).all())

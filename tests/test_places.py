@@ -17,14 +17,13 @@ from fe_models.linear import ModalModel
 from fe_models.recordings import Dataset
 from hybrid.config import places_preset
 from hybrid.estimation.linear_calibration import Observer, fit_linear_rest
-from hybrid.estimation.linearised import linearise as linearise_trajectory
-from hybrid.estimation.linearised import sensitivities
 from hybrid.estimation.most_probable_state import estimate_state
+from hybrid.estimation.trajectory_sensitivity import sensitivities, trajectory_jacobian
 from hybrid.neural_modal_ode.connectors import chain_connectors
 from hybrid.neural_modal_ode.dynamics import ModalDynamics
 from hybrid.neural_modal_ode.integrators import propagate
-from hybrid.neural_modal_ode.residuals.at_connectors import ConnectorResidual
-from hybrid.neural_modal_ode.residuals.free import FreeResidual
+from hybrid.neural_modal_ode.residuals.connector_residual import ConnectorResidual
+from hybrid.neural_modal_ode.residuals.free_residual import FreeResidual
 from hybrid.neural_modal_ode.scaling import StateScale
 from hybrid.neural_modal_ode.state_prior import StatePrior
 from hybrid.training.preparation import prepare
@@ -132,7 +131,7 @@ def test_sensitivities_are_the_derivative_of_the_trajectory() -> None:
     z0 = torch.randn(2, 8, generator=torch.Generator().manual_seed(0))
     with torch.no_grad():
         z = propagate(dynamics, z0, 41, 0.1)
-        S = sensitivities(linearise_trajectory(dynamics, z.transpose(0, 1), 0.1)).transpose(0, 1)
+        S = sensitivities(trajectory_jacobian(dynamics, z.transpose(0, 1), 0.1)).transpose(0, 1)
         for j in range(8):
             step = 1e-6 * torch.eye(8)[j]
             differences = (propagate(dynamics, z0 + step, 41, 0.1) - propagate(dynamics, z0 - step, 41, 0.1)) / 2e-6

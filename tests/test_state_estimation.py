@@ -19,7 +19,7 @@ from tests.places_problems import (
     measured_channels,
     place_model,
     prior_of,
-    residual_of,
+    residual_modes_of,
 )
 from tests.test_places import DASHPOTS, SPRINGS, crooked_modes
 
@@ -66,7 +66,7 @@ def test_the_posterior_holds_the_truth_as_often_as_it_says(whole: bool) -> None:
 def test_whole_windows_tell_more_than_ten_samples() -> None:
     """In a chain that is hardly damped: six times the samples leave less than 0.6 of the error, 6^-1/2 being 0.4."""
     model = place_model(crooked_modes(), net=0.01)
-    residual_of(model).set_coefficients(torch.tensor(SPRINGS), torch.tensor(0.1 * DASHPOTS))
+    residual_modes_of(model).set_coefficients(torch.tensor(SPRINGS), torch.tensor(0.1 * DASHPOTS))
     z0 = from_prior(40)
     windows, prior = observed(model, z0), prior_of(model)
     few, all_of_them = estimate_state(model, prior, windows[:, :10]), smooth_state(model, prior, windows)

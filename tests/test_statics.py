@@ -116,13 +116,13 @@ def test_weight_softens_a_column(load: float) -> None:
         nodes=((0.0, 0.0), (0.0, length)),
         point_masses=(PointMass(2, mass),),
     )
-    unloaded = natural_modes(linearise(column), 1).omega[0]
-    assert unloaded == pytest.approx(np.sqrt(3 * EI / length**3 / mass), rel=1e-9)
+    without_load_response = natural_modes(linearise(column), 1).omega[0]
+    assert without_load_response == pytest.approx(np.sqrt(3 * EI / length**3 / mass), rel=1e-9)
     loaded = natural_modes(linearise(column, rest_state(column)), 1).omega[0]
     a = np.pi / 2 * np.sqrt(load)
     exact = np.sqrt(load * critical / (length * (np.tan(a) / a - 1)) / mass)
     assert loaded == pytest.approx(exact, rel=5e-3)  # order 2: the element's geometric stiffness is linear in shape
-    assert loaded / unloaded == pytest.approx(np.sqrt(1 - load), rel=0.02)  # the textbook's approximation
+    assert loaded / without_load_response == pytest.approx(np.sqrt(1 - load), rel=0.02)  # the textbook's approximation
 
 
 def test_column_buckles_at_euler_s_load() -> None:

@@ -14,7 +14,7 @@ from torchdiffeq import odeint
 
 from hybrid.neural_modal_ode.dynamics import ModalDynamics
 from hybrid.neural_modal_ode.integrators import propagate
-from hybrid.neural_modal_ode.residuals.at_connectors import ConnectorResidual
+from hybrid.neural_modal_ode.residuals.connector_residual import ConnectorResidual
 from hybrid.neural_modal_ode.scaling import StateScale
 from hybrid.neural_modal_ode.tanh_recursion import TanhRecursion
 from tests.hybrid_problems import chain_modes, double_precision, observed_order

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from benchmarks.blind_cases.marching import Force, Grid, march
+from benchmarks.blind_cases.marching import Force, Grid, integrate_motion
 from benchmarks.blind_cases.outside import HystereticSpring
 from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
@@ -114,7 +114,7 @@ def motion_at(
     outputs = round((duration + 2 * margin) * OUTPUT_RATE)
     grid = Grid(-margin, 1 / OUTPUT_RATE, outputs, steps)
     rows = [modal.dofs.row(sensor.node, sensor.direction) for sensor in sensors]
-    motion = march(modal, (q, p), grid, rows, laws, others)
+    motion = integrate_motion(modal, (q, p), grid, rows, laws, others)
     which = [QUANTITIES.index(sensor.quantity) for sensor in sensors]
     return motion[which, :, range(len(sensors))].transpose(2, 1, 0)  # (motion, time, sensor)
 

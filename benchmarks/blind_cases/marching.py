@@ -49,7 +49,7 @@ class _Propagator:
     from_new: FloatArray
 
 
-def march(
+def integrate_motion(
     modal: ModalModel,
     start: tuple[FloatArray, FloatArray],
     grid: Grid,

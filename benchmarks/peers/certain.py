@@ -12,13 +12,13 @@ from hybrid.diagnosis.causes.candidates import all_candidates
 from hybrid.diagnosis.causes.places import Motion
 from hybrid.diagnosis.contest.growing import Lengths, lengths_of
 from hybrid.diagnosis.fitting.driven import states_along
-from hybrid.diagnosis.fitting.fitting import Fit, fit
+from hybrid.diagnosis.fitting.least_squares import Fit, fit
 from hybrid.diagnosis.nominal.lowpass import noise_is_lowpassed
 from hybrid.diagnosis.nominal.plant import CERTAIN, plant_of
-from hybrid.diagnosis.recorded.filtered_ends import without_ringing_ends
-from hybrid.diagnosis.recorded.gauge import Gauge
+from hybrid.diagnosis.recorded.batches import batches_of, columns_of, measured_columns
+from hybrid.diagnosis.recorded.filter_transients import without_ringing_ends
 from hybrid.diagnosis.recorded.noise import noise_of_recordings, structure_band
-from hybrid.diagnosis.recorded.records import batches_of, columns_of, measured_columns
+from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 
 
@@ -27,7 +27,7 @@ class Certain:
     """The ``nominal`` model, the recordings in ``lengths``, its fit of the ``short`` ones, and all ``candidates``."""
 
     nominal: Hypothesis
-    gauge: Gauge
+    noise_model: NoiseModel
     lengths: Lengths
     short: Fit
     candidates: tuple[Candidate, ...]
@@ -54,10 +54,10 @@ def certain_of(dataset: Dataset) -> Certain:
     rate = dataset.sampling_rate
     sensors = tuple(dataset.sensors[column] for column in measured)
     band = structure_band(plant, rate, dataset.lowpass, white=not noise_is_lowpassed(dataset))
-    gauge = Gauge(sensors, rate, noise_of_recordings(batches, rate, band))
+    noise_model = NoiseModel(sensors, rate, noise_of_recordings(batches, rate, band))
     nominal = Hypothesis(plant)
     lengths = lengths_of(batches, nominal.states)
-    short = fit(nominal, nominal.centre, lengths.cut[0], gauge)
+    short = fit(nominal, nominal.centre, lengths.cut[0], noise_model)
     assert short is not None  # a linear system always answers
-    motion = Motion.of_states(states_along(short, gauge), plant)
-    return Certain(nominal, gauge, lengths, short, all_candidates(plant, dataset, motion, measured))
+    motion = Motion.of_states(states_along(short, noise_model), plant)
+    return Certain(nominal, noise_model, lengths, short, all_candidates(plant, dataset, motion, measured))

@@ -14,7 +14,7 @@ from benchmarks.peers.certain import Certain, certain_of
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.contest.bounds import BEHIND
 from hybrid.diagnosis.contest.growing import CLOSE_ENOUGH, Lengths, continued, fit_growing
-from hybrid.diagnosis.fitting.fitting import Fit, fit
+from hybrid.diagnosis.fitting.least_squares import Fit, fit
 from hybrid.diagnosis.outcome.findings import reported_location
 from hybrid.diagnosis.screening.force_screening import screen_forces
 from hybrid.diagnosis.screening.screening import Screened, screen
@@ -27,7 +27,7 @@ SHORT_ITERATIONS = 3  # of each candidate over segments, from a start that has t
 def name_by_aic(dataset: Dataset) -> Answer:
     """Return the cause with the least AIC among all and none, with its Akaike weight."""
     certain = certain_of(dataset)
-    base = fit_growing(certain.nominal, certain.short.theta, certain.lengths, certain.gauge, certain.short)
+    base = fit_growing(certain.nominal, certain.short.theta, certain.lengths, certain.noise_model, certain.short)
     assert base is not None  # a linear system always answers
     fits = [base, *(found for trial in _first(certain) if (found := _whole(trial, certain)) is not None)]
     fits += _forced(base, certain)
@@ -51,10 +51,10 @@ def aic_of(item: Fit) -> float:
 def _first(certain: Certain) -> list[Fit]:
     """Return every candidate's fit over the shortest segments, but harmonic forces', and of those the best."""
     short, found = certain.short, []
-    for trial in screen(short, certain.candidates, certain.gauge):
+    for trial in screen(short, certain.candidates, certain.noise_model):
         extended = certain.nominal.adding(trial.candidate)
         theta = np.append(short.theta, trial.start)
-        item = fit(extended, theta, short.batches, certain.gauge, short.states, SHORT_ITERATIONS, CLOSE_ENOUGH)
+        item = fit(extended, theta, short.batches, certain.noise_model, short.states, SHORT_ITERATIONS, CLOSE_ENOUGH)
         if item is not None:
             found.append(item)
     found.sort(key=aic_of)
@@ -75,19 +75,19 @@ def _whole(begun: Fit, certain: Certain) -> Fit | None:
     if len(cut) == 1:
         return begun
     start = replace(begun, states=continued(begun, cut[1]))
-    return fit_growing(begun.hypothesis, begun.theta, Lengths(cut[1:]), certain.gauge, start)
+    return fit_growing(begun.hypothesis, begun.theta, Lengths(cut[1:]), certain.noise_model, start)
 
 
 def _forced(base: Fit, certain: Certain) -> list[Fit]:
     """Return fits of a harmonic force at every place, at the frequency that explains most."""
     best: dict[str, Screened] = {}
-    for trial in screen_forces(base, certain.candidates, certain.gauge):
+    for trial in screen_forces(base, certain.candidates, certain.noise_model):
         best.setdefault(trial.candidate.key, trial)
     fits = []
     for trial in best.values():
         extended = certain.nominal.adding(trial.candidate)
         states = tuple(np.concatenate([part, np.full((len(part), 2), 1e-3)], axis=1) for part in base.states)
-        item = fit(extended, np.append(base.theta, trial.start), base.batches, certain.gauge, states)
+        item = fit(extended, np.append(base.theta, trial.start), base.batches, certain.noise_model, states)
         if item is not None:
             fits.append(item)
     return fits

@@ -55,18 +55,18 @@ class LatentForces:
 
 def latent_forces(certain: Certain) -> LatentForces:
     """Return the forces that the nominal model lacks in the recordings; of several lengths, in those with most data."""
-    gauge = certain.gauge
+    noise_model = certain.noise_model
     batch = max(certain.lengths.whole, key=lambda item: item.data.size)
     n = certain.nominal.size
     size = float(np.sqrt(np.mean(np.concatenate(certain.short.states)[:, :n] ** 2)))  # rms
     trials = [_process(certain, size, share) for share in QUICKNESS]
-    best = max(trials, key=lambda process: _filtered(process, batch.data, gauge.sigma)[0])
-    states = _smoothed(best, batch.data, gauge.sigma)
-    return LatentForces(states[..., :n], states[..., n : 2 * n], states[..., 2 * n :], best, gauge.sigma)
+    best = max(trials, key=lambda process: _filtered(process, batch.data, noise_model.sigma)[0])
+    states = _smoothed(best, batch.data, noise_model.sigma)
+    return LatentForces(states[..., :n], states[..., n : 2 * n], states[..., 2 * n :], best, noise_model.sigma)
 
 
 def _process(certain: Certain, size: float, share: float) -> Process:
-    n, dt, sensors = certain.nominal.size, 1 / certain.gauge.rate, certain.gauge.sensors
+    n, dt, sensors = certain.nominal.size, 1 / certain.noise_model.rate, certain.noise_model.sensors
     M, C, K, shapes = certain.matrices
     accelerations = np.linalg.inv(M) @ np.hstack([-K, -C, np.eye(n)])  # (coordinate, state)
     A = np.zeros((3 * n, 3 * n))

@@ -13,9 +13,9 @@ from fe_models.effects.base import ForceLaw
 from fe_models.effects.laws import axial_forces, with_parts
 from fe_models.effects.slack_cable import SlackLaw
 from fe_models.exudyn.items import (
+    ExudynSystem,
     Item,
     Options,
-    System,
     add_chord_law,
     add_force_law,
     add_item,
@@ -97,7 +97,7 @@ def whole_system(
     options: Options,
     laws: tuple[ForceLaw, ...] = (),
     reference: FloatArray | None = None,
-) -> System:
+) -> ExudynSystem:
     """Return all of a structure, supports included, as one system; its coordinates have the order of ``mesh.dofs``.
 
     The force ``laws`` act on elongations from the displacement ``reference`` (dof,), by default the drawn geometry.
@@ -116,7 +116,7 @@ def whole_system(
     return system
 
 
-def _add_law(system: System, mesh: Mesh, law: ForceLaw, nodes: list[int], reference: FloatArray) -> None:
+def _add_law(system: ExudynSystem, mesh: Mesh, law: ForceLaw, nodes: list[int], reference: FloatArray) -> None:
     if isinstance(law, SlackLaw) and isinstance(law.element, Cable):
         first, last = law.element.nodes
         moved = [reference[[mesh.dofs.row(node, axis) for axis in "xy"]] for node in (first, last)]

@@ -53,7 +53,7 @@ Item = Element | PointMass | Dashpot | GeometricStiffness | ConnectorEffect
 
 
 @dataclass(frozen=True)
-class System:
+class ExudynSystem:
     """A quiet Exudyn system under construction; ``functions`` keeps alive what Exudyn refers to only by address."""
 
     directions: tuple[Direction, ...]
@@ -71,15 +71,15 @@ class Options:
     slack: bool = True
 
 
-def new_system(directions: tuple[Direction, ...]) -> System:
+def new_system(directions: tuple[Direction, ...]) -> ExudynSystem:
     """Return an empty system that prints nothing."""
     exu.config.printToConsole = False
     exu.config.suppressWarnings = True
     container = exu.SystemContainer()
-    return System(directions, container, container.AddSystem())
+    return ExudynSystem(directions, container, container.AddSystem())
 
 
-def add_node(system: System, position: FloatArray) -> Index:
+def add_node(system: ExudynSystem, position: FloatArray) -> Index:
     """Add a node at ``position`` (2,) with the degrees of freedom of the structure, in their order."""
     x, y = (float(value) for value in position)
     if system.directions == PLANE_FRAME:
@@ -97,7 +97,7 @@ def add_node(system: System, position: FloatArray) -> Index:
     return system.mbs.AddNode(node)
 
 
-def add_item(system: System, item: Item, nodes: list[Index], vector: FloatArray, options: Options) -> None:
+def add_item(system: ExudynSystem, item: Item, nodes: list[Index], vector: FloatArray, options: Options) -> None:
     """Add ``item`` at Exudyn's ``nodes``; ``vector`` (2,) leads from its first node to its last (m)."""
     match item:
         case Beam():
@@ -118,7 +118,7 @@ def add_item(system: System, item: Item, nodes: list[Index], vector: FloatArray,
             add_force_law(system, item, _markers(system, nodes, item.direction))
 
 
-def _add_beam(system: System, beam: Beam, nodes: list[Index], vector: FloatArray, damping: Damping) -> None:
+def _add_beam(system: ExudynSystem, beam: Beam, nodes: list[Index], vector: FloatArray, damping: Damping) -> None:
     length, section = hypot(*vector), beam.section
     stiffness = {
         "Axial": section.axial_stiffness,
@@ -159,7 +159,7 @@ def beam_mass(mass_per_length: float, vector: FloatArray) -> FloatArray:
     return mass
 
 
-def _add_cable(system: System, cable: Cable, nodes: list[Index], vector: FloatArray, options: Options) -> None:
+def _add_cable(system: ExudynSystem, cable: Cable, nodes: list[Index], vector: FloatArray, options: Options) -> None:
     """Add a bar of free length L0, so that its tension is E A (l - L0) / L0 at length l, and its consistent mass."""
     free_length = cable_free_length(cable, vector) if options.prestress else hypot(*vector)
     stiffness = cable.section.axial_stiffness / free_length
@@ -181,7 +181,7 @@ def _add_cable(system: System, cable: Cable, nodes: list[Index], vector: FloatAr
     _add_mass(system, nodes, mass, options.damping)
 
 
-def _tension_only(system: System) -> object:
+def _tension_only(system: ExudynSystem) -> object:
     """Return the force of a spring and damper in parallel that act while the spring is stretched."""
 
     def tension(
@@ -193,7 +193,7 @@ def _tension_only(system: System) -> object:
     return _symbolic(system, tension, "ObjectConnectorSpringDamper")
 
 
-def add_force_law(system: System, law: ForceLaw, markers: list[Index], reference: float = 0.0) -> None:
+def add_force_law(system: ExudynSystem, law: ForceLaw, markers: list[Index], reference: float = 0.0) -> None:
     """Add the law's own `force` between coordinate markers, as a function that Exudyn evaluates without Python.
 
     Its elongation is u_last - u_first, or u of the only marker, less ``reference`` (m).
@@ -208,7 +208,7 @@ def add_force_law(system: System, law: ForceLaw, markers: list[Index], reference
     _add_between(system, markers, springForceUserFunction=function)
 
 
-def add_chord_law(system: System, law: ForceLaw, nodes: list[Index], length: float) -> None:
+def add_chord_law(system: ExudynSystem, law: ForceLaw, nodes: list[Index], length: float) -> None:
     """Add the law's own `force` along the line between two nodes, on what exceeds the ``length`` (m) of that line."""
 
     def force(
@@ -225,7 +225,7 @@ def add_chord_law(system: System, law: ForceLaw, nodes: list[Index], length: flo
     )
 
 
-def add_spread_law(system: System, law: ForceLaw, node: Index, pull: FloatArray) -> None:
+def add_spread_law(system: ExudynSystem, law: ForceLaw, node: Index, pull: FloatArray) -> None:
     """Add the law's own `force` on the elongation ``pull`` (n,) times the n coordinates of a node.
 
     Exudyn calls Python for it, which costs about as much as all the rest of a small system.
@@ -239,40 +239,40 @@ def add_spread_law(system: System, law: ForceLaw, node: Index, pull: FloatArray)
     system.mbs.AddObject(ObjectGenericODE2(nodeNumbers=[node], massMatrix=nothing, forceUserFunction=force))
 
 
-def _symbolic(system: System, function: Callable[..., object], item_type: str) -> object:
+def _symbolic(system: ExudynSystem, function: Callable[..., object], item_type: str) -> object:
     symbolic = CreateSymbolicUserFunction(system.mbs, function, "springForceUserFunction", itemTypeName=item_type)
     system.functions.append(symbolic)
     return symbolic
 
 
-def _add_mass(system: System, nodes: list[Index], mass: FloatArray, damping: Damping) -> None:
+def _add_mass(system: ExudynSystem, nodes: list[Index], mass: FloatArray, damping: Damping) -> None:
     system.mbs.AddObject(
         ObjectGenericODE2(nodeNumbers=nodes, massMatrix=mass, dampingMatrix=damping.mass_factor * mass)
     )
 
 
-def _add_stiffness(system: System, nodes: list[Index], stiffness: FloatArray) -> None:
+def _add_stiffness(system: ExudynSystem, nodes: list[Index], stiffness: FloatArray) -> None:
     system.mbs.AddObject(
         ObjectGenericODE2(nodeNumbers=nodes, massMatrix=np.zeros_like(stiffness), stiffnessMatrix=stiffness)
     )
 
 
-def _add_between(system: System, markers: list[Index], **properties: object) -> None:
+def _add_between(system: ExudynSystem, markers: list[Index], **properties: object) -> None:
     """Add a spring, damper or force law on u_last - u_first, or on the coordinate of the only marker."""
     both = markers if len(markers) == 2 else [ground_marker(system), *markers]
     system.mbs.AddObject(ObjectConnectorCoordinateSpringDamper(markerNumbers=both, **properties))
 
 
-def _markers(system: System, nodes: list[Index], direction: Direction) -> list[Index]:
+def _markers(system: ExudynSystem, nodes: list[Index], direction: Direction) -> list[Index]:
     return [coordinate_marker(system, node, system.directions.index(direction)) for node in nodes]
 
 
-def coordinate_marker(system: System, node: Index, coordinate: int) -> Index:
+def coordinate_marker(system: ExudynSystem, node: Index, coordinate: int) -> Index:
     """Add and return a marker on one coordinate of an Exudyn node."""
     return system.mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=node, coordinate=coordinate))
 
 
-def ground_marker(system: System) -> Index:
+def ground_marker(system: ExudynSystem) -> Index:
     """Add and return a marker on a coordinate that stays zero."""
     ground = system.mbs.AddNode(NodePointGround())
     return system.mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=ground, coordinate=0))

@@ -19,8 +19,8 @@ from fe_models.effects.laws import with_parts
 from fe_models.errors import InputError
 from fe_models.exudyn.item_matrices import element_vector, whole_system
 from fe_models.exudyn.items import (
+    ExudynSystem,
     Options,
-    System,
     add_force_law,
     add_spread_law,
     coordinate_marker,
@@ -220,7 +220,7 @@ class FreeMotion:
         return x, v
 
 
-def _integrate(system: System, settings: Any, integrator: Literal["rk67", "newmark"], steps: Steps) -> None:
+def _integrate(system: ExudynSystem, settings: Any, integrator: Literal["rk67", "newmark"], steps: Steps) -> None:
     step = steps.interval / steps.per_output
     solver = exu.DynamicSolverType.RK67 if integrator == "rk67" else exu.DynamicSolverType.TrapezoidalIndex2
     remedy = f"choose a step smaller than {step:.3g} s"
@@ -232,7 +232,7 @@ def _integrate(system: System, settings: Any, integrator: Literal["rk67", "newma
         raise InputError(f"the simulation grew beyond all bounds: {remedy}, or see whether an effect feeds energy in")
 
 
-def _add_loads(system: System, structure: Structure, mesh: Mesh, load: FloatArray) -> None:
+def _add_loads(system: ExudynSystem, structure: Structure, mesh: Mesh, load: FloatArray) -> None:
     per_node = len(structure.directions)
     for row in np.flatnonzero(np.where(mesh.dofs.free, load, 0.0)):
         marker = coordinate_marker(system, int(row) // per_node, int(row) % per_node)

@@ -3,11 +3,11 @@
 from typing import Any
 
 from hybrid.diagnosis.learned.gain import Gain, Trained
+from hybrid.diagnosis.observed.observation_report import describe_observations, observations_table
 from hybrid.diagnosis.outcome.advice import Advice
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
 from hybrid.diagnosis.outcome.findings import Finding, at_place
 from hybrid.diagnosis.outcome.verdict import MATERIAL, Verdict
-from hybrid.diagnosis.shown.show_report import describe_shown, shown_table
 
 WORDS = {
     Verdict.NOTHING_WRONG: "Nothing is wrong: calibrated within its uncertainty, the simulation forecasts {reach}.",
@@ -64,7 +64,7 @@ def _table(diagnosis: Diagnosis) -> dict[str, Any]:
         "scores": dict(diagnosis.scores),
         "noise_floor": diagnosis.noise_floor,
         "seconds": round(diagnosis.seconds, 2),
-        "shown": shown_table(diagnosis.shown) | {"one_structure": diagnosis.alike},
+        "shown": observations_table(diagnosis.shown) | {"one_structure": diagnosis.alike},
         "advice": [_advice(advice) for advice in diagnosis.advice],
         "notes": list(diagnosis.notes),
     }
@@ -106,7 +106,7 @@ def describe_diagnosis(diagnosis: Diagnosis, gain: Gain | None = None) -> str:
     causes = "the causes are" if len(diagnosis.findings) > 1 else "the cause is"
     error = diagnosis.scores["extended"]["measured"]
     reach = REACHED if error is None or error <= (1 + MATERIAL) * diagnosis.noise_floor else NEARLY
-    lines = [*describe_shown(shown), *([] if diagnosis.alike is None else [ALIKE[diagnosis.alike]])]
+    lines = [*describe_observations(shown), *([] if diagnosis.alike is None else [ALIKE[diagnosis.alike]])]
     lines += ["", WORDS[diagnosis.verdict].format(causes=causes, reach=reach)]
     for finding in diagnosis.findings:
         lines.append(f"- {finding.sentence}")

@@ -20,7 +20,7 @@ from torch import Tensor, nn
 
 from hybrid.estimation.start_evidence import StartEvidence
 from hybrid.neural_modal_ode.model import NeuralModalODE, Trajectory
-from hybrid.neural_modal_ode.residuals.free import NoResidual
+from hybrid.neural_modal_ode.residuals.free_residual import NoResidual
 
 
 class Experts(nn.Module):

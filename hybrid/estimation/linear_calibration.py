@@ -16,7 +16,7 @@ from torch import Tensor
 from fe_models.arrays import FloatArray
 from fe_models.linear import ModalModel
 from fe_models.recordings import Sensor, of_each_quantity
-from hybrid.estimation.linear_form import ConnectorForm, ModalForm
+from hybrid.estimation.linear_parameters import ConnectorParameters, ModalParameters
 from hybrid.neural_modal_ode.connectors import Connectors
 from hybrid.neural_modal_ode.decoder import sensor_shapes
 from hybrid.progress import nothing
@@ -60,7 +60,7 @@ class Observer:
         picks = torch.tensor(of_each_quantity(sensors))
         self.shapes = shapes[None] * picks[:, :, None]  # (quantity, sensor, mode)
         self.step = step
-        self.form = ModalForm(modal) if connectors is None else ConnectorForm(modal, connectors, damping)
+        self.form = ModalParameters(modal) if connectors is None else ConnectorParameters(modal, connectors, damping)
 
     def rates(self, rest: Tensor) -> tuple[Tensor, Tensor]:
         """Return d q'/dt as matrices on omega q and on q', each (mode, mode), for a ``rest`` of the observer's form."""

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from hybrid.estimation.linearised import linearise, sensitivities
+from hybrid.estimation.trajectory_sensitivity import sensitivities, trajectory_jacobian
 from hybrid.neural_modal_ode.integrators import propagate
 from hybrid.neural_modal_ode.model import NeuralModalODE
 from hybrid.neural_modal_ode.state_prior import StatePrior
@@ -108,7 +108,7 @@ def misfits(model: NeuralModalODE, prior: StatePrior, states: Tensor, seen: Tens
 def channel_slopes(model: NeuralModalODE, prior: StatePrior, states: Tensor) -> Tensor:
     """Return d channels / dz_0 in noise standard deviations (batch, 2 mode, time * measured), along ``states``."""
     every = model.substeps
-    linearised = linearise(model.dynamics, states, model.step / every)
+    linearised = trajectory_jacobian(model.dynamics, states, model.step / every)
     S = sensitivities(linearised)[::every]  # (time, batch, 2 mode, 2 mode)
     by_state, by_force = observation(model, prior)
     seen = S @ by_state + (S @ linearised.slopes[::every]) @ by_force  # (time, batch, 2 mode, measured)

@@ -13,11 +13,11 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from hybrid.estimation.linearised import linearise
 from hybrid.estimation.most_probable_state import misfits, observation
+from hybrid.estimation.trajectory_sensitivity import trajectory_jacobian
 from hybrid.neural_modal_ode.integrators import propagator_weights
 from hybrid.neural_modal_ode.model import NeuralModalODE
-from hybrid.neural_modal_ode.residuals.at_connectors import ConnectorResidual
+from hybrid.neural_modal_ode.residuals.connector_residual import ConnectorResidual
 from hybrid.neural_modal_ode.state_prior import StatePrior
 
 
@@ -66,7 +66,7 @@ def _channel_slopes(model: NeuralModalODE, residual: ConnectorResidual, prior: S
     """Return d channels / d [z0, parameters] in noise deviations (batch, 2 mode + parameter, time * measured)."""
     every, modes = model.substeps, model.dynamics.modes
     step = model.step / every
-    linearised = linearise(model.dynamics, states, step)
+    linearised = trajectory_jacobian(model.dynamics, states, step)
     _, now, _ = propagator_weights(model.dynamics, step).split([2 * modes, modes, modes])
     by_state, by_force = observation(model, prior)
     to_channels = by_state + linearised.slopes[::every] @ by_force  # (time, batch, 2 mode, measured)

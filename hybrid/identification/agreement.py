@@ -3,19 +3,19 @@
 import numpy as np
 
 from fe_models.arrays import FloatArray
-from hybrid.identification.lines import Lines, columns_of
+from hybrid.identification.free_decay_modes import IdentifiedModes, columns_of
 
 WINDOW = 5.0  # s: longer ones would ask for the phase of a frequency that moves by thousandths ...
 PERIODS = 2.0  # ... but no less than so many of the slowest line, or the shortest recording
 
 
-def window_of(lines: list[Lines], recordings: list[FloatArray], rate: float) -> int:
+def window_of(lines: list[IdentifiedModes], recordings: list[FloatArray], rate: float) -> int:
     """Return how many samples of ``recordings`` (time, sensor) one set of ``lines`` is to explain at once."""
     slowest = min(float(model.frequencies[0]) for model in lines)
     return min(round(max(WINDOW, PERIODS / slowest) * rate), *(len(data) for data in recordings))
 
 
-def left_by_each(lines: list[Lines], recordings: list[FloatArray], rate: float, samples: int) -> FloatArray:
+def left_by_each(lines: list[IdentifiedModes], recordings: list[FloatArray], rate: float, samples: int) -> FloatArray:
     """Return the share of each recording's energy that the modes of each one leave, (model, recording).
 
     ``recordings`` (time, sensor) are cut into windows of so many ``samples``, in which the modes of the model, with its

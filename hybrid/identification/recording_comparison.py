@@ -14,7 +14,7 @@ from fe_models.structure import Structure
 from hybrid.identification.agreement import left_by_each, window_of
 from hybrid.identification.backbone import Backbone, backbone_of
 from hybrid.identification.combinations import Combination, combinations_of
-from hybrid.identification.lines import Lines, lines_of
+from hybrid.identification.free_decay_modes import IdentifiedModes, identify_modes
 from hybrid.progress import nothing
 
 ALIKE = 0.9  # MAC at the sensors, from which on a line is a mode's
@@ -32,7 +32,7 @@ class Observed:
     """
 
     name: str
-    lines: Lines
+    lines: IdentifiedModes
     criterion: FloatArray
     chosen: tuple[int, ...]
     energy: FloatArray
@@ -73,9 +73,9 @@ def compare_recordings(dataset: Dataset, advance: Callable[[], object] = nothing
     singles = [(recording.name, data) for recording in dataset.recordings for data in recording.data]
     if not len(nominal):
         raise InputError(f"model: all its natural frequencies are above {highest:g} Hz, up to where recordings go")
-    lines, count = list[Lines](), min(LINES, len(nominal) + MORE)
+    lines, count = list[IdentifiedModes](), min(LINES, len(nominal) + MORE)
     for _, data in singles:
-        lines.append(lines_of(data, rate, float(nominal[0]), highest, count))
+        lines.append(identify_modes(data, rate, float(nominal[0]), highest, count))
         advance()
     criteria = [mac(shapes, own.shapes) for own in lines]
     chosen = [_chosen(nominal, own, criterion) for own, criterion in zip(lines, criteria, strict=True)]
@@ -103,7 +103,7 @@ def compare_recordings(dataset: Dataset, advance: Callable[[], object] = nothing
     return Compared(nominal, shapes, names, followed, tuple(found), left, samples / rate)
 
 
-def _chosen(nominal: FloatArray, own: Lines, criterion: FloatArray) -> tuple[int, ...]:
+def _chosen(nominal: FloatArray, own: IdentifiedModes, criterion: FloatArray) -> tuple[int, ...]:
     """Return the strongest line of each mode's shape and about its frequency."""
     strength = np.sum(np.abs(own.amplitudes) ** 2, axis=1) / (own.ratios * own.frequencies)  # of the whole decay
     near = np.abs(own.frequencies / nominal[:, None] - 1) <= NEAR
@@ -111,7 +111,7 @@ def _chosen(nominal: FloatArray, own: Lines, criterion: FloatArray) -> tuple[int
     return tuple(int(np.argmax(row)) if row.any() else -1 for row in fits)
 
 
-def _energies(own: Lines, data: FloatArray, rate: float) -> FloatArray:
+def _energies(own: IdentifiedModes, data: FloatArray, rate: float) -> FloatArray:
     """Return the energy (line,) of each line alone over that of the recording (time, sensor)."""
     time = np.arange(len(data)) / rate
     waves = np.real(own.amplitudes[:, None] * np.exp(own.roots[:, None] * time)[..., None])  # (line, time, sensor)

@@ -6,7 +6,7 @@ from torchdiffeq import odeint, odeint_adjoint
 
 from hybrid.config import IntegratorKind
 from hybrid.neural_modal_ode.dynamics import ModalDynamics
-from hybrid.neural_modal_ode.residuals.at_connectors import ConnectorResidual
+from hybrid.neural_modal_ode.residuals.connector_residual import ConnectorResidual
 from hybrid.neural_modal_ode.tanh_recursion import TanhRecursion
 
 DOPRI5_TOLERANCE = 1e-6  # relative and absolute, of a scaled state near one

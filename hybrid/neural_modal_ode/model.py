@@ -15,9 +15,9 @@ from hybrid.neural_modal_ode.dynamics import ModalDynamics
 from hybrid.neural_modal_ode.encoder import PaperEncoder, WindowEncoder
 from hybrid.neural_modal_ode.integrators import integrate
 from hybrid.neural_modal_ode.residuals import Residual
-from hybrid.neural_modal_ode.residuals.at_connectors import ConnectorResidual
-from hybrid.neural_modal_ode.residuals.backbone import BackboneResidual
-from hybrid.neural_modal_ode.residuals.free import FreeResidual
+from hybrid.neural_modal_ode.residuals.backbone_residual import BackboneResidual
+from hybrid.neural_modal_ode.residuals.connector_residual import ConnectorResidual
+from hybrid.neural_modal_ode.residuals.free_residual import FreeResidual
 from hybrid.neural_modal_ode.scaling import StateScale
 from hybrid.neural_modal_ode.state_prior import StatePrior
 

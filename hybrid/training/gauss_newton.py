@@ -18,7 +18,7 @@ from hybrid.config import TrainingConfig
 from hybrid.estimation.most_probable_state import WINDOWS, estimate_state, misfits, trajectory
 from hybrid.estimation.normal_equations import normal_equations
 from hybrid.neural_modal_ode.model import NeuralModalODE
-from hybrid.neural_modal_ode.residuals.at_connectors import ConnectorResidual
+from hybrid.neural_modal_ode.residuals.connector_residual import ConnectorResidual
 from hybrid.neural_modal_ode.state_prior import StatePrior
 from hybrid.training.gradient_training import EpochResult, TrainingDivergedError
 
@@ -37,7 +37,7 @@ LEAST_SPREAD = 1e-4  # of the mean variance: keeps a prior on states that never 
 
 
 @dataclass(frozen=True)
-class Fit:
+class WindowFit:
     """Initial states (window, 2 mode), each window's misfit and the channels' misfits (window, time, measured)."""
 
     states: Tensor
@@ -118,7 +118,7 @@ class GaussNewtonTrainer:
         self.done = epoch
         return EpochResult(epoch, float(fit.misfit.mean()), horizon)
 
-    def _step(self, windows: Tensor, fit: Fit) -> tuple[Fit, float]:
+    def _step(self, windows: Tensor, fit: WindowFit) -> tuple[WindowFit, float]:
         """Return the fit after a step that lowers the cost, and by what share; the same fit and 0 if none is found."""
         table = self.residual.table
         scale = OUTLYING * fit.misfit.median()
@@ -152,7 +152,7 @@ class GaussNewtonTrainer:
         self._set(old)
         return fit, 0.0
 
-    def _solve(self, windows: Tensor, start: Tensor | None, refinements: int | None = None) -> Fit:
+    def _solve(self, windows: Tensor, start: Tensor | None, refinements: int | None = None) -> WindowFit:
         """Return the initial states that fit the windows best, and what they leave."""
         starts = [None] * len(windows.split(WINDOWS)) if start is None else start.split(WINDOWS)
         few = REFINEMENTS if refinements is None else refinements
@@ -165,7 +165,7 @@ class GaussNewtonTrainer:
             misfits(self.model, self.prior, path, seen)[1].unflatten(1, (windows.shape[1], -1))
             for path, seen in zip(self._trajectories(states, windows.shape[1]), self._measured(windows), strict=True)
         ]
-        return Fit(states, misfit, torch.cat(errors))
+        return WindowFit(states, misfit, torch.cat(errors))
 
     def _trajectories(self, states: Tensor, samples: int) -> Iterator[Tensor]:
         for part in states.split(WINDOWS):
@@ -189,7 +189,7 @@ class GaussNewtonTrainer:
             std = size * (std / size).log().mean().exp()
         self.prior.noise_std.copy_(std)
 
-    def _follow_spread(self, fit: Fit) -> None:
+    def _follow_spread(self, fit: WindowFit) -> None:
         """Let the prior be the spread of the states found, outlying windows counted little."""
         weights = (1 + fit.misfit / (OUTLYING * fit.misfit.median())).pow(-2)
         spread = (fit.states.T * weights) @ fit.states / weights.sum()

@@ -33,9 +33,9 @@ from hybrid.estimation.windows import columns, cut, cut_all, evenly, window_leng
 from hybrid.neural_modal_ode.connectors import Connectors, chain_connectors, complete_basis
 from hybrid.neural_modal_ode.encoder import WindowEncoder
 from hybrid.neural_modal_ode.model import NeuralModalODE
-from hybrid.neural_modal_ode.residuals.at_connectors import ConnectorResidual
-from hybrid.neural_modal_ode.residuals.backbone import BackboneResidual
-from hybrid.neural_modal_ode.residuals.free import FreeResidual
+from hybrid.neural_modal_ode.residuals.backbone_residual import BackboneResidual
+from hybrid.neural_modal_ode.residuals.connector_residual import ConnectorResidual
+from hybrid.neural_modal_ode.residuals.free_residual import FreeResidual
 from hybrid.neural_modal_ode.scaling import StateScale, channel_scale
 from hybrid.neural_modal_ode.state_prior import StatePrior
 from hybrid.progress import nothing

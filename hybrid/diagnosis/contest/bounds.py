@@ -3,7 +3,7 @@
 import numpy as np
 
 from hybrid.diagnosis.contest.posterior import temper_of
-from hybrid.diagnosis.fitting.fitting import Fit
+from hybrid.diagnosis.fitting.least_squares import Fit
 
 BEHIND = 20.0  # in half the tempered sum of squares: a fit that far behind another of the same recordings is given up
 LEFT = 0.3  # of what the best leaves beyond noise: by how much another may be behind and still go on

@@ -4,18 +4,18 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from hybrid.diagnosis.causes.candidate import Candidate
-from hybrid.diagnosis.contest.growing import Ground, Lengths, ground_of, lengths_of
-from hybrid.diagnosis.contest.pairs import ground_with
+from hybrid.diagnosis.contest.growing import Lengths, ReferenceFits, lengths_of, reference_fits_of
+from hybrid.diagnosis.contest.pairs import reference_fits_with
 from hybrid.diagnosis.contest.posterior import Posterior
 from hybrid.diagnosis.contest.recording_groups import FEWEST, Groups, asked_for, clear_share
 from hybrid.diagnosis.contest.search import contest
 from hybrid.diagnosis.contest.switching import ONE_GROUP, fit_switched
-from hybrid.diagnosis.fitting.far_off import factors_off
-from hybrid.diagnosis.fitting.fitting import Fit, fit
-from hybrid.diagnosis.fitting.left_over import left
-from hybrid.diagnosis.recorded.gauge import Gauge
+from hybrid.diagnosis.fitting.calibration_deviation import factors_off
+from hybrid.diagnosis.fitting.excess_energy import excess_energy
+from hybrid.diagnosis.fitting.least_squares import Fit, fit
+from hybrid.diagnosis.recorded.batches import count_of
 from hybrid.diagnosis.recorded.noise import Band
-from hybrid.diagnosis.recorded.records import count_of
+from hybrid.diagnosis.recorded.noise_model import NoiseModel
 
 ALIKE = 20.0  # in log evidence: what some of the recordings cannot tell apart all of them may
 MOST_ALIKE = 3  # of these
@@ -23,11 +23,11 @@ KEPT_OF_GROUP = 6  # candidates kept from each screening: all recordings have be
 
 
 def changes_beside(
-    nominal: Ground,
+    nominal: ReferenceFits,
     groups: Groups | None,
     alone: tuple[Fit, ...],
     candidates: tuple[Candidate, ...],
-    gauge: Gauge,
+    noise_model: NoiseModel,
     band: Band,
     advance: Callable[[], object],
 ) -> list[Fit]:
@@ -39,23 +39,27 @@ def changes_beside(
     batches = nominal.whole.batches
     if count_of(batches) < FEWEST:
         return []
-    seen = [] if groups is None else _seen_before(nominal, groups, candidates, gauge, band, advance)
+    seen = [] if groups is None else _seen_before(nominal, groups, candidates, noise_model, band, advance)
     clear = clear_share(count_of(batches))
-    surely = [item for item in seen if not left(item, gauge, band).significant]  # there nothing else acts
+    surely = [
+        item for item in seen if not excess_energy(item, noise_model, band).significant
+    ]  # there nothing else acts
     starts = [(item, ONE_GROUP if item.hypothesis.is_linear else clear) for item in surely]  # two laws take too long
     found: list[Fit] = []
     done: set[str] = set()
     for number, (start, mixed) in enumerate((*starts, *((item, clear) for item in alone if clear > 0))):
         cause = start.hypothesis.candidates[-1].key
-        explained = number >= len(starts) and any(not left(item, gauge, band).significant for item in found)
+        explained = number >= len(starts) and any(
+            not excess_energy(item, noise_model, band).significant for item in found
+        )
         if cause in done or explained:
             continue
         done.add(cause)
-        ground, lengths, _ = ground_with(start, batches, gauge)
+        reference, lengths, _ = reference_fits_with(start, batches, noise_model)
         advance()
-        if ground is not None:
-            asked = asked_for(ground.short, candidates, gauge)
-            found += fit_switched(ground.short, ground.whole, asked, lengths, gauge, mixed)
+        if reference is not None:
+            asked = asked_for(reference.short, candidates, noise_model)
+            found += fit_switched(reference.short, reference.whole, asked, lengths, noise_model, mixed)
     return found
 
 
@@ -69,10 +73,10 @@ def groups_in(posterior: Posterior) -> Groups | None:
 
 
 def changed(
-    nominal: Ground,
+    nominal: ReferenceFits,
     groups: Groups | None,
     candidates: tuple[Candidate, ...],
-    gauge: Gauge,
+    noise_model: NoiseModel,
     advance: Callable[[], object],
 ) -> list[Fit]:
     """Return fits of causes that act in one of two ``groups`` of recordings only: what this group alone shows.
@@ -80,42 +84,44 @@ def changed(
     A search beside it may find its size, where what all of them ask for to first order leads astray. Not a harmonic
     force, which is of any size in each recording anyway.
     """
-    grounds = [] if groups is None else _nearest_first(nominal, groups, gauge)
+    grounds = [] if groups is None else _nearest_first(nominal, groups, noise_model)
     if len(grounds) < 2:
         return []
     near, (far, own) = grounds[0][0].whole, grounds[1]
     without = tuple(replace(batch, off=(len(nominal.hypothesis.candidates),)) for batch in near.batches)
     others = tuple(candidate for candidate in candidates if not candidate.oscillator)
     found = []
-    for item in contest(far, others, own, gauge, advance, KEPT_OF_GROUP)[:MOST_ALIKE]:
+    for item in contest(far, others, own, noise_model, advance, KEPT_OF_GROUP)[:MOST_ALIKE]:
         begun = None if item.hypothesis.is_linear else (*near.states, *item.states)
-        found.append(fit(item.hypothesis, item.theta, (*without, *far.whole.batches), gauge, begun))
+        found.append(fit(item.hypothesis, item.theta, (*without, *far.whole.batches), noise_model, begun))
     return [item for item in found if item is not None]
 
 
-def _nearest_first(nominal: Ground, groups: Groups, gauge: Gauge) -> list[tuple[Ground, Lengths]]:
+def _nearest_first(
+    nominal: ReferenceFits, groups: Groups, noise_model: NoiseModel
+) -> list[tuple[ReferenceFits, Lengths]]:
     """Return the nominal fits of two groups of recordings, with their segments; the one that fits better first."""
     hypothesis = nominal.hypothesis
     lengths = [lengths_of(group, hypothesis.states) for group in groups]
-    grounds = [ground_of(hypothesis, hypothesis.centre, own, gauge) for own in lengths]
-    pairs = [(ground, own) for ground, own in zip(grounds, lengths, strict=True) if ground is not None]
+    grounds = [reference_fits_of(hypothesis, hypothesis.centre, own, noise_model) for own in lengths]
+    pairs = [(reference, own) for reference, own in zip(grounds, lengths, strict=True) if reference is not None]
     return sorted(pairs, key=lambda pair: pair[0].whole.misfit / pair[0].whole.values)
 
 
 def _seen_before(
-    nominal: Ground,
+    nominal: ReferenceFits,
     groups: Groups,
     candidates: tuple[Candidate, ...],
-    gauge: Gauge,
+    noise_model: NoiseModel,
     band: Band,
     advance: Callable[[], object],
 ) -> list[Fit]:
     """Return the best fit to those of two groups of recordings that are nearer to the nominal structure, if any, and
     what these recordings alone hardly tell from it; none where nothing is wrong in them.
     """
-    for ground, own in _nearest_first(nominal, groups, gauge)[:1]:
-        if not left(ground.whole, gauge, band).significant and not factors_off(ground.whole):
+    for reference, own in _nearest_first(nominal, groups, noise_model)[:1]:
+        if not excess_energy(reference.whole, noise_model, band).significant and not factors_off(reference.whole):
             break
-        ranked = contest(ground, candidates, own, gauge, advance, KEPT_OF_GROUP)
+        ranked = contest(reference, candidates, own, noise_model, advance, KEPT_OF_GROUP)
         return [item for item in ranked[:MOST_ALIKE] if item.log_evidence > ranked[0].log_evidence - ALIKE]
     return []

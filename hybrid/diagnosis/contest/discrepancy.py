@@ -11,46 +11,48 @@ import numpy as np
 
 from fe_models.arrays import FloatArray
 from hybrid.diagnosis.contest.growing import Lengths, short_fit
-from hybrid.diagnosis.fitting.fitting import Fit
+from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.nominal.plant import Plant
-from hybrid.diagnosis.recorded.gauge import Gauge
+from hybrid.diagnosis.recorded.noise_model import NoiseModel
 
 ASTRAY = 3e3  # times the energy of noise: 0.3 of that of the motion where noise is 1 % of its amplitude; one cause,
 # however large, leaves less than 0.2 of it in short segments whose initial states are free
 ROUNDS = 3  # of taking the noise from the fit, which takes it from the noise
 
 
-def search_gauge(plant: Plant, lengths: Lengths, gauge: Gauge, short: Fit) -> tuple[Gauge, Lengths, Fit]:
-    """Return the gauge to search with, the segments, and the nominal fit of the shortest; mostly as they are.
+def search_noise_model(
+    plant: Plant, lengths: Lengths, noise_model: NoiseModel, short: Fit
+) -> tuple[NoiseModel, Lengths, Fit]:
+    """Return the noise model to search with, the segments, and the nominal fit of the shortest; mostly as they are.
 
     What the model lacks is no less in recordings that have less noise.
     """
     if short.chi2 < ASTRAY * short.values:
-        return gauge, lengths, short
+        return noise_model, lengths, short
     lengths = lengths.alike
-    factor, found = 1.0, gauge
+    factor, found = 1.0, noise_model
     for _ in range(ROUNDS):
         left = factor * short.chi2 / short.values  # over the energy of noise as the recordings tell it
         factor = left * repeated(short.residuals)
-        found = replace(gauge, sigma=gauge.sigma * np.sqrt(factor))
+        found = replace(noise_model, sigma=noise_model.sigma * np.sqrt(factor))
         short = short_fit(plant, lengths, found)
     return found, lengths, short
 
 
-def in_units_of(gauge: Gauge, item: Fit, searched: Gauge) -> Fit:
-    """Return a fit that was ``searched`` with some noise in units of the noise of ``gauge``.
+def in_units_of(noise_model: NoiseModel, item: Fit, searched: NoiseModel) -> Fit:
+    """Return a fit that was ``searched`` with some noise in units of the noise of ``noise_model``.
 
     Theta stays as it is, and so do the standard deviations of theta and of initial states.
     """
-    scale = searched.sigma / gauge.sigma
+    scale = searched.sigma / noise_model.sigma
     residuals = tuple(part * scale for part in item.residuals)
     chi2 = sum(float(np.square(part).sum()) for part in residuals)
     return replace(item, residuals=residuals, chi2=chi2, cost=item.cost - item.chi2 + chi2)
 
 
-def energy_over(gauge: Gauge, searched: Gauge) -> float:
-    """Return the energy of what counted as noise in the search over that of the noise of ``gauge``."""
-    return float(np.mean((searched.sigma / gauge.sigma) ** 2))
+def energy_over(noise_model: NoiseModel, searched: NoiseModel) -> float:
+    """Return the energy of what counted as noise in the search over that of the noise of ``noise_model``."""
+    return float(np.mean((searched.sigma / noise_model.sigma) ** 2))
 
 
 def repeated(residuals: tuple[FloatArray, ...]) -> float:

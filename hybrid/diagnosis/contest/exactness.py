@@ -14,7 +14,7 @@ from scipy.linalg import cho_factor, cho_solve
 from scipy.special import logsumexp, softmax
 
 from fe_models.arrays import FloatArray
-from hybrid.diagnosis.fitting.fitting import Fit
+from hybrid.diagnosis.fitting.least_squares import Fit
 
 SCALES = (1.0, 1 / 2, 1 / 4, 1 / 8, 1 / 16)  # of the stated standard deviations: 1 % becomes 0.06 % at the least
 

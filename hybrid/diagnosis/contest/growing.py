@@ -4,10 +4,10 @@ from dataclasses import dataclass, replace
 
 from fe_models.arrays import FloatArray
 from hybrid.diagnosis.fitting.driven import fitted_motion
-from hybrid.diagnosis.fitting.fitting import ENOUGH, Fit, fit
+from hybrid.diagnosis.fitting.least_squares import ENOUGH, Fit, fit
 from hybrid.diagnosis.nominal.plant import Plant
-from hybrid.diagnosis.recorded.gauge import Gauge
-from hybrid.diagnosis.recorded.records import Batch
+from hybrid.diagnosis.recorded.batches import Batch
+from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.state_space import system_of
 
@@ -61,7 +61,7 @@ def continued(fit: Fit, longer: tuple[Batch, ...]) -> tuple[FloatArray, ...]:
 
 
 def fit_growing(
-    hypothesis: Hypothesis, theta: FloatArray, lengths: Lengths, gauge: Gauge, start: Fit | None = None
+    hypothesis: Hypothesis, theta: FloatArray, lengths: Lengths, noise_model: NoiseModel, start: Fit | None = None
 ) -> Fit | None:
     """Return the fit over whole recordings, reached over segments of growing length; None where it fails.
 
@@ -71,25 +71,25 @@ def fit_growing(
     for batches in lengths.cut:
         if present is not None:
             theta, states = present.theta, continued(present, batches)
-        present = fit(hypothesis, theta, batches, gauge, states, enough=lengths.enough(batches))
+        present = fit(hypothesis, theta, batches, noise_model, states, enough=lengths.enough(batches))
         if present is None:
             return None
     return present
 
 
-def short_fit(plant: Plant, lengths: Lengths, gauge: Gauge) -> Fit:
+def short_fit(plant: Plant, lengths: Lengths, noise_model: NoiseModel) -> Fit:
     """Return the nominal fit of the shortest segments; force laws of the nominal model are left out where they fail."""
     linear = Hypothesis(replace(plant, laws=()))
-    begun = fit(linear, linear.centre, lengths.cut[0], gauge)
+    begun = fit(linear, linear.centre, lengths.cut[0], noise_model)
     assert begun is not None  # a linear system always answers
     if not plant.laws:
         return begun
     nominal = Hypothesis(plant)
-    return fit(nominal, begun.theta, lengths.cut[0], gauge, begun.states) or begun
+    return fit(nominal, begun.theta, lengths.cut[0], noise_model, begun.states) or begun
 
 
 @dataclass(frozen=True)
-class Ground:
+class ReferenceFits:
     """What others are held against: one hypothesis fitted to the shortest segments (``short``) and to ``whole``
     recordings.
     """
@@ -103,24 +103,24 @@ class Ground:
         return self.whole.hypothesis
 
 
-def ground_of(
-    hypothesis: Hypothesis, theta: FloatArray, lengths: Lengths, gauge: Gauge, start: Fit | None = None
-) -> Ground | None:
+def reference_fits_of(
+    hypothesis: Hypothesis, theta: FloatArray, lengths: Lengths, noise_model: NoiseModel, start: Fit | None = None
+) -> ReferenceFits | None:
     """Return the fits of a hypothesis from ``theta``, None where it has none; ``start``: as `fit_growing`'s.
 
     Beside a force law short segments that begin with the states of another model may not find their own, although
     whole recordings do: they begin anew where the motion of these passes.
     """
-    short = fit(hypothesis, theta, lengths.cut[0], gauge, None if start is None else start.states)
-    whole = None if short is None else fit_growing(hypothesis, short.theta, lengths, gauge, short)
+    short = fit(hypothesis, theta, lengths.cut[0], noise_model, None if start is None else start.states)
+    whole = None if short is None else fit_growing(hypothesis, short.theta, lengths, noise_model, short)
     if short is None or whole is None:
         return None
-    again = None if hypothesis.is_linear else shortened(whole, lengths.cut[0], gauge)
-    return Ground(short if again is None or again.cost > short.cost else again, whole)
+    again = None if hypothesis.is_linear else shortened(whole, lengths.cut[0], noise_model)
+    return ReferenceFits(short if again is None or again.cost > short.cost else again, whole)
 
 
 def shortened(
-    whole: Fit, segments: tuple[Batch, ...], gauge: Gauge, states: tuple[FloatArray, ...] | None = None
+    whole: Fit, segments: tuple[Batch, ...], noise_model: NoiseModel, states: tuple[FloatArray, ...] | None = None
 ) -> Fit | None:
     """Return the fit of short segments from the theta of a fit of ``whole`` recordings, None where it fails.
 
@@ -129,14 +129,14 @@ def shortened(
     """
     starts = [] if states is None else [states]
     if not (whole.hypothesis.is_linear and starts):
-        starts.append(passed_by(whole, segments, gauge))
-    fits = [fit(whole.hypothesis, whole.theta, segments, gauge, start, enough=CLOSE_ENOUGH) for start in starts]
+        starts.append(passed_by(whole, segments, noise_model))
+    fits = [fit(whole.hypothesis, whole.theta, segments, noise_model, start, enough=CLOSE_ENOUGH) for start in starts]
     return min((item for item in fits if item is not None), key=lambda item: item.cost, default=None)
 
 
-def passed_by(whole: Fit, segments: tuple[Batch, ...], gauge: Gauge) -> tuple[FloatArray, ...]:
+def passed_by(whole: Fit, segments: tuple[Batch, ...], noise_model: NoiseModel) -> tuple[FloatArray, ...]:
     """Return the states (segment, state) that the motion of a fit of ``whole`` recordings has where segments begin."""
-    system = system_of(whole.hypothesis, whole.theta[None], gauge.readout)
+    system = system_of(whole.hypothesis, whole.theta[None], noise_model.outputs)
     found = []
     for batch, states, short in zip(whole.batches, whole.states, segments, strict=True):
         motion = fitted_motion(system, states, batch).now[:: short.samples, :, : states.shape[1]]

@@ -8,11 +8,11 @@ from fe_models.arrays import FloatArray
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.bounds import bound_of
 from hybrid.diagnosis.contest.starts import best_start
-from hybrid.diagnosis.fitting.far_off import goes_far, within
-from hybrid.diagnosis.fitting.fitting import Fit, fit
-from hybrid.diagnosis.recorded.gauge import Gauge
-from hybrid.diagnosis.recorded.records import count_of
-from hybrid.diagnosis.response.side_by_side import THREADS, by_twos, side_by_side
+from hybrid.diagnosis.fitting.calibration_deviation import goes_far, within
+from hybrid.diagnosis.fitting.least_squares import Fit, fit
+from hybrid.diagnosis.parallel import THREADS, in_chunks, parallel_map
+from hybrid.diagnosis.recorded.batches import count_of
+from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.screening.force_screening import screen_forces
 from hybrid.diagnosis.screening.screening import Screened
 
@@ -26,18 +26,26 @@ APART = 2.0  # of a recording's resolution: frequencies that near are one
 
 
 def fit_forces(
-    base: Fit, candidates: tuple[Candidate, ...], rivals: list[Fit], gauge: Gauge, advance: Callable[[], object]
+    base: Fit,
+    candidates: tuple[Candidate, ...],
+    rivals: list[Fit],
+    noise_model: NoiseModel,
+    advance: Callable[[], object],
 ) -> list[Fit]:
     """Return fits of the most promising harmonic forces of the ``candidates`` on top of the ``base``; of more, where
     none of the ``rivals`` does better.
     """
-    found = _beside_the_drawn(base, candidates, rivals, gauge, advance)
-    forces = _worth_it(base, screen_forces(base, candidates, gauge))
-    return found + _fit_best(base, forces, [*rivals, *found], gauge, advance)
+    found = _beside_the_drawn(base, candidates, rivals, noise_model, advance)
+    forces = _worth_it(base, screen_forces(base, candidates, noise_model))
+    return found + _fit_best(base, forces, [*rivals, *found], noise_model, advance)
 
 
 def _beside_the_drawn(
-    base: Fit, candidates: tuple[Candidate, ...], rivals: list[Fit], gauge: Gauge, advance: Callable[[], object]
+    base: Fit,
+    candidates: tuple[Candidate, ...],
+    rivals: list[Fit],
+    noise_model: NoiseModel,
+    advance: Callable[[], object],
 ) -> list[Fit]:
     """Return fits of the harmonic forces that the structure as drawn asks for, where the calibration has gone far.
 
@@ -46,30 +54,32 @@ def _beside_the_drawn(
     """
     if not goes_far(base) or not base.hypothesis.is_linear:
         return []
-    forces = _screened_at(within(base, 0.0), base, candidates, gauge)
-    apart = APART * gauge.rate / max(batch.samples for batch in base.batches)
+    forces = _screened_at(within(base, 0.0), base, candidates, noise_model)
+    apart = APART * noise_model.rate / max(batch.samples for batch in base.batches)
     lines: list[Screened] = []  # the best place of each frequency
     for trial in forces:
         if all(abs(trial.start[0] - line.start[0]) > apart for line in lines):
             lines.append(trial)
-    refined = partial(_refined, base, gauge, bound_of([base, *rivals]))
-    found = [item for item in side_by_side(refined, lines[:FORCES]) if item is not None]
+    refined = partial(_refined, base, noise_model, bound_of([base, *rivals]))
+    found = [item for item in parallel_map(refined, lines[:FORCES]) if item is not None]
     advance()
     if not _lead(found, rivals):
         return found
     ahead = max(found, key=lambda item: item.log_evidence)
-    nearby = _screened_at(ahead.theta[: len(base.theta)], base, candidates, gauge)
-    return found + _fit_best(base, nearby, rivals, gauge, advance)
+    nearby = _screened_at(ahead.theta[: len(base.theta)], base, candidates, noise_model)
+    return found + _fit_best(base, nearby, rivals, noise_model, advance)
 
 
-def _screened_at(theta: FloatArray, base: Fit, candidates: tuple[Candidate, ...], gauge: Gauge) -> list[Screened]:
+def _screened_at(
+    theta: FloatArray, base: Fit, candidates: tuple[Candidate, ...], noise_model: NoiseModel
+) -> list[Screened]:
     """Return the harmonic forces with their best frequencies, most promising first, where the base has that ``theta``;
     their fits begin there.
     """
-    there = fit(base.hypothesis, theta, base.batches, gauge, base.states, iterations=0)
+    there = fit(base.hypothesis, theta, base.batches, noise_model, base.states, iterations=0)
     if there is None:
         return []
-    forces = _worth_it(base, screen_forces(there, candidates, gauge))
+    forces = _worth_it(base, screen_forces(there, candidates, noise_model))
     return [replace(trial, shift=theta - base.theta, is_drawn=True) for trial in forces]
 
 
@@ -78,7 +88,7 @@ def _worth_it(base: Fit, forces: list[Screened]) -> list[Screened]:
 
 
 def _fit_best(
-    base: Fit, forces: list[Screened], rivals: list[Fit], gauge: Gauge, advance: Callable[[], object]
+    base: Fit, forces: list[Screened], rivals: list[Fit], noise_model: NoiseModel, advance: Callable[[], object]
 ) -> list[Fit]:
     """Return fits of the most promising harmonic forces; of more, their neighbours, where one of them is the best, and
     of all that promise so nearly as much as the first that their fits may be as good.
@@ -87,7 +97,7 @@ def _fit_best(
     is_chain, linear = base.hypothesis.plant.is_chain, base.hypothesis.is_linear
     least = FORCES if is_chain or linear else 1  # beside a frame's law each takes five seconds, and they are alike
     trials = forces[: FORCES if is_chain or not linear else MOST_NEIGHBOURS]
-    for number, two in enumerate(by_twos(trials)):
+    for number, two in enumerate(in_chunks(trials)):
         tried = number * THREADS
         if tried >= least and not _lead(found, rivals):
             break
@@ -96,7 +106,7 @@ def _fit_best(
             break
         bound = bound_of([base, *rivals, *found])
         near = [trial for trial in two if base.cost - UNDERRATED * trial.gain < bound]
-        found += [item for item in side_by_side(partial(_refined, base, gauge, bound), near) if item is not None]
+        found += [item for item in parallel_map(partial(_refined, base, noise_model, bound), near) if item is not None]
         advance()
     return found
 
@@ -107,9 +117,9 @@ def _lead(found: list[Fit], rivals: list[Fit]) -> bool:
     return best is not None and all(item.log_evidence <= best for item in rivals)
 
 
-def _refined(base: Fit, gauge: Gauge, bound: float, trial: Screened) -> Fit | None:
+def _refined(base: Fit, noise_model: NoiseModel, bound: float, trial: Screened) -> Fit | None:
     """Return the fit of a harmonic force over whole recordings, at rest in the initial states to begin with."""
-    step = best_start(base.hypothesis, base, gauge, trial)
+    step = best_start(base.hypothesis, base, noise_model, trial)
     if step is None:
         return None
-    return fit(step.hypothesis, step.theta, base.batches, gauge, step.states, bound=bound)
+    return fit(step.hypothesis, step.theta, base.batches, noise_model, step.states, bound=bound)

@@ -8,9 +8,9 @@ from typing import Any
 
 from fe_models.structure import Structure
 from hybrid.diagnosis.causes.candidate import Candidate
-from hybrid.diagnosis.fitting.fitting import Fit, fit
-from hybrid.diagnosis.recorded.gauge import Gauge
-from hybrid.diagnosis.response.side_by_side import side_by_side
+from hybrid.diagnosis.fitting.least_squares import Fit, fit
+from hybrid.diagnosis.parallel import parallel_map
+from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.screening.screening import Screened
 
 STEPS = 4  # at most, from place to place
@@ -24,7 +24,7 @@ def fits_beside(
     best: Fit,
     base: Fit,
     candidates: tuple[Candidate, ...],
-    gauge: Gauge,
+    noise_model: NoiseModel,
     advance: Callable[[], object],
     known: Sequence[Fit],
 ) -> list[Fit]:
@@ -39,7 +39,7 @@ def fits_beside(
     for _ in range(STEPS):
         moved = [item for item in _moved(best, candidates) if item.claim not in tried]
         tried |= {item.claim for item in moved}
-        found += [item for item in side_by_side(partial(_settled, gauge), moved, advance) if item is not None]
+        found += [item for item in parallel_map(partial(_settled, noise_model), moved, advance) if item is not None]
         here, best = best, max((best, *found), key=lambda item: item.log_evidence)
         if best is here:
             break
@@ -50,7 +50,7 @@ def fits_tied(
     fits: Sequence[Fit],
     temper: float,
     candidates: tuple[Candidate, ...],
-    gauge: Gauge,
+    noise_model: NoiseModel,
     advance: Callable[[], object],
 ) -> list[Fit]:
     """Return fits with the causes of the first of the ``fits``, the best, at places that do as well on a frame: next to
@@ -66,7 +66,7 @@ def fits_tied(
         moved = {start.claim: start for item in edge for start in _moved(item, candidates)}
         starts = [start for claim, start in moved.items() if claim not in tried]
         tried |= moved.keys()
-        settled = [item for item in side_by_side(partial(_settled, gauge), starts, advance) if item is not None]
+        settled = [item for item in parallel_map(partial(_settled, noise_model), starts, advance) if item is not None]
         edge = [item for item in settled if item.log_evidence >= least]
         found += settled
     return found
@@ -161,8 +161,8 @@ def _next_to(best: Fit, trials: Sequence[Screened]) -> list[Screened]:
     return [trial for trial in alike if _is_next(own.location, trial.candidate.location, structure)]
 
 
-def _settled(gauge: Gauge, start: Fit) -> Fit | None:
-    return fit(start.hypothesis, start.theta, start.batches, gauge, start.states)
+def _settled(noise_model: NoiseModel, start: Fit) -> Fit | None:
+    return fit(start.hypothesis, start.theta, start.batches, noise_model, start.states)
 
 
 def _kinds(item: Fit) -> tuple[str, ...]:

@@ -6,16 +6,16 @@ from dataclasses import replace
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.bounds import bound_of
 from hybrid.diagnosis.contest.effort import effort_of
-from hybrid.diagnosis.contest.growing import Ground, Lengths, ground_of, lengths_of, padded, short_fit
+from hybrid.diagnosis.contest.growing import Lengths, ReferenceFits, lengths_of, padded, reference_fits_of, short_fit
 from hybrid.diagnosis.contest.posterior import Posterior
 from hybrid.diagnosis.contest.search import contest, rivals_contest
-from hybrid.diagnosis.fitting.far_off import factors_off
-from hybrid.diagnosis.fitting.fitting import Fit, fit
-from hybrid.diagnosis.fitting.left_over import left
-from hybrid.diagnosis.recorded.gauge import Gauge
+from hybrid.diagnosis.fitting.calibration_deviation import factors_off
+from hybrid.diagnosis.fitting.excess_energy import excess_energy
+from hybrid.diagnosis.fitting.least_squares import Fit, fit
+from hybrid.diagnosis.parallel import parallel_map
+from hybrid.diagnosis.recorded.batches import Batch
 from hybrid.diagnosis.recorded.noise import Band
-from hybrid.diagnosis.recorded.records import Batch
-from hybrid.diagnosis.response.side_by_side import side_by_side
+from hybrid.diagnosis.recorded.noise_model import NoiseModel
 
 SECOND = 10.0  # in tempered log evidence: what a second effect must gain for the first to be looked for again
 SORTED = 0.02  # of the misfit: what a cause that acts in some recordings may leave and still be the only one
@@ -28,7 +28,7 @@ HALVED = 0.5  # of what the first of two leaves: where both leave less, the firs
 FIRSTS = 2  # single causes that a second one is looked for
 
 
-def asks_for_more(item: Fit, base: Fit, gauge: Gauge, band: Band) -> bool:
+def asks_for_more(item: Fit, base: Fit, noise_model: NoiseModel, band: Band) -> bool:
     """Return whether a second cause should be looked for: something is left, and the first took away enough.
 
     What a fit fails by is its excess and the deviation of its calibration together: factors far beyond what their owner
@@ -39,7 +39,7 @@ def asks_for_more(item: Fit, base: Fit, gauge: Gauge, band: Band) -> bool:
     astray, effort = factors_off(item), effort_of(item.hypothesis.plant)
     if explains_change(item, base) and not (effort.thorough and astray):
         return False
-    if not left(item, gauge, band).significant:
+    if not excess_energy(item, noise_model, band).significant:
         return astray
     return item.misfit <= HELPLESS * base.misfit
 
@@ -48,7 +48,7 @@ def pair_fits(
     posterior: Posterior,
     candidates: tuple[Candidate, ...],
     batches: tuple[Batch, ...],
-    gauge: Gauge,
+    noise_model: NoiseModel,
     band: Band,
     advance: Callable[[], object],
 ) -> list[Fit]:
@@ -74,23 +74,25 @@ def pair_fits(
         if first.key in done:
             continue
         done.add(first.key)
-        ground, lengths, plain = ground_with(start, batches, gauge)
+        reference, lengths, plain = reference_fits_with(start, batches, noise_model)
         advance()
-        seconds = () if ground is None else contest(ground, candidates, lengths, gauge, advance, alone=singles)
-        if ground is None or not seconds:
+        seconds = (
+            () if reference is None else contest(reference, candidates, lengths, noise_model, advance, alone=singles)
+        )
+        if reference is None or not seconds:
             continue
         best = seconds[0]
-        found += [*seconds, *each_alone(best, gauge)]
+        found += [*seconds, *each_alone(best, noise_model)]
         next_single = effort.thorough or len(start.hypothesis.candidates) == 1
         least = min(found, key=lambda item: item.misfit)
         if len(done) > 1 and next_single and nominal is not None and is_hopeless(least, nominal):
             break
-        if not left(best, gauge, band).significant and not factors_off(best):
-            return found + list(rivals_contest(best, candidates, lengths, gauge, plain, advance))
-        gained = (best.log_evidence - ground.whole.log_evidence) / posterior.temper
+        if not excess_energy(best, noise_model, band).significant and not factors_off(best):
+            return found + list(rivals_contest(best, candidates, lengths, noise_model, plain, advance))
+        gained = (best.log_evidence - reference.whole.log_evidence) / posterior.temper
         if effort.thorough and gained >= SECOND:
             starts.insert(0, best)
-        elif not (effort.thorough or anew) and _is_halved(ground.whole, best):
+        elif not (effort.thorough or anew) and _is_halved(reference.whole, best):
             starts, turns, anew = [best, *starts], turns + 1, True
     return found
 
@@ -104,7 +106,9 @@ def _is_halved(first: Fit, pair: Fit) -> bool:
     return leaves_much and not pair.hypothesis.candidates[-1].is_law and pair.misfit < HALVED * first.misfit
 
 
-def ground_with(start: Fit, batches: tuple[Batch, ...], gauge: Gauge) -> tuple[Ground | None, Lengths, Fit]:
+def reference_fits_with(
+    start: Fit, batches: tuple[Batch, ...], noise_model: NoiseModel
+) -> tuple[ReferenceFits | None, Lengths, Fit]:
     """Return what a second cause is held against: the last cause of a fit alone, in all recordings.
 
     None where it has no fit; with the segments, and the nominal fit of the shortest.
@@ -112,12 +116,12 @@ def ground_with(start: Fit, batches: tuple[Batch, ...], gauge: Gauge) -> tuple[G
     others = tuple(range(len(start.hypothesis.candidates) - 1))
     hypothesis, theta = start.hypothesis.less(others), start.theta[start.hypothesis.parameters_of(others)]
     lengths = lengths_of(batches, hypothesis.states)
-    plain = short_fit(hypothesis.plant, lengths, gauge)
+    plain = short_fit(hypothesis.plant, lengths, noise_model)
     quiet = replace(plain, states=padded(plain, hypothesis))
-    return ground_of(hypothesis, theta, lengths, gauge, quiet), lengths, plain
+    return reference_fits_of(hypothesis, theta, lengths, noise_model, quiet), lengths, plain
 
 
-def each_alone(pair: Fit, gauge: Gauge) -> list[Fit]:
+def each_alone(pair: Fit, noise_model: NoiseModel) -> list[Fit]:
     """Return fits of each cause of a ``pair`` without the other, which may only have led the search to it.
 
     Where two supports give way, the one kept begins with the other's motion; it matters beside force laws only.
@@ -127,9 +131,9 @@ def each_alone(pair: Fit, gauge: Gauge) -> list[Fit]:
     def alone(number: int) -> Fit | None:
         off = tuple(other for other in range(len(both.candidates)) if other != number)
         states = tuple(part[:, both.states_of(off)] for part in pair.states)
-        return fit(both.less(off), pair.theta[both.parameters_of(off)], pair.batches, gauge, states)
+        return fit(both.less(off), pair.theta[both.parameters_of(off)], pair.batches, noise_model, states)
 
-    return [item for item in side_by_side(alone, range(len(both.candidates))) if item is not None]
+    return [item for item in parallel_map(alone, range(len(both.candidates))) if item is not None]
 
 
 def explains_change(item: Fit, base: Fit) -> bool:

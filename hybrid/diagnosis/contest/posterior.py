@@ -9,10 +9,10 @@ from fe_models.effects import DeadLoad
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.exactness import expected_square, log_evidences
 from hybrid.diagnosis.contest.odds import Odds, log_of_groups
-from hybrid.diagnosis.fitting.fitting import Fit
-from hybrid.diagnosis.fitting.wave import TOLD, wave
+from hybrid.diagnosis.fitting.harmonic_amplitude import TOLD, harmonic_amplitude
+from hybrid.diagnosis.fitting.least_squares import Fit
+from hybrid.diagnosis.recorded.batches import acting_as_made
 from hybrid.diagnosis.recorded.noise import correlation_factor
-from hybrid.diagnosis.recorded.records import acting_as_made
 
 NOTHING = 0.5  # prior probability that nothing is wrong; each further effect halves what is left
 
@@ -72,7 +72,11 @@ def _alike(fit: Fit) -> float:
 def _waves_told(fit: Fit) -> bool:
     """Return whether the amplitude of each harmonic force of a fit is told from none."""
     candidates = fit.hypothesis.candidates
-    return all(wave(fit, number).is_told for number, candidate in enumerate(candidates) if candidate.oscillator)
+    return all(
+        harmonic_amplitude(fit, number).is_significant
+        for number, candidate in enumerate(candidates)
+        if candidate.oscillator
+    )
 
 
 def _softness_told(fit: Fit) -> bool:

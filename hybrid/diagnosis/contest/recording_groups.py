@@ -7,9 +7,9 @@ import numpy as np
 
 from fe_models.arrays import TINY, BoolArray, FloatArray, IntArray
 from hybrid.diagnosis.causes.candidate import Candidate
-from hybrid.diagnosis.fitting.fitting import Fit
-from hybrid.diagnosis.recorded.gauge import Gauge
-from hybrid.diagnosis.recorded.records import Batch, as_made, count_of
+from hybrid.diagnosis.fitting.least_squares import Fit
+from hybrid.diagnosis.recorded.batches import Batch, as_made, count_of
+from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.screening.screening import amounts_by_recording
 
 Groups = tuple[tuple[Batch, ...], tuple[Batch, ...]]
@@ -82,7 +82,7 @@ def _told_by_changes(amounts: FloatArray, sizes: FloatArray) -> FloatArray:
     return np.asarray(along[:, :-1] ** 2 / before + (along[:, -1:] - along[:, :-1]) ** 2 / after)
 
 
-def asked_for(short: Fit, candidates: tuple[Candidate, ...], gauge: Gauge) -> tuple[Asked, ...]:
+def asked_for(short: Fit, candidates: tuple[Candidate, ...], noise_model: NoiseModel) -> tuple[Asked, ...]:
     """Return the candidates that promise most beside a fit, if each recording had its own amount, best first.
 
     Of fewer than three recordings, or where fewer feel a candidate, nothing is told.
@@ -95,7 +95,7 @@ def asked_for(short: Fit, candidates: tuple[Candidate, ...], gauge: Gauge) -> tu
         usable = [candidate for candidate in usable if candidate.released is None]
     middle = [replace(c, starts=(c.first_starts[len(c.first_starts) // 2],)) for c in usable]
     ranked: list[Asked] = []
-    for candidate, (amounts, sizes) in zip(usable, amounts_by_recording(short, middle, gauge), strict=True):
+    for candidate, (amounts, sizes) in zip(usable, amounts_by_recording(short, middle, noise_model), strict=True):
         felt = (sizes > 0) & (sizes >= FELT * np.max(sizes))
         if np.isfinite(amounts).all() and felt.sum() >= FEWEST:
             ranked.append(Asked(candidate, np.where(felt, amounts, np.nan), sizes, as_made(short.batches)))

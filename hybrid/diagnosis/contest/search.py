@@ -8,7 +8,15 @@ import numpy as np
 
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.bounds import LEFT, bound_of
-from hybrid.diagnosis.contest.growing import CLOSE_ENOUGH, Ground, Lengths, continued, fit_growing, padded, shortened
+from hybrid.diagnosis.contest.growing import (
+    CLOSE_ENOUGH,
+    Lengths,
+    ReferenceFits,
+    continued,
+    fit_growing,
+    padded,
+    shortened,
+)
 from hybrid.diagnosis.contest.harmonic import fit_forces
 from hybrid.diagnosis.contest.neighbours import laws_beside, of_other_kinds
 from hybrid.diagnosis.contest.odds import Odds
@@ -21,13 +29,13 @@ from hybrid.diagnosis.contest.shortlist import (
     with_others,
 )
 from hybrid.diagnosis.contest.starts import best_start, starts_of
-from hybrid.diagnosis.fitting.far_off import factors_off
-from hybrid.diagnosis.fitting.fitting import Fit, Step, fit
-from hybrid.diagnosis.recorded.gauge import Gauge
-from hybrid.diagnosis.recorded.records import Batch
+from hybrid.diagnosis.fitting.calibration_deviation import factors_off
+from hybrid.diagnosis.fitting.least_squares import Fit, Step, fit
+from hybrid.diagnosis.parallel import in_chunks, parallel_map
+from hybrid.diagnosis.recorded.batches import Batch
+from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.response.hypothesis import Hypothesis
-from hybrid.diagnosis.response.side_by_side import by_twos, side_by_side
-from hybrid.diagnosis.screening.absorbed import absorbed
+from hybrid.diagnosis.screening.confounded_factors import confounded_candidates
 from hybrid.diagnosis.screening.modal_scan import modal_scan
 from hybrid.diagnosis.screening.scanning import scan, unseen
 from hybrid.diagnosis.screening.screening import Screened, screen
@@ -43,36 +51,39 @@ SHORT_ITERATIONS = 8  # of the fits of the shortest segments
 
 
 def contest(
-    ground: Ground,
+    reference: ReferenceFits,
     candidates: tuple[Candidate, ...],
     lengths: Lengths,
-    gauge: Gauge,
+    noise_model: NoiseModel,
     advance: Callable[[], object] = nothing,
     kept: int = KEPT,
     alone: Iterable[Fit] = (),
 ) -> tuple[Fit, ...]:
-    """Return the fits of one of the ``candidates`` each on top of the ``ground``, best evidence first.
+    """Return the fits of one of the ``candidates`` each on top of the ``reference``, best evidence first.
 
     ``alone``: fits of single causes, each of which may begin here as it ended there.
     """
-    short, base = ground.short, ground.whole
-    odds = Odds.among(candidates, ground.hypothesis.plant.alike)
-    taken = {candidate.key for candidate in ground.hypothesis.candidates}
+    short, base = reference.short, reference.whole
+    odds = Odds.among(candidates, reference.hypothesis.plant.alike)
+    taken = {candidate.key for candidate in reference.hypothesis.candidates}
     others = tuple(candidate for candidate in candidates if candidate.key not in taken)
     is_frame = short.hypothesis.plant.kept is not None
-    by_modes = modal_scan(base, others, gauge, short) if is_frame else []
+    by_modes = modal_scan(base, others, noise_model, short) if is_frame else []
     beside_law = is_frame and not base.hypothesis.is_linear  # where each takes a march of whole recordings
-    tested = screen(base, tuple(c for c in others if not (beside_law and c.turns_modes)), gauge)
-    screened = screen(short, others, gauge)
-    ranked, scanned = [absorbed(base, others), screened, tested, by_modes], scan(short, others, gauge)
+    tested = screen(base, tuple(c for c in others if not (beside_law and c.turns_modes)), noise_model)
+    screened = screen(short, others, noise_model)
+    ranked, scanned = (
+        [confounded_candidates(base, others), screened, tested, by_modes],
+        scan(short, others, noise_model),
+    )
     advance()
     trials = promising(ranked, scanned, kept, odds)
     if beside_law:
         trials = most_promising_of_each_kind(trials)
-    trials = with_others(trials, [*unseen(short, others, gauge), *_found_alone(short, alone)])
+    trials = with_others(trials, [*unseen(short, others, noise_model), *_found_alone(short, alone)])
 
     def begin(chosen: list[Screened], known: Fit | None = None) -> list[Fit]:
-        return _begun(ground.hypothesis, short, chosen, gauge, odds, advance, known)
+        return _begun(reference.hypothesis, short, chosen, noise_model, odds, advance, known)
 
     present = begin(trials)
     if present:
@@ -80,10 +91,10 @@ def contest(
         present += begin(others_there(best, [*ranked, scanned], trials), best)
         present += laws_beside(present, screened, begin)
     for longer in lengths.cut[1:]:
-        present = _race(present, longer, gauge, lengths.enough(longer), odds)
+        present = _race(present, longer, noise_model, lengths.enough(longer), odds)
         advance()
-    present += _foretold(ground, tested, present, lengths, gauge)
-    present += fit_forces(base, others, present, gauge, advance)
+    present += _foretold(reference, tested, present, lengths, noise_model)
+    present += fit_forces(base, others, present, noise_model, advance)
     return tuple(sorted(present, key=lambda item: -item.log_evidence))
 
 
@@ -115,13 +126,15 @@ def _found_alone(short: Fit, alone: Iterable[Fit]) -> list[Screened]:
     return trials[:FOUND_ALONE]
 
 
-def _foretold(ground: Ground, ranked: list[Screened], present: list[Fit], lengths: Lengths, gauge: Gauge) -> list[Fit]:
+def _foretold(
+    reference: ReferenceFits, ranked: list[Screened], present: list[Fit], lengths: Lengths, noise_model: NoiseModel
+) -> list[Fit]:
     """Return fits of causes that promise more over whole recordings than the best of the ``present`` takes away.
 
     They were behind on segments, which hide what is rare (a stop that is hit now and then beside a late sensor), or
     lead astray (a cable that is slack most of the time).
     """
-    base = ground.whole
+    base = reference.whole
     best = min((item.charged for item in present), default=base.cost)
     wanted = base.cost - best + LEFT * (best - base.values)
     known = {item.hypothesis.candidates[-1].key for item in present}
@@ -129,11 +142,11 @@ def _foretold(ground: Ground, ranked: list[Screened], present: list[Fit], length
     trials = [trial for key, trial in promised.items() if key not in known]
 
     def fitted(trial: Screened) -> Fit | None:
-        hypothesis = ground.hypothesis.adding(trial.candidate)
-        start = replace(ground.short, states=padded(ground.short, hypothesis))
-        return fit_growing(hypothesis, trial.theta(base), lengths, gauge, start)
+        hypothesis = reference.hypothesis.adding(trial.candidate)
+        start = replace(reference.short, states=padded(reference.short, hypothesis))
+        return fit_growing(hypothesis, trial.theta(base), lengths, noise_model, start)
 
-    found = side_by_side(fitted, sorted(trials, key=lambda item: -item.gain)[:FORETOLD])
+    found = parallel_map(fitted, sorted(trials, key=lambda item: -item.gain)[:FORETOLD])
     return [item for item in found if item is not None]
 
 
@@ -141,7 +154,7 @@ def rivals_contest(
     best: Fit,
     candidates: tuple[Candidate, ...],
     lengths: Lengths,
-    gauge: Gauge,
+    noise_model: NoiseModel,
     plain: Fit,
     advance: Callable[[], object] = nothing,
 ) -> tuple[Fit, ...]:
@@ -152,17 +165,17 @@ def rivals_contest(
     causes = best.hypothesis.candidates
     hypothesis = replace(best.hypothesis, candidates=(*causes[:-2], causes[-1]))
     both = np.delete(best.theta, np.arange(len(best.theta))[best.hypothesis.slices[-2]])
-    short = fit(hypothesis, both, lengths.cut[0], gauge, padded(plain, hypothesis), SHORT_ITERATIONS)
-    again = shortened(best, lengths.cut[0], gauge, padded(plain, best.hypothesis))
+    short = fit(hypothesis, both, lengths.cut[0], noise_model, padded(plain, hypothesis), SHORT_ITERATIONS)
+    again = shortened(best, lengths.cut[0], noise_model, padded(plain, best.hypothesis))
     if short is None or again is None:
         return ()
     odds = Odds.among(candidates, hypothesis.plant.alike)
     taken = {candidate.key for candidate in causes}
     others = tuple(candidate for candidate in candidates if candidate.key not in taken)
-    trials = promising([screen(short, others, gauge)], scan(short, others, gauge), RIVALS, odds)
-    present = [again, *_begun(hypothesis, short, trials, gauge, odds, advance, again)]
+    trials = promising([screen(short, others, noise_model)], scan(short, others, noise_model), RIVALS, odds)
+    present = [again, *_begun(hypothesis, short, trials, noise_model, odds, advance, again)]
     for longer in lengths.cut[1:]:
-        present = _race(present, longer, gauge, lengths.enough(longer), odds)
+        present = _race(present, longer, noise_model, lengths.enough(longer), odds)
         advance()
     return tuple(item for item in present if item.hypothesis.candidates[-1].key not in taken)
 
@@ -171,7 +184,7 @@ def _begun(
     hypothesis: Hypothesis,
     short: Fit,
     trials: list[Screened],
-    gauge: Gauge,
+    noise_model: NoiseModel,
     odds: Odds,
     advance: Callable[[], object],
     known: Fit | None = None,
@@ -181,17 +194,17 @@ def _begun(
     The first steps of each tell more than any guess; only the best after that go on.
     """
     trials = sorted(trials, key=lambda trial: -len(starts_of(trial, short)))  # what takes longest not last of all
-    steps = side_by_side(partial(best_start, hypothesis, short, gauge), trials, advance)
+    steps = parallel_map(partial(best_start, hypothesis, short, noise_model), trials, advance)
     begun = [(trial, step) for trial, step in zip(trials, steps, strict=True) if step is not None]
     best: dict[str, Fit] = {}
-    for two in by_twos(foremost(begun, odds)):
+    for two in in_chunks(foremost(begun, odds)):
         bound = bound_of([*best.values(), *([] if known is None else [known])])
 
         def further(step: Step, bound: float = bound) -> Fit | None:
-            start = step.hypothesis, step.theta, short.batches, gauge, step.states
+            start = step.hypothesis, step.theta, short.batches, noise_model, step.states
             return fit(*start, iterations=SHORT_ITERATIONS, enough=CLOSE_ENOUGH, bound=bound)
 
-        for item in side_by_side(further, two):
+        for item in parallel_map(further, two):
             key = "" if item is None else item.hypothesis.candidates[-1].key
             if item is not None and (key not in best or item.cost < best[key].cost):
                 best[key] = item
@@ -199,7 +212,7 @@ def _begun(
     return list(best.values())
 
 
-def _race(fits: list[Fit], longer: tuple[Batch, ...], gauge: Gauge, enough: float, odds: Odds) -> list[Fit]:
+def _race(fits: list[Fit], longer: tuple[Batch, ...], noise_model: NoiseModel, enough: float, odds: Odds) -> list[Fit]:
     """Return the fits that are not too far behind, one of them linear in any case, continued over longer segments.
 
     Of more than there is time for those that lead with their ``odds``.
@@ -215,11 +228,11 @@ def _race(fits: list[Fit], longer: tuple[Batch, ...], gauge: Gauge, enough: floa
     racing = [item for item in ranked[:most] if item.charged <= limit]
     if not any(item.hypothesis.is_linear for item in racing):  # laws may take up what no cause explains, and hide it
         racing += [item for item in ranked if item.hypothesis.is_linear][:1]
-    for two in by_twos(racing):
+    for two in in_chunks(racing):
 
         def further(item: Fit, bound: float = bound_of(found)) -> Fit | None:
             states, most = continued(item, longer), bound if item.charged <= limit else np.inf
-            return fit(item.hypothesis, item.theta, longer, gauge, states, enough=enough, bound=most)
+            return fit(item.hypothesis, item.theta, longer, noise_model, states, enough=enough, bound=most)
 
-        found += [item for item in side_by_side(further, two) if item is not None]
+        found += [item for item in parallel_map(further, two) if item is not None]
     return found

@@ -11,34 +11,34 @@ from fe_models.time_integration import root
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.causes.candidates import all_candidates
 from hybrid.diagnosis.causes.places import Motion
-from hybrid.diagnosis.contest.discrepancy import search_gauge
+from hybrid.diagnosis.contest.discrepancy import search_noise_model
 from hybrid.diagnosis.contest.growing import Lengths, lengths_of, short_fit
 from hybrid.diagnosis.contest.wrong_units import with_other_units
+from hybrid.diagnosis.fitting.calibration_deviation import DEVIATION
 from hybrid.diagnosis.fitting.crossvalidation import as_recordings
 from hybrid.diagnosis.fitting.driven import states_along
-from hybrid.diagnosis.fitting.far_off import DEVIATION
-from hybrid.diagnosis.fitting.fitting import Fit
+from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.nominal.geometry import Geometry
 from hybrid.diagnosis.nominal.geometry_forces import geometries_of
+from hybrid.diagnosis.nominal.ignored_assumptions import ignored_assumptions
 from hybrid.diagnosis.nominal.lowpass import noise_is_lowpassed
 from hybrid.diagnosis.nominal.mesh_error import coarse_mesh
 from hybrid.diagnosis.nominal.modal_plant import modal_plant, with_ratios_of_modal_model
-from hybrid.diagnosis.nominal.not_followed import not_followed
 from hybrid.diagnosis.nominal.plant import Plant, plant_of
 from hybrid.diagnosis.nominal.unstated_lowpass import unstated_lowpass
-from hybrid.diagnosis.recorded.channels import usable
-from hybrid.diagnosis.recorded.filtered_ends import without_ringing_ends
-from hybrid.diagnosis.recorded.gauge import Gauge
+from hybrid.diagnosis.recorded.batches import Batch, batches_of, columns_of, measured_columns
+from hybrid.diagnosis.recorded.faulty_channels import usable
+from hybrid.diagnosis.recorded.filter_transients import without_ringing_ends
 from hybrid.diagnosis.recorded.noise import Band, noise_of_recordings, structure_band
 from hybrid.diagnosis.recorded.noise_levels import NoiseLevels
+from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.recorded.offsets import without_offsets
-from hybrid.diagnosis.recorded.readout import Readout
-from hybrid.diagnosis.recorded.records import Batch, batches_of, columns_of, measured_columns
-from hybrid.diagnosis.recorded.sizes import other_sizes
+from hybrid.diagnosis.recorded.sensor_outputs import SensorOutputs
 from hybrid.diagnosis.recorded.spectra import HARDLY_SHOWN, energy_near
+from hybrid.diagnosis.recorded.unit_check import other_sizes
 from hybrid.diagnosis.response.hypothesis import Hypothesis
+from hybrid.diagnosis.response.load_removal import without_load_response
 from hybrid.diagnosis.response.marching import is_too_fast
-from hybrid.diagnosis.response.unloaded import unloaded
 
 UNLIKE = "noise goes with {pattern}: each recording counts by its own"
 SEED = 0  # of the states at which geometric forces are taken: the same of the same recordings
@@ -50,7 +50,7 @@ class Setting:
 
     ``geometries``: what the structure may exert beyond its linear model; whether it does, the recordings tell.
     ``modal``: the modal model that stands for the structure in the user's simulation, None where the structure does.
-    ``measured``: columns of the sensors that are fitted; ``gauge``: with the noise that the recordings tell, and
+    ``measured``: columns of the sensors that are fitted; ``noise_model``: with the noise that the recordings tell, and
     ``searched``, with which causes are sought: mostly the same (see `discrepancy`); ``levels``: how it differs from
     recording to recording; ``band``: where the structure's motion shows; ``lengths``: the training recordings in
     segments; ``short``: the nominal fit of the shortest; ``notes``: what the user should know about the data.
@@ -61,8 +61,8 @@ class Setting:
     geometries: tuple[Geometry, ...]
     modal: Plant | None
     measured: tuple[int, ...]
-    gauge: Gauge
-    searched: Gauge
+    noise_model: NoiseModel
+    searched: NoiseModel
     levels: NoiseLevels
     band: Band
     lengths: Lengths
@@ -72,7 +72,7 @@ class Setting:
     @property
     def is_astray(self) -> bool:
         """Whether the nominal model leaves so much that what it lacks counts as noise in the search."""
-        return self.searched is not self.gauge
+        return self.searched is not self.noise_model
 
     @property
     def nominal(self) -> Hypothesis:
@@ -85,7 +85,7 @@ class Setting:
 
     def with_noise(self, batches: tuple[Batch, ...]) -> tuple[Batch, ...]:
         """Return batches of all channels with the noise of each recording, where these are not alike."""
-        return tuple(_with_noise(batch, self.measured, self.plant, self.gauge, self.levels) for batch in batches)
+        return tuple(_with_noise(batch, self.measured, self.plant, self.noise_model, self.levels) for batch in batches)
 
     def candidates(self) -> tuple[Candidate, ...]:
         """Return every cause at every place that it can have."""
@@ -122,17 +122,17 @@ def setting_of(dataset: Dataset) -> Setting:
     measured = measured_columns(dataset)
     rate = dataset.sampling_rate
     band = structure_band(plant, rate, dataset.lowpass, white=not noise_is_lowpassed(dataset))
-    gauge, levels = _noise(plant, dataset, measured, band)
-    recorded = tuple(_with_noise(batch, measured, plant, gauge, levels) for batch in batches_of(dataset, "train"))
+    noise_model, levels = _noise(plant, dataset, measured, band)
+    recorded = tuple(_with_noise(batch, measured, plant, noise_model, levels) for batch in batches_of(dataset, "train"))
     lengths = lengths_of(columns_of(recorded, measured), Hypothesis(plant).states)
-    short = short_fit(plant, lengths, gauge)
+    short = short_fit(plant, lengths, noise_model)
     if _disperses_too_far(short):
         plant, modal = plant.undispersed, modal and modal.undispersed
-        short = short_fit(plant, lengths, gauge)
-    searched, lengths, short = search_gauge(plant, lengths, gauge, short)
+        short = short_fit(plant, lengths, noise_model)
+    searched, lengths, short = search_noise_model(plant, lengths, noise_model, short)
     motion = Motion.of_states(states_along(short, searched), plant).displacement
     geometries = geometries_of(plant, motion, np.random.default_rng(SEED))
-    unlike = () if levels.are_alike or searched is not gauge else (UNLIKE.format(pattern=levels.pattern.value),)
+    unlike = () if levels.are_alike or searched is not noise_model else (UNLIKE.format(pattern=levels.pattern.value),)
     notes = (
         *other_end,
         *rung,
@@ -142,16 +142,18 @@ def setting_of(dataset: Dataset) -> Setting:
         *apart,
         *fast,
         *unlike,
-        *not_followed(plant, dataset.assumptions),
-        *coarse_mesh(plant, _moved(plant, lengths.whole, gauge)),
+        *ignored_assumptions(plant, dataset.assumptions),
+        *coarse_mesh(plant, _moved(plant, lengths.whole, noise_model)),
     )
-    return Setting(dataset, plant, geometries, modal, measured, gauge, searched, levels, band, lengths, short, notes)
+    return Setting(
+        dataset, plant, geometries, modal, measured, noise_model, searched, levels, band, lengths, short, notes
+    )
 
 
-def _moved(plant: Plant, batches: tuple[Batch, ...], gauge: Gauge) -> BoolArray:
+def _moved(plant: Plant, batches: tuple[Batch, ...], noise_model: NoiseModel) -> BoolArray:
     """Return in which nominal modes (mode,) the recordings have motion."""
-    motion = tuple(batch.recorded / batch.sigma(gauge) for batch in batches)
-    return energy_near(plant.modes[0] / (2 * np.pi), motion, gauge.rate) >= HARDLY_SHOWN
+    motion = tuple(batch.recorded / batch.sigma(noise_model) for batch in batches)
+    return energy_near(plant.modes[0] / (2 * np.pi), motion, noise_model.rate) >= HARDLY_SHOWN
 
 
 def _disperses_too_far(short: Fit) -> bool:
@@ -160,23 +162,26 @@ def _disperses_too_far(short: Fit) -> bool:
     return plant.disperses and bool(abs(short.theta[plant.dispersion]) > DEVIATION * plant.spread[plant.dispersion])
 
 
-def _noise(plant: Plant, dataset: Dataset, measured: tuple[int, ...], band: Band) -> tuple[Gauge, NoiseLevels]:
-    """Return the gauge with the noise of the training recordings, and how it differs between all recordings."""
+def _noise(plant: Plant, dataset: Dataset, measured: tuple[int, ...], band: Band) -> tuple[NoiseModel, NoiseLevels]:
+    """Return the noise model with the noise of the training recordings, and how it differs between all recordings."""
     sensors, rate = tuple(dataset.sensors[i] for i in measured), dataset.sampling_rate
-    readout = Readout.measured(sensors, rate)
+    outputs = SensorOutputs.measured(sensors, rate)
     train, test = (
-        unloaded(plant, columns_of(batches_of(dataset, role), measured), readout) for role in ("train", "test")
+        without_load_response(plant, columns_of(batches_of(dataset, role), measured), outputs)
+        for role in ("train", "test")
     )
     levels = NoiseLevels.of((*train, *test), rate, band)
     noise = noise_of_recordings(train, rate, band) if levels.are_alike else np.exp(levels.usual)
-    return Gauge(sensors, rate, noise), levels
+    return NoiseModel(sensors, rate, noise), levels
 
 
-def _with_noise(batch: Batch, measured: tuple[int, ...], plant: Plant, gauge: Gauge, levels: NoiseLevels) -> Batch:
+def _with_noise(
+    batch: Batch, measured: tuple[int, ...], plant: Plant, noise_model: NoiseModel, levels: NoiseLevels
+) -> Batch:
     """Return a batch of all channels with the noise of each recording, as its ``measured`` sensors tell it."""
     if levels.are_alike:
         return batch
     noise = np.ones((len(batch.names), batch.data.shape[2]))
-    (free,) = unloaded(plant, columns_of((batch,), measured), gauge.readout)
+    (free,) = without_load_response(plant, columns_of((batch,), measured), noise_model.outputs)
     noise[:, list(measured)] = levels.of_recordings(free)
     return replace(batch, noise=noise)

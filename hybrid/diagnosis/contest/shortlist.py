@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from hybrid.diagnosis.contest.effort import effort_of
 from hybrid.diagnosis.contest.odds import Odds
-from hybrid.diagnosis.fitting.fitting import Step
+from hybrid.diagnosis.fitting.least_squares import Step
 from hybrid.diagnosis.screening.screening import Screened
 
 SCANNED = 4  # times as many candidates of a scan, which knows nothing of what the uncertain factors could do besides

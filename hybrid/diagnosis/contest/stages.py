@@ -10,7 +10,7 @@ from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.changes import changed, changes_beside, groups_in
 from hybrid.diagnosis.contest.discrepancy import in_units_of
 from hybrid.diagnosis.contest.effort import effort_of
-from hybrid.diagnosis.contest.growing import Ground, Lengths, fit_growing, padded, shortened
+from hybrid.diagnosis.contest.growing import Lengths, ReferenceFits, fit_growing, padded, shortened
 from hybrid.diagnosis.contest.harmonic import fit_forces
 from hybrid.diagnosis.contest.neighbours import fits_beside, fits_tied, looks_wrong
 from hybrid.diagnosis.contest.odds import Odds
@@ -27,14 +27,14 @@ from hybrid.diagnosis.contest.recording_groups import asked_for, clear_groups
 from hybrid.diagnosis.contest.search import contest
 from hybrid.diagnosis.contest.shortlist import TIED, not_too_many_of_a_kind
 from hybrid.diagnosis.contest.switching import fit_everywhere, fit_switched
-from hybrid.diagnosis.fitting.far_off import factors_off
-from hybrid.diagnosis.fitting.fitting import Fit, fit
-from hybrid.diagnosis.fitting.forecasting import forecast, model_of
-from hybrid.diagnosis.fitting.left_over import left
-from hybrid.diagnosis.fitting.wave import wave
-from hybrid.diagnosis.recorded.gauge import Gauge
+from hybrid.diagnosis.fitting.calibration_deviation import factors_off
+from hybrid.diagnosis.fitting.excess_energy import excess_energy
+from hybrid.diagnosis.fitting.forecast_score import forecast, model_of
+from hybrid.diagnosis.fitting.harmonic_amplitude import harmonic_amplitude
+from hybrid.diagnosis.fitting.least_squares import Fit, fit
+from hybrid.diagnosis.parallel import parallel_map
 from hybrid.diagnosis.recorded.noise import Band
-from hybrid.diagnosis.response.side_by_side import side_by_side
+from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.screening.screening import Screened, screen
 
 PROMISING = 4  # causes at most that are fitted because a score test promises something of them
@@ -47,23 +47,26 @@ WELL = (1.05, 1.25)  # times the noise floor: mean and largest error of forecast
 
 @dataclass(frozen=True)
 class Search:
-    """What is searched beside the ``ground``, with the noise of its ``gauge``; ``own``: with that of the recordings.
+    """What is searched beside the ``reference``, with the noise of its ``noise_model``; ``own``: with that of the
+    recordings.
 
     Each stage returns further fits, given all ``fits`` so far, the first of them without any cause; ``tell`` hears
     which it is.
     """
 
-    ground: Ground
+    reference: ReferenceFits
     lengths: Lengths
     candidates: tuple[Candidate, ...]
-    gauge: Gauge
-    own: Gauge
+    noise_model: NoiseModel
+    own: NoiseModel
     band: Band
     tell: Callable[[str], object]
 
     def singles(self) -> list[Fit]:
         """Return fits of each cause alone."""
-        return list(contest(self.ground, self.candidates, self.lengths, self.gauge, self._hears("single causes")))
+        return list(
+            contest(self.reference, self.candidates, self.lengths, self.noise_model, self._hears("single causes"))
+        )
 
     def apart(self, fits: list[Fit]) -> list[Fit]:
         """Return fits of causes that act in some recordings only, alone or beside another one."""
@@ -73,15 +76,15 @@ class Search:
             return []
         hears = self._hears("recordings apart")
         hears()
-        asked = asked_for(self.ground.short, self.candidates, self.gauge)
-        found = fit_switched(self.ground.short, best, asked, self.lengths, self.gauge)
+        asked = asked_for(self.reference.short, self.candidates, self.noise_model)
+        found = fit_switched(self.reference.short, best, asked, self.lengths, self.noise_model)
         after = self.posterior([*fits, *found])
         best = after.fits[0]
         if self._is_settled(best):
             return found
         if any(batch.off for batch in best.batches):
             groups = groups_in(after)
-            found += changed(self.ground, groups, self.candidates, self.gauge, hears)
+            found += changed(self.reference, groups, self.candidates, self.noise_model, hears)
             best = self.posterior([*fits, *found]).fits[0]
             thorough = effort_of(best.hypothesis.plant).thorough
             if self._is_settled(best) or (explains_change(best, fits[0]) and not thorough):
@@ -89,7 +92,9 @@ class Search:
         else:
             groups = clear_groups(asked, self.lengths.whole)
         lasting = _lasting(posterior, fits[0])
-        return found + changes_beside(self.ground, groups, lasting, self.candidates, self.gauge, self.band, hears)
+        return found + changes_beside(
+            self.reference, groups, lasting, self.candidates, self.noise_model, self.band, hears
+        )
 
     def everywhere(self, fits: list[Fit]) -> list[Fit]:
         """Return the fit in all recordings of a cause that does best in some of them only, and was not fitted in all.
@@ -102,7 +107,7 @@ class Search:
         if known or not any(batch.off for batch in best.batches) or self._is_settled(best):
             return []
         self.tell("all recordings")
-        found = fit_everywhere(best, self.lengths.whole, self.gauge)
+        found = fit_everywhere(best, self.lengths.whole, self.noise_model)
         return [] if found is None else [found]
 
     def together(self, fits: list[Fit]) -> list[Fit]:
@@ -113,7 +118,7 @@ class Search:
             return []
         hears = self._hears("two causes")
         hears()
-        return pair_fits(posterior, self.candidates, self.lengths.whole, self.gauge, self.band, hears)
+        return pair_fits(posterior, self.candidates, self.lengths.whole, self.noise_model, self.band, hears)
 
     def promised(self, fits: list[Fit]) -> list[Fit]:
         """Return fits of a cause that promises to be more probable than none, and of those that promise as much: beside
@@ -135,7 +140,7 @@ class Search:
         def ahead(trial: Screened) -> float:
             return trial.gain - odds.price(trial.candidate)
 
-        ranked = sorted(screen(best, others, self.gauge), key=ahead, reverse=True)
+        ranked = sorted(screen(best, others, self.noise_model), key=ahead, reverse=True)
         least = max(ahead(ranked[0]) - TIED * odds.alike, 0.0) if ranked else 0.0
         trials = not_too_many_of_a_kind([trial for trial in ranked if ahead(trial) > least])
         if trials:
@@ -143,11 +148,11 @@ class Search:
 
         def fitted(trial: Screened) -> Fit | None:
             hypothesis = best.hypothesis.adding(trial.candidate)
-            return fit(hypothesis, trial.theta(best), best.batches, self.gauge, padded(best, hypothesis))
+            return fit(hypothesis, trial.theta(best), best.batches, self.noise_model, padded(best, hypothesis))
 
-        found = [item for item in side_by_side(fitted, trials[:PROMISING]) if item is not None]
+        found = [item for item in parallel_map(fitted, trials[:PROMISING]) if item is not None]
         if causes and not self.is_enough(best):
-            found += fit_forces(best, others, found, self.gauge, self._hears("what is promised"))
+            found += fit_forces(best, others, found, self.noise_model, self._hears("what is promised"))
         return found
 
     def in_groups(self, fits: list[Fit]) -> list[Fit]:
@@ -163,7 +168,7 @@ class Search:
         if not (effort_of(best.hypothesis.plant).thorough or any(batch.off for batch in alone.batches)):
             return []
         hears = self._hears("recordings apart")
-        return changes_beside(self.ground, groups, (), self.candidates, self.gauge, self.band, hears)
+        return changes_beside(self.reference, groups, (), self.candidates, self.noise_model, self.band, hears)
 
     def nearby(self, fits: list[Fit]) -> list[Fit]:
         """Return fits of the causes found at the places next to theirs, where more would be looked for otherwise."""
@@ -181,7 +186,9 @@ class Search:
             return []
         found = self._beside(best, fits[0], fits)
         after = self.posterior([*fits, *found])
-        return found + fits_tied(after.fits, after.temper, self.candidates, self.gauge, self._hears("places alike"))
+        return found + fits_tied(
+            after.fits, after.temper, self.candidates, self.noise_model, self._hears("places alike")
+        )
 
     def alone(self, fits: list[Fit]) -> list[Fit]:
         """Return fits of each cause found without the others, which may only have led the search to it."""
@@ -191,7 +198,7 @@ class Search:
         if causes <= known or len(causes) < 2 or any(batch.off for batch in best.batches):
             return []
         self.tell("each cause alone")
-        return each_alone(best, self.gauge)
+        return each_alone(best, self.noise_model)
 
     def anew(self, fits: list[Fit]) -> list[Fit]:
         """Return the best fit begun anew on short segments, where a force law is in it and it leaves more than noise,
@@ -205,22 +212,22 @@ class Search:
         if settled or self._is_hopeless(best, fits[0]) or self.is_enough(best):
             return []
         self.tell("the best anew")
-        short = self.ground.short
-        start = shortened(best, short.batches, self.gauge, padded(short, best.hypothesis))
-        again = start and fit_growing(best.hypothesis, start.theta, self.lengths, self.gauge, start)
+        short = self.reference.short
+        start = shortened(best, short.batches, self.noise_model, padded(short, best.hypothesis))
+        again = start and fit_growing(best.hypothesis, start.theta, self.lengths, self.noise_model, start)
         return [] if again is None else [again]
 
     def posterior(self, fits: list[Fit]) -> Posterior:
         """Return the posterior over fits."""
-        return posterior_of(tuple(fits), self.candidates, is_astray=self.gauge is not self.own)
+        return posterior_of(tuple(fits), self.candidates, is_astray=self.noise_model is not self.own)
 
     def judged(self, item: Fit) -> Fit:
         """Return a fit in units of the recordings' own noise."""
-        return item if self.gauge is self.own else in_units_of(self.own, item, self.gauge)
+        return item if self.noise_model is self.own else in_units_of(self.own, item, self.noise_model)
 
     def is_wanting(self, item: Fit) -> bool:
         """Return whether a fit leaves more than noise, or bends the calibration beyond what is normal."""
-        return factors_off(item) or left(self.judged(item), self.own, self.band).significant
+        return factors_off(item) or excess_energy(self.judged(item), self.own, self.band).significant
 
     def is_enough(self, item: Fit) -> bool:
         """Return whether nothing beside a fit could matter; of a frame's force law it takes seconds to say."""
@@ -239,7 +246,7 @@ class Search:
         if not self.is_wanting(best) or fits_unalike(best):
             return self.is_wanting(best)
         judged = self.judged(best)
-        rest = left(judged, self.own, self.band)
+        rest = excess_energy(judged, self.own, self.band)
         hidden = factors_off(best) and rest.total > FAINT * rest.std
         return hidden or not forecasts_well(judged, self.own, WELL)
 
@@ -252,7 +259,7 @@ class Search:
         return is_hopeless(best, base) and self.is_wanting(base)
 
     def _beside(self, best: Fit, base: Fit, known: Sequence[Fit]) -> list[Fit]:
-        return fits_beside(best, base, self.candidates, self.gauge, self._hears("places next to it"), known)
+        return fits_beside(best, base, self.candidates, self.noise_model, self._hears("places next to it"), known)
 
     def _hears(self, stage: str) -> Callable[[], object]:
         return lambda: self.tell(stage)
@@ -295,13 +302,13 @@ def runs_at_times(item: Fit) -> bool:
     does: of any size in each recording it takes up whatever comes in one of them.
     """
     causes = item.hypothesis.candidates
-    return len(causes) == 1 and causes[0].oscillator and not wave(item, 0).acting.all()
+    return len(causes) == 1 and causes[0].oscillator and not harmonic_amplitude(item, 0).acting.all()
 
 
-def forecasts_well(item: Fit, gauge: Gauge, limits: tuple[float, float]) -> bool:
+def forecasts_well(item: Fit, noise_model: NoiseModel, limits: tuple[float, float]) -> bool:
     """Return whether a fit forecasts the recordings that it was fitted to, each from its first fifth, as well as noise
     lets it: their NRMSE over the noise floor, mean and largest, within ``limits``.
     """
-    found = forecast(model_of(item, gauge), item.batches, gauge.view)
+    found = forecast(model_of(item, noise_model), item.batches, noise_model.roles)
     over = found.nrmse.mean(axis=1) / found.floor.mean(axis=1)  # (recording,)
     return bool(over.mean() <= limits[0] and over.max() <= limits[1])

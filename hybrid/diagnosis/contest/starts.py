@@ -4,24 +4,24 @@ import numpy as np
 
 from fe_models.arrays import FloatArray
 from hybrid.diagnosis.contest.growing import padded
-from hybrid.diagnosis.fitting.far_off import goes_far
-from hybrid.diagnosis.fitting.fitting import FIRST, Fit, Step, first_steps
-from hybrid.diagnosis.recorded.gauge import Gauge
+from hybrid.diagnosis.fitting.calibration_deviation import goes_far
+from hybrid.diagnosis.fitting.least_squares import FIRST, Fit, Step, first_steps
+from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.screening.screening import Screened
 
 FIRST_DRAWN = 3  # first steps from the structure as drawn: the first ones mend all that is off besides
 
 
-def best_start(hypothesis: Hypothesis, base: Fit, gauge: Gauge, trial: Screened) -> Step | None:
+def best_start(hypothesis: Hypothesis, base: Fit, noise_model: NoiseModel, trial: Screened) -> Step | None:
     """Return where first steps lead with one candidate more, from its best start, over the segments of the ``base``.
 
     A law that leads no lower than the base begins at each of its gaps, too.
     """
-    found = _best_from(hypothesis, base, gauge, trial, starts_of(trial, base))
+    found = _best_from(hypothesis, base, noise_model, trial, starts_of(trial, base))
     if found is not None and found.cost < base.cost:
         return found
-    return _lowest([found, _best_from(hypothesis, base, gauge, trial, gaps_of(trial, base))])
+    return _lowest([found, _best_from(hypothesis, base, noise_model, trial, gaps_of(trial, base))])
 
 
 def starts_of(trial: Screened, base: Fit) -> list[FloatArray]:
@@ -57,12 +57,14 @@ def _drawn(trial: Screened, base: Fit, start: tuple[float, ...]) -> FloatArray:
 
 
 def _best_from(
-    hypothesis: Hypothesis, base: Fit, gauge: Gauge, trial: Screened, starts: list[FloatArray]
+    hypothesis: Hypothesis, base: Fit, noise_model: NoiseModel, trial: Screened, starts: list[FloatArray]
 ) -> Step | None:
     """Return where first steps lead from the best of ``starts`` (parameter,)."""
     extended = hypothesis.adding(trial.candidate)
     states, count = padded(base, extended), FIRST_DRAWN if trial.is_drawn else FIRST
-    return _lowest([first_steps(extended, start, base.batches, gauge, states, count, base.cost) for start in starts])
+    return _lowest(
+        [first_steps(extended, start, base.batches, noise_model, states, count, base.cost) for start in starts]
+    )
 
 
 def _lowest(steps: list[Step | None]) -> Step | None:

@@ -3,18 +3,18 @@
 from dataclasses import replace
 
 from hybrid.diagnosis.contest.bounds import bound_of
-from hybrid.diagnosis.contest.growing import Ground, Lengths, ground_of, lengths_of
-from hybrid.diagnosis.fitting.fitting import Fit, fit
+from hybrid.diagnosis.contest.growing import Lengths, ReferenceFits, lengths_of, reference_fits_of
 from hybrid.diagnosis.fitting.geometry_response import straightened
+from hybrid.diagnosis.fitting.least_squares import Fit, fit
 from hybrid.diagnosis.nominal.geometry import Geometry
-from hybrid.diagnosis.recorded.gauge import Gauge
-from hybrid.diagnosis.recorded.records import Batch
-from hybrid.diagnosis.response.side_by_side import side_by_side
+from hybrid.diagnosis.parallel import parallel_map
+from hybrid.diagnosis.recorded.batches import Batch
+from hybrid.diagnosis.recorded.noise_model import NoiseModel
 
 
 def straighten(
-    ground: Ground, best: Fit, lengths: Lengths, gauge: Gauge, geometries: tuple[Geometry, ...]
-) -> tuple[Ground, Lengths]:
+    reference: ReferenceFits, best: Fit, lengths: Lengths, noise_model: NoiseModel, geometries: tuple[Geometry, ...]
+) -> tuple[ReferenceFits, Lengths]:
     """Return the ground, and recordings, with that geometric part which the ``best`` fit does best with: one of the
     ``geometries`` along its motion, as before, or none.
 
@@ -23,32 +23,32 @@ def straighten(
     trials, own = [], best.hypothesis
     for geometry in geometries:
         bent = replace(own, plant=replace(own.plant, geometry=geometry))
-        straight = straightened(replace(best, hypothesis=bent), gauge)
+        straight = straightened(replace(best, hypothesis=bent), noise_model)
         if straight is not None:
-            trials.append(fit(bent, best.theta, straight, gauge, best.states))
+            trials.append(fit(bent, best.theta, straight, noise_model, best.states))
     if own.plant.geometry is not None:
         plain = replace(own, plant=replace(own.plant, geometry=None))
         recorded = tuple(batch.restored for batch in best.batches)
-        trials.append(fit(plain, best.theta, recorded, gauge, best.states))
+        trials.append(fit(plain, best.theta, recorded, noise_model, best.states))
     better = min((item for item in trials if item is not None), key=lambda item: item.cost, default=best)
     if better.cost >= best.cost:
-        return ground, lengths
-    hypothesis = replace(ground.hypothesis, plant=better.hypothesis.plant)
+        return reference, lengths
+    hypothesis = replace(reference.hypothesis, plant=better.hypothesis.plant)
     cut = lengths_of(better.batches, hypothesis.states)
-    again = ground_of(hypothesis, ground.whole.theta, cut, gauge, ground.short)
-    return (ground, lengths) if again is None else (again, cut)
+    again = reference_fits_of(hypothesis, reference.whole.theta, cut, noise_model, reference.short)
+    return (reference, lengths) if again is None else (again, cut)
 
 
-def fitted_as(ground: Fit, fits: list[Fit], gauge: Gauge) -> list[Fit]:
-    """Return the fits to the same recordings as the ``ground``; what is far behind the best is left out."""
-    if all(_alike(item.batches, ground.batches) for item in fits):
+def fitted_as(reference: Fit, fits: list[Fit], noise_model: NoiseModel) -> list[Fit]:
+    """Return the fits to the same recordings as the ``reference``; what is far behind the best is left out."""
+    if all(_alike(item.batches, reference.batches) for item in fits):
         return fits
-    plant, bound = ground.hypothesis.plant, bound_of(fits)
+    plant, bound = reference.hypothesis.plant, bound_of(fits)
 
     def anew(item: Fit) -> Fit | None:
-        return fit(replace(item.hypothesis, plant=plant), item.theta, ground.batches, gauge, item.states)
+        return fit(replace(item.hypothesis, plant=plant), item.theta, reference.batches, noise_model, item.states)
 
-    again = side_by_side(anew, [item for item in fits if item.charged <= bound])
+    again = parallel_map(anew, [item for item in fits if item.charged <= bound])
     return [item for item in again if item is not None]
 
 

@@ -13,13 +13,13 @@ from hybrid.diagnosis.contest.growing import CLOSE_ENOUGH, QUIET, Lengths, conti
 from hybrid.diagnosis.contest.odds import log_of_groups
 from hybrid.diagnosis.contest.recording_groups import Asked, each_with
 from hybrid.diagnosis.contest.shortlist import TIED
-from hybrid.diagnosis.fitting.far_off import goes_far
-from hybrid.diagnosis.fitting.fitting import Fit, fit, left_at
-from hybrid.diagnosis.fitting.wave import wave
-from hybrid.diagnosis.recorded.gauge import Gauge
-from hybrid.diagnosis.recorded.records import Batch, as_made
+from hybrid.diagnosis.fitting.calibration_deviation import goes_far
+from hybrid.diagnosis.fitting.harmonic_amplitude import harmonic_amplitude
+from hybrid.diagnosis.fitting.least_squares import Fit, fit, left_at
+from hybrid.diagnosis.parallel import parallel_map
+from hybrid.diagnosis.recorded.batches import Batch, as_made
+from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.response.hypothesis import Hypothesis
-from hybrid.diagnosis.response.side_by_side import side_by_side
 from hybrid.diagnosis.screening.scanning import leaves_much, scan
 
 ONE_GROUP = 0.4  # of the variance within two groups: more is one group for a force law, whose fits take long
@@ -31,7 +31,7 @@ ENDLESS = 1e12  # a sum of squares beyond all that is compared, of motions that 
 
 
 def fit_switched(
-    short: Fit, best: Fit, asked: tuple[Asked, ...], lengths: Lengths, gauge: Gauge, mixed: float = 1.0
+    short: Fit, best: Fit, asked: tuple[Asked, ...], lengths: Lengths, noise_model: NoiseModel, mixed: float = 1.0
 ) -> list[Fit]:
     """Return fits of one more candidate each that acts in some of the recordings only.
 
@@ -43,12 +43,12 @@ def fit_switched(
     if not trials or _asks_little(short, asked):
         return []
     number = len(short.hypothesis.candidates)
-    again = shortened(best, short.batches, gauge, padded(short, best.hypothesis))
+    again = shortened(best, short.batches, noise_model, padded(short, best.hypothesis))
     rivals = [] if again is None else [again]
     sorted_fits: list[tuple[Fit, BoolArray]] = []
     for candidate, high in trials:
         bound = bound_of([*rivals, *(item for item, _ in sorted_fits)])
-        begun = side_by_side(partial(_fit_sorted, short, candidate, gauge, bound), (high, ~high))
+        begun = parallel_map(partial(_fit_sorted, short, candidate, noise_model, bound), (high, ~high))
         either = [found for found in begun if found is not None and found[0].charged <= bound]
         sorted_fits += [pair for pair in either if pair[0].charged <= min(item.charged for item, _ in either) + TIED]
     for longer in lengths.cut[1:]:
@@ -58,16 +58,16 @@ def fit_switched(
             if item.charged <= limit:
                 batches = _split(longer, acting, number)
                 states, bound = continued(item, batches), bound_of([other for other, _ in further])
-                start, enough = (item.hypothesis, item.theta, batches, gauge, states), lengths.enough(longer)
+                start, enough = (item.hypothesis, item.theta, batches, noise_model, states), lengths.enough(longer)
                 then = fit(*start, enough=enough, bound=bound)
-                further += [] if then is None else [_sorted_anew(then, acting, longer, number, gauge)]
+                further += [] if then is None else [_sorted_anew(then, acting, longer, number, noise_model)]
         sorted_fits = further
     return [item for item, _ in sorted_fits]
 
 
-def fit_everywhere(item: Fit, whole: tuple[Batch, ...], gauge: Gauge) -> Fit | None:
+def fit_everywhere(item: Fit, whole: tuple[Batch, ...], noise_model: NoiseModel) -> Fit | None:
     """Return the fit of the same causes acting in all recordings, the ``whole`` of them; None where it fails."""
-    return fit(item.hypothesis, item.theta, whole, gauge, states_in(whole, item))
+    return fit(item.hypothesis, item.theta, whole, noise_model, states_in(whole, item))
 
 
 def _asks_little(short: Fit, asked: tuple[Asked, ...]) -> bool:
@@ -92,12 +92,12 @@ def _trials(asked: tuple[Asked, ...], mixed: float) -> list[tuple[Candidate, Boo
 def acting_recordings(fit: Fit, number: int) -> tuple[str, ...]:
     """Return the names of the recordings where candidate ``number`` of a fit acts."""
     if fit.hypothesis.candidates[number].oscillator:
-        return tuple(name for name, acts in zip(fit.names, wave(fit, number).acting, strict=True) if acts)
+        return tuple(name for name, acts in zip(fit.names, harmonic_amplitude(fit, number).acting, strict=True) if acts)
     return tuple(name for batch in fit.batches if number not in batch.off for name in batch.names)
 
 
 def _fit_sorted(
-    short: Fit, candidate: Candidate, gauge: Gauge, bound: float, acting: BoolArray
+    short: Fit, candidate: Candidate, noise_model: NoiseModel, bound: float, acting: BoolArray
 ) -> tuple[Fit, BoolArray] | None:
     """Return the fit over the shortest segments and where it acts, the recordings sorted anew after each round.
 
@@ -106,25 +106,27 @@ def _fit_sorted(
     hypothesis = short.hypothesis.adding(candidate)
     number = len(hypothesis.candidates) - 1
     starts = candidate.first_starts
-    thetas = [np.append(short.theta, starts[len(starts) // 2]), *_as_drawn(short, candidate, acting, gauge)]
+    thetas = [np.append(short.theta, starts[len(starts) // 2]), *_as_drawn(short, candidate, acting, noise_model)]
     present: tuple[Fit, BoolArray] | None = None
     for _ in range(ROUNDS):
         if acting.all() or not acting.any():
             return present
         batches, states = _split(short.batches, acting, number), _states(short, acting)
-        tried = [fit(hypothesis, theta, batches, gauge, states, enough=CLOSE_ENOUGH, bound=bound) for theta in thetas]
+        tried = [
+            fit(hypothesis, theta, batches, noise_model, states, enough=CLOSE_ENOUGH, bound=bound) for theta in thetas
+        ]
         item = min((one for one in tried if one is not None), key=lambda one: one.cost, default=None)
         if item is None:
             return present
         present, thetas = (item, acting), [item.theta]
-        better = _preference(item, short.batches, short.states, number, gauge)
+        better = _preference(item, short.batches, short.states, number, noise_model)
         if (better == acting).all():
             break
         acting = better
     return present
 
 
-def _as_drawn(short: Fit, candidate: Candidate, acting: BoolArray, gauge: Gauge) -> list[FloatArray]:
+def _as_drawn(short: Fit, candidate: Candidate, acting: BoolArray, noise_model: NoiseModel) -> list[FloatArray]:
     """Return a start of a fit in the structure as drawn, the candidate as large as those recordings ask for in which it
     acts; none where the ``short`` fit, of recordings of two structures perhaps, is not astray.
     """
@@ -132,7 +134,7 @@ def _as_drawn(short: Fit, candidate: Candidate, acting: BoolArray, gauge: Gauge)
         return []
     parts = [(batch, np.flatnonzero(chosen).tolist()) for batch, chosen in each_with(short.batches, acting)]
     own = tuple(batch.take(chosen) for batch, chosen in parts if chosen)
-    found = scan(replace(short, batches=own), (candidate,), gauge)
+    found = scan(replace(short, batches=own), (candidate,), noise_model)
     return [trial.theta(short) for trial in found]
 
 
@@ -157,7 +159,7 @@ def _states(short: Fit, acting: BoolArray) -> tuple[FloatArray, ...]:
 
 
 def _sorted_anew(
-    item: Fit, acting: BoolArray, whole: tuple[Batch, ...], number: int, gauge: Gauge
+    item: Fit, acting: BoolArray, whole: tuple[Batch, ...], number: int, noise_model: NoiseModel
 ) -> tuple[Fit, BoolArray]:
     """Return a fit and where the candidate acts, with the recordings sorted by it, if that is better.
 
@@ -166,11 +168,11 @@ def _sorted_anew(
     """
     if not (item.hypothesis.is_linear or effort_of(item.hypothesis.plant).thorough):
         return item, acting
-    better = _preference(item, whole, states_in(whole, item), number, gauge)
+    better = _preference(item, whole, states_in(whole, item), number, noise_model)
     if better.all() or not better.any() or (better == acting).all():
         return item, acting
     batches = _split(whole, better, number)
-    again = fit(item.hypothesis, item.theta, batches, gauge, states_in(batches, item))
+    again = fit(item.hypothesis, item.theta, batches, noise_model, states_in(batches, item))
     return (item, acting) if again is None or again.cost > item.cost else (again, better)
 
 
@@ -192,7 +194,7 @@ def states_in(batches: tuple[Batch, ...], item: Fit) -> tuple[FloatArray, ...] |
 
 
 def _preference(
-    item: Fit, batches: tuple[Batch, ...], states: tuple[FloatArray, ...] | None, number: int, gauge: Gauge
+    item: Fit, batches: tuple[Batch, ...], states: tuple[FloatArray, ...] | None, number: int, noise_model: NoiseModel
 ) -> BoolArray:
     """Return in which recordings the candidate does better acting than not, as it was fitted; ``states`` of the
     ``batches`` to begin with, needed where there are laws.
@@ -202,7 +204,9 @@ def _preference(
     with_it, without = (
         np.concatenate(
             [
-                _cost_by_recording(item.hypothesis, item.theta, replace(batch, off=(*batch.off, *off)), begun, gauge)
+                _cost_by_recording(
+                    item.hypothesis, item.theta, replace(batch, off=(*batch.off, *off)), begun, noise_model
+                )
                 for batch, begun in zip(batches, states or (None,) * len(batches), strict=True)
             ]
         )
@@ -219,10 +223,10 @@ def _preference(
 
 
 def _cost_by_recording(
-    hypothesis: Hypothesis, theta: FloatArray, batch: Batch, states: FloatArray | None, gauge: Gauge
+    hypothesis: Hypothesis, theta: FloatArray, batch: Batch, states: FloatArray | None, noise_model: NoiseModel
 ) -> FloatArray:
     """Return the sum of squares (recording,) at one theta, the initial states of all segments fitted."""
-    left = left_at(hypothesis, theta, batch, gauge, states)
+    left = left_at(hypothesis, theta, batch, noise_model, states)
     if left is None:
         return np.full(len(batch.names), np.inf)
     return np.sum(left.reshape(len(batch.names), -1) ** 2, axis=1)

@@ -6,9 +6,9 @@ import numpy as np
 
 from fe_models.sensor_effects import SensorGain
 from hybrid.diagnosis.causes.candidate import Candidate
-from hybrid.diagnosis.fitting.fitting import Fit
+from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.fitting.linearisation import orthonormal
-from hybrid.diagnosis.recorded.gauge import Gauge
+from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.loaded import given
 from hybrid.diagnosis.response.state_space import system_of
@@ -18,13 +18,13 @@ FAR = 4.0  # times or a part of the truth: no calibration is as far off
 AGREE = 0.1  # of what they leave with it: what the others leave of themselves without a sensor of another unit
 
 
-def with_other_units(candidates: tuple[Candidate, ...], short: Fit, gauge: Gauge) -> tuple[Candidate, ...]:
+def with_other_units(candidates: tuple[Candidate, ...], short: Fit, noise_model: NoiseModel) -> tuple[Candidate, ...]:
     """Return the candidates; the gain of a sensor that the others tell far off may be as far off, and begins there.
 
     A channel in mm/s^2 shows a thousand times the truth, which a prior of calibrations would never believe. ``short``:
     the nominal fit of short segments.
     """
-    sensor, factor = shown_otherwise(short, gauge)
+    sensor, factor = shown_otherwise(short, noise_model)
     if 1 / FAR < factor < FAR:
         return candidates
 
@@ -37,23 +37,23 @@ def with_other_units(candidates: tuple[Candidate, ...], short: Fit, gauge: Gauge
     return tuple(wider(candidate) for candidate in candidates)
 
 
-def shown_otherwise(short: Fit, gauge: Gauge) -> tuple[int, float]:
+def shown_otherwise(short: Fit, noise_model: NoiseModel) -> tuple[int, float]:
     """Return the sensor without which the others agree best, and how many times what they tell it shows; 1 where they
     do not agree far better without it.
 
     The initial states of each segment of a fit are those that the sensors ask for, of the linear structure as drawn.
     """
     drawn = Hypothesis(replace(short.hypothesis.plant, laws=()))
-    system = system_of(drawn, drawn.centre[None], gauge.readout)
-    count = len(gauge.sensors)
+    system = system_of(drawn, drawn.centre[None], noise_model.outputs)
+    count = len(noise_model.sensors)
     along, size, left = np.zeros(count), np.zeros(count), np.zeros(count + 1)
     for batch in short.batches:
         data = batch.data - given(system, batch)[0] - drift(system, batch.samples)[0]
         by_state = observability(system, batch.samples)[0]  # (time, sensor, state)
         for sensor in range(count + 1):  # the last time with all of them
             others = np.arange(count) != sensor
-            rows = (by_state[:, others] / gauge.sigma[others, None]).reshape(-1, drawn.states)
-            values = (data[..., others] / gauge.sigma[others]).reshape(len(data), -1)
+            rows = (by_state[:, others] / noise_model.sigma[others, None]).reshape(-1, drawn.states)
+            values = (data[..., others] / noise_model.sigma[others]).reshape(len(data), -1)
             if not rows.any():  # they feel nothing, or there are none
                 left[sensor] += np.square(values).sum()
                 continue

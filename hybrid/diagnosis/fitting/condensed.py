@@ -11,8 +11,8 @@ from math import prod
 import numpy as np
 
 from fe_models.arrays import FloatArray
-from hybrid.diagnosis.recorded.gauge import Gauge
-from hybrid.diagnosis.recorded.records import Batch
+from hybrid.diagnosis.recorded.batches import Batch
+from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.response.exponentials import Exponentials, exponentials
 from hybrid.diagnosis.response.system import System, drift, drifted
 
@@ -27,7 +27,7 @@ class Condensed:
 
     exponentials: Exponentials
     batch: Batch
-    gauge: Gauge
+    noise_model: NoiseModel
     moved: FloatArray
     table: FloatArray
     frame: FloatArray
@@ -37,20 +37,20 @@ class Condensed:
     def data(self) -> FloatArray:
         """What initial states are to show (recording, value): the recordings less what is there without them."""
         own = self.frame.T @ self._rest
-        return (own / self.batch.sigma(self.gauge)).reshape(len(own), -1)
+        return (own / self.batch.sigma(self.noise_model)).reshape(len(own), -1)
 
     @cached_property
     def by_state(self) -> FloatArray:
         """What they show a unit (value, state), or (recording, value, state) where noise is not alike."""
         shown = self._of(self._coefficients)  # (coordinate, sensor, state)
-        shown = shown / self.batch.sigma(self.gauge)[..., None]
+        shown = shown / self.batch.sigma(self.noise_model)[..., None]
         return shown.reshape(*shown.shape[:-3], -1, shown.shape[-1])[0 if len(shown) == 1 else slice(None)]
 
     def left(self, states: FloatArray) -> FloatArray:
         """Return what ``states`` (recording, state) leave of the recordings, (recording, time, sensor)."""
         c = self._coefficients @ states.T  # (function, sensor, recording)
         shown = (self.table @ c.reshape(len(c), -1)).reshape(-1, *c.shape[1:])
-        return np.asarray((self._rest - shown.transpose(2, 0, 1)) / self.batch.sigma(self.gauge))
+        return np.asarray((self._rest - shown.transpose(2, 0, 1)) / self.batch.sigma(self.noise_model))
 
     def changes(self, states: FloatArray) -> FloatArray:
         """Return what a unit of each parameter changes of motions from ``states``, (parameter, recording, value)."""
@@ -59,7 +59,7 @@ class Condensed:
         c = self.exponentials.changes(states, moved)  # (function, parameter, recording, sensor)
         since = (system.slope[1:] - system.slope[0]) / moved[:, None]  # (parameter, sensor)
         c[-2] += since[:, None] * (self.batch.begins * system.step)[:, None]
-        own = self._of(c).transpose(1, 2, 0, 3) / self.batch.sigma(self.gauge)
+        own = self._of(c).transpose(1, 2, 0, 3) / self.batch.sigma(self.noise_model)
         return own.reshape(*own.shape[:2], prod(own.shape[2:]))
 
     def _of(self, c: FloatArray) -> FloatArray:
@@ -77,7 +77,7 @@ class Condensed:
         return np.asarray(batch.data - drifted(system, batch.begins)[0] - drift(system, batch.samples)[0])
 
 
-def condensed(system: System, batch: Batch, gauge: Gauge, moved: FloatArray) -> Condensed | None:
+def condensed(system: System, batch: Batch, noise_model: NoiseModel, moved: FloatArray) -> Condensed | None:
     """Return a batch and a ``system`` whose further variants have ``moved`` (parameter,) one each, condensed.
 
     None under known loads, which make other motions, and where eigenvectors fall together.
@@ -86,4 +86,4 @@ def condensed(system: System, batch: Batch, gauge: Gauge, moved: FloatArray) -> 
     if found is None:
         return None
     table = found.table(batch.samples)
-    return Condensed(found, batch, gauge, moved, table, *np.linalg.qr(table))
+    return Condensed(found, batch, noise_model, moved, table, *np.linalg.qr(table))

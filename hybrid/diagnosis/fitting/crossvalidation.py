@@ -8,10 +8,10 @@ import numpy as np
 from fe_models.arrays import FloatArray
 from fe_models.files.recording_checks import FEWEST_SAMPLES
 from fe_models.recordings import Dataset, Recording, Sensor
-from hybrid.diagnosis.fitting.fitting import Fit, fit
-from hybrid.diagnosis.fitting.forecasting import Forecast, Model, forecast
-from hybrid.diagnosis.recorded.gauge import Gauge, View
-from hybrid.diagnosis.recorded.records import Batch, batches_of
+from hybrid.diagnosis.fitting.forecast_score import ForecastModel, ForecastScore, forecast
+from hybrid.diagnosis.fitting.least_squares import Fit, fit
+from hybrid.diagnosis.recorded.batches import Batch, batches_of
+from hybrid.diagnosis.recorded.noise_model import NoiseModel, SensorRoles
 
 FOLDS = 4  # groups of recordings, each forecast by the fit to the others; every fold costs a fit of each model
 ITERATIONS = 4  # of a fit that begins at the one of all recordings
@@ -27,15 +27,17 @@ class Folds:
     tests: tuple[tuple[Batch, ...], ...]
     sensors: tuple[Sensor, ...]
     measured: tuple[int, ...]
-    searched: Gauge
+    searched: NoiseModel
 
-    def forecast(self, models: Sequence[Model], gauge: Gauge) -> Forecast:
+    def forecast(self, models: Sequence[ForecastModel], noise_model: NoiseModel) -> ForecastScore:
         """Return the scores of all recordings, those of each fold by its own of the ``models`` (fold,)."""
-        view = View(self.sensors, self.measured, gauge)
-        parts = [forecast(model, tests, view) for model, tests in zip(models, self.tests, strict=True)]
+        roles = SensorRoles(self.sensors, self.measured, noise_model)
+        parts = [forecast(model, tests, roles) for model, tests in zip(models, self.tests, strict=True)]
         nrmse, floor = (np.concatenate([getattr(part, word) for part in parts]) for word in ("nrmse", "floor"))
         energy, floor_energy = (float(sum(getattr(part, w) for part in parts)) for w in ("energy", "floor_energy"))
-        return Forecast(nrmse, floor, energy, floor_energy, float(np.hypot.reduce([part.chance for part in parts])))
+        return ForecastScore(
+            nrmse, floor, energy, floor_energy, float(np.hypot.reduce([part.chance for part in parts]))
+        )
 
     def unseeing(self, item: Fit) -> tuple[Fit, ...]:
         """Return the fits of what a fit is of, each without the recordings of one fold."""
@@ -68,7 +70,7 @@ def as_recordings(dataset: Dataset) -> tuple[Dataset, list[str]]:
     return replace(dataset, recordings=tuple(single)), [*twice, note]
 
 
-def folds_of(dataset: Dataset, measured: tuple[int, ...], searched: Gauge) -> Folds | None:
+def folds_of(dataset: Dataset, measured: tuple[int, ...], searched: NoiseModel) -> Folds | None:
     """Return how the training recordings are left out one after the other, None where there are test recordings.
 
     ``searched``: with what counts as noise in a fit.
@@ -81,7 +83,7 @@ def folds_of(dataset: Dataset, measured: tuple[int, ...], searched: Gauge) -> Fo
     return Folds(tuple(tests), dataset.sensors, measured, searched)
 
 
-def _without(item: Fit, left_out: list[FloatArray], gauge: Gauge) -> Fit:
+def _without(item: Fit, left_out: list[FloatArray], noise_model: NoiseModel) -> Fit:
     """Return the fit to the recordings that are not ``left_out`` (time, sensor)."""
     batches, states = [], []
     for batch, own in zip(item.batches, item.states, strict=True):
@@ -91,6 +93,6 @@ def _without(item: Fit, left_out: list[FloatArray], gauge: Gauge) -> Fit:
         if kept:
             batches.append(batch.take(kept))
             states.append(own[kept])
-    fewer = fit(item.hypothesis, item.theta, tuple(batches), gauge, tuple(states), ITERATIONS)
+    fewer = fit(item.hypothesis, item.theta, tuple(batches), noise_model, tuple(states), ITERATIONS)
     assert fewer is not None  # it begins with motions that have been followed
     return fewer

@@ -6,14 +6,14 @@ import numpy as np
 from scipy.linalg import expm
 
 from fe_models.arrays import ComplexArray, FloatArray
-from hybrid.diagnosis.fitting.fitting import Fit
+from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.nominal.loads import Loads
-from hybrid.diagnosis.recorded.gauge import Gauge
-from hybrid.diagnosis.recorded.records import Batch
+from hybrid.diagnosis.recorded.batches import Batch
+from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.response.compiled import compiled
-from hybrid.diagnosis.response.giving_way import with_residual
 from hybrid.diagnosis.response.loaded import loaded_states
 from hybrid.diagnosis.response.marching import march
+from hybrid.diagnosis.response.residual_states import with_residual
 from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.response.system import ModalForm, System, passed
 
@@ -81,10 +81,10 @@ def fitted_motion(system: System, states: FloatArray, batch: Batch) -> History:
     return motion
 
 
-def states_along(item: Fit, gauge: Gauge) -> FloatArray:
+def states_along(item: Fit, noise_model: NoiseModel) -> FloatArray:
     """Return states (n, state) of a fit that tell how large its motion is, at `ALONG` places of a segment or more."""
     found = []
-    system = system_of(item.hypothesis, item.theta[None], gauge.readout)
+    system = system_of(item.hypothesis, item.theta[None], noise_model.outputs)
     for batch, states in zip(item.batches, item.states, strict=True):
         motion = fitted_motion(system, states, batch).now
         found.append(motion[:: max(batch.samples // ALONG, 1)].reshape(-1, motion.shape[-1]))

@@ -13,17 +13,17 @@ from scipy.interpolate import make_interp_spline
 from fe_models.arrays import FloatArray
 from fe_models.recordings import QUANTITIES, Sensor
 from hybrid.diagnosis.fitting.driven import sampled_motion
-from hybrid.diagnosis.fitting.fitting import Fit
+from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.nominal.geometry import Geometry
 from hybrid.diagnosis.nominal.loads import Loads, OnMode, courses_of
-from hybrid.diagnosis.recorded.gauge import Gauge
-from hybrid.diagnosis.recorded.readout import Readout
-from hybrid.diagnosis.recorded.records import Batch
+from hybrid.diagnosis.recorded.batches import Batch
+from hybrid.diagnosis.recorded.noise_model import NoiseModel
+from hybrid.diagnosis.recorded.sensor_outputs import SensorOutputs
 from hybrid.diagnosis.response.entry import entry_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.loaded import loaded_channels
 from hybrid.diagnosis.response.marching import respond
-from hybrid.diagnosis.response.reduced import Reduced
+from hybrid.diagnosis.response.reduced_model import ReducedModel
 from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.response.system import System, passed
 
@@ -34,19 +34,21 @@ SMOOTH = 5  # degree of splines whose derivatives are taken: right to 0.1 % up t
 FELT = 0.01  # of noise's energy: where geometry adds less than that, or less more, it stays as it is
 
 
-def added(hypothesis: Hypothesis, theta: FloatArray, states: FloatArray, batch: Batch, readout: Readout) -> FloatArray:
+def added(
+    hypothesis: Hypothesis, theta: FloatArray, states: FloatArray, batch: Batch, outputs: SensorOutputs
+) -> FloatArray:
     """Return what geometry adds to the channels (recording, time, sensor) of motions.
 
     ``states`` (recording, state): where they begin; ``batch``: of which recordings. Zero where the plant has no
     geometry, where the motion explodes, and where the forces do not settle.
     """
-    nothing, geometry = np.zeros((len(states), batch.samples, len(readout.sensors))), hypothesis.plant.geometry
+    nothing, geometry = np.zeros((len(states), batch.samples, len(outputs.sensors))), hypothesis.plant.geometry
     if geometry is None:
         return nothing
-    whole, reduced = system_of(hypothesis, theta[None], readout), hypothesis.reduced(theta[None])
+    whole, reduced = system_of(hypothesis, theta[None], outputs), hypothesis.reduced(theta[None])
     fine = replace(whole, step=whole.step / FINER)
     straight = replace(fine, lowpass=None)  # the difference passes it
-    forced, samples = _with_entry(straight, hypothesis, reduced, readout.sensors), FINER * batch.samples
+    forced, samples = _with_entry(straight, hypothesis, reduced, outputs.sensors), FINER * batch.samples
     known = None if batch.loads is None else batch.loads.finer(FINER, whole.step)
     picked = reduced.shapes[0].T @ geometry.weighted  # (vector, mode): to modal coordinates of the nominal structure
     moving, loads, forces = straight, known, np.zeros(0)
@@ -71,11 +73,11 @@ def added(hypothesis: Hypothesis, theta: FloatArray, states: FloatArray, batch: 
         moved = respond(forced, states[None], samples, loads)[0] - respond(straight, states[None], samples, known)[0]
     if not np.isfinite(moved).all():
         return nothing
-    shown = passed(moved, fine) + _given_way(geometry, coordinates, hypothesis, readout.sensors, fine)
+    shown = passed(moved, fine) + _given_way(geometry, coordinates, hypothesis, outputs.sensors, fine)
     return np.asarray(shown[:, ::FINER])
 
 
-def _with_entry(system: System, hypothesis: Hypothesis, reduced: Reduced, sensors: tuple[Sensor, ...]) -> System:
+def _with_entry(system: System, hypothesis: Hypothesis, reduced: ReducedModel, sensors: tuple[Sensor, ...]) -> System:
     """Return a system that forces on the modes of which geometry tells enter as well.
 
     What gives way to them at once is told apart, by `_given_way`; force laws do not answer to that.
@@ -121,11 +123,11 @@ def _given_way(
     return passed(np.stack(shown, axis=-1).swapaxes(0, 1) * system.gain[0], system)
 
 
-def straightened(item: Fit, gauge: Gauge) -> tuple[Batch, ...] | None:
+def straightened(item: Fit, noise_model: NoiseModel) -> tuple[Batch, ...] | None:
     """Return what was recorded less what geometry adds to the motion of a fit; None where that hardly changes."""
     batches, change = [], 0.0
     for batch, states in zip(item.batches, item.states, strict=True):
-        y = added(item.hypothesis, item.theta, states, batch, gauge.readout)
-        change += float(np.square((batch.recorded - batch.data - y) / batch.sigma(gauge)).sum())
+        y = added(item.hypothesis, item.theta, states, batch, noise_model.outputs)
+        change += float(np.square((batch.recorded - batch.data - y) / batch.sigma(noise_model)).sum())
         batches.append(batch.less(y))
     return tuple(batches) if change > FELT * item.values else None

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from fe_models.arrays import FloatArray
-from hybrid.diagnosis.recorded.gauge import Gauge
-from hybrid.diagnosis.recorded.records import Batch
+from hybrid.diagnosis.recorded.batches import Batch
+from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.loaded import given
 from hybrid.diagnosis.response.marching import respond
@@ -26,7 +26,7 @@ def initial_states(
     theta: FloatArray,
     spread: FloatArray,
     batch: Batch,
-    gauge: Gauge,
+    noise_model: NoiseModel,
     near: FloatArray | None = None,
 ) -> tuple[FloatArray, FloatArray]:
     """Return the most probable states (recording, state) given the fitted channels of a ``batch``, and their costs.
@@ -34,17 +34,19 @@ def initial_states(
     Prior: normal with covariance ``spread`` (state, state). ``near``: states that are nearly so, from where force
     laws begin at once over the whole stretch.
     """
-    system = system_of(hypothesis, theta[None], gauge.readout)
+    system = system_of(hypothesis, theta[None], noise_model.outputs)
     prior = precision_of(spread)
     if system.is_linear:
-        return _linear_states(system, prior, batch, gauge)
+        return _linear_states(system, prior, batch, noise_model)
     moved = STEP * np.sqrt(np.diag(spread))
     if near is not None:
-        return _states_under_laws(system, prior, moved, batch, gauge, near)
+        return _states_under_laws(system, prior, moved, batch, noise_model, near)
     linear = replace(system, B=system.B[:, :, :0], D=system.D[:, :, :0], forces=(), G=system.G[:, :0])
-    states, cost = _linear_states(linear, prior, batch.first(_samples(GROWTH[0], batch)), gauge)
+    states, cost = _linear_states(linear, prior, batch.first(_samples(GROWTH[0], batch)), noise_model)
     for share in GROWTH:
-        states, cost = _states_under_laws(system, prior, moved, batch.first(_samples(share, batch)), gauge, states)
+        states, cost = _states_under_laws(
+            system, prior, moved, batch.first(_samples(share, batch)), noise_model, states
+        )
     return states, cost
 
 
@@ -63,10 +65,12 @@ def _samples(share: float, batch: Batch) -> int:
     return max(round(share * batch.samples), 2)
 
 
-def _linear_states(system: System, prior: FloatArray, batch: Batch, gauge: Gauge) -> tuple[FloatArray, FloatArray]:
+def _linear_states(
+    system: System, prior: FloatArray, batch: Batch, noise_model: NoiseModel
+) -> tuple[FloatArray, FloatArray]:
     """Return what `initial_states` does, of a linear system: by least squares."""
     recordings, samples, _ = batch.data.shape
-    weight = batch.weights(gauge)  # (recording or one row, value)
+    weight = batch.weights(noise_model)  # (recording or one row, value)
     free = batch.data - given(system, batch)[0]
     shown = observability(system, samples)[0].reshape(-1, len(prior))
     wanted = (free.reshape(recordings, -1) - drift(system, samples)[0].ravel()) * weight
@@ -76,14 +80,14 @@ def _linear_states(system: System, prior: FloatArray, batch: Batch, gauge: Gauge
 
 
 def _states_under_laws(
-    system: System, prior: FloatArray, moved: FloatArray, batch: Batch, gauge: Gauge, states: FloatArray
+    system: System, prior: FloatArray, moved: FloatArray, batch: Batch, noise_model: NoiseModel, states: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return what `initial_states` does, of force laws, from ``states``: by Levenberg and Marquardt's steps.
 
     Finite differences move each entry of a state by ``moved`` (state,), in further recordings of one system.
     """
     recordings = len(states)
-    weight = batch.weights(gauge)  # (recording or one row, value)
+    weight = batch.weights(noise_model)  # (recording or one row, value)
     wanted = (batch.data - drifted(system, batch.begins)[0]).reshape(recordings, -1) * weight
     far = EXPLODED * float(np.abs(wanted).max())
     cost, damping = np.full(recordings, np.inf), np.full(recordings, DAMPING[0])

@@ -9,11 +9,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fe_models.arrays import FloatArray
-from hybrid.diagnosis.fitting.channels import Channels
 from hybrid.diagnosis.fitting.condensed import condensed
+from hybrid.diagnosis.fitting.linear_channels import Channels
 from hybrid.diagnosis.fitting.sampled import Sampled
-from hybrid.diagnosis.recorded.gauge import Gauge
-from hybrid.diagnosis.recorded.records import Batch
+from hybrid.diagnosis.recorded.batches import Batch
+from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.loaded import loaded_size
 from hybrid.diagnosis.response.marching import respond
@@ -55,7 +55,7 @@ def linearise_batch(
     hypothesis: Hypothesis,
     theta: FloatArray,
     batch: Batch,
-    gauge: Gauge,
+    noise_model: NoiseModel,
     states: FloatArray | None,
     slopes: bool = True,
     brief: bool = False,
@@ -67,22 +67,22 @@ def linearise_batch(
     """
     hypothesis, kept = hypothesis.less(batch.off), hypothesis.parameters_of(batch.off)
     if hypothesis.is_linear:
-        part = _linear(hypothesis, theta[kept], batch, gauge, slopes, brief)
+        part = _linear(hypothesis, theta[kept], batch, noise_model, slopes, brief)
     else:
         assert states is not None
-        part = _forced(hypothesis, theta[kept], batch, gauge, states, slopes)
+        part = _forced(hypothesis, theta[kept], batch, noise_model, states, slopes)
     return None if part is None else _spread(part, kept, len(theta))
 
 
 def _linear(
-    hypothesis: Hypothesis, theta: FloatArray, batch: Batch, gauge: Gauge, slopes: bool, brief: bool
+    hypothesis: Hypothesis, theta: FloatArray, batch: Batch, noise_model: NoiseModel, slopes: bool, brief: bool
 ) -> Linearisation | None:
     """Return the linearisation with the best initial states at ``theta``."""
     moved = STEP * hypothesis.width
     thetas = np.vstack([theta, theta + np.diag(moved)]) if slopes else theta[None]
-    system = system_of(hypothesis, thetas, gauge.readout, hardly_differ=True)
-    shorter = condensed(system, batch, gauge, moved) if brief else None
-    channels: Channels = shorter or Sampled(system, batch, gauge, moved)
+    system = system_of(hypothesis, thetas, noise_model.outputs, hardly_differ=True)
+    shorter = condensed(system, batch, noise_model, moved) if brief else None
+    channels: Channels = shorter or Sampled(system, batch, noise_model, moved)
     if not np.abs(channels.by_state).max() < ENDLESS:
         return None
     basis, upper = orthonormal(channels.by_state)  # one serves all recordings whose noise is alike
@@ -94,19 +94,19 @@ def _linear(
 
 
 def _forced(
-    hypothesis: Hypothesis, theta: FloatArray, batch: Batch, gauge: Gauge, states: FloatArray, slopes: bool
+    hypothesis: Hypothesis, theta: FloatArray, batch: Batch, noise_model: NoiseModel, states: FloatArray, slopes: bool
 ) -> Linearisation | None:
     """Return the linearisation from ``states`` under force laws; without ``slopes`` only what is left."""
-    weight = batch.weights(gauge)  # (recording or one row, value)
+    weight = batch.weights(noise_model)  # (recording or one row, value)
     data = batch.data.reshape(len(states), -1) * weight
-    system = system_of(hypothesis, theta[None], gauge.readout)
+    system = system_of(hypothesis, theta[None], noise_model.outputs)
     y = respond(system, states[None], batch.samples, batch.loads) + drifted(system, batch.begins)
     residual = data - y.reshape(data.shape) * weight
     if not np.isfinite(residual).all() or np.abs(residual).max() > FAR * np.abs(data).max():
         return None
     if not slopes:
         return _left_over(residual, batch, states)
-    changes = _changes(hypothesis, system, theta, batch, gauge, states)
+    changes = _changes(hypothesis, system, theta, batch, noise_model, states)
     if changes is None:
         return None
     change, by_state = changes
@@ -126,7 +126,7 @@ def _forced(
 
 
 def _changes(
-    hypothesis: Hypothesis, system: System, theta: FloatArray, batch: Batch, gauge: Gauge, states: FloatArray
+    hypothesis: Hypothesis, system: System, theta: FloatArray, batch: Batch, noise_model: NoiseModel, states: FloatArray
 ) -> tuple[FloatArray, FloatArray] | None:
     """Return what parameters change, (parameter, recording, value), and entries of a state, (recording, value, state);
     ``system``: that of ``theta``.
@@ -134,9 +134,9 @@ def _changes(
     Of motions told as if nothing folded (`respond`), which changes what is left of recordings, but hardly the direction
     of a step. Each difference is between two motions that are told alike, lest it see that.
     """
-    moved, size, sigma = STEP * hypothesis.width, STEP * _size(system, batch, states), batch.sigma(gauge)
+    moved, size, sigma = STEP * hypothesis.width, STEP * _size(system, batch, states), batch.sigma(noise_model)
     thetas = np.vstack([theta, theta + np.diag(moved)])
-    varied = system_of(hypothesis, thetas, gauge.readout, hardly_differ=True)
+    varied = system_of(hypothesis, thetas, noise_model.outputs, hardly_differ=True)
     y = respond(varied, np.repeat(states[None], len(thetas), axis=0), batch.samples, batch.loads, often=1)
     y += drifted(varied, batch.begins)
     change = y[1:] - y[0]

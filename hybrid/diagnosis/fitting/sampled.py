@@ -6,8 +6,8 @@ from functools import cached_property
 import numpy as np
 
 from fe_models.arrays import FloatArray
-from hybrid.diagnosis.recorded.gauge import Gauge
-from hybrid.diagnosis.recorded.records import Batch
+from hybrid.diagnosis.recorded.batches import Batch
+from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.response.loaded import given
 from hybrid.diagnosis.response.marching import respond
 from hybrid.diagnosis.response.system import System, drift, observability
@@ -22,7 +22,7 @@ class Sampled:
 
     system: System
     batch: Batch
-    gauge: Gauge
+    noise_model: NoiseModel
     moved: FloatArray
     frame = None
 
@@ -58,4 +58,4 @@ class Sampled:
 
     @cached_property
     def _weight(self) -> FloatArray:
-        return self.batch.weights(self.gauge)
+        return self.batch.weights(self.noise_model)

@@ -14,8 +14,8 @@ from hybrid.diagnosis.learned.learning import Learned, corrected, learn, learnin
 from hybrid.diagnosis.learned.projection import Projected, project
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
 from hybrid.diagnosis.outcome.findings import Finding, at_place
-from hybrid.diagnosis.recorded.channels import usable
-from hybrid.diagnosis.recorded.filtered_ends import without_ringing_ends
+from hybrid.diagnosis.recorded.faulty_channels import usable
+from hybrid.diagnosis.recorded.filter_transients import without_ringing_ends
 from hybrid.progress import nothing
 from hybrid.training.gradient_training import TrainingDivergedError
 

@@ -12,12 +12,12 @@ from fe_models.recordings import Dataset, Recording
 from fe_models.sensor_effects import SensorDelay, SensorDrift, SensorEffect, SensorGain
 from fe_models.structure import Structure
 from hybrid.config import Config, ModelConfig, places_preset
-from hybrid.diagnosis.fitting.forecasting import shown_of
+from hybrid.diagnosis.fitting.forecast_score import shown_of
 from hybrid.diagnosis.outcome.findings import Finding
-from hybrid.estimation.linear_form import ConnectorForm
+from hybrid.estimation.linear_parameters import ConnectorParameters
 from hybrid.estimation.most_probable_state import smooth_state, trajectory
 from hybrid.neural_modal_ode.model import NeuralModalODE
-from hybrid.neural_modal_ode.residuals.at_connectors import ConnectorResidual
+from hybrid.neural_modal_ode.residuals.connector_residual import ConnectorResidual
 from hybrid.neural_modal_ode.state_prior import StatePrior
 from hybrid.progress import nothing
 from hybrid.training.preparation import Prepared, modal_damping_matrix, prepare
@@ -157,7 +157,7 @@ def _learned(
             states.append(trajectory(model, start, data.shape[1])[:: model.substeps].flatten(0, 1))
     z = torch.cat(states)  # (n, 2 mode)
     if isinstance(residual, ConnectorResidual) and prepared.connectors is not None:
-        form = ConnectorForm(prepared.modal, prepared.connectors, modal_damping_matrix(dataset, prepared.modal))
+        form = ConnectorParameters(prepared.modal, prepared.connectors, modal_damping_matrix(dataset, prepared.modal))
         places = _at_places(residual, z, form.start().to(z.dtype), prepared.connectors.names)
         learned = -sum(place @ feed[None] for place, feed in _pairs(places, residual))
     else:

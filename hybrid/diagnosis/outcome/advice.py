@@ -16,12 +16,12 @@ from fe_models.recordings import Quantity, Sensor
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.causes.places import UNMOVED
 from hybrid.diagnosis.contest.posterior import Posterior, rivals_of, twins_of
-from hybrid.diagnosis.fitting.fitting import Fit
+from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.fitting.linearisation import linearise_batch
 from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.outcome.findings import at_place, reported_location
-from hybrid.diagnosis.recorded.gauge import Gauge
-from hybrid.diagnosis.recorded.readout import Readout
+from hybrid.diagnosis.recorded.noise_model import NoiseModel
+from hybrid.diagnosis.recorded.sensor_outputs import SensorOutputs
 from hybrid.diagnosis.response.marching import respond
 from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.response.system import drifted
@@ -65,7 +65,7 @@ class Advice:
         return f"even a sensor of the {where} hardly tells {told} apart ({falls}): record more or larger motions"
 
 
-def advise(posterior: Posterior, searched: Gauge, present: tuple[Sensor, ...]) -> tuple[Advice, ...]:
+def advise(posterior: Posterior, searched: NoiseModel, present: tuple[Sensor, ...]) -> tuple[Advice, ...]:
     """Return advice for each cause of the best hypothesis and each of its rivals that is not improbable.
 
     ``searched``: with what counted as noise in the search, see `Evidence`; ``present``: all sensors, also those that
@@ -125,45 +125,51 @@ def _fit_with(posterior: Posterior, candidate: Candidate, rival: Candidate) -> F
     return next(item for item in posterior.fits if {c.key for c in item.hypothesis.candidates} == wanted)
 
 
-def _most_telling(best: Fit, rival: Fit, added: tuple[Sensor, ...], gauge: Gauge) -> tuple[Sensor | None, float]:
+def _most_telling(
+    best: Fit, rival: Fit, added: tuple[Sensor, ...], noise_model: NoiseModel
+) -> tuple[Sensor | None, float]:
     """Return the sensor among those ``added`` that tells most, and the log odds that it adds; None where none does."""
-    ours, theirs = shown_by(best, added, gauge), shown_by(rival, added, gauge)
-    sigma = noise_of(added, size_of(ours), gauge, size_of(shown_by(best, gauge.sensors, gauge)))
+    ours, theirs = shown_by(best, added, noise_model), shown_by(rival, added, noise_model)
+    sigma = noise_of(added, size_of(ours), noise_model, size_of(shown_by(best, noise_model.sensors, noise_model)))
     if not all(np.isfinite(part).all() for part in (*ours.values(), *theirs.values())):
         return None, 0.0
     apart = np.sum([np.sum(((ours[key] - theirs[key]) / sigma) ** 2, axis=0) for key in ours], axis=0)  # (sensor,)
-    without = _left(best, rival, gauge)
+    without = _left(best, rival, noise_model)
     gains: list[tuple[float, int]] = []
     for number in [int(i) for i in np.argsort(-apart)[:TRIED]]:
-        wider = Gauge((*gauge.sensors, added[number]), gauge.rate, np.append(gauge.sigma, sigma[number]))
+        wider = NoiseModel(
+            (*noise_model.sensors, added[number]), noise_model.rate, np.append(noise_model.sigma, sigma[number])
+        )
         gains.append((_left(best, rival, wider) - without, number))
     gain, number = max(gains, default=(0.0, 0))
     return (added[number], gain / 2) if gain > 1 else (None, 0.0)  # less than one is what chance alone makes
 
 
-def noise_of(added: tuple[Sensor, ...], sizes: FloatArray, gauge: Gauge, shown: FloatArray) -> FloatArray:
+def noise_of(added: tuple[Sensor, ...], sizes: FloatArray, noise_model: NoiseModel, shown: FloatArray) -> FloatArray:
     """Return the noise (sensor,) to expect of ``added`` sensors: that of the present ones of their quantity.
 
     Where there are none, as large beside the largest channel as theirs: ``sizes`` of the added channels (sensor,), and
     ``shown`` by the present ones (sensor,).
     """
     wanted = np.array([sensor.quantity for sensor in added])
-    measured = np.array(["rotation" if sensor.direction == "rz" else sensor.quantity for sensor in gauge.sensors])
-    relative, noise = float(np.median(gauge.sigma / shown)), np.zeros(len(added))
+    measured = np.array(["rotation" if sensor.direction == "rz" else sensor.quantity for sensor in noise_model.sensors])
+    relative, noise = float(np.median(noise_model.sigma / shown)), np.zeros(len(added))
     for quantity in OFFERED:
         own, present = wanted == quantity, measured == quantity
-        noise[own] = np.median(gauge.sigma[present]) if present.any() else relative * sizes[own].max(initial=0.0)
+        noise[own] = np.median(noise_model.sigma[present]) if present.any() else relative * sizes[own].max(initial=0.0)
     return noise
 
 
-def _left(best: Fit, rival: Fit, gauge: Gauge) -> float:
-    """Return the least cost (a chi-square) of the rival on what the sensors of ``gauge`` show of the best fit."""
-    shown = shown_by(best, gauge.sensors, gauge)
+def _left(best: Fit, rival: Fit, noise_model: NoiseModel) -> float:
+    """Return the least cost (a chi-square) of the rival on what the sensors of ``noise_model`` show of the best fit."""
+    shown = shown_by(best, noise_model.sensors, noise_model)
     precision, off = rival.hypothesis.precision, rival.theta - rival.hypothesis.centre
     H, g, cost = np.diag(precision), -precision * off, float(off @ (precision * off))
     for batch, states in zip(rival.batches, rival.states, strict=True):
         data = np.stack([shown[data.tobytes()] for data in batch.data])
-        part = linearise_batch(rival.hypothesis, rival.theta, replace(batch, data=data, noise=None), gauge, states)
+        part = linearise_batch(
+            rival.hypothesis, rival.theta, replace(batch, data=data, noise=None), noise_model, states
+        )
         if part is None:
             return 0.0
         J, r = part.slopes.reshape(len(off), -1), part.residual.ravel()
@@ -171,14 +177,14 @@ def _left(best: Fit, rival: Fit, gauge: Gauge) -> float:
     return cost - float(g @ np.linalg.solve(H, g))
 
 
-def shown_by(item: Fit, sensors: tuple[Sensor, ...], gauge: Gauge) -> dict[bytes, FloatArray]:
+def shown_by(item: Fit, sensors: tuple[Sensor, ...], noise_model: NoiseModel) -> dict[bytes, FloatArray]:
     """Return what ``sensors`` would show of a fit without noise (time, sensor), by the recording's own data."""
-    present = {sensor.name: position for position, sensor in enumerate(gauge.sensors)}
-    readout = Readout(sensors, gauge.rate, tuple(present.get(sensor.name, -1) for sensor in sensors))
+    present = {sensor.name: position for position, sensor in enumerate(noise_model.sensors)}
+    outputs = SensorOutputs(sensors, noise_model.rate, tuple(present.get(sensor.name, -1) for sensor in sensors))
     found: dict[bytes, FloatArray] = {}
     for batch, states in zip(item.batches, item.states, strict=True):
         theta = item.theta[item.hypothesis.parameters_of(batch.off)]
-        system = system_of(item.hypothesis.less(batch.off), theta[None], readout)
+        system = system_of(item.hypothesis.less(batch.off), theta[None], outputs)
         y = (respond(system, states[None], batch.samples, batch.loads) + drifted(system, batch.begins))[0]
         found |= {data.tobytes(): motion for data, motion in zip(batch.data, y, strict=True)}
     return found

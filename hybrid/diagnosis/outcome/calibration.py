@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from fe_models.arrays import FloatArray
-from hybrid.diagnosis.fitting.far_off import DEVIATION
-from hybrid.diagnosis.fitting.fitting import Fit
+from hybrid.diagnosis.fitting.calibration_deviation import DEVIATION
+from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.outcome.findings import place_words
 from hybrid.diagnosis.response.dispersion import shift, step_of

@@ -8,6 +8,8 @@ from fe_models.structure import Structure
 from hybrid.diagnosis.contest.evidence import Evidence
 from hybrid.diagnosis.contest.posterior import Posterior
 from hybrid.diagnosis.contest.setting import Setting
+from hybrid.diagnosis.observed.example import Example, example_of
+from hybrid.diagnosis.observed.observations import Observations, observe
 from hybrid.diagnosis.outcome.advice import Advice, advise
 from hybrid.diagnosis.outcome.calibration import Calibrated, calibration_of
 from hybrid.diagnosis.outcome.extend import extended_structure
@@ -17,8 +19,6 @@ from hybrid.diagnosis.outcome.remarks import remarks_on
 from hybrid.diagnosis.outcome.ruling import Ruling, ruling_of
 from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.diagnosis.recorded.motions import motions_of
-from hybrid.diagnosis.shown.example import Example, example_of
-from hybrid.diagnosis.shown.show import Shown, show
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Diagnosis:
     scores: dict[str, dict[str, float | None]]
     noise_floor: float
     extended: Structure
-    shown: Shown
+    shown: Observations
     example: Example
     advice: tuple[Advice, ...]
     posterior: Posterior
@@ -56,7 +56,9 @@ def concluded(setting: Setting, evidence: Evidence) -> Diagnosis:
     found, posterior, plant = ruling.found, ruling.posterior, setting.plant
     findings = named_by(ruling)
     advice = advise(posterior, evidence.searched, setting.dataset.sensors) if ruling.is_named else ()
-    shown = show(setting.dataset, ruling.simulation.fit, ruling.final, found.nominal, found.calibrated, evidence.gauge)
+    shown = observe(
+        setting.dataset, ruling.simulation.fit, ruling.final, found.nominal, found.calibrated, evidence.noise_model
+    )
     remarks = remarks_on(ruling, findings, shown)
     return Diagnosis(
         verdict=ruling.verdict,
@@ -93,13 +95,13 @@ def _scores(ruling: Ruling) -> dict[str, dict[str, float | None]]:
     }
 
 
-def _example(ruling: Ruling, shown: Shown) -> Example:
+def _example(ruling: Ruling, shown: Observations) -> Example:
     """Return one recording as the user's simulation forecasts it, and as the structure that is told does."""
     scorer, simulated = ruling.scorer, ruling.simulation.fit
     return example_of(
         scorer.shown,
         scorer.example_model(simulated, np.zeros_like(simulated.theta)),
         scorer.example_model(ruling.final, None if ruling.is_named else ruling.theta),
-        scorer.view,
+        scorer.roles,
         shown.observed.frequencies,
     )

@@ -9,8 +9,8 @@ import numpy as np
 from fe_models.effects import Cause, GapStop, HarmonicForce, SupportSpring
 from fe_models.structure import Support
 from hybrid.diagnosis.causes.candidate import Candidate
-from hybrid.diagnosis.fitting.fitting import Fit
-from hybrid.diagnosis.fitting.wave import wave
+from hybrid.diagnosis.fitting.harmonic_amplitude import harmonic_amplitude
+from hybrid.diagnosis.fitting.least_squares import Fit
 
 VERBS = {
     "stiffness_change": "{place} has {factor} times its nominal stiffness",
@@ -93,7 +93,7 @@ def cause_of(fit: Fit, number: int, widened: float) -> tuple[Cause, dict[str, Pa
         slope = change / (NUDGE * values[i]) if values[i] else 1.0
         deviations[word] = abs(slope) * error  # the search may use another measure than the report
     if isinstance(cause, HarmonicForce):
-        found_wave = wave(fit, number)
+        found_wave = harmonic_amplitude(fit, number)
         cause = replace(cause, amplitude=found_wave.amplitude, phase=found_wave.phase)
         deviations["amplitude"] = found_wave.error * np.sqrt(widened)
     units = cause.units

@@ -3,9 +3,9 @@
 import numpy as np
 
 from hybrid.diagnosis.contest.setting import Setting
-from hybrid.diagnosis.fitting.fitting import Fit
+from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.outcome.rest import elsewhere, rests
-from hybrid.diagnosis.recorded.gauge import Gauge
+from hybrid.diagnosis.recorded.noise_model import NoiseModel
 
 KNOWN = 0.02  # of a natural frequency: how well the model knows it
 FOLDS = (
@@ -15,14 +15,14 @@ FOLDS = (
 )
 
 
-def folding_of(item: Fit, setting: Setting, gauge: Gauge) -> list[str]:
+def folding_of(item: Fit, setting: Setting, noise_model: NoiseModel) -> list[str]:
     """Return a line on the drawn structure's mode above half the sampling rate that a fit seems to leave; none where
     a low-pass has kept such modes out, or nothing stands out.
     """
-    rate, plant = gauge.rate, setting.plant
+    rate, plant = noise_model.rate, setting.plant
     if setting.dataset.lowpass is not None:
         return []
-    line = elsewhere(rests(item, gauge), plant.modes[0] / (2 * np.pi), rate)
+    line = elsewhere(rests(item, noise_model), plant.modes[0] / (2 * np.pi), rate)
     if line is None:
         return []
     fast = plant.all_frequencies / (2 * np.pi)

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hybrid.diagnosis.fitting.fitting import Fit
-from hybrid.diagnosis.fitting.forecasting import Forecast
+from hybrid.diagnosis.fitting.forecast_score import ForecastScore
+from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.outcome.scorer import Scorer
 
 NEXT_TO_NOTHING = 1e-9  # of the energy of an error
@@ -18,11 +18,11 @@ class Forecasts:
     another where a modal model stands for it, ``drawn`` and ``own``, likewise; and with what was found, ``extended``.
     """
 
-    nominal: Forecast
-    calibrated: Forecast
-    drawn: Forecast
-    own: Forecast
-    extended: Forecast
+    nominal: ForecastScore
+    calibrated: ForecastScore
+    drawn: ForecastScore
+    own: ForecastScore
+    extended: ForecastScore
 
     @property
     def unexplained(self) -> float:

@@ -9,10 +9,10 @@ import numpy as np
 from scipy.special import expit
 
 from fe_models.arrays import FloatArray
-from hybrid.diagnosis.fitting.fitting import Fit
+from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.outcome.rest import rests
 from hybrid.diagnosis.outcome.verdict import LISTED, Verdict
-from hybrid.diagnosis.recorded.gauge import Gauge
+from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.recorded.spectra import clearest_line
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.state_space import system_of
@@ -58,7 +58,7 @@ class Hum:
         return (RATHER if self.is_likely else AS_WELL).format(sensor=self.sensor, frequency=self.frequency)
 
 
-def hums_of(item: Fit, gauge: Gauge, temper: float) -> tuple[Hum, ...]:
+def hums_of(item: Fit, noise_model: NoiseModel, temper: float) -> tuple[Hum, ...]:
     """Return what may stand in the place of each harmonic force of a fit: a tone of the sensor that shows it most.
 
     By what the sum of squares would rise if no other sensor showed the force, over the ``temper``; a force is on the
@@ -67,7 +67,7 @@ def hums_of(item: Fit, gauge: Gauge, temper: float) -> tuple[Hum, ...]:
     causes = item.hypothesis.candidates
     if not item.hypothesis.is_linear:
         return ()
-    found = (_hum(item, number, gauge, temper) for number, cause in enumerate(causes) if cause.oscillator)
+    found = (_hum(item, number, noise_model, temper) for number, cause in enumerate(causes) if cause.oscillator)
     return tuple(hum for hum in found if hum is not None)
 
 
@@ -79,41 +79,46 @@ def verdict_with(hums: tuple[Hum, ...], causes: int, verdict: Verdict) -> Verdic
     return Verdict.UNEXPLAINED if likely == causes else Verdict.PARTLY_EXPLAINED
 
 
-def line_of(item: Fit, gauge: Gauge) -> str | None:
+def line_of(item: Fit, noise_model: NoiseModel) -> str | None:
     """Return a note on the clearest line of what a fit leaves, None where noise makes all of them."""
-    found = clearest_line(rests(item, gauge), gauge.rate, item.hypothesis.plant.cutoff)
-    return None if found is None else LINE.format(sensor=gauge.sensors[found[0]].name, frequency=found[1])
+    found = clearest_line(rests(item, noise_model), noise_model.rate, item.hypothesis.plant.cutoff)
+    return None if found is None else LINE.format(sensor=noise_model.sensors[found[0]].name, frequency=found[1])
 
 
-def _hum(item: Fit, number: int, gauge: Gauge, temper: float) -> Hum | None:
+def _hum(item: Fit, number: int, noise_model: NoiseModel, temper: float) -> Hum | None:
     """Return what may stand in the place of harmonic force ``number``, None at a resonance, which all sensors show."""
     frequency = float(item.theta[item.hypothesis.slices[number].start])
-    rise = np.zeros(len(gauge.sensors))
+    rise = np.zeros(len(noise_model.sensors))
     for batch, states, residual in zip(item.batches, item.states, item.residuals, strict=True):
         if number not in batch.off:
             hypothesis, kept = item.hypothesis.less(batch.off), item.hypothesis.parameters_of(batch.off)
-            shown = _steady(hypothesis, item.theta[kept], frequency, states, batch.samples, gauge)
+            shown = _steady(hypothesis, item.theta[kept], frequency, states, batch.samples, noise_model)
             if shown is None:
                 return None
-            shown /= batch.sigma(gauge)
+            shown /= batch.sigma(noise_model)
             rise += np.sum(shown * (2 * residual + shown), axis=(0, 1))
     loudest = int(np.argmax(rise))
     log_odds = float(rise.sum() - rise[loudest]) / (2 * temper)
     machine = float(expit(np.log(LISTED / (1 - LISTED)) + log_odds))
-    return Hum(number, gauge.sensors[loudest].name, frequency, machine)
+    return Hum(number, noise_model.sensors[loudest].name, frequency, machine)
 
 
 def _steady(
-    hypothesis: Hypothesis, theta: FloatArray, frequency: float, states: FloatArray, samples: int, gauge: Gauge
+    hypothesis: Hypothesis,
+    theta: FloatArray,
+    frequency: float,
+    states: FloatArray,
+    samples: int,
+    noise_model: NoiseModel,
 ) -> FloatArray | None:
     """Return what sensors show of the steady motion at a ``frequency`` (Hz), (recording, time, sensor): of the undamped
     root there. None at a resonance.
     """
-    system = system_of(hypothesis, theta[None], gauge.readout)
+    system = system_of(hypothesis, theta[None], noise_model.outputs)
     form = modal_form(system)
     if form is None:
         return None
     at = int(np.argmin(np.abs(form.roots[0] - 2j * np.pi * frequency)))
-    time = np.arange(samples) / gauge.rate
+    time = np.arange(samples) / noise_model.rate
     wave = np.exp(form.roots[0, at] * time)
     return np.asarray(np.real((states @ form.left[0, at])[:, None, None] * wave[:, None] * form.right[0, :, at]))

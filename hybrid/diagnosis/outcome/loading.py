@@ -5,16 +5,16 @@ from dataclasses import replace
 import numpy as np
 
 from fe_models.arrays import FloatArray
-from hybrid.diagnosis.fitting.fitting import Fit, fit
-from hybrid.diagnosis.outcome.otherwise import taken_away
-from hybrid.diagnosis.recorded.gauge import Gauge
-from hybrid.diagnosis.recorded.records import Batch
+from hybrid.diagnosis.fitting.least_squares import Fit, fit
+from hybrid.diagnosis.outcome.changed_dataset import taken_away
+from hybrid.diagnosis.recorded.batches import Batch
+from hybrid.diagnosis.recorded.noise_model import NoiseModel
 
 ROUNDS = 3  # of the factor and the nominal values in turn
 TOLD = 0.02  # a factor nearer to one is none
 
 
-def loading_of(item: Fit, gauge: Gauge) -> str | None:
+def loading_of(item: Fit, noise_model: NoiseModel) -> str | None:
     """Return in a sentence which factor on all loads would explain what the model leaves; None where none does.
 
     ``item``: a fit without any cause. The factor is found for the drawn structure first, then for the best fit with it.
@@ -23,8 +23,8 @@ def loading_of(item: Fit, gauge: Gauge) -> str | None:
         return None
     theta, factor, found = np.zeros_like(item.theta), 1.0, None
     for _ in range(ROUNDS):
-        told = _factor(item, theta, gauge)
-        found = None if told is None else fit(item.hypothesis, theta, _times(item.batches, told), gauge)
+        told = _factor(item, theta, noise_model)
+        found = None if told is None else fit(item.hypothesis, theta, _times(item.batches, told), noise_model)
         if told is None or found is None:
             return None
         theta, factor = found.theta, told
@@ -34,9 +34,11 @@ def loading_of(item: Fit, gauge: Gauge) -> str | None:
     return f"all loads times {factor:.4g} {gain}: check their unit, sign and gain"
 
 
-def _factor(item: Fit, theta: FloatArray, gauge: Gauge) -> float | None:
+def _factor(item: Fit, theta: FloatArray, noise_model: NoiseModel) -> float | None:
     """Return the best factor on the loads at ``theta`` (parameter,): the cost is a parabola in it."""
-    trials = [fit(item.hypothesis, theta, _times(item.batches, by), gauge, iterations=0) for by in (-1.0, 0.0, 1.0)]
+    trials = [
+        fit(item.hypothesis, theta, _times(item.batches, by), noise_model, iterations=0) for by in (-1.0, 0.0, 1.0)
+    ]
     turned, none, given = (np.nan if trial is None else trial.cost for trial in trials)
     bend = turned + given - 2 * none
     return float((turned - given) / (2 * bend)) if bend > 0 else None

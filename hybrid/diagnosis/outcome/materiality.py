@@ -5,16 +5,22 @@ from collections import Counter
 from hybrid.diagnosis.contest.evidence import Evidence
 from hybrid.diagnosis.contest.posterior import Posterior
 from hybrid.diagnosis.contest.switching import acting_recordings
-from hybrid.diagnosis.fitting.far_off import DEVIATION, deviation_of, factors_off, farthest_of, off_together
-from hybrid.diagnosis.fitting.fitting import Fit, fit
-from hybrid.diagnosis.fitting.forecasting import Forecast
-from hybrid.diagnosis.fitting.left_over import left
+from hybrid.diagnosis.fitting.calibration_deviation import (
+    DEVIATION,
+    deviation_of,
+    factors_off,
+    farthest_of,
+    off_together,
+)
+from hybrid.diagnosis.fitting.excess_energy import excess_energy
+from hybrid.diagnosis.fitting.forecast_score import ForecastScore
+from hybrid.diagnosis.fitting.least_squares import Fit, fit
 from hybrid.diagnosis.outcome.findings import cause_of, is_held, sentence_of
 from hybrid.diagnosis.outcome.scorer import Scorer
 from hybrid.diagnosis.outcome.verdict import BESIDE, MATERIAL, Errors
-from hybrid.diagnosis.recorded.gauge import Gauge
 from hybrid.diagnosis.recorded.motions import in_words
 from hybrid.diagnosis.recorded.noise import Band
+from hybrid.diagnosis.recorded.noise_model import NoiseModel
 
 TRIFLES = (0.02, 0.005)  # of the energy that the nominal model gets wrong: what takes no more away explains nothing,
 # where it is the only cause, and beside another ...
@@ -49,7 +55,7 @@ def material(evidence: Evidence, scorer: Scorer) -> tuple[Posterior, list[str]]:
             if scorer.error(plain) < scorer.error(before):
                 simpler, before = evidence.among((evidence.base,)), plain
         several = bool(simpler.fits[0].hypothesis.candidates)
-        guess = left(best, evidence.gauge, band).significant
+        guess = excess_energy(best, evidence.noise_model, band).significant
         trifle = is_trifle(before, after, nominal, several)
         gained = scorer.error(before) - scorer.error(after)
         weaker = gained <= (BESIDE if several else MATERIAL) * floor
@@ -61,7 +67,7 @@ def material(evidence: Evidence, scorer: Scorer) -> tuple[Posterior, list[str]]:
         elif not bends:
             needless = weaker or (guess and trifle)
             may_ask = several and gained > 0
-            if not needless or (may_ask and is_demanded(simpler.fits[0], best, evidence.gauge, band)):
+            if not needless or (may_ask and is_demanded(simpler.fits[0], best, evidence.noise_model, band)):
                 break
         kept = {candidate.key for candidate in simpler.fits[0].hypothesis.candidates}
         dropped = [i for i, c in enumerate(best.hypothesis.candidates) if c.key not in kept]
@@ -71,24 +77,24 @@ def material(evidence: Evidence, scorer: Scorer) -> tuple[Posterior, list[str]]:
     return posterior, notes
 
 
-def is_demanded(fewer: Fit, more: Fit, gauge: Gauge, band: Band) -> bool:
+def is_demanded(fewer: Fit, more: Fit, noise_model: NoiseModel, band: Band) -> bool:
     """Return whether recordings ask for the causes that one fit has ``more`` than another, whatever forecasts gain.
 
     Without them more than noise is left, and with them noise alone, or less than half as much; or nominal values go far
     beyond what is normal without them alone. A fit of ``fewer`` may have stopped early: it begins there, too.
     """
-    again = _without(more, fewer, gauge)
+    again = _without(more, fewer, noise_model)
     if again is None:
         return False
     fewer = min(fewer, again, key=lambda item: item.cost)
-    without, beside = (left(item, gauge, band) for item in (fewer, more))
+    without, beside = (excess_energy(item, noise_model, band) for item in (fewer, more))
     if without.significant:
         return not beside.significant or beside.total <= MOSTLY * without.total
     far = deviation_of(fewer) > FAR * farthest_of(len(fewer.deviations))
     return far and not factors_off(more) and not beside.significant
 
 
-def _without(more: Fit, fewer: Fit, gauge: Gauge) -> Fit | None:
+def _without(more: Fit, fewer: Fit, noise_model: NoiseModel) -> Fit | None:
     """Return the fit of the causes of ``fewer`` from where one of ``more`` ended.
 
     None where it fails, or a cause acts in some recordings only, or brings a mode: what that shows is not the cause's.
@@ -98,10 +104,10 @@ def _without(more: Fit, fewer: Fit, gauge: Gauge) -> Fit | None:
     if any(batch.off for batch in more.batches) or any(own.candidates[number].brings for number in off):
         return None
     states = tuple(part[:, own.states_of(off)] for part in more.states)
-    return fit(own.less(off), more.theta[own.parameters_of(off)], more.batches, gauge, states)
+    return fit(own.less(off), more.theta[own.parameters_of(off)], more.batches, noise_model, states)
 
 
-def is_trifle(before: Forecast, after: Forecast, nominal: Forecast, several: bool) -> bool:
+def is_trifle(before: ForecastScore, after: ForecastScore, nominal: ForecastScore, several: bool) -> bool:
     """Return whether one of ``several`` causes takes hardly any of what is wrong with the ``nominal`` model away."""
     taken = before.energy - after.energy
     return taken <= TRIFLES[several] * nominal.excess and taken <= HALF * before.excess

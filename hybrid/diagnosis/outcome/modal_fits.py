@@ -9,9 +9,9 @@ from scipy.sparse import csr_array
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.discrepancy import in_units_of
 from hybrid.diagnosis.contest.evidence import Evidence
-from hybrid.diagnosis.contest.growing import ground_of, lengths_of, padded, short_fit
+from hybrid.diagnosis.contest.growing import lengths_of, padded, reference_fits_of, short_fit
 from hybrid.diagnosis.contest.setting import Setting
-from hybrid.diagnosis.fitting.fitting import Fit
+from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.nominal.modal_plant import standing_for
 from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.response.hypothesis import Hypothesis
@@ -44,15 +44,15 @@ def fit_in_modal_model(
     parts = len(modal.parts)
     damping = np.zeros(hypothesis.nuisances - parts)
     theta = np.concatenate([item.theta[:parts], damping, *(item.theta[own.slices[i]] for i in chosen)])
-    gauge = evidence.searched
+    noise_model = evidence.searched
     lengths = lengths_of(item.batches, hypothesis.states)
     with np.errstate(over="ignore", invalid="ignore"):  # a step that goes too far is taken back
-        short = short_fit(modal, lengths, gauge)
+        short = short_fit(modal, lengths, noise_model)
         start = replace(short, states=padded(short, hypothesis))
-        found = ground_of(hypothesis, theta, lengths, gauge, start)
+        found = reference_fits_of(hypothesis, theta, lengths, noise_model, start)
     if found is None:
         return None
-    return in_units_of(evidence.gauge, found.whole, gauge)
+    return in_units_of(evidence.noise_model, found.whole, noise_model)
 
 
 def _standing_for(cause: Candidate, T: csr_array) -> Candidate:

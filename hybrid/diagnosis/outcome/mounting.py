@@ -7,13 +7,13 @@ import numpy as np
 
 from fe_models.arrays import FloatArray
 from fe_models.recordings import Sensor
-from hybrid.diagnosis.fitting.fitting import Fit, fit
-from hybrid.diagnosis.outcome.otherwise import taken_away
-from hybrid.diagnosis.recorded.gauge import Gauge
-from hybrid.diagnosis.recorded.readout import Readout
-from hybrid.diagnosis.recorded.records import columns_of
+from hybrid.diagnosis.fitting.least_squares import Fit, fit
+from hybrid.diagnosis.outcome.changed_dataset import taken_away
+from hybrid.diagnosis.parallel import parallel_map
+from hybrid.diagnosis.recorded.batches import columns_of
+from hybrid.diagnosis.recorded.noise_model import NoiseModel
+from hybrid.diagnosis.recorded.sensor_outputs import SensorOutputs
 from hybrid.diagnosis.response.marching import respond
-from hybrid.diagnosis.response.side_by_side import side_by_side
 from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.response.system import drifted
 
@@ -28,7 +28,7 @@ class _Mounting:
     sensors: tuple[Sensor, ...]
 
 
-def mounting_of(item: Fit, gauge: Gauge) -> str | None:
+def mounting_of(item: Fit, noise_model: NoiseModel) -> str | None:
     """Return in a sentence how sensors seem to be mounted; None where no such error explains what the model leaves.
 
     ``item``: a fit without any cause. What sensors so mounted would show is held against the recordings with the drawn
@@ -39,11 +39,11 @@ def mounting_of(item: Fit, gauge: Gauge) -> str | None:
     drawn = np.zeros_like(item.theta)
 
     def fitted(mounting: _Mounting, **options: int) -> Fit | None:
-        there = replace(gauge, sensors=mounting.sensors)
+        there = replace(noise_model, sensors=mounting.sensors)
         return fit(item.hypothesis, drawn, item.batches, there, item.states, **options)
 
-    trials = [*_exchanged(gauge.sensors), *_moved(item, drawn, gauge)]
-    tried = side_by_side(lambda trial: fitted(trial, iterations=0), trials)
+    trials = [*_exchanged(noise_model.sensors), *_moved(item, drawn, noise_model)]
+    tried = parallel_map(lambda trial: fitted(trial, iterations=0), trials)
     costs = [np.inf if found is None else found.cost for found in tried]
     if not costs:
         return None
@@ -64,12 +64,14 @@ def _exchanged(sensors: tuple[Sensor, ...]) -> list[_Mounting]:
     return found
 
 
-def _moved(item: Fit, theta: FloatArray, gauge: Gauge) -> list[_Mounting]:
+def _moved(item: Fit, theta: FloatArray, noise_model: NoiseModel) -> list[_Mounting]:
     """Return each sensor at the place whose motion is nearest to its channel, as the others tell that motion."""
     found = []
-    for position, sensor in enumerate(gauge.sensors) if len(gauge.sensors) > 1 else ():
-        others = tuple(i for i in range(len(gauge.sensors)) if i != position)
-        rest = Gauge(tuple(gauge.sensors[i] for i in others), gauge.rate, gauge.sigma[list(others)])
+    for position, sensor in enumerate(noise_model.sensors) if len(noise_model.sensors) > 1 else ():
+        others = tuple(i for i in range(len(noise_model.sensors)) if i != position)
+        rest = NoiseModel(
+            tuple(noise_model.sensors[i] for i in others), noise_model.rate, noise_model.sigma[list(others)]
+        )
         told = fit(item.hypothesis, theta, columns_of(item.batches, others), rest, item.states, iterations=0)
         if told is None:
             continue
@@ -79,7 +81,7 @@ def _moved(item: Fit, theta: FloatArray, gauge: Gauge) -> list[_Mounting]:
         own = [(place.node, place.direction) for place in places].index((sensor.node, sensor.direction))
         if differ[nearest] < NEARER * differ[own]:
             node, direction = places[nearest].node, places[nearest].direction
-            placed = tuple(_at(s, node, direction) if s is sensor else s for s in gauge.sensors)
+            placed = tuple(_at(s, node, direction) if s is sensor else s for s in noise_model.sensors)
             words = (
                 f"sensor {sensor.name} at node {node} in {direction}, not at node {sensor.node} in {sensor.direction},"
             )
@@ -95,9 +97,11 @@ def _places(item: Fit, sensor: Sensor) -> list[Sensor]:
     return [_at(sensor, int(dofs.node[row]), str(dofs.direction[row])) for row in rows]
 
 
-def _differences(told: Fit, places: list[Sensor], channels: tuple[FloatArray, ...], gauge: Gauge) -> FloatArray:
+def _differences(
+    told: Fit, places: list[Sensor], channels: tuple[FloatArray, ...], noise_model: NoiseModel
+) -> FloatArray:
     """Return how much ``channels`` (recording, time, 1) differ from the motion at each of the ``places`` (place,)."""
-    system = system_of(told.hypothesis, told.theta[None], Readout.faultless(tuple(places), gauge.rate))
+    system = system_of(told.hypothesis, told.theta[None], SensorOutputs.faultless(tuple(places), noise_model.rate))
     found = np.zeros(len(places))
     for batch, states, channel in zip(told.batches, told.states, channels, strict=True):
         shown = respond(system, states[None], batch.samples, batch.loads) + drifted(system, batch.begins)

@@ -4,7 +4,7 @@ import numpy as np
 
 from fe_models.arrays import TINY, FloatArray
 from hybrid.diagnosis.contest.posterior import of_candidate, rivals_of
-from hybrid.diagnosis.fitting.forecasting import Model
+from hybrid.diagnosis.fitting.forecast_score import ForecastModel
 from hybrid.diagnosis.outcome.acting import recordings_of
 from hybrid.diagnosis.outcome.findings import Alternative, Finding, cause_of, is_held, reported_location, sentence_of
 from hybrid.diagnosis.outcome.forecasts import share
@@ -33,7 +33,7 @@ def named_by(ruling: Ruling) -> tuple[Finding, ...]:
     return tuple(sorted(findings, key=lambda finding: -finding.explains))
 
 
-def _finding(ruling: Ruling, number: int, taken: float, model: Model) -> Finding:
+def _finding(ruling: Ruling, number: int, taken: float, model: ForecastModel) -> Finding:
     """Return the finding of cause ``number`` of the best fit, by whose ``model`` recordings are forecast.
 
     ``taken``: the energy of forecast errors, in units of the noise's variance, that the cause takes away.
@@ -42,7 +42,7 @@ def _finding(ruling: Ruling, number: int, taken: float, model: Model) -> Finding
     candidate = best.hypothesis.candidates[number]
     cause, parameters = cause_of(best, number, posterior.widened)
     temper = posterior.temper * ruling.evidence.energy  # of what is left of the recordings themselves
-    acting = recordings_of(best, number, model, scorer.test, setting.measured, scorer.gauge, temper)
+    acting = recordings_of(best, number, model, scorer.test, setting.measured, scorer.noise_model, temper)
     listed = ruling.listed * min((hum.machine for hum in ruling.hums if hum.number == number), default=1.0)
     return Finding(
         cause,

@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 
 from fe_models.arrays import BoolArray, FloatArray
-from hybrid.diagnosis.fitting.fitting import Fit
-from hybrid.diagnosis.fitting.forecasting import least_cost
+from hybrid.diagnosis.fitting.forecast_score import least_cost
+from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.outcome.scorer import Scorer
 from hybrid.diagnosis.outcome.verdict import NEAR
+from hybrid.diagnosis.recorded.batches import Batch, columns_of
 from hybrid.diagnosis.recorded.noise import noise_of_recordings
-from hybrid.diagnosis.recorded.records import Batch, columns_of
-from hybrid.diagnosis.response.unloaded import unloaded
+from hybrid.diagnosis.response.load_removal import without_load_response
 
 NOISIER = "test recordings ({names}) are noisier than those for training: they are scored against their own noise"
 
@@ -36,17 +36,19 @@ def with_own_noise(scorer: Scorer, item: Fit) -> tuple[Scorer, list[str]]:
 
 
 def _only_noisier(scorer: Scorer, item: Fit, batch: Batch) -> tuple[FloatArray, BoolArray]:
-    """Return the noise of each recording over the gauge's (recording, measured sensor), and which are only noisier."""
-    gauge, (measured,) = scorer.gauge, columns_of((batch,), scorer.setting.measured)
-    cost = least_cost(scorer.model(item), (), measured, gauge.view)
-    usual = np.broadcast_to(measured.sigma(gauge)[:, 0], (len(batch.names), len(gauge.sensors)))
-    (free,) = unloaded(scorer.setting.plant, (replace(measured, noise=None),), gauge.readout)
+    """Return the noise of each recording over the noise model's (recording, measured sensor), and which are only
+    noisier.
+    """
+    noise_model, (measured,) = scorer.noise_model, columns_of((batch,), scorer.setting.measured)
+    cost = least_cost(scorer.model(item), (), measured, noise_model.roles)
+    usual = np.broadcast_to(measured.sigma(noise_model)[:, 0], (len(batch.names), len(noise_model.sensors)))
+    (free,) = without_load_response(scorer.setting.plant, (replace(measured, noise=None),), noise_model.outputs)
     own = np.stack(
         [
-            noise_of_recordings((free.take([number]),), gauge.rate, scorer.setting.band)
+            noise_of_recordings((free.take([number]),), noise_model.rate, scorer.setting.band)
             for number in range(len(batch.names))
         ]
     )
     louder = np.mean((own / usual) ** 2, axis=1)
-    expected = louder * batch.samples * batch.share * len(gauge.sensors)
-    return own / gauge.sigma, (louder > NEAR**2) & (cost <= NEAR**2 * expected)
+    expected = louder * batch.samples * batch.share * len(noise_model.sensors)
+    return own / noise_model.sigma, (louder > NEAR**2) & (cost <= NEAR**2 * expected)

@@ -4,8 +4,10 @@ from collections import Counter
 
 from fe_models.effects import HarmonicForce, StiffnessChange
 from fe_models.sensor_effects import SensorEffect
-from hybrid.diagnosis.fitting.far_off import factors_off
-from hybrid.diagnosis.fitting.left_over import left
+from hybrid.diagnosis.fitting.calibration_deviation import factors_off
+from hybrid.diagnosis.fitting.excess_energy import excess_energy
+from hybrid.diagnosis.observed.observations import Observations
+from hybrid.diagnosis.observed.uniform_errors import uniform_damping_error, uniform_frequency_error
 from hybrid.diagnosis.outcome.calibration import astray, dispersion_of, far_off
 from hybrid.diagnosis.outcome.findings import Finding, at_place, place_words
 from hybrid.diagnosis.outcome.folding import folding_of
@@ -19,8 +21,6 @@ from hybrid.diagnosis.outcome.simulation import modal_notes
 from hybrid.diagnosis.outcome.too_few import too_few
 from hybrid.diagnosis.outcome.verdict import ABNORMAL, Verdict
 from hybrid.diagnosis.recorded.motions import in_words, motions_of
-from hybrid.diagnosis.shown.all_off import all_off, damping_off
-from hybrid.diagnosis.shown.show import Shown
 
 UNSEEN = (
     "the training recordings show nothing{more} wrong, but test recordings do ({names}): what acts there is not felt in"
@@ -36,7 +36,7 @@ BENT = (
 )
 
 
-def remarks_on(ruling: Ruling, findings: tuple[Finding, ...], shown: Shown) -> tuple[str, ...]:
+def remarks_on(ruling: Ruling, findings: tuple[Finding, ...], shown: Observations) -> tuple[str, ...]:
     """Return the notes on a ruling, on its findings, and on what is ``shown`` of the simulation."""
     loading, hum = _loading(ruling), _hum(ruling)
     return (
@@ -96,36 +96,43 @@ def _or_mass(ruling: Ruling, findings: tuple[Finding, ...]) -> list[str]:
     ]
 
 
-def _rest(ruling: Ruling, shown: Shown) -> list[str]:
+def _rest(ruling: Ruling, shown: Observations) -> list[str]:
     """Return what the rest looks like, where something is left that nothing explains."""
-    gauge = ruling.evidence.gauge
-    if not ruling.verdict.is_wanting or not left(ruling.told, gauge, ruling.setting.band).significant:
+    noise_model = ruling.evidence.noise_model
+    if not ruling.verdict.is_wanting or not excess_energy(ruling.told, noise_model, ruling.setting.band).significant:
         return []
-    mounted = mounting_of(ruling.evidence.base, gauge)
-    rest = rest_of(ruling.told, shown.observed.frequencies, gauge)
+    mounted = mounting_of(ruling.evidence.base, noise_model)
+    rest = rest_of(ruling.told, shown.observed.frequencies, noise_model)
     return [rest, *([] if mounted is None else [mounted])]
 
 
 def _hum(ruling: Ruling) -> list[str]:
     """Return a line on each harmonic force that one sensor's own tone may be, or on a tone among noise."""
-    gauge = ruling.evidence.gauge
+    noise_model = ruling.evidence.noise_model
     if ruling.best.hypothesis.candidates:
         told = [] if ruling.verdict is Verdict.NOTHING_WRONG else [hum.sentence for hum in ruling.hums]
     else:
-        told = [] if left(ruling.told, gauge, ruling.setting.band).significant else [line_of(ruling.told, gauge)]
+        told = (
+            []
+            if excess_energy(ruling.told, noise_model, ruling.setting.band).significant
+            else [line_of(ruling.told, noise_model)]
+        )
     return [sentence for sentence in told if sentence is not None]
 
 
 def _folding(ruling: Ruling) -> list[str]:
     """Return a line on fast modes that recordings show elsewhere, where more than noise is left."""
-    gauge, setting = ruling.evidence.gauge, ruling.setting
-    astray = ruling.verdict is not Verdict.NOTHING_WRONG and left(ruling.told, gauge, setting.band).significant
-    return folding_of(ruling.told, setting, gauge) if astray else []
+    noise_model, setting = ruling.evidence.noise_model, ruling.setting
+    astray = (
+        ruling.verdict is not Verdict.NOTHING_WRONG
+        and excess_energy(ruling.told, noise_model, setting.band).significant
+    )
+    return folding_of(ruling.told, setting, noise_model) if astray else []
 
 
 def _loading(ruling: Ruling) -> list[str]:
     """Return a line on loads that would explain what no cause does, were they of another size."""
-    told = loading_of(ruling.evidence.base, ruling.evidence.gauge) if ruling.verdict.is_wanting else None
+    told = loading_of(ruling.evidence.base, ruling.evidence.noise_model) if ruling.verdict.is_wanting else None
     return [] if told is None else [told]
 
 
@@ -137,7 +144,7 @@ def _unseen(ruling: Ruling) -> list[str]:
     item, forecast, more = (
         (ruling.best, ruling.found.extended, " more") if named else (ruling.evidence.base, ruling.found.own, "")
     )
-    if left(item, ruling.evidence.gauge, ruling.setting.band).significant or factors_off(item):
+    if excess_energy(item, ruling.evidence.noise_model, ruling.setting.band).significant or factors_off(item):
         return []
     names = ", ".join(scorer.wrong_in(forecast))
     return [UNSEEN.format(more=more, names=names)] if names else []
@@ -153,7 +160,9 @@ def _bent(ruling: Ruling) -> list[str]:
     return [BENT.format(names=names)] if names else []
 
 
-def _all_off(ruling: Ruling, shown: Shown) -> list[str]:
+def _all_off(ruling: Ruling, shown: Observations) -> list[str]:
     """Return notes on what is off in all modes: of damping, where something is left that no cause explains."""
     uncertainty = ruling.setting.dataset.assumptions.uncertainty
-    return all_off(shown, uncertainty) + (damping_off(shown, uncertainty) if ruling.verdict.is_wanting else [])
+    return uniform_frequency_error(shown, uncertainty) + (
+        uniform_damping_error(shown, uncertainty) if ruling.verdict.is_wanting else []
+    )

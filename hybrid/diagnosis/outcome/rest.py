@@ -5,9 +5,9 @@ from collections import Counter
 import numpy as np
 
 from fe_models.arrays import TINY, FloatArray
-from hybrid.diagnosis.fitting.fitting import Fit, residuals_at
-from hybrid.diagnosis.recorded.gauge import Gauge
+from hybrid.diagnosis.fitting.least_squares import Fit, residuals_at
 from hybrid.diagnosis.recorded.motions import in_words
+from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.recorded.spectra import energy_near, falling, strongest_apart
 
 MUCH = 0.2  # of what is left: a channel or mode that has less is not told
@@ -19,21 +19,21 @@ LINES = 4.0  # ... nor further than so many lines of the spectrum
 LATE = 2.0  # times as much of the motion's energy: what is left late, beside what is left early
 
 
-def rest_of(item: Fit, frequencies: FloatArray, gauge: Gauge) -> str:
+def rest_of(item: Fit, frequencies: FloatArray, noise_model: NoiseModel) -> str:
     """Return in a sentence what a fit leaves of the recordings that were fitted: in which channels, near which natural
     ``frequencies`` (mode,) in Hz, in which recordings, early or late.
     """
-    motion, rest = _motion(item, gauge), rests(item, gauge)
+    motion, rest = _motion(item, noise_model), rests(item, noise_model)
     by_channel = sum(np.square(part).sum(axis=(0, 1)) - len(part) * part.shape[1] for part in rest)
-    names = np.array([sensor.name for sensor in gauge.sensors])
+    names = np.array([sensor.name for sensor in noise_model.sensors])
     told = [f"in {_most(np.asarray(by_channel), names)}"]
     if len(frequencies):
         tones, known = [STILL], np.append(0.0, frequencies)
         tones += [f"{tone:.4g} Hz (mode {mode})" for mode, tone in enumerate(frequencies, 1)]
-        other = elsewhere(rest, frequencies, gauge.rate)
+        other = elsewhere(rest, frequencies, noise_model.rate)
         if other is not None:
             tones, known = [*tones, f"{other:.4g} Hz (no natural frequency)"], np.append(known, other)
-        told.append(f"near {_most(energy_near(known, rest, gauge.rate, falling), np.array(tones))}")
+        told.append(f"near {_most(energy_near(known, rest, noise_model.rate, falling), np.array(tones))}")
     told.append(_when(motion, rest))
     apart = _standing_out(item, rest)
     if apart:
@@ -41,10 +41,12 @@ def rest_of(item: Fit, frequencies: FloatArray, gauge: Gauge) -> str:
     return f"what is left of the recordings beyond noise is {', '.join(told)}"
 
 
-def rests(item: Fit, gauge: Gauge) -> tuple[FloatArray, ...]:
+def rests(item: Fit, noise_model: NoiseModel) -> tuple[FloatArray, ...]:
     """Return what a fit leaves of each batch (recording, time, sensor), in units of the noise."""
-    residuals = residuals_at(item, item.theta, gauge)
-    return tuple(whole if part is None else part for part, whole in zip(residuals, _motion(item, gauge), strict=True))
+    residuals = residuals_at(item, item.theta, noise_model)
+    return tuple(
+        whole if part is None else part for part, whole in zip(residuals, _motion(item, noise_model), strict=True)
+    )
 
 
 def elsewhere(rest: tuple[FloatArray, ...], frequencies: FloatArray, rate: float) -> float | None:
@@ -54,9 +56,9 @@ def elsewhere(rest: tuple[FloatArray, ...], frequencies: FloatArray, rate: float
     return strongest_apart(known, np.maximum(APART * known, LINES * resolution), rest, rate)
 
 
-def _motion(item: Fit, gauge: Gauge) -> tuple[FloatArray, ...]:
+def _motion(item: Fit, noise_model: NoiseModel) -> tuple[FloatArray, ...]:
     """Return the recordings that were fitted, each batch (recording, time, sensor), in units of the noise."""
-    return tuple(batch.data / batch.sigma(gauge) for batch in item.batches)
+    return tuple(batch.data / batch.sigma(noise_model) for batch in item.batches)
 
 
 def _most(energies: FloatArray, names: np.ndarray[tuple[int], np.dtype[np.str_]]) -> str:

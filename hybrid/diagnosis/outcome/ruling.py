@@ -8,9 +8,9 @@ from fe_models.arrays import FloatArray
 from hybrid.diagnosis.contest.evidence import Evidence
 from hybrid.diagnosis.contest.posterior import Posterior
 from hybrid.diagnosis.contest.setting import Setting
-from hybrid.diagnosis.fitting.far_off import DEVIATION, within
-from hybrid.diagnosis.fitting.fitting import Fit, residuals_at
-from hybrid.diagnosis.fitting.forecasting import Forecast
+from hybrid.diagnosis.fitting.calibration_deviation import DEVIATION, within
+from hybrid.diagnosis.fitting.forecast_score import ForecastScore
+from hybrid.diagnosis.fitting.least_squares import Fit, residuals_at
 from hybrid.diagnosis.outcome.forecasts import Forecasts, forecasts_of
 from hybrid.diagnosis.outcome.hum import Hum, hums_of, verdict_with
 from hybrid.diagnosis.outcome.materiality import material, without_weak
@@ -18,7 +18,7 @@ from hybrid.diagnosis.outcome.noisier import with_own_noise
 from hybrid.diagnosis.outcome.scorer import Scorer
 from hybrid.diagnosis.outcome.simulation import Simulation, simulation_of
 from hybrid.diagnosis.outcome.verdict import ABNORMAL, Errors, Verdict, verdict_of
-from hybrid.diagnosis.recorded.gauge import Gauge
+from hybrid.diagnosis.recorded.noise_model import NoiseModel
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ class Ruling:
         return replace(self.final, theta=self.theta)
 
     @property
-    def after(self) -> Forecast:
+    def after(self) -> ForecastScore:
         """The forecast by the structure that is told."""
         if self.is_named:
             return self.found.extended
@@ -75,7 +75,7 @@ class Ruling:
 
 def ruling_of(setting: Setting, evidence: Evidence) -> Ruling:
     """Return what the evidence amounts to."""
-    base, gauge = evidence.base, evidence.gauge
+    base, noise_model = evidence.base, evidence.noise_model
     scorer, notes = with_own_noise(Scorer.of(setting, evidence), evidence.posterior.fits[0])
     posterior, weak = _mattering(setting, evidence, scorer)
     best = posterior.fits[0]
@@ -91,8 +91,10 @@ def ruling_of(setting: Setting, evidence: Evidence) -> Ruling:
         found.nominal.is_perfect or found.calibrated.is_perfect,
     )
     wrong = simulation.fit if simulation.is_wrong else base
-    verdict, listed = verdict_of(best, evidence.posterior.fits[0], wrong, gauge, setting.band, errors)
-    hums = hums_of(best, gauge, posterior.temper * evidence.energy)  # of what is left of the recordings themselves
+    verdict, listed = verdict_of(best, evidence.posterior.fits[0], wrong, noise_model, setting.band, errors)
+    hums = hums_of(
+        best, noise_model, posterior.temper * evidence.energy
+    )  # of what is left of the recordings themselves
     verdict = verdict_with(hums, len(best.hypothesis.candidates), verdict)
     ruling = Ruling(
         verdict=verdict,
@@ -108,7 +110,11 @@ def ruling_of(setting: Setting, evidence: Evidence) -> Ruling:
         hums=hums,
         notes=(*notes, *weak) if verdict is not Verdict.UNEXPLAINED else tuple(notes),  # of guesses nothing is told
     )
-    return ruling if ruling.is_named else replace(ruling, final=base, theta=_drawn_or_calibrated(base, gauge, normal))
+    return (
+        ruling
+        if ruling.is_named
+        else replace(ruling, final=base, theta=_drawn_or_calibrated(base, noise_model, normal))
+    )
 
 
 def _mattering(setting: Setting, evidence: Evidence, scorer: Scorer) -> tuple[Posterior, list[str]]:
@@ -120,13 +126,13 @@ def _mattering(setting: Setting, evidence: Evidence, scorer: Scorer) -> tuple[Po
     return posterior, notes + more
 
 
-def _drawn_or_calibrated(base: Fit, gauge: Gauge, most: float) -> FloatArray:
+def _drawn_or_calibrated(base: Fit, noise_model: NoiseModel, most: float) -> FloatArray:
     """Return the theta of a fit without any cause, calibrated by no more than ``most`` standard deviations; zero where
     what is wrong has led that astray.
     """
     drawn, calibrated = np.zeros_like(base.theta), within(base, most)
     left_by = [
-        sum(np.inf if part is None else float(np.square(part).sum()) for part in residuals_at(base, theta, gauge))
+        sum(np.inf if part is None else float(np.square(part).sum()) for part in residuals_at(base, theta, noise_model))
         for theta in (drawn, calibrated)
     ]
     return drawn if left_by[0] < left_by[1] else calibrated

@@ -7,21 +7,21 @@ import numpy as np
 from fe_models.arrays import FloatArray
 from hybrid.diagnosis.contest.evidence import Evidence
 from hybrid.diagnosis.contest.setting import Setting
+from hybrid.diagnosis.fitting.calibration_deviation import within
 from hybrid.diagnosis.fitting.crossvalidation import Folds, folds_of
-from hybrid.diagnosis.fitting.far_off import within
-from hybrid.diagnosis.fitting.fitting import Fit
-from hybrid.diagnosis.fitting.forecasting import (
-    Forecast,
-    Model,
+from hybrid.diagnosis.fitting.forecast_score import (
+    ForecastModel,
+    ForecastScore,
     forecast,
     idle_by_order,
     is_bent,
     model_of,
     switched_in,
 )
+from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.outcome.verdict import NEAR
-from hybrid.diagnosis.recorded.gauge import Gauge, View
-from hybrid.diagnosis.recorded.records import Batch
+from hybrid.diagnosis.recorded.batches import Batch
+from hybrid.diagnosis.recorded.noise_model import NoiseModel, SensorRoles
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 
 
@@ -34,10 +34,10 @@ class Scorer:
     """
 
     setting: Setting
-    gauge: Gauge
+    noise_model: NoiseModel
     test: tuple[Batch, ...]
     folds: Folds | None
-    known: dict[tuple[Fit, float | bytes], Forecast] = field(init=False, repr=False, default_factory=dict)
+    known: dict[tuple[Fit, float | bytes], ForecastScore] = field(init=False, repr=False, default_factory=dict)
     unseeing: dict[Fit, tuple[Fit, ...]] = field(init=False, repr=False, default_factory=dict)
 
     @classmethod
@@ -47,25 +47,25 @@ class Scorer:
         folds = folds_of(dataset, setting.measured, evidence.searched)
         if folds is not None:
             folds = replace(folds, tests=tuple(setting.with_noise(tests) for tests in folds.tests))
-        return cls(setting, evidence.gauge, setting.test_recordings(), folds)
+        return cls(setting, evidence.noise_model, setting.test_recordings(), folds)
 
     @property
-    def view(self) -> View:
+    def roles(self) -> SensorRoles:
         """What the test recordings show."""
-        return View(self.setting.dataset.sensors, self.setting.measured, self.gauge)
+        return SensorRoles(self.setting.dataset.sensors, self.setting.measured, self.noise_model)
 
-    def forecast(self, item: Fit, most: float = np.inf) -> Forecast:
+    def forecast(self, item: Fit, most: float = np.inf) -> ForecastScore:
         """Return the scores of a fit, nominal values calibrated by no more than ``most`` standard deviations."""
         key = item, most if self.folds is not None else within(item, most).tobytes()
         if key not in self.known:
             self.known[key] = self._forecast(item, most)
         return self.known[key]
 
-    def _forecast(self, item: Fit, most: float) -> Forecast:
+    def _forecast(self, item: Fit, most: float) -> ForecastScore:
         if self.folds is None:
-            return forecast(self.model(item, within(item, most)), self.test, self.view)
+            return forecast(self.model(item, within(item, most)), self.test, self.roles)
         models = [self._model_of_others(item, one, within(one, most)) for one in self._unseeing(item)]
-        return self.folds.forecast(models, self.gauge)
+        return self.folds.forecast(models, self.noise_model)
 
     def _unseeing(self, item: Fit) -> tuple[Fit, ...]:
         """Return the fits without the recordings of each fold."""
@@ -74,17 +74,17 @@ class Scorer:
             self.unseeing[item] = self.folds.unseeing(item)
         return self.unseeing[item]
 
-    def _model_of_others(self, item: Fit, one: Fit, theta: FloatArray | None) -> Model:
+    def _model_of_others(self, item: Fit, one: Fit, theta: FloatArray | None) -> ForecastModel:
         """Return the model of ``one`` fit without some recordings of those of a fit.
 
         What acts in some recordings only may act in none or all of the others; it is still asked whether it does.
         """
         return replace(self.model(one, theta), switched=switched_in(item))
 
-    def model(self, item: Fit, theta: FloatArray | None = None) -> Model:
+    def model(self, item: Fit, theta: FloatArray | None = None) -> ForecastModel:
         """Return a fit's model, at its own theta or at another; where causes act follows the order of recordings."""
         order = [recording.name for recording in self.setting.dataset.recordings]
-        return replace(model_of(item, self.gauge, theta), idle=idle_by_order(item, order), bent=self._bent(item))
+        return replace(model_of(item, self.noise_model, theta), idle=idle_by_order(item, order), bent=self._bent(item))
 
     def _bent(self, item: Fit) -> tuple[Hypothesis, ...]:
         """Return a fit's hypothesis with what geometry may add, where the recordings for training do not show it.
@@ -97,16 +97,16 @@ class Scorer:
         plants = (replace(plant, geometry=geometry) for geometry in self.setting.geometries)
         return tuple(replace(item.hypothesis, plant=own) for own in plants)
 
-    def error(self, found: Forecast) -> float:
+    def error(self, found: ForecastScore) -> float:
         """Return the NRMSE, mean over the measured channels."""
         return float(found.nrmse[:, list(self.setting.measured)].mean())
 
-    def held_out_error(self, found: Forecast) -> float | None:
+    def held_out_error(self, found: ForecastScore) -> float | None:
         """Return the NRMSE of the sensors that were held out, None where there are none."""
         apart = [i for i, sensor in enumerate(self.setting.dataset.sensors) if sensor.role == "held_out"]
         return float(found.nrmse[:, apart].mean()) if apart else None
 
-    def floor(self, found: Forecast) -> float:
+    def floor(self, found: ForecastScore) -> float:
         """Return the NRMSE that noise alone makes, mean over the measured channels."""
         return float(found.floor[:, list(self.setting.measured)].mean())
 
@@ -118,12 +118,12 @@ class Scorer:
         found = dict.fromkeys(
             name
             for batch in self.test
-            for name, is_so in zip(batch.names, is_bent(model, batch, self.view), strict=True)
+            for name, is_so in zip(batch.names, is_bent(model, batch, self.roles), strict=True)
             if is_so
         )
         return tuple(found)
 
-    def wrong_in(self, found: Forecast) -> tuple[str, ...]:
+    def wrong_in(self, found: ForecastScore) -> tuple[str, ...]:
         """Return the names of the recordings kept for testing that are forecast worse than is near the noise floor."""
         if self.folds is not None:
             return ()
@@ -131,7 +131,7 @@ class Scorer:
         error, floor = (of[:, list(self.setting.measured)].mean(axis=1) for of in (found.nrmse, found.floor))
         return tuple(dict.fromkeys(name for name, wrong in zip(names, error > NEAR * floor, strict=True) if wrong))
 
-    def example_model(self, item: Fit, theta: FloatArray | None = None) -> Model:
+    def example_model(self, item: Fit, theta: FloatArray | None = None) -> ForecastModel:
         """Return the `model` by which the recording that is `shown` is forecast: of a fit that did not see it."""
         if self.folds is None:
             return self.model(item, theta)

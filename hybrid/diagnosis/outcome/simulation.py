@@ -13,17 +13,17 @@ from fe_models.wrong_modal_model import WrongModalModel
 from hybrid.diagnosis.contest.evidence import Evidence
 from hybrid.diagnosis.contest.posterior import Posterior
 from hybrid.diagnosis.contest.setting import Setting
-from hybrid.diagnosis.fitting.far_off import DEVIATION, deviation_of
-from hybrid.diagnosis.fitting.fitting import Fit
-from hybrid.diagnosis.fitting.forecasting import Forecast, model_of, predicted, shown_of
-from hybrid.diagnosis.fitting.left_over import left
+from hybrid.diagnosis.fitting.calibration_deviation import DEVIATION, deviation_of
+from hybrid.diagnosis.fitting.excess_energy import excess_energy
+from hybrid.diagnosis.fitting.forecast_score import ForecastScore, model_of, predicted, shown_of
+from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.nominal.modal_difference import difference
 from hybrid.diagnosis.outcome.findings import Finding
 from hybrid.diagnosis.outcome.materiality import is_trifle
 from hybrid.diagnosis.outcome.modal_fits import fit_in_modal_model, fits_in_modal_model
 from hybrid.diagnosis.outcome.scorer import Scorer
 from hybrid.diagnosis.outcome.verdict import MATERIAL
-from hybrid.diagnosis.recorded.gauge import Gauge
+from hybrid.diagnosis.recorded.noise_model import NoiseModel
 
 FARTHEST = 500.0  # in log odds: what exp can be taken of
 
@@ -39,7 +39,7 @@ class Simulation:
 
     fit: Fit
     probability: float = 0.0
-    beside: Forecast | None = None
+    beside: ForecastScore | None = None
     differs: str = ""
 
     @property
@@ -59,7 +59,7 @@ def simulation_of(setting: Setting, evidence: Evidence, posterior: Posterior, sc
     plain = fit_in_modal_model(base, (), modal, setting, evidence)
     if plain is None:
         raise InputError("[simulation] modal_model: under the structure's own force laws its motion grows for ever")
-    if not _forecasts_differ(base, plain, evidence.gauge):
+    if not _forecasts_differ(base, plain, evidence.noise_model):
         return Simulation(base)
     differs = difference(setting.plant, modal)
     causes = best.hypothesis.candidates
@@ -69,7 +69,7 @@ def simulation_of(setting: Setting, evidence: Evidence, posterior: Posterior, sc
     before, after = (scorer.forecast(item, most) for item in (same, best))
     nominal = scorer.forecast(plain, 0.0)
     trifle = is_trifle(before, after, nominal, bool(causes))
-    guess = trifle and left(best, evidence.gauge, setting.band).significant
+    guess = trifle and excess_energy(best, evidence.noise_model, setting.band).significant
     ours, theirs = (evidence.as_searched(item).log_evidence for item in (best, same))
     log_odds = (ours - theirs) / posterior.temper
     matters = scorer.error(before) - scorer.error(after) > MATERIAL * scorer.floor(after)
@@ -80,7 +80,7 @@ def simulation_of(setting: Setting, evidence: Evidence, posterior: Posterior, sc
 
 
 def modal_finding(
-    simulation: Simulation, nominal: Forecast, whole: Forecast, most: float, recordings: tuple[str, ...]
+    simulation: Simulation, nominal: ForecastScore, whole: ForecastScore, most: float, recordings: tuple[str, ...]
 ) -> Finding:
     """Return the finding that the modal model is wrong.
 
@@ -98,7 +98,9 @@ def modal_finding(
     )
 
 
-def modal_notes(simulation: Simulation, nominal: Forecast, own: Forecast, scorer: Scorer, named: bool) -> list[str]:
+def modal_notes(
+    simulation: Simulation, nominal: ForecastScore, own: ForecastScore, scorer: Scorer, named: bool
+) -> list[str]:
     """Return what the user should know of a modal model.
 
     ``nominal``: its forecast; ``own``: that of the structure, calibrated; ``named``: whether there are findings.
@@ -120,15 +122,16 @@ def modal_notes(simulation: Simulation, nominal: Forecast, own: Forecast, scorer
     return told
 
 
-def _forecasts_differ(own: Fit, other: Fit, gauge: Gauge) -> bool:
+def _forecasts_differ(own: Fit, other: Fit, noise_model: NoiseModel) -> bool:
     """Return whether two models, as drawn, forecast so differently that it would show beside noise."""
     square, values = 0.0, 0.0
     for batch in own.batches:
         first = shown_of(batch.samples)
         one, two = (
-            predicted(model_of(item, gauge, np.zeros_like(item.theta)), batch, gauge.view) for item in (own, other)
+            predicted(model_of(item, noise_model, np.zeros_like(item.theta)), batch, noise_model.roles)
+            for item in (own, other)
         )
-        apart = ((one - two) / batch.sigma(gauge))[:, first:]
+        apart = ((one - two) / batch.sigma(noise_model))[:, first:]
         square += float(np.square(apart).sum())
         values += apart.size * batch.share
     return square > ((1 + MATERIAL) ** 2 - 1) * values

@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 
 from fe_models.recordings import Sensor
-from hybrid.diagnosis.fitting.fitting import Fit
-from hybrid.diagnosis.fitting.forecasting import Model, leverage
+from hybrid.diagnosis.fitting.forecast_score import ForecastModel, leverage
+from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.outcome.advice import noise_of, possible_sensors, shown_by, size_of
 from hybrid.diagnosis.outcome.scorer import Scorer
-from hybrid.diagnosis.recorded.gauge import Gauge, View
-from hybrid.diagnosis.recorded.records import Batch
+from hybrid.diagnosis.recorded.batches import Batch
+from hybrid.diagnosis.recorded.noise_model import NoiseModel, SensorRoles
 
 MANY = 2.0  # times what noise makes: a perfect model that misses by more says little of what is wrong
 BETTER = 0.8  # of it: a sensor that does not bring it down so far is no help
@@ -25,15 +25,20 @@ def too_few(item: Fit, scorer: Scorer, floor: float) -> list[str]:
     """Return a note where initial states add more to the noise ``floor`` (NRMSE) of forecasts by a fit than noise does,
     with the added sensor that changes that most.
     """
-    batch, view, model = scorer.shown, scorer.view, scorer.example_model(item)
-    own = list(view.measured)
-    over = _over(model, batch, view, own)
+    batch, roles, model = scorer.shown, scorer.roles, scorer.example_model(item)
+    own = list(roles.measured)
+    over = _over(model, batch, roles, own)
     if over <= MANY:
         return []
-    plant, gauge = item.hypothesis.plant, scorer.gauge
+    plant, noise_model = item.hypothesis.plant, scorer.noise_model
     added = possible_sensors(plant, scorer.setting.dataset.sensors)
-    sigma = noise_of(added, size_of(shown_by(item, added, gauge)), gauge, size_of(shown_by(item, gauge.sensors, gauge)))
-    wider = [_with(view, sensor, float(noise)) for sensor, noise in zip(added, sigma, strict=True)]
+    sigma = noise_of(
+        added,
+        size_of(shown_by(item, added, noise_model)),
+        noise_model,
+        size_of(shown_by(item, noise_model.sensors, noise_model)),
+    )
+    wider = [_with(roles, sensor, float(noise)) for sensor, noise in zip(added, sigma, strict=True)]
     tried = [(_over(model, batch, more, own), number) for number, more in enumerate(wider)]
     least, number = min(tried, default=(over, 0))
     words = ""
@@ -44,12 +49,16 @@ def too_few(item: Fit, scorer: Scorer, floor: float) -> list[str]:
     return [HARDLY.format(floor=floor, over=over, help=words)]
 
 
-def _over(model: Model, batch: Batch, view: View, columns: list[int]) -> float:
+def _over(model: ForecastModel, batch: Batch, roles: SensorRoles, columns: list[int]) -> float:
     """Return the error that noise and initial states make of some ``columns``, over what noise alone makes."""
-    return float(np.sqrt(1 + leverage(model, batch, view, view.gauge.sigma)[:, columns].mean() / batch.share))
+    return float(np.sqrt(1 + leverage(model, batch, roles, roles.noise_model.sigma)[:, columns].mean() / batch.share))
 
 
-def _with(view: View, sensor: Sensor, noise: float) -> View:
+def _with(roles: SensorRoles, sensor: Sensor, noise: float) -> SensorRoles:
     """Return a view with one fitted sensor more."""
-    gauge = Gauge((*view.gauge.sensors, sensor), view.gauge.rate, np.append(view.gauge.sigma, noise))
-    return replace(view, sensors=(*view.sensors, sensor), measured=(*view.measured, len(view.sensors)), gauge=gauge)
+    noise_model = NoiseModel(
+        (*roles.noise_model.sensors, sensor), roles.noise_model.rate, np.append(roles.noise_model.sigma, noise)
+    )
+    return replace(
+        roles, sensors=(*roles.sensors, sensor), measured=(*roles.measured, len(roles.sensors)), noise_model=noise_model
+    )

@@ -6,11 +6,11 @@ from math import inf
 
 from fe_models.arrays import TINY
 from hybrid.diagnosis.contest.neighbours import adjoin
-from hybrid.diagnosis.fitting.far_off import deviation_of, deviation_of_groups
-from hybrid.diagnosis.fitting.fitting import Fit
-from hybrid.diagnosis.fitting.left_over import left
-from hybrid.diagnosis.recorded.gauge import Gauge
+from hybrid.diagnosis.fitting.calibration_deviation import deviation_of, deviation_of_groups
+from hybrid.diagnosis.fitting.excess_energy import excess_energy
+from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.recorded.noise import Band
+from hybrid.diagnosis.recorded.noise_model import NoiseModel
 
 MATERIAL = 0.05  # of the noise floor: by how much a cause must improve the forecast, and what counts as reaching it
 BESIDE = 0.01  # likewise of a second cause: that the simulation is wrong is no longer asked, but in what
@@ -75,15 +75,15 @@ class Errors:
 
 
 def verdict_of(
-    best: Fit, all_causes: Fit, base: Fit, gauge: Gauge, band: Band, errors: Errors
+    best: Fit, all_causes: Fit, base: Fit, noise_model: NoiseModel, band: Band, errors: Errors
 ) -> tuple[Verdict, float]:
     """Return the verdict on the ``best`` fit, and how probable it is that the list has what is wrong.
 
     ``all_causes``: the best fit with those, too, that hardly matter for forecasts. ``base``: the fit without any cause;
     that of the user's modal model, where this is wrong by itself.
     """
-    significant = left(best, gauge, band).significant
-    rest = max(left(best, gauge, band).total, best.misfit)
+    significant = excess_energy(best, noise_model, band).significant
+    rest = max(excess_energy(best, noise_model, band).total, best.misfit)
     share = rest / max(base.misfit, rest, TINY) if significant else 0.0
     beside = adjoin(best) or adjoin(all_causes)
     certain = errors.reached and not (significant and share > WHOLLY / 3) and not beside
@@ -93,7 +93,7 @@ def verdict_of(
         calm = errors.by_chance or errors.without <= NEAR * errors.floor  # in recordings that were never fitted
         return Verdict.NOTHING_WRONG if calm and not significant else Verdict.UNEXPLAINED, LISTED
     wholly = min(share, errors.unexplained) < WHOLLY
-    normal = deviation_of(best) <= ABNORMAL or _is_explained(best, all_causes, gauge, band)
+    normal = deviation_of(best) <= ABNORMAL or _is_explained(best, all_causes, noise_model, band)
     all_told = not significant and errors.unexplained < WHOLLY  # how sure its parameters are adds to forecast errors
     if normal and (errors.reached or (errors.near and wholly) or all_told):
         return Verdict.EXPLAINED, 1.0 if certain else LISTED
@@ -105,9 +105,13 @@ def verdict_of(
     return (Verdict.PARTLY_EXPLAINED if partly else Verdict.UNEXPLAINED), LISTED_IN_PART
 
 
-def _is_explained(best: Fit, all_causes: Fit, gauge: Gauge, band: Band) -> bool:
+def _is_explained(best: Fit, all_causes: Fit, noise_model: NoiseModel, band: Band) -> bool:
     """Return whether the best fit's causes, with weak ones, leave nothing but noise, the calibration normal: what is
     astray without those stands for them.
     """
     named, more = ({candidate.key for candidate in item.hypothesis.candidates} for item in (best, all_causes))
-    return named < more and deviation_of(all_causes) <= ABNORMAL and not left(all_causes, gauge, band).significant
+    return (
+        named < more
+        and deviation_of(all_causes) <= ABNORMAL
+        and not excess_energy(all_causes, noise_model, band).significant
+    )

@@ -6,7 +6,7 @@ import numpy as np
 
 from fe_models.arrays import BoolArray, ComplexArray, FloatArray
 from hybrid.diagnosis.nominal.plant import Plant
-from hybrid.diagnosis.recorded.records import Batch
+from hybrid.diagnosis.recorded.batches import Batch
 
 ABOVE = 1.6  # times the highest natural frequency: where noise alone is expected
 CLOSE = 1.15  # times it: motion there is not noise alone

@@ -11,8 +11,8 @@ from enum import Enum
 import numpy as np
 
 from fe_models.arrays import TINY, FloatArray
+from hybrid.diagnosis.recorded.batches import Batch
 from hybrid.diagnosis.recorded.noise import BY_CHANCE, Band, noise_of_recordings, variance_told
-from hybrid.diagnosis.recorded.records import Batch
 
 SPARED = 20  # one value in so many may be astray where noise goes with motion
 FAR = 4.0  # standard deviations off: such a value
@@ -42,7 +42,7 @@ class NoiseLevels:
 
     @classmethod
     def of(cls, batches: Sequence[Batch], rate: float, band: Band) -> "NoiseLevels":
-        """Return the levels of free recordings (see `unloaded`), all measured channels of them.
+        """Return the levels of free recordings (see `without_load_response`), all measured channels of them.
 
         They are alike unless another pattern is behind them, one that leaves no more than chance would: what differs
         without one may be motion, such as the ringing of a stop. One value in twenty may be astray: noise that is a

@@ -7,7 +7,7 @@ import numpy as np
 
 from fe_models.arrays import ComplexArray, FloatArray
 from fe_models.recordings import Dataset, Sensor
-from hybrid.diagnosis.recorded.beside_motion import beside_motion
+from hybrid.diagnosis.recorded.motion_free_channels import motion_free_channels
 
 LARGE = 0.25  # times the standard deviation about it: a mean that no oscillation of two periods or more leaves
 STEADY = 0.3  # of the mean: how far it may differ between recordings, and move within one; a drift does
@@ -30,7 +30,7 @@ def without_offsets(dataset: Dataset, poles: ComplexArray) -> tuple[Dataset, lis
     """
     known, silent = np.zeros(len(dataset.sensors)), set(range(len(dataset.sensors)))
     told: dict[str, list[str]] = {what: [] for what in (TAKEN_OFF, HELD_OUT, DISPLACED, DIFFERING)}
-    for column, channel in enumerate(beside_motion(dataset, poles)):
+    for column, channel in enumerate(motion_free_channels(dataset, poles)):
         sensor, size = dataset.sensors[column], _size(dataset, column)
         offset, differing = channel.offset(), channel.differing()
         if differing is not None and np.ptp(differing) > STEADY * np.abs(differing).max():

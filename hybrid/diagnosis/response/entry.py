@@ -8,7 +8,7 @@ from fe_models.arrays import FloatArray
 from fe_models.recordings import Sensor, of_each_quantity
 from hybrid.diagnosis.nominal.loads import ORDERS, ForcePlace
 from hybrid.diagnosis.nominal.plant import Plant
-from hybrid.diagnosis.response.reduced import Reduced
+from hybrid.diagnosis.response.reduced_model import ReducedModel
 from hybrid.diagnosis.response.system import Entry
 
 
@@ -26,7 +26,7 @@ def entry_of(
     pulls: FloatArray,
     bent: FloatArray,
     laws: FloatArray,
-    reduced: Reduced,
+    reduced: ReducedModel,
     inverse: Any,
     plant: Plant,
     sensors: tuple[Sensor, ...],

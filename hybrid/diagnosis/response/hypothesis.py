@@ -13,9 +13,9 @@ from hybrid.diagnosis.response.damping import assumed_damping, more_damping
 from hybrid.diagnosis.response.dashpots import trailing_of
 from hybrid.diagnosis.response.dispersion import dispersed
 from hybrid.diagnosis.response.eigenmodes import eigenmodes, turn
-from hybrid.diagnosis.response.reduced import Reduced
+from hybrid.diagnosis.response.reduced_model import ReducedModel
 from hybrid.diagnosis.response.reduction import Basis, basis_of
-from hybrid.diagnosis.response.residual import Residual, residual_of
+from hybrid.diagnosis.response.residual_modes import ResidualModes, residual_modes_of
 
 WEIGHTLESS = 1e-12  # of the largest mass: rounding
 FARTHEST = 3.0  # of a log factor: twenty times as much or as little is no calibration
@@ -190,7 +190,7 @@ class Hypothesis:
         """Which of the plant's parts (part,) are masses; the others are stiffnesses."""
         return np.array([part.quantity == "mass" for part in self.plant.parts], dtype=bool)
 
-    def reduced(self, theta: FloatArray, hardly_differ: bool = False) -> Reduced:
+    def reduced(self, theta: FloatArray, hardly_differ: bool = False) -> ReducedModel:
         """Return M, C, K and the shapes of ``theta`` (variant, parameter); ``hardly_differ``: see `eigenmodes`."""
         plant, basis = self.plant, self.basis
         parts, variants = len(plant.parts), len(theta)
@@ -236,14 +236,16 @@ class Hypothesis:
         C = C + assumed_damping(plant, M, C, K, factor[:, parts:], replaced, hardly_differ) + dashpots
         if plant.disperses:
             K = dispersed(M, K, theta[:, plant.dispersion], plant.rate)
-        return Reduced(M, C, K, shapes, trailing)
+        return ReducedModel(M, C, K, shapes, trailing)
 
     @cached_property
-    def residual(self) -> Residual | None:
+    def residual(self) -> ResidualModes | None:
         """What gives way to the plant's laws and the candidates' in the modes that are not followed."""
         plant = self.plant
         own = [candidate.pull for candidate in self.candidates if candidate.is_law]
-        return residual_of(plant, [plant.pull(law) for law in plant.laws] + [pull for pull in own if pull is not None])
+        return residual_modes_of(
+            plant, [plant.pull(law) for law in plant.laws] + [pull for pull in own if pull is not None]
+        )
 
     @cached_property
     def left_out(self) -> list[FloatArray]:

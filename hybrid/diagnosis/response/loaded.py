@@ -15,7 +15,7 @@ from scipy.signal import lfilter
 
 from fe_models.arrays import ComplexArray, FloatArray
 from hybrid.diagnosis.nominal.loads import ORDERS, Loads, courses_after
-from hybrid.diagnosis.recorded.records import Batch
+from hybrid.diagnosis.recorded.batches import Batch
 from hybrid.diagnosis.response.system import MOST_GROWTH, System, drifted, free_form
 
 NEAR = 1.0  # below it phi is summed as a series, beyond it by its recurrence, which near zero loses digits

@@ -14,9 +14,9 @@ from scipy.linalg import expm
 from fe_models.arrays import FloatArray, IntArray
 from hybrid.diagnosis.nominal.loads import ORDERS, Loads
 from hybrid.diagnosis.nominal.plant import Plant
-from hybrid.diagnosis.response.giving_way import held, with_residual
+from hybrid.diagnosis.parallel import THREADS, parallel_map
 from hybrid.diagnosis.response.loaded import loaded_channels, loaded_states
-from hybrid.diagnosis.response.side_by_side import THREADS, side_by_side
+from hybrid.diagnosis.response.residual_states import held, with_residual
 from hybrid.diagnosis.response.stepping import Scheme, scheme_of, step_through
 from hybrid.diagnosis.response.system import System, as_shown, drift, linear_channels, passed
 
@@ -155,7 +155,7 @@ def _all_stepped(
         return bool(step_through(own, tables.values[v], *parts, tables.reach, law_of, known[r], substeps))
 
     bounds = np.unique(np.linspace(0, variants if variants > 1 else recordings, THREADS + 1).astype(int))
-    return all(side_by_side(stepped, pairwise(bounds.tolist())))
+    return all(parallel_map(stepped, pairwise(bounds.tolist())))
 
 
 def _repeated(loads: Loads, recordings: int) -> Loads:

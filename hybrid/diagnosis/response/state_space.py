@@ -8,19 +8,19 @@ from fe_models.arrays import FloatArray
 from fe_models.recordings import Sensor, of_each_quantity
 from fe_models.sensor_effects import SensorDelay, SensorDrift, SensorGain
 from fe_models.time_integration import TimeIntegration
-from hybrid.diagnosis.recorded.readout import Readout
+from hybrid.diagnosis.recorded.sensor_outputs import SensorOutputs
 from hybrid.diagnosis.response.dashpots import with_trailing
 from hybrid.diagnosis.response.entry import at_once, entry_of
 from hybrid.diagnosis.response.forces import force_of, law_in_motion
 from hybrid.diagnosis.response.hypothesis import Hypothesis
-from hybrid.diagnosis.response.reduced import Reduced
-from hybrid.diagnosis.response.system import Behind, Entry, Force, System
+from hybrid.diagnosis.response.reduced_model import ReducedModel
+from hybrid.diagnosis.response.system import Entry, Force, ResidualFlexibility, System
 
 FAULTS = SensorGain.kind, SensorDelay.kind, SensorDrift.kind
 
 
-def system_of(hypothesis: Hypothesis, theta: FloatArray, readout: Readout, hardly_differ: bool = False) -> System:
-    """Return the systems of ``theta`` (variant, parameter), as ``readout`` shows them.
+def system_of(hypothesis: Hypothesis, theta: FloatArray, outputs: SensorOutputs, hardly_differ: bool = False) -> System:
+    """Return the systems of ``theta`` (variant, parameter), as ``outputs`` shows them.
 
     ``hardly_differ``: whether variants are a Jacobian's, so that they follow from the first one to first order.
     """
@@ -47,10 +47,10 @@ def system_of(hypothesis: Hypothesis, theta: FloatArray, readout: Readout, hardl
     B[:, n : 2 * n] = feed = reduced.feed([pull for pull, _ in laws], inverse)
     for number, (pull, _) in enumerate(laws):
         G[:, number, :n] = G[:, len(laws) + number, n : 2 * n] = pull @ reduced.shapes
-    rows = plant.rows(readout.sensors)
+    rows = plant.rows(outputs.sensors)
     picked = rows @ reduced.shapes  # (variant, sensor, mode)
-    seen = np.zeros((variants, len(readout.sensors), hypothesis.states))
-    kinds = of_each_quantity(readout.sensors)
+    seen = np.zeros((variants, len(outputs.sensors), hypothesis.states))
+    kinds = of_each_quantity(outputs.sensors)
     displaced, moved, pushed = kinds
     seen[:, displaced, :n] = picked[:, displaced]
     seen[:, moved, n : 2 * n] = picked[:, moved]
@@ -63,18 +63,18 @@ def system_of(hypothesis: Hypothesis, theta: FloatArray, readout: Readout, hardl
         seen[:, displaced, first] += shown[displaced]
         seen[:, moved, first + 1] += omega * shown[moved]
         seen[:, pushed, first] -= omega**2 * shown[pushed]
-    direct = at_once(picked, feed, readout.sensors)
+    direct = at_once(picked, feed, outputs.sensors)
     forces = tuple(force for _, force in laws)
-    gain, delay, slope = _faults(hypothesis, theta, readout.positions)
-    loads = _loads(hypothesis, reduced, inverse, readout.sensors, [pull for pull, _ in laws])
+    gain, delay, slope = _faults(hypothesis, theta, outputs.positions)
+    loads = _loads(hypothesis, reduced, inverse, outputs.sensors, [pull for pull, _ in laws])
     lowpass = plant.lowpass if loads is None else None  # known loads have passed it before they act
     residual = hypothesis.residual
-    behind = None if residual is None else Behind(residual, kinds[..., None] * (rows @ residual.shapes))
-    return System(A, B, seen, direct, G, forces, gain, delay, slope, 1 / readout.rate, behind, loads, lowpass)
+    behind = None if residual is None else ResidualFlexibility(residual, kinds[..., None] * (rows @ residual.shapes))
+    return System(A, B, seen, direct, G, forces, gain, delay, slope, 1 / outputs.rate, behind, loads, lowpass)
 
 
 def _loads(
-    hypothesis: Hypothesis, reduced: Reduced, inverse: Any, sensors: tuple[Sensor, ...], laws: list[FloatArray]
+    hypothesis: Hypothesis, reduced: ReducedModel, inverse: Any, sensors: tuple[Sensor, ...], laws: list[FloatArray]
 ) -> Entry | None:
     """Return how the plant's known loads enter, beside ``laws`` with their pulls (dof,); None where there are none."""
     plant = hypothesis.plant
@@ -105,7 +105,7 @@ def _waves(hypothesis: Hypothesis, theta: FloatArray) -> list[tuple[FloatArray, 
 
 
 def _faults(hypothesis: Hypothesis, theta: FloatArray, positions: tuple[int, ...]) -> FloatArray:
-    """Return gain, delay (s) and slope (1/s) of the sensors, (3, variant, sensor); ``positions``: see `Readout`."""
+    """Return gain, delay (s) and slope (1/s) of sensors, (3, variant, sensor); ``positions``: of `SensorOutputs`."""
     faults = np.zeros((3, len(theta), len(positions)))
     faults[0] = 1.0
     for candidate, part in zip(hypothesis.candidates, hypothesis.slices, strict=True):

@@ -12,7 +12,7 @@ from fe_models.arrays import ComplexArray, FloatArray
 from fe_models.lowpass import LowPass
 from hybrid.diagnosis.nominal.loads import ForcePlace
 from hybrid.diagnosis.response.filtering import convolved
-from hybrid.diagnosis.response.residual import Residual
+from hybrid.diagnosis.response.residual_modes import ResidualModes
 
 Force = Callable[[FloatArray, FloatArray], FloatArray]
 """Restoring force (variant, recording) of elongation and rate, each (variant, recording)."""
@@ -48,12 +48,12 @@ class Entry:
 
 
 @dataclass(frozen=True)
-class Behind:
+class ResidualFlexibility:
     """``residual`` coordinates, and what sensors of displacement, velocity and acceleration show of them, ``shown`` (3,
     sensor, coordinate).
     """
 
-    residual: Residual
+    residual: ResidualModes
     shown: FloatArray
 
 
@@ -76,7 +76,7 @@ class System:
     delay: FloatArray
     slope: FloatArray
     step: float
-    behind: Behind | None = None
+    behind: ResidualFlexibility | None = None
     loads: Entry | None = None
     lowpass: LowPass | None = None
 

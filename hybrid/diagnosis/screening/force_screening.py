@@ -4,9 +4,9 @@ import numpy as np
 
 from fe_models.arrays import BoolArray, FloatArray
 from hybrid.diagnosis.causes.candidate import Candidate
-from hybrid.diagnosis.fitting.fitting import Fit
+from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.fitting.linearisation import linearise_batch
-from hybrid.diagnosis.recorded.gauge import Gauge
+from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.recorded.spectra import WIDTH, combination_lines, energy_near
 from hybrid.diagnosis.response.entry import at_once
 from hybrid.diagnosis.response.state_space import system_of
@@ -18,7 +18,7 @@ SECONDARY = 2.5e-3  # of all energy: a line at a sum or difference of natural fr
 MOSTLY = 0.5  # or be as much of what a fit leaves, and more than its noise: a machine may run there by chance
 
 
-def screen_forces(fit: Fit, candidates: tuple[Candidate, ...], gauge: Gauge) -> list[Screened]:
+def screen_forces(fit: Fit, candidates: tuple[Candidate, ...], noise_model: NoiseModel) -> list[Screened]:
     """Return harmonic forces with their best frequencies, from the steady state that each frequency would bring.
 
     The transient is one of the initial states' motions, which are projected out. Amplitude and phase are each
@@ -28,18 +28,18 @@ def screen_forces(fit: Fit, candidates: tuple[Candidate, ...], gauge: Gauge) -> 
     if not forces:
         return []
     hypothesis = fit.hypothesis
-    system = system_of(hypothesis, fit.theta[None], gauge.readout)
+    system = system_of(hypothesis, fit.theta[None], noise_model.outputs)
     n = hypothesis.size
     reduced = hypothesis.reduced(fit.theta[None])
     inverse = np.linalg.inv(reduced.mass)
     longest = max(batch.samples for batch in fit.batches)
     count = longest * FREQUENCIES_A_LINE
-    trials = np.arange(FREQUENCIES_A_LINE, count // 2) * gauge.rate / count
+    trials = np.arange(FREQUENCIES_A_LINE, count // 2) * noise_model.rate / count
     pulls = [candidate.pull for candidate in forces if candidate.pull is not None]  # of every force
     feed = np.stack([reduced.fed(pull, inverse)[0] for pull in pulls], axis=1)  # (mode, place)
     B = np.zeros((2 * n, len(forces)))  # the structure's own states: at another force's frequency its own are singular
     B[n:] = feed
-    D = at_once(hypothesis.plant.rows(gauge.sensors) @ reduced.shapes[0], feed, gauge.sensors)
+    D = at_once(hypothesis.plant.rows(noise_model.sensors) @ reduced.shapes[0], feed, noise_model.sensors)
     omega = 2j * np.pi * trials[:, None, None]
     pushed = np.broadcast_to(B, (len(trials), *B.shape))
     A, C = system.A[0, : 2 * n, : 2 * n], system.C[0, :, : 2 * n]
@@ -47,15 +47,15 @@ def screen_forces(fit: Fit, candidates: tuple[Candidate, ...], gauge: Gauge) -> 
     transfer = transfer * system.gain[0][:, None]  # (frequency, sensor, place)
     gains = np.zeros((len(trials), len(forces)))
     for batch, states_found in zip(fit.batches, fit.states, strict=True):
-        part = linearise_batch(hypothesis, fit.theta, batch, gauge, states_found)
+        part = linearise_batch(hypothesis, fit.theta, batch, noise_model, states_found)
         assert part is not None  # it was fitted
-        sigma = batch.sigma(gauge)[:, 0]  # (recording, sensor), or one row for all
+        sigma = batch.sigma(noise_model)[:, 0]  # (recording, sensor), or one row for all
         for number, residual in enumerate(np.array_split(part.residual, len(sigma))):
             basis = part.basis[number] if part.basis.ndim == 3 else part.basis  # of laws: the first one's
-            gains += _wave_gains(residual, basis, transfer / sigma[number][:, None], trials / gauge.rate)
+            gains += _wave_gains(residual, basis, transfer / sigma[number][:, None], trials / noise_model.rate)
     if hypothesis.plant.kept is not None:
-        least = min(SECONDARY * _energy(fit, gauge), max(MOSTLY * fit.misfit, fit.values))
-        gains[_is_of_structure(trials, A, fit, gauge)[:, None] & (gains < least)] = 0.0
+        least = min(SECONDARY * _energy(fit, noise_model), max(MOSTLY * fit.misfit, fit.values))
+        gains[_is_of_structure(trials, A, fit, noise_model)[:, None] & (gains < least)] = 0.0
     found = []
     for place, candidate in enumerate(forces):
         curve = gains[:, place].copy()
@@ -67,21 +67,21 @@ def screen_forces(fit: Fit, candidates: tuple[Candidate, ...], gauge: Gauge) -> 
     return sorted(found, key=lambda trial: -trial.gain)
 
 
-def _is_of_structure(trials: FloatArray, A: FloatArray, fit: Fit, gauge: Gauge) -> BoolArray:
+def _is_of_structure(trials: FloatArray, A: FloatArray, fit: Fit, noise_model: NoiseModel) -> BoolArray:
     """Return whether each frequency (Hz) is a multiple, sum or difference of the strongest modes' frequencies.
 
     ``A`` (state, state) of the structure alone: a machine that was found is none of its modes.
     """
     roots = np.linalg.eigvals(A)
     frequencies = np.sort(np.abs(roots[roots.imag > 0])) / (2 * np.pi)
-    motion = tuple(batch.data / batch.sigma(gauge) for batch in fit.batches)
-    lines = combination_lines(frequencies, energy_near(frequencies, motion, gauge.rate))
-    resolution = gauge.rate / max(batch.samples for batch in fit.batches)
+    motion = tuple(batch.data / batch.sigma(noise_model) for batch in fit.batches)
+    lines = combination_lines(frequencies, energy_near(frequencies, motion, noise_model.rate))
+    resolution = noise_model.rate / max(batch.samples for batch in fit.batches)
     return np.asarray(np.abs(trials[:, None] - lines).min(axis=1) <= WIDTH * resolution)
 
 
-def _energy(fit: Fit, gauge: Gauge) -> float:
-    return sum(float(np.square(batch.data / batch.sigma(gauge)).sum()) for batch in fit.batches)
+def _energy(fit: Fit, noise_model: NoiseModel) -> float:
+    return sum(float(np.square(batch.data / batch.sigma(noise_model)).sum()) for batch in fit.batches)
 
 
 def _wave_gains(residual: FloatArray, basis: FloatArray, transfer: FloatArray, frequencies: FloatArray) -> FloatArray:

@@ -11,14 +11,14 @@ import numpy as np
 
 from fe_models.arrays import FloatArray
 from hybrid.diagnosis.causes.candidate import Candidate
-from hybrid.diagnosis.fitting.far_off import within
-from hybrid.diagnosis.fitting.fitting import Fit
-from hybrid.diagnosis.recorded.gauge import Gauge
+from hybrid.diagnosis.fitting.calibration_deviation import within
+from hybrid.diagnosis.fitting.least_squares import Fit
+from hybrid.diagnosis.parallel import parallel_map
+from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.response.hypothesis import Hypothesis
-from hybrid.diagnosis.response.side_by_side import side_by_side
+from hybrid.diagnosis.screening.observed_modes import ObservedModes, observed_modes, picked_modes
 from hybrid.diagnosis.screening.scanning import sizes_of, with_sizes
 from hybrid.diagnosis.screening.screening import Screened
-from hybrid.diagnosis.screening.seen_modes import SeenModes, picked_modes, seen_modes
 
 STEP = 1e-3  # of a prior width: finite differences of frequencies and shapes
 FINE = (-0.1, -0.05, -0.02, 0.02, 0.05, 0.1)  # of a prior width: small effects, besides those of a scan
@@ -36,12 +36,14 @@ class _Calibration:
     plain: FloatArray
 
     @classmethod
-    def of(cls, hypothesis: Hypothesis, drawn: FloatArray, seen: SeenModes, gauge: Gauge) -> "_Calibration":
+    def of(
+        cls, hypothesis: Hypothesis, drawn: FloatArray, seen: ObservedModes, noise_model: NoiseModel
+    ) -> "_Calibration":
         """Return the calibration of a hypothesis about ``drawn``, its theta (parameter,)."""
         values = hypothesis.nuisances
         moved = STEP * hypothesis.width[:values]
         thetas = drawn + np.vstack([np.zeros(len(drawn)), np.eye(values, len(drawn)) * moved[:, None]])
-        plain, left = np.split(seen.less(picked_modes(hypothesis, thetas, gauge)), [1])
+        plain, left = np.split(seen.less(picked_modes(hypothesis, thetas, noise_model)), [1])
         slopes = (plain - left) / moved[:, None]
         normal = slopes @ slopes.T + np.diag(hypothesis.precision[:values])
         return cls(slopes, np.asarray(np.linalg.inv(normal), dtype=np.float64), plain)
@@ -55,19 +57,19 @@ class _Calibration:
         return np.sum(left**2, axis=1) - np.sum(along * found, axis=1), found
 
 
-def modal_scan(item: Fit, candidates: tuple[Candidate, ...], gauge: Gauge, start: Fit) -> list[Screened]:
+def modal_scan(item: Fit, candidates: tuple[Candidate, ...], noise_model: NoiseModel, start: Fit) -> list[Screened]:
     """Return candidates that change M or K, each at the best of its sizes, most promising first.
 
     ``item``: a fit of whole recordings. The calibration that each asks for goes with it, as a shift from ``start``.
     """
-    hypothesis, seen = item.hypothesis, seen_modes(item, gauge)
+    hypothesis, seen = item.hypothesis, observed_modes(item, noise_model)
     drawn = within(item, 0.0)
-    calibration = _Calibration.of(hypothesis, drawn, seen, gauge)
+    calibration = _Calibration.of(hypothesis, drawn, seen, noise_model)
     plain = float(calibration.best(calibration.plain)[0][0])
 
     def best(candidate: Candidate) -> Screened:
         extended = hypothesis.adding(candidate)
-        left_at = partial(_left_at, extended, drawn, seen, gauge)
+        left_at = partial(_left_at, extended, drawn, seen, noise_model)
         sizes = _sizes(candidate)
         sizes = sizes[extended.weighs(with_sizes(drawn, sizes))]
         number = int(np.argmin(calibration.best(left_at(sizes))[0]))
@@ -80,12 +82,14 @@ def modal_scan(item: Fit, candidates: tuple[Candidate, ...], gauge: Gauge, start
         return Screened(candidate, (float(closer[number]),), plain - float(costs[number]), shift, is_drawn=True)
 
     turning = [candidate for candidate in candidates if candidate.turns_modes]
-    return sorted(side_by_side(best, turning), key=lambda trial: -trial.gain)
+    return sorted(parallel_map(best, turning), key=lambda trial: -trial.gain)
 
 
-def _left_at(hypothesis: Hypothesis, drawn: FloatArray, seen: SeenModes, gauge: Gauge, sizes: FloatArray) -> FloatArray:
+def _left_at(
+    hypothesis: Hypothesis, drawn: FloatArray, seen: ObservedModes, noise_model: NoiseModel, sizes: FloatArray
+) -> FloatArray:
     """Return what the structure as drawn leaves of the modes seen, (size, value), with one candidate more."""
-    return seen.less(picked_modes(hypothesis, with_sizes(drawn, sizes), gauge, len(seen.omega)))
+    return seen.less(picked_modes(hypothesis, with_sizes(drawn, sizes), noise_model, len(seen.omega)))
 
 
 def _sizes(candidate: Candidate) -> FloatArray:

@@ -8,16 +8,16 @@ from fe_models.arrays import FloatArray
 from fe_models.effects import StiffnessChange, SupportSpring
 from fe_models.sensor_effects import SensorGain
 from hybrid.diagnosis.causes.candidate import Candidate
-from hybrid.diagnosis.fitting.far_off import goes_far, within
-from hybrid.diagnosis.fitting.fitting import Fit
+from hybrid.diagnosis.fitting.calibration_deviation import goes_far, within
+from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.fitting.linearisation import ENDLESS, orthonormal
 from hybrid.diagnosis.nominal.plant import Plant
-from hybrid.diagnosis.recorded.gauge import Gauge
+from hybrid.diagnosis.parallel import parallel_map
+from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.response.eigenmodes import eigenmodes
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.loaded import given
 from hybrid.diagnosis.response.reduction import basis_of
-from hybrid.diagnosis.response.side_by_side import side_by_side
 from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.response.system import drift, observability
 from hybrid.diagnosis.screening.screening import Screened
@@ -35,7 +35,7 @@ Trial = tuple[Candidate, FloatArray]
 """A candidate and sizes (size, parameter) of it."""
 
 
-def scan(fit: Fit, candidates: tuple[Candidate, ...], gauge: Gauge) -> list[Screened]:
+def scan(fit: Fit, candidates: tuple[Candidate, ...], noise_model: NoiseModel) -> list[Screened]:
     """Return each linear candidate at the best of its sizes, with the fall in the sum of squares there.
 
     The uncertain factors stay as drawn, initial states are projected out. ``fit`` should be of short segments, in which
@@ -44,11 +44,11 @@ def scan(fit: Fit, candidates: tuple[Candidate, ...], gauge: Gauge) -> list[Scre
     if not fit.hypothesis.is_linear:
         return []
     trials = [(candidate, sizes_of(candidate)) for candidate in candidates]
-    found = _best_of([trial for trial in trials if len(trial[1])], fit, gauge)
+    found = _best_of([trial for trial in trials if len(trial[1])], fit, noise_model)
     return sorted(found, key=lambda trial: -trial.gain)
 
 
-def unseen(fit: Fit, candidates: tuple[Candidate, ...], gauge: Gauge) -> list[Screened]:
+def unseen(fit: Fit, candidates: tuple[Candidate, ...], noise_model: NoiseModel) -> list[Screened]:
     """Return what other things that are off may hide until the first step of a fit, each at the best of its sizes.
 
     There its gain says nothing. These are supports that give way and the simulation's own time steps, which calibrated
@@ -63,7 +63,7 @@ def unseen(fit: Fit, candidates: tuple[Candidate, ...], gauge: Gauge) -> list[Sc
     weakened = [c for c in candidates if much and c.kind == StiffnessChange.kind and "element" in c.location]
     trials += [trial for c in weakened for trial in _bringing(c, np.array(LEFT)[:, None], fit.hypothesis.plant)]
     best: dict[str, Screened] = {}
-    for found in sorted(_best_of(trials, fit, gauge), key=lambda trial: -trial.gain):
+    for found in sorted(_best_of(trials, fit, noise_model), key=lambda trial: -trial.gain):
         best.setdefault(found.candidate.key, found)
     return list(best.values())
 
@@ -87,10 +87,10 @@ def _bringing(candidate: Candidate, sizes: FloatArray, plant: Plant) -> list[Tri
     return [(replace(candidate, brings=int(count)), sizes[more == count]) for count in np.unique(more)]
 
 
-def _best_of(trials: list[Trial], fit: Fit, gauge: Gauge) -> list[Screened]:
+def _best_of(trials: list[Trial], fit: Fit, noise_model: NoiseModel) -> list[Screened]:
     """Return each candidate at the best of its sizes."""
     theta = within(fit, 0.0)
-    plain = float(_left(fit.hypothesis, theta[None], fit, gauge)[0])
+    plain = float(_left(fit.hypothesis, theta[None], fit, noise_model)[0])
 
     def best(trial: Trial) -> Screened:
         candidate, sizes = trial
@@ -98,12 +98,12 @@ def _best_of(trials: list[Trial], fit: Fit, gauge: Gauge) -> list[Screened]:
         thetas = with_sizes(theta, sizes)
         weighs = hypothesis.weighs(thetas)
         sizes, thetas = sizes[weighs], thetas[weighs]
-        left = _left(hypothesis, thetas, fit, gauge)
+        left = _left(hypothesis, thetas, fit, noise_model)
         number = int(np.argmin(left))
         start, gain = tuple(sizes[number].tolist()), float(plain - left[number])
         return Screened(candidate, start, gain, theta - fit.theta, is_drawn=True)
 
-    return side_by_side(best, trials)
+    return parallel_map(best, trials)
 
 
 def sizes_of(candidate: Candidate) -> FloatArray:
@@ -127,13 +127,15 @@ def with_sizes(theta: FloatArray, sizes: FloatArray) -> FloatArray:
     return np.column_stack([np.repeat(theta[None], len(sizes), axis=0), sizes])
 
 
-def _left(hypothesis: Hypothesis, thetas: FloatArray, fit: Fit, gauge: Gauge) -> FloatArray:
+def _left(hypothesis: Hypothesis, thetas: FloatArray, fit: Fit, noise_model: NoiseModel) -> FloatArray:
     """Return the sum of squares (variant,) that initial states leave, channels of a recording noisy alike."""
-    system = system_of(hypothesis, thetas, gauge.readout)
+    system = system_of(hypothesis, thetas, noise_model.outputs)
     total = np.zeros(len(thetas))
     for batch in fit.batches:
-        loud = np.exp(np.log(batch.sigma(gauge) / gauge.sigma).mean(axis=(1, 2)))  # (recording,): one basis serves
-        weight = np.tile(1 / gauge.sigma, batch.samples)
+        loud = np.exp(
+            np.log(batch.sigma(noise_model) / noise_model.sigma).mean(axis=(1, 2))
+        )  # (recording,): one basis serves
+        weight = np.tile(1 / noise_model.sigma, batch.samples)
         rows = observability(system, batch.samples)
         rows = rows.reshape(len(thetas), -1, rows.shape[-1]) * weight[:, None]
         usable = np.abs(rows).max(axis=(1, 2)) < ENDLESS

@@ -12,16 +12,16 @@ import numpy as np
 from fe_models.arrays import TINY, FloatArray
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.fitting.driven import History, driven, fitted_motion, forces_along
-from hybrid.diagnosis.fitting.fitting import Fit
+from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.fitting.linearisation import Linearisation, inside, linearise_batch
-from hybrid.diagnosis.recorded.gauge import Gauge
-from hybrid.diagnosis.recorded.records import Batch
+from hybrid.diagnosis.parallel import parallel_map
+from hybrid.diagnosis.recorded.batches import Batch
+from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.response.entry import at_once
 from hybrid.diagnosis.response.forces import force_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.marching import respond
-from hybrid.diagnosis.response.reduced import Reduced
-from hybrid.diagnosis.response.side_by_side import side_by_side
+from hybrid.diagnosis.response.reduced_model import ReducedModel
 from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.response.system import ModalForm, System, drifted, free_form
 
@@ -77,16 +77,16 @@ class _Present:
     """The present fit, linearised: what each candidate is held against."""
 
     fit: Fit
-    gauge: Gauge
+    noise_model: NoiseModel
     stretches: tuple[_Stretch, ...]
     inverse: FloatArray  # of the normal matrix of the parameters
     gradient: FloatArray
 
 
-def screen(fit: Fit, candidates: tuple[Candidate, ...], gauge: Gauge) -> list[Screened]:
+def screen(fit: Fit, candidates: tuple[Candidate, ...], noise_model: NoiseModel) -> list[Screened]:
     """Return each candidate with its best start, most promising first; harmonic forces apart (`force_screening`)."""
-    present = _present(fit, gauge)
-    forced = law_responses(fit, [candidate for candidate in candidates if candidate.is_law], gauge)
+    present = _present(fit, noise_model)
+    forced = law_responses(fit, [candidate for candidate in candidates if candidate.is_law], noise_model)
 
     def best_of(candidate: Candidate) -> Screened:
         trials = []
@@ -95,18 +95,18 @@ def screen(fit: Fit, candidates: tuple[Candidate, ...], gauge: Gauge) -> list[Sc
             trials.append(_score(present, candidate, start, known))
         return max(trials, key=lambda trial: trial.gain)
 
-    found = side_by_side(best_of, [candidate for candidate in candidates if not candidate.oscillator])
+    found = parallel_map(best_of, [candidate for candidate in candidates if not candidate.oscillator])
     return sorted(found, key=lambda trial: -trial.gain)
 
 
-def _present(fit: Fit, gauge: Gauge) -> _Present:
+def _present(fit: Fit, noise_model: NoiseModel) -> _Present:
     stretches = []
-    system = system_of(fit.hypothesis, fit.theta[None], gauge.readout)
+    system = system_of(fit.hypothesis, fit.theta[None], noise_model.outputs)
     given = fit.hypothesis.plant.kept is not None and not system.is_linear  # too many modes to march for each
     for batch, states in zip(fit.batches, fit.states, strict=True):
-        part = linearise_batch(fit.hypothesis, fit.theta, batch, gauge, states, brief=True)
+        part = linearise_batch(fit.hypothesis, fit.theta, batch, noise_model, states, brief=True)
         assert part is not None  # it was fitted
-        shown = _response(fit.hypothesis, fit.theta[None], batch, gauge, states)[0]
+        shown = _response(fit.hypothesis, fit.theta[None], batch, noise_model, states)[0]
         forces = forces_along(system, fitted_motion(system, states, batch)) if given else ()
         stretches.append(_Stretch(batch, states, part, shown, forces))
     J = np.concatenate([stretch.part.slopes.reshape(len(fit.theta), -1) for stretch in stretches], axis=1)
@@ -114,7 +114,7 @@ def _present(fit: Fit, gauge: Gauge) -> _Present:
     precision = fit.hypothesis.precision
     gradient = J @ r - precision * (fit.theta - fit.hypothesis.centre)
     inverse = np.linalg.inv(J @ J.T + np.diag(precision))
-    return _Present(fit, gauge, tuple(stretches), inverse, gradient)
+    return _Present(fit, noise_model, tuple(stretches), inverse, gradient)
 
 
 def _columns(
@@ -144,20 +144,20 @@ def _effect(present: _Present, candidate: Candidate, start: tuple[float, ...], s
     little by themselves. The pull of force laws is taken as given where there are any. Nothing is told where
     shapes that come with it have no mass: a fit without it may have taken most of a node's away.
     """
-    fit, gauge, batch, states = present.fit, present.gauge, stretch.batch, stretch.states
+    fit, noise_model, batch, states = present.fit, present.noise_model, stretch.batch, stretch.states
     extended = fit.hypothesis.adding(candidate)
     if not candidate.is_law:
         states = extended.embedded(states, (len(extended.candidates) - 1,))
     theta = np.append(fit.theta, start)
     if not candidate.is_structural and not stretch.forces:
-        return _response(extended, theta[None], batch, gauge, states)[0] - stretch.shown
+        return _response(extended, theta[None], batch, noise_model, states)[0] - stretch.shown
     thetas = np.stack([theta, np.append(fit.theta, candidate.without)])
     if not extended.weighs(thetas).all():
         return np.zeros_like(stretch.shown)
     if stretch.forces:
-        with_it, without = _forced_response(extended, thetas, batch, gauge, states, stretch.forces)
+        with_it, without = _forced_response(extended, thetas, batch, noise_model, states, stretch.forces)
     else:
-        with_it, without = _response(extended, thetas, batch, gauge, states)
+        with_it, without = _response(extended, thetas, batch, noise_model, states)
     return np.asarray(with_it - without)
 
 
@@ -165,12 +165,12 @@ def _forced_response(
     hypothesis: Hypothesis,
     thetas: FloatArray,
     batch: Batch,
-    gauge: Gauge,
+    noise_model: NoiseModel,
     states: FloatArray,
     forces: tuple[History, ...],
 ) -> FloatArray:
     """Return the channels (variant, recording, value) under given forces, in units of sigma."""
-    system = system_of(hypothesis, thetas, gauge.readout)
+    system = system_of(hypothesis, thetas, noise_model.outputs)
     form = free_form(system, hypothesis.size)
     start = np.broadcast_to(states, (len(thetas), *states.shape))
     y = respond(replace(system, forces=()), start, batch.samples, batch.loads) + drifted(system, batch.begins)
@@ -178,18 +178,20 @@ def _forced_response(
         for law, force in enumerate(forces):
             direct = system.D[variant, :, law] * system.gain[variant]
             y[variant] += driven(form, variant, system.B[variant, :, law], direct, force, system)
-    return np.asarray((y / batch.sigma(gauge)).reshape(len(thetas), len(states), -1))
+    return np.asarray((y / batch.sigma(noise_model)).reshape(len(thetas), len(states), -1))
 
 
-def _response(hypothesis: Hypothesis, thetas: FloatArray, batch: Batch, gauge: Gauge, states: FloatArray) -> FloatArray:
+def _response(
+    hypothesis: Hypothesis, thetas: FloatArray, batch: Batch, noise_model: NoiseModel, states: FloatArray
+) -> FloatArray:
     """Return the channels (variant, recording, value) in units of sigma."""
-    system = system_of(hypothesis, thetas, gauge.readout)
+    system = system_of(hypothesis, thetas, noise_model.outputs)
     y = respond(system, np.broadcast_to(states, (len(thetas), *states.shape)), batch.samples, batch.loads)
-    y = (y + drifted(system, batch.begins)) / batch.sigma(gauge)
+    y = (y + drifted(system, batch.begins)) / batch.sigma(noise_model)
     return np.asarray(y.reshape(len(thetas), len(states), -1))
 
 
-def law_responses(fit: Fit, laws: list[Candidate], gauge: Gauge) -> dict[str, list[list[FloatArray]]]:
+def law_responses(fit: Fit, laws: list[Candidate], noise_model: NoiseModel) -> dict[str, list[list[FloatArray]]]:
     """Return what each law at each of its starts adds, to first order: by its key, start and batch (recording, value).
 
     Its force along the present motion, at samples and between them, drives each mode of the linear system (Simpson's
@@ -200,14 +202,14 @@ def law_responses(fit: Fit, laws: list[Candidate], gauge: Gauge) -> dict[str, li
     columns = [own for law in laws for own in found[law.key]]
     if not trials:
         return found
-    system = system_of(fit.hypothesis, fit.theta[None], gauge.readout)
+    system = system_of(fit.hypothesis, fit.theta[None], noise_model.outputs)
     form = free_form(system, fit.hypothesis.size)
     reduced = fit.hypothesis.reduced(fit.theta[None])
     for batch, states in zip(fit.batches, fit.states, strict=True):
         motion = fitted_motion(system, states, batch)
-        answers = side_by_side(partial(_law_response, fit, motion, system, form, reduced, gauge), trials)
+        answers = parallel_map(partial(_law_response, fit, motion, system, form, reduced, noise_model), trials)
         for own, y in zip(columns, answers, strict=True):
-            own.append((y / batch.sigma(gauge)).reshape(len(states), -1))
+            own.append((y / batch.sigma(noise_model)).reshape(len(states), -1))
     return found
 
 
@@ -216,8 +218,8 @@ def _law_response(
     motion: History,
     system: System,
     form: ModalForm,
-    reduced: Reduced,
-    gauge: Gauge,
+    reduced: ReducedModel,
+    noise_model: NoiseModel,
     trial: tuple[Candidate, tuple[float, ...]],
 ) -> FloatArray:
     """Return the channels (recording, time, sensor) that the force of one law along the ``motion`` adds.
@@ -236,8 +238,8 @@ def _law_response(
     moved = np.linalg.solve(reduced.mass[0], pull)
     feed = np.zeros(hypothesis.states)
     feed[n : 2 * n] = moved
-    picked = hypothesis.plant.rows(gauge.sensors) @ reduced.shapes[0]
-    direct = at_once(picked, moved[:, None], gauge.sensors)[:, 0] * system.gain[0]
+    picked = hypothesis.plant.rows(noise_model.sensors) @ reduced.shapes[0]
+    direct = at_once(picked, moved[:, None], noise_model.sensors)[:, 0] * system.gain[0]
     return driven(form, 0, feed, direct, force, system)
 
 
@@ -271,14 +273,16 @@ def _score(
     return Screened(candidate, start, float(gain), shift)
 
 
-def amounts_by_recording(fit: Fit, candidates: list[Candidate], gauge: Gauge) -> list[tuple[FloatArray, FloatArray]]:
+def amounts_by_recording(
+    fit: Fit, candidates: list[Candidate], noise_model: NoiseModel
+) -> list[tuple[FloatArray, FloatArray]]:
     """Return, for each candidate, how much of it each recording asks for, (recording,), and how much of one unit it
     feels: the sum of squares. The first squared times the second is the fall in the recording's own.
 
     The uncertain factors are kept as they are: what they do is common to all recordings.
     """
-    present = _present(fit, gauge)
-    forced = law_responses(fit, [candidate for candidate in candidates if candidate.is_law], gauge)
+    present = _present(fit, noise_model)
+    forced = law_responses(fit, [candidate for candidate in candidates if candidate.is_law], noise_model)
     found = []
     for candidate in candidates:
         known = forced[candidate.key][0] if candidate.is_law else None

@@ -1,0 +1,57 @@
+"""How far nominal values are calibrated off, and whether beyond what is normal: a cause may hide behind that."""
+
+import numpy as np
+from scipy.stats import norm
+
+from fe_models.arrays import FloatArray
+from hybrid.diagnosis.fitting.least_squares import Fit
+from hybrid.diagnosis.nominal.scatter import OWN
+
+DEVIATION = 2.5  # of its stated standard deviations: how far a nominal value may be calibrated
+ONE_IN = 200  # structures: in which chance has one calibrated factor as far off as `farthest_of`
+TOGETHER = 3.0  # standard deviations of the mean square of all of them over its mean
+
+
+def within(item: Fit, most: float) -> FloatArray:
+    """Return the theta (parameter,) of a fit, nominal values no further off than ``most`` standard deviations.
+
+    As far as its ``deviations`` tell them.
+    """
+    count, factors = item.hypothesis.nuisances, item.hypothesis.plant.factors
+    farthest = most * item.hypothesis.width[:count]
+    least, whole = -farthest, farthest[:factors] >= 1  # which no factor can be below nominal
+    least[:factors] = np.where(whole, -np.inf, np.log1p(-np.where(whole, 0.0, farthest[:factors])))
+    return np.append(np.clip(item.theta[:count], least, farthest), item.theta[count:])
+
+
+def deviation_of(item: Fit) -> float:
+    """Return how far the calibration of a fit goes, at most, in stated standard deviations."""
+    return float(np.abs(item.deviations).max())
+
+
+def deviation_of_groups(item: Fit) -> float:
+    """Return how far it goes where an element by itself may be as far off as its group: nobody stated how far one
+    differs from it, and the quarter of the group's uncertainty that a search takes is a guess.
+    """
+    plant, off = item.hypothesis.plant, np.abs(item.deviations)
+    return float(np.append(off[: plant.factors], OWN * off[plant.factors :]).max())
+
+
+def goes_far(item: Fit) -> bool:
+    """Return whether the calibration of a fit goes further than is normal, so that it may hide what led it there."""
+    return deviation_of(item) > DEVIATION
+
+
+def farthest_of(factors: int) -> float:
+    """Return how many stated standard deviations off one of so many factors is by chance: 3.5 of 12, 3.9 of 42."""
+    return float(norm.isf(0.5 / ONE_IN / factors))
+
+
+def factors_off(item: Fit) -> bool:
+    """Return whether the calibrated factors are further off than their owner thinks normal: one, or all together."""
+    return bool(np.abs(item.deviations).max() > farthest_of(len(item.deviations))) or off_together(item)
+
+
+def off_together(item: Fit) -> bool:
+    """Return whether the calibrated factors are off by more than chance has it of so many."""
+    return bool(np.mean(item.deviations**2) > 1 + TOGETHER * np.sqrt(2 / len(item.deviations)))

@@ -1,0 +1,327 @@
+"""Fits of a hypothesis: Gauss-Newton with the initial states projected out and the user's uncertainties as priors.
+
+Minimises sum of squares of (y - y(theta, z0)) / sigma plus those of theta - centre times their `precision`, by
+Levenberg and Marquardt's steps in theta; the initial states z0 follow (see `linearisation`).
+"""
+
+from dataclasses import dataclass
+from math import inf
+
+import numpy as np
+
+from fe_models.arrays import TINY, FloatArray
+from hybrid.diagnosis.fitting.linearisation import Linearisation, linearise_batch
+from hybrid.diagnosis.recorded.batches import Batch
+from hybrid.diagnosis.recorded.noise_model import NoiseModel
+from hybrid.diagnosis.response.hypothesis import Hypothesis
+
+ITERATIONS = 12
+LAW_ITERATIONS = 8  # with force laws, each of which takes a simulation of all variants
+ENOUGH = 0.05  # the fall in the sum of squares (a chi-square) below which a fit has converged, for each of noise's own
+WEAKER = (1.0, 0.5, 0.2)  # of force laws, one after the other, where the motion from the start grows for ever
+# Steps that tell whether more are worth it: a law's initial states must leave those of the motion without it.
+FIRST, FIRST_OF_LAWS = 1, 2
+TELLING = 5  # steps until it shows whether a start that is far off leads low: a second one may still be short
+HALF = 0.5  # of the cost: without a law a step that leaves less is followed by another one
+STEEP = 0.2  # share of the cost: a law whose last step took as much away starts far off, and goes on
+FREE = 1e-10  # of Marquardt's damping: none; a cause and the uncertain factor it resembles need whole steps
+SETTLING = 3  # steps of Newton's method in which initial states follow a law that comes, goes or changes
+DAMPING = (1e-3, 30.0, 1e3)  # where a whole step fails: first, factor, give up
+
+
+@dataclass(frozen=True, eq=False)  # two are never equal, so that what was made of one can be looked up by it
+class Fit:
+    """The best theta (parameter,) of a hypothesis, its ``covariance``, and what is left.
+
+    ``chi2``: sum of squares of the data alone, ``cost`` with the prior. ``states`` and ``residuals`` (in units of
+    sigma): one array (recording, ...) for each batch. ``batches``: what was fitted. ``state_errors``: standard
+    deviations (recording, state) at this theta, and ``state_slopes`` (parameter, recording, state), for each batch.
+    """
+
+    hypothesis: Hypothesis
+    theta: FloatArray
+    covariance: FloatArray
+    chi2: float
+    cost: float
+    states: tuple[FloatArray, ...]
+    residuals: tuple[FloatArray, ...]
+    batches: tuple[Batch, ...]
+    state_errors: tuple[FloatArray, ...]
+    state_slopes: tuple[FloatArray, ...]
+
+    @property
+    def claim(self) -> tuple[object, ...]:
+        """What a fit says is wrong: its causes, in any order, and in which recordings which of them do not act."""
+        keys = [candidate.key for candidate in self.hypothesis.candidates]
+        off = {
+            (motion, tuple(sorted(keys[i] for i in batch.off)))
+            for batch in self.batches
+            for motion in batch.order or batch.names
+        }
+        return tuple(sorted(keys)), frozenset(off)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The name of the recording of each motion that was fitted."""
+        return tuple(name for batch in self.batches for name in batch.names)
+
+    @property
+    def values(self) -> float:
+        """Number of data, as independent as those of white noise: a low-pass leaves fewer."""
+        return sum(part.size * batch.share for part, batch in zip(self.residuals, self.batches, strict=True))
+
+    @property
+    def misfit(self) -> float:
+        """What is left beyond noise, and the squares of the calibration's deviations, in units of variances."""
+        return self.cost - self.values + sum(states.size for states in self.states)
+
+    @property
+    def charged(self) -> float:
+        """The cost, and one for each entry of an initial state that other hypotheses do not have: what it takes of
+        noise. By this fits are compared, over short segments above all, where such entries are many.
+        """
+        return self.cost + self.hypothesis.extra_entries(self.theta, self.states)
+
+    @property
+    def deviations(self) -> FloatArray:
+        """How far nominal values are off, (value,), in stated standard deviations: of a value or of its logarithm,
+        whichever makes less of it, as its owner did not say which. At 10 %, 0.7 times as much is 3 off, not 3.6.
+        """
+        plant = self.hypothesis.plant
+        off = self.theta[: plant.values].copy()
+        off[: plant.factors] = np.where(off[: plant.factors] < 0, np.expm1(off[: plant.factors]), off[: plant.factors])
+        return np.asarray(off / self.hypothesis.width[: plant.values])
+
+    @property
+    def log_evidence(self) -> float:
+        """Laplace's approximation: the fit, and how much of the prior of the candidates' parameters is left.
+
+        The initial states are the same for all hypotheses but for the two of a harmonic force and of the mode that a
+        released support brings, in each recording; their prior is a normal distribution as wide as what was found.
+        """
+        first = self.hypothesis.nuisances
+        own = self.covariance[first:, first:]
+        occam = (
+            0.5 * np.linalg.slogdet(own)[1] - float(np.log(self.hypothesis.width[first:]).sum()) if len(own) else 0.0
+        )
+        for rows in self.hypothesis.own_motions(self.theta):
+            full = [i for i, states in enumerate(self.states) if states.shape[1] == self.hypothesis.states]
+            waves = np.concatenate([self.states[i] @ rows.T for i in full])
+            errors = np.concatenate([np.sqrt(self.state_errors[i] ** 2 @ rows.T**2) for i in full])
+            square = np.mean(waves**2) + TINY
+            occam -= 0.5 * float(np.sum(np.log1p(square / errors**2) + waves**2 / square))
+        return -0.5 * self.cost + float(occam)
+
+
+@dataclass(frozen=True)
+class _Point:
+    """Where a search is: ``theta``, the batches linearised there, and the ``cost``."""
+
+    theta: FloatArray
+    parts: tuple[Linearisation, ...]
+    cost: float
+
+    @property
+    def states(self) -> tuple[FloatArray, ...]:
+        """The initial states of each batch."""
+        return tuple(part.states for part in self.parts)
+
+    def after(self, step: FloatArray) -> tuple[FloatArray, ...]:
+        """Return the initial states that go with a ``step`` of theta."""
+        return tuple(
+            part.states + part.state_step + np.einsum("p,prs->rs", step, part.state_slopes) for part in self.parts
+        )
+
+
+@dataclass(frozen=True)
+class _Problem:
+    """What is fitted to what."""
+
+    hypothesis: Hypothesis
+    batches: tuple[Batch, ...]
+    noise_model: NoiseModel
+
+    def at(self, theta: FloatArray, states: tuple[FloatArray, ...] | None, slopes: bool = True) -> _Point | None:
+        """Return the point of ``theta``, None where a batch fails."""
+        parts = []
+        for number, batch in enumerate(self.batches):
+            own = None if states is None else states[number]
+            try:
+                part = linearise_batch(self.hypothesis, theta, batch, self.noise_model, own, slopes, brief=True)
+            except np.linalg.LinAlgError:  # masses that are not positive: a step too far
+                return None
+            if part is None:
+                return None
+            parts.append(part)
+        data = sum(float(np.square(part.raw).sum()) for part in parts)
+        prior = float(np.sum(self.hypothesis.precision * (theta - self.hypothesis.centre) ** 2))
+        return _Point(theta, tuple(parts), data + prior)
+
+    def begun(self, theta: FloatArray, states: tuple[FloatArray, ...] | None) -> _Point | None:
+        """Return where a search begins: at ``theta``, or with force laws as much weaker as they must be."""
+        for share in WEAKER:
+            weaker = _weakened(self.hypothesis, theta, share)
+            point = self.at(np.clip(weaker, self.hypothesis.lower, self.hypothesis.upper), states)
+            if point is not None:
+                return point
+        return None
+
+    def normal_equations(self, point: _Point) -> tuple[FloatArray, FloatArray]:
+        """Return J J^T (parameter, parameter) and J r (parameter,), the prior's part in both."""
+        J = np.concatenate([part.slopes.reshape(len(point.theta), -1) for part in point.parts], axis=1)
+        r = np.concatenate([part.residual.ravel() for part in point.parts])
+        precision = self.hypothesis.precision
+        return J @ J.T + np.diag(precision), J @ r - precision * (point.theta - self.hypothesis.centre)
+
+    def improved(self, point: _Point, damping: float, slopes: bool = True) -> tuple[_Point | None, float]:
+        """Return the next point, None where no step leads down, and the damping that it took.
+
+        Without ``slopes`` no step can follow.
+        """
+        H, gradient = self.normal_equations(point)
+        first, factor, most = DAMPING
+        hopeful = slopes and self.hypothesis.is_linear  # they take far longer, and a step that fails needs none
+        while damping < most:
+            step = np.linalg.solve(H + damping * np.diag(np.diag(H)), gradient)
+            theta = np.clip(point.theta + step, self.hypothesis.lower, self.hypothesis.upper)
+            states = point.after(theta - point.theta)
+            then = self.at(theta, states, slopes=hopeful)
+            if then is not None and then.cost <= point.cost:
+                return then if hopeful or not slopes else self.at(theta, states), damping
+            hopeful, damping = False, max(damping * factor, first)
+        return None, damping
+
+
+@dataclass(frozen=True)
+class Step:
+    """Where first steps lead: ``theta`` (parameter,) of a ``hypothesis``, initial ``states``, and the ``cost``."""
+
+    hypothesis: Hypothesis
+    theta: FloatArray
+    states: tuple[FloatArray, ...]
+    cost: float
+
+    @property
+    def charged(self) -> float:
+        """The cost as fits are compared by it."""
+        return self.cost + self.hypothesis.extra_entries(self.theta, self.states)
+
+
+def first_steps(
+    hypothesis: Hypothesis,
+    theta: FloatArray,
+    batches: tuple[Batch, ...],
+    noise_model: NoiseModel,
+    states: tuple[FloatArray, ...],
+    steps: int = FIRST,
+    bound: float = inf,
+) -> Step | None:
+    """Return where the first ``steps`` of a `fit` lead; None as of `fit`.
+
+    A force law takes two; another candidate beside one two at most; both more while they fall steeply, the other
+    candidate only if that would lead below the cost ``bound``. Without one up to twice as many are taken, while each
+    halves the cost and that would lead there. Without the slopes there, which take longest.
+    """
+    problem = _Problem(hypothesis, batches, noise_model)
+    least, most, steep, telling = steps, 2 * steps, HALF, 0
+    if not hypothesis.is_linear:
+        comes = hypothesis.candidates[-1].is_law
+        least, most = FIRST_OF_LAWS if comes else min(steps, FIRST_OF_LAWS), LAW_ITERATIONS
+        steep, telling = 1 - STEEP, TELLING
+        bound = inf if comes else bound  # how a law that starts far off falls tells nothing of where it ends
+    taken, best = 0, problem.begun(theta, states)
+    point = best
+    while point is not None:
+        then = problem.improved(point, FREE, slopes=False)[0]
+        if then is None:
+            break
+        fall = then.cost / point.cost
+        taken, best = taken + 1, then
+        falls = fall < steep and (taken < telling or then.cost * fall ** (most - taken) < bound)
+        if taken >= (most if falls else least):
+            break
+        point = problem.at(then.theta, then.states)  # the slopes, too
+    return None if best is None else Step(hypothesis, best.theta, best.states, best.cost)
+
+
+def fit(
+    hypothesis: Hypothesis,
+    theta: FloatArray,
+    batches: tuple[Batch, ...],
+    noise_model: NoiseModel,
+    states: tuple[FloatArray, ...] | None = None,
+    iterations: int = ITERATIONS,
+    enough: float = ENOUGH,
+    bound: float = inf,
+) -> Fit | None:
+    """Return the best fit from ``theta`` (parameter,) by Levenberg and Marquardt; None where no start is possible.
+
+    ``states``: where initial states begin, one array (recording, state) for each batch, needed with force laws. A fit
+    that would not get its `Fit.charged` below ``bound``, even if every step to come brought as much as the last, is
+    broken off.
+    """
+    problem = _Problem(hypothesis, batches, noise_model)
+    point = problem.begun(theta, states)
+    if point is None:
+        return None
+    values = sum(batch.data.size for batch in batches)
+    damping, bound = FREE, bound - hypothesis.extra_entries(point.theta, point.states)
+    iterations = iterations if hypothesis.is_linear else min(iterations, LAW_ITERATIONS)
+    for to_come in reversed(range(iterations)):
+        then, damping = problem.improved(point, damping)
+        if then is None:
+            break
+        gain, point = point.cost - then.cost, then
+        tells = damping == FREE or to_come < iterations - 1  # a first step cut short may be small before large ones
+        damping = damping / DAMPING[1] if damping > DAMPING[0] else FREE
+        if gain < enough * max(1.0, point.cost / values) or (tells and point.cost - to_come * gain > bound):
+            break
+    return Fit(
+        hypothesis,
+        point.theta,
+        np.asarray(np.linalg.inv(problem.normal_equations(point)[0])),
+        sum(float(np.square(part.raw).sum()) for part in point.parts),
+        point.cost,
+        point.states,
+        tuple(part.raw for part in point.parts),
+        batches,
+        tuple(part.state_errors for part in point.parts),
+        tuple(part.state_slopes for part in point.parts),
+    )
+
+
+def residuals_at(item: Fit, theta: FloatArray, noise_model: NoiseModel) -> tuple[FloatArray | None, ...]:
+    """Return what the hypothesis of a fit leaves at ``theta``, an array (recording, time, sensor) for each batch.
+
+    In units of the noise, the initial states fitted; None where the motion explodes.
+    """
+    return tuple(
+        left_at(item.hypothesis, theta, batch, noise_model, states)
+        for batch, states in zip(item.batches, item.states, strict=True)
+    )
+
+
+def left_at(
+    hypothesis: Hypothesis, theta: FloatArray, batch: Batch, noise_model: NoiseModel, states: FloatArray | None
+) -> FloatArray | None:
+    """Return what a hypothesis leaves of a batch at ``theta``, (recording, time, sensor), as `residuals_at`.
+
+    ``states``: where initial states begin, needed where there are laws: they follow these by Newton's steps.
+    """
+    for _ in range(0 if hypothesis.less(batch.off).is_linear else SETTLING):
+        part = linearise_batch(hypothesis, theta, batch, noise_model, states)
+        if part is None:
+            return None
+        states = part.states + part.state_step
+    part = linearise_batch(hypothesis, theta, batch, noise_model, states, slopes=False)
+    return None if part is None else part.raw
+
+
+def _weakened(hypothesis: Hypothesis, theta: FloatArray, share: float) -> FloatArray:
+    """Return theta with a ``share`` of each candidate's force law: motions of a softening spring may grow for ever."""
+    weaker = theta.copy()
+    for candidate, part in zip(hypothesis.candidates, hypothesis.slices, strict=True):
+        if candidate.is_law:
+            neutral = candidate.neutral[0]
+            weaker[part.start] = neutral + share * (theta[part.start] - neutral)
+    return weaker

@@ -1,0 +1,90 @@
+"""One recording as the nominal and the extended model forecast it, for a picture."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from fe_models.arrays import FloatArray
+from fe_models.recordings import Sensor
+from hybrid.diagnosis.fitting.forecast_score import ForecastModel, predicted, shown_of
+from hybrid.diagnosis.recorded.batches import Batch
+from hybrid.diagnosis.recorded.noise_model import SensorRoles
+from hybrid.figures import channel_labels, figure
+
+COLOURS = {"nominal": "#E69F00", "extended": "#0072B2"}  # of Okabe & Ito: told apart by everyone
+WIDTHS = {"nominal": 2.2, "extended": 1.0}  # so that where both are the same both are seen
+CHANNELS = 5  # drawn at most
+ROOM = 0.25  # of a channel's range, above and below it
+WIDTH = 4.0  # times the highest natural frequency: how far the spectra go
+
+
+@dataclass(frozen=True)
+class Example:
+    """``recording``: its name. ``measured``, ``nominal``, ``extended``: channels (time, sensor) behind their first
+    fifth, which ends at ``first`` (s); ``rate`` and natural ``frequencies`` (mode,) in Hz.
+    """
+
+    recording: str
+    rate: float
+    first: float
+    sensors: tuple[Sensor, ...]
+    measured: FloatArray
+    nominal: FloatArray
+    extended: FloatArray
+    frequencies: FloatArray
+
+    def most_wrong(self, count: int) -> list[int]:
+        """Return the columns of ``count`` channels, in order: one that was held out, if any, and else measured ones, of
+        each those that the nominal model forecasts worst.
+        """
+        error = np.nan_to_num(np.std(self.measured - self.nominal, axis=0) / self.measured.std(axis=0), nan=np.inf)
+        worst = np.argsort(-error, kind="stable").tolist()
+        apart = [column for column in worst if self.sensors[column].role == "held_out"]
+        fitted = [column for column in worst if column not in apart]
+        return sorted([*apart[:1], *fitted, *apart[1:]][:count])
+
+    def spectrum(self, name: str) -> tuple[FloatArray, FloatArray]:
+        """Return frequencies (Hz) and the error's amplitude spectrum, each channel over its size, all in one (rms)."""
+        error = (self.measured - getattr(self, name)) / self.measured.std(axis=0)
+        window = np.hanning(len(error))[:, None]
+        amplitude = 2 * np.abs(np.fft.rfft(error * window, axis=0)) / window.sum()
+        return np.asarray(np.fft.rfftfreq(len(error), 1 / self.rate)), np.asarray(np.sqrt((amplitude**2).mean(axis=1)))
+
+
+def example_of(
+    batch: Batch, nominal: ForecastModel, extended: ForecastModel, roles: SensorRoles, frequencies: FloatArray
+) -> Example:
+    """Return the first recording of a batch as two models forecast it."""
+    one = batch.take([0])
+    first = shown_of(one.samples)
+    before, after = (predicted(model, one, roles)[0, first:] for model in (nominal, extended))
+    rate = roles.noise_model.rate
+    return Example(one.names[0], rate, first / rate, roles.sensors, one.data[0, first:], before, after, frequencies)
+
+
+def draw_example(path: Path, example: Example) -> Path:
+    """Draw the channels over time, and below them the spectra of the errors with the natural frequencies."""
+    shown = example.most_wrong(CHANNELS)
+    labels = channel_labels([example.sensors[i] for i in shown])
+    time = example.first + np.arange(len(example.measured)) / example.rate
+    title = f"{example.recording}, forecast from its first fifth"
+    with figure(path, len(shown) + 1, 1, title) as (sheet, axes):
+        for axis, column, label in zip(axes, shown, labels, strict=False):
+            axis.plot(time, example.measured[:, column], label="measured", color="#555555", linewidth=3.2, alpha=0.45)
+            for name, colour in COLOURS.items():
+                axis.plot(time, getattr(example, name)[:, column], label=name, color=colour, linewidth=WIDTHS[name])
+            axis.set_ylabel(label)
+            axis.margins(x=0)
+            low, high = example.measured[:, column].min(), example.measured[:, column].max()
+            axis.set_ylim(low - ROOM * (high - low), high + ROOM * (high - low))  # a forecast may run away
+        axes[-2].set_xlabel("time (s)")
+        for name, colour in COLOURS.items():
+            axes[-1].semilogy(*(part[1:] for part in example.spectrum(name)), color=colour, linewidth=WIDTHS[name])
+        for frequency in example.frequencies:
+            axes[-1].axvline(frequency, color="#999999", linewidth=0.7, linestyle=":")
+        axes[-1].set(xlabel="frequency (Hz); dotted: natural frequencies", ylabel="error / size")
+        widest = WIDTH * example.frequencies.max() if len(example.frequencies) else example.rate
+        axes[-1].set_xlim(0, min(widest, example.rate / 2))
+        sheet.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3, frameon=False)
+    return path

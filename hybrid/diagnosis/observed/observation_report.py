@@ -1,0 +1,112 @@
+"""What the nominal simulation gets wrong, as tables for a terminal and as plain data."""
+
+from typing import Any
+
+import numpy as np
+
+from hybrid.diagnosis.observed.amplitude_dependence import Amplitude
+from hybrid.diagnosis.observed.observations import Modes, Observations
+from hybrid.diagnosis.recorded.spectra import HARDLY_SHOWN
+
+CLEAR = 3.0  # standard deviations: a change with amplitude beyond is called one
+
+
+def describe_observations(shown: Observations) -> list[str]:
+    """Return tables of channels, modes and amplitudes."""
+    return [
+        "What the nominal simulation shows (forecast NRMSE over the last 80 % of each recording):",
+        f"  {'channel':12s} {'nominal':>9s} {'calibrated':>11s} {'noise floor':>12s} {'noise (std)':>18s}"
+        f" {'of error':>9s}",
+        *_channels(shown),
+        "  The modes: nominal, calibrated, and of the linear model that follows best (-: hardly seen):",
+        f"  {'':4s} {'frequency (Hz)':^29s} {'damping ratio':^26s} {'shapes':>6s} {'of motion':>10s} {'of error':>9s}",
+        f"  {'mode':4s} {'nominal':>9s} {'calibr.':>9s} {'observed':>9s} {'nominal':>8s} {'calibr.':>8s}"
+        f" {'observed':>8s} {'MAC':>6s}",
+        *_modes(shown),
+        *([] if shown.amplitude is None else _amplitude(shown.amplitude)),
+    ]
+
+
+def observations_table(shown: Observations) -> dict[str, Any]:
+    """Return the same as plain data, ready for JSON; None where a sensor is not fitted."""
+    channels = [
+        {
+            "name": sensor.name,
+            "nominal": float(errors[0]),
+            "calibrated": float(errors[1]),
+            "noise_floor": _number(errors[2]),
+            "noise_std": _number(noise),
+            "share_of_error": _number(share),
+        }
+        for sensor, errors, noise, share in zip(
+            shown.sensors, shown.errors.T, shown.noise, shown.error_share, strict=True
+        )
+    ]
+    by_name: dict[str, Modes] = {
+        "nominal": shown.nominal,
+        "calibrated": shown.calibrated,
+        "observed": shown.observed,
+    }
+    modes = {
+        name: {"frequencies": each.frequencies.tolist(), "damping_ratios": each.ratios.tolist()}
+        for name, each in by_name.items()
+    }
+    energy = {"motion": shown.motion_energy.tolist(), "error": shown.error_energy.tolist()}
+    sizes = None if shown.amplitude is None else {key: part.tolist() for key, part in vars(shown.amplitude).items()}
+    return {
+        "channels": channels,
+        "modes": modes,
+        "mac": shown.mac.tolist(),
+        "energy_by_mode": energy,
+        "amplitude": sizes,
+    }
+
+
+def _number(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None
+
+
+def _channels(shown: Observations) -> list[str]:
+    lines = []
+    rows = zip(shown.sensors, shown.errors.T, shown.noise, shown.error_share, strict=True)
+    for sensor, (nominal, calibrated, floor), noise, share in rows:
+        line = f"  {sensor.name:12s} {nominal:9.4f} {calibrated:11.4f}"
+        known = np.isfinite(noise)
+        lines.append(
+            line + (f" {floor:12.4f} {f'{noise:.3g} {sensor.unit}':>18s} {share:9.0%}" if known else "     held out")
+        )
+    return lines
+
+
+def _modes(shown: Observations) -> list[str]:
+    count = min(len(each.frequencies) for each in (shown.nominal, shown.calibrated, shown.observed))
+    lines = []
+    for mode in range(count):
+        three = (shown.nominal, shown.calibrated, shown.observed)
+        frequencies = " ".join(f"{each.frequencies[mode]:9.4f}" for each in three)
+        ratios = " ".join(f"{each.ratios[mode]:z8.4f}" for each in three[:2])
+        seen = shown.motion_energy[mode] >= HARDLY_SHOWN
+        ratios += f" {shown.observed.ratios[mode]:z8.4f}" if seen else f" {'-':>8s}"
+        lines.append(
+            f"  {mode + 1:4d} {frequencies} {ratios} {shown.mac[mode]:6.3f} {shown.motion_energy[mode]:10.0%}"
+            f" {shown.error_energy[mode]:9.0%}"
+        )
+    return lines
+
+
+def _amplitude(found: Amplitude) -> list[str]:
+    lines = [
+        "  With the size of the motion (segments of the recordings, all modes in common) the observed values change:",
+        f"  {'size':>6s} {'frequency':>18s} {'damping':>18s}",
+    ]
+    for size, f, f_std, d, d_std in zip(*vars(found).values(), strict=True):
+        lines.append(f"  {size:6.0%} {f:+8.2%} +- {f_std:6.2%} {d:+8.0%} +- {d_std:6.0%}")
+    change = found.frequency[-1] - found.frequency[0]
+    std = float(np.hypot(found.frequency_std[-1], found.frequency_std[0]))
+    if abs(change) <= CLEAR * std:
+        return [*lines, "  No change of stiffness with size is told."]
+    word = "stiffer" if change > 0 else "softer"
+    return [
+        *lines,
+        f"  The structure is {word} where it moves more: what is wrong is not linear, or changes as motions die away.",
+    ]

@@ -1,0 +1,54 @@
+"""What is off in all modes: frequencies by a sampling rate or a unit, damping by what the simulation assumes of it."""
+
+import numpy as np
+
+from fe_models.arrays import BoolArray
+from fe_models.recordings import Uncertainty
+from hybrid.diagnosis.observed.observations import Observations
+
+SEEN = (0.01, 0.8)  # share of the motion, and MAC, of a mode that tells
+ALIKE = 1.05  # largest over smallest ratio: local causes move modes each by its own
+FAR = 0.15  # a uniform error of stiffness that is normal moves them by a few hundredths ...
+DAMPED = 1.5  # times the nominal damping ratios, or a part of them: no place damps all modes alike ...
+STATED = 4.0  # ... and this many times what they are stated to be uncertain by, if that is more
+NORMAL = 1.5  # ... or by this many times what stiffness and mass are stated to be uncertain by, half of it in frequency
+
+
+def uniform_frequency_error(shown: Observations, uncertainty: Uncertainty) -> list[str]:
+    """Return a note where two modes or more are observed at nearly the same multiple of their nominal frequency.
+
+    Overdamped modes are in neither list, so that of one there may be more than of the other.
+    """
+    count, told = _told(shown)
+    ratios = (shown.observed.frequencies[:count] / shown.nominal.frequencies[:count])[told]
+    if len(ratios) < 2 or ratios.max() > ALIKE * ratios.min():
+        return []
+    usual = float(np.median(ratios))
+    far = 1 + max(FAR, NORMAL * (uncertainty.stiffness + uncertainty.mass))
+    if 1 / far < usual < far:
+        return []
+    return [
+        f"all natural frequencies that are well seen are observed at {usual:.3g} times the nominal ones: "
+        "check sampling_rate, and the units of the model's stiffness and mass"
+    ]
+
+
+def uniform_damping_error(shown: Observations, uncertainty: Uncertainty) -> list[str]:
+    """Return a note where all modes that are well seen, two or more, are observed damped far more, or far less."""
+    count, told = _told(shown)
+    observed, nominal = shown.observed.ratios[:count][told], shown.nominal.ratios[:count][told]
+    far = max(DAMPED, 1 + STATED * uncertainty.damping)
+    if len(observed) < 2 or not (np.all(observed > far * nominal) or np.all(far * observed < nominal)):
+        return []
+    modes = ", ".join(str(mode + 1) for mode in np.flatnonzero(told))
+    seen, assumed = (", ".join(f"{ratio:.2g}" for ratio in ratios) for ratios in (observed, nominal))
+    return [
+        f"modes {modes} are observed with damping ratios of {seen} instead of {assumed}: "
+        "check the damping that the simulation assumes ([simulation] damping_ratio, or that of the model)"
+    ]
+
+
+def _told(shown: Observations) -> tuple[int, BoolArray]:
+    """Return how many modes are in both lists, observed and nominal, and which of these are well seen."""
+    count = min(len(modes.frequencies) for modes in (shown.observed, shown.nominal))
+    return count, (shown.motion_energy[:count] > SEEN[0]) & (shown.mac[:count] > SEEN[1])

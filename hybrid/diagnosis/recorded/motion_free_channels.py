@@ -1,0 +1,127 @@
+"""What channels show beside a structure's motion: offsets and drifts of their sensors, told from free decays."""
+
+from dataclasses import dataclass
+from math import ceil
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+from scipy import stats
+from scipy.linalg import block_diag, eigh, orth
+
+from fe_models.arrays import TINY, ComplexArray, FloatArray
+from fe_models.recordings import Dataset, Recording
+
+PERIODS = 1.5  # of the slowest mode: in shorter recordings a part of an oscillation looks like an offset
+ROOM = 20.0  # samples a mode: fewer hardly tell poles
+SPARE = 2  # modes told beside the nominal ones: an offset with a drift, and what is not linear
+SLOW = 0.5  # of the slowest mode: what is slower is no motion of the structure
+ALIKE = 1.5  # of the slowest mode's periods: as much is looked at together to tell its pole ...
+MOST = 0.3  # ... but no more of the shortest recording ...
+LARGEST = 1500  # ... and no more values of all sensors: their products must be held
+ROUNDING = 1e-9  # of the largest value: recordings without noise have as much
+OFFSET = 1e-6  # so often at most chance makes an offset that is one, or two that differ
+OTHERWISE = 1e-3  # so often at most chance makes what tells a drift from an offset
+
+
+@dataclass(frozen=True)
+class MotionFreeChannel:
+    """One channel of all training recordings, one behind the other, less what may be motion.
+
+    ``values`` (value,); what becomes in the same way of an offset of one in each recording, ``own`` (recording, value),
+    and of a drift of one a second, ``drift`` (value,). As many as ``free`` of the values are independent.
+    """
+
+    values: FloatArray
+    own: FloatArray
+    drift: FloatArray
+    free: int
+
+    def offset(self) -> float | None:
+        """Return the offset that all recordings share; None where there is none, or a drift explains it as well."""
+        none, alike, drift = self.own[:0], self.own.sum(axis=0)[None], self.drift[None]
+        both = np.vstack([alike, drift])
+        if self._chance(none, alike) > OFFSET or self._chance(drift, both) > OTHERWISE:
+            return None
+        return float(self._fit(both if self._chance(alike, both) < OTHERWISE else alike)[0])
+
+    def differing(self) -> FloatArray | None:
+        """Return the offset of each recording (recording,) where these differ, whether or not there is a drift."""
+        alike, all_courses = np.vstack([self.own.sum(axis=0), self.drift]), np.vstack([self.own, self.drift])
+        if len(self.own) < 2 or self._chance(alike, all_courses) > OFFSET:
+            return None
+        return self._fit(all_courses)[:-1]
+
+    def _chance(self, fewer: FloatArray, more: FloatArray) -> float:
+        """Return how often white noise makes as much of what only ``more`` courses (course, value) explain."""
+        all_courses = np.vstack([self.own, self.drift])
+        free, further = self.free - len(all_courses), len(more) - len(fewer)
+        explained = (self._left(fewer) - self._left(more)) / further
+        noise = max(self._left(all_courses) / free, (ROUNDING * np.abs(self.values).max()) ** 2, TINY)
+        return float(stats.f.sf(explained / noise, further, free))
+
+    def _left(self, courses: FloatArray) -> float:
+        """Return the sum of squares that ``courses`` leave."""
+        left = self.values - self._fit(courses) @ courses
+        return float(left @ left)
+
+    def _fit(self, courses: FloatArray) -> FloatArray:
+        """Return the factor of each course."""
+        return np.asarray(np.linalg.lstsq(courses.T, self.values, rcond=None)[0])
+
+
+def motion_free_channels(dataset: Dataset, nominal: ComplexArray) -> tuple[MotionFreeChannel, ...]:
+    """Return each channel (sensor,) beside motion; none where all recordings are too short to tell it.
+
+    ``nominal`` (mode,): poles of the nominal structure (rad/s, one of each pair), as many as the recordings may show.
+    """
+    rate = dataset.sampling_rate
+    period = 2 * np.pi / float(np.abs(nominal).min()) * rate  # of the slowest mode, in samples
+    least = max(PERIODS * period, ROOM * len(nominal))
+    courses = [_courses(r, part, rate) for r in dataset.select("train") for part in r.data if len(part) >= least]
+    if not courses:
+        return ()
+    together = ceil(min(MOST * min(map(len, courses)), ALIKE * period, LARGEST / len(dataset.sensors)))
+    poles = _poles([each[:, :-2] for each in courses], together, 2 * (len(nominal) + SPARE))
+    poles = poles[poles.imag > SLOW * 2 * np.pi / period]
+    parts = [_less_motion(each, poles) for each in courses]
+    own = block_diag(*[rest[:, -2] for rest, _ in parts])
+    whole = np.concatenate([rest for rest, _ in parts])
+    free = sum(independent for _, independent in parts)
+    return tuple(MotionFreeChannel(channel, own, whole[:, -1], free) for channel in whole[:, :-2].T)
+
+
+def _courses(recording: Recording, data: FloatArray, rate: float) -> FloatArray:
+    """Return the channels of a motion (time, sensor), an offset of one and a drift of one a second, (time, course)."""
+    time = (recording.skipped + np.arange(len(data))) / rate
+    return np.column_stack([data, np.ones_like(time), time])
+
+
+def _poles(motions: list[FloatArray], together: int, count: int) -> ComplexArray:
+    """Return ``count`` poles, a sample, of ``motions`` (time, sensor) in all, told by samples that come ``together``.
+
+    What spans all such stretches turns by the poles from one sample to the next (ESPRIT; Roy & Kailath, 1989). An
+    offset is a pole at zero.
+    """
+    size = np.maximum(np.sqrt(np.mean([motion.var(axis=0) for motion in motions], axis=0)), TINY)
+    sensors = len(size)
+    products = np.zeros((together * sensors, together * sensors))
+    for motion in motions:
+        stretches = sliding_window_view(motion / size, together, axis=0)  # (start, sensor, sample)
+        flat = stretches.transpose(0, 2, 1).reshape(len(stretches), -1)
+        products += flat.T @ flat
+    count = min(count, (together - 1) * sensors)
+    _, space = eigh(products, subset_by_index=(len(products) - count, len(products) - 1))
+    turned = np.linalg.lstsq(space[:-sensors], space[sensors:], rcond=None)[0]
+    return np.log(np.linalg.eigvals(turned).astype(complex))
+
+
+def _less_motion(courses: FloatArray, poles: ComplexArray) -> tuple[FloatArray, int]:
+    """Return ``courses`` (time, course) less free decays with ``poles`` (a sample), and how many values are free.
+
+    That is any course exp(s t) with a pole, and t exp(s t): to first order, one with another frequency or damping.
+    """
+    time = np.arange(len(courses)) / len(courses)
+    waves = np.exp(np.outer(time, np.minimum(poles.real, 0.0) * len(courses) + 1j * poles.imag * len(courses)))
+    waves = np.hstack([waves, time[:, None] * waves])
+    Q = orth(np.hstack([waves.real, waves.imag]))
+    return courses - Q @ (Q.T @ courses), len(courses) - Q.shape[1]

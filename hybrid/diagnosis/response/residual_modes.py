@@ -1,0 +1,63 @@
+"""Residual coordinates: how a frame gives way to force laws in the modes that are not followed.
+
+One for each place where a law pulls: the static shape of those modes under that pull (residual attachment modes: Craig,
+Structural Dynamics, 1981, ch. 19). Statically exact; a law that holds its place, as friction does, works against their
+flexibility, and without it sticks and slips at other times.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import eigh
+
+from fe_models.arrays import FloatArray
+from hybrid.diagnosis.nominal.plant import Plant
+
+FOLDED = 0.05  # of a motion: what a low-pass leaves where sampling folds the stiffest coordinates to
+NEGLIGIBLE = 1e-9  # of a place's flexibility: rounding
+SAME = 1e-9  # of the largest generalised mass: shapes of laws at one place, which are one
+
+
+@dataclass(frozen=True)
+class ResidualModes:
+    """Oscillators of the nominal structure, at rest but for the forces of laws.
+
+    ``omega`` (coordinate,), rad/s, ``ratio`` (coordinate,) of damping, ``shapes`` (dof, coordinate), mass-normalised
+    where not slowed (see `residual_modes_of`), and ``pulled`` (coordinate, law), their part in each law's elongation.
+    """
+
+    omega: FloatArray
+    ratio: FloatArray
+    shapes: FloatArray
+    pulled: FloatArray
+
+
+def residual_modes_of(plant: Plant, pulls: list[FloatArray]) -> ResidualModes | None:
+    """Return the residual coordinates of laws with ``pulls`` (dof,) on the nominal plant; None where it needs none.
+
+    Those too fast for the recordings' sampling are slowed, by more mass, and as soft as before: what they add hardly
+    moves then.
+    """
+    if plant.kept is None or not pulls:
+        return None
+    every = np.stack(pulls, axis=1)  # (dof, law)
+    bent, whole = np.stack([plant.left_out(pull) for pull in pulls], axis=1), plant.static(every)
+    bent = bent[:, np.sum(every * bent, axis=0) > NEGLIGIBLE * np.sum(every * whole, axis=0)]
+    if not bent.size:
+        return None
+    bent = bent / np.sqrt(np.sum(bent * (plant.mass @ bent), axis=0))
+    weight, turned = eigh(bent.T @ (plant.mass @ bent))
+    felt = weight > SAME * weight[-1]
+    white = turned[:, felt] / np.sqrt(weight[felt])
+    square, own = eigh(white.T @ (bent.T @ (plant.stiffness @ bent)) @ white)
+    shapes, omega = bent @ (white @ own), np.sqrt(square)
+    slowed = np.minimum(omega, 2 * np.pi * _fastest(plant))
+    shapes = shapes * (slowed / omega)
+    ratio = np.einsum("dr,dr->r", shapes, plant.damping @ shapes) / (2 * slowed) + plant.ratios[-1]
+    return ResidualModes(slowed, np.asarray(ratio), shapes, np.asarray(shapes.T @ every))
+
+
+def _fastest(plant: Plant) -> float:
+    """Return the frequency (Hz) from which on a motion, once sampled, would look like one that the low-pass leaves."""
+    clear = plant.rate / 2 if plant.lowpass is None else plant.rate - plant.lowpass.reach(FOLDED)
+    return max(clear, plant.highest)

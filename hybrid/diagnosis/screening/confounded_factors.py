@@ -1,0 +1,38 @@
+"""Causes that do what an uncertain factor does: a calibration far off has taken their place, and hides them from the
+score test.
+"""
+
+import numpy as np
+
+from fe_models.effects import StiffnessChange
+from hybrid.diagnosis.causes.candidate import Candidate
+from hybrid.diagnosis.fitting.least_squares import Fit
+from hybrid.diagnosis.nominal.plant import Plant
+from hybrid.diagnosis.screening.screening import Screened
+
+
+def confounded_candidates(fit: Fit, candidates: tuple[Candidate, ...]) -> list[Screened]:
+    """Return those candidates at what the calibration of a ``fit`` has made of their factors, which go back to nominal.
+
+    Most promising first: as far as the factor is off, squared, the sum of squares will fall.
+    """
+    found = []
+    for candidate in candidates:
+        number = _factor_of(candidate, fit.hypothesis.plant)
+        if number is not None:
+            amount, shift = float(fit.theta[number]), np.zeros_like(fit.theta)
+            shift[number] = -amount
+            start = (candidate.neutral[0] * float(np.exp(amount)),)
+            found.append(Screened(candidate, start, amount**2 * float(fit.hypothesis.precision[number]), shift))
+    return sorted(found, key=lambda trial: -trial.gain)
+
+
+def _factor_of(candidate: Candidate, plant: Plant) -> int | None:
+    """Return the number of the uncertain factor that does the same as a candidate, None without one."""
+    if candidate.mode is not None:
+        return len(plant.parts) + candidate.mode if candidate.mode < len(plant.ratios) else None
+    if candidate.kind == StiffnessChange.kind:
+        for number, part in enumerate(plant.parts):
+            if part.quantity == "stiffness" and part.location == candidate.location:
+                return number
+    return None

@@ -1,0 +1,38 @@
+"""What a simulation assumes and the diagnosis does not follow is told."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fe_models.built_in.four_dof import four_dof
+from fe_models.recordings import Assumptions, Dataset, Recording, Sensor
+from hybrid.diagnosis.nominal.ignored_assumptions import ignored_assumptions
+from hybrid.diagnosis.nominal.plant import plant_of
+from tests.masts import masts, recorded
+
+
+def test_modes_of_a_chain_beyond_its_low_pass_are_not_asked_for() -> None:
+    sensor = Sensor("x1", 1, "x", "displacement", "m")
+    data = np.random.default_rng(0).standard_normal((1, 300, 1))
+    for lowpass, told in ((None, 1), (0.25, 0)):
+        given = Dataset(four_dof(), 10.0, (sensor,), (Recording("r", data),), lowpass, Assumptions(modes=2))
+        assert len(ignored_assumptions(plant_of(given), given.assumptions)) == told
+
+
+@pytest.mark.parametrize(
+    ("assumptions", "told"),
+    [
+        (Assumptions(), []),
+        (Assumptions(modes=4), []),
+        (Assumptions(modes=3), ["keeps 3 modes, and the recordings can show 4"]),
+        (Assumptions(integrator="newmark", step=0.01), []),
+        (Assumptions(modes=1, integrator="newmark"), ["keeps 1 modes", '"newmark" has no step']),
+    ],
+)
+def test_what_is_not_followed_is_told(assumptions: Assumptions, told: list[str]) -> None:
+    dataset = recorded(masts())
+    plant = plant_of(replace(dataset, assumptions=assumptions))
+    notes = ignored_assumptions(plant, assumptions)
+    assert len(notes) == len(told)
+    assert all(words in note for words, note in zip(told, notes, strict=True))

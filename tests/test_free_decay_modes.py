@@ -1,0 +1,128 @@
+"""What recordings tell by themselves: lines, backbones, combinations, and whether they are of one structure."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from fe_models.arrays import FloatArray
+from fe_models.assembly import linearise
+from fe_models.built_in.bridge import bridge
+from fe_models.files.bridge_recordings import bridge_sensors
+from fe_models.files.dataset_file import save_dataset
+from fe_models.modes import natural_modes
+from fe_models.recordings import Dataset, Recording
+from hybrid.identification.agreement import left_by_each, window_of
+from hybrid.identification.backbone import backbone_of
+from hybrid.identification.combinations import combinations_of
+from hybrid.identification.free_decay_modes import identify_modes
+from hybrid.identification.recording_comparison import compare_recordings
+from scripts.compare_recordings import app
+
+RATE, SAMPLES = 100.0, 2000
+TIME = np.arange(SAMPLES) / RATE
+SHAPES = np.array([[1.0, 0.5, -0.2], [-0.3, 1.0, -0.4], [0.1, 0.6, 1.0]])
+
+
+def decay(frequencies: list[float], ratios: list[float], sizes: list[float], shapes: FloatArray) -> FloatArray:
+    """Return damped cosines (time, sensor) with ``shapes`` (line, sensor) and a little noise."""
+    omega = 2 * np.pi * np.array(frequencies)
+    waves = np.exp(-np.array(ratios) * omega * TIME[:, None]) * np.cos(omega * TIME[:, None] + 0.3)
+    noise = 1e-3 * np.random.default_rng(0).standard_normal((SAMPLES, shapes.shape[1]))
+    return np.asarray((waves * sizes) @ shapes + noise)
+
+
+def test_lines_come_back_with_frequency_damping_and_shape() -> None:
+    lines = identify_modes(
+        decay([3.9, 6.3, 7.1], [0.004, 0.003, 0.01], [1.0, 0.6, 0.2], SHAPES), RATE, 3.9, 30.0, count=3
+    )
+    # 2000 samples of noise a thousandth as large as the strongest line leave errors near 1e-5 (Cramer and Rao)
+    np.testing.assert_allclose(lines.frequencies, [3.9, 6.3, 7.1], rtol=1e-4)
+    np.testing.assert_allclose(lines.ratios, [0.004, 0.003, 0.01], rtol=0.02)
+    np.testing.assert_allclose(lines.shapes.T, SHAPES, atol=0.02)
+    assert lines.left < 1e-3
+
+
+@pytest.mark.parametrize("softening", [0.0, 0.02])
+def test_backbone_shows_how_frequency_falls_with_amplitude(softening: float) -> None:
+    amplitude = np.exp(-0.1 * TIME)
+    phase = 2 * np.pi * np.cumsum(3.9 * (1 - softening * amplitude**2)) / RATE
+    other = 0.5 * np.cos(2 * np.pi * 6.3 * TIME)
+    data = np.outer(amplitude * np.cos(phase), [1.0, 0.5]) + np.outer(other, [-0.5, 1.0])
+    curve = backbone_of(data, np.array([1.0, 0.5]), 3.9, RATE)
+    expected = 3.9 * (1 - softening * curve.amplitude**2)
+    # the change of amplitude within a span of time blurs its mean by a few per cent of the fall of 0.08 Hz
+    np.testing.assert_allclose(curve.frequency, expected, atol=2e-3)
+    assert np.ptp(curve.frequency) > 0.04 or softening == 0
+    np.testing.assert_allclose(
+        curve.ratio, 0.1 / (2 * np.pi * curve.frequency), rtol=0.05
+    )  # the band takes a little where the frequency moves
+
+
+def test_a_force_that_is_not_linear_leaves_sums_and_differences() -> None:
+    linear = decay([3.9, 6.3], [0.004, 0.003], [1.0, 0.6], SHAPES[:2])
+    bent = linear + 0.02 * linear**2
+    assert max(item.over for item in combinations_of(linear, RATE, (3.9, 6.3))) < 20  # noise, and feet of the lines
+    found = {(item.first, item.second): item for item in combinations_of(bent, RATE, (3.9, 6.3))}
+    for pair in ((-1, 1), (2, 0), (1, 1)):
+        assert found[pair].over > 100
+        assert abs(found[pair].found - found[pair].expected) < 0.06  # the resolution of 20 s
+
+
+def test_another_structure_leaves_most_unexplained() -> None:
+    same = [decay([3.9, 6.3], [0.004, 0.003], sizes, SHAPES[:2]) for sizes in ([1.0, 0.6], [0.3, -0.9])]
+    other = decay([3.7, 5.9], [0.004, 0.003], [1.0, 0.6], SHAPES[1:])
+    recordings = [*same, other]
+    lines = [identify_modes(data, RATE, 3.9, 30.0, count=2) for data in recordings]
+    left = left_by_each(lines, recordings, RATE, window_of(lines, recordings, RATE))
+    assert left[:2, :2].max() < 0.01
+    assert left[2, 2] < 0.01
+    assert min(left[2, :2].min(), left[:2, 2].min()) > 0.5
+
+
+@pytest.fixture
+def dataset() -> Dataset:
+    """Two decays in the bridge's modes 2 and 3, mode 2 12 % above the nominal frequency, and one of mode 3 lower."""
+    model = linearise(bridge())
+    sensors = bridge_sensors()
+    modal = natural_modes(model, 3)
+    shapes = modal.shapes[[model.dofs.row(s.node, s.direction) for s in sensors]][:, 1:].T
+    shapes = shapes / np.abs(shapes).max(axis=1, keepdims=True)
+    f2, f3 = 1.12 * modal.frequencies[1], modal.frequencies[2]
+    tones = {"a": ([f2, f3], [1.0, 0.6]), "b": ([f2, f3], [0.4, 0.8]), "c": ([f2, 0.93 * f3], [1.0, 0.6])}
+    recordings = tuple(
+        Recording(name, decay(list(both), [0.004, 0.003], sizes, shapes)[None], "train")
+        for name, (both, sizes) in tones.items()
+    )
+    return Dataset(bridge(), RATE, sensors, recordings, lowpass=30.0)
+
+
+def test_modes_are_found_by_shape_and_the_odd_recording_stands_out(dataset: Dataset) -> None:
+    compared = compare_recordings(dataset)
+    assert compared.followed == (1, 2)
+    for observed, third in zip(compared.recordings, (1.0, 1.0, 0.93), strict=True):
+        seen = [observed.lines.frequencies[observed.chosen[mode]] for mode in compared.followed]
+        np.testing.assert_allclose(seen / compared.nominal[1:3], [1.12, third], rtol=1e-3)
+        assert min(observed.criterion[mode, observed.chosen[mode]] for mode in compared.followed) > 0.999
+    assert max(compared.left[0, 1], compared.left[1, 0]) < 0.05 < 0.1 < min(compared.left[2, :2])
+
+
+def test_script_prints_tables_and_draws(dataset: Dataset, tmp_path: Path) -> None:
+    short = replace(dataset, recordings=dataset.recordings[:2])
+    file = save_dataset(short, tmp_path, "bridge")
+    answer = CliRunner().invoke(app, [str(file), "--out", str(tmp_path / "out")])
+    assert answer.exit_code == 0, answer.output
+    assert "+12.0%" in answer.output
+    for name in ("backbones.png", "spectra.png"):
+        assert (tmp_path / "out" / name).stat().st_size > 10_000
+
+
+def test_recordings_too_short_for_a_backbone_are_compared_all_the_same(dataset: Dataset, tmp_path: Path) -> None:
+    short = tuple(replace(r, data=r.data[:, : round(3 * RATE)]) for r in dataset.recordings[:2])
+    file = save_dataset(replace(dataset, recordings=short), tmp_path, "bridge")
+    answer = CliRunner().invoke(app, [str(file), "--out", str(tmp_path / "out")])
+    assert answer.exit_code == 0, answer.output
+    assert "windows of 3 s" in answer.output
+    assert "too short to tell" in answer.output
