@@ -6,7 +6,7 @@ from hybrid.diagnosis.learned.gain import Gain, Trained
 from hybrid.diagnosis.observed.observation_report import describe_observations, observations_table
 from hybrid.diagnosis.outcome.advice import Advice
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
-from hybrid.diagnosis.outcome.findings import Finding, at_place
+from hybrid.diagnosis.outcome.findings import NOT_ON_THE_LIST, OTHER_CAUSES, Finding, at_place
 from hybrid.diagnosis.outcome.verdict import MATERIAL, Verdict
 
 WORDS = {
@@ -18,6 +18,13 @@ WORDS = {
 ALIKE = {
     True: "  All recordings are of one structure, as far as they tell.",
     False: "  The recordings are not all alike: see below.",
+}
+UNSURE = "The simulation is wrong. These sensors cannot tell which of several causes it is; the likeliest is below."
+UNSURE_PLACE = "The simulation is wrong. The kind of its cause is probably the one below; sensors leave its place open."
+LIKELY = 0.5  # least probability of a cause that a headline calls named
+REMAINDERS = {
+    OTHER_CAUSES: "Other causes, each less probable, or several at once",
+    NOT_ON_THE_LIST: "Something that is not on the list of causes",
 }
 REACHED = "as well as the noise lets it"
 NEARLY = "nearly as well as the noise lets it, and leaves nothing but noise of the training recordings"
@@ -54,6 +61,7 @@ def _table(diagnosis: Diagnosis) -> dict[str, Any]:
     return {
         "schema": 1,
         "verdict": diagnosis.verdict.value,
+        "headline": headline(diagnosis),
         "findings": [_finding(finding) for finding in diagnosis.findings],
         "calibration": [
             {"what": item.quantity, "location": item.location, "factor": {"value": item.factor, "std": item.std}}
@@ -103,19 +111,20 @@ def _finding(finding: Finding) -> dict[str, Any]:
 def describe_diagnosis(diagnosis: Diagnosis, gain: Gain | None = None) -> str:
     """Return the report in a few lines."""
     shown = diagnosis.shown
+<<<<<<< HEAD
     causes = "the causes are" if len(diagnosis.findings) > 1 else "the cause is"
     error = diagnosis.scores["extended"]["measured"]
     reach = REACHED if error is None or error <= (1 + MATERIAL) * diagnosis.noise_floor else NEARLY
     lines = [*describe_observations(shown), *([] if diagnosis.alike is None else [ALIKE[diagnosis.alike]])]
     lines += ["", WORDS[diagnosis.verdict].format(causes=causes, reach=reach)]
+=======
+    lines = [*describe_shown(shown), *([] if diagnosis.alike is None else [ALIKE[diagnosis.alike]])]
+    lines += ["", headline(diagnosis)]
+>>>>>>> a1b4a8f (Headline, probability and gain agree: what a cap withholds goes to what is not on the list, and no headline is surer than its names)
     for finding in diagnosis.findings:
         lines.append(f"- {finding.sentence}")
         lines.append(f"  Probability {finding.probability:.2f}; {_explained(finding)}.")
-        for item in finding.alternatives[:RIVALS]:
-            where = at_place(item.location)
-            lines.append(f"  These sensors cannot rule out: {item.kind} {where} ({item.probability:.2f}).")
-        if len(finding.alternatives) > RIVALS:
-            lines.append(_more_rivals(finding))
+        lines += _rival_lines(finding)
     base, extended = diagnosis.scores["baseline"], diagnosis.scores["extended"]
     after = "after" if diagnosis.findings else "without a named cause"
     rest = f"; left unexplained {diagnosis.unexplained:.1%}" if diagnosis.findings else ""
@@ -131,14 +140,42 @@ def describe_diagnosis(diagnosis: Diagnosis, gain: Gain | None = None) -> str:
     return "\n".join(lines)
 
 
-def _more_rivals(finding: Finding) -> str:
-    """Return a line on the rivals that are not told one by one: on a stiff deck every node may be one."""
-    same = [item.probability for item in finding.alternatives if item.kind == finding.cause.kind]
-    more = f"  And {len(finding.alternatives) - RIVALS} more."
-    if not same:
-        return more
-    total = finding.probability + sum(same)
-    return f"{more} That it is a {finding.cause.kind}, here or at one of {len(same)} other places: {total:.2f}."
+def headline(diagnosis: Diagnosis) -> str:
+    """Return the answer in one sentence, no surer than the probabilities of what it names."""
+    error = diagnosis.scores["extended"]["measured"]
+    reach = REACHED if error is None or error <= (1 + MATERIAL) * diagnosis.noise_floor else NEARLY
+    unsure = [finding for finding in diagnosis.findings if finding.probability < LIKELY]
+    if diagnosis.verdict is Verdict.EXPLAINED and unsure:
+        return UNSURE_PLACE if all(_of_kind(finding) >= LIKELY for finding in unsure) else UNSURE
+    causes = "the causes are" if len(diagnosis.findings) > 1 else "the cause is"
+    return WORDS[diagnosis.verdict].format(causes=causes, reach=reach)
+
+
+def _of_kind(finding: Finding) -> float:
+    """Return the probability that it is a cause of this kind, at whatever place."""
+    same = (item.probability for item in finding.alternatives if item.kind == finding.cause.kind)
+    return finding.probability + sum(same)
+
+
+def _rival_lines(finding: Finding) -> list[str]:
+    """Return a line on each of the first rivals, one on the others (on a stiff deck every node may be one), and those
+    on what is left.
+    """
+    rivals = [item for item in finding.alternatives if not item.is_remainder]
+    lines = [
+        f"  These sensors cannot rule out: {item.kind} {at_place(item.location)} ({item.probability:.2f})."
+        for item in rivals[:RIVALS]
+    ]
+    if len(rivals) > RIVALS:
+        places = sum(item.kind == finding.cause.kind for item in rivals)
+        of_kind = (
+            f" That it is a {finding.cause.kind}, here or at one of {places} other places: {_of_kind(finding):.2f}."
+            if places
+            else ""
+        )
+        lines.append(f"  And {len(rivals) - RIVALS} more.{of_kind}")
+    rest = [item for item in finding.alternatives if item.is_remainder]
+    return lines + [f"  {REMAINDERS[item.kind]}: {item.probability:.2f}." for item in rest]
 
 
 def _hybrid_lines(gain: Gain) -> list[str]:

@@ -36,6 +36,9 @@ TOO_SOFT = "{place} is held by {stiffness} only, where the model holds it rigidl
 UNITS = {"1": "", "unit/s": " of its units a second"}  # in words, where the symbol does not say it
 
 OF_EACH = ("phase",)  # parameters of which each recording has its own
+NOT_ON_THE_LIST = "not_on_the_list"  # what is said in a cause's place where it may be something that no kind describes,
+OTHER_CAUSES = "other_causes"  # and where it is a cause too improbable to be listed by itself, or several at once
+
 NUDGE = 1e-6  # relative: the finite difference between a search's parameter and the reported one
 
 
@@ -50,11 +53,20 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Alternative:
-    """What may stand in a finding's place: its ``kind`` and ``location``, and its ``probability``."""
+    """What may stand in a finding's place: its ``kind`` and ``location``, and its ``probability``.
+
+    With those of all alternatives a finding's probability adds up to one: the remainder is `OTHER_CAUSES` and
+    `NOT_ON_THE_LIST`, which are nowhere.
+    """
 
     kind: str
     location: dict[str, Any]
     probability: float
+
+    @property
+    def is_remainder(self) -> bool:
+        """Whether it stands for all that is not listed by itself."""
+        return self.kind in (NOT_ON_THE_LIST, OTHER_CAUSES)
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,16 @@ from fe_models.arrays import TINY, FloatArray
 from hybrid.diagnosis.contest.posterior import of_candidate, rivals_of
 from hybrid.diagnosis.fitting.forecast_score import ForecastModel
 from hybrid.diagnosis.outcome.acting import recordings_of
-from hybrid.diagnosis.outcome.findings import Alternative, Finding, cause_of, is_held, reported_location, sentence_of
+from hybrid.diagnosis.outcome.findings import (
+    NOT_ON_THE_LIST,
+    OTHER_CAUSES,
+    Alternative,
+    Finding,
+    cause_of,
+    is_held,
+    reported_location,
+    sentence_of,
+)
 from hybrid.diagnosis.outcome.forecasts import share
 from hybrid.diagnosis.outcome.ruling import Ruling
 from hybrid.diagnosis.outcome.simulation import modal_finding
@@ -27,9 +36,10 @@ def named_by(ruling: Ruling) -> tuple[Finding, ...]:
     found, model = ruling.found, ruling.scorer.model(ruling.best)
     findings = [_finding(ruling, number, part, model) for number, part in enumerate(_taken_away(ruling))]
     if ruling.simulation.is_wrong:
-        probability = SUREST * ruling.listed
+        probability = min(ruling.simulation.probability, SUREST) * ruling.listed
         every = tuple(motions_of(ruling.setting.dataset).elements())
-        findings.insert(0, modal_finding(ruling.simulation, found.nominal, found.extended, probability, every))
+        rest = tuple(remainder(probability, [], ruling.listed))
+        findings.insert(0, modal_finding(ruling.simulation, found.nominal, found.extended, probability, rest, every))
     return tuple(sorted(findings, key=lambda finding: -finding.explains))
 
 
@@ -44,18 +54,29 @@ def _finding(ruling: Ruling, number: int, taken: float, model: ForecastModel) ->
     temper = posterior.temper * ruling.evidence.energy  # of what is left of the recordings themselves
     acting = recordings_of(best, number, model, scorer.test, setting.measured, scorer.noise_model, temper)
     listed = ruling.listed * min((hum.machine for hum in ruling.hums if hum.number == number), default=1.0)
+    probability = min(of_candidate(posterior, candidate), SUREST) * listed
+    rivals = [
+        Alternative(rival.kind, reported_location(rival), p * listed)
+        for rival, p in rivals_of(posterior, candidate, RIVALS)
+    ]
     return Finding(
         cause,
         parameters,
-        min(of_candidate(posterior, candidate), SUREST) * listed,
+        probability,
         share(taken, ruling.found.nominal.excess),
         tuple(name for name in motions_of(setting.dataset) for _ in range(acting[name])),
-        tuple(
-            Alternative(rival.kind, reported_location(rival), p * listed)
-            for rival, p in rivals_of(posterior, candidate, RIVALS)
-        ),
+        (*rivals, *remainder(probability, rivals, listed)),
         sentence_of(cause, parameters, held=is_held(setting.plant.structure.supports, cause)),
     )
+
+
+def remainder(probability: float, rivals: list[Alternative], listed: float) -> list[Alternative]:
+    """Return what the ``probability`` of a finding and of its ``rivals`` leaves to others: of what is ``listed`` to
+    causes that are not told one by one, and all else to what is not on the list.
+    """
+    others = listed - probability - sum(rival.probability for rival in rivals)
+    rest = ((OTHER_CAUSES, others), (NOT_ON_THE_LIST, 1 - listed))
+    return [Alternative(kind, {}, share) for kind, share in rest if share >= RIVALS]
 
 
 def _taken_away(ruling: Ruling) -> FloatArray:

@@ -17,8 +17,20 @@ from hybrid.diagnosis.outcome.materiality import material, without_weak
 from hybrid.diagnosis.outcome.noisier import with_own_noise
 from hybrid.diagnosis.outcome.scorer import Scorer
 from hybrid.diagnosis.outcome.simulation import Simulation, simulation_of
-from hybrid.diagnosis.outcome.verdict import ABNORMAL, Errors, Verdict, verdict_of
+from hybrid.diagnosis.outcome.verdict import (
+    ABNORMAL,
+    LISTED_IN_PART,
+    Errors,
+    Verdict,
+    is_contradicted,
+    verdict_of,
+)
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
+
+CONTRADICTED = (
+    "held-out sensors are forecast worse with what is named (NRMSE {before:.4f} before, {after:.4f} after): it may"
+    " stand for something else, or one of these sensors shows or sits where it should not"
+)
 
 
 @dataclass(frozen=True)
@@ -96,6 +108,10 @@ def ruling_of(setting: Setting, evidence: Evidence) -> Ruling:
         best, noise_model, posterior.temper * evidence.energy
     )  # of what is left of the recordings themselves
     verdict = verdict_with(hums, len(best.hypothesis.candidates), verdict)
+    before, after = (scorer.held_out_error(forecast) for forecast in (found.nominal, found.extended))
+    if verdict is Verdict.EXPLAINED and is_contradicted(before, after, errors.floor):
+        verdict, listed = Verdict.PARTLY_EXPLAINED, LISTED_IN_PART
+        notes = [*notes, CONTRADICTED.format(before=before, after=after)]
     ruling = Ruling(
         verdict=verdict,
         listed=listed,

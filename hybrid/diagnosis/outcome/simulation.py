@@ -18,7 +18,7 @@ from hybrid.diagnosis.fitting.excess_energy import excess_energy
 from hybrid.diagnosis.fitting.forecast_score import ForecastScore, model_of, predicted, shown_of
 from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.nominal.modal_difference import difference
-from hybrid.diagnosis.outcome.findings import Finding
+from hybrid.diagnosis.outcome.findings import Alternative, Finding
 from hybrid.diagnosis.outcome.materiality import is_trifle
 from hybrid.diagnosis.outcome.modal_fits import fit_in_modal_model, fits_in_modal_model
 from hybrid.diagnosis.outcome.scorer import Scorer
@@ -80,19 +80,24 @@ def simulation_of(setting: Setting, evidence: Evidence, posterior: Posterior, sc
 
 
 def modal_finding(
-    simulation: Simulation, nominal: ForecastScore, whole: ForecastScore, most: float, recordings: tuple[str, ...]
+    simulation: Simulation,
+    nominal: ForecastScore,
+    whole: ForecastScore,
+    probability: float,
+    alternatives: tuple[Alternative, ...],
+    recordings: tuple[str, ...],
 ) -> Finding:
     """Return the finding that the modal model is wrong.
 
-    ``nominal``: its forecast; ``whole``: that by the extended structure; ``most``: may be said of a probability.
+    ``nominal``: its forecast; ``whole``: that by the extended structure.
     """
     return Finding(
         WrongModalModel(),
         {},
-        min(simulation.probability, most),
+        probability,
         float(np.clip(((simulation.beside or nominal).energy - whole.energy) / nominal.excess, 0.0, 1.0)),
         recordings,
-        (),
+        alternatives,
         f"The modal model of the simulation is not that of its structure ({simulation.differs}): use the structure's"
         " own modes.",
     )

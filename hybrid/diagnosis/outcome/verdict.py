@@ -105,6 +105,11 @@ def verdict_of(
     return (Verdict.PARTLY_EXPLAINED if partly else Verdict.UNEXPLAINED), LISTED_IN_PART
 
 
+def is_contradicted(before: float | None, after: float | None, floor: float) -> bool:
+    """Return whether held-out sensors, where there are any, are forecast worse with what is named than without it."""
+    return before is not None and after is not None and after - before > MATERIAL * floor
+
+
 def _is_explained(best: Fit, all_causes: Fit, noise_model: NoiseModel, band: Band) -> bool:
     """Return whether the best fit's causes, with weak ones, leave nothing but noise, the calibration normal: what is
     astray without those stands for them.

@@ -1,0 +1,60 @@
+"""Headline, probabilities and gain agree: no answer sounds surer than its probability, and probabilities add up."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from benchmarks.blind_cases import BlindConfig, blind_case
+from fe_models.effects import AddedMass
+from hybrid.diagnosis.diagnosis import diagnose
+from hybrid.diagnosis.outcome.findings import NOT_ON_THE_LIST, OTHER_CAUSES, Alternative, Finding
+from hybrid.diagnosis.outcome.named import remainder
+from hybrid.diagnosis.outcome.scorer import Scorer
+from hybrid.diagnosis.outcome.verdict import Verdict, is_contradicted
+from hybrid.diagnosis.report import describe_diagnosis, headline
+
+
+def answer(probability: float, *alternatives: Alternative, verdict: Verdict = Verdict.EXPLAINED) -> Any:
+    """What a headline reads of a diagnosis that names a mass."""
+    finding = Finding(AddedMass(3, 2.5), {}, probability, 1.0, (), alternatives, "")
+    return SimpleNamespace(
+        verdict=verdict, findings=(finding,), scores={"extended": {"measured": 0.01}}, noise_floor=0.01
+    )
+
+
+def test_a_headline_says_named_of_what_is_probable_alone() -> None:
+    elsewhere = Alternative("added_mass", {"node": 4}, 0.4)
+    other = Alternative("cubic_spring", {"node": 1, "direction": "x"}, 0.4)
+    assert headline(answer(0.9)).endswith("the cause is named below.")
+    assert "leave its place open" in headline(answer(0.4, elsewhere))
+    assert "cannot tell which" in headline(answer(0.17, other))
+    assert "part of it" in headline(answer(0.17, other, verdict=Verdict.PARTLY_EXPLAINED))
+
+
+def test_what_a_cap_withholds_goes_to_what_is_not_on_the_list() -> None:
+    rival = Alternative("cubic_spring", {"node": 1, "direction": "x"}, 0.05)
+    found = {item.kind: item.probability for item in remainder(0.15, [rival], listed=0.25)}
+    assert found == pytest.approx({OTHER_CAUSES: 0.05, NOT_ON_THE_LIST: 0.75})
+    assert remainder(0.999, [], listed=1.0) == []  # too little to be told
+
+
+def test_a_cause_that_spoils_forecasts_of_held_out_sensors_is_doubted(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Held-out sensors that are forecast the worse, the better the measured ones are: as one mounted elsewhere."""
+    monkeypatch.setattr(Scorer, "held_out_error", lambda _, forecast: 1 / (1 + forecast.excess))
+    case = blind_case(12, BlindConfig(("cubic_spring",), size=0.8, train=5, test=2, duration=20.0))
+    found = diagnose(case.dataset)
+    assert found.verdict is Verdict.PARTLY_EXPLAINED
+    assert any("held-out sensors are forecast worse" in note for note in found.notes)
+    finding = found.findings[0]
+    assert finding.cause.kind == "cubic_spring"
+    assert finding.probability < 0.5
+    total = finding.probability + sum(item.probability for item in finding.alternatives)
+    assert total == pytest.approx(1.0, abs=0.01)  # alternatives below half a per cent are left out
+    assert "not on the list of causes: 0.75" in describe_diagnosis(found)
+
+
+def test_sensors_that_gain_or_are_not_there_contradict_nothing() -> None:
+    assert not is_contradicted(None, None, 0.01)
+    assert not is_contradicted(0.2, 0.02, 0.01)
+    assert is_contradicted(0.2, 0.202, 0.01)
