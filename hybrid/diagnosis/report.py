@@ -111,16 +111,8 @@ def _finding(finding: Finding) -> dict[str, Any]:
 def describe_diagnosis(diagnosis: Diagnosis, gain: Gain | None = None) -> str:
     """Return the report in a few lines."""
     shown = diagnosis.shown
-<<<<<<< HEAD
-    causes = "the causes are" if len(diagnosis.findings) > 1 else "the cause is"
-    error = diagnosis.scores["extended"]["measured"]
-    reach = REACHED if error is None or error <= (1 + MATERIAL) * diagnosis.noise_floor else NEARLY
     lines = [*describe_observations(shown), *([] if diagnosis.alike is None else [ALIKE[diagnosis.alike]])]
-    lines += ["", WORDS[diagnosis.verdict].format(causes=causes, reach=reach)]
-=======
-    lines = [*describe_shown(shown), *([] if diagnosis.alike is None else [ALIKE[diagnosis.alike]])]
     lines += ["", headline(diagnosis)]
->>>>>>> a1b4a8f (Headline, probability and gain agree: what a cap withholds goes to what is not on the list, and no headline is surer than its names)
     for finding in diagnosis.findings:
         lines.append(f"- {finding.sentence}")
         lines.append(f"  Probability {finding.probability:.2f}; {_explained(finding)}.")
