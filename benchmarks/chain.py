@@ -11,7 +11,7 @@ from benchmarks.row import Row
 from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
 from fe_models.built_in.four_dof import four_dof
-from fe_models.effects.laws import force_laws
+from fe_models.causes.laws import force_laws
 from fe_models.four_dof_data import paper_dataset
 from fe_models.linear import ModalModel
 from fe_models.modes import natural_modes

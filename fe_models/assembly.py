@@ -4,9 +4,9 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from fe_models.arrays import FloatArray
+from fe_models.causes import AddedMass, ForceLaw
+from fe_models.causes.modal_damping import replaced_ratios
 from fe_models.dead_load import with_dead_load
-from fe_models.effects import AddedMass, ForceLaw
-from fe_models.effects.laws import replaced_ratios
 from fe_models.errors import raise_faults
 from fe_models.items import equal_items, summed
 from fe_models.linear import LinearModel

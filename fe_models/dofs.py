@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fe_models.arrays import BoolArray, FloatArray, IntArray
-from fe_models.effects.laws import with_parts
+from fe_models.causes.laws import with_parts
 from fe_models.structure import Beam, Structure
 
 

@@ -8,11 +8,12 @@ from scipy.sparse import csr_array
 
 from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
+from fe_models.causes import Effect
+from fe_models.causes.dead_load import dead_load_share
+from fe_models.causes.modal_damping import replaced_ratios
 from fe_models.damping import ratios_of_modes
 from fe_models.dead_load import with_dead_load
 from fe_models.dofs import DofMap, structure_dofs
-from fe_models.effects import Effect
-from fe_models.effects.laws import dead_load_share, replaced_ratios
 from fe_models.items import matrices_of, summed
 from fe_models.mechanisms import energy
 from fe_models.mesh import mesh

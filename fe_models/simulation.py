@@ -10,10 +10,10 @@ from tqdm import tqdm
 
 from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
+from fe_models.causes import Effect, ForceLaw
+from fe_models.causes.laws import force_laws
 from fe_models.damping import full_damping
 from fe_models.dofs import DofMap
-from fe_models.effects import Effect, ForceLaw
-from fe_models.effects.laws import force_laws
 from fe_models.errors import InputError, raise_faults
 from fe_models.items import gravity_load
 from fe_models.linear import LinearModel

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from fe_models.arrays import FloatArray
+from fe_models.causes.laws import force_laws
 from fe_models.dofs import structure_dofs
-from fe_models.effects.laws import force_laws
 from fe_models.errors import raise_faults
 from fe_models.items import gravity_load
 from fe_models.mesh import mesh

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Literal
 from fe_models.sections import Section
 
 if TYPE_CHECKING:
-    from fe_models.effects import Effect  # effects are defined on structures, which only carry them
+    from fe_models.causes import Effect  # effects are defined on structures, which only carry them
 
 Direction = Literal["x", "y", "rz"]
 PLANE_FRAME: tuple[Direction, ...] = ("x", "y", "rz")

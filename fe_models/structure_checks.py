@@ -7,8 +7,8 @@ from collections import Counter
 from collections.abc import Iterable, Iterator
 from math import isfinite
 
-from fe_models.effects import Effect, PointDamper
-from fe_models.effects.laws import with_parts
+from fe_models.causes import Effect, PointDamper
+from fe_models.causes.laws import with_parts
 from fe_models.errors import raise_faults
 from fe_models.sections import Section
 from fe_models.stability import connection_faults

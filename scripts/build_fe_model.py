@@ -14,9 +14,9 @@ from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
 from fe_models.built_in.bridge import PAPER_FREQUENCIES
 from fe_models.built_in.four_dof import PAPER_OMEGA, four_dof
+from fe_models.causes.dead_load import dead_load_share
 from fe_models.damping import full_damping
 from fe_models.dofs import structure_dofs
-from fe_models.effects.laws import dead_load_share
 from fe_models.errors import InputError, bad_input_exits, noting, raise_faults
 from fe_models.files.bridge_recordings import bridge_sensors
 from fe_models.files.dataset_file import save_dataset

@@ -9,7 +9,7 @@ from benchmarks.blind.cases import BlindResult, Task
 from benchmarks.blind.judging import judge, key_of
 from benchmarks.blind_cases import BlindCase, BlindConfig
 from benchmarks.peers.answer import Answer, mark
-from fe_models.effects import AddedMass, Cause, CubicSpring, StiffnessChange
+from fe_models.causes import AddedMass, Cause, CubicSpring, StiffnessChange
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
 from hybrid.diagnosis.outcome.findings import Alternative, Finding, Parameter

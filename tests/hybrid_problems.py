@@ -15,8 +15,8 @@ from scipy.linalg import eigh
 
 from fe_models.arrays import FloatArray
 from fe_models.built_in.four_dof import four_dof
+from fe_models.causes import ForceLaw
 from fe_models.dofs import structure_dofs
-from fe_models.effects import ForceLaw
 from fe_models.linear import ModalModel
 from fe_models.recordings import Assumptions, Dataset, Recording, Sensor
 from hybrid.config import Config, ModelConfig, TrainingConfig

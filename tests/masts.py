@@ -3,7 +3,7 @@
 import numpy as np
 
 from fe_models.assembly import linearise
-from fe_models.effects import Effect
+from fe_models.causes import Effect
 from fe_models.modes import natural_modes
 from fe_models.recordings import Assumptions, Dataset, Recording, Sensor
 from fe_models.sections import square_tube

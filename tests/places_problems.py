@@ -14,7 +14,7 @@ from torch import Tensor
 from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
 from fe_models.built_in.four_dof import four_dof
-from fe_models.effects import ForceLaw
+from fe_models.causes import ForceLaw
 from fe_models.linear import ModalModel
 from fe_models.recordings import Sensor
 from hybrid.config import ModelConfig

@@ -5,7 +5,7 @@ from scipy.signal import cont2discrete, lfilter
 
 from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
-from fe_models.effects import Effect
+from fe_models.causes import Effect
 from fe_models.measurement import lowpassed
 from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset, Load, Recording, Sensor

@@ -18,18 +18,26 @@ from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
 from fe_models.built_in.bridge import bridge
 from fe_models.built_in.four_dof import four_dof
-from fe_models.effects import CoulombFriction, CubicSpring, GapStop, HarmonicForce, PointDamper, QuadraticDamper
-from fe_models.effects.connectors import ConnectorEffect
+from fe_models.causes import (
+    ConnectorEffect,
+    CoulombFriction,
+    CubicSpring,
+    GapStop,
+    HarmonicForce,
+    PointDamper,
+    QuadraticDamper,
+    SensorGain,
+    TimeIntegration,
+)
+from fe_models.causes.time_integration import root
 from fe_models.errors import InputError
 from fe_models.files.bridge_recordings import bridge_sensors
 from fe_models.files.dataset_file import load_dataset
 from fe_models.files.recording_checks import check_data
 from fe_models.modes import natural_modes
 from fe_models.nominal import nominal_modes
-from fe_models.sensor_effects import SensorGain
 from fe_models.simulation import FreeConfig, simulate_free
 from fe_models.structure import Beam, Cable, Damping
-from fe_models.time_integration import TimeIntegration, root
 
 SHORT = BlindConfig(structure="bridge", rich=False, train=1, test=1, duration=3.0)
 SENSORS = bridge_sensors("A2", "m/s^2")

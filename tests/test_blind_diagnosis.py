@@ -12,9 +12,9 @@ from benchmarks.blind.judging import Judgement, judge
 from benchmarks.blind_cases import BRIDGE_KINDS, KINDS, OUTSIDE, BlindCase, BlindConfig, blind_case, bridge
 from benchmarks.blind_cases import case as blind_cases
 from fe_models.arrays import FloatArray
+from fe_models.causes import SensorEffect
 from fe_models.lowpass import USUAL, LowPass
 from fe_models.recordings import Recording
-from fe_models.sensor_effects import SensorEffect
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.nominal.lowpass import SHARP, lowpass_of
 from hybrid.diagnosis.outcome.conclusion import Diagnosis

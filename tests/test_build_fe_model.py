@@ -9,8 +9,7 @@ from typer.testing import CliRunner, Result
 
 from fe_models.built_in.bridge import bridge
 from fe_models.built_in.four_dof import four_dof
-from fe_models.effects import (
-    EFFECTS,
+from fe_models.causes import (
     AddedMass,
     AxialForce,
     CoulombFriction,
@@ -24,6 +23,7 @@ from fe_models.effects import (
     SlackCable,
     StiffnessChange,
     SupportSpring,
+    known_effects,
 )
 from fe_models.files.dataset_file import load_dataset
 from fe_models.files.matrices_file import load_linear_model
@@ -75,7 +75,7 @@ def test_a_structure_with_effects_is_built_drawn_and_simulated_from_its_file(tmp
         SlackCable(55, 10.0),
         HarmonicForce(12, "y", 0.5, 4.0),
     )
-    assert len(effects) == len(EFFECTS)
+    assert len(effects) == len(known_effects())
     save_structure(bridge().with_effects(*effects), tmp_path / "extended.toml")
     options = ["--modes", "2", "--simulate", "--pull", "19:y:-9.81", "--duration", "0.5", "--sensor", "9:y"]
     result = build(str(tmp_path / "extended.toml"), "--out", str(tmp_path / "run"), *options)

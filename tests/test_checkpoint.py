@@ -10,8 +10,8 @@ import torch
 from scipy.sparse import csr_array
 
 from fe_models.built_in.four_dof import four_dof
+from fe_models.causes import CubicSpring
 from fe_models.dofs import structure_dofs
-from fe_models.effects import CubicSpring
 from fe_models.errors import InputError
 from fe_models.linear import LinearModel, ModalModel
 from fe_models.recordings import Dataset

@@ -7,7 +7,7 @@ import pytest
 
 from fe_models.assembly import linearise
 from fe_models.built_in.bridge import bridge
-from fe_models.effects import DeadLoad
+from fe_models.causes import DeadLoad
 from fe_models.errors import InputError
 from fe_models.modes import natural_modes
 from fe_models.statics import rest_state

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import torch
 
-from fe_models.effects import CubicSpring
+from fe_models.causes import CubicSpring
 from fe_models.errors import InputError
 from fe_models.recordings import Sensor
 from hybrid.neural_modal_ode.decoder import Decoder, sensor_shapes

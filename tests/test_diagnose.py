@@ -11,7 +11,7 @@ from benchmarks.blind.judging import judge
 from benchmarks.blind_cases import SENSORS, BlindConfig, blind_case
 from fe_models.assembly import linearise
 from fe_models.built_in.four_dof import four_dof
-from fe_models.effects import AddedMass, Effect, StiffnessChange
+from fe_models.causes import AddedMass, Effect, StiffnessChange
 from fe_models.errors import InputError
 from fe_models.files.dataset_file import save_dataset
 from fe_models.files.models import load_model

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 from benchmarks.blind_cases import BlindConfig, blind_case
 from fe_models.built_in.four_dof import four_dof
-from fe_models.effects import CubicSpring
+from fe_models.causes import CubicSpring
 from fe_models.errors import InputError
 from fe_models.files.dataset_file import save_dataset
 from fe_models.lowpass import LowPass

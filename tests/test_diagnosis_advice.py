@@ -7,7 +7,7 @@ import pytest
 
 from benchmarks.blind_cases import BlindConfig, blind_case
 from fe_models.built_in.four_dof import four_dof
-from fe_models.effects import AddedMass, StiffnessChange, SupportSpring
+from fe_models.causes import AddedMass, StiffnessChange, SupportSpring
 from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.simulation import FreeConfig, simulate_free
 from hybrid.diagnosis.causes.candidates import all_candidates

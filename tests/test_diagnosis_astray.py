@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from benchmarks.blind_cases import BlindConfig, blind_case
-from fe_models.effects import HarmonicForce, SlackCable
+from fe_models.causes import HarmonicForce, SlackCable
 from hybrid.diagnosis.contest.growing import reference_fits_of
 from hybrid.diagnosis.contest.harmonic import fit_forces
 from hybrid.diagnosis.contest.setting import setting_of

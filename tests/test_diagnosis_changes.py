@@ -9,7 +9,7 @@ import pytest
 from benchmarks.blind.judging import judge
 from benchmarks.blind_cases import BlindConfig, blind_case
 from fe_models.built_in.four_dof import four_dof
-from fe_models.effects import CubicSpring, StiffnessChange
+from fe_models.causes import CubicSpring, StiffnessChange
 from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.simulation import FreeConfig, simulate_free
 from hybrid.diagnosis.contest import changes

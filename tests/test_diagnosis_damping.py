@@ -9,7 +9,7 @@ from benchmarks.blind_cases.bridge import SENSORS
 from fe_models.arrays import FloatArray
 from fe_models.built_in.bridge import bridge
 from fe_models.built_in.four_dof import four_dof
-from fe_models.effects import ModalDamping
+from fe_models.causes import ModalDamping
 from fe_models.recordings import Dataset, Recording
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.causes.candidates import all_candidates

@@ -10,8 +10,8 @@ from benchmarks.blind_cases.bridge import SENSORS
 from fe_models.arrays import ComplexArray
 from fe_models.assembly import linearise
 from fe_models.built_in.bridge import bridge
+from fe_models.causes import AxialForce, PointDamper
 from fe_models.damping import full_damping
-from fe_models.effects import AxialForce, PointDamper
 from fe_models.recordings import QUANTITIES
 from fe_models.structure import Structure
 from hybrid.diagnosis.nominal.plant import Plant, plant_of

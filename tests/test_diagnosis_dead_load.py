@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from fe_models.effects import DeadLoad, Effect, PointDamper
+from fe_models.causes import DeadLoad, Effect, PointDamper
 from fe_models.measurement import lowpassed
 from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.sections import square_tube

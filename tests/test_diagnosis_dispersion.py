@@ -11,12 +11,11 @@ from benchmarks.blind_cases.bridge import SENSORS
 from benchmarks.blind_cases.bridge_scene import free_motion
 from fe_models.assembly import linearise
 from fe_models.built_in.bridge import bridge
-from fe_models.effects import AddedMass
+from fe_models.causes import AddedMass, TimeIntegration
 from fe_models.files.bridge_recordings import LOWPASS
 from fe_models.measurement import lowpassed
 from fe_models.modes import natural_modes
 from fe_models.recordings import Assumptions, Dataset, Recording
-from fe_models.time_integration import TimeIntegration
 from hybrid.diagnosis.contest.growing import fit_growing
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.diagnosis import diagnose

@@ -8,7 +8,7 @@ from scipy.stats import multivariate_normal
 
 from benchmarks.blind_cases import SENSORS, BlindConfig, blind_case
 from fe_models.built_in.four_dof import four_dof
-from fe_models.effects import AddedMass
+from fe_models.causes import AddedMass
 from fe_models.recordings import Dataset, Recording
 from fe_models.simulation import FreeConfig, simulate_free
 from hybrid.diagnosis.contest.exactness import SCALES, tightened

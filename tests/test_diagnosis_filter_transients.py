@@ -8,7 +8,7 @@ import pytest
 from benchmarks.blind_cases import SENSORS as CHAIN_SENSORS
 from fe_models.assembly import linearise
 from fe_models.built_in.four_dof import four_dof
-from fe_models.effects import StiffnessChange
+from fe_models.causes import StiffnessChange
 from fe_models.measurement import lowpassed
 from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset, Load, Recording

@@ -5,10 +5,17 @@ from typing import Any
 
 import pytest
 
-from fe_models.effects import AddedMass, Cause, CoulombFriction, GapStop, QuadraticDamper, SupportSpring
-from fe_models.sensor_effects import SensorDrift
+from fe_models.causes import (
+    AddedMass,
+    Cause,
+    CoulombFriction,
+    GapStop,
+    QuadraticDamper,
+    SensorDrift,
+    SupportSpring,
+    TimeIntegration,
+)
 from fe_models.structure import Support
-from fe_models.time_integration import TimeIntegration
 from hybrid.diagnosis.outcome import named
 from hybrid.diagnosis.outcome.findings import Parameter, at_place, is_held, place_words, sentence_of
 

@@ -8,7 +8,7 @@ import pytest
 from benchmarks.blind_cases import SENSORS
 from fe_models.arrays import FloatArray
 from fe_models.built_in.four_dof import four_dof
-from fe_models.effects import CubicSpring
+from fe_models.causes import CubicSpring
 from fe_models.recordings import Dataset, Load, Recording
 from hybrid.diagnosis.fitting.linearisation import linearise_batch
 from hybrid.diagnosis.nominal.plant import plant_of

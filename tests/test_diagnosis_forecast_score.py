@@ -10,8 +10,7 @@ from scipy.stats import t as student
 
 from fe_models.arrays import FloatArray
 from fe_models.built_in.four_dof import four_dof
-from fe_models.effects import CubicSpring, GapStop
-from fe_models.effects.base import Effect
+from fe_models.causes import CubicSpring, Effect, GapStop
 from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.simulation import FreeConfig, simulate_free
 from hybrid.diagnosis.causes.candidates import all_candidates

@@ -8,7 +8,7 @@ import pytest
 from benchmarks.blind_cases import SENSORS
 from fe_models.arrays import FloatArray
 from fe_models.built_in.four_dof import four_dof
-from fe_models.effects import CubicSpring, Effect
+from fe_models.causes import CubicSpring, Effect
 from fe_models.measurement import lowpassed
 from fe_models.recordings import Dataset, Recording
 from hybrid.diagnosis.fitting.geometry_response import added

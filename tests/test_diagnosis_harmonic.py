@@ -7,7 +7,7 @@ import pytest
 
 from benchmarks.blind_cases import BlindConfig, blind_case
 from fe_models.assembly import linearise
-from fe_models.effects import HarmonicForce
+from fe_models.causes import HarmonicForce
 from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.contest.growing import reference_fits_of

@@ -11,11 +11,10 @@ from typer.testing import CliRunner
 
 from benchmarks.blind_cases import SENSORS, BlindConfig, blind_case
 from fe_models.built_in.four_dof import four_dof
-from fe_models.effects import CubicSpring, Effect, HarmonicForce, StiffnessChange
+from fe_models.causes import CubicSpring, Effect, HarmonicForce, SensorDelay, SensorDrift, SensorGain, StiffnessChange
 from fe_models.errors import InputError
 from fe_models.files.dataset_file import save_dataset
 from fe_models.recordings import Dataset, Recording
-from fe_models.sensor_effects import SensorDelay, SensorDrift, SensorGain
 from fe_models.simulation import FreeConfig, simulate_free
 from hybrid.config import Config, places_preset
 from hybrid.diagnosis.learned import gain

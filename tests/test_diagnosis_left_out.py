@@ -9,7 +9,7 @@ from benchmarks.blind_cases.bridge import SENSORS
 from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
 from fe_models.built_in.bridge import bridge
-from fe_models.effects import HarmonicForce
+from fe_models.causes import HarmonicForce
 from fe_models.recordings import Assumptions, Dataset, Recording
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.causes.candidates import all_candidates

@@ -1,6 +1,6 @@
 """What is told of frames under known loads that were recorded behind a low-pass."""
 
-from fe_models.effects import StiffnessChange
+from fe_models.causes import StiffnessChange
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.outcome.verdict import Verdict
 from tests.shaken_mast import recorded

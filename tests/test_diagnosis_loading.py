@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from fe_models.effects import StiffnessChange
+from fe_models.causes import StiffnessChange
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.contest.growing import reference_fits_of
 from hybrid.diagnosis.contest.setting import setting_of

@@ -16,7 +16,7 @@ from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
 from fe_models.built_in.bridge import bridge
 from fe_models.built_in.four_dof import four_dof
-from fe_models.effects import AddedMass, CubicSpring, Effect, ForceLaw, HarmonicForce, StiffnessChange
+from fe_models.causes import AddedMass, CubicSpring, Effect, ForceLaw, HarmonicForce, StiffnessChange
 from fe_models.errors import InputError
 from fe_models.files.dataset_file import load_dataset, save_dataset
 from fe_models.measurement import lowpassed

@@ -14,8 +14,8 @@ from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
 from fe_models.built_in.bridge import bridge
 from fe_models.built_in.four_dof import four_dof
-from fe_models.effects import CubicSpring, StiffnessChange
-from fe_models.effects.laws import force_laws
+from fe_models.causes import CubicSpring, SensorGain, StiffnessChange
+from fe_models.causes.laws import force_laws
 from fe_models.errors import InputError
 from fe_models.files.dataset_file import save_dataset
 from fe_models.files.models import load_model
@@ -23,7 +23,6 @@ from fe_models.files.structure_file import save_structure
 from fe_models.linear import ModalModel
 from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset, Recording, Sensor
-from fe_models.sensor_effects import SensorGain
 from fe_models.simulation import FreeConfig, simulate_free
 from fe_models.structure import Damping, Structure
 from hybrid.diagnosis.contest.setting import setting_of

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from benchmarks.blind_cases import BlindCase, BlindConfig, blind_case
-from fe_models.effects import AddedMass
+from fe_models.causes import AddedMass
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.growing import fit_growing
 from hybrid.diagnosis.contest.setting import Setting, setting_of

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fe_models.effects import CubicSpring
+from fe_models.causes import CubicSpring
 from fe_models.recordings import Dataset
 from fe_models.structure import PointMass
 from hybrid.diagnosis.contest.growing import reference_fits_of

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from benchmarks.blind_cases import BlindConfig, blind_case
-from fe_models.effects import CubicSpring
+from fe_models.causes import CubicSpring
 from fe_models.recordings import Sensor
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest import neighbours, search

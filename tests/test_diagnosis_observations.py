@@ -10,7 +10,7 @@ import pytest
 from benchmarks.blind_cases import SENSORS, BlindConfig, blind_case
 from fe_models.assembly import linearise
 from fe_models.built_in.four_dof import four_dof
-from fe_models.effects import AddedMass, CubicSpring, Effect, PointDamper, QuadraticDamper
+from fe_models.causes import AddedMass, CubicSpring, Effect, PointDamper, QuadraticDamper
 from fe_models.modes import mac, natural_modes
 from fe_models.recordings import Dataset, Recording, Uncertainty
 from fe_models.simulation import FreeConfig, simulate_free

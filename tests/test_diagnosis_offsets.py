@@ -7,9 +7,9 @@ import pytest
 
 from fe_models.arrays import FloatArray
 from fe_models.built_in.four_dof import four_dof
-from fe_models.effects import GapStop, SupportSpring
+from fe_models.causes import GapStop, SupportSpring
+from fe_models.causes.time_integration import root
 from fe_models.recordings import Dataset, Recording, Sensor
-from fe_models.time_integration import root
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.outcome.verdict import Verdict

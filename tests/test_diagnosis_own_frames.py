@@ -8,7 +8,7 @@ import pytest
 from benchmarks.blind_cases import BlindConfig, blind_case
 from fe_models.assembly import linearise
 from fe_models.built_in.four_dof import four_dof
-from fe_models.effects import AddedMass, SlackCable, StiffnessChange, SupportSpring
+from fe_models.causes import AddedMass, SlackCable, StiffnessChange, SupportSpring
 from fe_models.errors import InputError
 from fe_models.modes import natural_modes
 from fe_models.recordings import Assumptions, Dataset, Recording, Sensor

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fe_models.effects import CubicSpring, StiffnessChange
+from fe_models.causes import CubicSpring, StiffnessChange
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest import pairs
 from hybrid.diagnosis.contest.growing import Lengths, ReferenceFits, fit_growing, reference_fits_of

@@ -9,7 +9,7 @@ import pytest
 from benchmarks.blind_cases import SENSORS as CHAIN_SENSORS
 from fe_models.built_in.bridge import bridge
 from fe_models.built_in.four_dof import four_dof
-from fe_models.effects import CoulombFriction, CubicSpring, GapStop
+from fe_models.causes import CoulombFriction, CubicSpring, GapStop
 from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.structure import Beam, Spring, Structure
 from hybrid.diagnosis.causes.force_causes import force_laws_of

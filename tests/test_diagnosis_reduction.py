@@ -13,7 +13,7 @@ from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
 from fe_models.built_in.bridge import bridge
 from fe_models.built_in.four_dof import four_dof
-from fe_models.effects import AddedMass, AxialForce, DeadLoad, Effect, StiffnessChange, SupportSpring
+from fe_models.causes import AddedMass, AxialForce, DeadLoad, Effect, StiffnessChange, SupportSpring
 from fe_models.linear import ModalModel
 from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset, Recording

@@ -8,7 +8,7 @@ import pytest
 from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
 from fe_models.built_in.bridge import bridge
-from fe_models.effects import CoulombFriction, CubicSpring, SupportSpring
+from fe_models.causes import CoulombFriction, CubicSpring, SupportSpring
 from fe_models.measurement import lowpassed
 from fe_models.modes import natural_modes
 from hybrid.diagnosis.causes.candidate import Candidate

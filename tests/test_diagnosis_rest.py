@@ -7,7 +7,7 @@ import pytest
 
 from benchmarks.blind_cases import OUTSIDE, BlindConfig, blind_case
 from fe_models.arrays import FloatArray
-from fe_models.effects import StiffnessChange
+from fe_models.causes import StiffnessChange
 from fe_models.recordings import Sensor
 from hybrid.diagnosis.contest.setting import Setting, setting_of
 from hybrid.diagnosis.diagnosis import diagnose

@@ -15,10 +15,9 @@ from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
 from fe_models.built_in.bridge import bridge
 from fe_models.built_in.four_dof import four_dof
-from fe_models.effects import AddedMass, Effect, ModalDamping, StiffnessChange, SupportSpring
+from fe_models.causes import AddedMass, Effect, ModalDamping, StiffnessChange, SupportSpring, TimeIntegration
 from fe_models.modes import natural_modes
 from fe_models.recordings import Assumptions, Dataset, Recording
-from fe_models.time_integration import TimeIntegration
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.causes.candidates import all_candidates
 from hybrid.diagnosis.causes.places import Motion

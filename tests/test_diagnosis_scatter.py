@@ -10,7 +10,7 @@ from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
 from fe_models.built_in.bridge import bridge
 from fe_models.built_in.four_dof import four_dof
-from fe_models.effects import AddedMass
+from fe_models.causes import AddedMass
 from fe_models.modes import natural_modes
 from fe_models.recordings import Assumptions, Dataset, Uncertainty
 from fe_models.structure import Beam, Cable, Structure

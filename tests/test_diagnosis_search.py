@@ -9,7 +9,7 @@ from scipy.stats import norm
 from benchmarks.blind.judging import judge
 from benchmarks.blind_cases import BlindConfig, blind_case
 from fe_models.arrays import FloatArray
-from fe_models.effects import CubicSpring, HarmonicForce
+from fe_models.causes import CubicSpring, HarmonicForce
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.causes.candidates import all_candidates
 from hybrid.diagnosis.contest import shortlist

@@ -5,9 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fe_models.effects import CubicSpring, Effect, HarmonicForce, PointDamper
+from fe_models.causes import CubicSpring, Effect, HarmonicForce, PointDamper, SensorGain
 from fe_models.recordings import Dataset
-from fe_models.sensor_effects import SensorGain
 from hybrid.diagnosis.contest.growing import padded, reference_fits_of
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.contest.stages import Search

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fe_models.effects import HarmonicForce, SupportSpring
+from fe_models.causes import HarmonicForce, SupportSpring
 from fe_models.lowpass import LowPass
 from fe_models.structure import Beam
 from hybrid.diagnosis.causes.candidate import Candidate

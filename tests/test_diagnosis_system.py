@@ -8,7 +8,7 @@ import pytest
 from benchmarks.blind_cases import SENSORS, BlindConfig, blind_case
 from fe_models.arrays import FloatArray
 from fe_models.built_in.four_dof import four_dof
-from fe_models.effects import (
+from fe_models.causes import (
     AddedMass,
     CoulombFriction,
     CubicSpring,

@@ -9,7 +9,7 @@ import torch
 from scipy.integrate import solve_ivp
 
 from fe_models.arrays import FloatArray
-from fe_models.effects import CubicSpring
+from fe_models.causes import CubicSpring
 from hybrid.neural_modal_ode.dynamics import ModalDynamics, effect_shape
 from hybrid.neural_modal_ode.integrators import propagate
 from hybrid.neural_modal_ode.residuals.free_residual import FreeResidual

@@ -9,9 +9,8 @@ from hypothesis import strategies as st
 
 from fe_models.built_in.bridge import bridge
 from fe_models.built_in.four_dof import four_dof
-from fe_models.causes import CAUSES
-from fe_models.effects import (
-    EFFECTS,
+from fe_models.causes import (
+    CAUSES,
     AddedMass,
     AxialForce,
     Cause,
@@ -24,17 +23,20 @@ from fe_models.effects import (
     ModalDamping,
     PointDamper,
     QuadraticDamper,
+    SensorDelay,
+    SensorDrift,
+    SensorGain,
     SlackCable,
     StiffnessChange,
     SupportSpring,
+    TimeIntegration,
+    WrongModalModel,
+    known_effects,
 )
 from fe_models.errors import InputError
 from fe_models.files.structure_file import load_structure, save_structure, structure_from_text, structure_text
-from fe_models.sensor_effects import SensorDelay, SensorDrift, SensorGain
 from fe_models.structure import Structure, Support
 from fe_models.structure_checks import check_structure
-from fe_models.time_integration import TimeIntegration
-from fe_models.wrong_modal_model import WrongModalModel
 from tests.problems import cantilever
 
 # Each kind of the contract: an example, its location and its parameters with units.
@@ -83,7 +85,7 @@ def test_words_and_units_are_the_contract_s(
 
 def test_every_kind_has_an_example_here() -> None:
     assert {cause.kind for cause, _, _ in WORDS} == set(CAUSES)
-    assert {effect.kind for effect in EXAMPLES} == set(EFFECTS)
+    assert {effect.kind for effect in EXAMPLES} == set(known_effects())
     assert len(CAUSES) == 18
 
 

@@ -10,8 +10,8 @@ from typer.testing import CliRunner
 from benchmarks.blind_cases import BlindConfig, blind_case
 from fe_models.assembly import linearise
 from fe_models.built_in.four_dof import four_dof
+from fe_models.causes import CubicSpring, Effect, ModalDamping, PointDamper
 from fe_models.damping import full_damping
-from fe_models.effects import CubicSpring, Effect, ModalDamping, PointDamper
 from fe_models.files.dataset_file import load_dataset, save_dataset
 from fe_models.files.models import load_model
 from fe_models.files.structure_file import save_structure

@@ -11,14 +11,7 @@ import pytest
 from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
 from fe_models.built_in.bridge import bridge
-from fe_models.effects import (
-    AddedMass,
-    AxialForce,
-    CubicSpring,
-    PointDamper,
-    StiffnessChange,
-    SupportSpring,
-)
+from fe_models.causes import AddedMass, AxialForce, CubicSpring, PointDamper, StiffnessChange, SupportSpring
 from fe_models.exudyn.item_matrices import element_matrices, whole_system
 from fe_models.exudyn.items import Item, Options
 from fe_models.items import gravity_load

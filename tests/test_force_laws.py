@@ -11,18 +11,10 @@ from scipy.optimize import brentq
 from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
 from fe_models.built_in.four_dof import four_dof
+from fe_models.causes import CoulombFriction, CubicSpring, Effect, GapStop, HarmonicForce, QuadraticDamper, SlackCable
+from fe_models.causes.laws import force_laws
+from fe_models.causes.slack_cable import SlackLaw
 from fe_models.damping import full_damping
-from fe_models.effects import (
-    CoulombFriction,
-    CubicSpring,
-    Effect,
-    GapStop,
-    HarmonicForce,
-    QuadraticDamper,
-    SlackCable,
-)
-from fe_models.effects.laws import force_laws
-from fe_models.effects.slack_cable import SlackLaw
 from fe_models.errors import InputError
 from fe_models.simulation import FreeConfig, ReleaseConfig, simulate_free, simulate_release
 from fe_models.statics import PointLoad, rest_state

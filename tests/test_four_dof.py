@@ -8,7 +8,7 @@ import pytest
 
 from fe_models.assembly import linearise
 from fe_models.built_in.four_dof import PAPER_OMEGA, four_dof
-from fe_models.effects import CubicSpring
+from fe_models.causes import CubicSpring
 from fe_models.four_dof_data import paper_dataset, paper_sensors
 from fe_models.modes import natural_modes
 from fe_models.simulation import simulate_free

@@ -10,7 +10,7 @@ from scipy.linalg import expm
 from torch import Tensor
 
 from fe_models.arrays import FloatArray
-from fe_models.effects import CubicSpring
+from fe_models.causes import CubicSpring
 from hybrid.config import IntegratorKind
 from hybrid.neural_modal_ode.dynamics import ModalDynamics
 from hybrid.neural_modal_ode.integrators import integrate, propagate

@@ -4,7 +4,7 @@ import pytest
 
 from benchmarks.blind.judging import judge
 from benchmarks.peers.answer import Answer, mark
-from fe_models.effects import Cause
+from fe_models.causes import Cause
 from tests.blind_results import (
     CUBIC,
     EXPLAINED,

@@ -12,8 +12,7 @@ from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
 from fe_models.built_in.bridge import bridge
 from fe_models.built_in.four_dof import four_dof
-from fe_models.damping import full_damping
-from fe_models.effects import (
+from fe_models.causes import (
     AddedMass,
     AxialForce,
     CubicSpring,
@@ -24,6 +23,7 @@ from fe_models.effects import (
     StiffnessChange,
     SupportSpring,
 )
+from fe_models.damping import full_damping
 from fe_models.errors import InputError
 from fe_models.items import gravity_load
 from fe_models.matrix_changes import matrix_changes

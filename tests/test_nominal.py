@@ -8,7 +8,7 @@ from scipy.linalg import eigh
 
 from fe_models.assembly import linearise
 from fe_models.built_in.four_dof import four_dof
-from fe_models.effects import ModalDamping, PointDamper
+from fe_models.causes import ModalDamping, PointDamper
 from fe_models.errors import InputError
 from fe_models.four_dof_data import paper_sensors
 from fe_models.modes import natural_modes

@@ -11,7 +11,7 @@ from scipy.linalg import expm
 
 from fe_models.assembly import linearise
 from fe_models.built_in.four_dof import four_dof
-from fe_models.effects import CubicSpring
+from fe_models.causes import CubicSpring
 from fe_models.errors import InputError
 from fe_models.linear import ModalModel
 from fe_models.recordings import Dataset

@@ -10,8 +10,8 @@ import torch
 from fe_models.assembly import linearise
 from fe_models.built_in.bridge import bridge
 from fe_models.built_in.four_dof import four_dof
-from fe_models.effects import CoulombFriction, CubicSpring, Effect, GapStop, HarmonicForce, SlackCable
-from fe_models.effects.laws import force_laws
+from fe_models.causes import CoulombFriction, CubicSpring, Effect, GapStop, HarmonicForce, SlackCable
+from fe_models.causes.laws import force_laws
 from fe_models.errors import InputError
 from fe_models.modes import natural_modes
 from fe_models.simulation import FreeConfig, simulate_free

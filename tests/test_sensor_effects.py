@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from fe_models.causes import SensorDelay, SensorDrift, SensorGain
 from fe_models.errors import InputError
-from fe_models.sensor_effects import SensorDelay, SensorDrift, SensorGain
 
 NAMES = ("a1", "a2")
 RATE = 100.0

@@ -10,8 +10,8 @@ from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
 from fe_models.built_in.bridge import bridge
 from fe_models.built_in.four_dof import four_dof
+from fe_models.causes import ConnectorEffect, CubicSpring
 from fe_models.damping import full_damping, rayleigh_damping
-from fe_models.effects import ConnectorEffect, CubicSpring
 from fe_models.errors import InputError
 from fe_models.exudyn.solve import Steps, _calmed_by
 from fe_models.linear import LinearModel

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from fe_models.built_in.bridge import bridge
 from fe_models.built_in.four_dof import four_dof
-from fe_models.effects import CubicSpring
+from fe_models.causes import CubicSpring
 from fe_models.errors import InputError
 from fe_models.files.structure_file import load_structure, parse_structure, save_structure, structure_table
 from fe_models.sections import Section

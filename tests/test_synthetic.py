@@ -7,7 +7,7 @@ import pytest
 
 from fe_models.built_in.bridge import bridge
 from fe_models.built_in.four_dof import four_dof
-from fe_models.effects import CubicSpring
+from fe_models.causes import CubicSpring
 from fe_models.errors import InputError
 from fe_models.files.bridge_recordings import bridge_sensors
 from fe_models.files.recording_checks import check_data

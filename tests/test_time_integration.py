@@ -7,10 +7,11 @@ import pytest
 
 from fe_models.assembly import linearise
 from fe_models.built_in.four_dof import four_dof
+from fe_models.causes import TimeIntegration
+from fe_models.causes.time_integration import root
 from fe_models.damping import full_damping
 from fe_models.modes import natural_modes
 from fe_models.structure import Damping
-from fe_models.time_integration import TimeIntegration, root
 from tests.problems import newmark
 
 

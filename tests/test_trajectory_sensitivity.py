@@ -8,7 +8,7 @@ import torch
 from scipy.linalg import expm
 from torch import Tensor
 
-from fe_models.effects import CubicSpring, ForceLaw
+from fe_models.causes import CubicSpring, ForceLaw
 from hybrid.estimation.most_probable_state import channel_slopes, misfits, observation, trajectory
 from hybrid.estimation.trajectory_sensitivity import sensitivities, trajectory_jacobian
 from hybrid.neural_modal_ode.integrators import propagate, propagator_weights

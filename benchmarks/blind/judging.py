@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from benchmarks.blind_cases import BlindCase
-from fe_models.effects import Cause
+from fe_models.causes import Cause
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
 from hybrid.diagnosis.outcome.findings import Finding
 from hybrid.diagnosis.outcome.verdict import BESIDE, MATERIAL, Verdict

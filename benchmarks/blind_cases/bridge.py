@@ -19,7 +19,7 @@ from benchmarks.blind_cases.case import BlindCase, BlindConfig, as_recorded, sen
 from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
 from fe_models.built_in.bridge import bridge
-from fe_models.effects import Cause, Effect
+from fe_models.causes import Cause, Effect
 from fe_models.errors import InputError
 from fe_models.files.bridge_recordings import LOWPASS, bridge_sensors
 from fe_models.measurement import lowpassed

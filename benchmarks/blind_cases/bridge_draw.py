@@ -7,7 +7,7 @@ import numpy as np
 from benchmarks.blind_cases.bridge_scene import FELT_MODES, Scene
 from benchmarks.blind_cases.outside import DriftingSpring, HystereticSpring
 from fe_models.built_in.bridge import ROLLERS
-from fe_models.effects import (
+from fe_models.causes import (
     AddedMass,
     AxialForce,
     Cause,
@@ -19,14 +19,16 @@ from fe_models.effects import (
     ModalDamping,
     PointDamper,
     QuadraticDamper,
+    SensorDelay,
+    SensorDrift,
+    SensorGain,
     SlackCable,
     StiffnessChange,
     SupportSpring,
+    TimeIntegration,
 )
 from fe_models.errors import InputError
-from fe_models.sensor_effects import SensorDelay, SensorDrift, SensorGain
 from fe_models.structure import Beam
-from fe_models.time_integration import TimeIntegration
 
 DECK, TOWERS, CABLES = range(1, 30), (*range(31, 43), *range(44, 56)), range(53, 61)
 SPAN = tuple(node for node in DECK if node not in ROLLERS)

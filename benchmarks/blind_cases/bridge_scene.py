@@ -9,13 +9,13 @@ from scipy.linalg import eigvalsh
 
 from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
-from fe_models.effects import Effect, SupportSpring
+from fe_models.causes import Effect, SupportSpring
+from fe_models.causes.time_integration import root
 from fe_models.linear import LinearModel, ModalModel
 from fe_models.matrix_changes import matrix_changes
 from fe_models.recordings import Sensor
 from fe_models.response import Response
 from fe_models.structure import Structure
-from fe_models.time_integration import root
 
 FELT_MODES = 6  # up to 14.7 Hz: those that hold most of the energy
 HALVINGS = 30

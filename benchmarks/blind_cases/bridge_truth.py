@@ -13,13 +13,12 @@ from benchmarks.blind_cases.marching import Force, Grid, integrate_motion
 from benchmarks.blind_cases.outside import HystereticSpring
 from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
-from fe_models.effects import ForceLaw
-from fe_models.effects.laws import force_laws
+from fe_models.causes import ForceLaw, TimeIntegration
+from fe_models.causes.laws import force_laws
 from fe_models.linear import LinearModel, ModalModel
 from fe_models.modes import natural_modes
 from fe_models.recordings import QUANTITIES, Sensor, Uncertainty
 from fe_models.structure import Beam, Element, Spring, Structure
-from fe_models.time_integration import TimeIntegration
 
 OUTPUT_RATE = 500.0  # Hz; far enough above the recordings' rate for their low-pass to act first
 SMOOTH_STEPS, STEPS = 1, 2  # in each 1 / OUTPUT_RATE: without force laws and with them

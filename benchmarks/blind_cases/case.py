@@ -7,13 +7,11 @@ from typing import Literal
 import numpy as np
 
 from fe_models.arrays import BoolArray, FloatArray
-from fe_models.effects import Cause
+from fe_models.causes import Cause, SensorDelay, SensorEffect, TimeIntegration
 from fe_models.errors import InputError, raise_faults
 from fe_models.measurement import lowpassed
 from fe_models.recordings import Assumptions, Dataset, Recording, Sensor, Uncertainty
-from fe_models.sensor_effects import SensorDelay, SensorEffect
 from fe_models.structure import Structure
-from fe_models.time_integration import TimeIntegration
 
 KINDS = (
     "stiffness_change",

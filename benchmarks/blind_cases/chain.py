@@ -17,8 +17,7 @@ from benchmarks.blind_cases.outside import DriftingSpring, HystereticSpring
 from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
 from fe_models.built_in.four_dof import four_dof
-from fe_models.damping import full_damping
-from fe_models.effects import (
+from fe_models.causes import (
     AddedMass,
     Cause,
     CoulombFriction,
@@ -30,18 +29,21 @@ from fe_models.effects import (
     ModalDamping,
     PointDamper,
     QuadraticDamper,
+    SensorDelay,
+    SensorDrift,
+    SensorGain,
     SlackCable,
     StiffnessChange,
     SupportSpring,
+    TimeIntegration,
 )
+from fe_models.damping import full_damping
 from fe_models.errors import InputError
 from fe_models.linear import LinearModel
 from fe_models.recordings import Sensor
 from fe_models.response import Response
-from fe_models.sensor_effects import SensorDelay, SensorDrift, SensorGain
 from fe_models.simulation import FreeConfig, simulate_free
 from fe_models.structure import Spring, Structure
-from fe_models.time_integration import TimeIntegration
 
 SENSORS = (
     Sensor("x4", 4, "x", "displacement", "m"),

@@ -14,7 +14,7 @@ from scipy.linalg import expm
 
 from benchmarks.blind_cases.outside import HystereticSpring
 from fe_models.arrays import FloatArray
-from fe_models.effects import ForceLaw
+from fe_models.causes import ForceLaw
 from fe_models.linear import ModalModel
 
 Force = Callable[[FloatArray, FloatArray], FloatArray]

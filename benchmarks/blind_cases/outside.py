@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from fe_models.effects import ForceLaw
+from fe_models.causes import ForceLaw
 
 if TYPE_CHECKING:
     from fe_models.structure import Direction

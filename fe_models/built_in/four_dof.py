@@ -9,7 +9,7 @@ Source: Lai et al., Data-Centric Engineering 3, e34, 2022. It prints the cubic f
 authors' program, and every result of theirs, has it in the first, as here.
 """
 
-from fe_models.effects import CubicSpring
+from fe_models.causes import CubicSpring
 from fe_models.structure import Dashpot, PointMass, Spring, Structure
 
 MASSES = (1.0, 2.0, 3.0, 4.0)  # kg

@@ -8,10 +8,10 @@ import numpy as np
 from exudyn.itemInterface import ObjectConnectorCoordinate
 
 from fe_models.arrays import FloatArray
-from fe_models.effects.axial_force import GeometricStiffness
-from fe_models.effects.base import ForceLaw
-from fe_models.effects.laws import axial_forces, with_parts
-from fe_models.effects.slack_cable import SlackLaw
+from fe_models.causes import ForceLaw
+from fe_models.causes.axial_force import GeometricStiffness, axial_forces
+from fe_models.causes.laws import with_parts
+from fe_models.causes.slack_cable import SlackLaw
 from fe_models.exudyn.items import (
     ExudynSystem,
     Item,

@@ -32,9 +32,8 @@ from exudyn.itemInterface import (
 
 from fe_models.arrays import FloatArray
 from fe_models.cables import cable_free_length
-from fe_models.effects.axial_force import GeometricStiffness, geometric_stiffness
-from fe_models.effects.base import ForceLaw
-from fe_models.effects.connectors import ConnectorEffect
+from fe_models.causes import ConnectorEffect, ForceLaw
+from fe_models.causes.axial_force import GeometricStiffness, geometric_stiffness
 from fe_models.structure import (
     PLANE_FRAME,
     Beam,

@@ -14,8 +14,8 @@ from exudyn.itemInterface import (
 )
 
 from fe_models.arrays import FloatArray
-from fe_models.effects.base import ForceLaw
-from fe_models.effects.laws import with_parts
+from fe_models.causes import ForceLaw
+from fe_models.causes.laws import with_parts
 from fe_models.errors import InputError
 from fe_models.exudyn.item_matrices import element_vector, whole_system
 from fe_models.exudyn.items import (

@@ -32,7 +32,7 @@ A list may also be written in one piece, ``supports = [{ node = 1, directions = 
 ``point_masses`` (node, mass), ``dashpots`` (node or nodes, direction, coefficient), ``effects`` (see below); table
 ``damping`` (mass_factor, stiffness_factor, modal_ratios).
 
-``effects`` are what the drawn structure lacks (`fe_models.effects`), each with its ``kind``, place and parameters:
+``effects`` are what the drawn structure lacks (`fe_models.causes`), each with its ``kind``, place and parameters:
 stiffness_change (element or elements, factor), added_mass (node, mass), support_spring (node, direction, stiffness),
 axial_force (elements, force), dead_load (; share), modal_damping (modes, ratio); and, with node or nodes and direction,
 point_damper (coefficient), quadratic_damper (coefficient), coulomb_friction (force; regularisation), cubic_spring
@@ -46,7 +46,8 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, Literal, TypeVar
 
-from fe_models.effects.base import Effect, words
+from fe_models.causes import Effect
+from fe_models.causes.base import words
 from fe_models.errors import raise_faults
 from fe_models.files.atomic import write_text
 from fe_models.files.structure_parts import Placed, read_all, read_effects, read_elements, read_nodes

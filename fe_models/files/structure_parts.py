@@ -9,8 +9,8 @@ from inspect import Signature, signature
 from itertools import pairwise
 from typing import Any, TypeVar
 
-from fe_models.effects import EFFECTS, Effect
-from fe_models.effects.base import words
+from fe_models.causes import Effect, known_effects
+from fe_models.causes.base import words
 from fe_models.files.tables import Table, at, did_you_mean, read_list, read_table, read_value, show
 from fe_models.sections import SHAPES, Section
 from fe_models.structure import Beam, Cable, Element, Spring
@@ -108,7 +108,7 @@ def read_effects(document: Table, where: str, faults: list[str]) -> Placed[Effec
     """Return the effects."""
     placed: Placed[Effect] = []
     for place, table in read_list(document, "effects", where, faults):
-        make, rest = _choose("kind", EFFECTS, table, place, faults)
+        make, rest = _choose("kind", known_effects(), table, place, faults)
         if make is None:
             placed.append((place, None))
             continue

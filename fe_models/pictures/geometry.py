@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fe_models.arrays import BoolArray, FloatArray
+from fe_models.causes.laws import with_parts
 from fe_models.dofs import DofMap
-from fe_models.effects.laws import with_parts
 from fe_models.errors import InputError
 from fe_models.linear import LinearModel
 from fe_models.mesh import mesh

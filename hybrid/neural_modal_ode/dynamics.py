@@ -8,7 +8,7 @@ import torch
 from torch import Tensor, nn
 
 from fe_models.arrays import FloatArray
-from fe_models.effects import ForceLaw
+from fe_models.causes import ForceLaw
 from fe_models.errors import raise_faults
 from fe_models.linear import ModalModel
 from hybrid.neural_modal_ode.local_slopes import place_slopes

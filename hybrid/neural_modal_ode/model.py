@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor, nn
 
-from fe_models.effects import ForceLaw
+from fe_models.causes import ForceLaw
 from fe_models.linear import ModalModel
 from fe_models.recordings import Sensor
 from hybrid.config import ModelConfig

@@ -11,8 +11,8 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from fe_models.causes.laws import force_laws
 from fe_models.dofs import DofMap
-from fe_models.effects.laws import force_laws
 from fe_models.errors import InputError
 from fe_models.files.atomic import writing
 from fe_models.files.structure_file import structure_from_text, structure_text

@@ -10,9 +10,9 @@ from torch import Tensor
 
 from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
+from fe_models.causes import ForceLaw
+from fe_models.causes.laws import force_laws
 from fe_models.damping import full_damping
-from fe_models.effects import ForceLaw
-from fe_models.effects.laws import force_laws
 from fe_models.errors import InputError, raise_faults
 from fe_models.linear import LinearModel, ModalModel
 from fe_models.nominal import nominal_modes

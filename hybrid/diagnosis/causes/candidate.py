@@ -7,7 +7,7 @@ from typing import Any
 from scipy.sparse import csr_array
 
 from fe_models.arrays import FloatArray
-from fe_models.effects import Cause, PointDamper
+from fe_models.causes import Cause, PointDamper
 
 SMALL = 1e-5  # of a prior width: the step at which a response counts as of first order, however long a recording is
 

@@ -4,9 +4,8 @@ from functools import partial
 
 import numpy as np
 
-from fe_models.effects import ModalDamping
+from fe_models.causes import ModalDamping, SensorDelay, SensorDrift, SensorGain
 from fe_models.recordings import Dataset
-from fe_models.sensor_effects import SensorDelay, SensorDrift, SensorGain
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.causes.force_causes import force_laws_of, harmonic_forces
 from hybrid.diagnosis.causes.linear_causes import linear_causes

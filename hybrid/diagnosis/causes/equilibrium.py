@@ -6,7 +6,7 @@ Looks one element far. What weights or friction at a node take off along a membe
 import numpy as np
 
 from fe_models.arrays import FloatArray
-from fe_models.effects.axial_force import line_of
+from fe_models.causes.axial_force import line_of
 from fe_models.structure import Element, Spring, Structure
 
 BEND = 0.2  # sine of 11.5 degrees: up to such a kink the next element takes it on, and no support holds along it

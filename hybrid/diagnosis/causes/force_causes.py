@@ -6,15 +6,7 @@ from typing import Literal
 
 import numpy as np
 
-from fe_models.effects import (
-    Cause,
-    CoulombFriction,
-    CubicSpring,
-    GapStop,
-    HarmonicForce,
-    QuadraticDamper,
-    SlackCable,
-)
+from fe_models.causes import Cause, CoulombFriction, CubicSpring, GapStop, HarmonicForce, QuadraticDamper, SlackCable
 from hybrid.diagnosis.causes.candidate import SMALL, Candidate
 from hybrid.diagnosis.causes.places import UNMOVED, Motion, Place
 from hybrid.diagnosis.nominal.plant import Plant

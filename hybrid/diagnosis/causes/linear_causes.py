@@ -10,17 +10,9 @@ from scipy.sparse import csr_array
 
 from fe_models.arrays import FloatArray, IntArray
 from fe_models.assembly import linearise
-from fe_models.effects import (
-    AddedMass,
-    AxialForce,
-    Cause,
-    DeadLoad,
-    Effect,
-    PointDamper,
-    StiffnessChange,
-    SupportSpring,
-)
-from fe_models.effects.laws import dead_load_share, with_parts
+from fe_models.causes import AddedMass, AxialForce, Cause, DeadLoad, Effect, PointDamper, StiffnessChange, SupportSpring
+from fe_models.causes.dead_load import dead_load_share
+from fe_models.causes.laws import with_parts
 from fe_models.errors import InputError
 from fe_models.matrix_changes import matrix_changes
 from fe_models.modes import natural_modes

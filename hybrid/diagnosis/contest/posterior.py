@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fe_models.arrays import FloatArray
-from fe_models.effects import DeadLoad
+from fe_models.causes import DeadLoad
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.exactness import expected_square, log_evidences
 from hybrid.diagnosis.contest.odds import Odds, log_of_groups

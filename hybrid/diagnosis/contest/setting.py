@@ -5,9 +5,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fe_models.arrays import BoolArray
+from fe_models.causes.time_integration import root
 from fe_models.errors import InputError
 from fe_models.recordings import Dataset
-from fe_models.time_integration import root
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.causes.candidates import all_candidates
 from hybrid.diagnosis.causes.places import Motion

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fe_models.sensor_effects import SensorGain
+from fe_models.causes import SensorGain
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.fitting.linearisation import orthonormal

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from fe_models.effects import ModalDamping, PointDamper, SlackCable, StiffnessChange, SupportSpring
+from fe_models.causes import ModalDamping, PointDamper, SlackCable, StiffnessChange, SupportSpring
 from fe_models.errors import InputError
 from fe_models.recordings import Dataset
 from fe_models.structure import Structure

@@ -8,8 +8,8 @@ import torch
 from torch import Tensor
 
 from fe_models.arrays import FloatArray
+from fe_models.causes import SensorDelay, SensorDrift, SensorEffect, SensorGain
 from fe_models.recordings import Dataset, Recording
-from fe_models.sensor_effects import SensorDelay, SensorDrift, SensorEffect, SensorGain
 from fe_models.structure import Structure
 from hybrid.config import Config, ModelConfig, places_preset
 from hybrid.diagnosis.fitting.forecast_score import shown_of

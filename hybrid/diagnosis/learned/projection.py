@@ -6,8 +6,7 @@ from typing import Any
 import numpy as np
 
 from fe_models.arrays import TINY, FloatArray
-from fe_models.effects import CoulombFriction, CubicSpring, GapStop, QuadraticDamper
-from fe_models.effects.base import ForceLaw
+from fe_models.causes import CoulombFriction, CubicSpring, ForceLaw, GapStop, QuadraticDamper
 from fe_models.structure import Direction
 from hybrid.diagnosis.causes.force_causes import CREEP, REACHES
 from hybrid.diagnosis.learned.learning import PlaceForce

@@ -10,18 +10,17 @@ from scipy.sparse.linalg import SuperLU
 
 from fe_models.arrays import TINY, FloatArray
 from fe_models.assembly import linearise, unsupported
+from fe_models.causes import DeadLoad, ForceLaw, TimeIntegration
+from fe_models.causes.laws import force_laws, with_parts
+from fe_models.causes.modal_damping import replaced_ratios
 from fe_models.damping import full_damping, ratios_of_modes, replace_ratios
 from fe_models.dofs import DofMap
-from fe_models.effects import DeadLoad
-from fe_models.effects.base import ForceLaw
-from fe_models.effects.laws import force_laws, replaced_ratios, with_parts
 from fe_models.errors import InputError, raise_faults
 from fe_models.lowpass import LowPass
 from fe_models.mechanisms import factorise
 from fe_models.nominal import damping_ratios
 from fe_models.recordings import Dataset, Sensor
 from fe_models.structure import Damping, Structure
-from fe_models.time_integration import TimeIntegration
 from fe_models.uncertain_parts import UncertainPart, uncertain_parts
 from hybrid.diagnosis.nominal.basis import basis_of
 from hybrid.diagnosis.nominal.geometry import Geometry

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from fe_models.arrays import FloatArray
-from fe_models.effects import StiffnessChange
+from fe_models.causes import StiffnessChange
 from fe_models.matrix_changes import matrix_changes
 from fe_models.structure import Structure
 from fe_models.uncertain_parts import UncertainPart

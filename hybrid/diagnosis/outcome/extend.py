@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 
 from fe_models.arrays import FloatArray
+from fe_models.causes import Effect, ModalDamping
+from fe_models.causes.modal_damping import replaced_ratios
 from fe_models.damping import ratios_of_modes
-from fe_models.effects import Effect, ModalDamping
-from fe_models.effects.laws import replaced_ratios
 from fe_models.structure import Structure
 from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.outcome.findings import Finding

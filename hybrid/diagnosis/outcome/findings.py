@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from fe_models.effects import Cause, GapStop, HarmonicForce, SupportSpring
+from fe_models.causes import Cause, GapStop, HarmonicForce, SupportSpring
 from fe_models.structure import Support
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.fitting.harmonic_amplitude import harmonic_amplitude

@@ -2,8 +2,7 @@
 
 from collections import Counter
 
-from fe_models.effects import HarmonicForce, StiffnessChange
-from fe_models.sensor_effects import SensorEffect
+from fe_models.causes import HarmonicForce, SensorEffect, StiffnessChange
 from hybrid.diagnosis.fitting.calibration_deviation import factors_off
 from hybrid.diagnosis.fitting.excess_energy import excess_energy
 from hybrid.diagnosis.observed.observations import Observations

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fe_models.causes import WrongModalModel
 from fe_models.errors import InputError
-from fe_models.wrong_modal_model import WrongModalModel
 from hybrid.diagnosis.contest.evidence import Evidence
 from hybrid.diagnosis.contest.posterior import Posterior
 from hybrid.diagnosis.contest.setting import Setting

@@ -4,7 +4,7 @@ from dataclasses import replace
 from typing import Any
 
 from fe_models.arrays import FloatArray
-from fe_models.effects import SlackCable
+from fe_models.causes import SlackCable
 from fe_models.uncertain_parts import UncertainPart
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.nominal.plant import Plant

@@ -1,7 +1,7 @@
 """Motion under force laws: how finely to step, the laws as tables, and what the sensors show of it.
 
 Every law is a function of elongation plus one of rate; both are tabulated: so one compiled loop (`stepping`) serves all
-laws, each defined where it belongs (`fe_models.effects`).
+laws, each defined where it belongs (`fe_models.causes`).
 """
 
 from dataclasses import dataclass, replace

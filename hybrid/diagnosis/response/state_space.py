@@ -5,9 +5,8 @@ from typing import Any
 import numpy as np
 
 from fe_models.arrays import FloatArray
+from fe_models.causes import SensorDelay, SensorDrift, SensorGain, TimeIntegration
 from fe_models.recordings import Sensor, of_each_quantity
-from fe_models.sensor_effects import SensorDelay, SensorDrift, SensorGain
-from fe_models.time_integration import TimeIntegration
 from hybrid.diagnosis.recorded.sensor_outputs import SensorOutputs
 from hybrid.diagnosis.response.dashpots import with_trailing
 from hybrid.diagnosis.response.entry import at_once, entry_of

@@ -4,7 +4,7 @@ score test.
 
 import numpy as np
 
-from fe_models.effects import StiffnessChange
+from fe_models.causes import StiffnessChange
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.nominal.plant import Plant

@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from fe_models.arrays import FloatArray
-from fe_models.effects import StiffnessChange, SupportSpring
-from fe_models.sensor_effects import SensorGain
+from fe_models.causes import SensorGain, StiffnessChange, SupportSpring
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.fitting.calibration_deviation import goes_far, within
 from hybrid.diagnosis.fitting.least_squares import Fit

@@ -6,7 +6,7 @@ from typing import ClassVar
 import numpy as np
 
 from fe_models.arrays import ComplexArray, FloatArray
-from fe_models.effects.base import Cause, parameter
+from fe_models.causes.base import Cause, parameter
 from fe_models.linear import ModalModel
 
 

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
-from fe_models.effects.base import Cause
+from fe_models.causes.base import Cause
 
 
 @dataclass(frozen=True)

@@ -4,8 +4,8 @@ from dataclasses import dataclass, replace
 from math import hypot
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from fe_models.effects.arithmetic import SMOOTHING, smooth_ramp
-from fe_models.effects.base import Effect, ForceLaw, element_faults, negative_faults, parameter
+from fe_models.causes.arithmetic import SMOOTHING, smooth_ramp
+from fe_models.causes.base import Effect, ForceLaw, element_faults, negative_faults, parameter
 from fe_models.structure import Beam, Cable, Spring, Structure
 
 if TYPE_CHECKING:

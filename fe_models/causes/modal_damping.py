@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
-from fe_models.effects.base import Effect, count_faults, parameter, value_of
+from fe_models.causes.base import Effect, count_faults, parameter, value_of
 from fe_models.structure import Structure
 
 
@@ -34,3 +34,8 @@ class ModalDamping(Effect):
         ratios = self.ratio if isinstance(self.ratio, tuple) else (self.ratio,)
         faults += [f"ratio = {ratio}; expected 0 <= ratio < 1 (0.01 is 1 %)" for ratio in ratios if not 0 <= ratio < 1]
         return faults
+
+
+def replaced_ratios(structure: Structure) -> tuple[tuple[int, float], ...]:
+    """Return number and damping ratio of each mode that has its own; of two for one mode the later."""
+    return tuple(sorted({m: r for e in structure.effects if isinstance(e, ModalDamping) for m, r in e.ratios}.items()))

@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from fe_models.effects.base import Effect, count_faults, element_faults, parameter, value_of
+from fe_models.causes.base import Effect, count_faults, element_faults, parameter, value_of
 from fe_models.structure import Beam, Direction, Element, Spring, Structure
 
 
@@ -97,3 +97,13 @@ def line_of(structure: Structure, element: Element) -> NDArray[np.float64]:
     """Return the vector (x, y), in m, from an element's first node to its last, zero of a spring to the ground."""
     start, end = (np.array(structure.nodes[node - 1], dtype=float) for node in (element.nodes[0], element.nodes[-1]))
     return np.asarray(end - start)
+
+
+def axial_forces(structure: Structure) -> dict[int, float]:
+    """Return the sum of the axial forces (N) that effects add, by number of the element."""
+    total: dict[int, float] = {}
+    for effect in structure.effects:
+        if isinstance(effect, AxialForce):
+            for number, force in effect.forces.items():
+                total[number] = total.get(number, 0.0) + force
+    return total

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 from math import pi
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
-from fe_models.effects.arithmetic import sine
-from fe_models.effects.base import Effect, ForceLaw, node_faults, parameter
+from fe_models.causes.arithmetic import sine
+from fe_models.causes.base import Effect, ForceLaw, node_faults, parameter
 
 if TYPE_CHECKING:
     from fe_models.structure import Direction, Structure

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
-from fe_models.effects.base import Effect, parameter
+from fe_models.causes.base import Effect, parameter
 from fe_models.structure import Structure
 
 
@@ -28,3 +28,8 @@ class DeadLoad(Effect):
             moves = ", ".join(structure.directions)
             faults.append(f"nodes move in {moves} only; weight changes small motions where they move in x and y")
         return faults
+
+
+def dead_load_share(structure: Structure) -> float:
+    """Return the sum of the shares of dead load that effects bring to small motions, 0 without any."""
+    return sum((effect.share for effect in structure.effects if isinstance(effect, DeadLoad)), 0.0)

@@ -27,10 +27,25 @@ def words(cause: "type[Cause] | Cause") -> dict[str, str]:
     return {item.name: item.metadata.get("word") or item.name for item in fields(cause)}  # type: ignore[arg-type]
 
 
+CAUSES: dict[str, "type[Cause]"] = {}
+"""All causes by their words; each registers itself where it is defined."""
+
+
 class Cause(ABC):
-    """Something a simulation may lack or get wrong: a frozen dataclass of a location and of parameters with units."""
+    """Something a simulation may lack or get wrong: a frozen dataclass of a location and of parameters with units.
+
+    A class with a ``kind`` of its own is a cause that files may name and a diagnosis may find.
+    """
 
     kind: ClassVar[str]
+
+    def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
+        if "kind" not in cls.__dict__:  # what several causes have in common
+            return
+        if cls.kind in CAUSES:
+            raise TypeError(f"{cls.__name__}: there is a cause {cls.kind!r} already, {CAUSES[cls.kind].__name__}")
+        CAUSES[cls.kind] = cls
 
     @property
     def location(self) -> dict[str, Any]:
@@ -80,6 +95,10 @@ class Effect(Cause):
         """Return what does not fit ``structure``, a line each; places are checked against its nodes and elements."""
 
 
+class Part(Effect):
+    """An effect that is a spring, a mass or a dashpot: `extend` says all of it."""
+
+
 class ForceLaw(ABC):
     """A force along one elongation u = sum of c u(node, direction), with v its rate.
 
@@ -106,6 +125,11 @@ class ForceLaw(ABC):
     def largest_slopes(self) -> tuple[float, float]:
         """The largest |d force/du| (N/m) and |d force/dv| (N s/m), 0 where they know no bound: steps depend on them."""
         return 0.0, 0.0
+
+
+def known_effects() -> dict[str, type[Effect]]:
+    """Return the causes that are part of a structure, by their words."""
+    return {kind: cause for kind, cause in CAUSES.items() if issubclass(cause, Effect)}
 
 
 def node_faults(structure: "Structure", nodes: tuple[int, ...], direction: str | None = None) -> list[str]:

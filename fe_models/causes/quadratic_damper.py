@@ -1,0 +1,27 @@
+"""Drag that grows with the square of the velocity."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from fe_models.causes.arithmetic import absolute
+from fe_models.causes.base import negative_faults, parameter
+from fe_models.causes.connector import ConnectorEffect
+
+if TYPE_CHECKING:
+    from fe_models.structure import Structure
+
+
+@dataclass(frozen=True)
+class QuadraticDamper(ConnectorEffect):
+    """Drag, as of air or water: force = coefficient v |v|."""
+
+    kind: ClassVar[str] = "quadratic_damper"
+    coefficient: float = parameter("N s^2/m^2", "N m s^2/rad^2")
+
+    def force(self, u: Any, v: Any, t: Any = 0.0) -> Any:
+        """Return coefficient * v * |v| (N)."""
+        return self.coefficient * v * absolute(v)
+
+    def faults(self, structure: "Structure") -> list[str]:
+        """Return faults; a negative coefficient would feed energy in."""
+        return super().faults(structure) + negative_faults(coefficient=self.coefficient)

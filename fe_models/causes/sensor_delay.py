@@ -1,0 +1,29 @@
+"""A sensor whose clock is off."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from fe_models.arrays import FloatArray
+from fe_models.causes.base import parameter
+from fe_models.causes.sensor_fault import SensorEffect
+
+
+@dataclass(frozen=True)
+class SensorDelay(SensorEffect):
+    """A clock that is off: shows y(t - delay), delay > 0 being late.
+
+    Between samples a cubic spline (not-a-knot), of order 4 in the sampling interval: off by 1e-3 of the amplitude at 8
+    samples a period and 1e-4 at 14. The recording does not hold what lies up to |delay| outside of it; the end cubics
+    go on there, which is good for about one sample: leave out the first (last) ``delay`` seconds where it matters.
+    """
+
+    kind: ClassVar[str] = "sensor_delay"
+    delay: float = parameter("s")
+
+    def distort(self, channel: FloatArray, sampling_rate: float) -> FloatArray:
+        """Return the channel at t - delay."""
+        samples = np.arange(channel.shape[-1], dtype=float)
+        return np.asarray(CubicSpline(samples, channel, axis=-1)(samples - self.delay * sampling_rate))
