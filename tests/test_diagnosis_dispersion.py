@@ -36,7 +36,8 @@ def simulated(step: float) -> Dataset:
     """Recordings of the bridge as Newmark's method shows it in steps of ``step`` s, behind a low-pass, noise of 2 %."""
     design, rng = bridge().without_prestress(), np.random.default_rng(3)
     modal = natural_modes(linearise(design), 10)
-    seen = TimeIntegration(step).simulated(modal)
+    omega, ratio = TimeIntegration(step).frequency_and_ratio(modal.omega, modal.damping_ratio)
+    seen = replace(modal, omega=omega, damping_ratio=ratio)
     q = 1e-2 / seen.omega[:, None] * rng.standard_normal((10, 4))
     p = 1e-2 * rng.standard_normal((10, 4))
     motion = free_motion(seen, q, p, np.arange(-EDGE, 2000 + EDGE) / RATE)

@@ -24,14 +24,13 @@ def test_newmark_steps_are_the_exact_motion_of_the_modes_shown(step: float, rati
     start = np.array([1.0, -0.6, 0.8, 0.5])
     matrices = model.mass.toarray(), full_damping(model), model.stiffness.toarray()
     steps = newmark(matrices, start, step, 200)
-    shown = TimeIntegration(step).simulated(modal)
-    exact, seen = (root(modes.omega, modes.damping_ratio) for modes in (modal, shown))
+    exact = root(modal.omega, modal.damping_ratio)
+    seen = root(*TimeIntegration(step).frequency_and_ratio(modal.omega, modal.damping_ratio))
     t = step * np.arange(201)[:, None]
     # From rest: q0 = a + a*, 0 = lambda a + lambda* a*, whose velocity is that of the exact mode.
     a = (modal.shapes.T @ matrices[0] @ start) * exact.conj() / (exact.conj() - exact)
     q = 2 * (a * np.exp(seen * t)).real
     np.testing.assert_allclose(q @ modal.shapes.T, steps, atol=1e-9)  # rounding in 200 steps
-    np.testing.assert_array_equal(shown.shapes, modal.shapes)
 
 
 def test_periods_are_longer_by_the_textbook_s_share() -> None:

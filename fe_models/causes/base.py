@@ -3,10 +3,9 @@
 from abc import ABC, abstractmethod
 from dataclasses import field, fields
 from math import isfinite
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
-if TYPE_CHECKING:
-    from fe_models.structure import Direction, Structure
+from fe_models.structure import Direction, Structure
 
 
 def parameter(unit: str, turning: str = "", word: str = "", **options: Any) -> Any:
@@ -82,16 +81,16 @@ class Cause(ABC):
 class Effect(Cause):
     """A cause that is part of a structure."""
 
-    def extend(self, structure: "Structure") -> "Structure":
+    def extend(self, structure: Structure) -> Structure:
         """Return ``structure`` with what of this effect can be said in plain parts; by default nothing."""
         return structure
 
-    def law(self, structure: "Structure") -> "ForceLaw | None":
+    def law(self, structure: Structure) -> "ForceLaw | None":
         """Return the force that this effect adds to the linear model of ``structure``, None for linear effects."""
         return None
 
     @abstractmethod
-    def faults(self, structure: "Structure") -> list[str]:
+    def faults(self, structure: Structure) -> list[str]:
         """Return what does not fit ``structure``, a line each; places are checked against its nodes and elements."""
 
 
@@ -111,7 +110,7 @@ class ForceLaw(ABC):
 
     @property
     @abstractmethod
-    def pulls(self) -> tuple[tuple[int, "Direction", float], ...]:
+    def pulls(self) -> tuple[tuple[int, Direction, float], ...]:
         """Where it acts: (node, direction, coefficient) of each degree of freedom in the elongation."""
 
     @abstractmethod
@@ -132,7 +131,7 @@ def known_effects() -> dict[str, type[Effect]]:
     return {kind: cause for kind, cause in CAUSES.items() if issubclass(cause, Effect)}
 
 
-def node_faults(structure: "Structure", nodes: tuple[int, ...], direction: str | None = None) -> list[str]:
+def node_faults(structure: Structure, nodes: tuple[int, ...], direction: str | None = None) -> list[str]:
     """Return faults of nodes, and of a direction they need, against those that the structure has."""
     count = len(structure.nodes)
     faults = [f"node {node} does not exist; the nodes are 1 to {count}" for node in nodes if not 1 <= node <= count]
@@ -144,7 +143,7 @@ def node_faults(structure: "Structure", nodes: tuple[int, ...], direction: str |
     return faults
 
 
-def element_faults(structure: "Structure", elements: tuple[int, ...]) -> list[str]:
+def element_faults(structure: Structure, elements: tuple[int, ...]) -> list[str]:
     """Return faults of element numbers: none, unknown, twice the same."""
     count = len(structure.elements)
     faults = [] if elements else ["elements: there are none; give their numbers"]

@@ -1,12 +1,10 @@
 """Force laws between a node and the ground, or between two nodes, in one direction."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from fe_models.causes.base import Effect, ForceLaw, node_faults
-
-if TYPE_CHECKING:
-    from fe_models.structure import Direction, Structure
+from fe_models.structure import Direction, Structure
 
 
 @dataclass(frozen=True)
@@ -21,15 +19,15 @@ class ConnectorEffect(Effect, ForceLaw):
     direction: Literal["x", "y", "rz"]
 
     @property
-    def pulls(self) -> tuple[tuple[int, "Direction", float], ...]:
+    def pulls(self) -> tuple[tuple[int, Direction, float], ...]:
         """The last node with 1, the first of two with -1."""
         last: tuple[tuple[int, Direction, float], ...] = ((self.nodes[-1], self.direction, 1.0),)
         return last if len(self.nodes) == 1 else ((self.nodes[0], self.direction, -1.0), *last)
 
-    def law(self, structure: "Structure") -> ForceLaw:
+    def law(self, structure: Structure) -> ForceLaw:
         """Return the connector itself."""
         return self
 
-    def faults(self, structure: "Structure") -> list[str]:
+    def faults(self, structure: Structure) -> list[str]:
         """Return faults of the place and of the parameters."""
         return node_faults(structure, self.nodes, self.direction) + self.number_faults()

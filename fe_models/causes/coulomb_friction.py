@@ -1,13 +1,11 @@
 """Dry friction."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 from fe_models.causes.base import negative_faults, parameter, setting
 from fe_models.causes.connector import ConnectorEffect
-
-if TYPE_CHECKING:
-    from fe_models.structure import Structure
+from fe_models.structure import Structure
 
 
 @dataclass(frozen=True)
@@ -32,7 +30,7 @@ class CoulombFriction(ConnectorEffect):
         """The dashpot F / v0 that it is at rest."""
         return 0.0, self.friction / self.regularisation
 
-    def faults(self, structure: "Structure") -> list[str]:
+    def faults(self, structure: Structure) -> list[str]:
         """Return faults; a negative force would feed energy in."""
         faults = super().faults(structure) + negative_faults(force=self.friction)
         if self.regularisation <= 0:

@@ -1,14 +1,12 @@
 """A stop that is met beyond a gap."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 from fe_models.causes.arithmetic import SMOOTHING, smooth_ramp
 from fe_models.causes.base import negative_faults, parameter
 from fe_models.causes.connector import ConnectorEffect
-
-if TYPE_CHECKING:
-    from fe_models.structure import Structure
+from fe_models.structure import Structure
 
 
 @dataclass(frozen=True)
@@ -33,7 +31,7 @@ class GapStop(ConnectorEffect):
         """The stiffness in contact."""
         return self.stiffness, 0.0
 
-    def faults(self, structure: "Structure") -> list[str]:
+    def faults(self, structure: Structure) -> list[str]:
         """Return faults of the place and of the parameters."""
         faults = super().faults(structure) + negative_faults(gap=self.gap, stiffness=self.stiffness)
         return faults if self.side in (1, -1) else [*faults, f"side = {self.side}; must be 1 or -1"]

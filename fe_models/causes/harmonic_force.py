@@ -2,13 +2,11 @@
 
 from dataclasses import dataclass
 from math import pi
-from typing import TYPE_CHECKING, Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 from fe_models.causes.arithmetic import sine
 from fe_models.causes.base import Effect, ForceLaw, node_faults, parameter
-
-if TYPE_CHECKING:
-    from fe_models.structure import Direction, Structure
+from fe_models.structure import Direction, Structure
 
 
 @dataclass(frozen=True)
@@ -27,7 +25,7 @@ class HarmonicForce(Effect, ForceLaw):
     phase: float = parameter("rad", default=0.0)
 
     @property
-    def pulls(self) -> tuple[tuple[int, "Direction", float], ...]:
+    def pulls(self) -> tuple[tuple[int, Direction, float], ...]:
         """The node's degree of freedom."""
         return ((self.node, self.direction, 1.0),)
 
@@ -35,11 +33,11 @@ class HarmonicForce(Effect, ForceLaw):
         """Return -F(t) (N), as a restoring force; it depends on neither ``u`` nor ``v``."""
         return -self.amplitude * sine(2 * pi * self.frequency * t + self.phase)
 
-    def law(self, structure: "Structure") -> ForceLaw:
+    def law(self, structure: Structure) -> ForceLaw:
         """Return the force itself."""
         return self
 
-    def faults(self, structure: "Structure") -> list[str]:
+    def faults(self, structure: Structure) -> list[str]:
         """Return faults of the place and of the parameters."""
         faults = node_faults(structure, (self.node,), self.direction) + self.number_faults()
         return faults if self.frequency > 0 else [*faults, f"frequency = {self.frequency} Hz; must be positive"]

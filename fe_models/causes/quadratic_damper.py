@@ -1,14 +1,12 @@
 """Drag that grows with the square of the velocity."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 from fe_models.causes.arithmetic import absolute
 from fe_models.causes.base import negative_faults, parameter
 from fe_models.causes.connector import ConnectorEffect
-
-if TYPE_CHECKING:
-    from fe_models.structure import Structure
+from fe_models.structure import Structure
 
 
 @dataclass(frozen=True)
@@ -22,6 +20,6 @@ class QuadraticDamper(ConnectorEffect):
         """Return coefficient * v * |v| (N)."""
         return self.coefficient * v * absolute(v)
 
-    def faults(self, structure: "Structure") -> list[str]:
+    def faults(self, structure: Structure) -> list[str]:
         """Return faults; a negative coefficient would feed energy in."""
         return super().faults(structure) + negative_faults(coefficient=self.coefficient)

@@ -2,14 +2,11 @@
 
 from dataclasses import dataclass, replace
 from math import hypot
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 from fe_models.causes.arithmetic import SMOOTHING, smooth_ramp
 from fe_models.causes.base import Effect, ForceLaw, element_faults, negative_faults, parameter
-from fe_models.structure import Beam, Cable, Spring, Structure
-
-if TYPE_CHECKING:
-    from fe_models.structure import Direction
+from fe_models.structure import Beam, Cable, Direction, Spring, Structure
 
 
 @dataclass(frozen=True)
@@ -69,7 +66,7 @@ class SlackLaw(ForceLaw):
     pretension: float
 
     @property
-    def pulls(self) -> tuple[tuple[int, "Direction", float], ...]:
+    def pulls(self) -> tuple[tuple[int, Direction, float], ...]:
         """The elongation of the element, linearised: along a spring's direction or a cable's line."""
         nodes = self.element.nodes
         if isinstance(self.element, Spring):

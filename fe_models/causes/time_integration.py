@@ -1,13 +1,12 @@
 """The error of the simulation's own time steps."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
 from fe_models.arrays import ComplexArray, FloatArray
 from fe_models.causes.base import Cause, parameter
-from fe_models.linear import ModalModel
 
 
 def root(omega: FloatArray, ratio: FloatArray) -> ComplexArray:
@@ -31,11 +30,6 @@ class TimeIntegration(Cause):
 
     kind: ClassVar[str] = "time_integration"
     step: float = parameter("s")
-
-    def simulated(self, modal: ModalModel) -> ModalModel:
-        """Return the modes that such a simulation of ``modal`` shows (for damping ratios below 1)."""
-        omega, ratio = self.frequency_and_ratio(modal.omega, modal.damping_ratio)
-        return replace(modal, omega=omega, damping_ratio=ratio)
 
     def frequency_and_ratio(self, omega: FloatArray, ratio: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return omega_h (rad/s) and xi_h of modes with ``omega`` (rad/s) and damping ratios below 1, any shape."""
