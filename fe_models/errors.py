@@ -37,10 +37,15 @@ def noting(faults: list[str], where: str, read: Callable[P, T], *args: P.args, *
 
 @contextmanager
 def bad_input_exits() -> Iterator[None]:
-    """Turn an `InputError` inside the block into one ``error: ...`` line a fault on stderr and exit status 2."""
+    """Turn an `InputError` inside the block into one ``error: ...`` line a fault on stderr and exit status 2.
+
+    What was added to it (`BaseException.add_note`) follows as ``note: ...``.
+    """
     try:
         yield
     except InputError as error:
         for fault in error.faults:
             print("error:", " ".join(fault.splitlines()), file=sys.stderr)
+        for note in getattr(error, "__notes__", ()):
+            print("note:", note, file=sys.stderr)
         raise SystemExit(BAD_INPUT_STATUS) from None

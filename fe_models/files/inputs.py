@@ -1,0 +1,44 @@
+"""Which files a run reads, told from a dataset or model file before it is checked."""
+
+import tomllib
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+
+def files_read(*paths: Path) -> tuple[Path, ...]:
+    """Return ``paths`` and every file that the TOML files among them name, directly or in turn.
+
+    Every text in a TOML file that is the name of a file, relative to it, counts, whatever its key: the model, its
+    matrices, recordings, loads, modal models. Faults are left to those who read the files.
+    """
+    found, waiting = dict[Path, None](), list(paths)
+    while waiting:
+        path = waiting.pop()
+        if path in found:
+            continue
+        found[path] = None
+        if path in paths or path.suffix == ".toml":
+            waiting += [path.parent / text for text in _texts(_document(path)) if _is_file(path.parent, text)]
+    return tuple(found)
+
+
+def _document(path: Path) -> dict[str, Any]:
+    with suppress(OSError, ValueError), path.open("rb") as file:
+        return tomllib.load(file)
+    return {}
+
+
+def _texts(content: object) -> Iterator[str]:
+    if isinstance(content, str):
+        yield content
+    elif isinstance(content, dict | list):
+        for item in content.values() if isinstance(content, dict) else content:
+            yield from _texts(item)
+
+
+def _is_file(folder: Path, text: str) -> bool:
+    with suppress(OSError):  # of texts that are no path, such as one too long
+        return (folder / text).is_file()
+    return False
