@@ -54,6 +54,7 @@ from fe_models.files.matrices_file import save_linear_model
 from fe_models.files.modal_file import save_modal_model
 from fe_models.files.models import load_model
 from fe_models.files.recording_checks import check_rates
+from fe_models.files.result_set import finish_exchanges
 from fe_models.files.structure_file import save_structure
 from fe_models.files.tables import Table, at, check_keys, read_toml
 from fe_models.files.toml_text import toml_text
@@ -67,6 +68,7 @@ def load_dataset(path: Path, dead_channels: bool = False) -> Dataset:
 
     ``dead_channels``: channels that never change are read, too, for callers who can do without them.
     """
+    finish_exchanges(path.parent)
     document, where, faults = read_toml(path), f"{path.name}:", list[str]()
     check_keys(document, [*HEADER_KEYS, "simulation", "sensors", "recordings"], where, faults)
     header = read_header(document, where, faults)
@@ -131,8 +133,8 @@ def _surroundings(model: Structure | LinearModel | None, header: DatasetHeader |
 
 def _save_model(model: Structure | LinearModel, folder: Path) -> str:
     if isinstance(model, Structure):
-        save_structure(model, folder / "structure.toml")
-        return "structure.toml"
+        save_structure(model, folder / "model.toml")
+        return "model.toml"
     save_linear_model(model, folder / "model.npz")
     return "model.npz"
 

@@ -1,17 +1,19 @@
 """What a run leaves in its folder for the pictures: the model, its modes, and, after a training, a prediction.
 
-``structure.toml``, or matrices within ``model.npz``, is the model. ``model.npz`` holds ``frequencies`` (mode,), Hz, and
-``mode_shapes`` (dof, mode) over all degrees of freedom, supports included. ``prediction.npz`` holds, of the first test
-window, ``time`` (time,), ``hybrid`` and ``fe`` (time, dof), ``truth`` (time, dof) where the data are simulated,
-``fe_initial`` (dof,) where it is not the first of ``fe``, ``damping_ratio`` (mode,), ``unit`` ("m", or "1" for relative
-displacements) and the sensors: ``sensor_name``, ``sensor_node``, ``sensor_direction``, ``sensor_role``.
+``model.npz`` holds the model: ``structure``, the text of its structure file, or "" where the model is the matrices in
+the same file; and ``frequencies`` (mode,), Hz, ``damping_ratio`` (mode,) and ``mode_shapes`` (dof, mode) over all
+degrees of freedom, supports included. Files of earlier versions, without ``structure``, have it in ``structure.toml``
+beside them. ``prediction.npz`` holds, of the first test window, ``time`` (time,), ``hybrid`` and ``fe`` (time, dof),
+``truth`` (time, dof) where the data are simulated, ``fe_initial`` (dof,) where it is not the first of ``fe``,
+``damping_ratio`` (mode,), ``unit`` ("m", or "1" for relative displacements) and the sensors: ``sensor_name``,
+``sensor_node``, ``sensor_direction``, ``sensor_role``.
 """
 
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from fe_models.arrays import FloatArray
 from fe_models.damping import ratios_of_modes, replace_ratios
@@ -20,11 +22,13 @@ from fe_models.errors import InputError, raise_faults
 from fe_models.files.array_files import load_arrays
 from fe_models.files.atomic import write_npz
 from fe_models.files.matrices_file import load_linear_model, save_linear_model
-from fe_models.files.structure_file import load_structure, save_structure
+from fe_models.files.result_set import finish_exchanges
+from fe_models.files.structure_file import load_structure, structure_from_text, structure_text
 from fe_models.linear import LinearModel, ModalModel
 from fe_models.recordings import Sensor
 from fe_models.structure import Structure
 
+MODEL = "model.npz"
 PREDICTION = "prediction.npz"
 
 Arrays = dict[str, NDArray[np.generic]]
@@ -54,14 +58,14 @@ class Run:
 
 def load_run(folder: Path) -> Run:
     """Read the folder of a run; `InputError` carries all that is missing or does not fit."""
+    finish_exchanges(folder)
     if not folder.is_dir():
         raise InputError(f"{folder}: no such folder; give one that build_fe_model.py or train_hybrid.py wrote")
-    file = folder / "model.npz"
+    file = folder / MODEL
     if not file.is_file():
         raise InputError(f"{file}: no such file; give a folder that build_fe_model.py or train_hybrid.py wrote")
     arrays = load_arrays(file)
-    structure = folder / "structure.toml"
-    model: Structure | LinearModel = load_structure(structure) if structure.is_file() else load_linear_model(file)
+    model = _model(arrays, file)
     dofs = structure_dofs(model) if isinstance(model, Structure) else model.dofs
     faults: list[str] = []
     frequencies = _numbers(arrays, "frequencies", (None,), str(file), faults)
@@ -96,15 +100,30 @@ def save_prediction(prediction: Prediction, folder: Path) -> None:
     write_npz(folder / PREDICTION, arrays if prediction.truth is None else {**arrays, "truth": prediction.truth})
 
 
-def save_run_model(model: Structure | LinearModel, modes: ModalModel, folder: Path) -> None:
-    """Write the model and its modes into ``folder``, as `load_run` reads them."""
-    found = {"frequencies": modes.frequencies, "damping_ratio": modes.damping_ratio, "mode_shapes": modes.shapes}
-    if isinstance(model, Structure):
-        save_structure(model, folder / "structure.toml")
-        write_npz(folder / "model.npz", found)
+def save_run_model(
+    model: Structure | LinearModel, modes: ModalModel, folder: Path, linear: LinearModel | None = None
+) -> None:
+    """Write ``folder``/model.npz, the model and its modes, as `load_run` reads it, with the matrices of ``linear``."""
+    structure = structure_text(model) if isinstance(model, Structure) else ""
+    found: dict[str, ArrayLike] = {
+        "frequencies": modes.frequencies,
+        "damping_ratio": modes.damping_ratio,
+        "mode_shapes": modes.shapes,
+        "structure": np.array(structure),
+    }
+    matrices = linear or (None if isinstance(model, Structure) else model)
+    if matrices is None:
+        write_npz(folder / MODEL, found)
     else:
-        save_linear_model(model, folder / "model.npz", found)
-        (folder / "structure.toml").unlink(missing_ok=True)  # an older run's: it would be taken for the model
+        save_linear_model(matrices, folder / MODEL, found)
+
+
+def _model(arrays: Arrays, file: Path) -> Structure | LinearModel:
+    beside = file.with_name("structure.toml")
+    if "structure" not in arrays and beside.is_file():
+        return load_structure(beside)
+    text = str(arrays.get("structure", ""))
+    return structure_from_text(text, str(file)) if text else load_linear_model(file)
 
 
 def _prediction(arrays: Arrays, dofs: DofMap, where: str, faults: list[str]) -> Prediction:

@@ -48,7 +48,7 @@ from typing import Any, Literal, TypeVar
 
 from fe_models.causes import Effect
 from fe_models.causes.base import words
-from fe_models.errors import raise_faults
+from fe_models.errors import InputError, raise_faults
 from fe_models.files.atomic import write_text
 from fe_models.files.structure_parts import Placed, read_all, read_effects, read_elements, read_nodes
 from fe_models.files.tables import Table, at, check_keys, read_table, read_toml, read_value
@@ -105,7 +105,11 @@ def structure_text(structure: Structure) -> str:
 
 def structure_from_text(text: str, file_name: str) -> Structure:
     """Return the structure that the text of a file describes; ``file_name`` is for messages."""
-    return parse_structure(tomllib.loads(text), file_name)
+    try:
+        document = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"{file_name}: holds a structure that cannot be read ({error})") from None
+    return parse_structure(document, file_name)
 
 
 def parse_structure(document: Table, file_name: str) -> Structure:
