@@ -11,6 +11,8 @@ import torch
 from fe_models.arrays import FloatArray
 from fe_models.built_in.four_dof import four_dof
 from fe_models.dofs import structure_dofs
+from fe_models.errors import InputError
+from fe_models.files.result_list import LIST
 from fe_models.files.run_folder import load_run
 from fe_models.linear import ModalModel
 from fe_models.recordings import Dataset, Recording, Sensor
@@ -22,7 +24,7 @@ from hybrid.training.checkpoint import Origin
 from hybrid.training.forecast_comparison import Comparison, compare, field_scores
 from hybrid.training.gradient_training import TrainingDivergedError
 from hybrid.training.results import fe_initial_state, prediction_of, write_results
-from hybrid.training.run import DONE, Run, begin
+from hybrid.training.run import DONE, UNDER_WAY, Run, begin, resume
 from tests.hybrid_problems import (
     SENSORS,
     STEP,
@@ -159,7 +161,7 @@ def test_without_test_recordings_nothing_is_scored(dataset: Dataset, tmp_path: P
     assert metrics["test"] is None
     assert metrics["training"]["epochs"] == 1
     names = {path.name for path in tmp_path.iterdir()}
-    assert names == {DONE, "metrics.json", "model.npz", "structure.toml", "training.png"}
+    assert names == {DONE, "metrics.json", "model.npz", "training.png", LIST}
     assert load_run(tmp_path).prediction is None
 
 
@@ -169,6 +171,75 @@ def test_no_older_prediction_is_left_beside_a_model_without_one(dataset: Dataset
     assert {path.name for path in tmp_path.iterdir()} >= {"prediction.npz", *CURVES}
     finished(replace(dataset, recordings=dataset.select("train")), tmp_path)
     assert not {path.name for path in tmp_path.iterdir()} & {"prediction.npz", *CURVES}
+
+
+@pytest.fixture
+def quick_curves(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Curves that take no time to draw."""
+
+    def drawn(path: Path, *arguments: object, **options: object) -> None:
+        path.write_text("a curve")
+
+    for name in ("draw_history", "draw_curves", "draw_latent", "draw_loop"):
+        monkeypatch.setattr(results, name, drawn)
+
+
+def another(dataset: Dataset, folder: Path) -> Run:
+    """A trained run with another seed than `finished`, its results not yet written."""
+    run = begin(dataset, Config(ONE_EPOCH.model, replace(ONE_EPOCH.training, seed=7)), folder)
+    list(run.epochs())
+    return run
+
+
+def files(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in folder.iterdir() if path.name != UNDER_WAY}
+
+
+@pytest.mark.usefixtures("quick_curves")
+def test_a_disk_that_fills_leaves_all_older_results(
+    dataset: Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """No new scores beside an older prediction; and what was trained is gone on with."""
+
+    def full(prediction: object, folder: Path) -> None:
+        raise OSError(28, "No space left on device")
+
+    finished(dataset, tmp_path)
+    before = files(tmp_path)
+    run = another(dataset, tmp_path)
+    with monkeypatch.context() as patch, pytest.raises(InputError, match="No space left on device"):
+        patch.setattr(results, "save_prediction", full)
+        write_results(run, dataset)
+    assert files(tmp_path) == before
+    write_results(resume(dataset, run.config, tmp_path), dataset)
+    assert files(tmp_path).keys() == before.keys()
+    assert files(tmp_path)[DONE] != before[DONE]
+
+
+@pytest.mark.usefixtures("quick_curves")
+def test_a_curve_that_fails_loses_neither_model_nor_scores(
+    dataset: Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """They are the new run's, no curve of the older one stands beside them, and the next run draws them."""
+
+    def failing(*arguments: object) -> None:
+        raise ZeroDivisionError
+
+    finished(dataset, tmp_path)
+    before = files(tmp_path)
+    run = another(dataset, tmp_path)
+    with monkeypatch.context() as patch, pytest.raises(ZeroDivisionError) as caught:
+        patch.setattr(results, "draw_latent", failing)
+        write_results(run, dataset)
+    assert "those written before are whole (checkpoint.pt, metrics.json, model.npz, prediction.npz)" in str(
+        caught.value.__notes__
+    )
+    left = files(tmp_path)
+    assert left.keys() == {DONE, "metrics.json", "model.npz", "prediction.npz", LIST}
+    assert all(left[name] != before[name] for name in (DONE, "metrics.json", "prediction.npz"))
+    write_results(resume(dataset, run.config, tmp_path), dataset)
+    assert files(tmp_path).keys() == before.keys()
+    assert files(tmp_path)["prediction.npz"] == left["prediction.npz"]
 
 
 def test_comparison_starts_both_models_at_the_same_state(dataset: Dataset) -> None:

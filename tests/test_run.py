@@ -11,6 +11,7 @@ import pytest
 import torch
 
 from fe_models.errors import InputError
+from fe_models.files.result_list import LIST
 from fe_models.recordings import Assumptions, Dataset, Load, Recording
 from hybrid.config import Config
 from hybrid.estimation.experts import fe_counterpart
@@ -83,9 +84,9 @@ def test_each_epoch_is_on_disk_before_the_next_begins(folders: list[Path]) -> No
 
 def test_a_finished_run_has_its_checkpoint_and_no_training_under_way(folders: list[Path]) -> None:
     names = {path.name for path in folders[-1].iterdir()}
-    assert {DONE, "metrics.json", "prediction.npz", "model.npz", "structure.toml"} <= names
+    assert {DONE, "metrics.json", "prediction.npz", "model.npz"} <= names
     assert UNDER_WAY not in names
-    assert not [name for name in names if name.startswith(".")]  # no temporary files
+    assert [name for name in names if name.startswith(".")] == [LIST]  # no temporary files
 
 
 def test_older_results_stay_while_a_new_training_is_under_way(
@@ -98,6 +99,22 @@ def test_older_results_stay_while_a_new_training_is_under_way(
         assert {name: (folder / name).read_bytes() for name in before} == before
     write_results(run, dataset)
     assert (folder / DONE).read_bytes() != before[DONE]
+
+
+def test_files_that_no_training_wrote_are_refused_before_it_begins(
+    folders: list[Path], dataset: Dataset, tmp_path: Path
+) -> None:
+    """Also before one is gone on with, and where a file of the user has the name of a training's state."""
+    for folder, start in ((tmp_path / "new", begin), (copy_of(folders[0], tmp_path / "old"), resume)):
+        folder.mkdir(exist_ok=True)
+        (folder / "metrics.json").write_text("mine")
+        with pytest.raises(InputError, match=r"metrics\.json would be replaced"):
+            start(dataset, TINY, folder)
+        assert (folder / "metrics.json").read_text() == "mine"
+    torch.save({"weights": torch.ones(3)}, tmp_path / UNDER_WAY)
+    with pytest.raises(InputError, match="was not written by this program"):
+        begin(dataset, TINY, tmp_path)
+    begin(dataset, TINY, copy_of(folders[0], tmp_path / "fresh"))  # its state is a training's own
 
 
 def test_a_divergence_keeps_the_last_sound_epoch(dataset: Dataset, tmp_path: Path) -> None:

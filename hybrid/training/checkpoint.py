@@ -15,6 +15,7 @@ from fe_models.causes.laws import force_laws
 from fe_models.dofs import DofMap
 from fe_models.errors import InputError
 from fe_models.files.atomic import writing
+from fe_models.files.result_set import finish_exchanges
 from fe_models.files.structure_file import structure_from_text, structure_text
 from fe_models.linear import ModalModel
 from fe_models.recordings import Sensor
@@ -100,6 +101,7 @@ def save_checkpoint(checkpoint: Checkpoint, path: Path) -> None:
 
 def load_checkpoint(path: Path) -> Checkpoint:
     """Read a checkpoint, its model on the CPU; `InputError` where the file is none or is another version's."""
+    finish_exchanges(path.parent)
     content = _read(path)
     if content.get("format", FORMAT) != FORMAT:
         raise InputError(f"{path}: has checkpoint format {content['format']}, this program reads {FORMAT}; train again")
@@ -112,6 +114,12 @@ def load_checkpoint(path: Path) -> Checkpoint:
     model = rebuilt(config.model, origin, content["model"])
     history = tuple(EpochResult(**result) for result in content["history"])
     return Checkpoint(config, origin, model, content["trainer"], history, content["seconds"])
+
+
+def require_own(path: Path) -> None:
+    """Raise `InputError` where ``path`` is a file, but not the state of a training, of this version or another."""
+    if path.exists() and not {"config", "model", "trainer"} <= _read(path).keys():
+        raise InputError(f"{path}: was not written by this program and would be replaced; give another folder")
 
 
 def rebuilt(config: ModelConfig, origin: Origin, weights: dict[str, Tensor]) -> Hybrid:

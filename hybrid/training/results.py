@@ -9,7 +9,7 @@ import torch
 
 from fe_models.arrays import FloatArray
 from fe_models.files.atomic import write_json
-from fe_models.files.run_folder import PREDICTION, Prediction, save_prediction, save_run_model
+from fe_models.files.run_folder import Prediction, save_prediction, save_run_model
 from fe_models.linear import ModalModel
 from fe_models.recordings import Dataset
 from fe_models.structure import Structure
@@ -20,16 +20,11 @@ from hybrid.estimation.uncertainty import set_relative_error
 from hybrid.estimation.windows import cut_field
 from hybrid.figures import channel_labels, draw_curves, draw_latent, draw_loop
 from hybrid.progress import nothing
-from hybrid.training.checkpoint import Origin
+from hybrid.training.checkpoint import Origin, save_checkpoint
 from hybrid.training.evaluation import score_table
 from hybrid.training.forecast_comparison import Comparison, band_scores, compare, field_scores
-from hybrid.training.run import Run
+from hybrid.training.run import DONE, LOOP, METRICS, Run, results_in
 from hybrid.training.training_figure import draw_history
-
-LOOP = "force_displacement.png"
-OF_THE_TEST = (PREDICTION, "channels.png", "latent.png", "displacement.png", LOOP)
-"""Files that not every run writes."""
-
 
 RESULT_STEPS = 4  # of `write_results`: forecasts, and three figures that take a while
 
@@ -39,15 +34,42 @@ def write_results(
 ) -> dict[str, Any]:
     """Score the run's model on the test recordings, write everything into its folder and return the metrics.
 
+    The checkpoint, its scores and its prediction replace the older results together; the curves follow.
     ``truth``: the true displacement (time, dof) of the first test recording, known where the data are simulated.
     ``advance`` is called `RESULT_STEPS` times at most, to show progress.
     """
-    folder, model, modal = run.folder, run.trainer.model, run.origin.modal
-    training = run.config.training
+    model, modal, training = run.trainer.model, run.origin.modal, run.config.training
     length = run.trainer.windows.shape[1]
     set_relative_error(model, run.trainer.windows.cpu().double().numpy())
     comparison = compare(model, dataset, length, training.stride)
     advance()
+    metrics = _metrics(run, dataset, comparison)
+    prediction = None
+    if comparison is not None:
+        if truth is not None:
+            truth = cut_field(truth, dataset.select("test")[0], length, training.stride)
+            metrics["field"] = field_scores(comparison, modal, truth)
+        initial = fe_initial_state(run.origin, comparison.windows[0], run.config.model.encoder_samples)
+        first = None if truth is None else truth[0]
+        prediction = prediction_of(comparison.hybrid.forecast, comparison.fe, run.origin, initial, first)
+    results = results_in(run.folder)
+    with results.replacing() as new:
+        save_checkpoint(run.checkpoint(), new / DONE)
+        write_json(new / METRICS, metrics)
+        save_run_model(dataset.model, modal, new)
+        if prediction is not None:
+            save_prediction(prediction, new)
+    with results.adding() as new:
+        draw_history(new / "training.png", run.history)
+        advance()
+        if comparison is not None and prediction is not None:
+            _draw(dataset, modal, comparison, prediction, new, advance)
+    run.forget_state()
+    return metrics
+
+
+def _metrics(run: Run, dataset: Dataset, comparison: Comparison | None) -> dict[str, Any]:
+    """Return the scores of a run as plain data, but for the whole field's."""
     metrics: dict[str, Any] = {
         "schema": 1,
         "training": {
@@ -60,34 +82,21 @@ def write_results(
         "test": None,
         "scores": None,
     }
-    for name in OF_THE_TEST:  # an older run's, of another model
-        (folder / name).unlink(missing_ok=True)
-    save_run_model(dataset.model, modal, folder)
-    draw_history(folder / "training.png", run.history)
-    advance()
-    if comparison is not None:
-        forecasts = {name: forecast.channels for name, forecast in comparison.by_name.items()}
-        metrics["test"] = {
-            "recordings": [recording.name for recording in dataset.select("test")],
-            "windows": len(comparison.windows),
-            "overlapping": len(comparison.windows) > sum(len(recording.data) for recording in dataset.select("test")),
-            "window_samples": length,
-            "encoder_samples": run.config.model.encoder_samples,
-        }
-        if isinstance(model, Experts):
-            metrics["test"]["expert_weights"] = expert_weights(model, run.origin, comparison.windows)
-        metrics["scores"] = score_table(forecasts, comparison.windows, dataset.sensors)
-        metrics["bands"] = band_scores(model, comparison, dataset.sensors)
-        if truth is not None:
-            truth = cut_field(truth, dataset.select("test")[0], length, training.stride)
-            metrics["field"] = field_scores(comparison, modal, truth)
-        initial = fe_initial_state(run.origin, comparison.windows[0], run.config.model.encoder_samples)
-        first = None if truth is None else truth[0]
-        prediction = prediction_of(comparison.hybrid.forecast, comparison.fe, run.origin, initial, first)
-        save_prediction(prediction, folder)
-        _draw(dataset, modal, comparison, prediction, folder, advance)
-    write_json(folder / "metrics.json", metrics)
-    run.finish()  # last: a run that is cut short before is resumed, and writes all of the above again
+    if comparison is None:
+        return metrics
+    model = run.trainer.model
+    forecasts = {name: forecast.channels for name, forecast in comparison.by_name.items()}
+    metrics["test"] = {
+        "recordings": [recording.name for recording in dataset.select("test")],
+        "windows": len(comparison.windows),
+        "overlapping": len(comparison.windows) > sum(len(recording.data) for recording in dataset.select("test")),
+        "window_samples": run.trainer.windows.shape[1],
+        "encoder_samples": run.config.model.encoder_samples,
+    }
+    if isinstance(model, Experts):
+        metrics["test"]["expert_weights"] = expert_weights(model, run.origin, comparison.windows)
+    metrics["scores"] = score_table(forecasts, comparison.windows, dataset.sensors)
+    metrics["bands"] = band_scores(model, comparison, dataset.sensors)
     return metrics
 
 

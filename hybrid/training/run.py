@@ -1,7 +1,7 @@
 """A training run in a folder: start or resume it, checkpoint every epoch, and finish it.
 
-While a training is under way its state is in ``training.pt``; only when it is done does that file become
-``checkpoint.pt``, so that an older result stays whole until a new one is.
+While a training is under way its state is in ``training.pt``; older results stay whole until it is done. Only when all
+new results are written is that file removed: a run that is cut short before is resumed, and writes them again.
 """
 
 import hashlib
@@ -15,6 +15,8 @@ import torch
 
 from fe_models.arrays import FloatArray
 from fe_models.errors import InputError
+from fe_models.files.result_set import ResultSet
+from fe_models.files.run_folder import MODEL, PREDICTION
 from fe_models.nominal import nominal_modes
 from fe_models.recordings import Dataset
 from fe_models.structure import Structure
@@ -23,7 +25,7 @@ from hybrid.estimation.experts import Experts
 from hybrid.estimation.windows import cut_all, window_length
 from hybrid.neural_modal_ode.model import NeuralModalODE
 from hybrid.progress import nothing
-from hybrid.training.checkpoint import Checkpoint, Origin, load_checkpoint, save_checkpoint
+from hybrid.training.checkpoint import Checkpoint, Origin, load_checkpoint, require_own, save_checkpoint
 from hybrid.training.expert_preparation import prepare_experts
 from hybrid.training.gradient_training import EpochResult
 from hybrid.training.preparation import Prepared, prepare
@@ -31,6 +33,9 @@ from hybrid.training.trainers import AnyTrainer, trainer_for
 
 UNDER_WAY = "training.pt"
 DONE = "checkpoint.pt"
+METRICS = "metrics.json"
+LOOP = "force_displacement.png"
+CURVES = ("training.png", "channels.png", "latent.png", "displacement.png", LOOP)
 
 
 @dataclass
@@ -59,9 +64,19 @@ class Run:
         return Checkpoint(self.config, self.origin, trainer.model, trainer.state(), self.history, self.seconds)
 
     def finish(self) -> None:
-        """Turn the training's state into the run's checkpoint."""
-        save_checkpoint(self.checkpoint(), self.folder / DONE)
+        """Leave the trained model alone, without scores or curves."""
+        with results_in(self.folder).replacing() as new:
+            save_checkpoint(self.checkpoint(), new / DONE)
+        self.forget_state()
+
+    def forget_state(self) -> None:
+        """Remove the training's state: all its results are written."""
         (self.folder / UNDER_WAY).unlink(missing_ok=True)
+
+
+def results_in(folder: Path) -> ResultSet:
+    """Return what a training leaves in ``folder``."""
+    return ResultSet(folder, "train", (DONE, METRICS, MODEL, PREDICTION, *CURVES))
 
 
 def begin(
@@ -71,7 +86,9 @@ def begin(
     device: str = "cpu",
     advance: Callable[[], object] = nothing,
 ) -> Run:
-    """Start a new training; `InputError` where the dataset does not allow one. ``advance``: see `prepare`."""
+    """Start a new training; `InputError` where dataset or ``folder`` do not allow one. ``advance``: see `prepare`."""
+    results_in(folder).check()
+    require_own(folder / UNDER_WAY)
     torch.set_num_threads(config.training.threads)
     started = time.perf_counter()
     prepared: Prepared[NeuralModalODE] | Prepared[Experts]
@@ -97,6 +114,7 @@ def resume(dataset: Dataset, config: Config, folder: Path, device: str = "cpu") 
 
     `InputError` where it was started with other settings or other data.
     """
+    results_in(folder).check()
     torch.set_num_threads(config.training.threads)
     found = load_checkpoint(folder / UNDER_WAY)
     windows = _windows(dataset, config, found.origin)
