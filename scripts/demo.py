@@ -12,7 +12,7 @@ from fe_models.built_in.bridge import bridge
 from fe_models.errors import InputError, bad_input_exits
 from fe_models.files.bridge_recordings import bridge_sensors, write_bridge_dataset
 from fe_models.files.dataset_file import load_dataset, save_dataset
-from fe_models.pictures.run_pictures import draw_run
+from fe_models.pictures.run_pictures import PictureOptions, draw_run
 from fe_models.recordings import Dataset
 from fe_models.simulation import ReleaseConfig
 from fe_models.statics import PointLoad
@@ -67,7 +67,7 @@ def main(
         print("3/4  Forecasting the recording that was not trained on ...", flush=True)
         metrics = score(run, dataset, truth)
         print("4/4  Drawing ...", flush=True)
-        pictures = draw_run(out / "hybrid", out / "pictures", frames=FRAMES)
+        pictures = draw_run(out / "hybrid", out / "pictures", PictureOptions(frames=FRAMES))
         print(f"\n{describe(metrics)}\n\nPictures of the structure:")
         for path, meaning in pictures[-4:]:
             print(f"  {path}  {meaning}")

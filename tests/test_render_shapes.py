@@ -3,15 +3,23 @@
 import re
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import imageio.v3
 import numpy as np
+import pytest
 
 from fe_models.arrays import FloatArray
 from fe_models.dofs import structure_dofs
+from fe_models.errors import InputError
 from fe_models.files.atomic import write_npz
+from fe_models.files.run_folder import load_run
 from fe_models.files.structure_file import save_structure
+from fe_models.pictures import render
+from fe_models.pictures.captions import pace
+from fe_models.pictures.drawing import Picture
+from fe_models.pictures.run_pictures import PictureOptions, draw_prediction, draw_run, film_rows
 from fe_models.sections import Section
 from fe_models.structure import Beam, Cable, Structure, Support
 
@@ -87,3 +95,63 @@ def test_script_names_every_fault_and_exits_with_2(tmp_path: Path) -> None:
     missing = render_shapes(tmp_path / "nowhere", "--out", tmp_path / "pictures")
     assert missing.returncode == 2
     assert "no such folder" in missing.stderr
+
+
+def texts_of(write: Callable[[], object], monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """The texts of the pictures that ``write`` paints, without painting them."""
+    texts: list[str] = []
+
+    def keep(picture: Picture, path: Path) -> Path:
+        texts.extend(text.text for text in picture.texts)
+        return path
+
+    monkeypatch.setattr(render, "_write", keep)
+    write()
+    return texts
+
+
+@pytest.mark.parametrize("scale", [0.5, 1.0, 25.0, 1500.0])
+def test_the_scale_that_is_asked_for_is_drawn_and_said(
+    scale: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write_run(tmp_path)
+    write_prediction(tmp_path, unit="m")
+    run = load_run(tmp_path)
+    prediction = run.prediction
+    assert prediction is not None
+    texts = texts_of(lambda: draw_prediction(run, prediction, tmp_path, PictureOptions(scale=scale)), monkeypatch)
+    said = f"displacements drawn {scale:,g} times as large" if scale != 1 else "drawn to the scale of the structure"
+    assert sum(said in text for text in texts) == 2, texts  # snapshots, initial deformation
+
+
+def test_a_film_runs_at_the_speed_that_is_asked_for() -> None:
+    """As smoothly as 25 frames a second where samples are dense enough; a sample a frame where they are not."""
+    time = np.linspace(0.0, 20.0, 2001)
+    for speed, rate in ((1.0, 25.0), (0.25, 25.0), (0.1, 10.0), (10.0, 25.0)):
+        rows, fps = film_rows(time, None, speed)
+        assert fps == pytest.approx(rate)
+        assert time[rows[-1]] == pytest.approx(20.0)
+        assert (len(rows) - 1) / fps == pytest.approx(20.0 / speed)
+        slower = pace(len(rows), fps, float(time[rows[-1]]))
+        assert slower == {1.0: "shown in real time", 10.0: "shown 10 times faster"}.get(
+            speed, f"shown {1 / speed:g} times slower"
+        )
+    rows, fps = film_rows(time, 100, 1.0)
+    assert len(rows) == 100
+    assert fps == pytest.approx(25.0)
+    assert time[rows[-1]] == pytest.approx(99 * 0.04)  # its beginning
+    rows, fps = film_rows(time, None, None)
+    assert (len(rows), fps) == (223, 25.0)  # every ninth sample: at most 250
+    assert rows[-1] > 1990
+
+
+def test_options_that_cannot_be_drawn_are_all_named_at_once(tmp_path: Path) -> None:
+    with pytest.raises(InputError) as raised:
+        draw_run(tmp_path / "missing", tmp_path, PictureOptions(interval=-1.0, scale=0.0, speed=float("nan")))
+    assert [fault.split(":")[0] for fault in raised.value.faults] == [
+        "--interval -1",
+        "--scale 0",
+        "--speed nan",
+        str(tmp_path / "missing"),
+    ]
+    assert "1 is real time, 0.1 ten times slower" in str(raised.value)

@@ -21,8 +21,7 @@ def exaggeration(scale: float, largest: float, unit: str) -> str:
         return f"relative displacements; the largest, {largest:.3g}, is drawn as {scale * largest:.2g} m"
     if scale == 1:
         return "displacements drawn to the scale of the structure"
-    times = f"{scale:,.0f}" if scale > 1 else f"{scale:g}"
-    return f"displacements drawn {times} times as large"
+    return f"displacements drawn {scale:,.6g} times as large"
 
 
 def pace(frames: int, fps: float, duration: float) -> str:

@@ -1,7 +1,8 @@
 """Paints pictures and films of deformed shapes with PyVista, off screen; the only module that needs graphics.
 
 Every function takes displacements over all degrees of freedom of the model, (dof,) or (frame, dof), in m or relative,
-writes whole files, closes what it opened and returns the paths. `InputError` names a displacement that does not fit.
+which it draws ``scale`` times as large (None: so that the largest is plain to see), writes whole files, closes what it
+opened and returns the paths. `InputError` names a displacement that does not fit.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -37,6 +38,7 @@ NAMED_STYLES: dict[str, tuple[Color, float]] = {
 }
 OTHER_STYLES: tuple[tuple[Color, float], ...] = (((170, 60, 140), 0.7), ((90, 90, 90), 0.3))
 FILM_WIDTH = 1280  # px
+GIF_TICK = 0.01  # s: in whole ones .gif files keep how long a picture stands
 
 
 def draw_modes(model: Model, modes: ModalModel, folder: Path, sensors: Sequence[Sensor] = ()) -> list[Path]:
@@ -70,10 +72,11 @@ def draw_snapshots(
     unit: str = "m",
     title: str = "Deformed shape at consecutive times",
     sensors: Sequence[Sensor] = (),
+    scale: float | None = None,
 ) -> Path:
     """Write one picture of ``displacements`` (frame, dof) at ``times`` (frame,) s, at one scale and colour range."""
     panels = _timed_panels(displacements, times)
-    figure = _figure(model, panels, title, unit, sensors)
+    figure = _figure(model, panels, title, unit, sensors, scale)
     if len(panels) > 1:
         figure = replace(figure, note=f"{figure.note}; the same scale and colours at all times")
     return _write(compose(figure, panels), path)
@@ -86,6 +89,7 @@ def draw_comparison(
     unit: str = "m",
     title: str = "Initial deformation: hybrid model against FE model",
     sensors: Sequence[Sensor] = (),
+    scale: float | None = None,
 ) -> Path:
     """Write the named ``shapes`` (dof,) over each other, at one scale, each in its colour with its largest value."""
     if not shapes:
@@ -94,7 +98,7 @@ def draw_comparison(
     styles = {name: NAMED_STYLES.get(name) or next(others) for name in shapes}
     widest_first = sorted(shapes, key=lambda name: -styles[name][1])
     panels: tuple[Panel, ...] = (Panel("", tuple(Shape(shapes[name], *styles[name]) for name in widest_first)),)
-    figure = _figure(model, panels, title, unit, sensors)
+    figure = _figure(model, panels, title, unit, sensors, scale)
     if figure.outline.masses:  # masses would hide each other: one row a shape
         panels = tuple(Panel(name, (Shape(shapes[name], styles[name][0]),)) for name in shapes)
     factor, unit_name = readable(figure.largest, unit)
@@ -114,10 +118,13 @@ def animate(
     unit: str = "m",
     title: str = "Motion of the structure",
     sensors: Sequence[Sensor] = (),
+    scale: float | None = None,
 ) -> Path:
     """Write a film (.mp4, or .gif) of ``displacements`` (frame, dof), one picture a frame, ``fps`` of them a second."""
     panels = _timed_panels(displacements, times)
-    figure = _figure(model, panels, title, unit, sensors)
+    figure = _figure(model, panels, title, unit, sensors, scale)
+    if path.suffix == ".gif":
+        fps = 1 / (GIF_TICK * max(2, round(1 / (GIF_TICK * fps))))  # shorter than two ticks many programs slow down
     note = f"{figure.note}; {pace(len(times), fps, float(times[-1] - times[0]))}"
     figure = replace(figure, note=note, width=FILM_WIDTH)
     plan = arranged(figure, panels[:1])
@@ -149,12 +156,14 @@ def _timed_panels(displacements: FloatArray, times: FloatArray) -> tuple[Panel, 
     return tuple(Panel(f"t = {time:.3f} s", (Shape(frame),)) for frame, time in zip(frames, times, strict=True))
 
 
-def _figure(model: Model, panels: Sequence[Panel], title: str, unit: str, sensors: Sequence[Sensor]) -> Figure:
-    """Return what ``panels`` share: a scale and colours that fit the largest displacement of all of them."""
+def _figure(
+    model: Model, panels: Sequence[Panel], title: str, unit: str, sensors: Sequence[Sensor], wanted: float | None
+) -> Figure:
+    """Return what ``panels`` share: the scale ``wanted``, or one that fits the largest displacement, and colours."""
     shape = outline(model)
     frames = _frames(panels)
     largest = largest_displacement(shape, frames)
-    scale = choose_scale(largest, shape.size)
+    scale = choose_scale(largest, shape.size) if wanted is None else wanted
     note = exaggeration(scale, largest, unit)
     return figure_of(shape, frames, scale, largest, title, note, unit, _on(shape, sensors))
 

@@ -1,16 +1,19 @@
 """All pictures of a run, each with what it shows in plain words."""
 
+from dataclasses import dataclass
 from enum import Enum
+from math import inf
 from pathlib import Path
 
 import numpy as np
 
-from fe_models.arrays import FloatArray
-from fe_models.errors import InputError
+from fe_models.arrays import FloatArray, IntArray
+from fe_models.errors import noting, raise_faults
 from fe_models.files.run_folder import Prediction, Run, load_run
 from fe_models.pictures import render
 
 FRAMES_PER_SECOND = 25.0
+FRAMES = 250  # of a film, at most, where nothing else is asked for: ten seconds
 
 
 class FilmFormat(Enum):
@@ -25,26 +28,53 @@ Drawn = tuple[Path, str]
 """A picture's path and what it shows."""
 
 
-def draw_run(
-    folder: Path,
-    out: Path,
-    snapshots: int = 6,
-    interval: float | None = None,
-    frames: int = 250,
-    film: FilmFormat = FilmFormat.AUTO,
-) -> list[Drawn]:
+@dataclass(frozen=True)
+class PictureOptions:
+    """How the motion of a run is drawn; None where the choice is left to the program.
+
+    ``snapshots`` lie ``interval`` s apart [they span one period of the first mode]. Displacements are drawn ``scale``
+    times as large [the largest at about a twelfth of the structure]. The film has at most ``frames`` [250, in which it
+    shows the whole motion; with ``speed`` as many as that takes] and runs at ``speed`` times real time.
+    """
+
+    snapshots: int = 6
+    interval: float | None = None
+    frames: int | None = None
+    film: FilmFormat = FilmFormat.AUTO
+    scale: float | None = None
+    speed: float | None = None
+
+    def faults(self) -> list[str]:
+        """Return a line for each value that cannot be drawn."""
+        wishes = (
+            ("interval", self.interval, "a time above 0 s"),
+            ("scale", self.scale, "a factor above 0; 1 draws displacements to the scale of the structure"),
+            ("speed", self.speed, "a factor above 0; 1 is real time, 0.1 ten times slower"),
+        )
+        faults = [
+            f"--{name} {value:g}: must be {words}"
+            for name, value, words in wishes
+            if value is not None and not 0 < value < inf
+        ]
+        if self.film is FilmFormat.MP4 and not render.mp4_works():
+            faults.append("--format mp4: ffmpeg does not run here; use --format gif, or reinstall imageio-ffmpeg")
+        return faults
+
+
+def draw_run(folder: Path, out: Path, options: PictureOptions = PictureOptions()) -> list[Drawn]:
     """Draw what the run in ``folder`` holds: mode shapes and, after a training, the predicted displacements.
 
-    ``snapshots`` that lie ``interval`` s apart (left out: they span one period of the first mode), and an animation of
-    at most ``frames``. `InputError` carries all that is missing.
+    `InputError` carries all that is missing, and what is wrong with the options.
     """
-    content = load_run(folder)
+    faults = options.faults()
+    content = noting(faults, "", load_run, folder)
+    raise_faults(faults)
+    assert content is not None  # else there were faults
     drawn = draw_model(content, out)
     if content.prediction is None:
         return drawn
-    step = interval or 1 / content.modes.frequencies[0] / snapshots
-    drawn += draw_prediction(content, content.prediction, out, snapshots, step)
-    return [*drawn, draw_film(content, content.prediction, out, frames, film)]
+    drawn += draw_prediction(content, content.prediction, out, options)
+    return [*drawn, draw_film(content, content.prediction, out, options)]
 
 
 def draw_model(run: Run, out: Path) -> list[Drawn]:
@@ -57,14 +87,15 @@ def draw_model(run: Run, out: Path) -> list[Drawn]:
     return [*words, (overview, f"all {len(single)} mode shapes side by side")]
 
 
-def draw_prediction(run: Run, prediction: Prediction, out: Path, snapshots: int, step: float) -> list[Drawn]:
-    """Draw snapshots ``step`` s apart and the initial deformation; return each path with what it shows."""
+def draw_prediction(run: Run, prediction: Prediction, out: Path, options: PictureOptions) -> list[Drawn]:
+    """Draw snapshots and the initial deformation; return each path with what it shows."""
     time, unit, sensors = prediction.time, prediction.unit, prediction.sensors
-    wanted = time[0] + step * np.arange(snapshots)
+    step = options.interval or 1 / run.modes.frequencies[0] / options.snapshots
+    wanted = time[0] + step * np.arange(options.snapshots)
     rows = np.unique(np.abs(time[:, None] - wanted[wanted <= time[-1] + 1e-9]).argmin(axis=0))
     title = "Displacement of the whole structure by the hybrid model"
     path = render.draw_snapshots(
-        run.model, prediction.hybrid[rows], time[rows], out / "snapshots.png", unit, title, sensors
+        run.model, prediction.hybrid[rows], time[rows], out / "snapshots.png", unit, title, sensors, options.scale
     )
     drawn = [(path, "hybrid model: the whole structure at consecutive times")]
     shapes: dict[str, FloatArray] = {"hybrid": prediction.hybrid[0], "FE": prediction.fe_initial}
@@ -75,24 +106,41 @@ def draw_prediction(run: Run, prediction: Prediction, out: Path, snapshots: int,
     if prediction.truth is not None:
         shapes["truth"] = prediction.truth[0]
         words += ", and the simulated truth beneath"
-    path = render.draw_comparison(run.model, shapes, out / "initial_deformation.png", unit, title, sensors)
+    path = render.draw_comparison(
+        run.model, shapes, out / "initial_deformation.png", unit, title, sensors, options.scale
+    )
     return [*drawn, (path, f"shape at the start of the window: {words}")]
 
 
-def draw_film(run: Run, prediction: Prediction, out: Path, frames: int, film: FilmFormat) -> Drawn:
-    """Write the animation, at most ``frames`` long; return its path with what it shows."""
-    if film is FilmFormat.MP4 and not render.mp4_works():
-        raise InputError("--format mp4: ffmpeg does not run here; use --format gif, or reinstall imageio-ffmpeg")
-    mp4 = film is FilmFormat.MP4 or (film is FilmFormat.AUTO and render.mp4_works())
-    stride = -(-len(prediction.time) // frames)
+def draw_film(run: Run, prediction: Prediction, out: Path, options: PictureOptions) -> Drawn:
+    """Write the animation; return its path with what it shows."""
+    mp4 = options.film is FilmFormat.MP4 or (options.film is FilmFormat.AUTO and render.mp4_works())
+    time = prediction.time
+    rows, fps = film_rows(time, options.frames, options.speed)
     path = render.animate(
         run.model,
-        prediction.hybrid[::stride],
-        prediction.time[::stride],
+        prediction.hybrid[rows],
+        time[rows],
         out / f"animation.{'mp4' if mp4 else 'gif'}",
-        FRAMES_PER_SECOND,
+        fps,
         prediction.unit,
         "Motion of the whole structure by the hybrid model",
         prediction.sensors,
+        options.scale,
     )
-    return path, "hybrid model: the motion, exaggerated"
+    cut = len(rows) > 1 and len(time) - rows[-1] > rows[1]
+    length = f", its first {time[rows[-1]] - time[0]:.3g} s" if cut else ""
+    return path, f"hybrid model: the motion{length}, exaggerated"
+
+
+def film_rows(time: FloatArray, frames: int | None, speed: float | None) -> tuple[IntArray, float]:
+    """Return the samples of ``time`` (time,) that a film shows, and how many of them a second.
+
+    At a given ``speed`` every stride-th sample stands for stride step / speed seconds, as near to 1/25 s as samples
+    allow; the film ends where ``frames`` are used up. Without one it shows all of the time in so many frames.
+    """
+    if speed is None or len(time) < 2:
+        return np.arange(0, len(time), -(-len(time) // (frames or FRAMES))), FRAMES_PER_SECOND
+    step = float(time[-1] - time[0]) / (len(time) - 1)
+    stride = max(1, round(speed / (step * FRAMES_PER_SECOND)))
+    return np.arange(0, len(time), stride)[:frames], speed / (step * stride)
