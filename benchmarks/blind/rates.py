@@ -2,13 +2,13 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from math import sqrt
 from statistics import median
+
+from scipy.stats import binomtest
 
 from benchmarks.blind.cases import BlindResult
 from benchmarks.peers.answer import PeerMark
 
-NORMAL = 1.96  # standard deviations that hold 95 %
 FLOOR_AIMS = (1.05, 1.15)  # extended forecast over noise floor: with an exact nominal model, with one that is off
 SENSOR_KINDS = ("sensor_gain", "sensor_delay", "sensor_drift", "time_integration")  # no forces on the structure
 
@@ -30,10 +30,8 @@ class Share:
         """Wilson's 95 % interval of the true rate (Journal of the American Statistical Association 22, 1927)."""
         if not self.count:
             return 0.0, 1.0
-        n, p = self.count, self.hits / self.count
-        middle = (p + NORMAL**2 / (2 * n)) / (1 + NORMAL**2 / n)
-        half = NORMAL / (1 + NORMAL**2 / n) * sqrt(p * (1 - p) / n + NORMAL**2 / (4 * n**2))
-        return max(0.0, middle - half), min(1.0, middle + half)
+        found = binomtest(self.hits, self.count).proportion_ci(0.95, method="wilson")
+        return float(found.low), float(found.high)
 
     def __str__(self) -> str:
         return "-" if not self.count else f"{100 * self.hits / self.count:.0f} % ({self.hits}/{self.count})"
@@ -73,8 +71,8 @@ def rates(results: Sequence[BlindResult], off: bool) -> list[Rate]:
     clean, outside = [r for r in results if r.is_clean], [r for r in results if r.is_outside]
     pairs, known = [r for r in results if r.is_pair], [r for r in results if not r.is_outside]
 
-    def aim(exact: str, otherwise: str) -> str:
-        return otherwise if off else exact
+    def aim(of_exact: str, of_off: str) -> str:
+        return of_off if off else of_exact
 
     def line(
         what: str,
