@@ -11,7 +11,7 @@ from benchmarks.blind import cases, figures, grid, summary
 from benchmarks.blind.cases import BlindResult, Task, all_done, tasks, words_of
 from benchmarks.blind.confusion import confusion
 from benchmarks.blind.confusion import text as confusion_text
-from benchmarks.blind.rates import Rate, Share, rates, table
+from benchmarks.blind.rates import FORECAST, Rate, Share, rates, table
 from benchmarks.blind.reliability import calibration
 from benchmarks.blind.reliability import text as calibration_text
 from benchmarks.blind_cases import BRIDGE_KINDS, KINDS, OUTSIDE, BlindConfig
@@ -75,7 +75,7 @@ def test_rates_count_what_they_say() -> None:
     assert (clean.measured, clean.peers) == (Share(1, 2), (Share(1, 2),))
     outside = found["outside the list: said so, nothing named at >= 0.9"]
     assert (outside.measured, outside.peers) == (Share(1, 1), (Share(0, 1),))
-    assert found["extended forecast within 1.15 of the noise floor"].measured == Share(6, 6)  # outside does not count
+    assert found[FORECAST].measured == Share(6, 6)  # outside does not count
     assert found["seconds, median"].measured == 5.0
     assert found["seconds, worst"].measured == 31.0
     assert "two at once: both found" not in found
@@ -96,7 +96,7 @@ def test_second_cause_that_forecasts_do_not_need_is_told_apart() -> None:
         )
     )
     assert found["two at once: both found"].measured == Share(1, 5)
-    assert found["the same, where forecasts to 1 % of the floor need both"].measured == Share(1, 4)
+    assert found["the same, where forecasts need both"].measured == Share(1, 4)
 
 
 def test_a_peer_without_probabilities_is_not_called_unsure() -> None:
@@ -108,7 +108,7 @@ def test_a_peer_without_probabilities_is_not_called_unsure() -> None:
 def test_an_exact_nominal_model_has_stricter_aims() -> None:
     found = by_name(rates(some_results(), off=False))
     assert found["kind and place right, first"].aim == ">= 99 %"
-    assert found["extended forecast within 1.05 of the noise floor"].measured == Share(0, 6)
+    assert found[FORECAST].measured == Share(0, 6)
 
 
 def test_the_table_has_a_column_for_each_peer() -> None:

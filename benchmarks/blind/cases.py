@@ -1,11 +1,15 @@
 """Blind cases with fresh seeds: drawn, diagnosed, answered by the peers, and only then held against the truth."""
 
 import time
-from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from collections.abc import Callable, Generator, Iterable, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, wait
+from contextlib import closing
 from dataclasses import dataclass, replace
+from functools import partial
+from itertools import islice
 from multiprocessing import get_context
 
+from pebble import ProcessPool
 from threadpoolctl import threadpool_limits
 
 from benchmarks.blind.judging import Judgement, judge
@@ -13,9 +17,11 @@ from benchmarks.blind_cases import BRIDGE_KINDS, KINDS, OUTSIDE, BlindConfig, bl
 from benchmarks.peers.answer import Peer, PeerMark, mark
 from benchmarks.peers.exhaustive import name_by_aic
 from benchmarks.peers.sparse import name_by_regression
+from fe_models.errors import InputError
 from hybrid.diagnosis.diagnosis import THREADS, diagnose
 
 NOTHING = "nothing"  # the word for a clean case
+CERTIFICATE_SEED = 20_000_000  # seeds from here on are the certificate's alone, so that nobody works towards them
 CLEAN = 3  # clean cases beside one of every kind
 PEERS: dict[str, Peer] = {"exhaustive AIC": name_by_aic, "sparse regression": name_by_regression}
 
@@ -75,7 +81,14 @@ def words_of(structure: str) -> tuple[str, ...]:
 
 
 def tasks(count: int, seed: int, words: Sequence[str], config: BlindConfig) -> list[Task]:
-    """Return ``count`` tasks with the seeds from ``seed`` on, the ``words`` in turn."""
+    """Return ``count`` tasks with the seeds from ``seed`` on, the ``words`` in turn.
+
+    `InputError` where the seeds are the certificate's.
+    """
+    if seed + count > CERTIFICATE_SEED:
+        raise InputError(
+            f"seed {seed + count - 1}: seeds from {CERTIFICATE_SEED} on are for --certificate alone; choose lower ones"
+        )
     return [Task(seed + number, words[number % len(words)], config) for number in range(count)]
 
 
@@ -113,11 +126,35 @@ def all_done(
             found.append(done(task, peers))
             finished(found)
         return found
-    pool = ProcessPoolExecutor(jobs, mp_context=get_context("spawn"))
-    try:
-        for ready in as_completed([pool.submit(done, task, peers) for task in wanted]):
+    with closing(
+        in_processes(wanted, jobs, partial(done, peers=peers))
+    ) as coming:  # which ends the processes where a task fails
+        for _, ready in coming:
             found.append(ready.result())
             finished(found)
-    finally:
-        pool.shutdown(cancel_futures=True)  # where one fails, the others need not be waited for
     return sorted(found, key=lambda result: wanted.index(result.task))
+
+
+def in_processes(
+    wanted: Iterable[Task], jobs: int, work: Callable[[Task], BlindResult] = done, limit: float | None = None
+) -> Generator[tuple[Task, Future[BlindResult]], None, None]:
+    """Give each task with the result of the ``work`` on it, whichever is ready first, from ``jobs`` processes.
+
+    The result raises what the work raised, `TimeoutError` where it took more than ``limit`` (s), and
+    `pebble.ProcessExpired` where its process died; the other tasks go on. The next task is asked for when a process is
+    free for it.
+    """
+    coming = iter(wanted)
+    pool = ProcessPool(jobs, context=get_context("spawn"))
+    running: dict[Future[BlindResult], Task] = {}
+    try:
+        while True:
+            for task in islice(coming, jobs - len(running)):
+                running[pool.schedule(work, (task,), timeout=limit)] = task
+            if not running:
+                return
+            for ready in wait(running, return_when=FIRST_COMPLETED).done:
+                yield running.pop(ready), ready
+    finally:
+        pool.stop()
+        pool.join()

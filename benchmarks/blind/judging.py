@@ -1,6 +1,11 @@
 """How right a diagnosis is about a blind case, once the truth is opened."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from math import inf, isfinite
+from typing import Any
+
+from pydantic import TypeAdapter
 
 from benchmarks.blind_cases import BlindCase
 from fe_models.causes import Cause
@@ -36,6 +41,17 @@ class Judgement:
     covered: tuple[bool, ...]
     over_floor: float
     seconds: float
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the fields for a JSON file, which has no infinity: None stands for it."""
+        floor = self.over_floor if isfinite(self.over_floor) else None
+        return asdict(self) | {"verdict": self.verdict.value, "over_floor": floor}
+
+    @staticmethod
+    def from_json(content: Mapping[str, Any]) -> "Judgement":
+        """Return what `as_json` gave; a `ValidationError` of pydantic where it did not give it."""
+        floor = content.get("over_floor")
+        return TypeAdapter(Judgement).validate_python({**content, "over_floor": inf if floor is None else floor})
 
     @property
     def is_immaterial(self) -> bool:
@@ -84,6 +100,11 @@ def judge(case: BlindCase, found: Diagnosis) -> Judgement:
         float(found.scores["extended"]["measured"] or 0.0) / found.noise_floor,
         found.seconds,
     )
+
+
+def no_report(hidden: str) -> Judgement:
+    """Return what counts where a diagnosis ended without a report, whatever was ``hidden``: nothing is right."""
+    return Judgement((hidden,), (), Verdict.UNEXPLAINED, False, False, False, (), (), (), inf, inf)
 
 
 def _marks(finding: Finding, case: BlindCase) -> list[tuple[bool, bool]]:

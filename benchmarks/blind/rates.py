@@ -10,6 +10,7 @@ from benchmarks.blind.cases import BlindResult
 from benchmarks.peers.answer import PeerMark
 
 FLOOR_AIMS = (1.05, 1.15)  # extended forecast over noise floor: with an exact nominal model, with one that is off
+FORECAST = "extended forecast within {} (off: {}) times the noise floor".format(*FLOOR_AIMS)
 SENSOR_KINDS = ("sensor_gain", "sensor_delay", "sensor_drift", "time_integration")  # no forces on the structure
 
 
@@ -32,6 +33,10 @@ class Share:
             return 0.0, 1.0
         found = binomtest(self.hits, self.count).proportion_ci(0.95, method="wilson")
         return float(found.low), float(found.high)
+
+    def as_json(self) -> dict[str, object]:
+        """Return value, counts and interval for a JSON file."""
+        return {"value": self.value, "hits": self.hits, "count": self.count, "interval": self.interval}
 
     def __str__(self) -> str:
         return "-" if not self.count else f"{100 * self.hits / self.count:.0f} % ({self.hits}/{self.count})"
@@ -89,11 +94,11 @@ def rates(results: Sequence[BlindResult], off: bool) -> list[Rate]:
     forces = [r for r in single if r.task.hidden not in SENSOR_KINDS]
     found = [
         line("kind and place right, first", single, lambda r: r.judgement.first, aim(">= 99 %", ">= 95 %"), _first),
-        line("the same, of what forecasts to 5 % of the floor need", felt, lambda r: r.judgement.first, ""),
+        line("the same, of causes that forecasts need", felt, lambda r: r.judgement.first, ""),
         line("the same, of causes that are forces", forces, lambda r: r.judgement.first, "", _first),
         line("first or among the alternatives", single, lambda r: r.judgement.listed, aim("100 %", ">= 99 %")),
         line("two at once: both found", pairs, lambda r: r.judgement.first, aim(">= 90 %", ">= 80 %"), _first),
-        line("the same, where forecasts to 1 % of the floor need both", both, lambda r: r.judgement.first, ""),
+        line("the same, where forecasts need both", both, lambda r: r.judgement.first, ""),
         Rate(
             "wrong name at >= 0.9",
             share(r.judgement.confidently_wrong for r in results),
@@ -114,9 +119,7 @@ def rates(results: Sequence[BlindResult], off: bool) -> list[Rate]:
             aim(">= 98 %", ">= 95 %"),
         ),
         Rate("95 % intervals cover", share(mark for r in results for mark in r.judgement.covered), "92-98 %"),
-        line(
-            f"extended forecast within {limit} of the noise floor", known, lambda r: r.judgement.over_floor <= limit, ""
-        ),
+        line(FORECAST, known, lambda r: r.judgement.over_floor <= limit, ""),
     ]
     if known:
         middle = median(r.judgement.over_floor for r in known)
@@ -168,6 +171,4 @@ def _cell(value: Share | float | None) -> str:
 
 
 def _plain(value: Share | float) -> dict[str, object]:
-    if isinstance(value, Share):
-        return {"value": value.value, "hits": value.hits, "count": value.count, "interval": value.interval}
-    return {"value": value}
+    return value.as_json() if isinstance(value, Share) else {"value": value}

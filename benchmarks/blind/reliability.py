@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 from benchmarks.blind.cases import BlindResult
 from benchmarks.blind.rates import Share
@@ -19,10 +20,18 @@ class Bin:
     promised: float
     right: Share
 
+    def as_json(self) -> dict[str, Any]:
+        """Return the bin for a JSON file."""
+        return {"low": self.low, "high": self.high, "promised": self.promised, "right": self.right.as_json()}
+
 
 def calibration(results: Sequence[BlindResult]) -> list[Bin]:
     """Return the bins that hold anything."""
-    findings = [finding for result in results for finding in result.judgement.probabilities]
+    return bins_of([finding for result in results for finding in result.judgement.probabilities])
+
+
+def bins_of(findings: Sequence[tuple[float, bool]]) -> list[Bin]:
+    """Return the bins of findings, each its probability and whether it is right."""
     bins = []
     for low, high in pairwise(EDGES):
         own = [(p, right) for p, right in findings if low <= p < high or (p == high == EDGES[-1])]

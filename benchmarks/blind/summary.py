@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import asdict
-from math import isfinite
 from typing import Any
 
 from benchmarks.blind.cases import BlindResult
@@ -34,22 +33,19 @@ def content(results: Sequence[BlindResult], off: bool) -> dict[str, Any]:
         "off": off,
         "rates": [rate.as_json(names) for rate in rates(results, off)],
         "confusion": {"hidden": matrix.hidden, "named": matrix.named, "counts": matrix.counts.tolist()},
-        "calibration": [asdict(item) for item in calibration(results)],
+        "calibration": [item.as_json() for item in calibration(results)],
         "cases": [case_content(result) for result in results],
     }
 
 
 def case_content(result: BlindResult) -> dict[str, Any]:
     """Return one case for a JSON file."""
-    found = result.judgement
-    floor = found.over_floor if isfinite(found.over_floor) else None
-    own = asdict(found) | {"verdict": found.verdict.value, "over_floor": floor}
     config = result.task.config
     return {
         "seed": result.task.seed,
         "hidden": result.task.hidden,
         "noise": config.noise,
         "size": config.size,
-        **own,
+        **result.judgement.as_json(),
         "peers": {name: asdict(mark) for name, mark in result.peers.items()},
     }

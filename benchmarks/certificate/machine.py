@@ -1,0 +1,24 @@
+"""What a case ran on, in words."""
+
+import os
+import platform
+from importlib.metadata import version
+from pathlib import Path
+
+
+def machine() -> str:
+    """Return cores, processor, system, and the versions that numbers depend on."""
+    libraries = ", ".join(f"{name} {version(name)}" for name in ("numpy", "scipy", "numba"))
+    return (
+        f"{os.cpu_count()} cores, {_processor()}, {platform.system()}; Python {platform.python_version()}, {libraries}"
+    )
+
+
+def _processor() -> str:
+    """Return the processor's name, which Python itself does not know on Linux."""
+    listed = Path("/proc/cpuinfo")
+    if listed.is_file():
+        for line in listed.read_text().splitlines():
+            if line.startswith("model name"):
+                return line.split(":", 1)[1].strip()
+    return platform.processor() or platform.machine()
