@@ -126,9 +126,8 @@ def all_done(
             found.append(done(task, peers))
             finished(found)
         return found
-    with closing(
-        in_processes(wanted, jobs, partial(done, peers=peers))
-    ) as coming:  # which ends the processes where a task fails
+    work = partial(done, peers=peers)
+    with closing(in_processes(wanted, jobs, work)) as coming:  # where a task fails, the processes end
         for _, ready in coming:
             found.append(ready.result())
             finished(found)
