@@ -23,7 +23,7 @@ from hybrid.diagnosis.recorded.noise import (
     excess,
     noise_of_recordings,
     structure_band,
-    variance_told,
+    variance_of_log_noise,
 )
 
 RATE, BAND = 10.0, Band(0.55, room=True)  # Hz
@@ -137,7 +137,7 @@ def test_recordings_too_short_for_a_line_in_the_band_tell_noise_by_their_first()
     rng = np.random.default_rng(0)
     short = Batch(rng.standard_normal((3, 15, 2)), ("a", "b", "c"))
     assert np.isfinite(noise_of_recordings((short,), 10.0, band)).all()
-    assert np.isfinite(variance_told(15, 10.0, band))
+    assert np.isfinite(variance_of_log_noise(15, 10.0, band))
 
 
 @pytest.mark.parametrize("rate", [0.85, 10.0])

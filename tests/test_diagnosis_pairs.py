@@ -79,7 +79,7 @@ def test_first_cause_of_a_frame_is_looked_for_anew_once_where_a_second_one_that_
     def seconds(beside: ReferenceFits, *_: object, **__: object) -> tuple[Fit, ...]:
         return found[beside.hypothesis.candidates[-1].key]
 
-    monkeypatch.setattr(pairs, "ground_with", with_ground)
+    monkeypatch.setattr(pairs, "reference_fits_with", with_ground)
     monkeypatch.setattr(pairs, "contest", seconds)
     monkeypatch.setattr(pairs, "each_alone", lambda *_: [])
     singles = leaving(1.0, first), leaving(1.0, other)

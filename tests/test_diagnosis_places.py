@@ -158,7 +158,7 @@ def test_second_cause_of_a_frame_is_looked_for_beside_the_next_single_one_if_tha
         begun.append(start)
         return None, None, None
 
-    monkeypatch.setattr(pairs, "ground_with", none)
+    monkeypatch.setattr(pairs, "reference_fits_with", none)
     posterior = Posterior((*singles, base), np.full(3, 1 / 3), 1.0, 1.0)
     found = pairs.pair_fits(posterior, (), setting.lengths.whole, setting.noise_model, setting.band, lambda: None)
     assert found == []

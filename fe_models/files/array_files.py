@@ -113,9 +113,9 @@ def _filled(row: list[str]) -> int:
 
 def _raise_faults_of_lines(path: Path, faults: list[str]) -> None:
     """Raise those of a file's lines, a whole column of which may have one: the first few, and how many more."""
-    told = [f"{path}: {fault}" for fault in faults[:MOST_LINES]]
-    more = len(faults) - len(told)
-    raise_faults(told + ([f"{path}: and {more} more of that kind"] if more else []))
+    lines = [f"{path}: {fault}" for fault in faults[:MOST_LINES]]
+    more = len(faults) - len(lines)
+    raise_faults(lines + ([f"{path}: and {more} more of that kind"] if more else []))
 
 
 def _of_another_form(path: Path, first: list[str]) -> list[str]:

@@ -34,8 +34,8 @@ def describe_compared(compared: Compared) -> str:
         lines.append(f"- {observed.name}: {'; '.join(_others(observed, compared.sensors)) or 'none'}")
     lines += ["", "Energy that all lines of a recording together leave of it:"]
     lines += [f"- {observed.name}: {observed.lines.left:.1%}" for observed in compared.recordings]
-    told = "Share of energy that the modes of one recording (row) leave of another (column)"
-    lines += ["", f"{told}, windows of {compared.window:.3g} s", ""]
+    caption = "Share of energy that the modes of one recording (row) leave of another (column)"
+    lines += ["", f"{caption}, windows of {compared.window:.3g} s", ""]
     lines += [f"| | {' | '.join(names)} |", f"|---|{'---|' * len(names)}"]
     for name, row in zip(names, compared.left, strict=True):
         lines.append(f"| {name} | {' | '.join(f'{share:.1%}' for share in row)} |")

@@ -29,6 +29,6 @@ def expand(modal: ModalModel, sensors: Sequence[Sensor], windows: FloatArray, mo
     measured = [i for i, sensor in enumerate(sensors) if sensor.role == "measured"]
     held_out = [i for i, sensor in enumerate(sensors) if sensor.role == "held_out"]
     q = windows[:, :, measured] @ np.linalg.pinv(shapes[measured]).T  # (window, time, mode)
-    told = windows.copy()
-    told[:, :, held_out] = q @ shapes[held_out].T
-    return told
+    expanded = windows.copy()
+    expanded[:, :, held_out] = q @ shapes[held_out].T
+    return expanded

@@ -47,7 +47,9 @@ def posterior_of(fits: tuple[Fit, ...], candidates: tuple[Candidate, ...], is_as
     rigid one: the motion that it brings may take up what the structure's model lacks. Nor is weight, or a
     sensor's fault, whose size is not told from none: unlike others, no nominal value may stand for it in part.
     """
-    fits = _distinct(tuple(fit for fit in fits if _waves_told(fit) and _softness_told(fit) and _sizes_told(fit)))
+    fits = _distinct(
+        tuple(fit for fit in fits if _forces_detected(fit) and _compliance_detected(fit) and _sizes_detected(fit))
+    )
     odds = Odds.among(candidates, fits[0].hypothesis.plant.alike)
     prior = np.array([_log_prior(fit, odds) for fit in fits])
     evidence = np.array([fit.log_evidence for fit in fits])
@@ -69,7 +71,7 @@ def _alike(fit: Fit) -> float:
     return float(np.prod([1 + len(candidate.twins) for candidate in fit.hypothesis.candidates]))
 
 
-def _waves_told(fit: Fit) -> bool:
+def _forces_detected(fit: Fit) -> bool:
     """Return whether the amplitude of each harmonic force of a fit is told from none."""
     candidates = fit.hypothesis.candidates
     return all(
@@ -79,7 +81,7 @@ def _waves_told(fit: Fit) -> bool:
     )
 
 
-def _softness_told(fit: Fit) -> bool:
+def _compliance_detected(fit: Fit) -> bool:
     """Return whether the compliance of each support of a fit that gives way is told from none."""
     parts = zip(fit.hypothesis.candidates, fit.hypothesis.slices, strict=True)
     soft = [part.start for candidate, part in parts if candidate.released is not None]
@@ -87,7 +89,7 @@ def _softness_told(fit: Fit) -> bool:
     return bool((fit.theta[soft] > least[soft]).all())
 
 
-def _sizes_told(fit: Fit) -> bool:
+def _sizes_detected(fit: Fit) -> bool:
     """Return whether weight, and each fault of a sensor, in a fit is told from none."""
     errors = np.sqrt(np.diag(fit.covariance))
     return all(

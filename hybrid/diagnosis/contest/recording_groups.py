@@ -58,9 +58,9 @@ class Asked:
         """Return the first recording after the clearest change, and how often one is as clear in another order."""
         felt = self.made[np.isfinite(self.amounts[self.made])]
         orders = np.random.default_rng(SEED).permuted(np.tile(felt, (ORDERS, 1)), axis=1)
-        told = _told_by_changes(*(values[np.vstack([felt, orders])] for values in (self.amounts, self.sizes)))
-        found = told.max(axis=1)
-        return int(felt[np.argmax(told[0]) + 1]), float(np.mean(found >= (1 - ROUNDING) * found[0]))
+        gains = _gains_of_changes(*(values[np.vstack([felt, orders])] for values in (self.amounts, self.sizes)))
+        found = gains.max(axis=1)
+        return int(felt[np.argmax(gains[0]) + 1]), float(np.mean(found >= (1 - ROUNDING) * found[0]))
 
     @property
     def within(self) -> float:
@@ -75,7 +75,7 @@ class Asked:
         return float(ranked[first]), float(min(spread) / (np.var(ranked) * len(ranked) + TINY))
 
 
-def _told_by_changes(amounts: FloatArray, sizes: FloatArray) -> FloatArray:
+def _gains_of_changes(amounts: FloatArray, sizes: FloatArray) -> FloatArray:
     """Return the sum of squares (order, change) that two amounts tell, one before and one after each recording."""
     weight, along = (np.cumsum(values, axis=1) for values in (sizes, sizes * amounts))
     before, after = weight[:, :-1], weight[:, -1:] - weight[:, :-1]

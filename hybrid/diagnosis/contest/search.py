@@ -45,7 +45,9 @@ KEPT = 10  # candidates kept from the screening of each length
 RACING = 5  # fits that are continued over longer segments, if no more are near the best that have no force law
 RACING_LAWS = 3  # of them beside a force law, where each takes far longer
 RIVALS = 8  # candidates that are tried in the place of one of two causes
-FORETOLD = 2  # causes at most that go on however far behind on segments, where whole recordings promise more of them
+PROMISING_OVER_WHOLE = (
+    2  # causes at most that go on however far behind on segments, where whole recordings promise more of them
+)
 FOUND_ALONE = 3  # causes that begin beside a force law as they ended alone
 SHORT_ITERATIONS = 8  # of the fits of the shortest segments
 
@@ -93,7 +95,7 @@ def contest(
     for longer in lengths.cut[1:]:
         present = _race(present, longer, noise_model, lengths.enough(longer), odds)
         advance()
-    present += _foretold(reference, tested, present, lengths, noise_model)
+    present += _promising_over_whole(reference, tested, present, lengths, noise_model)
     present += fit_forces(base, others, present, noise_model, advance)
     return tuple(sorted(present, key=lambda item: -item.log_evidence))
 
@@ -126,7 +128,7 @@ def _found_alone(short: Fit, alone: Iterable[Fit]) -> list[Screened]:
     return trials[:FOUND_ALONE]
 
 
-def _foretold(
+def _promising_over_whole(
     reference: ReferenceFits, ranked: list[Screened], present: list[Fit], lengths: Lengths, noise_model: NoiseModel
 ) -> list[Fit]:
     """Return fits of causes that promise more over whole recordings than the best of the ``present`` takes away.
@@ -146,7 +148,7 @@ def _foretold(
         start = replace(reference.short, states=padded(reference.short, hypothesis))
         return fit_growing(hypothesis, trial.theta(base), lengths, noise_model, start)
 
-    found = parallel_map(fitted, sorted(trials, key=lambda item: -item.gain)[:FORETOLD])
+    found = parallel_map(fitted, sorted(trials, key=lambda item: -item.gain)[:PROMISING_OVER_WHOLE])
     return [item for item in found if item is not None]
 
 

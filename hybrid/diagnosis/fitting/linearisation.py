@@ -86,8 +86,8 @@ def _linear(
     if not np.abs(channels.by_state).max() < ENDLESS:
         return None
     basis, upper = orthonormal(channels.by_state)  # one serves all recordings whose noise is alike
-    residual, told = split_off(channels.data, basis)
-    z = _in_states(upper, told)  # (recording, state)
+    residual, along_states = split_off(channels.data, basis)
+    z = _in_states(upper, along_states)  # (recording, state)
     rest, taken = split_off(channels.changes(z), basis)
     still, errors, left = np.zeros_like(z), _errors(upper, z), channels.left(z)
     return Linearisation(residual, rest, z, -_in_states(upper, taken), still, left, basis, errors, channels.frame)

@@ -39,10 +39,10 @@ def geometries_of(plant: Plant, motion: FloatArray, rng: np.random.Generator) ->
     scaled, found = products(coordinates / size, powers), list[Geometry]()
     for times in sorted({times_finer(plant), 1}, reverse=True):
         mesh = finer_mesh(plant, times)
-        told = _forces_and_bends(mesh, omega, coordinates)
-        if told is None:
+        found_forces = _forces_and_bends(mesh, omega, coordinates)
+        if found_forces is None:
             return ()
-        fitted = np.asarray(np.linalg.lstsq(scaled, np.hstack(told), rcond=None)[0], dtype=float)
+        fitted = np.asarray(np.linalg.lstsq(scaled, np.hstack(found_forces), rcond=None)[0], dtype=float)
         forces, bends = np.split(fitted, [len(size)], axis=1)
         found.append(Geometry(weighted, size, powers, forces, bends[:, mesh.rows]))
     off, beams = found[-1].forces - found[0].forces, found[0].forces

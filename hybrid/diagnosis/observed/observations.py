@@ -70,7 +70,7 @@ def observe(
     free = _free_fit(own, base, noise_model) or base
     hypothesis = base.hypothesis
     brought = free.hypothesis.brought
-    modes = _told(
+    modes = _below_lowpass(
         modes_of(_following(hypothesis, brought), np.zeros_like(base.theta), noise_model.rate),
         modes_of(_following(hypothesis, brought), base.theta, noise_model.rate),
         modes_of(free.hypothesis, free.theta, noise_model.rate),
@@ -111,7 +111,7 @@ def modes_of(hypothesis: Hypothesis, theta: FloatArray, rate: float) -> Modes:
     return Modes(np.abs(roots) / (2 * np.pi), -roots.real / np.abs(roots), np.real(shapes / largest))
 
 
-def _told(*models: Modes, below: float) -> list[Modes]:
+def _below_lowpass(*models: Modes, below: float) -> list[Modes]:
     """Return those first modes of each that are ``below`` a low-pass (Hz) in any of them: of others little is seen."""
     count = max(int(np.sum(modes.frequencies < below)) for modes in models)
     return [Modes(m.frequencies[:count], m.ratios[:count], m.shapes[:, :count]) for m in models]

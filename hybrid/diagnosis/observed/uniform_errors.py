@@ -19,8 +19,8 @@ def uniform_frequency_error(shown: Observations, uncertainty: Uncertainty) -> li
 
     Overdamped modes are in neither list, so that of one there may be more than of the other.
     """
-    count, told = _told(shown)
-    ratios = (shown.observed.frequencies[:count] / shown.nominal.frequencies[:count])[told]
+    count, clear = _well_observed(shown)
+    ratios = (shown.observed.frequencies[:count] / shown.nominal.frequencies[:count])[clear]
     if len(ratios) < 2 or ratios.max() > ALIKE * ratios.min():
         return []
     usual = float(np.median(ratios))
@@ -35,12 +35,12 @@ def uniform_frequency_error(shown: Observations, uncertainty: Uncertainty) -> li
 
 def uniform_damping_error(shown: Observations, uncertainty: Uncertainty) -> list[str]:
     """Return a note where all modes that are well seen, two or more, are observed damped far more, or far less."""
-    count, told = _told(shown)
-    observed, nominal = shown.observed.ratios[:count][told], shown.nominal.ratios[:count][told]
+    count, clear = _well_observed(shown)
+    observed, nominal = shown.observed.ratios[:count][clear], shown.nominal.ratios[:count][clear]
     far = max(DAMPED, 1 + STATED * uncertainty.damping)
     if len(observed) < 2 or not (np.all(observed > far * nominal) or np.all(far * observed < nominal)):
         return []
-    modes = ", ".join(str(mode + 1) for mode in np.flatnonzero(told))
+    modes = ", ".join(str(mode + 1) for mode in np.flatnonzero(clear))
     seen, assumed = (", ".join(f"{ratio:.2g}" for ratio in ratios) for ratios in (observed, nominal))
     return [
         f"modes {modes} are observed with damping ratios of {seen} instead of {assumed}: "
@@ -48,7 +48,7 @@ def uniform_damping_error(shown: Observations, uncertainty: Uncertainty) -> list
     ]
 
 
-def _told(shown: Observations) -> tuple[int, BoolArray]:
+def _well_observed(shown: Observations) -> tuple[int, BoolArray]:
     """Return how many modes are in both lists, observed and nominal, and which of these are well seen."""
     count = min(len(modes.frequencies) for modes in (shown.observed, shown.nominal))
     return count, (shown.motion_energy[:count] > SEEN[0]) & (shown.mac[:count] > SEEN[1])

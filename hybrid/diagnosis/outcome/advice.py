@@ -77,7 +77,7 @@ def advise(posterior: Posterior, searched: NoiseModel, present: tuple[Sensor, ..
     for candidate in best.hypothesis.candidates:
         for rival, probability in _rivals(posterior, candidate)[:RIVALS]:
             item = _fit_with(posterior, candidate, rival)
-            sensor, log_odds = (None, 0.0) if item is best else _most_telling(best, item, added, searched)
+            sensor, log_odds = (None, 0.0) if item is best else _most_informative(best, item, added, searched)
             left = probability * float(np.exp(-log_odds / posterior.temper))
             found.append(
                 Advice(
@@ -125,7 +125,7 @@ def _fit_with(posterior: Posterior, candidate: Candidate, rival: Candidate) -> F
     return next(item for item in posterior.fits if {c.key for c in item.hypothesis.candidates} == wanted)
 
 
-def _most_telling(
+def _most_informative(
     best: Fit, rival: Fit, added: tuple[Sensor, ...], noise_model: NoiseModel
 ) -> tuple[Sensor | None, float]:
     """Return the sensor among those ``added`` that tells most, and the log odds that it adds; None where none does."""

@@ -72,7 +72,7 @@ def material(evidence: Evidence, scorer: Scorer) -> tuple[Posterior, list[str]]:
         kept = {candidate.key for candidate in simpler.fits[0].hypothesis.candidates}
         dropped = [i for i, c in enumerate(best.hypothesis.candidates) if c.key not in kept]
         words = TOO_WEAK if weaker or not bends else BENDS
-        notes += [told_apart(best, number, posterior.widened, words) for number in dropped]
+        notes += [note_unnamed(best, number, posterior.widened, words) for number in dropped]
         posterior = simpler
     return posterior, notes
 
@@ -154,13 +154,13 @@ def _is_simpler(item: Fit, than: Fit) -> bool:
 
 def weak(item: Fit, number: int, widened: float) -> str:
     """Return a note on candidate ``number`` of a fit that forecasts do not need; ``widened``: see `cause_of`."""
-    return told_apart(item, number, widened, TOO_WEAK)
+    return note_unnamed(item, number, widened, TOO_WEAK)
 
 
-def told_apart(item: Fit, number: int, widened: float, words: str) -> str:
+def note_unnamed(item: Fit, number: int, widened: float, words: str) -> str:
     """Return a note on candidate ``number`` of a fit, which is not named: why, in ``words``."""
     cause, parameters = cause_of(item, number, widened)
-    told = sentence_of(cause, parameters, held=is_held(item.hypothesis.plant.structure.supports, cause))
+    sentence = sentence_of(cause, parameters, held=is_held(item.hypothesis.plant.structure.supports, cause))
     acting, every = (Counter(names) for names in (acting_recordings(item, number), item.names))
     where = "" if acting == every else f" (in {in_words(acting, every)} only)"
-    return f"{words}: {told.rstrip('.')}{where}"
+    return f"{words}: {sentence.rstrip('.')}{where}"

@@ -48,8 +48,8 @@ def remarks_on(ruling: Ruling, findings: tuple[Finding, ...], shown: Observation
         *([] if hum else _unseen(ruling)),  # hum may be where no motion is looked for
         *modal_notes(ruling.simulation, ruling.found.nominal, ruling.found.own, ruling.scorer, ruling.is_named),
         *_bent(ruling),
-        *too_few(ruling.told, ruling.scorer, ruling.errors.floor),
-        *dispersion_of(ruling.told, ruling.posterior.temper),
+        *too_few(ruling.reported, ruling.scorer, ruling.errors.floor),
+        *dispersion_of(ruling.reported, ruling.posterior.temper),
         *([] if loading else _all_off(ruling, shown)),
     )
 
@@ -62,7 +62,7 @@ def _on_causes(ruling: Ruling, findings: tuple[Finding, ...]) -> list[str]:
         notes += _or_mass(ruling, findings)
         notes += astray(best, ABNORMAL) if ruling.verdict is Verdict.PARTLY_EXPLAINED else []
     elif ruling.verdict is Verdict.NOTHING_WRONG:
-        notes += far_off(ruling.told)
+        notes += far_off(ruling.reported)
         if ruling.simulation.fit is ruling.evidence.base:  # else a cause may matter, if not for the user's modal model
             causes = range(len(best.hypothesis.candidates))
             notes += [weak(best, number, ruling.posterior.widened) for number in causes]
@@ -98,10 +98,13 @@ def _or_mass(ruling: Ruling, findings: tuple[Finding, ...]) -> list[str]:
 def _rest(ruling: Ruling, shown: Observations) -> list[str]:
     """Return what the rest looks like, where something is left that nothing explains."""
     noise_model = ruling.evidence.noise_model
-    if not ruling.verdict.is_wanting or not excess_energy(ruling.told, noise_model, ruling.setting.band).significant:
+    if (
+        not ruling.verdict.is_wanting
+        or not excess_energy(ruling.reported, noise_model, ruling.setting.band).significant
+    ):
         return []
     mounted = mounting_of(ruling.evidence.base, noise_model)
-    rest = rest_of(ruling.told, shown.observed.frequencies, noise_model)
+    rest = rest_of(ruling.reported, shown.observed.frequencies, noise_model)
     return [rest, *([] if mounted is None else [mounted])]
 
 
@@ -113,8 +116,8 @@ def _hum(ruling: Ruling) -> list[str]:
     else:
         told = (
             []
-            if excess_energy(ruling.told, noise_model, ruling.setting.band).significant
-            else [line_of(ruling.told, noise_model)]
+            if excess_energy(ruling.reported, noise_model, ruling.setting.band).significant
+            else [line_of(ruling.reported, noise_model)]
         )
     return [sentence for sentence in told if sentence is not None]
 
@@ -124,9 +127,9 @@ def _folding(ruling: Ruling) -> list[str]:
     noise_model, setting = ruling.evidence.noise_model, ruling.setting
     astray = (
         ruling.verdict is not Verdict.NOTHING_WRONG
-        and excess_energy(ruling.told, noise_model, setting.band).significant
+        and excess_energy(ruling.reported, noise_model, setting.band).significant
     )
-    return folding_of(ruling.told, setting, noise_model) if astray else []
+    return folding_of(ruling.reported, setting, noise_model) if astray else []
 
 
 def _loading(ruling: Ruling) -> list[str]:
@@ -155,7 +158,7 @@ def _bent(ruling: Ruling) -> list[str]:
     """
     if not (ruling.errors.near or ruling.verdict is Verdict.NOTHING_WRONG):
         return []
-    names = ", ".join(ruling.scorer.bent_in(ruling.told))
+    names = ", ".join(ruling.scorer.bent_in(ruling.reported))
     return [BENT.format(names=names)] if names else []
 
 

@@ -73,7 +73,7 @@ class Ruling:
         return self.verdict in (Verdict.EXPLAINED, Verdict.PARTLY_EXPLAINED)
 
     @property
-    def told(self) -> Fit:
+    def reported(self) -> Fit:
         """The final fit at the theta that is told."""
         return replace(self.final, theta=self.theta)
 

@@ -32,6 +32,6 @@ def without_ringing_ends(dataset: Dataset) -> tuple[Dataset, list[str]]:
         left_out.add(count)
     if left_out == {0}:
         return dataset, []
-    told = " to ".join(str(count) for count in sorted({min(left_out), max(left_out)}))
-    note = f"a low-pass rings where a recording begins and ends: {told} samples at each end are not used"
+    counts = " to ".join(str(count) for count in sorted({min(left_out), max(left_out)}))
+    note = f"a low-pass rings where a recording begins and ends: {counts} samples at each end are not used"
     return replace(dataset, recordings=tuple(recordings)), [note]

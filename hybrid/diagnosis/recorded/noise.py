@@ -78,7 +78,7 @@ def noise_of_recordings(batches: tuple[Batch, ...], rate: float, band: Band) -> 
     return np.asarray(np.sqrt(power / count))
 
 
-def variance_told(samples: int, rate: float, band: Band) -> float:
+def variance_of_log_noise(samples: int, rate: float, band: Band) -> float:
     """Return the variance of the logarithm of the noise's standard deviation, as one recording tells it."""
     if band.room:
         return NEIGHBOURLY / 4 / float(np.sum(np.fft.rfftfreq(samples, 1 / rate) > _lower(rate, band)))

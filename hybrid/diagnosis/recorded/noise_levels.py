@@ -12,7 +12,7 @@ import numpy as np
 
 from fe_models.arrays import TINY, FloatArray
 from hybrid.diagnosis.recorded.batches import Batch
-from hybrid.diagnosis.recorded.noise import BY_CHANCE, Band, noise_of_recordings, variance_told
+from hybrid.diagnosis.recorded.noise import BY_CHANCE, Band, noise_of_recordings, variance_of_log_noise
 
 SPARED = 20  # one value in so many may be astray where noise goes with motion
 FAR = 4.0  # standard deviations off: such a value
@@ -48,12 +48,14 @@ class NoiseLevels:
         without one may be motion, such as the ringing of a stop. One value in twenty may be astray: noise that is a
         share of all motion tells of what a low-pass took away.
         """
-        told, motion = (np.concatenate(parts) for parts in zip(*[_told(b, rate, band) for b in batches], strict=True))
-        chance = np.concatenate([np.full(len(b.names), variance_told(b.samples, rate, band)) for b in batches])
-        fits = [(pattern, *_levels_by(pattern, told, motion, chance)) for pattern in Pattern]
+        levels, motion = (
+            np.concatenate(parts) for parts in zip(*[_estimated(b, rate, band) for b in batches], strict=True)
+        )
+        chance = np.concatenate([np.full(len(b.names), variance_of_log_noise(b.samples, rate, band)) for b in batches])
+        fits = [(pattern, *_levels_by(pattern, levels, motion, chance)) for pattern in Pattern]
         pattern, astray, _, usual, centre = min(fits, key=lambda item: (item[1], item[0] is not Pattern.ALIKE, item[2]))
-        if astray > told.size // SPARED or pattern is Pattern.ALIKE:
-            usual, centre = np.average(told, axis=0, weights=1 / chance), np.zeros(told.shape[1])
+        if astray > levels.size // SPARED or pattern is Pattern.ALIKE:
+            usual, centre = np.average(levels, axis=0, weights=1 / chance), np.zeros(levels.shape[1])
             pattern = Pattern.ALIKE
         return cls(pattern, usual, centre, rate, band)
 
@@ -64,37 +66,37 @@ class NoiseLevels:
 
     def of_recordings(self, free: Batch) -> FloatArray:
         """Return the noise of each ``free`` recording (recording, sensor) over the usual one."""
-        told, motion = _told(free, self.rate, self.band)
-        off = told - self.usual
+        levels, motion = _estimated(free, self.rate, self.band)
+        off = levels - self.usual
         level = _expected(self.pattern, off, motion) - self.centre
-        most = FAR * np.sqrt(variance_told(free.samples, self.rate, self.band))
+        most = FAR * np.sqrt(variance_of_log_noise(free.samples, self.rate, self.band))
         own = self.pattern is Pattern.MOTION and np.abs(off - level) > most
         return np.asarray(np.exp(np.where(own, off, level)))
 
 
 def _levels_by(
-    pattern: Pattern, told: FloatArray, motion: FloatArray, chance: FloatArray
+    pattern: Pattern, levels: FloatArray, motion: FloatArray, chance: FloatArray
 ) -> tuple[int, float, FloatArray, FloatArray]:
-    """Return how many of the levels ``told`` (recording, sensor) are astray if a pattern is behind the others, what
+    """Return how many of the ``levels`` (recording, sensor) are astray if a pattern is behind the others, what
     these leave over what ``chance``, the variance of each recording's, does, and what `NoiseLevels` has of the pattern.
     """
-    (recordings, sensors), weight = told.shape, np.repeat(1 / chance[:, None], told.shape[1], axis=1)
-    for astray in range(1 + (0 if pattern is Pattern.RECORDING else told.size // SPARED)):
-        usual = np.average(told, axis=0, weights=weight)
-        expected = _expected(pattern, told - usual, motion)
+    (recordings, sensors), weight = levels.shape, np.repeat(1 / chance[:, None], levels.shape[1], axis=1)
+    for astray in range(1 + (0 if pattern is Pattern.RECORDING else levels.size // SPARED)):
+        usual = np.average(levels, axis=0, weights=weight)
+        expected = _expected(pattern, levels - usual, motion)
         centre = np.average(expected, axis=0, weights=weight)
-        square = (told - usual - expected + centre) ** 2 * weight
+        square = (levels - usual - expected + centre) ** 2 * weight
         free = (recordings - 1) * (sensors - (pattern is Pattern.RECORDING)) - astray
         if free > 0 and square.sum() <= free + BY_CHANCE * np.sqrt(2 * free):
             return astray, float(square.sum() / free), usual, centre
         weight[np.unravel_index(square.argmax(), square.shape)] = 0.0
-    return told.size, np.inf, usual, centre
+    return levels.size, np.inf, usual, centre
 
 
 def _expected(pattern: Pattern, off: FloatArray, motion: FloatArray) -> FloatArray:
     """Return what a pattern says of the levels (recording, sensor), but for a constant of each sensor.
 
-    ``off``: the levels told, less the usual ones; ``motion``: logarithm of each channel's own size.
+    ``off``: the levels, less the usual ones; ``motion``: logarithm of each channel's own size.
     """
     if pattern is Pattern.MOTION:
         return motion
@@ -103,7 +105,7 @@ def _expected(pattern: Pattern, off: FloatArray, motion: FloatArray) -> FloatArr
     return np.zeros_like(off)
 
 
-def _told(batch: Batch, rate: float, band: Band) -> tuple[FloatArray, FloatArray]:
+def _estimated(batch: Batch, rate: float, band: Band) -> tuple[FloatArray, FloatArray]:
     """Return the logarithms of the noise of each recording and of its channels' size, both (recording, sensor)."""
     single = [replace(batch.take([number]), noise=None) for number in range(len(batch.names))]
     noise = np.stack([noise_of_recordings((one,), rate, band) for one in single])

@@ -29,20 +29,22 @@ def without_offsets(dataset: Dataset, poles: ComplexArray) -> tuple[Dataset, lis
     Means tell of sensors of which that says nothing.
     """
     known, silent = np.zeros(len(dataset.sensors)), set(range(len(dataset.sensors)))
-    told: dict[str, list[str]] = {what: [] for what in (TAKEN_OFF, HELD_OUT, DISPLACED, DIFFERING)}
+    by_message: dict[str, list[str]] = {what: [] for what in (TAKEN_OFF, HELD_OUT, DISPLACED, DIFFERING)}
     for column, channel in enumerate(motion_free_channels(dataset, poles)):
         sensor, size = dataset.sensors[column], _size(dataset, column)
         offset, differing = channel.offset(), channel.differing()
         if differing is not None and np.ptp(differing) > STEADY * np.abs(differing).max():
             if np.ptp(differing) > DIFFER * size:
-                told[DIFFERING].append(f"{sensor.name} {differing.min():.2g} to {_told(differing.max(), sensor, 2)}")
+                by_message[DIFFERING].append(
+                    f"{sensor.name} {differing.min():.2g} to {_formatted(differing.max(), sensor, 2)}"
+                )
                 silent.discard(column)
         elif offset is not None and abs(offset) > MATTERS * size:
             what = _kept(sensor) or TAKEN_OFF
             known[column] = offset if what == TAKEN_OFF else 0.0
-            told[what].append(f"{sensor.name} {_told(offset, sensor)}")
+            by_message[what].append(f"{sensor.name} {_formatted(offset, sensor)}")
             silent.discard(column)
-    notes = [f"{what}: {', '.join(sensors)}" for what, sensors in told.items() if sensors]
+    notes = [f"{what}: {', '.join(sensors)}" for what, sensors in by_message.items() if sensors]
     notes += offsets(dataset, silent)
     if known.any():
         dataset = replace(dataset, recordings=tuple(replace(r, data=r.data - known) for r in dataset.recordings))
@@ -60,8 +62,8 @@ def offsets(dataset: Dataset, columns: Collection[int]) -> list[str]:
         channels = [part[:, column] for r in dataset.recordings if not r.loads for part in r.data]
         means = np.array([channel.mean() for channel in channels])
         if len(means) and all(map(_is_offset, channels)) and np.ptp(means) < STEADY * np.abs(means).max():
-            told = _told(means.mean(), sensor)
-            found.append(f"sensor {sensor.name} shows {told} in the mean of its recordings: subtract it")
+            offset = _formatted(means.mean(), sensor)
+            found.append(f"sensor {sensor.name} shows {offset} in the mean of its recordings: subtract it")
     return found
 
 
@@ -77,7 +79,7 @@ def _size(dataset: Dataset, column: int) -> float:
     return float(np.mean([part[:, column].std() for r in dataset.select("train") for part in r.data]))
 
 
-def _told(offset: float, sensor: Sensor, digits: int = 3) -> str:
+def _formatted(offset: float, sensor: Sensor, digits: int = 3) -> str:
     return f"{offset:.{digits}g} {sensor.unit}" if sensor.unit != "1" else f"{offset:.{digits}g}"
 
 

@@ -140,10 +140,10 @@ def _step_lanes(
             for i in range(own, states):
                 z[lane, 1 + i] = known[lane, k, i - own]
             for row in range(len(watch)):
-                told = 0.0
+                value = 0.0
                 for i in range(states):
-                    told += watch[row, i] * z[lane, 1 + i]
-                watched[lane, k, row] = told
+                    value += watch[row, i] * z[lane, 1 + i]
+                watched[lane, k, row] = value
         for part in range(substeps):
             for lane in range(lanes):
                 for row in range(rows):

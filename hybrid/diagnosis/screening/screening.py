@@ -64,8 +64,8 @@ class _Stretch:
         """What is left of the recordings, (recording, value), less what initial states can do."""
         return self.part.residual if self.part.frame is None else self.part.raw.reshape(len(self.states), -1)
 
-    def told(self, column: FloatArray) -> FloatArray:
-        """Return a column (recording, value) as the linearisation's slopes and basis are told."""
+    def in_frame(self, column: FloatArray) -> FloatArray:
+        """Return a column (recording, value) as the linearisation's slopes and basis are given."""
         if self.part.frame is None:
             return column
         samples = self.part.frame.T @ column.reshape(self.batch.data.shape)
@@ -132,9 +132,9 @@ def _columns(
         yield stretch, column
 
 
-def _energy(column: FloatArray, told: FloatArray, stretch: _Stretch) -> FloatArray:
+def _energy(column: FloatArray, framed: FloatArray, stretch: _Stretch) -> FloatArray:
     """Return the sum of squares (recording,) of a column (recording, value), less what initial states do of it."""
-    return np.asarray(np.sum(column**2, axis=1) - np.sum(inside(told, stretch.part.basis) ** 2, axis=1))
+    return np.asarray(np.sum(column**2, axis=1) - np.sum(inside(framed, stretch.part.basis) ** 2, axis=1))
 
 
 def _effect(present: _Present, candidate: Candidate, start: tuple[float, ...], stretch: _Stretch) -> FloatArray:
@@ -252,10 +252,10 @@ def _score(
     for stretch, column in _columns(present, candidate, start, forced):
         if not np.isfinite(column).all():
             return Screened(candidate, start, 0.0, still)
-        told = stretch.told(column)
+        framed = stretch.in_frame(column)
         along += float(np.vdot(column, stretch.rest))  # which has nothing of initial states, as the slopes
-        size += float(np.sum(_energy(column, told, stretch)))
-        cross += stretch.part.slopes.reshape(len(cross), -1) @ told.ravel()
+        size += float(np.sum(_energy(column, framed, stretch)))
+        cross += stretch.part.slopes.reshape(len(cross), -1) @ framed.ravel()
     projected = cross @ present.inverse
     size_left = size - float(projected @ cross)
     along -= float(projected @ present.gradient)
@@ -290,7 +290,7 @@ def amounts_by_recording(
         for stretch, column in _columns(present, candidate, candidate.first_starts[0], known):
             recordings = len(stretch.batch.names)  # of one or more segments each
             along = np.sum((column * stretch.rest).reshape(recordings, -1), axis=1)
-            size = np.sum(_energy(column, stretch.told(column), stretch).reshape(recordings, -1), axis=1)
+            size = np.sum(_energy(column, stretch.in_frame(column), stretch).reshape(recordings, -1), axis=1)
             amounts.append(along / (size + TINY))
             sizes.append(size)
         found.append((np.concatenate(amounts), np.concatenate(sizes)))
