@@ -10,10 +10,10 @@ from tqdm import tqdm
 
 from benchmarks import ablations, bridge, chain, cost, speed
 from benchmarks.row import Row, Section, table
+from fe_models.built_in.four_dof import four_dof
 from fe_models.dofs import structure_dofs
 from fe_models.files.atomic import write_json
 from fe_models.files.modal_file import load_modal_model
-from fe_models.built_in.four_dof import four_dof
 from fe_models.linear import ModalModel
 from hybrid.config import experts_preset, places_preset
 

@@ -9,13 +9,13 @@ from scipy.sparse import csr_array
 from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
 from fe_models.built_in.bridge import PAPER_FREQUENCIES
+from fe_models.built_in.four_dof import PAPER_OMEGA
 from fe_models.damping import full_damping
 from fe_models.causes.dead_load import dead_load_share
 from fe_models.errors import InputError
 from fe_models.files.matrices_file import LARGEST_DENSE, save_linear_model
 from fe_models.files.models import load_model
 from fe_models.files.structure_file import save_structure
-from fe_models.built_in.four_dof import PAPER_OMEGA
 from fe_models.linear import LinearModel, ModalModel
 from fe_models.modes import natural_modes
 from fe_models.structure import Structure

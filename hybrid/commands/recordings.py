@@ -8,12 +8,12 @@ from typing import Literal, TypeVar
 
 import numpy as np
 
+from fe_models.built_in.four_dof import four_dof
 from fe_models.dofs import structure_dofs
 from fe_models.errors import InputError, noting, raise_faults
 from fe_models.files.bridge_recordings import bridge_sensors
 from fe_models.files.modal_file import load_modal_model
 from fe_models.files.recording_checks import UNITS
-from fe_models.built_in.four_dof import four_dof
 from fe_models.four_dof_data import paper_dataset
 from fe_models.linear import LinearModel
 from fe_models.recordings import Dataset, Quantity, Sensor
