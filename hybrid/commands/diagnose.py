@@ -37,8 +37,8 @@ def diagnose(dataset: DatasetFile, out: Out, hybrid: Hybrid = False) -> None:
     from fe_models.files.dataset_file import load_dataset
     from fe_models.files.structure_file import save_structure
     from hybrid.diagnosis import diagnosis
-    from hybrid.diagnosis.report import describe_diagnosis, report_table
     from hybrid.diagnosis.observed.example import draw_example
+    from hybrid.diagnosis.report import describe_diagnosis, report_table
 
     with bad_input_exits():
         faults = list[str]()

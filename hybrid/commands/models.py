@@ -10,8 +10,8 @@ from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
 from fe_models.built_in.bridge import PAPER_FREQUENCIES
 from fe_models.built_in.four_dof import PAPER_OMEGA
-from fe_models.damping import full_damping
 from fe_models.causes.dead_load import dead_load_share
+from fe_models.damping import full_damping
 from fe_models.errors import InputError
 from fe_models.files.matrices_file import LARGEST_DENSE, save_linear_model
 from fe_models.files.models import load_model
