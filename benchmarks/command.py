@@ -9,9 +9,12 @@ from benchmarks.row import Section
 
 
 def benchmark(
-    out: Annotated[Path, typer.Option(help="Folder for benchmark.json and the picture of the cost.")] = Path(
-        "runs/benchmark"
-    ),
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            help="Folder for the results. [default: runs/benchmark; with --certificate runs/certificate/COMMIT]"
+        ),
+    ] = None,
     modal_model: Annotated[
         Path | None, typer.Option(help="The chain's wrong modal model (.npz: omega, xi, phi). [default: drawn anew]")
     ] = None,
@@ -51,7 +54,23 @@ def benchmark(
         typer.Option(min=1, help="With --blind: measured sensors, drawn. [default: 4 of the chain, 7 of the bridge]"),
     ] = None,
     peers: Annotated[bool, typer.Option(help="With --blind: have the peers answer, too.")] = True,
-    jobs: Annotated[int, typer.Option(min=1, help="With --blind or --rates: processes, one thread each.")] = 1,
+    jobs: Annotated[
+        int | None,
+        typer.Option(
+            min=1,
+            help="With --blind, --rates or --certificate: processes, one thread each. [default: 1; 2 of a certificate]",
+        ),
+    ] = None,
+    certificate: Annotated[
+        bool, typer.Option("--certificate", help="Instead: the certificate of this commit, about an hour on two cores.")
+    ] = False,
+    minutes: Annotated[
+        float | None,
+        typer.Option(min=0.0, help="With --certificate: begin no case after these; run again to go on. [default: all]"),
+    ] = None,
+    dirty: Annotated[
+        bool, typer.Option("--dirty", help="With --certificate: run code that is not committed; the page says so.")
+    ] = False,
     only: Annotated[
         list[Section] | None,
         typer.Option(help="This section only. Repeat for more."),
@@ -67,6 +86,10 @@ def benchmark(
     With --blind, effects are hidden in simulated recordings and diagnosed before the truth is opened;
     beside the diagnosis stand exhaustive selection by AIC and sparse regression (PySINDy).
 
+    With --certificate, 300 blind cases of each chain column and 120 of each bridge column (exact, and off by their
+    uncertainty) are diagnosed. Each is kept as soon as it is done, so that the same command goes on after an
+    interruption. Its seeds are for this alone: what it misses is counted, never looked into.
+
     \b
     OUT/benchmark.json         the table
     OUT/cost.png               seconds and memory against length, batch, modes and sensors
@@ -74,14 +97,21 @@ def benchmark(
     OUT/blind_confusion.png    which kinds were hidden, which were named first
     OUT/blind_calibration.png  how many of the findings named at a probability are right
     OUT/blind_rates.json, .png with --rates: how the rates fall with noise and size
+    OUT/cases/                 with --certificate: what is kept of each case
+    docs/certificate.md, .json with --certificate: rates with intervals, probabilities and times, of the clone that runs
     """
     from benchmarks.blind import grid, runs
     from benchmarks.blind.cases import NOTHING, PEERS, tasks, words_of
     from benchmarks.blind_cases import OUTSIDE, BlindConfig
+    from benchmarks.certificate.door import certify
     from benchmarks.sections import run_sections
     from fe_models.errors import bad_input_exits
 
     with bad_input_exits():
+        if certificate:
+            certify(out, jobs or 2, minutes, dirty)
+            return
+        out, jobs = out or Path("runs/benchmark"), jobs or 1
         if blind is not None:
             config = BlindConfig(
                 off=off,
