@@ -51,7 +51,7 @@ def peer_scores(dataset: Dataset, kept: list[str], config: Config) -> dict[str, 
     sensor is scored.
     """
     samples = config.model.encoder_samples
-    length = window_length(dataset, config.training.window, samples)
+    length = window_length(dataset, config)
     windows = cut_all(dataset.select("test"), length, config.training.stride)
     model = realise([recording.data for recording in dataset.recordings if recording.name in kept])
     modal = nominal_modes(dataset, config.model.modes)

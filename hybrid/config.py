@@ -30,7 +30,7 @@ class TrainingConfig:
     """How the model is trained."""
 
     calibrate: bool = True  # start the learned rest at the linear model that least squares finds in seconds
-    window: int = 500  # samples a window, as in the paper
+    window: int | None = None  # samples a window; None: 500, as in the paper, or fewer where recordings are short
     stride: int = 20  # samples between the starts of windows, as in the paper
     epochs: int = 20
     batch: int = 16  # as in the paper

@@ -5,7 +5,8 @@ from typing import Any
 
 import pytest
 
-from hybrid.training.summary import MEANING, describe
+from hybrid.config import Config, ModelConfig, TrainingConfig, paper_preset
+from hybrid.training.summary import MEANING, NOTHING_LEARNED, describe, window_notes
 
 
 def scores(nrmse: float, r2: float) -> dict[str, float]:
@@ -106,3 +107,21 @@ def test_experts_are_named_with_their_weights() -> None:
     text = describe(changed("test", expert_weights={"r1": 0.254, "r3": 0.746}))
     assert "Experts, one model each of r1 (weight 0.25), r3 (weight 0.75)." in text
     assert "Experts" not in describe(METRICS)
+
+
+def test_a_model_that_learned_nothing_says_so() -> None:
+    worse = changed("scores", hybrid={"measured": scores(0.3, -0.01), "held_out": None})
+    assert NOTHING_LEARNED in describe(worse)
+    assert NOTHING_LEARNED not in describe(METRICS)
+
+
+def test_short_and_few_windows_are_said() -> None:
+    assert window_notes(226, 500, 10, Config()) == []
+    (short,) = window_notes(20, 319, 2, Config())
+    assert "windows of 319 samples instead of 500, 20 of them" in short
+    given = Config(training=TrainingConfig(window=499))
+    assert window_notes(20, 499, 2, given) == []
+    (few,) = window_notes(1, 499, 2, given)
+    assert "1 training window of 499 samples can hardly teach the initial states of 2 modes, which take 4" in few
+    assert window_notes(1, 499, 2, paper_preset("four_dof")) == []  # it trains its encoder from nothing
+    assert window_notes(1, 499, 2, Config(ModelConfig(encoder="map"), given.training)) == []  # it has none to train

@@ -10,7 +10,7 @@ from fe_models.recordings import Dataset, Recording
 from hybrid.config import Config, TrainingConfig, paper_preset
 from hybrid.estimation.experts import fe_counterpart
 from hybrid.estimation.forecast import forecast_windows
-from hybrid.estimation.windows import cut_all
+from hybrid.estimation.windows import cut_all, window_length
 from hybrid.training.elbo import Elbo, kl_to_standard_normal, negative_elbo
 from hybrid.training.gradient_training import (
     LAST_LEARNING_RATE,
@@ -45,7 +45,7 @@ def usual(dataset: Dataset) -> Trainer:
 
 
 def unseen(dataset: Dataset) -> np.ndarray:
-    return cut_all(dataset.select("test"), TINY.training.window, TINY.training.stride)
+    return cut_all(dataset.select("test"), window_length(dataset, TINY), TINY.training.stride)
 
 
 def mean_error(trainer: Trainer, windows: np.ndarray) -> float:

@@ -46,7 +46,7 @@ def page(found: Certificate) -> str:
             _how(found),
             "## Rates",
             "",
-            *rates_table(found),
+            *_rates(found),
             "",
             READING.format(material=100 * MATERIAL),
             "## Probabilities: is what is named at 0.9 right in nine of ten cases?",
@@ -93,8 +93,7 @@ def _how(found: Certificate) -> str:
     return HOW.format(cases=cases, noise=100 * BlindConfig().noise, seed=CERTIFICATE_SEED)
 
 
-def rates_table(found: Certificate) -> list[str]:
-    """Return the lines of the table of rates: exact columns with their aim, then those that are off."""
+def _rates(found: Certificate) -> list[str]:
     groups = [[own for own in found.columns if own.column.off is off] for off in (False, True)]
     heads, aims = [""], [[rate for own in group for rate in own.rates] for group in groups]
     for group in groups:

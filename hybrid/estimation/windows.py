@@ -8,6 +8,12 @@ import numpy as np
 from fe_models.arrays import BoolArray, FloatArray
 from fe_models.errors import InputError
 from fe_models.recordings import Dataset, Recording
+from hybrid.config import Config
+
+DEFAULT_WINDOW = 500  # samples, as in the paper
+FEWEST_WINDOWS = 20
+"""A window gives one initial state: as many as the states of ten modes, for an encoder that tells all of them."""
+SHORTEST_SHARE = 0.5  # of the shortest recording: a window that is shorter still shows too little of a slow decay
 
 
 def cut(recording: Recording, length: int, stride: int) -> FloatArray:
@@ -56,21 +62,45 @@ def evenly(windows: FloatArray, most: int) -> FloatArray:
     return np.ascontiguousarray(windows[picks])
 
 
-def window_length(dataset: Dataset, wanted: int, encoder_samples: int) -> int:
-    """Return ``wanted`` samples, or fewer where a recording is shorter; `InputError` where that is too short."""
-    if wanted < 4 * encoder_samples:
+def window_length(dataset: Dataset, config: Config) -> int:
+    """Return the samples of a window: those of ``config``, or fewer where a recording is shorter.
+
+    Where ``config`` leaves them open and recordings are so short that they would give only a few windows, these are
+    shorter: `FEWEST_WINDOWS` of all training recordings (of each one, for experts), if they keep `SHORTEST_SHARE` of
+    the shortest recording. `InputError` where windows would be too short for the encoder.
+    """
+    seen = config.model.encoder_samples
+    wanted = DEFAULT_WINDOW if config.training.window is None else config.training.window
+    if wanted < 4 * seen:
         raise InputError(
-            f"a window of {wanted} samples is too short: at least {4 * encoder_samples} are needed, four times the"
-            f" {encoder_samples} that the encoder sees"
+            f"a window of {wanted} samples is too short: at least {4 * seen} are needed, four times the"
+            f" {seen} that the encoder sees"
         )
     shortest = min(dataset.recordings, key=lambda recording: recording.data.shape[1])
     available = shortest.data.shape[1]
-    if available < 4 * encoder_samples:
+    if available < 4 * seen:
         raise InputError(
-            f"recording {shortest.name!r} has {available} samples: a window needs at least {4 * encoder_samples},"
-            f" four times the {encoder_samples} that the encoder sees"
+            f"recording {shortest.name!r} has {available} samples: a window needs at least {4 * seen},"
+            f" four times the {seen} that the encoder sees"
         )
-    return min(wanted, available)
+    longest = min(wanted, available)
+    if config.training.window is not None:
+        return longest
+    floor = max(4 * seen, round(SHORTEST_SHARE * available))
+    learners = [[each] for each in dataset.select("train")] if config.model.experts else [dataset.select("train")]
+    return next(
+        (
+            length
+            for length in range(longest, floor, -1)
+            if min(_count(recordings, length, config.training.stride) for recordings in learners) >= FEWEST_WINDOWS
+        ),
+        min(floor, longest),
+    )
+
+
+def _count(recordings: Sequence[Recording], length: int, stride: int) -> int:
+    """Return how many windows recordings have, silent ones included."""
+    return sum(len(each.data) * ((each.data.shape[1] - length) // stride + 1) for each in recordings)
 
 
 def columns(dataset: Dataset, role: Literal["measured", "held_out"]) -> list[int]:

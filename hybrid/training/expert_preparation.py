@@ -25,7 +25,7 @@ def prepare_experts(dataset: Dataset, config: Config, advance: Callable[[], obje
     if config.model.encoder != "window" or config.model.residual == "places" or not config.training.calibrate:
         raise InputError("experts need an encoder that reads windows, and a calibrated start: see --preset experts")
     recordings, measured = training_recordings(dataset), columns(dataset, "measured")
-    length = window_length(dataset, config.training.window, config.model.encoder_samples)
+    length = window_length(dataset, config)
     modal = nominal_modes(dataset, config.model.modes)
     observer = Observer(modal, [dataset.sensors[i] for i in measured], 1 / dataset.sampling_rate)
     kept = agreeing_recordings(observer, recordings, measured, length, advance)

@@ -36,7 +36,7 @@ class TrainedExpert:
 
 def train_expert(dataset: Dataset, name: str, config: Config, folder: Path) -> TrainedExpert:
     """Train the expert of the recording ``name`` as a run of experts on ``dataset`` would, under a progress bar."""
-    length = window_length(dataset, config.training.window, config.model.encoder_samples)
+    length = window_length(dataset, config)
     alone = replace(dataset, recordings=tuple(each for each in dataset.recordings if each.name == name))
     own = Config(replace(config.model, experts=False), replace(config.training, window=length))
     run = begin(alone, own, folder)

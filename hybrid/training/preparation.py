@@ -79,7 +79,7 @@ def prepare(dataset: Dataset, config: Config, advance: Callable[[], object] = no
     """Return the starting model of ``config`` for the dataset's training recordings; `InputError` where it has none."""
     recordings = training_recordings(dataset)
     measured = columns(dataset, "measured")
-    length = window_length(dataset, config.training.window, config.model.encoder_samples)
+    length = window_length(dataset, config)
     modal = nominal_modes(dataset, config.model.modes)
     step = 1 / dataset.sampling_rate
     if not config.training.calibrate:

@@ -76,6 +76,8 @@ def _metrics(run: Run, dataset: Dataset, comparison: Comparison | None) -> dict[
             "recordings": list(run.origin.kept),
             "left_out": list(run.origin.left_out),
             "linear_model_unexplained": run.origin.unexplained,
+            "windows": len(run.trainer.windows),
+            "window_samples": run.trainer.windows.shape[1],
             "epochs": len(run.history),
             "seconds": run.seconds,
         },

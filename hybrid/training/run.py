@@ -157,7 +157,7 @@ def _windows(dataset: Dataset, config: Config, origin: Origin) -> FloatArray | N
     recordings = {recording.name: recording for recording in dataset.select("train")}
     if recordings.keys() != {*origin.kept, *origin.left_out}:
         return None
-    length = window_length(dataset, config.training.window, config.model.encoder_samples)
+    length = window_length(dataset, config)
     return cut_all([recordings[name] for name in origin.kept], length, config.training.stride)
 
 

@@ -17,6 +17,7 @@ from hybrid.training.gradient_training import TrainingDivergedError
 from hybrid.training.preparation import calibration_steps
 from hybrid.training.results import RESULT_STEPS, write_results
 from hybrid.training.run import UNDER_WAY, Run, begin, resume
+from hybrid.training.summary import window_notes
 
 INTERRUPTED_STATUS = 130  # as shells report Ctrl-C
 DIVERGED_STATUS = 1
@@ -32,6 +33,10 @@ def open_run(data: Dataset, config: Config, out: Path, device: str, fresh: bool 
         run = begin(data, config, out, device, bar.update)
     for name in run.origin.left_out:
         print(f"Recording {name} contradicts the other training recordings: it is left out.")
+    windows, samples = run.trainer.windows.shape[:2]
+    of_each = windows // len(run.origin.kept) if config.model.experts else windows
+    for note in window_notes(of_each, samples, len(run.origin.modal.omega), config):
+        print(f"Note: {note}.")
     return run
 
 

@@ -2,16 +2,42 @@
 
 from typing import Any
 
+from hybrid.config import Config
+from hybrid.estimation.windows import DEFAULT_WINDOW
+
 MEANING = """\
 NRMSE is the root mean square error over the range (maximum - minimum) of the window; 0 is perfect.
 R2 is the share of the variance that is explained (1 is perfect, 0 no better than the mean, negative worse).
 Every number is a forecast of whole windows of recordings that were never trained on, from their first samples."""
+NOTHING_LEARNED = """\
+The hybrid model forecasts no better than the mean of each channel: it has learned nothing. Likely causes: too few or
+too short recordings; a model whose natural frequencies or sensors are not the structure's; a wrong sampling rate."""
 GROUPS = {
     "measured channels": ("measured", ""),
     "  first 16 windows": ("measured", "_first_16_windows"),
     "channels never fitted": ("held_out", ""),
     "  their first 16 windows": ("held_out", "_first_16_windows"),
 }
+
+
+def window_notes(windows: int, samples: int, modes: int, config: Config) -> list[str]:
+    """Return what a user should know of a model's training windows: that they are short, or too few to learn from.
+
+    An encoder starts at what calibration says of the windows' initial states: it needs as many as a state has parts.
+    """
+    notes = []
+    if config.training.window is None and samples < DEFAULT_WINDOW:
+        notes.append(
+            f"the recordings are short: windows of {samples} samples instead of {DEFAULT_WINDOW},"
+            f" {windows} of them to train on (--window sets their length)"
+        )
+    if windows < 2 * modes and config.model.encoder == "window":
+        notes.append(
+            f"{windows} training window{'s' if windows > 1 else ''} of {samples} samples can hardly teach the initial"
+            f" states of {modes} modes, which take {2 * modes}: give longer or more recordings, fewer modes, or a"
+            " shorter --window"
+        )
+    return notes
 
 
 def describe(metrics: dict[str, Any]) -> str:
@@ -50,6 +76,8 @@ def describe(metrics: dict[str, Any]) -> str:
         lines.append(
             "(*) all nodes, every window of the first test recording: error over the size of the simulated truth."
         )
+    if scores["hybrid"]["measured"]["r2"] <= 0:
+        lines += ["", NOTHING_LEARNED]
     return "\n".join([*lines, "", MEANING])
 
 
