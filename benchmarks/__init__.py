@@ -1,1 +1,1 @@
-"""What the product is measured against, each in the same run; `scripts/benchmark.py` prints it."""
+"""What the product is measured against, each in the same run; `hybrid-modal benchmark` prints it."""

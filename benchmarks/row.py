@@ -2,6 +2,17 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from enum import Enum
+
+
+class Section(Enum):
+    """A part of the benchmark's table."""
+
+    CHAIN = "chain"
+    SPEED = "speed"
+    COST = "cost"
+    ABLATIONS = "ablations"
+    BRIDGE = "bridge"
 
 
 @dataclass(frozen=True)

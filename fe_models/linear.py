@@ -7,9 +7,10 @@ from scipy.sparse import csr_array
 
 from fe_models.arrays import FloatArray
 from fe_models.dofs import DofMap
+from fe_models.html import html_table
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class LinearModel:
     """Sparse matrices over the free degrees of freedom, and where these sit.
 
@@ -28,13 +29,16 @@ class LinearModel:
     modal_ratios: tuple[float, ...] = ()
     replaced_ratios: tuple[tuple[int, float], ...] = ()
 
+    def __repr__(self) -> str:
+        return f"LinearModel({self.mass.shape[0]} free degrees of freedom, {len(self.coordinates)} nodes)"
+
     @property
     def has_modal_damping(self) -> bool:
         """Whether ``damping`` is not all of it."""
         return any(self.modal_ratios) or bool(self.replaced_ratios)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class ModalModel:
     """Natural modes: ``omega`` (mode,) rad/s, ``damping_ratio`` (mode,), ``shapes`` (dof, mode).
 
@@ -45,6 +49,18 @@ class ModalModel:
     damping_ratio: FloatArray
     shapes: FloatArray
     dofs: DofMap
+
+    def __repr__(self) -> str:
+        head = f"{'mode':>4s} {'frequency':>12s} {'damping ratio':>15s}"
+        rows = [f"{mode:>4s} {frequency:>12s} {ratio:>15s}" for mode, frequency, ratio in self._rows()]
+        return "\n".join([head, *rows])
+
+    def _repr_html_(self) -> str:
+        return html_table(("mode", "frequency", "damping ratio"), self._rows())
+
+    def _rows(self) -> list[tuple[str, str, str]]:
+        pairs = zip(self.frequencies, self.damping_ratio, strict=True)
+        return [(str(mode), f"{f:.4g} Hz", f"{100 * xi:z.3g} %") for mode, (f, xi) in enumerate(pairs, start=1)]
 
     @property
     def frequencies(self) -> FloatArray:

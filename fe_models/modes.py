@@ -9,28 +9,38 @@ from scipy.linalg import LinAlgError, eigh
 from scipy.sparse.linalg import LinearOperator, eigsh
 
 from fe_models.arrays import FloatArray
+from fe_models.assembly import linearise
 from fe_models.damping import ratios_of_modes, replace_ratios
 from fe_models.dofs import DofMap
 from fe_models.errors import InputError, raise_faults
 from fe_models.linear import LinearModel, ModalModel
 from fe_models.linear_checks import check_linear_model
 from fe_models.mechanisms import describe_mechanism, energy, factorise, resists
+from fe_models.structure import Structure
 
 LARGEST_DENSE_SOLVE = 400
 """Free degrees of freedom up to which all modes at once take no longer than a few by shift and invert (0.1 s)."""
+USUAL_COUNT = 10
+"""Modes, where nothing is said of how many: as many as the bridge has below its low-pass."""
 MASSLESS = 1e-14
 """1 / omega^2, relative to that of the first mode, below which a mode has no mass."""
 
 
-def natural_modes(model: LinearModel, count: int) -> ModalModel:
+def natural_modes(model: LinearModel | Structure, count: int | None = None) -> ModalModel:
     """Return the ``count`` lowest modes, with damping ratios xi = phi^T C phi / (2 omega) plus the modal ratios.
+
+    Of a structure those of its linear model as drawn. Without ``count``: `USUAL_COUNT`, or all of a smaller model.
 
     Lanczos iterations on K^-1 M with one sparse factorisation of K (shift 0, inverted); a full solution for small
     models and where most of the modes are wanted. M may be singular: degrees of freedom without mass add no mode.
     `InputError` where a matrix cannot be used, the structure can move without resistance, or has fewer modes.
     """
+    if isinstance(model, Structure):
+        model = linearise(model)
     raise_faults(check_linear_model(model))
     size = model.mass.shape[0]
+    if count is None:
+        count = min(USUAL_COUNT, size)
     if not 1 <= count <= size:
         raise InputError(f"{count} modes asked for; the model has {size} free degrees of freedom: ask for 1 to {size}")
     weighty = int(np.count_nonzero(model.mass.diagonal()))

@@ -7,6 +7,7 @@ from typing import Literal
 import numpy as np
 
 from fe_models.arrays import BoolArray, FloatArray
+from fe_models.errors import InputError
 from fe_models.linear import LinearModel, ModalModel
 from fe_models.structure import Direction, Structure
 
@@ -84,7 +85,7 @@ class Assumptions:
     uncertainty: Uncertainty = field(default_factory=Uncertainty)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Dataset:
     """Recordings of one structure and the model they are compared with; ``sampling_rate`` and ``lowpass`` in Hz.
 
@@ -99,6 +100,16 @@ class Dataset:
     assumptions: Assumptions = field(default_factory=Assumptions)
     notes: tuple[str, ...] = ()
 
+    def __repr__(self) -> str:
+        motions = {role: sum(len(r.data) for r in self.select(role)) for role in ("train", "test")}
+        lengths = sorted({recording.data.shape[1] / self.sampling_rate for recording in self.recordings})
+        span = " to ".join(f"{length:.3g}" for length in dict.fromkeys(lengths[:1] + lengths[-1:]))
+        names = ", ".join(sensor.name + " (held out)" * (sensor.role == "held_out") for sensor in self.sensors)
+        return (
+            f"Dataset({self.model!r}: {motions['train']} motions for training, {motions['test']} for testing, each"
+            f" {span} s at {self.sampling_rate:g} Hz; sensors {names})"
+        )
+
     @property
     def is_loaded(self) -> bool:
         """Whether known loads act in any recording."""
@@ -107,3 +118,26 @@ class Dataset:
     def select(self, role: Literal["train", "test"]) -> tuple[Recording, ...]:
         """Return the recordings of one role, in order."""
         return tuple(recording for recording in self.recordings if recording.role == role)
+
+    def split(self, share: float) -> "Dataset":
+        """Return the dataset with the first ``share`` of its motions for training and the others for testing.
+
+        At least one of each; a recording of many motions is cut where the share ends. `InputError` where there is one
+        motion alone.
+        """
+        motions = sum(len(recording.data) for recording in self.recordings)
+        if motions < 2 or not 0 < share < 1:
+            raise InputError(f"{motions} motions cannot be split at {share:g}: give two or more, and a share in (0, 1)")
+        left = min(max(1, round(share * motions)), motions - 1)
+        parts = list[Recording]()
+        for recording in self.recordings:
+            train, test = recording.data[:left], recording.data[left:]
+            left -= len(train)
+            name = f"{recording.name}_test" if len(train) and len(test) else recording.name
+            parts += [replace(recording, data=train, role="train")] * bool(len(train))
+            parts += [replace(recording, name=name, data=test, role="test")] * bool(len(test))
+        return replace(self, recordings=tuple(parts))
+
+    def with_model(self, model: Structure | LinearModel) -> "Dataset":
+        """Return the same recordings to be held against another ``model``."""
+        return replace(self, model=model)

@@ -91,7 +91,7 @@ class Damping:
     modal_ratios: tuple[float, ...] = ()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Structure:
     """A plane frame, truss or chain.
 
@@ -109,6 +109,14 @@ class Structure:
     damping: Damping = field(default_factory=Damping)
     effects: "tuple[Effect, ...]" = ()
     divisions: int = 1
+
+    def __repr__(self) -> str:
+        counts = {"node": len(self.nodes)}
+        for kind in (Beam, Cable, Spring):
+            counts[kind.__name__.lower()] = sum(isinstance(element, kind) for element in self.elements)
+        counts |= {"support": len(self.supports), "effect": len(self.effects)}
+        parts = [f"{count} {word}{'s' * (count > 1)}" for word, count in counts.items() if count]
+        return f"Structure({self.name!r}: {', '.join(parts)})"
 
     @property
     def is_chain(self) -> bool:

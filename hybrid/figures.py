@@ -6,9 +6,7 @@ from math import ceil
 from pathlib import Path
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
-from matplotlib.figure import Figure
 
 from fe_models.arrays import FloatArray
 from fe_models.files.atomic import writing
@@ -26,8 +24,11 @@ Curves = Mapping[str, FloatArray]
 
 
 @contextmanager
-def figure(path: Path, panels: int, columns: int, title: str) -> Iterator[tuple[Figure, list[Any]]]:
+def figure(path: Path, panels: int, columns: int, title: str) -> Iterator[tuple[Any, list[Any]]]:
     """Give a figure and its axes, one a panel; written to ``path`` when the block ends."""
+    import matplotlib as mpl  # loaded only where something is drawn
+    from matplotlib.figure import Figure
+
     rows = ceil(panels / columns)
     with mpl.rc_context({"axes.spines.top": False, "axes.spines.right": False, "font.size": 9}):
         sheet = Figure(figsize=(6.2 * columns, PANEL_HEIGHT * rows + 0.9), layout="constrained", dpi=130)

@@ -1,44 +1,9 @@
-"""Tell what recordings of free decays show by themselves: their modes beside the model's, and beside one another's."""
+"""Compare recordings with the model's modes and with one another: the same as `hybrid-modal compare`."""
 
-from pathlib import Path
-from typing import Annotated
+from hybrid.commands.compare import compare
+from hybrid.commands.console import standalone
 
-import typer
-from tqdm import tqdm
-
-from fe_models.errors import bad_input_exits
-from fe_models.files.dataset_file import load_dataset
-from hybrid.identification.comparison_report import describe_compared, draw_backbones, draw_spectra
-from hybrid.identification.recording_comparison import compare_recordings
-
-app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
-
-
-@app.command()
-def main(
-    dataset: Annotated[Path, typer.Argument(help="The dataset's TOML file.")],
-    out: Annotated[Path, typer.Option(help="Folder for the pictures; made where it is missing.")],
-) -> None:
-    """Compare the recordings of a dataset with the model's modes and with one another.
-
-    Nothing is fitted but damped cosines, to all channels of each recording, those held out elsewhere included. Prints
-    frequencies, damping and shapes of each recording beside the model's, how far the modes of one explain the others,
-    how frequencies change while the motion decays, and lines at sums and differences of frequencies.
-
-    \b
-    OUT/backbones.png  frequency against amplitude of the two strongest modes
-    OUT/spectra.png    the recordings' spectra, with the model's frequencies
-    """
-    with bad_input_exits():
-        data = load_dataset(dataset)
-        motions = sum(len(recording.data) for recording in data.recordings)
-        with tqdm(total=motions, desc="lines of each motion", leave=False) as bar:
-            compared = compare_recordings(data, bar.update)
-        draw_backbones(out / "backbones.png", compared)
-        draw_spectra(out / "spectra.png", data, compared)
-        print(describe_compared(compared))
-        print(f"\nResults: {out}")
-
+app = standalone(compare)
 
 if __name__ == "__main__":
     app()

@@ -6,15 +6,18 @@ import subprocess
 import sys
 import time
 from collections import Counter
+from functools import partial
 from math import inf
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
 from benchmarks.blind.cases import CERTIFICATE_SEED, Task, tasks, words_of
 from benchmarks.blind.judging import Judgement
 from benchmarks.blind.rates import Share
 from benchmarks.blind_cases import BlindConfig
+from benchmarks.certificate import door
 from benchmarks.certificate import run as running
 from benchmarks.certificate.code import Code, code_of
 from benchmarks.certificate.counts import Certificate, certificate, content
@@ -23,6 +26,7 @@ from benchmarks.certificate.plan import COLUMNS, Column, interleaved
 from benchmarks.certificate.record import Record, keep, kept
 from benchmarks.certificate.run import run, write
 from fe_models.errors import InputError
+from scripts.benchmark import app
 from tests import certificate_work
 from tests.blind_results import CUBIC, EXPLAINED, FINE, HEAVY, UNEXPLAINED, case_of, diagnosis, finding, result
 from tests.certificate_work import CODE, FIRST, breaking, endless, right, slow
@@ -120,7 +124,7 @@ def test_a_run_out_of_time_begins_nothing_new_and_says_how_far_it_came(tmp_path:
 
 def test_a_certificate_is_of_one_code(tmp_path: Path) -> None:
     few = (Column("four_dof", False, 1, FIRST),)
-    with pytest.raises(InputError, match="not committed: commit or stash them, or say --dirty"):
+    with pytest.raises(InputError, match="not committed: commit or stash them, or give --dirty"):
         run(few, tmp_path, jobs=1, code=lambda: Code("a" * 40, "b" * 64), work=right)
     changed = run(few, tmp_path, jobs=1, code=lambda: Code("a" * 40, "b" * 64), work=right, changed=True)
     assert "**With changes that are not committed**" in page(changed)
@@ -296,3 +300,46 @@ def test_a_case_without_a_report_is_right_in_nothing() -> None:
 def hide_cubic_springs(monkeypatch: pytest.MonkeyPatch) -> None:
     """Have cubic springs alone hidden in the plan."""
     monkeypatch.setattr("benchmarks.certificate.plan.words_of", lambda _: ("cubic_spring",))
+
+
+# The command
+
+
+@pytest.fixture
+def quick_door(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The command with few cases of other seeds, answered at once; its page goes into the folder that is returned."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(door, "COLUMNS", certificate_work.COLUMNS)
+    monkeypatch.setattr(door, "ROOT", tmp_path)
+    monkeypatch.setattr(door, "code_of", of_code)
+    monkeypatch.setattr(door, "run", partial(run, code=of_code, work=right))
+    return tmp_path / "docs"
+
+
+def test_the_command_writes_the_page_and_prints_the_rates(quick_door: Path) -> None:
+    ran = CliRunner().invoke(app, ["--certificate"])
+    assert ran.exit_code == 0, ran.output
+    assert "so far" not in ran.output
+    assert (quick_door / "certificate.json").is_file()
+    rates = [line for line in (quick_door / "certificate.md").read_text().splitlines() if "kind and place" in line]
+    assert rates[0] in ran.output.splitlines()
+    assert len(list(Path("runs/certificate", CODE.commit[:12], "cases").iterdir())) == 6
+
+
+def test_the_command_out_of_time_says_how_to_go_on(quick_door: Path) -> None:
+    ran = CliRunner().invoke(app, ["--certificate", "--minutes", "0", "--out", "mine"])
+    assert ran.exit_code == 0, ran.output
+    assert "0 of 6 cases so far; the same command goes on from there" in ran.output
+    assert "Not complete: 0 of 6" in (quick_door / "certificate.md").read_text()
+    assert Path("mine/run.json").is_file()
+
+
+def test_an_interrupted_command_keeps_what_is_done(quick_door: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(*_: object, **__: object) -> Certificate:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(door, "run", interrupted)
+    ran = CliRunner().invoke(app, ["--certificate", "--out", "mine"])
+    assert ran.exit_code == door.INTERRUPTED
+    assert "What is done is kept in mine; the same command goes on from there." in ran.output
+    assert not quick_door.exists()

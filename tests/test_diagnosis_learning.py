@@ -18,7 +18,8 @@ from fe_models.recordings import Dataset, Recording
 from fe_models.simulation import FreeConfig, simulate_free
 from hybrid.config import Config, places_preset
 from hybrid.diagnosis.learned import gain
-from hybrid.diagnosis.learned.learning import PlaceForce, corrected, learn, learning_preset, undo
+from hybrid.diagnosis.learned.forces import PlaceForce
+from hybrid.diagnosis.learned.learning import corrected, learn, learning_preset, undo
 from hybrid.diagnosis.learned.projection import Projected, location_of, project
 from hybrid.diagnosis.outcome.findings import Finding
 from hybrid.training.preparation import prepare

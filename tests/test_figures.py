@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from fe_models.arrays import FloatArray
-from hybrid import figures
 from hybrid.figures import STYLES, channel_labels, draw_curves, draw_latent, draw_loop
 from hybrid.training.gradient_training import EpochResult
 from hybrid.training.training_figure import draw_history
@@ -24,12 +23,13 @@ TIME: FloatArray = np.asarray(0.1 * np.arange(50), dtype=float)
 def sheets(monkeypatch: pytest.MonkeyPatch) -> list[matplotlib.figure.Figure]:
     """The figures that are drawn, to look into after they are written."""
     drawn: list[matplotlib.figure.Figure] = []
+    figure = matplotlib.figure.Figure
 
     def new(*arguments: Any, **options: Any) -> matplotlib.figure.Figure:
-        drawn.append(matplotlib.figure.Figure(*arguments, **options))
+        drawn.append(figure(*arguments, **options))
         return drawn[-1]
 
-    monkeypatch.setattr(figures, "Figure", new)
+    monkeypatch.setattr(matplotlib.figure, "Figure", new)
     return drawn
 
 

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from benchmarks.blind_cases import BlindConfig, blind_case
-from fe_models.effects import AddedMass
+from fe_models.causes import AddedMass
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.outcome.findings import NOT_ON_THE_LIST, OTHER_CAUSES, Alternative, Finding
 from hybrid.diagnosis.outcome.named import remainder

@@ -68,7 +68,7 @@ def test_script_draws_the_modes_of_a_model(tmp_path: Path) -> None:
     said = [line for line in re.split(r"[\r\n]+", done.stderr) if line.strip() and not line.startswith("drawing modes")]
     assert (done.returncode, said) == (0, [])  # nor does VTK complain about a missing screen
     assert "mode 2, 5 Hz" in done.stdout
-    assert "train_hybrid.py" in done.stdout
+    assert "hybrid-modal train" in done.stdout
     assert len(list((tmp_path / "pictures").glob("*.png"))) == 3
 
 

@@ -14,7 +14,7 @@ from benchmarks.certificate.code import Code
 from benchmarks.certificate.plan import Column
 from benchmarks.certificate.record import Record
 
-PERCENTILE = 99  # per cent of the cases take less time than the slow end that is told
+PERCENTILE = 99  # per cent of the cases take less time than the slow end that is stated
 LIMITS = {"four_dof": 30.0, "bridge": 180.0}  # s: what a case may take
 
 
@@ -87,11 +87,11 @@ def counts(column: Column, records: Mapping[Task, Record]) -> ColumnCounts:
     reports = [record.judgement for _, record in own if record.judgement]
     failures = Counter(record.failure for _, record in own if record.judgement is None)
     none = Rate("no report, which counts as wrong above", Share(failures.total(), len(own)), "0")
-    told = [rate for rate in rates(results, column.off) if isinstance(rate.measured, Share)] if results else []
+    shares = [rate for rate in rates(results, column.off) if isinstance(rate.measured, Share)] if results else []
     return ColumnCounts(
         column,
         len(own),
-        (*told, none) if own else (),
+        (*shares, none) if own else (),
         tuple(calibration(results)),
         {word: _right(results, word) for word in dict.fromkeys(words_of(column.structure))},
         _findings(results),

@@ -46,7 +46,7 @@ def page(found: Certificate) -> str:
             _how(found),
             "## Rates",
             "",
-            *_rates(found),
+            *rates_table(found),
             "",
             READING.format(material=100 * MATERIAL),
             "## Probabilities: is what is named at 0.9 right in nine of ten cases?",
@@ -93,7 +93,8 @@ def _how(found: Certificate) -> str:
     return HOW.format(cases=cases, noise=100 * BlindConfig().noise, seed=CERTIFICATE_SEED)
 
 
-def _rates(found: Certificate) -> list[str]:
+def rates_table(found: Certificate) -> list[str]:
+    """Return the lines of the table of rates: exact columns with their aim, then those that are off."""
     groups = [[own for own in found.columns if own.column.off is off] for off in (False, True)]
     heads, aims = [""], [[rate for own in group for rate in own.rates] for group in groups]
     for group in groups:

@@ -36,12 +36,12 @@ def run(
     """Do the cases that ``folder`` lacks, ``jobs`` at a time, and return the numbers of all that are there.
 
     After so many ``minutes`` no new case is begun. ``changed``: code that is not committed may run. ``work`` answers a
-    task. ``advance`` is told how many cases are there, of how many. Raises `InputError` where the ``code`` is not
+    task. ``advance`` is given how many cases are there, of how many. Raises `InputError` where the ``code`` is not
     committed, is not that of the cases in the folder, or changes meanwhile.
     """
     own = code()
     if own.changes and not changed:
-        raise InputError(f"{own.words}: commit or stash them, or say --dirty, which the page then tells")
+        raise InputError(f"{own.words}: commit or stash them, or give --dirty, which the page then states")
     begin(folder, own, columns)
     tasks = interleaved(columns)
     records = kept(folder, tasks)

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from fe_models.arrays import FloatArray
 from fe_models.causes.base import parameter
@@ -25,5 +24,7 @@ class SensorDelay(SensorEffect):
 
     def distort(self, channel: FloatArray, sampling_rate: float) -> FloatArray:
         """Return the channel at t - delay."""
+        from scipy.interpolate import CubicSpline  # here, as it takes longer to load than a dataset to read
+
         samples = np.arange(channel.shape[-1], dtype=float)
         return np.asarray(CubicSpline(samples, channel, axis=-1)(samples - self.delay * sampling_rate))

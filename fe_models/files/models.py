@@ -16,7 +16,7 @@ from fe_models.structure import Structure
 BUILT_IN: dict[str, Callable[[], Structure]] = {"four_dof": four_dof, "bridge": bridge}
 
 
-def load_model(spec: str, folder: Path) -> Structure | LinearModel:
+def load_model(spec: str, folder: Path = Path()) -> Structure | LinearModel:
     """Return the model that ``spec`` names: a built-in one, or a .toml or .npz path relative to ``folder``.
 
     A .toml file holds a structure, or names matrices (`matrix_market`). `InputError` carries all faults.

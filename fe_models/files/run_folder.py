@@ -60,10 +60,10 @@ def load_run(folder: Path) -> Run:
     """Read the folder of a run; `InputError` carries all that is missing or does not fit."""
     finish_exchanges(folder)
     if not folder.is_dir():
-        raise InputError(f"{folder}: no such folder; give one that build_fe_model.py or train_hybrid.py wrote")
+        raise InputError(f"{folder}: no such folder; give one that 'hybrid-modal build' or 'train' wrote")
     file = folder / MODEL
     if not file.is_file():
-        raise InputError(f"{file}: no such file; give a folder that build_fe_model.py or train_hybrid.py wrote")
+        raise InputError(f"{file}: no such file; give a folder that 'hybrid-modal build' or 'train' wrote")
     arrays = load_arrays(file)
     model = _model(arrays, file)
     dofs = structure_dofs(model) if isinstance(model, Structure) else model.dofs

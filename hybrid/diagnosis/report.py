@@ -6,7 +6,7 @@ from hybrid.diagnosis.learned.gain import Gain, Trained
 from hybrid.diagnosis.observed.observation_report import describe_observations, observations_table
 from hybrid.diagnosis.outcome.advice import Advice
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
-from hybrid.diagnosis.outcome.findings import NOT_ON_THE_LIST, OTHER_CAUSES, Finding, at_place
+from hybrid.diagnosis.outcome.findings import NOT_ON_THE_LIST, OTHER_CAUSES, Alternative, Finding, at_place
 from hybrid.diagnosis.outcome.verdict import MATERIAL, Verdict
 
 WORDS = {
@@ -109,10 +109,14 @@ def _finding(finding: Finding) -> dict[str, Any]:
 
 
 def describe_diagnosis(diagnosis: Diagnosis, gain: Gain | None = None) -> str:
-    """Return the report in a few lines."""
-    shown = diagnosis.shown
-    lines = [*describe_observations(shown), *([] if diagnosis.alike is None else [ALIKE[diagnosis.alike]])]
-    lines += ["", headline(diagnosis)]
+    """Return the report in a few lines, after tables of what the nominal simulation shows."""
+    alike = [] if diagnosis.alike is None else [ALIKE[diagnosis.alike]]
+    return "\n".join([*describe_observations(diagnosis.shown), *alike, "", summary(diagnosis, gain)])
+
+
+def summary(diagnosis: Diagnosis, gain: Gain | None = None) -> str:
+    """Return the answer: headline, findings with their rivals, forecasts before and after, notes."""
+    lines = [headline(diagnosis)]
     for finding in diagnosis.findings:
         lines.append(f"- {finding.sentence}")
         lines.append(f"  Probability {finding.probability:.2f}; {_explained(finding)}.")
@@ -155,8 +159,7 @@ def _rival_lines(finding: Finding) -> list[str]:
     """
     rivals = [item for item in finding.alternatives if not item.is_remainder]
     lines = [
-        f"  These sensors cannot rule out: {item.kind} {at_place(item.location)} ({item.probability:.2f})."
-        for item in rivals[:RIVALS]
+        f"  These sensors cannot rule out: {rival_words(item)} ({item.probability:.2f})." for item in rivals[:RIVALS]
     ]
     if len(rivals) > RIVALS:
         places = sum(item.kind == finding.cause.kind for item in rivals)
@@ -167,7 +170,12 @@ def _rival_lines(finding: Finding) -> list[str]:
         )
         lines.append(f"  And {len(rivals) - RIVALS} more.{of_kind}")
     rest = [item for item in finding.alternatives if item.is_remainder]
-    return lines + [f"  {REMAINDERS[item.kind]}: {item.probability:.2f}." for item in rest]
+    return lines + [f"  {rival_words(item)}: {item.probability:.2f}." for item in rest]
+
+
+def rival_words(rival: Alternative) -> str:
+    """Return what may stand in a finding's place, in words."""
+    return REMAINDERS[rival.kind] if rival.is_remainder else f"{rival.kind} {at_place(rival.location)}"
 
 
 def _hybrid_lines(gain: Gain) -> list[str]:

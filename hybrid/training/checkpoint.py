@@ -161,7 +161,9 @@ def _read(path: Path) -> dict[str, Any]:
     try:
         content = torch.load(path, map_location="cpu", weights_only=True)
     except FileNotFoundError:
-        raise InputError(f"{path}: no such file; give the folder or checkpoint that train_hybrid.py wrote") from None
+        raise InputError(
+            f"{path}: no such file; give the folder or checkpoint that 'hybrid-modal train' wrote"
+        ) from None
     except UNREADABLE as error:
         raise InputError(f"{path}: is not a checkpoint of this program ({type(error).__name__})") from error
     if not isinstance(content, dict):

@@ -3,14 +3,14 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from matplotlib.ticker import MaxNLocator
-
 from hybrid.figures import STYLES, figure
 from hybrid.training.gradient_training import EpochResult
 
 
 def draw_history(path: Path, history: Sequence[EpochResult]) -> Path:
     """Draw the loss a sample over the epochs, and how many samples are forecast in each."""
+    from matplotlib.ticker import MaxNLocator  # loaded only where something is drawn
+
     epochs = [result.epoch for result in history]
     with figure(path, 2, 1, "Training") as (_, (loss, horizon)):
         loss.plot(epochs, [result.loss / result.horizon for result in history], **STYLES["hybrid"])

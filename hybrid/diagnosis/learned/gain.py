@@ -10,14 +10,13 @@ from fe_models.recordings import Dataset
 from fe_models.structure import Structure
 from hybrid.config import Config
 from hybrid.diagnosis.fitting.crossvalidation import as_recordings
-from hybrid.diagnosis.learned.learning import Learned, corrected, learn, learning_preset
+from hybrid.diagnosis.learned.forces import Learned
 from hybrid.diagnosis.learned.projection import Projected, project
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
 from hybrid.diagnosis.outcome.findings import Finding, at_place
 from hybrid.diagnosis.recorded.faulty_channels import usable
 from hybrid.diagnosis.recorded.filter_transients import without_ringing_ends
 from hybrid.progress import nothing
-from hybrid.training.gradient_training import TrainingDivergedError
 
 SAME = {  # causes that a linear law's word stands for
     "spring": (StiffnessChange.kind, SupportSpring.kind, SlackCable.kind),
@@ -53,6 +52,9 @@ def hybrid_gain(
     advance: Callable[[], object] = nothing,
 ) -> Gain:
     """Train on both structures and score both; ``advance`` is called after each epoch of each."""
+    from hybrid.diagnosis.learned.learning import corrected, learn, learning_preset  # loads PyTorch, for this alone
+    from hybrid.training.gradient_training import TrainingDivergedError
+
     data = _with_test(dataset)
     own = replace(data.assumptions, damping_ratio=None, modal_model=None)  # the extended structure has it all
     extended = replace(corrected(data, found.findings), model=found.extended, assumptions=own)

@@ -1,7 +1,7 @@
 """What a hybrid model has left to learn: trained on a structure, its forecasts, and the force that it learned."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import torch
@@ -13,6 +13,7 @@ from fe_models.recordings import Dataset, Recording
 from fe_models.structure import Structure
 from hybrid.config import Config, ModelConfig, places_preset
 from hybrid.diagnosis.fitting.forecast_score import shown_of
+from hybrid.diagnosis.learned.forces import Learned, PlaceForce
 from hybrid.diagnosis.outcome.findings import Finding
 from hybrid.estimation.linear_parameters import ConnectorParameters
 from hybrid.estimation.most_probable_state import smooth_state, trajectory
@@ -25,34 +26,6 @@ from hybrid.training.trainers import trainer_for
 
 LAST_FIRST = (SensorDrift, SensorGain, SensorDelay)  # faults of one sensor, as they are undone
 LEAST_VARIANCE = 0.1  # of the mean over a state's entries: few recordings may hardly move one that others do
-
-
-@dataclass(frozen=True)
-class PlaceForce:
-    """The force (n,) learned at the place ``name``, at its elongations ``u`` (n,) m and rates ``v`` (n,) m/s.
-
-    ``share``: what its mean square makes of that of the learned forces at all places, each as the acceleration it
-    gives.
-    """
-
-    name: str
-    u: FloatArray
-    v: FloatArray
-    force: FloatArray
-    share: float
-
-
-@dataclass(frozen=True)
-class Learned:
-    """A trained hybrid's forecasts: ``nrmse`` (recording, sensor) over the last 80 % of the test recordings.
-
-    ``share``: of the mean square acceleration of its own motion from the starts of the training recordings, what was
-    learned and is not the structure's. ``places``: the learned forces where the net is tied to places.
-    """
-
-    nrmse: FloatArray
-    share: float
-    places: tuple[PlaceForce, ...]
 
 
 def learning_preset(structure: object) -> Config:

@@ -21,7 +21,7 @@ from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.diagnosis.recorded.motions import motions_of
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Diagnosis:
     """All that a report says.
 
@@ -48,6 +48,9 @@ class Diagnosis:
     alike: bool | None
     notes: tuple[str, ...]
     seconds: float
+
+    def __repr__(self) -> str:
+        return f"Diagnosis({self.verdict.value}: {', '.join(map(repr, self.findings)) or 'no finding'})"
 
 
 def concluded(setting: Setting, evidence: Evidence) -> Diagnosis:

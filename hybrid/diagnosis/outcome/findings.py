@@ -69,7 +69,7 @@ class Alternative:
         return self.kind in (NOT_ON_THE_LIST, OTHER_CAUSES)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Finding:
     """A ``cause`` and its ``parameters`` with standard deviations, and the ``probability`` that it is right.
 
@@ -85,6 +85,9 @@ class Finding:
     recordings: tuple[str, ...]
     alternatives: tuple[Alternative, ...]
     sentence: str
+
+    def __repr__(self) -> str:
+        return f"Finding({self.cause.kind} {at_place(self.cause.location)}, probability {self.probability:.2f})"
 
 
 def cause_of(fit: Fit, number: int, widened: float) -> tuple[Cause, dict[str, Parameter]]:

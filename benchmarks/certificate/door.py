@@ -1,0 +1,48 @@
+"""The certificate as the command runs it: a bar with an end, the page in the documents, and what to do to go on."""
+
+import sys
+from pathlib import Path
+
+from tqdm import tqdm
+
+from benchmarks.certificate.code import ROOT, Code, code_of
+from benchmarks.certificate.counts import Certificate
+from benchmarks.certificate.page import rates_table
+from benchmarks.certificate.plan import COLUMNS
+from benchmarks.certificate.run import run, write
+
+INTERRUPTED = 130  # the exit status of what the keyboard ended
+
+
+def default_folder(code: Code) -> Path:
+    """Return where the cases of a code are kept."""
+    return Path("runs/certificate") / code.commit[:12]
+
+
+def certify(out: Path | None, jobs: int, minutes: float | None, dirty: bool) -> Certificate:
+    """Do the cases that are missing, write ``docs/certificate.md`` and ``.json``, and print the rates."""
+    code = code_of()
+    folder = out or default_folder(code)
+    bars: list[tqdm] = []
+
+    def advance(done: int, planned: int) -> None:
+        """Begin the bar at what an earlier run did, which takes no time of this one."""
+        if bars:
+            bars[0].update()
+        else:
+            bars.append(tqdm(total=planned, initial=done, desc="Certificate", unit="case", disable=None))
+
+    try:
+        found = run(COLUMNS, folder, jobs=jobs, minutes=minutes, changed=dirty, advance=advance)
+    except KeyboardInterrupt:
+        print(f"\nWhat is done is kept in {folder}; the same command goes on from there.", file=sys.stderr)
+        raise SystemExit(INTERRUPTED) from None
+    finally:
+        for bar in bars:
+            bar.close()
+    numbers, page = write(found, ROOT / "docs")
+    print("\n".join(rates_table(found)))
+    if found.done < found.planned:
+        print(f"{found.done} of {found.planned} cases so far; the same command goes on from there")
+    print(f"Cases: {folder}\nResults: {page}, {numbers}")
+    return found

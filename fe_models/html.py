@@ -1,0 +1,32 @@
+"""Tables for a notebook, everything in them escaped: names come from files."""
+
+from collections.abc import Iterable, Sequence
+from html import escape
+
+PAGE = """<!DOCTYPE html>
+<html lang="en">
+<head><meta charset="utf-8"><title>{title}</title>
+<style>body {{ font-family: sans-serif; max-width: 60em; margin: 2em auto; }} td, th {{ padding: 0.2em 0.8em; }}</style>
+</head>
+<body>
+{body}
+</body>
+</html>
+"""
+
+
+def html_table(header: Sequence[object], rows: Iterable[Sequence[object]]) -> str:
+    """Return an HTML table with a line of headings."""
+    head = "".join(f"<th>{escape(str(cell))}</th>" for cell in header)
+    body = "".join("<tr>" + "".join(f"<td>{escape(str(cell))}</td>" for cell in row) + "</tr>" for row in rows)
+    return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+
+
+def html_paragraph(text: str) -> str:
+    """Return a paragraph of HTML; lines stay lines."""
+    return "<p>" + "<br>".join(escape(line) for line in text.splitlines()) + "</p>"
+
+
+def html_page(title: str, body: str) -> str:
+    """Return a whole page around a ``body`` of HTML."""
+    return PAGE.format(title=escape(title), body=body)

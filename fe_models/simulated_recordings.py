@@ -1,0 +1,99 @@
+"""Recordings simulated in one call: where the sensors sit, what moves the structure, how noisy the sensors are."""
+
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from fe_models.errors import InputError, noting, raise_faults
+from fe_models.files.recording_checks import UNITS, check_sensors
+from fe_models.recordings import Dataset, Quantity, Recording, Sensor
+from fe_models.simulation import FreeConfig, ReleaseConfig
+from fe_models.statics import PointLoad
+from fe_models.structure import PLANE_FRAME, Beam, Cable, Direction, Structure
+from fe_models.synthetic import Acquisition, free_dataset, release_dataset
+
+QUANTITY_LETTERS: dict[str, Quantity] = {"x": "displacement", "v": "velocity", "a": "acceleration"}
+SENSOR_NAME = re.compile(r"([xva])(\d+)(x|y|rz)?")
+MOTIONS = 10  # of a chain: enough to train on and to test with, simulated in a second
+OVERSAMPLING = 5  # samples of a frame's motion to one that is recorded, so that the low-pass acts before
+LOWPASS_SHARE = 0.3  # of a frame's sampling rate: that of the laboratory bridge
+
+
+def simulate(
+    structure: Structure,
+    sensors: Iterable[str | Sensor],
+    *,
+    held_out: Iterable[str | Sensor] = (),
+    pulls: Sequence[PointLoad | Sequence[PointLoad]] = (),
+    motions: int = MOTIONS,
+    duration: float | None = None,
+    sampling_rate: float | None = None,
+    lowpass: float | None = None,
+    noise: float = 0.02,
+    seed: int = 0,
+    progress: bool = False,
+) -> Dataset:
+    """Return recordings of a structure with all its nonlinearity, each ready for training (see `Dataset.split`).
+
+    A chain moves freely from as many random states as there are to be ``motions``; a frame is pulled and let go:
+    ``pulls`` holds a load, or several at once, for each recording. ``sensors`` are fitted, those ``held_out`` only
+    scored; "a3" is the acceleration of node 3, "x3" its displacement, "v3" its velocity, and "a3y" that in y, where
+    nodes move in several directions. ``duration`` (s): 50 for chains, 20 for frames; ``sampling_rate`` (Hz): 10 and
+    100; ``lowpass`` (Hz; 0 for none): none, and 0.3 times the sampling rate. ``noise``: its standard deviation over
+    that of each channel. The dataset's model is the structure itself: give `hybrid.diagnose` the design beside it.
+    `InputError` with all faults.
+    """
+    faults = list[str]()
+    fitted = _read(sensors, structure, faults)
+    unseen = (replace(sensor, role="held_out") for sensor in _read(held_out, structure, faults))
+    channels = (*fitted, *unseen)
+    faults += check_sensors(list(channels)) if not faults else []
+    raise_faults(faults)
+    rng = np.random.default_rng(seed)
+    if not any(isinstance(element, Beam | Cable) for element in structure.elements):
+        if pulls:
+            raise InputError("pulls are for frames; a chain moves from random states, see motions")
+        if motions < 1:
+            raise InputError(f"motions = {motions}; expected at least 1")
+        acquisition = Acquisition(sampling_rate or 10.0, lowpass or None, noise)
+        free = FreeConfig(duration or 50.0, acquisition.sampling_rate)
+        found = free_dataset(structure, motions, channels, acquisition, rng, free, progress)
+    else:
+        if not pulls:
+            raise InputError(
+                "a frame is pulled and let go: give pulls, such as [PointLoad(3, 'y', -10.0)], one for each recording"
+            )
+        rate = sampling_rate or 100.0
+        band = LOWPASS_SHARE * rate if lowpass is None else lowpass or None
+        acquisition = Acquisition(rate, band, noise)
+        release = ReleaseConfig(duration=duration or 20.0, sampling_rate=OVERSAMPLING * rate)
+        releases = tuple((pull,) if isinstance(pull, PointLoad) else tuple(pull) for pull in pulls)
+        found = release_dataset(structure, releases, channels, acquisition, rng, release, progress).dataset
+    single = (data[None] for recording in found.recordings for data in recording.data)
+    recordings = tuple(Recording(f"motion_{number}", data) for number, data in enumerate(single, start=1))
+    return replace(found, recordings=recordings)
+
+
+def sensor_at(sensor: str | Sensor, structure: Structure) -> Sensor:
+    """Return the sensor that a name such as "a3" or "a3y" stands for; `InputError` where it stands for none."""
+    if isinstance(sensor, Sensor):
+        return sensor
+    match = SENSOR_NAME.fullmatch(sensor)
+    one = len(structure.directions) == 1
+    if match is None or not (match[3] or one):
+        example = '"a3"' if one else '"a3y"'
+        along = "" if one else f" and a direction ({', '.join(structure.directions)})"
+        raise InputError(
+            f"sensor {sensor!r}: expected x, v or a (displacement, velocity, acceleration), a node{along},"
+            f" such as {example}; or a Sensor"
+        )
+    direction: Direction = next((d for d in PLANE_FRAME if d == match[3]), structure.directions[0])
+    quantity = QUANTITY_LETTERS[match[1]]
+    return Sensor(sensor, int(match[2]), direction, quantity, UNITS[quantity, direction == "rz"])
+
+
+def _read(sensors: Iterable[str | Sensor], structure: Structure, faults: list[str]) -> list[Sensor]:
+    read = (noting(faults, "", sensor_at, sensor, structure) for sensor in sensors)
+    return [sensor for sensor in read if sensor is not None]

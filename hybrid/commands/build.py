@@ -1,0 +1,25 @@
+"""The sub-command `build`: matrices, natural modes and their pictures."""
+
+from hybrid.commands.options import Model, Modes, Out, Pictures, Refine
+
+
+def build(model: Model, out: Out, refine: Refine = 1, modes: Modes = None, pictures: Pictures = True) -> None:
+    """Build a finite element model: matrices, natural modes and their pictures.
+
+    \b
+    OUT/model.npz       M, K and C over the free degrees of freedom (in sparse parts where large), dof_node and
+                        dof_direction of their rows, frequencies (Hz), damping_ratio, and mode_shapes over all
+                        degrees of freedom
+    OUT/structure.toml  the structure, to edit and build again
+    OUT/*.png           the mode shapes
+
+    \b
+    Examples:
+      hybrid-modal build bridge --out runs/bridge
+      hybrid-modal build frame.toml --out runs/frame --refine 4 --modes 6
+    """
+    from fe_models.errors import bad_input_exits
+    from hybrid.commands.models import refined_model, write_model
+
+    with bad_input_exits():
+        write_model(model, refined_model(model, refine), out, modes, pictures)

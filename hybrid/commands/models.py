@@ -1,0 +1,85 @@
+"""Models as the commands load, write and print them."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from fe_models.arrays import FloatArray
+from fe_models.assembly import linearise
+from fe_models.built_in.bridge import PAPER_FREQUENCIES
+from fe_models.built_in.four_dof import PAPER_OMEGA
+from fe_models.causes.dead_load import dead_load_share
+from fe_models.damping import full_damping
+from fe_models.errors import InputError
+from fe_models.files.matrices_file import LARGEST_DENSE, save_linear_model
+from fe_models.files.models import load_model
+from fe_models.files.structure_file import save_structure
+from fe_models.linear import LinearModel, ModalModel
+from fe_models.modes import natural_modes
+from fe_models.structure import Structure
+
+DEFAULT_MODES = 10
+
+
+def refined_model(spec: str, refine: int) -> Structure | LinearModel:
+    """Return the model that ``spec`` names, relative to the working folder, each beam divided into ``refine`` more."""
+    subject = load_model(spec, Path())
+    if isinstance(subject, Structure):
+        return subject.refined(subject.divisions * refine)
+    if refine > 1:
+        raise InputError(f"{spec} holds matrices only: --refine needs a structure (.toml)")
+    return subject
+
+
+def write_model(spec: str, subject: Structure | LinearModel, out: Path, modes: int | None, pictures: bool) -> None:
+    """Write a model, that ``spec`` names, and its ``modes`` to ``out``; print its natural frequencies."""
+    modal = write_matrices(subject, out, modes)
+    print(f"Natural modes {described(subject)}:")
+    print(frequency_table(modal, paper_frequencies(spec)))
+    if pictures:
+        from fe_models.pictures.render import draw_modes  # loads the graphics library only where it is needed
+
+        print(f"Mode shapes: {draw_modes(subject, modal, out)[-1]}")
+
+
+def write_matrices(subject: Structure | LinearModel, out: Path, modes: int | None) -> ModalModel:
+    """Write ``out``/model.npz and, of a structure, structure.toml; return the modes."""
+    linear = subject if isinstance(subject, LinearModel) else linearise(subject)
+    size = linear.mass.shape[0]
+    modal = natural_modes(linear, modes or min(DEFAULT_MODES, size))
+    if linear.has_modal_damping and size <= LARGEST_DENSE:  # C complete where it can be
+        linear = replace(linear, damping=csr_array(full_damping(linear)), modal_ratios=(), replaced_ratios=())
+    results = {
+        "frequencies": modal.frequencies,
+        "damping_ratio": modal.damping_ratio,
+        "mode_shapes": modal.shapes,
+    }
+    save_linear_model(linear, out / "model.npz", results)
+    if isinstance(subject, Structure):
+        save_structure(subject, out / "structure.toml")
+    print(f"{size} free degrees of freedom; matrices and modes: {out / 'model.npz'}")
+    return modal
+
+
+def paper_frequencies(model: str) -> FloatArray:
+    """Return the frequencies (Hz) that the paper gives for a built-in structure, else none."""
+    known = {"bridge": np.array(PAPER_FREQUENCIES), "four_dof": np.array(PAPER_OMEGA) / (2 * np.pi)}
+    return known.get(model, np.zeros(0))
+
+
+def described(subject: Structure | LinearModel) -> str:
+    """Return about which state a model moves, in words."""
+    loaded = isinstance(subject, Structure) and dead_load_share(subject) > 0
+    return "about the state at rest under weight and prestress" if loaded else "without loads and prestress"
+
+
+def frequency_table(modal: ModalModel, paper: FloatArray) -> str:
+    """Return the modes as a table, beside the paper's frequencies where there are any."""
+    lines = ["mode   frequency   damping ratio" + ("   paper" if len(paper) else "")]
+    for number, (frequency, ratio) in enumerate(zip(modal.frequencies, modal.damping_ratio, strict=True), start=1):
+        line = f"{number:4d}   {frequency:6.4f} Hz   {100 * ratio:z11.3f} %"
+        known = paper[number - 1 : number]
+        lines.append(line + "".join(f"   {value:.4f} Hz ({100 * (frequency / value - 1):+.3f} %)" for value in known))
+    return "\n".join(lines)

@@ -1,0 +1,166 @@
+"""Simulated recordings as the options of a command describe them: parsed, checked all at once, then made."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Literal, TypeVar
+
+import numpy as np
+
+from fe_models.built_in.four_dof import four_dof
+from fe_models.dofs import structure_dofs
+from fe_models.errors import InputError, noting, raise_faults
+from fe_models.files.bridge_recordings import bridge_sensors
+from fe_models.files.modal_file import load_modal_model
+from fe_models.files.recording_checks import UNITS
+from fe_models.four_dof_data import paper_dataset
+from fe_models.linear import LinearModel
+from fe_models.recordings import Dataset, Quantity, Sensor
+from fe_models.simulation import FreeConfig, ReleaseConfig
+from fe_models.statics import STANDARD_GRAVITY, PointLoad
+from fe_models.structure import Beam, Cable, Direction, Structure
+from fe_models.synthetic import Acquisition, check_release, free_dataset, release_dataset
+
+BRIDGE_PULLS = ("19:y:-9.81", "13:y:-9.81", "9:y:-9.81", "15:y:-9.81")
+Role = Literal["measured", "held_out"]
+Word = TypeVar("Word", bound=str)
+Value = TypeVar("Value")
+QUANTITIES: tuple[Quantity, ...] = ("displacement", "velocity", "acceleration")
+DIRECTIONS: tuple[Direction, ...] = ("x", "y", "rz")
+ROLES: tuple[Role, ...] = ("measured", "held_out")
+
+
+@dataclass(frozen=True)
+class Wishes:
+    """The options on recordings as given; None where the choice is left to the program."""
+
+    pull: list[str] | None
+    sensor: list[str] | None
+    realisations: int | None
+    cubic_stiffness: float | None
+    duration: float | None
+    step: float | None
+    sampling_rate: float | None
+    lowpass: float | None
+    noise: float | None
+    gravity: float | None
+    modal_model: Path | None = None
+
+    def useless(self, *names: str, because: str) -> list[str]:
+        """Return one fault for each of the options ``names`` that was given although it has no effect."""
+        given = [name for name in names if getattr(self, name) is not None]
+        return [f"--{name.replace('_', '-')}: {because}" for name in given]
+
+
+def recordings_of(model: str, subject: Structure | LinearModel, wishes: Wishes, seed: int) -> Callable[[], Dataset]:
+    """Check the options on recordings, all at once, and return the simulation that they ask for."""
+    if isinstance(subject, LinearModel):
+        raise InputError(f"{model} holds matrices only: recordings need a structure (.toml)")
+    if model == "four_dof":
+        return _paper_chain(wishes, seed)
+    faults = wishes.useless("cubic_stiffness", because="is for four_dof; write effects into the structure file")
+    faults += wishes.useless("modal_model", because="is for four_dof; name it in your dataset's [simulation] instead")
+    sensors = _all_of(wishes.sensor or (), _sensor, faults)
+    if model == "bridge" and not wishes.sensor:
+        sensors = bridge_sensors(unit="m/s^2")
+    elif not wishes.sensor:
+        faults.append("recordings need sensors: give at least one --sensor NODE:DIRECTION, such as --sensor 2:x")
+    is_frame = any(isinstance(element, Beam | Cable) for element in subject.elements)
+    make = _frame if is_frame else _chain
+    return make(model, subject, sensors, wishes, np.random.default_rng(seed), faults)
+
+
+def _paper_chain(wishes: Wishes, seed: int) -> Callable[[], Dataset]:
+    options = ("pull", "sensor", "duration", "step", "sampling_rate", "lowpass", "noise", "gravity")
+    because = "four_dof gives the paper's data; for others build its structure.toml instead"
+    raise_faults(wishes.useless(*options, because=because))
+    rng = np.random.RandomState(seed)  # the legacy generator of the paper's data
+    modal = load_modal_model(wishes.modal_model, structure_dofs(four_dof())) if wishes.modal_model else None
+    return partial(paper_dataset, wishes.cubic_stiffness or 0.0, modal, rng, wishes.realisations or 1000)
+
+
+def _frame(
+    model: str,
+    structure: Structure,
+    sensors: tuple[Sensor, ...],
+    wishes: Wishes,
+    rng: np.random.Generator,
+    faults: list[str],
+) -> Callable[[], Dataset]:
+    faults += wishes.useless("realisations", because="is for chains; a frame is pulled and released, repeat --pull")
+    texts = wishes.pull or (BRIDGE_PULLS if model == "bridge" else ())
+    releases = _all_of(texts, _loads, faults)
+    if not texts:
+        faults.append("a frame needs something to let go: give --pull NODE:DIRECTION:FORCE, such as --pull 3:y:-10")
+    acquisition = _acquisition(wishes, sampling_rate=100.0, lowpass=30.0)
+    config = ReleaseConfig(
+        duration=_either(wishes.duration, 20.0),
+        sampling_rate=5 * acquisition.sampling_rate,
+        step=_either(wishes.step, 1e-3),
+        gravity=_either(wishes.gravity, STANDARD_GRAVITY),
+    )
+    raise_faults(faults + check_release(structure, releases, sensors, acquisition))
+    return lambda: release_dataset(structure, releases, sensors, acquisition, rng, config).dataset
+
+
+def _chain(
+    model: str,
+    structure: Structure,
+    sensors: tuple[Sensor, ...],
+    wishes: Wishes,
+    rng: np.random.Generator,
+    faults: list[str],
+) -> Callable[[], Dataset]:
+    faults += wishes.useless("pull", "gravity", because=f"is for frames; {model} is a chain, see --realisations")
+    acquisition = _acquisition(wishes, sampling_rate=10.0, lowpass=0.0)
+    config = FreeConfig(_either(wishes.duration, 50.0), acquisition.sampling_rate, _either(wishes.step, 0.05))
+    raise_faults(faults + check_release(structure, (), sensors, acquisition))
+    return partial(free_dataset, structure, wishes.realisations or 1000, sensors, acquisition, rng, config)
+
+
+def _acquisition(wishes: Wishes, sampling_rate: float, lowpass: float) -> Acquisition:
+    lowpass = _either(wishes.lowpass, lowpass)
+    return Acquisition(_either(wishes.sampling_rate, sampling_rate), lowpass or None, _either(wishes.noise, 0.02))
+
+
+def _either(wish: float | None, default: float) -> float:
+    return default if wish is None else wish
+
+
+def _all_of(texts: Iterable[str], read: Callable[[str], Value], faults: list[str]) -> tuple[Value, ...]:
+    """Return what ``read`` makes of each text, noting the faults of those it cannot read."""
+    values = (noting(faults, "", read, text) for text in texts)
+    return tuple(value for value in values if value is not None)
+
+
+def _loads(text: str) -> tuple[PointLoad, ...]:
+    """Return the loads of one release, NODE:DIRECTION:FORCE joined by +."""
+    loads = []
+    for part in text.split("+"):
+        try:
+            node, direction, force = part.split(":")
+            loads.append(PointLoad(int(node), _one_of(DIRECTIONS, direction), float(force)))
+        except ValueError:
+            raise InputError(f"--pull {text}: expected NODE:DIRECTION:FORCE, such as 19:y:-9.81, joined by +") from None
+    return tuple(loads)
+
+
+def _sensor(text: str) -> Sensor:
+    """Return the sensor that NODE:DIRECTION[:QUANTITY[:held_out]] describes, named by it: "12:y" of acceleration."""
+    parts = text.split(":")
+    try:
+        node, direction = int(parts[0]), _one_of(DIRECTIONS, parts[1])
+        quantity = _one_of(QUANTITIES, parts[2] if len(parts) > 2 else "acceleration")
+        role = _one_of(ROLES, parts[3] if len(parts) > 3 else "measured")
+    except (ValueError, IndexError):
+        parts = []
+    if not 2 <= len(parts) <= 4:
+        raise InputError(f"--sensor {text}: expected NODE:DIRECTION[:QUANTITY[:held_out]], such as 12:y:acceleration")
+    name = f"{quantity[0]}{node}{direction}"
+    return Sensor(name, node, direction, quantity, UNITS[quantity, direction == "rz"], role)
+
+
+def _one_of(known: tuple[Word, ...], text: str) -> Word:
+    """Return the word of ``known`` that ``text`` is; `ValueError` where it is none."""
+    return known[known.index(text)]

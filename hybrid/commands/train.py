@@ -1,0 +1,135 @@
+"""The sub-command `train`: the hybrid model on a dataset, scored on recordings that it never saw."""
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import typer
+
+from hybrid.commands.options import DatasetFile, Device, Out
+from hybrid.config import Config, IntegratorKind, experts_preset, paper_preset, places_preset
+
+if TYPE_CHECKING:
+    from fe_models.recordings import Dataset
+
+PresetName = Literal["default", "paper", "places", "experts"]
+
+Preset = Annotated[
+    PresetName, typer.Option(help="'paper': Lai et al. 2022. 'places': for chains. 'experts': a model a recording.")
+]
+Epochs = Annotated[
+    int | None, typer.Option(min=1, help="Passes over the training windows. [default: 20; places 30; paper 1600]")
+]
+LearningRate = Annotated[float | None, typer.Option(min=1e-8, help="Of Adam, at the start. [default: 0.001]")]
+Batch = Annotated[int | None, typer.Option(min=1, help="Windows a step. [default: 16; places 100]")]
+Window = Annotated[int | None, typer.Option(min=40, help="Samples a window, at most a recording's. [default: 500]")]
+FirstHorizon = Annotated[
+    int | None, typer.Option(min=10, help="Samples forecast in the first epoch. [default: 100; places 20]")
+]
+Modes = Annotated[
+    int | None, typer.Option(min=1, help="Most modes kept, where the dataset does not say. [default: 10]")
+]
+EncoderSamples = Annotated[
+    int | None, typer.Option(min=2, help="First samples, from which the initial state is estimated. [default: 10]")
+]
+Integrator = Annotated[
+    IntegratorKind | None, typer.Option(help="rk4 and dopri5 (adjoint gradients) are those of torchdiffeq.")
+]
+Seed = Annotated[int | None, typer.Option(min=0, max=2**32 - 1, help="Of everything random. [default: 0]")]
+Threads = Annotated[int | None, typer.Option(min=1, max=256, help="Processor threads of PyTorch. [default: 1]")]
+Fresh = Annotated[bool, typer.Option("--fresh", help="Throw an interrupted training away.")]
+
+
+def train(
+    dataset: DatasetFile,
+    out: Out,
+    preset: Preset = "default",
+    epochs: Epochs = None,
+    learning_rate: LearningRate = None,
+    batch: Batch = None,
+    window: Window = None,
+    first_horizon: FirstHorizon = None,
+    modes: Modes = None,
+    encoder_samples: EncoderSamples = None,
+    integrator: Integrator = None,
+    seed: Seed = None,
+    threads: Threads = None,
+    device: Device = "cpu",
+    fresh: Fresh = False,
+) -> None:
+    """Train the hybrid model on a dataset and score it on the recordings marked "test".
+
+    An encoder reads a window's first samples and gives the initial modal state; a modal ODE carries it on, with the FE
+    model's frequencies and damping fixed and a rest that is learned; the FE model's mode shapes turn it back into
+    sensors, and into the displacement of every node.
+
+    --preset places ties what is learned to the places of a chain, a spring, a dashpot and a small net at each mass and
+    along each spring, and solves for the initial state instead of encoding it: slower, and far more accurate.
+
+    --preset experts trains one model a training recording and weighs their forecasts by how well each recording
+    explains a window's first samples: for recordings that are not quite of one structure, as of a real one on
+    different days.
+
+    An interrupted training goes on where it stood when the same command is given again.
+
+    \b
+    OUT/metrics.json     NRMSE and R2 of the FE model and the hybrid, from the same start
+    OUT/checkpoint.pt    the model, to load from Python with hybrid.training.checkpoint.load_checkpoint
+    OUT/prediction.npz   displacement of all nodes over the first test window, for hybrid-modal render
+    OUT/*.png            channels, modal coordinates, displacement, force-displacement loop of a chain, training
+
+    \b
+    Examples:
+      hybrid-modal simulate four_dof --out runs/chain --cubic-stiffness 1
+      hybrid-modal train runs/chain/dataset.toml --out runs/chain/hybrid
+      hybrid-modal train my_bridge/dataset.toml --out runs/mine --epochs 40 --modes 6
+    """
+    from fe_models.errors import bad_input_exits, noting, raise_faults
+    from fe_models.files.atomic import check_folder
+    from fe_models.files.dataset_file import load_dataset
+    from hybrid.training import session
+    from hybrid.training.summary import describe
+
+    with bad_input_exits():
+        faults = list[str]()
+        noting(faults, "", session.check_device, device)
+        noting(faults, "--out", check_folder, out)
+        data = noting(faults, "", load_dataset, dataset)
+        raise_faults(faults)
+        assert data is not None  # else there were faults
+        if data.assumptions.integrator != "exact":
+            print("Note: the FE model is integrated exactly here; [simulation] integrator and step are not used.")
+        model_options = {"modes": modes, "encoder_samples": encoder_samples, "integrator": integrator}
+        training_options = {
+            "epochs": epochs,
+            "learning_rate": learning_rate,
+            "batch": batch,
+            "window": window,
+            "first_horizon": first_horizon,
+            "seed": seed,
+            "threads": threads,
+        }
+        config = configuration(preset, data, model_options, training_options)
+        run = session.open_run(data, config, out, device, fresh)
+        session.train(run)
+        print(describe(session.score(run, data)))
+        print(f"Results: {out}")
+
+
+def configuration(
+    preset: PresetName, data: "Dataset", model_options: dict[str, Any], training_options: dict[str, Any]
+) -> Config:
+    """Return the preset's configuration with the options that the user gave, those that are not None."""
+    name = getattr(data.model, "name", "")  # a model of matrices has none
+    presets = {
+        "default": Config(),
+        "paper": paper_preset(name),
+        "places": places_preset(),
+        "experts": experts_preset(),
+    }
+    chosen = presets[preset]
+    return Config(replace(chosen.model, **given(model_options)), replace(chosen.training, **given(training_options)))
+
+
+def given(options: dict[str, Any]) -> dict[str, Any]:
+    """Return the options that the user gave."""
+    return {name: value for name, value in options.items() if value is not None}

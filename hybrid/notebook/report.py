@@ -1,0 +1,81 @@
+"""A diagnosis as a notebook has it: it prints itself, and is saved as a page or as data."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from fe_models.files.atomic import write_json, write_text
+from fe_models.html import html_page, html_paragraph, html_table
+from fe_models.structure import Structure
+from hybrid.diagnosis.outcome.conclusion import Diagnosis
+from hybrid.diagnosis.outcome.findings import Finding
+from hybrid.diagnosis.outcome.verdict import Verdict
+from hybrid.diagnosis.report import headline, report_table, rival_words, summary
+
+
+@dataclass(frozen=True, repr=False)
+class Report:
+    """What `hybrid.diagnose` returns; the ``diagnosis`` holds all that it is made of."""
+
+    diagnosis: Diagnosis
+
+    @property
+    def verdict(self) -> Verdict:
+        """The answer in a word: nothing wrong, explained, partly explained or unexplained."""
+        return self.diagnosis.verdict
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """The causes that are named, with parameters, probabilities and rivals; what explains most first."""
+        return self.diagnosis.findings
+
+    @property
+    def extended(self) -> Structure:
+        """The design with the findings built in and its nominal values calibrated."""
+        return self.diagnosis.extended
+
+    @property
+    def scores(self) -> dict[str, dict[str, float | None]]:
+        """NRMSE of forecasts by the design, "baseline", and by the extended structure, measured and held-out."""
+        return self.diagnosis.scores
+
+    def __repr__(self) -> str:
+        return summary(self.diagnosis)
+
+    def _repr_html_(self) -> str:
+        parts = [html_paragraph(headline(self.diagnosis))]
+        if self.findings:
+            header = ("what is wrong", "probability", "explains", "cannot be ruled out")
+            parts.append(html_table(header, (_row(finding) for finding in self.findings)))
+        rows = [(name, *(_score(scores[role]) for role in ("measured", "held_out"))) for name, scores in self._scores()]
+        parts.append(html_table(("forecast NRMSE", "measured", "held out"), rows))
+        parts += [html_paragraph(f"Note: {note}.") for note in self.diagnosis.notes]
+        return "\n".join(parts)
+
+    def to_html(self, path: str | Path) -> Path:
+        """Write the report as a page that any browser shows; return its path."""
+        write_text(Path(path), html_page("Diagnosis", self._repr_html_()))
+        return Path(path)
+
+    def to_json(self, path: str | Path) -> Path:
+        """Write the report as data, as ``report.json`` of the command has it; return its path."""
+        write_json(Path(path), self.table())
+        return Path(path)
+
+    def table(self) -> dict[str, Any]:
+        """Return the report as plain data."""
+        return report_table(self.diagnosis)
+
+    def _scores(self) -> list[tuple[str, dict[str, float | None]]]:
+        before, after = self.scores["baseline"], self.scores["extended"]
+        floor: dict[str, float | None] = {"measured": self.diagnosis.noise_floor, "held_out": None}
+        return [("design", before), ("extended", after), ("noise floor", floor)]
+
+
+def _row(finding: Finding) -> tuple[str, str, str, str]:
+    rivals = "; ".join(f"{rival_words(item)} ({item.probability:.2f})" for item in finding.alternatives)
+    return finding.sentence, f"{finding.probability:.2f}", f"{finding.explains:.0%}", rivals or "-"
+
+
+def _score(score: float | None) -> str:
+    return "-" if score is None else f"{score:.4f}"

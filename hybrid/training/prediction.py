@@ -1,0 +1,64 @@
+"""The motion of the whole structure by a trained model, from a record's first samples or from any initial state."""
+
+from pathlib import Path
+
+import numpy as np
+
+from fe_models.arrays import FloatArray
+from fe_models.errors import InputError, raise_faults
+from fe_models.files.atomic import writing
+from fe_models.files.dataset_file import load_dataset
+from hybrid.estimation.experts import fe_counterpart
+from hybrid.estimation.forecast import Forecast, forecast_windows, generate
+from hybrid.estimation.given_state import modal_state, read_nodal_state
+from hybrid.estimation.uncertainty import BandedForecast, banded_forecast
+from hybrid.training.checkpoint import Checkpoint
+from hybrid.training.results import fe_initial_state
+
+
+def from_record(
+    checkpoint: Checkpoint, dataset: Path, name: str | None, start: float, samples: int, whole: bool
+) -> tuple[BandedForecast, Forecast, FloatArray]:
+    """Return the hybrid and the FE forecast from a place in a record, and the FE model's own initial q (mode,)."""
+    data = load_dataset(dataset)
+    origin, seen = checkpoint.origin, checkpoint.config.model.encoder_samples
+    faults = []
+    if data.sensors != origin.sensors or data.sampling_rate != origin.sampling_rate:
+        faults.append(f"{dataset}: its sensors or sampling rate are not those that the model was trained with")
+    records = {recording.name: recording for recording in data.recordings}
+    if name is not None and name not in records:
+        raise InputError([*faults, f"--record {name}: {dataset} has {', '.join(records)}"])
+    chosen = records[name or data.recordings[0].name]
+    first, end = round(start * origin.sampling_rate), chosen.data.shape[1]
+    if whole and first + samples > end:
+        available = (end - first - 1) / data.sampling_rate
+        faults.append(f"--whole: record {chosen.name} has {available:g} s left; give --duration {available:g} or less")
+    if first + seen > end:
+        faults.append(f"--start {start:g}: record {chosen.name} ends after {end / data.sampling_rate:g} s")
+    raise_faults(faults)
+    window = chosen.data[:1, first : first + (samples if whole else seen)]
+    model = checkpoint.model
+    fe = forecast_windows(model, window, fe_counterpart(model), samples, whole)
+    return banded_forecast(model, window, samples, whole), fe, fe_initial_state(origin, window[0], seen)
+
+
+def from_state(checkpoint: Checkpoint, path: Path, samples: int) -> tuple[Forecast, Forecast, FloatArray]:
+    """Return the hybrid and the FE motion from the state in a file, and its modal coordinates (mode,)."""
+    modal = checkpoint.origin.modal
+    q, q_dot = modal_state(read_nodal_state(path, modal), modal)
+    model = checkpoint.model
+    return generate(model, q, q_dot, samples), generate(fe_counterpart(model), q, q_dot, samples), q
+
+
+def write_channels(hybrid: Forecast, fe: Forecast, std: FloatArray | None, checkpoint: Checkpoint, path: Path) -> None:
+    """Write time (s), all channels of both forecasts and the standard deviation of the hybrid's as CSV."""
+    names = [sensor.name for sensor in checkpoint.origin.sensors]
+    header = ["time", *(f"{name} hybrid" for name in names), *(f"{name} FE" for name in names)]
+    columns = [hybrid.channels[0], fe.channels[0]]
+    if std is not None:
+        header += [f"{name} std" for name in names]
+        columns.append(std[0])
+    time = np.arange(hybrid.channels.shape[1]) / checkpoint.origin.sampling_rate
+    with writing(path) as temporary:
+        table = np.column_stack([time, *columns])
+        np.savetxt(temporary, table, fmt="%.9g", delimiter=",", header=",".join(header), comments="")

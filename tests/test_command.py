@@ -1,0 +1,69 @@
+"""The command `hybrid-modal`: its sub-commands, how fast its help is, what is said of what is not installed."""
+
+import ast
+import subprocess
+import sys
+from importlib.metadata import EntryPoint, EntryPoints
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from hybrid.commands import benchmark
+from hybrid.commands.app import COMMANDS, app, main_app
+
+ROOT = Path(__file__).parents[1]
+NAMES = [*(command.__name__ for command in COMMANDS), "benchmark"]
+HEAVY = {"torch", "scipy", "matplotlib", "numba", "exudyn", "pyvista", "vtkmodules"}
+
+
+def test_it_has_the_sub_commands_that_the_documents_name() -> None:
+    assert set(NAMES) == {"build", "simulate", "train", "predict", "render", "diagnose", "compare", "benchmark"}
+    result = CliRunner().invoke(app, ["--help"])
+    assert result.exit_code == 0
+    listed = [line.split()[0] for line in result.output.split("Commands:")[1].splitlines() if line.strip()]
+    assert listed == NAMES
+
+
+@pytest.mark.parametrize("arguments", [[], *([name] for name in NAMES)], ids=lambda names: " ".join(names) or "itself")
+def test_help_loads_nothing_heavy(arguments: list[str]) -> None:
+    script = (
+        "import sys\n"
+        "from benchmarks.command import benchmark\n"
+        "from hybrid.commands.app import app\n"
+        "try:\n"
+        f"    app({[*arguments, '--help']})\n"
+        "finally:\n"
+        f"    print('heavy:', *sorted({HEAVY} & set(sys.modules)))\n"
+    )
+    done = subprocess.run([sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines()[-1] == "heavy:"
+    assert "Usage:" in done.stdout
+
+
+def test_no_other_part_of_the_package_imports_the_commands() -> None:
+    files = [path for path in (ROOT / "hybrid").rglob("*.py") if path.parent.name != "commands"]
+    assert len(files) > 10
+    for path in files:
+        modules = [node.module for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.ImportFrom)]
+        assert not any(module and module.startswith("hybrid.commands") for module in modules), path
+
+
+def test_without_the_benchmarks_one_line_tells_how_to_get_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(benchmark, "entry_points", lambda **_: EntryPoints())
+    result = CliRunner().invoke(main_app(), ["benchmark"])
+    assert result.exit_code == 2
+    assert result.stderr.splitlines() == [f"error: {benchmark.REMEDY}"]
+    assert "pip install ./benchmarks" in benchmark.REMEDY
+
+
+def test_the_benchmarks_plug_in_by_their_entry_point(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The one that their pyproject.toml declares."""
+    declared = 'benchmark = "benchmarks.command:benchmark"'
+    assert declared in (ROOT / "benchmarks" / "pyproject.toml").read_text()
+    entry = EntryPoint("benchmark", "benchmarks.command:benchmark", benchmark.GROUP)
+    monkeypatch.setattr(benchmark, "entry_points", lambda **_: EntryPoints([entry]))
+    result = CliRunner().invoke(main_app(), ["benchmark", "--help"])
+    assert result.exit_code == 0
+    assert "--blind" in result.output
