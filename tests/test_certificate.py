@@ -239,7 +239,7 @@ def some_certificate() -> Certificate:
         task: Record(
             None if own is None else result(case_of(CUBIC), own).judgement,
             "MemoryError" if own is None else "",
-            "2 cores, a processor",
+            "2 at a time on a machine",
             "2026-11-28",
         )
         for task, own in zip(exact.tasks + off.tasks, found, strict=True)
@@ -256,11 +256,12 @@ def test_the_page_has_every_rate_with_its_interval_and_no_single_case(monkeypatc
     assert rows["wrong name at >= 0.9"][0].startswith("25.0 % (1/4;")
     assert rows["no report, which counts as wrong above"][0].startswith("25.0 % (1/4;")
     assert rows["0.90 to 0.97"][:2] == ["95.0 %", "0.0 % (0/1; 0.0 to 79.3)"]
+    assert "two at once: both found" not in rows
     assert rows["cubic spring"] == ["1/3", "1/2 |"]
     assert rows["chain, exact"] == ["5.0", "49.1", "50.0", "< 30", "MemoryError (1) |"]
     text = "\n".join(lines)
     assert f"`{CODE.commit}`, 2026-11-28." in text
-    assert "Machine: 2 cores, a processor." in text
+    assert "Cases ran 2 at a time on a machine." in text
     assert "Not complete" not in text
     assert str(FIRST)[:3] not in text
     assert "'node'" not in text

@@ -69,8 +69,11 @@ def share(marks: Iterable[bool]) -> Share:
     return Share(sum(all_marks), len(all_marks))
 
 
-def rates(results: Sequence[BlindResult], off: bool) -> list[Rate]:
-    """Return every rate; ``off``: whether the nominal models were off by their uncertainty, with aims of its own."""
+def rates(results: Sequence[BlindResult], off: bool, *, empty: bool = False) -> list[Rate]:
+    """Return every rate; ``off``: whether the nominal models were off by their uncertainty, with aims of its own.
+
+    ``empty``: whether rates of no case are among them, too.
+    """
     names = peer_names(results)
     single = [r for r in results if r.is_single]
     clean, outside = [r for r in results if r.is_clean], [r for r in results if r.is_outside]
@@ -129,7 +132,7 @@ def rates(results: Sequence[BlindResult], off: bool) -> list[Rate]:
     for what, of, target in (("seconds, median", median, ""), ("seconds, worst", max, limit_s)):
         own, *others = (float(of(column)) for column in times)
         found.append(Rate(what, own, target, tuple(others)))
-    return [rate for rate in found if not isinstance(rate.measured, Share) or rate.measured.count]
+    return [rate for rate in found if empty or not isinstance(rate.measured, Share) or rate.measured.count]
 
 
 def peer_names(results: Sequence[BlindResult]) -> tuple[str, ...]:

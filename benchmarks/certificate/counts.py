@@ -87,7 +87,9 @@ def counts(column: Column, records: Mapping[Task, Record]) -> ColumnCounts:
     reports = [record.judgement for _, record in own if record.judgement]
     failures = Counter(record.failure for _, record in own if record.judgement is None)
     none = Rate("no report, which counts as wrong above", Share(failures.total(), len(own)), "0")
-    shares = [rate for rate in rates(results, column.off) if isinstance(rate.measured, Share)] if results else []
+    shares = (
+        [rate for rate in rates(results, column.off, empty=True) if isinstance(rate.measured, Share)] if results else []
+    )
     return ColumnCounts(
         column,
         len(own),

@@ -6,12 +6,11 @@ from importlib.metadata import version
 from pathlib import Path
 
 
-def machine() -> str:
-    """Return cores, processor, system, and the versions that numbers depend on."""
+def machine(jobs: int) -> str:
+    """Return how many cases ran at a time on what: cores, processor, system, and versions that numbers depend on."""
     libraries = ", ".join(f"{name} {version(name)}" for name in ("numpy", "scipy", "numba"))
-    return (
-        f"{os.cpu_count()} cores, {_processor()}, {platform.system()}; Python {platform.python_version()}, {libraries}"
-    )
+    computer = f"{os.cpu_count()} cores, {_processor()}, {platform.system()}"
+    return f"{jobs} at a time on {computer}; Python {platform.python_version()}, {libraries}"
 
 
 def _processor() -> str:

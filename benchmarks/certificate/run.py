@@ -49,7 +49,7 @@ def run(
     missing = [task for task in tasks if task not in records]
     with closing(in_processes(_until(missing, minutes), jobs, work, LIMIT)) as coming:
         for task, ready in coming:
-            record = _record(ready)
+            record = _record(ready, jobs)
             if code() != own:
                 raise InputError(f"the code changed while cases of {own.words} ran; check that commit out to go on")
             keep(folder, task, record)
@@ -75,7 +75,7 @@ def _until(tasks: Iterable[Task], minutes: float | None) -> Iterator[Task]:
         yield task
 
 
-def _record(ready: Future[BlindResult]) -> Record:
+def _record(ready: Future[BlindResult], jobs: int) -> Record:
     """Return what to keep of a case; whatever ended it without a report is counted by its name."""
     judgement, failure = None, ""
     try:
@@ -84,4 +84,4 @@ def _record(ready: Future[BlindResult]) -> Record:
         failure = f"process ended ({error.exitcode})"
     except Exception as error:  # a certificate counts every fault, whatever it is
         failure = type(error).__name__
-    return Record(judgement, failure, machine(), datetime.now(UTC).date().isoformat())
+    return Record(judgement, failure, machine(jobs), datetime.now(UTC).date().isoformat())
