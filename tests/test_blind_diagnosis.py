@@ -16,7 +16,8 @@ from fe_models.causes import SensorEffect
 from fe_models.lowpass import USUAL, LowPass
 from fe_models.recordings import Recording
 from hybrid.diagnosis.diagnosis import diagnose
-from hybrid.diagnosis.nominal.lowpass import SHARP, lowpass_of
+from hybrid.diagnosis.nominal.config import LOWPASS
+from hybrid.diagnosis.nominal.lowpass import lowpass_of
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
 from hybrid.diagnosis.outcome.findings import NOT_ON_THE_LIST
 from hybrid.diagnosis.outcome.verdict import LISTED_IN_PART, Verdict
@@ -166,7 +167,7 @@ def test_a_low_pass_that_cuts_off_sharply_hides_no_force(
     if is_told:
         monkeypatch.setattr(blind_cases, "lowpassed", cut_off)
     hidden = blind_case(seed, replace(BRIDGE, kinds=(kind,), off=True))
-    assert lowpass_of(hidden.dataset) == LowPass(30.0, SHARP if is_told else USUAL)
+    assert lowpass_of(hidden.dataset) == LowPass(30.0, LOWPASS.sharp_steepness if is_told else USUAL)
     found, marks = diagnosed(hidden)
     assert marks.first, marks
     assert not marks.confidently_wrong

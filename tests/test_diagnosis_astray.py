@@ -9,7 +9,8 @@ from hybrid.diagnosis.contest.growing import reference_fits_of
 from hybrid.diagnosis.contest.harmonic import fit_forces
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.contest.starts import best_start
-from hybrid.diagnosis.fitting.calibration_deviation import DEVIATION, deviation_of
+from hybrid.diagnosis.fitting.calibration_deviation import deviation_of
+from hybrid.diagnosis.fitting.config import CALIBRATION
 from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.screening.screening import screen
 from hybrid.progress import nothing
@@ -27,7 +28,7 @@ def test_a_machine_that_the_calibration_followed_is_found_from_the_structure_as_
     ground = reference_fits_of(setting.nominal, setting.nominal.centre, setting.lengths, noise_model, setting.short)
     assert ground is not None
     base = ground.whole
-    assert deviation_of(base) > 10 * DEVIATION
+    assert deviation_of(base) > 10 * CALIBRATION.max_deviation_sigma
     system = system_of(base.hypothesis, base.theta[None], noise_model.outputs)
     natural = np.linalg.eigvals(system.A[0]).imag / (2 * np.pi)  # Hz
     assert np.abs(natural - truth.frequency).min() < 0.001  # nothing is left there that a force could explain

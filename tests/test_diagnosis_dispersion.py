@@ -20,6 +20,7 @@ from hybrid.diagnosis.contest.growing import fit_growing
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.nominal import plant as plants
+from hybrid.diagnosis.nominal.config import NOMINAL
 from hybrid.diagnosis.nominal.plant import plant_of
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
 from hybrid.diagnosis.outcome.verdict import Verdict
@@ -94,8 +95,8 @@ def test_recordings_simulated_in_steps_show_nothing_wrong(clean: Dataset) -> Non
 def test_without_it_the_calibrated_bridge_misses_them(clean: Dataset, monkeypatch: pytest.MonkeyPatch) -> None:
     """Nominal values that are off by what is normal take up some of it, not all: what is left is no chance."""
     costs = []
-    for width in (plants.DISPERSION, 1e-6):
-        monkeypatch.setattr(plants, "DISPERSION", width)
+    for width in (NOMINAL.dispersion_std, 1e-6):
+        monkeypatch.setattr(plants, "NOMINAL", replace(NOMINAL, dispersion_std=width))
         setting = setting_of(clean)
         hypothesis = setting.nominal
         found = fit_growing(hypothesis, hypothesis.centre, setting.lengths, setting.noise_model)

@@ -14,7 +14,8 @@ from fe_models.simulation import FreeConfig, simulate_free
 from hybrid.diagnosis.contest.exactness import SCALES, tightened
 from hybrid.diagnosis.contest.posterior import posterior_of
 from hybrid.diagnosis.fitting.least_squares import Fit, fit
-from hybrid.diagnosis.nominal.plant import FRAME, Plant, plant_of
+from hybrid.diagnosis.nominal.config import NOMINAL
+from hybrid.diagnosis.nominal.plant import Plant, plant_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from tests.chain_fits import RATE, candidate, gauge_of, nominal_fit
 
@@ -112,7 +113,7 @@ def test_values_tell_more_where_the_structure_is_as_drawn(
     The share is (1 + 3 scale^2) / 4: below 0.3 where the scale is less than a quarter, above 0.7 where it is nearer to
     one than to a half.
     """
-    monkeypatch.setattr(Plant, "alike", FRAME)
+    monkeypatch.setattr(Plant, "alike", NOMINAL.frame_values_per_independent)
     dataset = chain(off)
     base = nominal_fit(dataset, *gauge_of(dataset))
     told, unknown = posterior_of((base,), ()), posterior_of((base,), (), is_astray=True)

@@ -1,5 +1,7 @@
 """How far the first steps of a fit go before it is told whether it is worth more."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ from benchmarks.blind_cases import BlindConfig, blind_case
 from hybrid.diagnosis.contest.growing import lengths_of, padded
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.fitting import least_squares
+from hybrid.diagnosis.fitting.config import LEAST_SQUARES
 from hybrid.diagnosis.fitting.least_squares import first_steps, fit
 from tests.chain_fits import candidate, gauge_of, nominal_fit
 
@@ -24,7 +27,9 @@ def test_first_steps_of_a_law_go_on_while_they_fall(monkeypatch: pytest.MonkeyPa
     start = extended, np.append(base.theta, law.first_starts[0]), short, noise_model, padded(without, extended)
     noise = sum(batch.data.size for batch in short)
     led = first_steps(*start)
-    monkeypatch.setattr(least_squares, "STEEP", 1.0)  # two steps and no more
+    monkeypatch.setattr(
+        least_squares, "LEAST_SQUARES", replace(LEAST_SQUARES, steep_fall_share=1.0)
+    )  # two steps and no more
     stopped = first_steps(*start)
     assert led is not None
     assert stopped is not None
@@ -61,7 +66,9 @@ def test_first_steps_go_on_while_each_halves_the_cost_if_that_leads_low(monkeypa
     start = np.append(np.zeros_like(short.theta), 3.1e-5)  # m/N; of 1.65e-5, as the scan has it
     begun = extended, start, short.batches, setting.noise_model, padded(short, extended)
     led, behind = first_steps(*begun, steps=3, bound=short.cost), first_steps(*begun, steps=3, bound=0.0)
-    monkeypatch.setattr(least_squares, "HALF", 0.0)  # three steps and no more
+    monkeypatch.setattr(
+        least_squares, "LEAST_SQUARES", replace(LEAST_SQUARES, max_cost_ratio=0.0)
+    )  # three steps and no more
     stopped = first_steps(*begun, steps=3, bound=short.cost)
     assert led is not None
     assert behind is not None

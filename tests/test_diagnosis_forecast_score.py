@@ -15,8 +15,8 @@ from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.simulation import FreeConfig, simulate_free
 from hybrid.diagnosis.causes.candidates import all_candidates
 from hybrid.diagnosis.causes.places import Motion
+from hybrid.diagnosis.fitting.config import FORECAST
 from hybrid.diagnosis.fitting.forecast_score import (
-    ORDERLY,
     ForecastModel,
     forecast,
     idle_by_order,
@@ -152,7 +152,12 @@ def test_recordings_before_and_after_tell_where_a_cause_acts() -> None:
     item = fit(hypothesis, hypothesis.centre, batches, NOISE_MODEL)
     assert item is not None
     told = idle_by_order(item, ["before", "r0", "between", "r2", "after"])
-    assert told == {"before": -ORDERLY, "r0": -ORDERLY, "r2": ORDERLY, "after": ORDERLY}
+    assert told == {
+        "before": -FORECAST.order_cost,
+        "r0": -FORECAST.order_cost,
+        "r2": FORECAST.order_cost,
+        "after": FORECAST.order_cost,
+    }
 
 
 @pytest.mark.parametrize("acts", [True, False])
@@ -167,7 +172,11 @@ def test_a_stop_that_is_not_hit_early_is_forecast_as_the_order_of_recordings_has
     theta = np.append(np.zeros(hypothesis.nuisances), [200.0, gap])
     one = batch.take([number])
     model = ForecastModel(
-        hypothesis, theta, np.eye(hypothesis.states), (0,), {one.names[0]: ORDERLY if acts else -ORDERLY}
+        hypothesis,
+        theta,
+        np.eye(hypothesis.states),
+        (0,),
+        {one.names[0]: FORECAST.order_cost if acts else -FORECAST.order_cost},
     )
     y = predicted(model, one, VIEW)
     only = replace(model, switched=())

@@ -21,6 +21,7 @@ from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.causes.candidates import all_candidates
 from hybrid.diagnosis.causes.places import Motion
 from hybrid.diagnosis.nominal import basis as bases
+from hybrid.diagnosis.nominal.config import NOMINAL
 from hybrid.diagnosis.nominal.plant import Plant, plant_of
 from hybrid.diagnosis.response.eigenmodes import eigenmodes, turn
 from hybrid.diagnosis.response.hypothesis import Hypothesis
@@ -59,7 +60,7 @@ def candidates_of(dataset: Dataset, plant: Plant) -> tuple[Candidate, ...]:
 @cache
 def bridge_plant(more: int = MORE) -> Plant:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(bases, "MORE_MODES", more)
+        patch.setattr(bases, "NOMINAL", replace(NOMINAL, extra_modes=more))
         return plant_of(BRIDGE)
 
 

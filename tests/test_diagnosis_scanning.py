@@ -23,7 +23,7 @@ from hybrid.diagnosis.causes.candidates import all_candidates
 from hybrid.diagnosis.causes.places import Motion
 from hybrid.diagnosis.contest.growing import Lengths, ReferenceFits
 from hybrid.diagnosis.contest.search import contest
-from hybrid.diagnosis.fitting.calibration_deviation import DEVIATION
+from hybrid.diagnosis.fitting.config import CALIBRATION
 from hybrid.diagnosis.fitting.least_squares import Fit, fit
 from hybrid.diagnosis.nominal.plant import Plant, plant_of
 from hybrid.diagnosis.recorded.batches import Batch
@@ -33,8 +33,9 @@ from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.marching import respond
 from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.response.system import System, drift, modal_form, observability
+from hybrid.diagnosis.screening.config import SCAN
 from hybrid.diagnosis.screening.confounded_factors import confounded_candidates
-from hybrid.diagnosis.screening.scanning import LEFT, scan, sizes_of, unseen
+from hybrid.diagnosis.screening.scanning import scan, sizes_of, unseen
 from hybrid.diagnosis.screening.screening import screen
 
 RATE, SAMPLES, MOVING = 100.0, 100, 10
@@ -202,7 +203,7 @@ def test_an_element_that_is_all_but_lost_is_begun_as_such_where_much_is_wrong() 
     lost = [trial for trial in trials if trial.candidate.released is None]
     elements = sorted(trial.candidate.location["element"] for trial in lost)
     assert elements == list(range(1, len(bridge().elements) + 1))
-    assert all(trial.is_drawn and trial.start[0] in LEFT for trial in lost)
+    assert all(trial.is_drawn and trial.start[0] in SCAN.remaining_stiffness for trial in lost)
     assert (trials[0].candidate.location, trials[0].start) == ({"element": 9}, (0.05,))
     assert unseen(*recorded(AddedMass(12, 1e-4))[:1], linear_candidates(), noise_model) == []  # little is left
 
@@ -255,4 +256,6 @@ def test_a_cause_that_a_calibrated_factor_hides_takes_its_place() -> None:
     assert tested.gain < 0.2 * first.gain  # to first order the factor does the same, and hides it
     best = contest(ReferenceFits(base, base), linear_candidates(), Lengths((base.batches,)), noise_model, kept=4)[0]
     assert best.hypothesis.candidates[-1].key == first.candidate.key
-    assert np.abs(best.theta[: base.hypothesis.nuisances] / base.hypothesis.width).max() < DEVIATION
+    assert (
+        np.abs(best.theta[: base.hypothesis.nuisances] / base.hypothesis.width).max() < CALIBRATION.max_deviation_sigma
+    )

@@ -15,8 +15,9 @@ from fe_models.modes import natural_modes
 from fe_models.recordings import Assumptions, Dataset, Uncertainty
 from fe_models.structure import Beam, Cable, Structure
 from hybrid.diagnosis.fitting.least_squares import fit
+from hybrid.diagnosis.nominal.config import SCATTER
 from hybrid.diagnosis.nominal.plant import Plant, plant_of
-from hybrid.diagnosis.nominal.scatter import NONE, OWN
+from hybrid.diagnosis.nominal.scatter import NONE
 from hybrid.diagnosis.outcome.extend import extended_structure
 from hybrid.diagnosis.recorded.batches import Batch
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
@@ -92,7 +93,9 @@ def test_stated_deviation_holds_where_elements_are_off_by_themselves() -> None:
     plants = without_patterns(plant_with(None)), plant_with(None)
     for seed in range(12):
         rng = np.random.default_rng(seed)
-        batch, noise_model = recorded(scattered(rng, OWN * 0.01).with_effects(AddedMass(12, 0.1)), rng)
+        batch, noise_model = recorded(
+            scattered(rng, SCATTER.element_std_share * 0.01).with_effects(AddedMass(12, 0.1)), rng
+        )
         for plant in plants:
             hypothesis = Hypothesis(plant, (mass,))
             item = fit(hypothesis, np.append(np.zeros(hypothesis.nuisances), 0.1), (batch,), noise_model)

@@ -13,8 +13,9 @@ from hybrid.diagnosis.causes.places import Motion
 from hybrid.diagnosis.contest.growing import Lengths, lengths_of
 from hybrid.diagnosis.fitting.driven import states_along
 from hybrid.diagnosis.fitting.least_squares import Fit, fit
+from hybrid.diagnosis.nominal.config import NOMINAL
 from hybrid.diagnosis.nominal.lowpass import noise_is_lowpassed
-from hybrid.diagnosis.nominal.plant import CERTAIN, plant_of
+from hybrid.diagnosis.nominal.plant import plant_of
 from hybrid.diagnosis.recorded.batches import batches_of, columns_of, measured_columns
 from hybrid.diagnosis.recorded.filter_transients import without_ringing_ends
 from hybrid.diagnosis.recorded.noise import noise_of_recordings, structure_band
@@ -48,7 +49,7 @@ def certain_of(dataset: Dataset) -> Certain:
         "[simulation] modal_model: the peers know the structure only; leave it out": modal is not None,
     }
     raise_faults(fault for fault, given in refused.items() if given)
-    plant = replace(plant, spread=np.full_like(plant.spread, CERTAIN))
+    plant = replace(plant, spread=np.full_like(plant.spread, NOMINAL.least_std))
     measured = measured_columns(dataset)
     batches = columns_of(batches_of(dataset, "train"), measured)
     rate = dataset.sampling_rate

@@ -13,7 +13,8 @@ from hybrid.diagnosis.contest.posterior import Posterior, posterior_of
 from hybrid.diagnosis.contest.setting import Setting
 from hybrid.diagnosis.contest.stages import Search, forecasts_well
 from hybrid.diagnosis.contest.straightening import fitted_as, straighten
-from hybrid.diagnosis.fitting.calibration_deviation import DEVIATION, within
+from hybrid.diagnosis.fitting.calibration_deviation import within
+from hybrid.diagnosis.fitting.config import CALIBRATION
 from hybrid.diagnosis.fitting.excess_energy import excess_energy
 from hybrid.diagnosis.fitting.least_squares import Fit, fit
 from hybrid.diagnosis.nominal.geometry import Geometry
@@ -143,7 +144,9 @@ def _straightened_anew(
 def _nothing_to_gain(base: Fit, noise_model: NoiseModel, band: Band) -> bool:
     """Return whether the nominal model, calibrated within its uncertainty, fits and forecasts as noise lets it."""
     own_gauge, (own,) = _with_better_noise([base], noise_model, band)
-    return own.chi2 < FITS * own.values and forecasts_well(replace(own, theta=within(own, DEVIATION)), own_gauge, BEST)
+    return own.chi2 < FITS * own.values and forecasts_well(
+        replace(own, theta=within(own, CALIBRATION.max_deviation_sigma)), own_gauge, BEST
+    )
 
 
 def _with_better_noise(fits: list[Fit], noise_model: NoiseModel, band: Band) -> tuple[NoiseModel, list[Fit]]:

@@ -3,8 +3,9 @@
 from dataclasses import dataclass, replace
 
 from fe_models.arrays import FloatArray
+from hybrid.diagnosis.fitting.config import LEAST_SQUARES
 from hybrid.diagnosis.fitting.driven import fitted_motion
-from hybrid.diagnosis.fitting.least_squares import ENOUGH, Fit, fit
+from hybrid.diagnosis.fitting.least_squares import Fit, fit
 from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.recorded.batches import Batch
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
@@ -35,7 +36,7 @@ class Lengths:
 
     def enough(self, batches: tuple[Batch, ...]) -> float:
         """Return the fall in the sum of squares at which fits of one of the lengths stop; of segments early."""
-        return ENOUGH if batches is self.whole else CLOSE_ENOUGH
+        return LEAST_SQUARES.min_chi2_fall if batches is self.whole else CLOSE_ENOUGH
 
 
 def lengths_of(batches: tuple[Batch, ...], states: int) -> Lengths:

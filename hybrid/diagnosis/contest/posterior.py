@@ -9,7 +9,8 @@ from fe_models.causes import DeadLoad
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.exactness import expected_square, log_evidences
 from hybrid.diagnosis.contest.odds import Odds, log_of_groups
-from hybrid.diagnosis.fitting.harmonic_amplitude import TOLD, harmonic_amplitude
+from hybrid.diagnosis.fitting.config import HARMONIC
+from hybrid.diagnosis.fitting.harmonic_amplitude import harmonic_amplitude
 from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.recorded.batches import acting_as_made
 from hybrid.diagnosis.recorded.noise import correlation_factor
@@ -85,7 +86,7 @@ def _compliance_detected(fit: Fit) -> bool:
     """Return whether the compliance of each support of a fit that gives way is told from none."""
     parts = zip(fit.hypothesis.candidates, fit.hypothesis.slices, strict=True)
     soft = [part.start for candidate, part in parts if candidate.released is not None]
-    least = np.maximum(fit.hypothesis.lower, TOLD * np.sqrt(np.diag(fit.covariance)))
+    least = np.maximum(fit.hypothesis.lower, HARMONIC.min_amplitude_sigma * np.sqrt(np.diag(fit.covariance)))
     return bool((fit.theta[soft] > least[soft]).all())
 
 
@@ -93,7 +94,7 @@ def _sizes_detected(fit: Fit) -> bool:
     """Return whether weight, and each fault of a sensor, in a fit is told from none."""
     errors = np.sqrt(np.diag(fit.covariance))
     return all(
-        abs(fit.theta[part.start] - candidate.neutral[0]) > TOLD * errors[part.start]
+        abs(fit.theta[part.start] - candidate.neutral[0]) > HARMONIC.min_amplitude_sigma * errors[part.start]
         for candidate, part in zip(fit.hypothesis.candidates, fit.hypothesis.slices, strict=True)
         if candidate.sensor is not None or candidate.kind == DeadLoad.kind
     )

@@ -14,7 +14,7 @@ from hybrid.diagnosis.causes.places import Motion
 from hybrid.diagnosis.contest.discrepancy import search_noise_model
 from hybrid.diagnosis.contest.growing import Lengths, lengths_of, short_fit
 from hybrid.diagnosis.contest.wrong_units import with_other_units
-from hybrid.diagnosis.fitting.calibration_deviation import DEVIATION
+from hybrid.diagnosis.fitting.config import CALIBRATION
 from hybrid.diagnosis.fitting.crossvalidation import as_recordings
 from hybrid.diagnosis.fitting.driven import states_along
 from hybrid.diagnosis.fitting.least_squares import Fit
@@ -27,6 +27,7 @@ from hybrid.diagnosis.nominal.modal_plant import modal_plant, with_ratios_of_mod
 from hybrid.diagnosis.nominal.plant import Plant, plant_of
 from hybrid.diagnosis.nominal.unstated_lowpass import unstated_lowpass
 from hybrid.diagnosis.recorded.batches import Batch, batches_of, columns_of, measured_columns
+from hybrid.diagnosis.recorded.config import SPECTRA
 from hybrid.diagnosis.recorded.faulty_channels import usable
 from hybrid.diagnosis.recorded.filter_transients import without_ringing_ends
 from hybrid.diagnosis.recorded.noise import Band, noise_of_recordings, structure_band
@@ -34,7 +35,7 @@ from hybrid.diagnosis.recorded.noise_levels import NoiseLevels
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.recorded.offsets import without_offsets
 from hybrid.diagnosis.recorded.sensor_outputs import SensorOutputs
-from hybrid.diagnosis.recorded.spectra import HARDLY_SHOWN, energy_near
+from hybrid.diagnosis.recorded.spectra import energy_near
 from hybrid.diagnosis.recorded.unit_check import other_sizes
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.load_removal import without_load_response
@@ -153,13 +154,15 @@ def setting_of(dataset: Dataset) -> Setting:
 def _moved(plant: Plant, batches: tuple[Batch, ...], noise_model: NoiseModel) -> BoolArray:
     """Return in which nominal modes (mode,) the recordings have motion."""
     motion = tuple(batch.recorded / batch.sigma(noise_model) for batch in batches)
-    return energy_near(plant.modes[0] / (2 * np.pi), motion, noise_model.rate) >= HARDLY_SHOWN
+    return energy_near(plant.modes[0] / (2 * np.pi), motion, noise_model.rate) >= SPECTRA.min_energy_share
 
 
 def _disperses_too_far(short: Fit) -> bool:
     """Return whether a fit takes up by dispersion what is wrong otherwise: a search would begin astray."""
     plant = short.hypothesis.plant
-    return plant.disperses and bool(abs(short.theta[plant.dispersion]) > DEVIATION * plant.spread[plant.dispersion])
+    return plant.disperses and bool(
+        abs(short.theta[plant.dispersion]) > CALIBRATION.max_deviation_sigma * plant.spread[plant.dispersion]
+    )
 
 
 def _noise(plant: Plant, dataset: Dataset, measured: tuple[int, ...], band: Band) -> tuple[NoiseModel, NoiseLevels]:

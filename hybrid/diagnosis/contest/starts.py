@@ -5,7 +5,8 @@ import numpy as np
 from fe_models.arrays import FloatArray
 from hybrid.diagnosis.contest.growing import padded
 from hybrid.diagnosis.fitting.calibration_deviation import goes_far
-from hybrid.diagnosis.fitting.least_squares import FIRST, Fit, Step, first_steps
+from hybrid.diagnosis.fitting.config import LEAST_SQUARES
+from hybrid.diagnosis.fitting.least_squares import Fit, Step, first_steps
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.screening.screening import Screened
@@ -61,7 +62,7 @@ def _best_from(
 ) -> Step | None:
     """Return where first steps lead from the best of ``starts`` (parameter,)."""
     extended = hypothesis.adding(trial.candidate)
-    states, count = padded(base, extended), FIRST_DRAWN if trial.is_drawn else FIRST
+    states, count = padded(base, extended), FIRST_DRAWN if trial.is_drawn else LEAST_SQUARES.first_steps
     return _lowest(
         [first_steps(extended, start, base.batches, noise_model, states, count, base.cost) for start in starts]
     )

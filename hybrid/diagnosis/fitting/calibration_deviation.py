@@ -4,12 +4,9 @@ import numpy as np
 from scipy.stats import norm
 
 from fe_models.arrays import FloatArray
+from hybrid.diagnosis.fitting.config import CALIBRATION
 from hybrid.diagnosis.fitting.least_squares import Fit
-from hybrid.diagnosis.nominal.scatter import OWN
-
-DEVIATION = 2.5  # of its stated standard deviations: how far a nominal value may be calibrated
-ONE_IN = 200  # structures: in which chance has one calibrated factor as far off as `farthest_of`
-TOGETHER = 3.0  # standard deviations of the mean square of all of them over its mean
+from hybrid.diagnosis.nominal.config import SCATTER
 
 
 def within(item: Fit, most: float) -> FloatArray:
@@ -34,17 +31,17 @@ def deviation_of_groups(item: Fit) -> float:
     differs from it, and the quarter of the group's uncertainty that a search takes is a guess.
     """
     plant, off = item.hypothesis.plant, np.abs(item.deviations)
-    return float(np.append(off[: plant.factors], OWN * off[plant.factors :]).max())
+    return float(np.append(off[: plant.factors], SCATTER.element_std_share * off[plant.factors :]).max())
 
 
 def goes_far(item: Fit) -> bool:
     """Return whether the calibration of a fit goes further than is normal, so that it may hide what led it there."""
-    return deviation_of(item) > DEVIATION
+    return deviation_of(item) > CALIBRATION.max_deviation_sigma
 
 
 def farthest_of(factors: int) -> float:
     """Return how many stated standard deviations off one of so many factors is by chance: 3.5 of 12, 3.9 of 42."""
-    return float(norm.isf(0.5 / ONE_IN / factors))
+    return float(norm.isf(0.5 / CALIBRATION.structures_per_false_alarm / factors))
 
 
 def factors_off(item: Fit) -> bool:
@@ -54,4 +51,4 @@ def factors_off(item: Fit) -> bool:
 
 def off_together(item: Fit) -> bool:
     """Return whether the calibrated factors are off by more than chance has it of so many."""
-    return bool(np.mean(item.deviations**2) > 1 + TOGETHER * np.sqrt(2 / len(item.deviations)))
+    return bool(np.mean(item.deviations**2) > 1 + CALIBRATION.max_joint_sigma * np.sqrt(2 / len(item.deviations)))

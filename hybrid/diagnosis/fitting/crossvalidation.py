@@ -8,13 +8,11 @@ import numpy as np
 from fe_models.arrays import FloatArray
 from fe_models.files.recording_checks import FEWEST_SAMPLES
 from fe_models.recordings import Dataset, Recording, Sensor
+from hybrid.diagnosis.fitting.config import FORECAST
 from hybrid.diagnosis.fitting.forecast_score import ForecastModel, ForecastScore, forecast
 from hybrid.diagnosis.fitting.least_squares import Fit, fit
 from hybrid.diagnosis.recorded.batches import Batch, batches_of
 from hybrid.diagnosis.recorded.noise_model import NoiseModel, SensorRoles
-
-FOLDS = 4  # groups of recordings, each forecast by the fit to the others; every fold costs a fit of each model
-ITERATIONS = 4  # of a fit that begins at the one of all recordings
 
 
 @dataclass(frozen=True)
@@ -78,7 +76,7 @@ def folds_of(dataset: Dataset, measured: tuple[int, ...], searched: NoiseModel) 
     recordings = dataset.select("train")
     if dataset.select("test"):
         return None
-    count = min(FOLDS, len(recordings))
+    count = min(FORECAST.max_folds, len(recordings))
     tests = [batches_of(dataset, "train", recordings[number::count]) for number in range(count)]
     return Folds(tuple(tests), dataset.sensors, measured, searched)
 
@@ -93,6 +91,6 @@ def _without(item: Fit, left_out: list[FloatArray], noise_model: NoiseModel) -> 
         if kept:
             batches.append(batch.take(kept))
             states.append(own[kept])
-    fewer = fit(item.hypothesis, item.theta, tuple(batches), noise_model, tuple(states), ITERATIONS)
+    fewer = fit(item.hypothesis, item.theta, tuple(batches), noise_model, tuple(states), FORECAST.fold_iterations)
     assert fewer is not None  # it begins with motions that have been followed
     return fewer

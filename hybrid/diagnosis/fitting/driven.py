@@ -6,6 +6,7 @@ import numpy as np
 from scipy.linalg import expm
 
 from fe_models.arrays import ComplexArray, FloatArray
+from hybrid.diagnosis.fitting.config import FORECAST
 from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.nominal.loads import Loads
 from hybrid.diagnosis.recorded.batches import Batch
@@ -16,8 +17,6 @@ from hybrid.diagnosis.response.marching import march
 from hybrid.diagnosis.response.residual_states import with_residual
 from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.response.system import ModalForm, System, passed
-
-ALONG = 40  # places of a segment, evenly spread: of ten segments of three recordings enough to tell the farthest
 
 
 @dataclass(frozen=True)
@@ -82,12 +81,14 @@ def fitted_motion(system: System, states: FloatArray, batch: Batch) -> History:
 
 
 def states_along(item: Fit, noise_model: NoiseModel) -> FloatArray:
-    """Return states (n, state) of a fit that tell how large its motion is, at `ALONG` places of a segment or more."""
+    """Return states (n, state) of a fit that tell how large its motion is, at `FORECAST.states_per_segment` places of a
+    segment or more.
+    """
     found = []
     system = system_of(item.hypothesis, item.theta[None], noise_model.outputs)
     for batch, states in zip(item.batches, item.states, strict=True):
         motion = fitted_motion(system, states, batch).now
-        found.append(motion[:: max(batch.samples // ALONG, 1)].reshape(-1, motion.shape[-1]))
+        found.append(motion[:: max(batch.samples // FORECAST.states_per_segment, 1)].reshape(-1, motion.shape[-1]))
     return np.concatenate(found)
 
 

@@ -8,8 +8,9 @@ from scipy.stats import norm
 from scipy.stats import t as student
 
 from fe_models.arrays import TINY, BoolArray, FloatArray
-from hybrid.diagnosis.fitting.geometry_response import FELT, added
-from hybrid.diagnosis.fitting.initial_states import EXPLODED, initial_states, precision_of
+from hybrid.diagnosis.fitting.config import FORECAST, GEOMETRY_RESPONSE, INITIAL_STATES
+from hybrid.diagnosis.fitting.geometry_response import added
+from hybrid.diagnosis.fitting.initial_states import initial_states, precision_of
 from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.recorded.batches import Batch, columns_of, count_of
 from hybrid.diagnosis.recorded.noise_model import NoiseModel, SensorRoles
@@ -18,14 +19,6 @@ from hybrid.diagnosis.response.loaded import loaded_size
 from hybrid.diagnosis.response.marching import respond
 from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.response.system import drifted, is_defective, observability
-
-SHOWN = 0.2  # of each recording: what its initial state is estimated from
-ORDERLY = 6.0  # in a cost: 2 log 20, as one of twenty recordings is not as those before and after it are
-CLEAR = 6.0  # likewise: what geometry must take off a cost, where recordings for training do not show it
-ROUNDS = 3  # of taking away what geometry adds to a motion, which tells what it adds
-SURELY = 0.99  # of new initial states: that share of either side lies within what is known of them beforehand
-SURE = 3.0  # standard deviations of what errors are by chance
-LEAST = 1e-6  # of the largest initial state of its unit: what is known of each beforehand
 
 
 @dataclass(frozen=True)
@@ -63,7 +56,7 @@ class ForecastScore:
     @property
     def is_perfect(self) -> bool:
         """Whether a perfect model may have such errors by chance."""
-        return self.energy <= self.floor_energy + SURE * self.chance
+        return self.energy <= self.floor_energy + FORECAST.max_error_sigma * self.chance
 
     @property
     def excess(self) -> float:
@@ -84,7 +77,7 @@ class InitialEstimate:
 
 def shown_of(samples: int) -> int:
     """Return how many of a recording's ``samples`` its initial state is estimated from; the others are forecast."""
-    return max(int(np.ceil(SHOWN * samples)), 2)
+    return max(int(np.ceil(FORECAST.estimation_share * samples)), 2)
 
 
 def model_of(item: Fit, noise_model: NoiseModel, theta: FloatArray | None = None) -> ForecastModel:
@@ -96,7 +89,9 @@ def model_of(item: Fit, noise_model: NoiseModel, theta: FloatArray | None = None
     """
     most = max(states.shape[1] for states in item.states)
     full = np.concatenate([states for states in item.states if states.shape[1] == most])
-    wider = (student(2 * len(full)).ppf(SURELY) / norm.ppf(SURELY)) ** 2
+    wider = (
+        student(2 * len(full)).ppf(FORECAST.initial_state_quantile) / norm.ppf(FORECAST.initial_state_quantile)
+    ) ** 2
     spread = wider * _at_any_phase(item, noise_model, full) + np.diag(np.broadcast_to(_pushed(item, noise_model), most))
     least = _least(np.sqrt(np.diag(spread)), item.hypothesis.size)
     return ForecastModel(
@@ -120,7 +115,9 @@ def _least(size: FloatArray, modes: int) -> FloatArray:
     ``modes``, then two of each harmonic force.
     """
     parts = np.split(size, [modes, *range(2 * modes, len(size), 2)])
-    return np.concatenate([np.full(len(part), LEAST * (part.max() or size.max())) for part in parts])
+    return np.concatenate(
+        [np.full(len(part), FORECAST.least_state_share * (part.max() or size.max())) for part in parts]
+    )
 
 
 def switched_in(item: Fit) -> tuple[int, ...]:
@@ -145,7 +142,7 @@ def idle_by_order(item: Fit, order: Sequence[str]) -> dict[str, float]:
             if side
         }
         if len(sides) == 1:
-            found[name] = -ORDERLY if sides.pop() else ORDERLY
+            found[name] = -FORECAST.order_cost if sides.pop() else FORECAST.order_cost
     return found
 
 
@@ -169,7 +166,7 @@ def predicted(model: ForecastModel, batch: Batch, roles: SensorRoles) -> FloatAr
     """Return the channels (recording, time, sensor) forecast from the first fifth of the measured ones."""
     best: FloatArray | None = None
     least = np.full(len(batch.data), np.inf)
-    far = EXPLODED * float(np.abs(batch.recorded).max())
+    far = INITIAL_STATES.max_motion_ratio * float(np.abs(batch.recorded).max())
     for own, off, begun in _ways(model, batch, roles):
         hypothesis, theta, _ = without(own, off)
         system = system_of(hypothesis, theta[None], roles.outputs)
@@ -219,9 +216,9 @@ def _begun_by(
         bent = replace(model, hypothesis=hypothesis)
         own, theta, _ = without(bent, off)
         y = added(own, theta, begun.states, batch, roles.outputs)[..., list(roles.measured)]
-        if np.square(y / sigma).sum() > FELT * y.size:
+        if np.square(y / sigma).sum() > GEOMETRY_RESPONSE.min_energy_share * y.size:
             again = begun_from(bent, off, batch, roles, shown)
-            yield bent, replace(again, cost=again.cost + CLEAR)
+            yield bent, replace(again, cost=again.cost + FORECAST.min_geometry_gain)
 
 
 def begun_from(
@@ -234,7 +231,7 @@ def begun_from(
     (own,) = columns_of((batch.first(shown),), roles.measured)
     states: FloatArray | None = None
     geometric = np.zeros(batch.recorded.shape)
-    for _ in range(1 if hypothesis.plant.geometry is None else ROUNDS):
+    for _ in range(1 if hypothesis.plant.geometry is None else FORECAST.geometry_rounds):
         straight = own.less(geometric[:, :shown][..., list(roles.measured)])
         states, cost = initial_states(hypothesis, theta, spread, straight, roles.noise_model, states)
         geometric = added(hypothesis, theta, states, batch, roles.outputs)

@@ -12,6 +12,7 @@ from scipy.interpolate import make_interp_spline
 
 from fe_models.arrays import FloatArray
 from fe_models.recordings import QUANTITIES, Sensor
+from hybrid.diagnosis.fitting.config import GEOMETRY_RESPONSE
 from hybrid.diagnosis.fitting.driven import sampled_motion
 from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.nominal.geometry import Geometry
@@ -27,12 +28,6 @@ from hybrid.diagnosis.response.reduced_model import ReducedModel
 from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.response.system import System, passed
 
-ROUNDS = 12  # at most, of taking forces along a motion: enough where they turn a mode by three radians
-SETTLED = 0.01  # of the forces: what the last round may still change of them, and a tenth of that of the motion
-FINER = 2  # times the sampling rate: how often forces are told, which go with three times the highest frequency
-SMOOTH = 5  # degree of splines whose derivatives are taken: right to 0.1 % up to 0.3 of the sampling rate, ends apart
-FELT = 0.01  # of noise's energy: where geometry adds less than that, or less more, it stays as it is
-
 
 def added(
     hypothesis: Hypothesis, theta: FloatArray, states: FloatArray, batch: Batch, outputs: SensorOutputs
@@ -46,13 +41,16 @@ def added(
     if geometry is None:
         return nothing
     whole, reduced = system_of(hypothesis, theta[None], outputs), hypothesis.reduced(theta[None])
-    fine = replace(whole, step=whole.step / FINER)
+    fine = replace(whole, step=whole.step / GEOMETRY_RESPONSE.oversampling)
     straight = replace(fine, lowpass=None)  # the difference passes it
-    forced, samples = _with_entry(straight, hypothesis, reduced, outputs.sensors), FINER * batch.samples
-    known = None if batch.loads is None else batch.loads.finer(FINER, whole.step)
+    forced, samples = (
+        _with_entry(straight, hypothesis, reduced, outputs.sensors),
+        GEOMETRY_RESPONSE.oversampling * batch.samples,
+    )
+    known = None if batch.loads is None else batch.loads.finer(GEOMETRY_RESPONSE.oversampling, whole.step)
     picked = reduced.shapes[0].T @ geometry.weighted  # (vector, mode): to modal coordinates of the nominal structure
     moving, loads, forces = straight, known, np.zeros(0)
-    for _ in range(ROUNDS):
+    for _ in range(GEOMETRY_RESPONSE.max_rounds):
         motion, before = sampled_motion(moving, states, samples, loads), forces
         if motion is None:
             return nothing
@@ -63,7 +61,9 @@ def added(
             return nothing
         own = _as_loads(forces, fine.step)
         moving, loads = forced, _beside(known, own, forced)
-        if before.size and np.linalg.norm(forces - before) <= SETTLED * np.linalg.norm(forces):
+        if before.size and np.linalg.norm(forces - before) <= GEOMETRY_RESPONSE.max_relative_change * np.linalg.norm(
+            forces
+        ):
             break
     else:
         return nothing
@@ -74,7 +74,7 @@ def added(
     if not np.isfinite(moved).all():
         return nothing
     shown = passed(moved, fine) + _given_way(geometry, coordinates, hypothesis, outputs.sensors, fine)
-    return np.asarray(shown[:, ::FINER])
+    return np.asarray(shown[:, :: GEOMETRY_RESPONSE.oversampling])
 
 
 def _with_entry(system: System, hypothesis: Hypothesis, reduced: ReducedModel, sensors: tuple[Sensor, ...]) -> System:
@@ -118,7 +118,9 @@ def _given_way(
     given = geometry.bent_at(coordinates, hypothesis.plant.rows(sensors))
     times, shown = system.step * np.arange(len(given)), []
     for position, (sensor, delay) in enumerate(zip(sensors, system.delay[0], strict=True)):
-        curve = make_interp_spline(times, given[..., position], k=min(SMOOTH, len(given) - 1), check_finite=False)
+        curve = make_interp_spline(
+            times, given[..., position], k=min(GEOMETRY_RESPONSE.spline_degree, len(given) - 1), check_finite=False
+        )
         shown.append(curve(times - delay, nu=QUANTITIES.index(sensor.quantity)))
     return passed(np.stack(shown, axis=-1).swapaxes(0, 1) * system.gain[0], system)
 
@@ -130,4 +132,4 @@ def straightened(item: Fit, noise_model: NoiseModel) -> tuple[Batch, ...] | None
         y = added(item.hypothesis, item.theta, states, batch, noise_model.outputs)
         change += float(np.square((batch.recorded - batch.data - y) / batch.sigma(noise_model)).sum())
         batches.append(batch.less(y))
-    return tuple(batches) if change > FELT * item.values else None
+    return tuple(batches) if change > GEOMETRY_RESPONSE.min_energy_share * item.values else None

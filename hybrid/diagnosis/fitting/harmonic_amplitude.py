@@ -5,11 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from fe_models.arrays import BoolArray
+from hybrid.diagnosis.fitting.config import HARMONIC
 from hybrid.diagnosis.fitting.least_squares import Fit
-
-ABSENT = 0.4  # of the usual amplitude: less is a recording without the force, if the difference is certain
-CERTAIN = 4.0  # standard deviations
-TOLD = 2.0  # standard deviations: an amplitude below that is told from none by nothing that the force itself does
 
 
 @dataclass(frozen=True)
@@ -26,7 +23,7 @@ class HarmonicAmplitude:
     @property
     def is_significant(self) -> bool:
         """Whether the amplitude is told from none."""
-        return self.amplitude > TOLD * self.error
+        return self.amplitude > HARMONIC.min_amplitude_sigma * self.error
 
 
 def harmonic_amplitude(fit: Fit, number: int) -> HarmonicAmplitude:
@@ -43,7 +40,9 @@ def harmonic_amplitude(fit: Fit, number: int) -> HarmonicAmplitude:
     amplitudes = np.linalg.norm(waves, axis=1)
     spread = np.sqrt(np.mean(errors**2, axis=1))
     usual = float(np.median(amplitudes[amplitudes >= amplitudes.max() / 2]))
-    acting = ~((amplitudes < ABSENT * usual) & (usual - amplitudes > CERTAIN * spread))
+    acting = ~(
+        (amplitudes < HARMONIC.absent_share * usual) & (usual - amplitudes > HARMONIC.min_difference_sigma * spread)
+    )
     count = int(acting.sum())
     amplitude = float(np.sqrt(max(np.mean(amplitudes[acting] ** 2 - 2 * spread[acting] ** 2), 0.0)))
     along = np.mean(np.sum(slopes * waves / amplitudes[:, None], axis=2)[:, acting], axis=1)  # (parameter,)

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from fe_models.arrays import FloatArray
+from hybrid.diagnosis.fitting.config import INITIAL_STATES
 from hybrid.diagnosis.recorded.batches import Batch
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.response.hypothesis import Hypothesis
@@ -12,13 +13,6 @@ from hybrid.diagnosis.response.loaded import given
 from hybrid.diagnosis.response.marching import respond
 from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.response.system import System, drift, drifted, observability
-
-GROWTH = (0.15, 0.25, 0.35, 0.5, 0.7, 1.0)  # of the stretch, where force laws act: so that the search begins near
-ITERATIONS = 20  # at most, of each
-DAMPING = (1e-3, 10.0)  # of Levenberg and Marquardt: at first, and how much less or more after a step
-ENOUGH = 0.01  # of a sum of squares in units of the noise: a step that promises less is not taken
-EXPLODED = 1e6  # times the largest value recorded: what stands for a motion beyond all bounds
-STEP = 1e-4  # of a state's prior standard deviation
 
 
 def initial_states(
@@ -38,12 +32,14 @@ def initial_states(
     prior = precision_of(spread)
     if system.is_linear:
         return _linear_states(system, prior, batch, noise_model)
-    moved = STEP * np.sqrt(np.diag(spread))
+    moved = INITIAL_STATES.difference_step * np.sqrt(np.diag(spread))
     if near is not None:
         return _states_under_laws(system, prior, moved, batch, noise_model, near)
     linear = replace(system, B=system.B[:, :, :0], D=system.D[:, :, :0], forces=(), G=system.G[:, :0])
-    states, cost = _linear_states(linear, prior, batch.first(_samples(GROWTH[0], batch)), noise_model)
-    for share in GROWTH:
+    states, cost = _linear_states(
+        linear, prior, batch.first(_samples(INITIAL_STATES.stretch_shares[0], batch)), noise_model
+    )
+    for share in INITIAL_STATES.stretch_shares:
         states, cost = _states_under_laws(
             system, prior, moved, batch.first(_samples(share, batch)), noise_model, states
         )
@@ -89,10 +85,10 @@ def _states_under_laws(
     recordings = len(states)
     weight = batch.weights(noise_model)  # (recording or one row, value)
     wanted = (batch.data - drifted(system, batch.begins)[0]).reshape(recordings, -1) * weight
-    far = EXPLODED * float(np.abs(wanted).max())
-    cost, damping = np.full(recordings, np.inf), np.full(recordings, DAMPING[0])
+    far = INITIAL_STATES.max_motion_ratio * float(np.abs(wanted).max())
+    cost, damping = np.full(recordings, np.inf), np.full(recordings, INITIAL_STATES.damping[0])
     X, residual, trial = np.zeros((recordings, wanted.shape[1], len(moved))), wanted, states
-    for _ in range(ITERATIONS):
+    for _ in range(INITIAL_STATES.max_iterations):
         starts = np.repeat(trial[None], len(moved) + 1, axis=0)
         starts[1:] += np.diag(moved)[:, None]
         shown = respond(system, starts.reshape(1, -1, len(moved)), batch.samples, batch.loads)
@@ -105,12 +101,12 @@ def _states_under_laws(
         states, cost = np.where(better[:, None], trial, states), np.minimum(cost, new)
         X = np.where(better[:, None, None], slopes, X)
         residual = np.where(better[:, None], left, residual)
-        damping = np.where(better, damping / DAMPING[1], damping * DAMPING[1])
+        damping = np.where(better, damping / INITIAL_STATES.damping[1], damping * INITIAL_STATES.damping[1])
         H = np.einsum("rvs,rvt->rst", X, X, optimize=True) + prior
         H = H + damping[:, None, None] * np.einsum("rss->rs", H)[:, :, None] * np.eye(len(moved))
         g = np.einsum("rvs,rv->rs", X, residual) - states @ prior
         step = np.linalg.solve(H, g[..., None])[..., 0]
-        if np.all(np.sum(g * step, axis=1) < ENOUGH):
+        if np.all(np.sum(g * step, axis=1) < INITIAL_STATES.min_gain):
             break
         trial = states + step
     return states, cost

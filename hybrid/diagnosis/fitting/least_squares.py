@@ -10,23 +10,11 @@ from math import inf
 import numpy as np
 
 from fe_models.arrays import TINY, FloatArray
+from hybrid.diagnosis.fitting.config import LEAST_SQUARES
 from hybrid.diagnosis.fitting.linearisation import Linearisation, linearise_batch
 from hybrid.diagnosis.recorded.batches import Batch
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.response.hypothesis import Hypothesis
-
-ITERATIONS = 12
-LAW_ITERATIONS = 8  # with force laws, each of which takes a simulation of all variants
-ENOUGH = 0.05  # the fall in the sum of squares (a chi-square) below which a fit has converged, for each of noise's own
-WEAKER = (1.0, 0.5, 0.2)  # of force laws, one after the other, where the motion from the start grows for ever
-# Steps that tell whether more are worth it: a law's initial states must leave those of the motion without it.
-FIRST, FIRST_OF_LAWS = 1, 2
-TELLING = 5  # steps until it shows whether a start that is far off leads low: a second one may still be short
-HALF = 0.5  # of the cost: without a law a step that leaves less is followed by another one
-STEEP = 0.2  # share of the cost: a law whose last step took as much away starts far off, and goes on
-FREE = 1e-10  # of Marquardt's damping: none; a cause and the uncertain factor it resembles need whole steps
-SETTLING = 3  # steps of Newton's method in which initial states follow a law that comes, goes or changes
-DAMPING = (1e-3, 30.0, 1e3)  # where a whole step fails: first, factor, give up
 
 
 @dataclass(frozen=True, eq=False)  # two are never equal, so that what was made of one can be looked up by it
@@ -159,7 +147,7 @@ class _Problem:
 
     def begun(self, theta: FloatArray, states: tuple[FloatArray, ...] | None) -> _Point | None:
         """Return where a search begins: at ``theta``, or with force laws as much weaker as they must be."""
-        for share in WEAKER:
+        for share in LEAST_SQUARES.law_strengths:
             weaker = _weakened(self.hypothesis, theta, share)
             point = self.at(np.clip(weaker, self.hypothesis.lower, self.hypothesis.upper), states)
             if point is not None:
@@ -179,7 +167,7 @@ class _Problem:
         Without ``slopes`` no step can follow.
         """
         H, gradient = self.normal_equations(point)
-        first, factor, most = DAMPING
+        first, factor, most = LEAST_SQUARES.damping
         hopeful = slopes and self.hypothesis.is_linear  # they take far longer, and a step that fails needs none
         while damping < most:
             step = np.linalg.solve(H + damping * np.diag(np.diag(H)), gradient)
@@ -213,7 +201,7 @@ def first_steps(
     batches: tuple[Batch, ...],
     noise_model: NoiseModel,
     states: tuple[FloatArray, ...],
-    steps: int = FIRST,
+    steps: int = LEAST_SQUARES.first_steps,
     bound: float = inf,
 ) -> Step | None:
     """Return where the first ``steps`` of a `fit` lead; None as of `fit`.
@@ -223,16 +211,19 @@ def first_steps(
     halves the cost and that would lead there. Without the slopes there, which take longest.
     """
     problem = _Problem(hypothesis, batches, noise_model)
-    least, most, steep, telling = steps, 2 * steps, HALF, 0
+    least, most, steep, telling = steps, 2 * steps, LEAST_SQUARES.max_cost_ratio, 0
     if not hypothesis.is_linear:
         comes = hypothesis.candidates[-1].is_law
-        least, most = FIRST_OF_LAWS if comes else min(steps, FIRST_OF_LAWS), LAW_ITERATIONS
-        steep, telling = 1 - STEEP, TELLING
+        least, most = (
+            LEAST_SQUARES.first_law_steps if comes else min(steps, LEAST_SQUARES.first_law_steps),
+            LEAST_SQUARES.max_law_iterations,
+        )
+        steep, telling = 1 - LEAST_SQUARES.steep_fall_share, LEAST_SQUARES.conclusive_steps
         bound = inf if comes else bound  # how a law that starts far off falls tells nothing of where it ends
     taken, best = 0, problem.begun(theta, states)
     point = best
     while point is not None:
-        then = problem.improved(point, FREE, slopes=False)[0]
+        then = problem.improved(point, LEAST_SQUARES.free_damping, slopes=False)[0]
         if then is None:
             break
         fall = then.cost / point.cost
@@ -250,8 +241,8 @@ def fit(
     batches: tuple[Batch, ...],
     noise_model: NoiseModel,
     states: tuple[FloatArray, ...] | None = None,
-    iterations: int = ITERATIONS,
-    enough: float = ENOUGH,
+    iterations: int = LEAST_SQUARES.max_iterations,
+    enough: float = LEAST_SQUARES.min_chi2_fall,
     bound: float = inf,
 ) -> Fit | None:
     """Return the best fit from ``theta`` (parameter,) by Levenberg and Marquardt; None where no start is possible.
@@ -265,15 +256,19 @@ def fit(
     if point is None:
         return None
     values = sum(batch.data.size for batch in batches)
-    damping, bound = FREE, bound - hypothesis.extra_entries(point.theta, point.states)
-    iterations = iterations if hypothesis.is_linear else min(iterations, LAW_ITERATIONS)
+    damping, bound = LEAST_SQUARES.free_damping, bound - hypothesis.extra_entries(point.theta, point.states)
+    iterations = iterations if hypothesis.is_linear else min(iterations, LEAST_SQUARES.max_law_iterations)
     for to_come in reversed(range(iterations)):
         then, damping = problem.improved(point, damping)
         if then is None:
             break
         gain, point = point.cost - then.cost, then
-        tells = damping == FREE or to_come < iterations - 1  # a first step cut short may be small before large ones
-        damping = damping / DAMPING[1] if damping > DAMPING[0] else FREE
+        tells = (
+            damping == LEAST_SQUARES.free_damping or to_come < iterations - 1
+        )  # a first step cut short may be small before large ones
+        damping = (
+            damping / LEAST_SQUARES.damping[1] if damping > LEAST_SQUARES.damping[0] else LEAST_SQUARES.free_damping
+        )
         if gain < enough * max(1.0, point.cost / values) or (tells and point.cost - to_come * gain > bound):
             break
     return Fit(
@@ -308,7 +303,7 @@ def left_at(
 
     ``states``: where initial states begin, needed where there are laws: they follow these by Newton's steps.
     """
-    for _ in range(0 if hypothesis.less(batch.off).is_linear else SETTLING):
+    for _ in range(0 if hypothesis.less(batch.off).is_linear else LEAST_SQUARES.newton_steps):
         part = linearise_batch(hypothesis, theta, batch, noise_model, states)
         if part is None:
             return None

@@ -10,6 +10,7 @@ import numpy as np
 
 from fe_models.arrays import FloatArray
 from hybrid.diagnosis.fitting.condensed import condensed
+from hybrid.diagnosis.fitting.config import LINEARISATION
 from hybrid.diagnosis.fitting.linear_channels import Channels
 from hybrid.diagnosis.fitting.sampled import Sampled
 from hybrid.diagnosis.recorded.batches import Batch
@@ -19,13 +20,6 @@ from hybrid.diagnosis.response.loaded import loaded_size
 from hybrid.diagnosis.response.marching import respond
 from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.response.system import System, drifted, observability
-
-STEP = 1e-6  # of a prior width (of the rms of a state): finite differences, through thousands of radians
-RIDGE = 1e-6  # of each column of the initial state's Jacobian: what no sensor feels apart from the rest stays at rest
-UNFELT = 1e-11  # of the largest column: what no sensor feels at all, but for rounding; it stays at rest
-ENDLESS = 1e30  # of a channel, in units of its noise: no structure, but a search gone astray
-FAR = 1e6  # times the largest datum: the same, of what a motion under force laws leaves
-LEAST = 1e-12  # of a state's rms, where it is at rest
 
 
 @dataclass(frozen=True)
@@ -78,12 +72,12 @@ def _linear(
     hypothesis: Hypothesis, theta: FloatArray, batch: Batch, noise_model: NoiseModel, slopes: bool, brief: bool
 ) -> Linearisation | None:
     """Return the linearisation with the best initial states at ``theta``."""
-    moved = STEP * hypothesis.width
+    moved = LINEARISATION.difference_step * hypothesis.width
     thetas = np.vstack([theta, theta + np.diag(moved)]) if slopes else theta[None]
     system = system_of(hypothesis, thetas, noise_model.outputs, hardly_differ=True)
     shorter = condensed(system, batch, noise_model, moved) if brief else None
     channels: Channels = shorter or Sampled(system, batch, noise_model, moved)
-    if not np.abs(channels.by_state).max() < ENDLESS:
+    if not np.abs(channels.by_state).max() < LINEARISATION.max_channel_sigma:
         return None
     basis, upper = orthonormal(channels.by_state)  # one serves all recordings whose noise is alike
     residual, along_states = split_off(channels.data, basis)
@@ -102,7 +96,10 @@ def _forced(
     system = system_of(hypothesis, theta[None], noise_model.outputs)
     y = respond(system, states[None], batch.samples, batch.loads) + drifted(system, batch.begins)
     residual = data - y.reshape(data.shape) * weight
-    if not np.isfinite(residual).all() or np.abs(residual).max() > FAR * np.abs(data).max():
+    if (
+        not np.isfinite(residual).all()
+        or np.abs(residual).max() > LINEARISATION.max_residual_ratio * np.abs(data).max()
+    ):
         return None
     if not slopes:
         return _left_over(residual, batch, states)
@@ -134,7 +131,11 @@ def _changes(
     Of motions told as if nothing folded (`respond`), which changes what is left of recordings, but hardly the direction
     of a step. Each difference is between two motions that are told alike, lest it see that.
     """
-    moved, size, sigma = STEP * hypothesis.width, STEP * _size(system, batch, states), batch.sigma(noise_model)
+    moved, size, sigma = (
+        LINEARISATION.difference_step * hypothesis.width,
+        LINEARISATION.difference_step * _size(system, batch, states),
+        batch.sigma(noise_model),
+    )
     thetas = np.vstack([theta, theta + np.diag(moved)])
     varied = system_of(hypothesis, thetas, noise_model.outputs, hardly_differ=True)
     y = respond(varied, np.repeat(states[None], len(thetas), axis=0), batch.samples, batch.loads, often=1)
@@ -151,7 +152,9 @@ def _changes(
         return None
     by_state = by_state.reshape(len(size), len(states), -1).transpose(1, 2, 0)
     shown = np.linalg.norm(observability(system, batch.samples).reshape(-1, hypothesis.states), axis=0)
-    by_state[..., shown < UNFELT * shown.max()] = 0.0  # differences of these would be rounding alone
+    by_state[..., shown < LINEARISATION.unobserved_share * shown.max()] = (
+        0.0  # differences of these would be rounding alone
+    )
     return change.reshape(len(moved), len(states), -1), by_state
 
 
@@ -160,7 +163,7 @@ def _size(system: System, batch: Batch, states: FloatArray) -> FloatArray:
     square = np.mean(states**2, axis=0)
     if batch.loads is not None:
         square = square + loaded_size(system, batch.loads)
-    return np.maximum(np.sqrt(square), LEAST)
+    return np.maximum(np.sqrt(square), LINEARISATION.least_state)
 
 
 def _left_over(residual: FloatArray, batch: Batch, states: FloatArray) -> Linearisation:
@@ -227,6 +230,6 @@ def orthonormal(columns: FloatArray) -> tuple[FloatArray, FloatArray]:
     """
     sizes = np.linalg.norm(columns, axis=-2)
     states, largest = columns.shape[-1], sizes.max(axis=-1, keepdims=True)
-    ridge = np.where(sizes < UNFELT * largest, largest, RIDGE * sizes)
+    ridge = np.where(sizes < LINEARISATION.unobserved_share * largest, largest, LINEARISATION.ridge * sizes)
     Q, R = np.linalg.qr(np.concatenate([columns, ridge[..., None] * np.eye(states)], axis=-2))
     return Q[..., :-states, :], R

@@ -8,8 +8,7 @@ from fe_models.linear import LinearModel
 from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset
 from fe_models.structure import Structure
-
-MORE_MODES = 15  # in the basis of a frame, beyond those kept: they carry what a changed part does to the shapes
+from hybrid.diagnosis.nominal.config import NOMINAL
 
 
 def basis_of(dataset: Dataset, linear: LinearModel, highest: float) -> tuple[FloatArray, int | None]:
@@ -20,14 +19,14 @@ def basis_of(dataset: Dataset, linear: LinearModel, highest: float) -> tuple[Flo
         massless = linear.dofs.node[linear.dofs.free_rows][linear.mass.diagonal() <= 0]
         raise_faults(f"model: node {node} has no mass: give it a point mass, or join its springs" for node in massless)
         return linear.dofs.expand(np.eye(free)), None
-    count = min(MORE_MODES, free)
+    count = min(NOMINAL.extra_modes, free)
     modal = natural_modes(linear, count)
     while modal.frequencies[-1] < highest and count < free:
         count = min(2 * count, free)
         modal = natural_modes(linear, count)
     wished, passed = dataset.assumptions.modes, min(dataset.lowpass or np.inf, dataset.sampling_rate / 2)
     kept = max(int(np.sum(modal.frequencies < (passed if wished else highest))), wished or 1)
-    wanted = min(kept + MORE_MODES, free)
+    wanted = min(kept + NOMINAL.extra_modes, free)
     if wanted > count:
         modal = natural_modes(linear, wanted)
     return modal.shapes[:, :wanted], min(kept, wanted)

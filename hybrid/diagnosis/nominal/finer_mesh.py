@@ -16,10 +16,8 @@ from fe_models.dofs import DofMap
 from fe_models.mesh import nodes_in_finer
 from fe_models.modes import natural_modes
 from fe_models.structure import Structure
+from hybrid.diagnosis.nominal.config import GEOMETRY
 from hybrid.diagnosis.nominal.plant import Plant
-
-DIVISIONS = 4  # elements of a beam at least: with one, what geometry adds to a portal is off by 40 %, with four by 2 %
-MOST = 3000  # ... but no more degrees of freedom than so many, with which that takes seconds
 
 
 @dataclass(frozen=True)
@@ -39,7 +37,9 @@ class ElasticMesh:
 
 def times_finer(plant: Plant) -> int:
     """Return how many times each element of a plant is to be split for what its geometry adds."""
-    return max(min(ceil(DIVISIONS / plant.structure.divisions), MOST // len(plant.dofs)), 1)
+    return max(
+        min(ceil(GEOMETRY.min_elements_per_beam / plant.structure.divisions), GEOMETRY.max_dofs // len(plant.dofs)), 1
+    )
 
 
 def finer_mesh(plant: Plant, times: int) -> ElasticMesh:

@@ -10,17 +10,10 @@ import numpy as np
 
 from fe_models.arrays import FloatArray, IntArray
 from fe_models.mechanisms import factorise
+from hybrid.diagnosis.nominal.config import GEOMETRY
 from hybrid.diagnosis.nominal.finer_mesh import ElasticMesh, finer_mesh, times_finer
 from hybrid.diagnosis.nominal.geometry import Geometry, products
 from hybrid.diagnosis.nominal.plant import Plant
-
-SMALL = 0.02  # of the largest: modes whose displacements are smaller count once at most in a product of three
-STATES = 4  # at which forces are taken, for each of the products
-REACH = 2.5  # times the rms of a motion: how far these states go
-SETTLING = 15  # steps at most in which the modes that are not followed give way
-SETTLED = 3e-3  # of what they bend: what the last step may still change
-ALIKE = 0.05  # of the forces: a difference that matters no more than what else is off
-LINEAR = 1e-3  # of elastic forces at a hundredth of the motion: geometric ones are less
 
 
 def geometries_of(plant: Plant, motion: FloatArray, rng: np.random.Generator) -> tuple[Geometry, ...]:
@@ -35,7 +28,7 @@ def geometries_of(plant: Plant, motion: FloatArray, rng: np.random.Generator) ->
     if plant.kept is None or not size.all():
         return ()
     powers = _powers(size * np.abs(shapes).max(axis=0))
-    coordinates = REACH * size * rng.uniform(-1, 1, (STATES * len(powers), len(size)))
+    coordinates = GEOMETRY.reach_rms * size * rng.uniform(-1, 1, (GEOMETRY.states_per_product * len(powers), len(size)))
     scaled, found = products(coordinates / size, powers), list[Geometry]()
     for times in sorted({times_finer(plant), 1}, reverse=True):
         mesh = finer_mesh(plant, times)
@@ -46,7 +39,7 @@ def geometries_of(plant: Plant, motion: FloatArray, rng: np.random.Generator) ->
         forces, bends = np.split(fitted, [len(size)], axis=1)
         found.append(Geometry(weighted, size, powers, forces, bends[:, mesh.rows]))
     off, beams = found[-1].forces - found[0].forces, found[0].forces
-    return tuple(found[:1] if np.linalg.norm(off) <= ALIKE * np.linalg.norm(beams) else found)
+    return tuple(found[:1] if np.linalg.norm(off) <= GEOMETRY.max_mesh_difference * np.linalg.norm(beams) else found)
 
 
 def _forces_and_bends(
@@ -67,15 +60,15 @@ def _forces_and_bends(
 
     u = shapes @ coordinates.T  # (dof, state)
     slight = shapes.T @ beyond(0.01 * u[:, :1])
-    if np.linalg.norm(slight) > LINEAR * np.linalg.norm(omega**2 * 0.01 * coordinates[0]):
+    if np.linalg.norm(slight) > GEOMETRY.max_tangent_error * np.linalg.norm(omega**2 * 0.01 * coordinates[0]):
         return None  # the linear model is not the tangent of what Exudyn has
     felt, bent = beyond(u), np.zeros_like(u)
-    for _ in range(SETTLING):
+    for _ in range(GEOMETRY.max_iterations):
         given = mesh.dofs.expand(held.solve(felt[free]))
         given -= shapes @ (mesh.weighted.T @ given)
         change, bent = np.abs(given - bent).max(), given
         felt = beyond(u + bent)
-        if change <= SETTLED * np.abs(bent).max():
+        if change <= GEOMETRY.max_relative_change * np.abs(bent).max():
             return np.asarray(felt.T @ shapes), np.asarray(bent.T)
     return None
 
@@ -85,7 +78,7 @@ def _powers(displacements: FloatArray) -> IntArray:
 
     What is twice as fast may meet a mode of that frequency, however little there is of it.
     """
-    count, large = len(displacements), displacements > SMALL * displacements.max()
+    count, large = len(displacements), displacements > GEOMETRY.small_mode_share * displacements.max()
     return np.array(
         [
             np.bincount(factors, minlength=count)

@@ -15,12 +15,10 @@ from fe_models.arrays import FloatArray, IntArray
 from fe_models.measurement import lowpassed
 from fe_models.recordings import Dataset, Load
 from fe_models.structure import Direction
-from hybrid.diagnosis.nominal.lowpass import WHITE, beyond
+from hybrid.diagnosis.nominal.config import LOADS, LOWPASS
+from hybrid.diagnosis.nominal.lowpass import beyond
 
-DEGREE = 7
-ORDERS = DEGREE + 1  # of such a spline: its value and its derivatives
-ABOVE = 0.1  # of a load's energy: with more above the recordings' low-pass, the load has not passed it yet, nor with
-# as much on either side of it (`lowpass.WHITE`)
+ORDERS = LOADS.spline_degree + 1  # of such a spline: its value and its derivatives
 
 LoadPlace = tuple[int, Direction]
 """Node and direction of a load."""
@@ -81,7 +79,7 @@ def courses_of(values: FloatArray, step: float) -> FloatArray:
     a ``step`` (s) apart; of few samples as many orders as these tell, and zeros.
     """
     samples = np.arange(values.shape[1])
-    degree = min(DEGREE, len(samples) // 2 * 2 - 1)  # odd ones wiggle least
+    degree = min(LOADS.spline_degree, len(samples) // 2 * 2 - 1)  # odd ones wiggle least
     spline = make_interp_spline(samples, values, degree, axis=1)
     return np.stack([spline(samples, order) / step**order for order in range(ORDERS)])
 
@@ -122,5 +120,8 @@ def behind(values: FloatArray, rate: float, lowpass: float | None) -> FloatArray
         return values
     power = np.abs(np.fft.rfft(values)) ** 2
     above = np.fft.rfftfreq(len(values), 1 / rate) > lowpass
-    passes_by = power[above].sum() > ABOVE * power.sum() or beyond(values[:, None], rate, lowpass) > WHITE
+    passes_by = (
+        power[above].sum() > LOADS.max_share_above_lowpass * power.sum()
+        or beyond(values[:, None], rate, lowpass) > LOWPASS.min_power_of_white
+    )
     return lowpassed(values, rate, lowpass) if passes_by else values

@@ -8,11 +8,8 @@ from fe_models.arrays import BoolArray, FloatArray
 from fe_models.assembly import linearise
 from fe_models.modes import natural_modes
 from fe_models.structure import Beam, Structure
+from hybrid.diagnosis.nominal.config import MESH_ERROR
 from hybrid.diagnosis.nominal.plant import Plant
-
-SEEN = 1e-3  # of a natural frequency: recordings tell it to a few ten-thousandths, and the rest is told as a cause
-FINE_ENOUGH = 2e-4  # of it: about what recordings tell
-ORDER = 4  # the error falls with the fourth power of the length of elements whose deflection is cubic
 
 
 def coarse_mesh(plant: Plant, moved: BoolArray) -> list[str]:
@@ -23,9 +20,11 @@ def coarse_mesh(plant: Plant, moved: BoolArray) -> list[str]:
     coarse, fine = (_omega(one, plant.kept) for one in (structure, structure.refined(2 * structure.divisions)))
     off = np.where(moved, np.abs(coarse / fine - 1), 0.0)
     worst = int(np.argmax(off))
-    if off[worst] <= SEEN:
+    if off[worst] <= MESH_ERROR.min_reported_shift:
         return []
-    enough = ceil(structure.divisions * (off[worst] / FINE_ENOUGH) ** (1 / ORDER))
+    enough = ceil(
+        structure.divisions * (off[worst] / MESH_ERROR.max_shift_of_fine_mesh) ** (1 / MESH_ERROR.convergence_order)
+    )
     mode = f"mode {worst + 1} ({coarse[worst] / (2 * np.pi):.4g} Hz) {off[worst]:.1%} off"
     advice = f"what is named may stand for that; set divisions = {enough} in the structure file"
     return [f"the mesh is too coarse: it puts {mode}, and {advice}"]

@@ -3,12 +3,9 @@
 import numpy as np
 
 from fe_models.arrays import TINY, FloatArray
+from hybrid.diagnosis.nominal.config import MODAL_DIFFERENCE
 from hybrid.diagnosis.nominal.modal_plant import pairs
 from hybrid.diagnosis.nominal.plant import Plant
-
-TOLD = 5e-4  # of a frequency, of a damping ratio of 1, of a MAC of 1: smaller differences are not worth a word
-COUPLED = 0.01  # of the product of two modes' own damping: the square of what dashpots add between them, told beyond
-ROUNDING = 1e-12  # of the most damped mode's: what an undamped one is taken to have
 
 
 def difference(plant: Plant, modal: Plant) -> str:
@@ -20,13 +17,13 @@ def difference(plant: Plant, modal: Plant) -> str:
     words = []
     if len(omega) != len(own_omega):
         words.append(f"{len(omega)} modes instead of {len(own_omega)}")
-    if np.abs(frequency).max() > TOLD:
+    if np.abs(frequency).max() > MODAL_DIFFERENCE.min_reported_difference:
         words.append(f"frequencies by {frequency.min():+.1%} to {frequency.max():+.1%}")
-    if np.abs(ratios - own_ratios).max() > TOLD:
+    if np.abs(ratios - own_ratios).max() > MODAL_DIFFERENCE.min_reported_difference:
         words.append(f"damping ratios {_range(ratios)} instead of {_range(own_ratios)}")
-    if alike.min() < 1 - TOLD:
+    if alike.min() < 1 - MODAL_DIFFERENCE.min_reported_difference:
         words.append(f"shapes with a MAC down to {alike.min():.3f}")
-    if _coupling(plant) > COUPLED:
+    if _coupling(plant) > MODAL_DIFFERENCE.min_coupling_share:
         words.append("no damping between modes, which the structure's dashpots couple")
     return ", ".join(words) or "by little in each mode"
 
@@ -36,7 +33,7 @@ def _coupling(plant: Plant) -> float:
     omega, shapes = plant.modes
     C = shapes.T @ (plant.damping @ shapes)
     whole = 2 * plant.own_ratios[: len(omega)] * omega
-    own = np.sqrt(np.maximum(whole, max(ROUNDING * float(whole.max()), TINY)))
+    own = np.sqrt(np.maximum(whole, max(MODAL_DIFFERENCE.undamped_ratio_share * float(whole.max()), TINY)))
     return float(np.max(((C - np.diag(np.diag(C))) / own / own[:, None]) ** 2))
 
 

@@ -14,10 +14,9 @@ from fe_models.modes import mac
 from fe_models.nominal import nominal_modes
 from fe_models.recordings import Dataset
 from fe_models.structure import Structure
-from hybrid.diagnosis.nominal.plant import CERTAIN, Plant
+from hybrid.diagnosis.nominal.config import NOMINAL
+from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.nominal.scatter import NONE
-
-DEPENDENT = 1e-6  # of the most that a degree of freedom moves: the last that tells unit shapes apart must by itself
 
 
 def modal_plant(plant: Plant, dataset: Dataset) -> Plant | None:
@@ -40,7 +39,7 @@ def modal_plant(plant: Plant, dataset: Dataset) -> Plant | None:
     as_matrix = modal.damping_ratio if plant.turns else np.zeros(count)  # else each mode has its ratio, as there
     diagonals = np.ones(count), 2 * as_matrix * modal.omega, modal.omega**2
     mass, damping, stiffness = (P.T @ diags_array(values) @ P for values in diagonals)
-    normal = np.maximum(dataset.assumptions.uncertainty.damping, CERTAIN)
+    normal = np.maximum(dataset.assumptions.uncertainty.damping, NOMINAL.least_std)
     asked = plant.spread[: len(plant.parts)], np.full(count, normal), plant.spread[plant.values :]
     modal_alone = replace(
         plant,
@@ -106,7 +105,11 @@ def _normalised(shapes: FloatArray, plant: Plant) -> FloatArray:
     size = np.sqrt(np.einsum("di,di->i", shapes, plant.mass @ shapes))
     length = np.linalg.norm(shapes, axis=0)
     R = qr(shapes.T / np.maximum(length, TINY)[:, None], mode="r", pivoting=True)[0]
-    if (size == 0).any() or len(shapes) < count or abs(R[count - 1, count - 1]) < DEPENDENT * abs(R[0, 0]):
+    if (
+        (size == 0).any()
+        or len(shapes) < count
+        or abs(R[count - 1, count - 1]) < NOMINAL.min_independent_share * abs(R[0, 0])
+    ):
         raise InputError(
             f"[simulation] modal_model: the {count} shapes that are used depend on each other: each mode must be given"
             f" once, move masses, and there are {len(plant.dofs.free_rows)} modes at most"

@@ -23,20 +23,11 @@ from fe_models.recordings import Dataset, Sensor
 from fe_models.structure import Damping, Structure
 from fe_models.uncertain_parts import UncertainPart, uncertain_parts
 from hybrid.diagnosis.nominal.basis import basis_of
+from hybrid.diagnosis.nominal.config import NOMINAL, SCATTER
 from hybrid.diagnosis.nominal.geometry import Geometry
 from hybrid.diagnosis.nominal.loads import LoadPlace, load_places
 from hybrid.diagnosis.nominal.lowpass import highest_shown, lowpass_of
-from hybrid.diagnosis.nominal.scatter import NONE, OWN, Scatter, scatter_of
-
-CERTAIN = 1e-6  # the least standard deviation of a factor, so that a prior of zero stays a number
-SPARE = 1  # mode beyond those kept whose damping is uncertain, too: a cause may bring it
-TURNING = 1.0  # of damping ratios that are off: they are those of the modes without any cause (-1), as causes turn them
-# (1) or between: what else dissipates may stay where it is or go with the modes, and recordings tell
-DISPERSION = 1.0  # that of recordings simulated in steps of a tenth of their interval: see `response.dispersion`
-NEGLIGIBLE = 1e-3  # of all mass: what a part must hold to be felt
-LOAD_TERMS = 3  # of what loads do to modes that are not followed: accelerations are up to a sixth derivative of them
-FRAME = 4.0  # values of a frame that tell as much as one: elements, joints and mesh are a little off everywhere; so
-# wide, intervals cover as many parameters of blind bridges as they should (README)
+from hybrid.diagnosis.nominal.scatter import NONE, Scatter, scatter_of
 
 
 @dataclass(frozen=True)
@@ -51,11 +42,11 @@ class Plant:
     modal damping ratios (mode,), assumed or the structure's, on top of ``damping``, of the modes kept and of one that a
     cause may bring: each mode has its own, whatever causes make of its shape. ``scatter``: how elements are off by
     themselves. ``spread``: prior standard deviations of the log factors of parts and damping ratios, of the scatter's
-    patterns, of the damping's `TURNING`, where it ``turns``, as the structure has a damping matrix of its own, and of
-    the `dispersion`, where it ``disperses``, in this order (nuisance,). ``laws``: forces that the nominal structure
-    itself has. ``integration``: the error of the user's own time steps, None where it integrates exactly. ``loaded``:
-    where recordings are loaded. ``geometry``: forces beyond the linear model's, None where there are none. ``rate``: of
-    the recordings' samples, Hz.
+    patterns, of the damping's `NOMINAL.damping_turn_std`, where it ``turns``, as the structure has a damping matrix of
+    its own, and of the `dispersion`, where it ``disperses``, in this order (nuisance,). ``laws``: forces that the
+    nominal structure itself has. ``integration``: the error of the user's own time steps, None where it integrates
+    exactly. ``loaded``: where recordings are loaded. ``geometry``: forces beyond the linear model's, None where there
+    are none. ``rate``: of the recordings' samples, Hz.
     """
 
     structure: Structure
@@ -98,7 +89,7 @@ class Plant:
     @property
     def alike(self) -> float:
         """Number of recorded values that tell as much as one."""
-        return 1.0 if self.is_chain else FRAME
+        return 1.0 if self.is_chain else NOMINAL.frame_values_per_independent
 
     @property
     def factors(self) -> int:
@@ -199,7 +190,7 @@ class Plant:
         next ones of its second and fourth derivative (the force derivative method of Leung, 1983).
         """
         terms = [np.stack([self.left_out(pull) for pull in self.load_pulls], axis=-1)]
-        while len(terms) < LOAD_TERMS:
+        while len(terms) < NOMINAL.load_terms:
             terms.append(-self._beyond(self.static(self.mass @ terms[-1])))
         return np.stack(terms)
 
@@ -267,7 +258,7 @@ def plant_of(dataset: Dataset) -> Plant:
     lowpass = lowpass_of(dataset)
     highest = highest_shown(dataset, lowpass)
     basis, kept = basis_of(dataset, linear, highest)
-    modes = basis.shape[1] if kept is None else min(kept + SPARE, basis.shape[1])
+    modes = basis.shape[1] if kept is None else min(kept + NOMINAL.spare_damped_modes, basis.shape[1])
     ratios = ratios_of_modes(structure.damping.modal_ratios, modes)
     if assumed.damping_ratio is not None:
         given = np.atleast_1d(np.asarray(assumed.damping_ratio, dtype=float))
@@ -291,7 +282,7 @@ def plant_of(dataset: Dataset) -> Plant:
         part_changes=changes,
         ratios=ratios,
         scatter=NONE,
-        spread=np.maximum(spread, CERTAIN),
+        spread=np.maximum(spread, NOMINAL.least_std),
         laws=force_laws(structure),
         integration=None if own_step is None else TimeIntegration(float(own_step)),
         loaded=load_places(dataset),
@@ -302,7 +293,7 @@ def plant_of(dataset: Dataset) -> Plant:
     plant = _scattered(plant, normal.stiffness)
     turns = assumed.damping_ratio is None and bool(damping.count_nonzero())
     disperses = own_step is None
-    spread = [*plant.spread, *[TURNING] * turns, *[DISPERSION] * disperses]
+    spread = [*plant.spread, *[NOMINAL.damping_turn_std] * turns, *[NOMINAL.dispersion_std] * disperses]
     return replace(plant, spread=np.array(spread), turns=turns, disperses=disperses)
 
 
@@ -312,7 +303,7 @@ def _scattered(plant: Plant, stiffness: float) -> Plant:
         return plant
     omega, shapes = plant.modes
     scatter = scatter_of(plant.structure, plant.parts, shapes, omega, plant.own_ratios[: plant.size])
-    own = np.full(len(scatter.changes), max(OWN * stiffness, CERTAIN))
+    own = np.full(len(scatter.changes), max(SCATTER.element_std_share * stiffness, NOMINAL.least_std))
     return replace(plant, scatter=scatter, spread=np.append(plant.spread, own))
 
 
@@ -333,7 +324,7 @@ def _felt_parts(structure: Structure) -> tuple[tuple[UncertainPart, ...], tuple[
     for part in uncertain_parts(structure):
         doubled = unsupported(part.scaled(structure, 2.0))
         change = csr_array(doubled[0] - mass if part.quantity == "mass" else doubled[2] - stiffness)
-        if part.quantity == "stiffness" or change.diagonal().sum() > NEGLIGIBLE * mass.diagonal().sum():
+        if part.quantity == "stiffness" or change.diagonal().sum() > NOMINAL.min_mass_share * mass.diagonal().sum():
             parts.append(part)
             changes.append(change)
     return tuple(parts), tuple(changes)

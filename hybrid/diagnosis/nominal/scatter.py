@@ -15,10 +15,7 @@ from fe_models.causes import StiffnessChange
 from fe_models.matrix_changes import matrix_changes
 from fe_models.structure import Structure
 from fe_models.uncertain_parts import UncertainPart
-
-OWN = 0.25  # of a group's stated standard deviation of stiffness: that of each of its elements about the group's
-FELT = 0.006  # of the one felt most: patterns that are felt less are left alone
-SAME = 1e-3  # relative difference of two squared frequencies, below which their modes mix more than to first order
+from hybrid.diagnosis.nominal.config import SCATTER
 
 
 @dataclass(frozen=True)
@@ -58,11 +55,15 @@ def scatter_of(
     changes = [matrix_changes(structure, StiffnessChange((number,), 2.0)).stiffness for number in elements]
     square, modes = omega**2, np.arange(len(omega))
     apart = square[:, None] - square
-    apart[np.abs(apart) < SAME * square] = np.inf
+    apart[np.abs(apart) < SCATTER.min_relative_separation * square] = np.inf
     weight = 1 / apart
-    weight[modes, modes] = 1 / (4 * np.maximum(ratios, SAME) * np.maximum(square, SAME * square.max()))
+    weight[modes, modes] = 1 / (
+        4
+        * np.maximum(ratios, SCATTER.min_relative_separation)
+        * np.maximum(square, SCATTER.min_relative_separation * square.max())
+    )
     felt = np.array([(shapes.T @ (change @ shapes) * weight).ravel() for change in changes])  # (element, two modes)
     patterns, sizes, _ = np.linalg.svd(felt, full_matrices=False)
-    weights = patterns[:, sizes > FELT * sizes[0]].T
+    weights = patterns[:, sizes > SCATTER.min_pattern_share * sizes[0]].T
     mixed = tuple(csr_array(sum(w * change for w, change in zip(row, changes, strict=True))) for row in weights)
     return Scatter(elements, weights, mixed)

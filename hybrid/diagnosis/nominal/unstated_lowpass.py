@@ -4,16 +4,8 @@ import numpy as np
 
 from fe_models.arrays import FloatArray
 from fe_models.recordings import Dataset
-from hybrid.diagnosis.nominal.lowpass import QUIET, WITHIN, spectrum
-
-FAR_BEYOND = (1.5, 1.8)  # of an end: where nothing is
-LOWEST = 3  # line of a spectrum that has nothing of the mean, which is taken away
-LEVEL, GONE = 10.0, 5e-3  # ratios of power: that near is level, and this little nothing; the usual filter leaves 2e-3
-LASTING = 3.0  # likewise: what motion makes of the level falls with it from one half of a recording to the other
-NOISELESS = 1e-5  # of a channel's energy: motions with less noise fall as steeply
-AT_CUTOFF = 0.25  # of the power: what the usual filter leaves at its cutoff
-STATED = 0.75  # of the low-pass that is stated: an end below is another one
-FEW = 4  # lines of a spectrum in a band that tell its level
+from hybrid.diagnosis.nominal.config import LOWPASS, UNSTATED_LOWPASS
+from hybrid.diagnosis.nominal.lowpass import spectrum
 
 
 def unstated_lowpass(dataset: Dataset) -> list[str]:
@@ -27,7 +19,7 @@ def unstated_lowpass(dataset: Dataset) -> list[str]:
     if 2 * len(ends) <= len(found):
         return []
     end, half = float(np.median(ends)), rate / 2
-    if end > STATED * min(dataset.lowpass or half, half):
+    if end > UNSTATED_LOWPASS.max_share_of_stated * min(dataset.lowpass or half, half):
         return []
     stated = "which the dataset does not state" if dataset.lowpass is None else f"not {dataset.lowpass:g} Hz as stated"
     return [f"the recordings end at about {end:.3g} Hz, as behind a low-pass, {stated}: set lowpass = {end:.3g}"]
@@ -38,14 +30,21 @@ def _end(data: FloatArray, rate: float) -> float | None:
     frequency, power = spectrum(data, rate)
     if not power.size:
         return None
-    for cutoff in frequency[LOWEST:]:
-        far, edge = (_quiet(frequency, power, band[0] * cutoff, band[1] * cutoff) for band in (FAR_BEYOND, WITHIN))
-        before = _quiet(frequency, power, frequency[LOWEST - 1], WITHIN[0] * cutoff)
+    for cutoff in frequency[UNSTATED_LOWPASS.first_line :]:
+        far, edge = (
+            _quiet(frequency, power, band[0] * cutoff, band[1] * cutoff)
+            for band in (UNSTATED_LOWPASS.band_far_beyond, LOWPASS.band_within)
+        )
+        before = _quiet(frequency, power, frequency[UNSTATED_LOWPASS.first_line - 1], LOWPASS.band_within[0] * cutoff)
         if far is None or before is None or edge is None:
             continue
-        level = (edge > before / LEVEL) & (edge < LEVEL * before) & (edge * rate / 2 > NOISELESS)
-        if np.all(level & (far < GONE * edge)) and _lasts(data, rate, cutoff):
-            above = np.flatnonzero(np.median(power / edge, axis=1) > AT_CUTOFF)
+        level = (
+            (edge > before / UNSTATED_LOWPASS.max_level_ratio)
+            & (edge < UNSTATED_LOWPASS.max_level_ratio * before)
+            & (edge * rate / 2 > UNSTATED_LOWPASS.min_noise_share)
+        )
+        if np.all(level & (far < UNSTATED_LOWPASS.max_power_ratio_beyond * edge)) and _lasts(data, rate, cutoff):
+            above = np.flatnonzero(np.median(power / edge, axis=1) > UNSTATED_LOWPASS.power_share_at_cutoff)
             return float(frequency[above[-1]])
     return None
 
@@ -53,7 +52,11 @@ def _end(data: FloatArray, rate: float) -> float | None:
 def _quiet(frequency: FloatArray, power: FloatArray, lower: float, upper: float) -> FloatArray | None:
     """Return the power (sensor,) of what lies between the lines of motions in a band, None of too few lines."""
     inside = (frequency > lower) & (frequency < upper)
-    return np.quantile(power[inside], QUIET, axis=0) if inside.sum() >= FEW else None
+    return (
+        np.quantile(power[inside], LOWPASS.quiet_quantile, axis=0)
+        if inside.sum() >= UNSTATED_LOWPASS.min_lines
+        else None
+    )
 
 
 def _lasts(data: FloatArray, rate: float, cutoff: float) -> bool:
@@ -62,9 +65,11 @@ def _lasts(data: FloatArray, rate: float, cutoff: float) -> bool:
     for part in (data[:middle], data[middle:]):
         moving = part[:, part.std(axis=0) > 0]
         frequency, power = spectrum(moving, rate)
-        level = _quiet(frequency, power * moving.var(axis=0), WITHIN[0] * cutoff, WITHIN[1] * cutoff)
+        level = _quiet(
+            frequency, power * moving.var(axis=0), LOWPASS.band_within[0] * cutoff, LOWPASS.band_within[1] * cutoff
+        )
         if level is None:
             return False
         levels.append(float(np.median(level)))
     early, late = levels
-    return early < LASTING * late
+    return early < UNSTATED_LOWPASS.max_decay_ratio * late

@@ -12,10 +12,8 @@ from fe_models.arrays import FloatArray
 from hybrid.diagnosis.contest.growing import lengths_of
 from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.fitting.linearisation import linearise_batch
+from hybrid.diagnosis.observed.config import OBSERVATION
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
-
-LEVELS = 3  # sizes that are told apart
-FEWEST = 2  # segments of each
 
 
 @dataclass(frozen=True)
@@ -35,7 +33,10 @@ def amplitude_dependence(item: Fit, noise_model: NoiseModel) -> Amplitude | None
     """Return it for a linear fit; None where force laws act, or the recordings are too short to be cut."""
     hypothesis, plant = item.hypothesis, item.hypothesis.plant
     batches = lengths_of(item.batches, hypothesis.states).cut[0]
-    if not hypothesis.is_linear or sum(len(batch.data) for batch in batches) < LEVELS * FEWEST:
+    if (
+        not hypothesis.is_linear
+        or sum(len(batch.data) for batch in batches) < OBSERVATION.amplitude_levels * OBSERVATION.min_segments_per_level
+    ):
         return None
     springs = [i for i, part in enumerate(plant.parts) if part.quantity == "stiffness"]
     ratios = range(len(plant.parts), plant.factors)
@@ -52,7 +53,7 @@ def amplitude_dependence(item: Fit, noise_model: NoiseModel) -> Amplitude | None
         sizes.append(np.sqrt(np.mean((batch.data / batch.sigma(noise_model)) ** 2, axis=(1, 2))))
     size, normal, slope, square, count = (np.concatenate(part) for part in (sizes, normals, slopes, squares, counts))
     found = []
-    for level in np.array_split(np.argsort(size), LEVELS):
+    for level in np.array_split(np.argsort(size), OBSERVATION.amplitude_levels):
         inverse = np.linalg.pinv(normal[level].sum(axis=0))
         change = inverse @ slope[level].sum(axis=0)
         inflation = max(1.0, float(square[level].sum() / count[level].sum()))  # what is no noise is no less uncertain

@@ -5,10 +5,9 @@ from typing import Any
 import numpy as np
 
 from hybrid.diagnosis.observed.amplitude_dependence import Amplitude
+from hybrid.diagnosis.observed.config import OBSERVATION
 from hybrid.diagnosis.observed.observations import Modes, Observations
-from hybrid.diagnosis.recorded.spectra import HARDLY_SHOWN
-
-CLEAR = 3.0  # standard deviations: a change with amplitude beyond is called one
+from hybrid.diagnosis.recorded.config import SPECTRA
 
 
 def describe_observations(shown: Observations) -> list[str]:
@@ -85,7 +84,7 @@ def _modes(shown: Observations) -> list[str]:
         three = (shown.nominal, shown.calibrated, shown.observed)
         frequencies = " ".join(f"{each.frequencies[mode]:9.4f}" for each in three)
         ratios = " ".join(f"{each.ratios[mode]:z8.4f}" for each in three[:2])
-        seen = shown.motion_energy[mode] >= HARDLY_SHOWN
+        seen = shown.motion_energy[mode] >= SPECTRA.min_energy_share
         ratios += f" {shown.observed.ratios[mode]:z8.4f}" if seen else f" {'-':>8s}"
         lines.append(
             f"  {mode + 1:4d} {frequencies} {ratios} {shown.mac[mode]:6.3f} {shown.motion_energy[mode]:10.0%}"
@@ -103,7 +102,7 @@ def _amplitude(found: Amplitude) -> list[str]:
         lines.append(f"  {size:6.0%} {f:+8.2%} +- {f_std:6.2%} {d:+8.0%} +- {d_std:6.0%}")
     change = found.frequency[-1] - found.frequency[0]
     std = float(np.hypot(found.frequency_std[-1], found.frequency_std[0]))
-    if abs(change) <= CLEAR * std:
+    if abs(change) <= OBSERVATION.min_change_sigma * std:
         return [*lines, "  No change of stiffness with size is told."]
     word = "stiffer" if change > 0 else "softer"
     return [

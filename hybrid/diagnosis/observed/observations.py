@@ -12,15 +12,12 @@ from hybrid.diagnosis.fitting.forecast_score import ForecastScore
 from hybrid.diagnosis.fitting.least_squares import Fit, fit, residuals_at
 from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.observed.amplitude_dependence import Amplitude, amplitude_dependence
+from hybrid.diagnosis.observed.config import OBSERVATION
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.recorded.sensor_outputs import SensorOutputs
 from hybrid.diagnosis.recorded.spectra import energy_near
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.state_space import system_of
-
-WIDE = (
-    0.5  # standard deviation of every factor's logarithm where the recordings alone shall tell frequencies and shapes
-)
 
 
 @dataclass(frozen=True)
@@ -144,7 +141,7 @@ def _free_fit(own: Fit, base: Fit, noise_model: NoiseModel) -> Fit | None:
     off = {number for batch in own.batches for number in batch.off}
     stays = [c.sensor is not None or (c.is_structural and c.released is None) for c in known]
     kept = [i for i in range(len(known)) if stays[i] and i not in off]
-    spread = np.where(np.arange(len(plant.spread)) < plant.factors, WIDE, plant.spread)
+    spread = np.where(np.arange(len(plant.spread)) < plant.factors, OBSERVATION.free_factor_std, plant.spread)
     free = Hypothesis(replace(plant, laws=(), spread=spread), tuple(known[i] for i in kept))
     theta = np.concatenate([own.theta[: free.nuisances], *(own.theta[own.hypothesis.slices[i]] for i in kept)])
     batches = tuple(replace(batch, off=()) for batch in own.batches)

@@ -4,14 +4,8 @@ import numpy as np
 
 from fe_models.arrays import BoolArray
 from fe_models.recordings import Uncertainty
+from hybrid.diagnosis.observed.config import UNIFORM_ERRORS
 from hybrid.diagnosis.observed.observations import Observations
-
-SEEN = (0.01, 0.8)  # share of the motion, and MAC, of a mode that tells
-ALIKE = 1.05  # largest over smallest ratio: local causes move modes each by its own
-FAR = 0.15  # a uniform error of stiffness that is normal moves them by a few hundredths ...
-DAMPED = 1.5  # times the nominal damping ratios, or a part of them: no place damps all modes alike ...
-STATED = 4.0  # ... and this many times what they are stated to be uncertain by, if that is more
-NORMAL = 1.5  # ... or by this many times what stiffness and mass are stated to be uncertain by, half of it in frequency
 
 
 def uniform_frequency_error(shown: Observations, uncertainty: Uncertainty) -> list[str]:
@@ -21,10 +15,13 @@ def uniform_frequency_error(shown: Observations, uncertainty: Uncertainty) -> li
     """
     count, clear = _well_observed(shown)
     ratios = (shown.observed.frequencies[:count] / shown.nominal.frequencies[:count])[clear]
-    if len(ratios) < 2 or ratios.max() > ALIKE * ratios.min():
+    if len(ratios) < 2 or ratios.max() > UNIFORM_ERRORS.max_ratio_spread * ratios.min():
         return []
     usual = float(np.median(ratios))
-    far = 1 + max(FAR, NORMAL * (uncertainty.stiffness + uncertainty.mass))
+    far = 1 + max(
+        UNIFORM_ERRORS.min_frequency_error,
+        UNIFORM_ERRORS.min_frequency_sigma * (uncertainty.stiffness + uncertainty.mass),
+    )
     if 1 / far < usual < far:
         return []
     return [
@@ -37,7 +34,7 @@ def uniform_damping_error(shown: Observations, uncertainty: Uncertainty) -> list
     """Return a note where all modes that are well seen, two or more, are observed damped far more, or far less."""
     count, clear = _well_observed(shown)
     observed, nominal = shown.observed.ratios[:count][clear], shown.nominal.ratios[:count][clear]
-    far = max(DAMPED, 1 + STATED * uncertainty.damping)
+    far = max(UNIFORM_ERRORS.min_damping_factor, 1 + UNIFORM_ERRORS.min_damping_sigma * uncertainty.damping)
     if len(observed) < 2 or not (np.all(observed > far * nominal) or np.all(far * observed < nominal)):
         return []
     modes = ", ".join(str(mode + 1) for mode in np.flatnonzero(clear))
@@ -51,4 +48,6 @@ def uniform_damping_error(shown: Observations, uncertainty: Uncertainty) -> list
 def _well_observed(shown: Observations) -> tuple[int, BoolArray]:
     """Return how many modes are in both lists, observed and nominal, and which of these are well seen."""
     count = min(len(modes.frequencies) for modes in (shown.observed, shown.nominal))
-    return count, (shown.motion_energy[:count] > SEEN[0]) & (shown.mac[:count] > SEEN[1])
+    return count, (shown.motion_energy[:count] > UNIFORM_ERRORS.min_motion_share_and_mac[0]) & (
+        shown.mac[:count] > UNIFORM_ERRORS.min_motion_share_and_mac[1]
+    )

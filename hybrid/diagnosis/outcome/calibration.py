@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from fe_models.arrays import FloatArray
-from hybrid.diagnosis.fitting.calibration_deviation import DEVIATION
+from hybrid.diagnosis.fitting.config import CALIBRATION
 from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.outcome.findings import place_words
@@ -55,7 +55,7 @@ def far_off(item: Fit) -> list[str]:
         f"{quantity} of {place_words(location)} is {abs(deviation):.1f} of its stated standard deviations"
         f" {'below' if deviation < 0 else 'above'} its nominal value: rare, but likelier than any cause"
         for (quantity, location), deviation in zip(_places(plant), item.deviations[: plant.factors], strict=False)
-        if abs(deviation) > DEVIATION
+        if abs(deviation) > CALIBRATION.max_deviation_sigma
     ]
 
 

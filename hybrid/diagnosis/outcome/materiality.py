@@ -5,13 +5,8 @@ from collections import Counter
 from hybrid.diagnosis.contest.evidence import Evidence
 from hybrid.diagnosis.contest.posterior import Posterior
 from hybrid.diagnosis.contest.switching import acting_recordings
-from hybrid.diagnosis.fitting.calibration_deviation import (
-    DEVIATION,
-    deviation_of,
-    factors_off,
-    farthest_of,
-    off_together,
-)
+from hybrid.diagnosis.fitting.calibration_deviation import deviation_of, factors_off, farthest_of, off_together
+from hybrid.diagnosis.fitting.config import CALIBRATION
 from hybrid.diagnosis.fitting.excess_energy import excess_energy
 from hybrid.diagnosis.fitting.forecast_score import ForecastScore
 from hybrid.diagnosis.fitting.least_squares import Fit, fit
@@ -47,7 +42,7 @@ def material(evidence: Evidence, scorer: Scorer) -> tuple[Posterior, list[str]]:
         fewer = tuple(item for item in posterior.fits if _is_simpler(item, best))
         if not fewer:
             break
-        most = max(DEVIATION, deviation_of(best))  # what the one needs, the other may have
+        most = max(CALIBRATION.max_deviation_sigma, deviation_of(best))  # what the one needs, the other may have
         simpler = evidence.among(fewer)
         before, after = (scorer.forecast(item, most) for item in (simpler.fits[0], best))
         if simpler.fits[0].hypothesis.candidates:  # two causes may improve on one that only makes it worse
@@ -119,7 +114,7 @@ def without_weak(posterior: Posterior, evidence: Evidence, scorer: Scorer) -> tu
     Beside a modal model that is wrong: `verdict` says that nothing is wrong only of the simulation as a whole.
     """
     base, best = evidence.base, posterior.fits[0]
-    own, extended = scorer.forecast(base, DEVIATION), scorer.forecast(best)
+    own, extended = scorer.forecast(base, CALIBRATION.max_deviation_sigma), scorer.forecast(best)
     errors = Errors(scorer.error(own), scorer.error(extended), scorer.floor(own), 0.0)
     if not errors.nothing_to_gain:
         return posterior, []
@@ -140,7 +135,7 @@ def _with_cause(evidence: Evidence, scorer: Scorer) -> Posterior:
     if not causes or not factors_off(best):
         return posterior
     wrong = evidence.among(causes)
-    most = DEVIATION if off_together(best) else farthest_of(len(best.deviations))
+    most = CALIBRATION.max_deviation_sigma if off_together(best) else farthest_of(len(best.deviations))
     before, after = scorer.forecast(best, most), scorer.forecast(wrong.fits[0], most)
     gained = scorer.error(before) - scorer.error(after)
     return wrong if gained > (BESIDE if count else MATERIAL) * scorer.floor(before) else posterior

@@ -8,7 +8,8 @@ from fe_models.arrays import FloatArray
 from hybrid.diagnosis.contest.evidence import Evidence
 from hybrid.diagnosis.contest.posterior import Posterior
 from hybrid.diagnosis.contest.setting import Setting
-from hybrid.diagnosis.fitting.calibration_deviation import DEVIATION, within
+from hybrid.diagnosis.fitting.calibration_deviation import within
+from hybrid.diagnosis.fitting.config import CALIBRATION
 from hybrid.diagnosis.fitting.forecast_score import ForecastScore
 from hybrid.diagnosis.fitting.least_squares import Fit, residuals_at
 from hybrid.diagnosis.outcome.forecasts import Forecasts, forecasts_of
@@ -92,7 +93,9 @@ def ruling_of(setting: Setting, evidence: Evidence) -> Ruling:
     posterior, weak = _mattering(setting, evidence, scorer)
     best = posterior.fits[0]
     simulation = simulation_of(setting, evidence, posterior, scorer)
-    normal = DEVIATION if best.hypothesis.candidates else ABNORMAL  # no cause is likelier than a value that far off
+    normal = (
+        CALIBRATION.max_deviation_sigma if best.hypothesis.candidates else ABNORMAL
+    )  # no cause is likelier than a value that far off
     found = forecasts_of(scorer, simulation.fit, base, best, normal)
     errors = Errors(
         scorer.error(found.calibrated),

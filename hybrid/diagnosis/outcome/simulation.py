@@ -13,7 +13,8 @@ from fe_models.errors import InputError
 from hybrid.diagnosis.contest.evidence import Evidence
 from hybrid.diagnosis.contest.posterior import Posterior
 from hybrid.diagnosis.contest.setting import Setting
-from hybrid.diagnosis.fitting.calibration_deviation import DEVIATION, deviation_of
+from hybrid.diagnosis.fitting.calibration_deviation import deviation_of
+from hybrid.diagnosis.fitting.config import CALIBRATION
 from hybrid.diagnosis.fitting.excess_energy import excess_energy
 from hybrid.diagnosis.fitting.forecast_score import ForecastScore, model_of, predicted, shown_of
 from hybrid.diagnosis.fitting.least_squares import Fit
@@ -65,7 +66,7 @@ def simulation_of(setting: Setting, evidence: Evidence, posterior: Posterior, sc
     causes = best.hypothesis.candidates
     fits = [plain, *fits_in_modal_model(best, modal, setting, evidence)]
     same = max(fits, key=lambda item: item.log_evidence)
-    most = max(DEVIATION, deviation_of(best))  # what the one needs, the other may have
+    most = max(CALIBRATION.max_deviation_sigma, deviation_of(best))  # what the one needs, the other may have
     before, after = (scorer.forecast(item, most) for item in (same, best))
     nominal = scorer.forecast(plain, 0.0)
     trifle = is_trifle(before, after, nominal, bool(causes))

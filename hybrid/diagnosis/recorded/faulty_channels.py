@@ -14,18 +14,8 @@ from fe_models.arrays import BoolArray, FloatArray, IntArray
 from fe_models.errors import InputError
 from fe_models.files.recording_checks import FEWEST_SAMPLES, FLAT_TOLERANCE
 from fe_models.recordings import Dataset, Recording
+from hybrid.diagnosis.recorded.config import CHANNEL_FAULTS
 from hybrid.diagnosis.recorded.motions import in_words, motions_of
-
-RUN = 3  # equal extreme values in a row: noise makes no two of them equal, rounding rarely three
-ELSEWHERE = 2  # times the longest run of equal values below the extremes: coarsely rounded peaks are no saturation
-TIMES = 5  # that often is an extreme value no chance, where nearly all others differ: a few samples a period reach it
-STUCK = 5  # equal values in a row, where nearly all others differ: a sensor or its logger has stood still
-MOVES = 0.01  # of a channel's range, within as many samples beside these: else it has come to rest
-DIFFERENT = 0.9  # of the other values: rounding makes fewer
-ROUNDING = 1e-9  # of a channel's range: values this close are equal
-MOST = 0.5  # of the channels that are alive in any recording
-MOST_LEVELS = 4  # that are told one by one: a sensor clips at two, but recordings may be scaled
-SILENT = 1e-6  # of a channel's usual size: less is no sensor's noise, but what symmetry leaves of a simulated motion
 
 
 @dataclass(frozen=True)
@@ -94,7 +84,7 @@ def _fault(recordings: list[Recording], column: int) -> _Fault | None:
     channels = [recording.data[0, :, column] for recording in recordings]
     sizes = np.array([0.0 if is_dead(channel) else channel.std() for channel in channels])
     usual = float(np.median(sizes[sizes > 0])) if sizes.any() else 0.0
-    dead = (sizes <= SILENT * usual).tolist()
+    dead = (sizes <= CHANNEL_FAULTS.silent_share * usual).tolist()
     alive = [channel for channel, off in zip(channels, dead, strict=True) if not off]
     levels = sorted({level for channel in alive for level in saturation_levels(channel)})
     stuck = [stuck_samples(channel) for channel in channels]
@@ -126,7 +116,7 @@ def _quiet(single: list[Recording], measured: list[int]) -> tuple[BoolArray, Boo
     dead = np.array([[is_dead(channel) for channel in recording.data[0].T] for recording in single])
     still, own = np.asarray(dead.all(axis=1)), dead[:, measured]
     own = own[:, ~own.all(axis=0)]
-    hardly = (own.sum(axis=1) > MOST * own.shape[1]) & ~still
+    hardly = (own.sum(axis=1) > CHANNEL_FAULTS.max_dead_share * own.shape[1]) & ~still
     of_recordings = int(sizes[hardly] @ (~own[hardly]).sum(axis=1))
     rest = ~(hardly | still)
     of_sensors = int(sizes[rest] @ (~own[rest][:, own[hardly].any(axis=0)]).sum(axis=1))
@@ -134,23 +124,25 @@ def _quiet(single: list[Recording], measured: list[int]) -> tuple[BoolArray, Boo
 
 
 def _levels_in_words(levels: list[float]) -> str:
-    if len(levels) > MOST_LEVELS:
+    if len(levels) > CHANNEL_FAULTS.max_levels_listed:
         return f"{len(levels)} levels from {levels[0]:.4g} to {levels[-1]:.4g}"
     return " and ".join(f"{level:.4g}" for level in levels)
 
 
 def saturation_levels(channel: FloatArray) -> list[float]:
     """Return the least or largest value of a channel (time,), or both, where the sensor cannot show more."""
-    tolerance = ROUNDING * float(np.ptp(channel))
+    tolerance = CHANNEL_FAULTS.rounding * float(np.ptp(channel))
     low, high = float(channel.min()), float(channel.max())
     between = (channel > low + tolerance) & (channel < high - tolerance)
     still = np.abs(np.diff(channel)) <= tolerance
     elsewhere = 1 + _longest(still & between[1:] & between[:-1])
-    unrounded = len(np.unique(channel[between])) > DIFFERENT * between.sum()
+    unrounded = len(np.unique(channel[between])) > CHANNEL_FAULTS.min_distinct_share * between.sum()
 
     def is_reached(level: float) -> bool:
         at = np.abs(channel - level) <= tolerance
-        return _longest(at) >= max(RUN, ELSEWHERE * elsewhere + 1) or bool(unrounded and at.sum() >= TIMES)
+        return _longest(at) >= max(
+            CHANNEL_FAULTS.min_equal_extremes, CHANNEL_FAULTS.min_run_ratio * elsewhere + 1
+        ) or bool(unrounded and at.sum() >= CHANNEL_FAULTS.min_extreme_count)
 
     return [level for level in (low, high) if is_reached(level)]
 
@@ -159,15 +151,17 @@ def stuck_samples(channel: FloatArray) -> BoolArray:
     """Return which samples of a channel (time,) repeat the same value amid motion, where nearly all others differ."""
     found = np.zeros(len(channel), dtype=bool)
     for first, last in zip(*_runs(np.diff(channel) == 0), strict=True):
-        near = channel[max(first - STUCK, 0) : last + 1 + STUCK]
-        moves = np.ptp(near) > MOVES * np.ptp(channel)  # what has died away repeats a rounded zero
-        found[first : last + 1] = moves and last + 1 - first >= STUCK
+        near = channel[max(first - CHANNEL_FAULTS.min_equal_values, 0) : last + 1 + CHANNEL_FAULTS.min_equal_values]
+        moves = np.ptp(near) > CHANNEL_FAULTS.min_range_share * np.ptp(
+            channel
+        )  # what has died away repeats a rounded zero
+        found[first : last + 1] = moves and last + 1 - first >= CHANNEL_FAULTS.min_equal_values
     rest = channel[~found]
-    return found & (len(np.unique(rest)) > DIFFERENT * len(rest))
+    return found & (len(np.unique(rest)) > CHANNEL_FAULTS.min_distinct_share * len(rest))
 
 
 def _at(channel: FloatArray, levels: list[float]) -> BoolArray:
-    tolerance = ROUNDING * float(np.ptp(channel))
+    tolerance = CHANNEL_FAULTS.rounding * float(np.ptp(channel))
     found = np.zeros(len(channel), dtype=bool)
     for level in levels:
         found |= np.abs(channel - level) <= tolerance

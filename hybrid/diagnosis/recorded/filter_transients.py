@@ -10,9 +10,7 @@ from math import ceil
 from fe_models.files.recording_checks import FEWEST_SAMPLES
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.nominal.loads import behind
-
-PERIODS = 2.0  # of the cutoff: until the usual filter's ringing is a hundredth of the jump
-MOST = 0.05  # of a recording, at either end: short ones need what they have
+from hybrid.diagnosis.recorded.config import FILTER_TRANSIENTS
 
 
 def without_ringing_ends(dataset: Dataset) -> tuple[Dataset, list[str]]:
@@ -23,10 +21,10 @@ def without_ringing_ends(dataset: Dataset) -> tuple[Dataset, list[str]]:
     rate, lowpass = dataset.sampling_rate, dataset.lowpass
     if lowpass is None or lowpass >= rate / 2:
         return dataset, []
-    wanted, recordings, left_out = ceil(PERIODS * rate / lowpass), [], set[int]()
+    wanted, recordings, left_out = ceil(FILTER_TRANSIENTS.ringing_periods * rate / lowpass), [], set[int]()
     for recording in dataset.recordings:
         samples = recording.data.shape[1]
-        count = max(min(wanted, int(MOST * samples), (samples - FEWEST_SAMPLES) // 2), 0)
+        count = max(min(wanted, int(FILTER_TRANSIENTS.max_cut_share * samples), (samples - FEWEST_SAMPLES) // 2), 0)
         loads = tuple(replace(load, values=behind(load.values, rate, lowpass)) for load in recording.loads)
         recordings.append(replace(recording, loads=loads).part(count, samples - count))
         left_out.add(count)

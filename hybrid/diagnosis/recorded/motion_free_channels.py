@@ -10,17 +10,7 @@ from scipy.linalg import block_diag, eigh, orth
 
 from fe_models.arrays import TINY, ComplexArray, FloatArray
 from fe_models.recordings import Dataset, Recording
-
-PERIODS = 1.5  # of the slowest mode: in shorter recordings a part of an oscillation looks like an offset
-ROOM = 20.0  # samples a mode: fewer hardly tell poles
-SPARE = 2  # modes told beside the nominal ones: an offset with a drift, and what is not linear
-SLOW = 0.5  # of the slowest mode: what is slower is no motion of the structure
-ALIKE = 1.5  # of the slowest mode's periods: as much is looked at together to tell its pole ...
-MOST = 0.3  # ... but no more of the shortest recording ...
-LARGEST = 1500  # ... and no more values of all sensors: their products must be held
-ROUNDING = 1e-9  # of the largest value: recordings without noise have as much
-OFFSET = 1e-6  # so often at most chance makes an offset that is one, or two that differ
-OTHERWISE = 1e-3  # so often at most chance makes what tells a drift from an offset
+from hybrid.diagnosis.recorded.config import MOTION_FREE
 
 
 @dataclass(frozen=True)
@@ -40,14 +30,17 @@ class MotionFreeChannel:
         """Return the offset that all recordings share; None where there is none, or a drift explains it as well."""
         none, alike, drift = self.own[:0], self.own.sum(axis=0)[None], self.drift[None]
         both = np.vstack([alike, drift])
-        if self._chance(none, alike) > OFFSET or self._chance(drift, both) > OTHERWISE:
+        if (
+            self._chance(none, alike) > MOTION_FREE.max_chance_of_offset
+            or self._chance(drift, both) > MOTION_FREE.max_chance_of_drift
+        ):
             return None
-        return float(self._fit(both if self._chance(alike, both) < OTHERWISE else alike)[0])
+        return float(self._fit(both if self._chance(alike, both) < MOTION_FREE.max_chance_of_drift else alike)[0])
 
     def differing(self) -> FloatArray | None:
         """Return the offset of each recording (recording,) where these differ, whether or not there is a drift."""
         alike, all_courses = np.vstack([self.own.sum(axis=0), self.drift]), np.vstack([self.own, self.drift])
-        if len(self.own) < 2 or self._chance(alike, all_courses) > OFFSET:
+        if len(self.own) < 2 or self._chance(alike, all_courses) > MOTION_FREE.max_chance_of_offset:
             return None
         return self._fit(all_courses)[:-1]
 
@@ -56,7 +49,7 @@ class MotionFreeChannel:
         all_courses = np.vstack([self.own, self.drift])
         free, further = self.free - len(all_courses), len(more) - len(fewer)
         explained = (self._left(fewer) - self._left(more)) / further
-        noise = max(self._left(all_courses) / free, (ROUNDING * np.abs(self.values).max()) ** 2, TINY)
+        noise = max(self._left(all_courses) / free, (MOTION_FREE.rounding * np.abs(self.values).max()) ** 2, TINY)
         return float(stats.f.sf(explained / noise, further, free))
 
     def _left(self, courses: FloatArray) -> float:
@@ -76,13 +69,19 @@ def motion_free_channels(dataset: Dataset, nominal: ComplexArray) -> tuple[Motio
     """
     rate = dataset.sampling_rate
     period = 2 * np.pi / float(np.abs(nominal).min()) * rate  # of the slowest mode, in samples
-    least = max(PERIODS * period, ROOM * len(nominal))
+    least = max(MOTION_FREE.min_periods * period, MOTION_FREE.min_samples_per_mode * len(nominal))
     courses = [_courses(r, part, rate) for r in dataset.select("train") for part in r.data if len(part) >= least]
     if not courses:
         return ()
-    together = ceil(min(MOST * min(map(len, courses)), ALIKE * period, LARGEST / len(dataset.sensors)))
-    poles = _poles([each[:, :-2] for each in courses], together, 2 * (len(nominal) + SPARE))
-    poles = poles[poles.imag > SLOW * 2 * np.pi / period]
+    together = ceil(
+        min(
+            MOTION_FREE.max_stretch_share * min(map(len, courses)),
+            MOTION_FREE.stretch_periods * period,
+            MOTION_FREE.max_stretch_values / len(dataset.sensors),
+        )
+    )
+    poles = _poles([each[:, :-2] for each in courses], together, 2 * (len(nominal) + MOTION_FREE.spare_modes))
+    poles = poles[poles.imag > MOTION_FREE.min_frequency_share * 2 * np.pi / period]
     parts = [_less_motion(each, poles) for each in courses]
     own = block_diag(*[rest[:, -2] for rest, _ in parts])
     whole = np.concatenate([rest for rest, _ in parts])

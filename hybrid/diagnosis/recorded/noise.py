@@ -7,25 +7,12 @@ import numpy as np
 from fe_models.arrays import BoolArray, ComplexArray, FloatArray
 from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.recorded.batches import Batch
+from hybrid.diagnosis.recorded.config import NOISE
 
-ABOVE = 1.6  # times the highest natural frequency: where noise alone is expected
-CLOSE = 1.15  # times it: motion there is not noise alone
-MOST = 0.7  # of half the sampling rate: at least this share of the band is taken as the structure's, where it must be
-UPPER = 0.5  # of half the sampling rate: where noise is told in the recordings themselves, which have harmonics, too
-HARMONICS = 2.0  # times the structure's band: likewise ...
-ROOM = 0.8  # ... but a fifth of all frequencies is left
-LAGS, SHORT = 100, 1 / 3  # samples, and share of the shortest recording: up to where autocorrelations are told
-SURE = 3.0  # standard deviations of what white noise has of one by chance
-QUIET = 0.4  # of a recording, from its end: by then all but the least damped modes have died away
-QUARTILE = 0.25  # of the powers there: below it lies what is between the lines
-QUARTER = -np.log(1 - QUARTILE)  # that of white noise's power over its mean
-NEIGHBOURLY = 1.94  # lines of a spectrum with a Hann window that tell as much as one: 1 + 2 (4/9 + 1/36)
-QUARTILE_LOSS = QUARTILE / (1 - QUARTILE) / QUARTER**2  # variance of the density that it tells over that by the mean
-SERIES = 5  # powers of 1 / (i omega) in the response to a load far above all natural frequencies
-LEAST_SHARE = 0.1  # of values: loads explain no more of a spectrum than the rest
-CLEAR = 1.4  # of a low-pass: beyond, a motion is a sixteenth in amplitude
-CUT = 0.9  # of a low-pass: up to there it takes nothing away
-BY_CHANCE = 4.0  # standard deviations: what is left beyond is no noise
+QUARTER = -np.log(1 - NOISE.quantile)  # that of white noise's power over its mean
+QUARTILE_LOSS = (
+    NOISE.quantile / (1 - NOISE.quantile) / QUARTER**2
+)  # variance of the density that it tells over that by the mean
 
 
 @dataclass(frozen=True)
@@ -47,11 +34,15 @@ def structure_band(plant: Plant, rate: float, lowpass: float | None = None, whit
     """
     half, highest = rate / 2, float(plant.modes[0][-1]) / (2 * np.pi)
     passed = half if lowpass is None else min(lowpass, half)
-    if plant.kept is None and (white or passed == half) and CLOSE * highest < MOST * half:
-        return Band(min(ABOVE * highest, MOST * half), room=True)
-    if white and CLEAR * passed < CUT * half:
-        return Band(CLEAR * passed, room=True)
-    return Band(CUT * (half if white else passed), room=False)
+    if (
+        plant.kept is None
+        and (white or passed == half)
+        and NOISE.close_over_highest * highest < NOISE.max_band_share * half
+    ):
+        return Band(min(NOISE.band_over_highest * highest, NOISE.max_band_share * half), room=True)
+    if white and NOISE.clear_of_lowpass * passed < NOISE.passed_by_lowpass * half:
+        return Band(NOISE.clear_of_lowpass * passed, room=True)
+    return Band(NOISE.passed_by_lowpass * (half if white else passed), room=False)
 
 
 def noise_of_recordings(batches: tuple[Batch, ...], rate: float, band: Band) -> FloatArray:
@@ -81,18 +72,22 @@ def noise_of_recordings(batches: tuple[Batch, ...], rate: float, band: Band) -> 
 def variance_of_log_noise(samples: int, rate: float, band: Band) -> float:
     """Return the variance of the logarithm of the noise's standard deviation, as one recording tells it."""
     if band.room:
-        return NEIGHBOURLY / 4 / float(np.sum(np.fft.rfftfreq(samples, 1 / rate) > _lower(rate, band)))
-    return NEIGHBOURLY * QUARTILE_LOSS / 4 / float(np.sum(_lines(_end(samples), rate, band)))
+        return NOISE.lines_per_independent / 4 / float(np.sum(np.fft.rfftfreq(samples, 1 / rate) > _lower(rate, band)))
+    return NOISE.lines_per_independent * QUARTILE_LOSS / 4 / float(np.sum(_lines(_end(samples), rate, band)))
 
 
 def _lower(rate: float, band: Band) -> float:
     """Return the frequency (Hz) beyond which recordings tell their noise themselves, where there is room."""
-    return max(band.upper, UPPER * rate / 2, min(HARMONICS * band.upper, ROOM * rate / 2))
+    return max(
+        band.upper,
+        NOISE.min_noise_frequency_share * rate / 2,
+        min(NOISE.harmonics_ratio * band.upper, NOISE.max_noise_frequency_share * rate / 2),
+    )
 
 
 def _end(samples: int) -> int:
     """Return how many of a recording's last samples are quiet."""
-    return max(int(QUIET * samples), 2)
+    return max(int(NOISE.quiet_share * samples), 2)
 
 
 def _lines(samples: int, rate: float, band: Band) -> BoolArray:
@@ -107,15 +102,15 @@ def _unexplained(spectra: ComplexArray, pushes: ComplexArray, frequencies: Float
     ``pushes`` (recording, frequency, load). Far above all natural frequencies omega a structure answers to a load as a
     series in 1 / (i omega) with real coefficients, whatever its masses are; they are found by least squares.
     """
-    turns = (0.5 / (1j * frequencies[:, None])) ** np.arange(SERIES)  # (frequency, power)
-    columns = (pushes[..., None] * turns[:, None]).reshape(-1, pushes.shape[2] * SERIES)
+    turns = (0.5 / (1j * frequencies[:, None])) ** np.arange(NOISE.load_series_terms)  # (frequency, power)
+    columns = (pushes[..., None] * turns[:, None]).reshape(-1, pushes.shape[2] * NOISE.load_series_terms)
     rows = spectra.reshape(-1, spectra.shape[2])
     X, y = (np.concatenate([part.real, part.imag]) for part in (columns, rows))
     size = np.linalg.norm(X, axis=0)
     X = X[:, size > 0] / size[size > 0]
     left = y - X @ np.linalg.lstsq(X, y, rcond=None)[0]
     rest = (left[: len(rows)] + 1j * left[len(rows) :]).reshape(spectra.shape)
-    return rest, max(1 - X.shape[1] / len(y), LEAST_SHARE)
+    return rest, max(1 - X.shape[1] / len(y), NOISE.min_unexplained_share)
 
 
 def _quiet_density(parts: tuple[FloatArray, ...], rate: float, band: Band) -> FloatArray:
@@ -126,7 +121,7 @@ def _quiet_density(parts: tuple[FloatArray, ...], rate: float, band: Band) -> Fl
         window = np.hanning(end.shape[1])[:, None]
         density = np.abs(np.fft.rfft(end * window, axis=1)) ** 2 / np.sum(window**2)
         powers.append(density[:, _lines(end.shape[1], rate, band)].reshape(-1, part.shape[2]))
-    return np.asarray(np.quantile(np.concatenate(powers), QUARTILE, axis=0) / QUARTER)
+    return np.asarray(np.quantile(np.concatenate(powers), NOISE.quantile, axis=0) / QUARTER)
 
 
 @dataclass(frozen=True)
@@ -144,7 +139,7 @@ class Excess:
     @property
     def significant(self) -> bool:
         """Whether chance alone hardly makes as much."""
-        return self.total > BY_CHANCE * self.std
+        return self.total > NOISE.max_excess_sigma * self.std
 
 
 def excess(residuals: tuple[FloatArray, ...], rate: float, band: Band) -> Excess:
@@ -160,7 +155,7 @@ def excess(residuals: tuple[FloatArray, ...], rate: float, band: Band) -> Excess
         high = high + density[:, ~within].sum(axis=(0, 1))
         counts += len(part) * np.array([weight[within].sum(), (~within).sum()])
     if not band.room:
-        counts[1] = QUIET * counts[0] / 2 / QUARTILE_LOSS
+        counts[1] = NOISE.quiet_share * counts[0] / 2 / QUARTILE_LOSS
     variance = high / counts[1] if band.room else _quiet_density(residuals, rate, band)  # (sensor,)
     total = sum(float(np.sum(energy / variance - bins)) for energy, bins in low)
     sensors = len(variance)
@@ -170,13 +165,13 @@ def excess(residuals: tuple[FloatArray, ...], rate: float, band: Band) -> Excess
 
 def correlation_factor(residuals: tuple[FloatArray, ...]) -> float:
     """Return 1 + 2 sum rho_k over the significant autocorrelations: how many values tell as much as one alone."""
-    most = min(LAGS, int(SHORT * min(part.shape[1] for part in residuals)))
+    most = min(NOISE.max_lags, int(NOISE.max_lag_share * min(part.shape[1] for part in residuals)))
     covariance, values = np.zeros(most), 0
     for part in residuals:
         scaled = part / np.sqrt(np.mean(part**2, axis=(0, 1)))
         values += scaled.size
         covariance += [float(np.sum(scaled[:, : scaled.shape[1] - k] * scaled[:, k:])) for k in range(most)]
     rho = covariance / covariance[0]
-    small = np.flatnonzero(rho < SURE / np.sqrt(values))
+    small = np.flatnonzero(rho < NOISE.min_correlation_sigma / np.sqrt(values))
     first = int(small[0]) if len(small) else most
     return float(1 + 2 * rho[1:first].sum())

@@ -12,10 +12,8 @@ import numpy as np
 
 from fe_models.arrays import TINY, FloatArray
 from hybrid.diagnosis.recorded.batches import Batch
-from hybrid.diagnosis.recorded.noise import BY_CHANCE, Band, noise_of_recordings, variance_of_log_noise
-
-SPARED = 20  # one value in so many may be astray where noise goes with motion
-FAR = 4.0  # standard deviations off: such a value
+from hybrid.diagnosis.recorded.config import NOISE, NOISE_LEVELS
+from hybrid.diagnosis.recorded.noise import Band, noise_of_recordings, variance_of_log_noise
 
 
 class Pattern(Enum):
@@ -54,7 +52,7 @@ class NoiseLevels:
         chance = np.concatenate([np.full(len(b.names), variance_of_log_noise(b.samples, rate, band)) for b in batches])
         fits = [(pattern, *_levels_by(pattern, levels, motion, chance)) for pattern in Pattern]
         pattern, astray, _, usual, centre = min(fits, key=lambda item: (item[1], item[0] is not Pattern.ALIKE, item[2]))
-        if astray > levels.size // SPARED or pattern is Pattern.ALIKE:
+        if astray > levels.size // NOISE_LEVELS.values_per_outlier or pattern is Pattern.ALIKE:
             usual, centre = np.average(levels, axis=0, weights=1 / chance), np.zeros(levels.shape[1])
             pattern = Pattern.ALIKE
         return cls(pattern, usual, centre, rate, band)
@@ -69,7 +67,7 @@ class NoiseLevels:
         levels, motion = _estimated(free, self.rate, self.band)
         off = levels - self.usual
         level = _expected(self.pattern, off, motion) - self.centre
-        most = FAR * np.sqrt(variance_of_log_noise(free.samples, self.rate, self.band))
+        most = NOISE_LEVELS.max_deviation_sigma * np.sqrt(variance_of_log_noise(free.samples, self.rate, self.band))
         own = self.pattern is Pattern.MOTION and np.abs(off - level) > most
         return np.asarray(np.exp(np.where(own, off, level)))
 
@@ -81,13 +79,13 @@ def _levels_by(
     these leave over what ``chance``, the variance of each recording's, does, and what `NoiseLevels` has of the pattern.
     """
     (recordings, sensors), weight = levels.shape, np.repeat(1 / chance[:, None], levels.shape[1], axis=1)
-    for astray in range(1 + (0 if pattern is Pattern.RECORDING else levels.size // SPARED)):
+    for astray in range(1 + (0 if pattern is Pattern.RECORDING else levels.size // NOISE_LEVELS.values_per_outlier)):
         usual = np.average(levels, axis=0, weights=weight)
         expected = _expected(pattern, levels - usual, motion)
         centre = np.average(expected, axis=0, weights=weight)
         square = (levels - usual - expected + centre) ** 2 * weight
         free = (recordings - 1) * (sensors - (pattern is Pattern.RECORDING)) - astray
-        if free > 0 and square.sum() <= free + BY_CHANCE * np.sqrt(2 * free):
+        if free > 0 and square.sum() <= free + NOISE.max_excess_sigma * np.sqrt(2 * free):
             return astray, float(square.sum() / free), usual, centre
         weight[np.unravel_index(square.argmax(), square.shape)] = 0.0
     return levels.size, np.inf, usual, centre

@@ -7,12 +7,8 @@ import numpy as np
 
 from fe_models.arrays import ComplexArray, FloatArray
 from fe_models.recordings import Dataset, Sensor
+from hybrid.diagnosis.recorded.config import OFFSETS
 from hybrid.diagnosis.recorded.motion_free_channels import motion_free_channels
-
-LARGE = 0.25  # times the standard deviation about it: a mean that no oscillation of two periods or more leaves
-STEADY = 0.3  # of the mean: how far it may differ between recordings, and move within one; a drift does
-MATTERS = 0.005  # of a channel's standard deviation: beside noise of 3 % a smaller offset hardly shows in forecasts
-DIFFER = 0.02  # of it: offsets that differ by less, as those of one afternoon, are hardly worth a word
 
 TAKEN_OFF = "sensors do not show zero at rest, which was taken off"
 HELD_OUT = "held-out sensors do not show zero at rest, which spoils their score (subtract it)"
@@ -33,13 +29,13 @@ def without_offsets(dataset: Dataset, poles: ComplexArray) -> tuple[Dataset, lis
     for column, channel in enumerate(motion_free_channels(dataset, poles)):
         sensor, size = dataset.sensors[column], _size(dataset, column)
         offset, differing = channel.offset(), channel.differing()
-        if differing is not None and np.ptp(differing) > STEADY * np.abs(differing).max():
-            if np.ptp(differing) > DIFFER * size:
+        if differing is not None and np.ptp(differing) > OFFSETS.max_relative_change * np.abs(differing).max():
+            if np.ptp(differing) > OFFSETS.min_difference_share * size:
                 by_message[DIFFERING].append(
                     f"{sensor.name} {differing.min():.2g} to {_formatted(differing.max(), sensor, 2)}"
                 )
                 silent.discard(column)
-        elif offset is not None and abs(offset) > MATTERS * size:
+        elif offset is not None and abs(offset) > OFFSETS.min_share_of_std * size:
             what = _kept(sensor) or TAKEN_OFF
             known[column] = offset if what == TAKEN_OFF else 0.0
             by_message[what].append(f"{sensor.name} {_formatted(offset, sensor)}")
@@ -61,7 +57,11 @@ def offsets(dataset: Dataset, columns: Collection[int]) -> list[str]:
         sensor = dataset.sensors[column]
         channels = [part[:, column] for r in dataset.recordings if not r.loads for part in r.data]
         means = np.array([channel.mean() for channel in channels])
-        if len(means) and all(map(_is_offset, channels)) and np.ptp(means) < STEADY * np.abs(means).max():
+        if (
+            len(means)
+            and all(map(_is_offset, channels))
+            and np.ptp(means) < OFFSETS.max_relative_change * np.abs(means).max()
+        ):
             offset = _formatted(means.mean(), sensor)
             found.append(f"sensor {sensor.name} shows {offset} in the mean of its recordings: subtract it")
     return found
@@ -87,4 +87,7 @@ def _is_offset(channel: FloatArray) -> bool:
     """Return whether a channel (time,) has a mean that it keeps."""
     time = np.linspace(-0.5, 0.5, len(channel))
     slope, mean = np.polyfit(time, channel, 1)
-    return bool(abs(mean) > LARGE * np.std(channel - slope * time) and abs(slope) < STEADY * abs(mean))
+    return bool(
+        abs(mean) > OFFSETS.min_mean_over_std * np.std(channel - slope * time)
+        and abs(slope) < OFFSETS.max_relative_change * abs(mean)
+    )

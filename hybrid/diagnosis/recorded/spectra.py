@@ -6,13 +6,7 @@ import numpy as np
 from scipy.stats import gamma
 
 from fe_models.arrays import TINY, FloatArray
-
-HARDLY_SHOWN = 5e-4  # of a motion's energy: a mode that has less hardly shows, and its damping not at all
-STRONGEST = 3  # modes whose sums and differences are looked at
-ORDER = 2  # of the lines: multiples and sums of so many frequencies, as stretching that comes with bending makes them
-BY_CHANCE = 1e-6  # of a line that noise makes, anywhere
-CLEAR = 3.0  # times the noise: a line that stands out of it
-WIDTH = 1.5  # of a recording's resolution: how far from its place a line may be
+from hybrid.diagnosis.recorded.config import SPECTRA
 
 
 def falling(samples: int) -> FloatArray:
@@ -49,7 +43,7 @@ def strongest_apart(
     """Return the frequency (Hz) of the strongest line of ``parts`` (recording, time, sensor), in units of the noise,
     that lies more than ``width`` (mode,) away from each of the ``frequencies``; None where noise is as strong.
     """
-    strongest, found = CLEAR, None
+    strongest, found = SPECTRA.min_line_ratio, None
     for part in parts:
         window = falling(part.shape[1])[:, None]
         power = (np.abs(np.fft.rfft(part * window, axis=1)) ** 2).mean(axis=(0, 2)) / np.sum(window**2)
@@ -66,7 +60,7 @@ def clearest_line(parts: tuple[FloatArray, ...], rate: float, cutoff: float) -> 
 
     ``parts`` (recording, time, sensor); only lines below the ``cutoff`` (rad/s) of a low-pass are looked at.
     """
-    clearest, found = -np.log(BY_CHANCE), None
+    clearest, found = -np.log(SPECTRA.max_chance_of_line), None
     for part in parts:
         lines = np.fft.rfftfreq(part.shape[1], 1 / rate)
         noisy = slice(1, int(np.searchsorted(2 * np.pi * lines, cutoff)))
@@ -84,10 +78,10 @@ def combination_lines(frequencies: FloatArray, energies: FloatArray) -> FloatArr
 
     A structure whose shape changes with its motion shows such lines, weakly; a machine would hardly run at one.
     """
-    strongest = frequencies[np.argsort(-energies)[:STRONGEST]]
-    counts = np.stack(np.meshgrid(*[np.arange(-ORDER, ORDER + 1)] * len(strongest)), axis=-1).reshape(
-        -1, len(strongest)
-    )
+    strongest = frequencies[np.argsort(-energies)[: SPECTRA.strongest_modes]]
+    counts = np.stack(
+        np.meshgrid(*[np.arange(-SPECTRA.combination_order, SPECTRA.combination_order + 1)] * len(strongest)), axis=-1
+    ).reshape(-1, len(strongest))
     order = np.abs(counts).sum(axis=1)
-    lines = counts[(order > 1) & (order <= ORDER)] @ strongest
+    lines = counts[(order > 1) & (order <= SPECTRA.combination_order)] @ strongest
     return np.unique(lines[lines > 0])

@@ -4,21 +4,19 @@ import numpy as np
 
 from fe_models.arrays import TINY
 from fe_models.recordings import Dataset
-
-FAR = 100.0  # times: of m/s^2, mm/s^2 are a thousand, and motions of one campaign hardly differ so much
-FEWEST = 3  # motions: of two nobody knows which is the usual one
+from hybrid.diagnosis.recorded.config import UNIT_CHECK
 
 
 def other_sizes(dataset: Dataset) -> list[str]:
     """Return a note where motions fall into two groups of sizes that are far apart, on the smaller group."""
     motions = [(recording.name, data) for recording in dataset.recordings for data in recording.data]
-    if len(motions) < FEWEST:
+    if len(motions) < UNIT_CHECK.min_motions:
         return []
     sizes = np.log(np.maximum([data.std(axis=0) for _, data in motions], TINY))  # (motion, sensor)
     size = np.median(sizes - np.median(sizes, axis=0), axis=1)
     order = np.argsort(size)
     gaps = np.diff(size[order])
-    if gaps.max() < np.log(FAR):
+    if gaps.max() < np.log(UNIT_CHECK.min_size_ratio):
         return []
     first = int(gaps.argmax()) + 1
     low, high = order[:first], order[first:]

@@ -6,16 +6,13 @@ from fe_models.arrays import BoolArray, FloatArray
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.fitting.linearisation import linearise_batch
+from hybrid.diagnosis.recorded.config import SPECTRA
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
-from hybrid.diagnosis.recorded.spectra import WIDTH, combination_lines, energy_near
+from hybrid.diagnosis.recorded.spectra import combination_lines, energy_near
 from hybrid.diagnosis.response.entry import at_once
 from hybrid.diagnosis.response.state_space import system_of
+from hybrid.diagnosis.screening.config import SCREENING
 from hybrid.diagnosis.screening.screening import Screened
-
-FREQUENCIES_A_LINE = 2  # trial frequencies of a harmonic force within the resolution of a recording
-PEAKS = 2  # frequencies kept at each place
-SECONDARY = 2.5e-3  # of all energy: a line at a sum or difference of natural frequencies must be stronger on a frame,
-MOSTLY = 0.5  # or be as much of what a fit leaves, and more than its noise: a machine may run there by chance
 
 
 def screen_forces(fit: Fit, candidates: tuple[Candidate, ...], noise_model: NoiseModel) -> list[Screened]:
@@ -33,8 +30,8 @@ def screen_forces(fit: Fit, candidates: tuple[Candidate, ...], noise_model: Nois
     reduced = hypothesis.reduced(fit.theta[None])
     inverse = np.linalg.inv(reduced.mass)
     longest = max(batch.samples for batch in fit.batches)
-    count = longest * FREQUENCIES_A_LINE
-    trials = np.arange(FREQUENCIES_A_LINE, count // 2) * noise_model.rate / count
+    count = longest * SCREENING.frequencies_per_line
+    trials = np.arange(SCREENING.frequencies_per_line, count // 2) * noise_model.rate / count
     pulls = [candidate.pull for candidate in forces if candidate.pull is not None]  # of every force
     feed = np.stack([reduced.fed(pull, inverse)[0] for pull in pulls], axis=1)  # (mode, place)
     B = np.zeros((2 * n, len(forces)))  # the structure's own states: at another force's frequency its own are singular
@@ -54,16 +51,21 @@ def screen_forces(fit: Fit, candidates: tuple[Candidate, ...], noise_model: Nois
             basis = part.basis[number] if part.basis.ndim == 3 else part.basis  # of laws: the first one's
             gains += _wave_gains(residual, basis, transfer / sigma[number][:, None], trials / noise_model.rate)
     if hypothesis.plant.kept is not None:
-        least = min(SECONDARY * _energy(fit, noise_model), max(MOSTLY * fit.misfit, fit.values))
+        least = min(
+            SCREENING.min_combination_share * _energy(fit, noise_model),
+            max(SCREENING.min_residual_share * fit.misfit, fit.values),
+        )
         gains[_is_of_structure(trials, A, fit, noise_model)[:, None] & (gains < least)] = 0.0
     found = []
     for place, candidate in enumerate(forces):
         curve = gains[:, place].copy()
-        for _ in range(PEAKS):
+        for _ in range(SCREENING.peaks_per_place):
             peak = int(np.argmax(curve))
             still = np.zeros(len(fit.theta))
             found.append(Screened(candidate, (float(trials[peak]),), float(curve[peak]), still))
-            curve[max(0, peak - 2 * FREQUENCIES_A_LINE) : peak + 2 * FREQUENCIES_A_LINE + 1] = 0.0
+            curve[max(0, peak - 2 * SCREENING.frequencies_per_line) : peak + 2 * SCREENING.frequencies_per_line + 1] = (
+                0.0
+            )
     return sorted(found, key=lambda trial: -trial.gain)
 
 
@@ -77,7 +79,7 @@ def _is_of_structure(trials: FloatArray, A: FloatArray, fit: Fit, noise_model: N
     motion = tuple(batch.data / batch.sigma(noise_model) for batch in fit.batches)
     lines = combination_lines(frequencies, energy_near(frequencies, motion, noise_model.rate))
     resolution = noise_model.rate / max(batch.samples for batch in fit.batches)
-    return np.asarray(np.abs(trials[:, None] - lines).min(axis=1) <= WIDTH * resolution)
+    return np.asarray(np.abs(trials[:, None] - lines).min(axis=1) <= SPECTRA.line_width * resolution)
 
 
 def _energy(fit: Fit, noise_model: NoiseModel) -> float:

@@ -16,13 +16,10 @@ from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.parallel import parallel_map
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.response.hypothesis import Hypothesis
+from hybrid.diagnosis.screening.config import MODAL_SCAN
 from hybrid.diagnosis.screening.observed_modes import ObservedModes, observed_modes, picked_modes
 from hybrid.diagnosis.screening.scanning import sizes_of, with_sizes
 from hybrid.diagnosis.screening.screening import Screened
-
-STEP = 1e-3  # of a prior width: finite differences of frequencies and shapes
-FINE = (-0.1, -0.05, -0.02, 0.02, 0.05, 0.1)  # of a prior width: small effects, besides those of a scan
-CLOSER = 9  # sizes that are tried between the two next to the best
 
 
 @dataclass(frozen=True)
@@ -41,7 +38,7 @@ class _Calibration:
     ) -> "_Calibration":
         """Return the calibration of a hypothesis about ``drawn``, its theta (parameter,)."""
         values = hypothesis.nuisances
-        moved = STEP * hypothesis.width[:values]
+        moved = MODAL_SCAN.difference_step * hypothesis.width[:values]
         thetas = drawn + np.vstack([np.zeros(len(drawn)), np.eye(values, len(drawn)) * moved[:, None]])
         plain, left = np.split(seen.less(picked_modes(hypothesis, thetas, noise_model)), [1])
         slopes = (plain - left) / moved[:, None]
@@ -73,7 +70,9 @@ def modal_scan(item: Fit, candidates: tuple[Candidate, ...], noise_model: NoiseM
         sizes = _sizes(candidate)
         sizes = sizes[extended.weighs(with_sizes(drawn, sizes))]
         number = int(np.argmin(calibration.best(left_at(sizes))[0]))
-        closer = np.linspace(sizes[max(number - 1, 0)], sizes[min(number + 1, len(sizes) - 1)], CLOSER)
+        closer = np.linspace(
+            sizes[max(number - 1, 0)], sizes[min(number + 1, len(sizes) - 1)], MODAL_SCAN.refined_sizes
+        )
         costs, values = calibration.best(left_at(closer))
         number = int(np.argmin(costs))
         shift = np.zeros_like(start.theta)
@@ -94,5 +93,5 @@ def _left_at(
 
 def _sizes(candidate: Candidate) -> FloatArray:
     """Return the sizes (size,) that are tried first, in their order."""
-    fine = candidate.neutral[0] + np.array(FINE) * candidate.width[0]
+    fine = candidate.neutral[0] + np.array(MODAL_SCAN.fine_sizes) * candidate.width[0]
     return np.sort(np.concatenate([sizes_of(candidate)[:, 0], fine[fine > candidate.lower[0]]]))

@@ -13,8 +13,7 @@ from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.response.eigenmodes import eigenmodes
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.state_space import system_of
-
-FREQUENCY, SHAPE = 3e-4, 0.01  # relative errors besides: of first order, in factors that are off by a few deviations
+from hybrid.diagnosis.screening.config import MODAL_SCAN
 
 
 @dataclass(frozen=True)
@@ -95,8 +94,8 @@ def observed_modes(item: Fit, noise_model: NoiseModel) -> ObservedModes:
     return ObservedModes(
         omega,
         sensors,
-        1 / (1 / (of_omega + TINY) + (FREQUENCY * omega) ** 2),
-        1 / (1 / (of_sensors + TINY) + (SHAPE * np.abs(sensors).max(axis=0)) ** 2),
+        1 / (1 / (of_omega + TINY) + (MODAL_SCAN.frequency_error * omega) ** 2),
+        1 / (1 / (of_sensors + TINY) + (MODAL_SCAN.shape_error * np.abs(sensors).max(axis=0)) ** 2),
         hypothesis.plant.mass @ shapes,
     )
 

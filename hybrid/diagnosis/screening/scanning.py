@@ -8,8 +8,9 @@ from fe_models.arrays import FloatArray
 from fe_models.causes import SensorGain, StiffnessChange, SupportSpring
 from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.fitting.calibration_deviation import goes_far, within
+from hybrid.diagnosis.fitting.config import LINEARISATION
 from hybrid.diagnosis.fitting.least_squares import Fit
-from hybrid.diagnosis.fitting.linearisation import ENDLESS, orthonormal
+from hybrid.diagnosis.fitting.linearisation import orthonormal
 from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.parallel import parallel_map
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
@@ -19,16 +20,13 @@ from hybrid.diagnosis.response.loaded import given
 from hybrid.diagnosis.response.reduction import basis_of
 from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.response.system import drift, observability
+from hybrid.diagnosis.screening.config import SCAN
 from hybrid.diagnosis.screening.screening import Screened
 
-SIZES = (-2.0, -1.0, -0.5, -0.2, 0.2, 0.5, 1.0, 2.0)  # of a prior width, from doing nothing
-FAR = (-20.0, -5.0, 5.0, 20.0)  # besides, of springs to the ground
-GIVING = tuple(np.geomspace(0.006, 20.0, 24))  # of a support's compliance, of the usual one: it may give way by a
-# hundredth of that or be all but lost, and a start must be within a third: these are within a fifth of any
-REVERSED = -1.0  # a sensor's gain where it is mounted the wrong way round
-LEFT = (0.02, 0.05, 0.12, 0.25)  # of a stiffness: what may be left; its compliance, which is felt, goes to infinity
-ABSOLUTE: dict[str, tuple[float, ...]] = {StiffnessChange.kind: LEFT, SensorGain.kind: (REVERSED,)}
-MUCH = 2.0  # times the energy of noise: what an element that is all but lost makes a fit without it leave, at least
+ABSOLUTE: dict[str, tuple[float, ...]] = {
+    StiffnessChange.kind: SCAN.remaining_stiffness,
+    SensorGain.kind: (SCAN.reversed_gain,),
+}
 
 Trial = tuple[Candidate, FloatArray]
 """A candidate and sizes (size, parameter) of it."""
@@ -51,8 +49,8 @@ def unseen(fit: Fit, candidates: tuple[Candidate, ...], noise_model: NoiseModel)
     """Return what other things that are off may hide until the first step of a fit, each at the best of its sizes.
 
     There its gain says nothing. These are supports that give way and the simulation's own time steps, which calibrated
-    factors resemble, where these are far off; and elements, with what may be `LEFT` of their stiffness, where a ``fit``
-    leaves much. Modes that come down into the recordings' band with an element are followed.
+    factors resemble, where these are far off; and elements, with what may be `SCAN.remaining_stiffness` of their
+    stiffness, where a ``fit`` leaves much. Modes that come down into the recordings' band with an element are followed.
     """
     much = leaves_much(fit)
     if not fit.hypothesis.is_linear or not (much or goes_far(fit)):
@@ -60,7 +58,11 @@ def unseen(fit: Fit, candidates: tuple[Candidate, ...], noise_model: NoiseModel)
     resembled = [candidate for candidate in candidates if candidate.released is not None or not candidate.names]
     trials = [(candidate, sizes_of(candidate)) for candidate in resembled]
     weakened = [c for c in candidates if much and c.kind == StiffnessChange.kind and "element" in c.location]
-    trials += [trial for c in weakened for trial in _bringing(c, np.array(LEFT)[:, None], fit.hypothesis.plant)]
+    trials += [
+        trial
+        for c in weakened
+        for trial in _bringing(c, np.array(SCAN.remaining_stiffness)[:, None], fit.hypothesis.plant)
+    ]
     best: dict[str, Screened] = {}
     for found in sorted(_best_of(trials, fit, noise_model), key=lambda trial: -trial.gain):
         best.setdefault(found.candidate.key, found)
@@ -69,7 +71,7 @@ def unseen(fit: Fit, candidates: tuple[Candidate, ...], noise_model: NoiseModel)
 
 def leaves_much(fit: Fit) -> bool:
     """Return whether a fit leaves so much that an element may be all but lost."""
-    return fit.chi2 > MUCH * fit.values
+    return fit.chi2 > SCAN.min_unexplained_ratio * fit.values
 
 
 def _bringing(candidate: Candidate, sizes: FloatArray, plant: Plant) -> list[Trial]:
@@ -113,8 +115,8 @@ def sizes_of(candidate: Candidate) -> FloatArray:
         return np.array(candidate.starts)
     if len(candidate.names) > 1 or not candidate.scalable or candidate.is_law or candidate.oscillator:
         return np.zeros((0, len(candidate.names)))
-    far = FAR if candidate.kind == SupportSpring.kind else ()
-    steps = (*SIZES, *far) if candidate.released is None else GIVING
+    far = SCAN.far_spring_sizes if candidate.kind == SupportSpring.kind else ()
+    steps = (*SCAN.sizes, *far) if candidate.released is None else SCAN.compliances
     sizes = candidate.neutral[0] + np.array(steps) * candidate.width[0]
     most = candidate.upper[0] if candidate.upper else np.inf
     sizes = sizes[(sizes > candidate.lower[0]) & (sizes < most)]
@@ -137,7 +139,7 @@ def _left(hypothesis: Hypothesis, thetas: FloatArray, fit: Fit, noise_model: Noi
         weight = np.tile(1 / noise_model.sigma, batch.samples)
         rows = observability(system, batch.samples)
         rows = rows.reshape(len(thetas), -1, rows.shape[-1]) * weight[:, None]
-        usable = np.abs(rows).max(axis=(1, 2)) < ENDLESS
+        usable = np.abs(rows).max(axis=(1, 2)) < LINEARISATION.max_channel_sigma
         basis, _ = orthonormal(np.where(usable[:, None, None], rows, 0.0))
         lines = drift(system, batch.samples).reshape(len(thetas), -1) * weight
         data = batch.data - given(system, batch)  # (variant, recording, time, sensor)

@@ -24,8 +24,7 @@ from hybrid.diagnosis.response.marching import respond
 from hybrid.diagnosis.response.reduced_model import ReducedModel
 from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.response.system import ModalForm, System, drifted, free_form
-
-ABSORBED = 1e-9  # of the energy of a response: what the rest of the model leaves of it is rounding
+from hybrid.diagnosis.screening.config import SCREENING
 
 
 @dataclass(frozen=True)
@@ -259,7 +258,7 @@ def _score(
     projected = cross @ present.inverse
     size_left = size - float(projected @ cross)
     along -= float(projected @ present.gradient)
-    if size_left <= ABSORBED * size or size == 0:
+    if size_left <= SCREENING.confounded_share * size or size == 0:
         return Screened(candidate, start, 0.0, still)
     value: float = along / size_left
     gain, shift = along * value, still
