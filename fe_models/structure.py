@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from math import hypot
 from typing import TYPE_CHECKING, Literal
 
+from fe_models.one_node import node_or_nodes
 from fe_models.sections import Section
 
 if TYPE_CHECKING:
@@ -39,6 +40,7 @@ class Cable:
     group: str = "cable"
 
 
+@node_or_nodes
 @dataclass(frozen=True)
 class Spring:
     """A massless spring (N/m, or N m/rad for "rz") in one direction between two nodes, or one node and ground."""
@@ -60,6 +62,7 @@ class PointMass:
     mass: float
 
 
+@node_or_nodes
 @dataclass(frozen=True)
 class Dashpot:
     """A linear damper (N s/m, or N m s/rad for "rz") in one direction between two nodes, or one node and ground."""

@@ -1,8 +1,13 @@
 """What can be chosen about the hybrid model and its training, with the reason beside each number."""
 
-from dataclasses import dataclass
-from typing import Literal
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, Literal, get_args
 
+from fe_models.errors import raise_faults
+from fe_models.files.tables import did_you_mean
+
+PresetName = Literal["default", "paper", "places", "experts"]
 EncoderKind = Literal["window", "paper", "map"]
 ResidualKind = Literal["free", "backbone", "places"]
 IntegratorKind = Literal["propagator", "rk4", "dopri5"]
@@ -85,3 +90,31 @@ def paper_preset(structure_name: str) -> Config:
     )
     window = 501 if small else 500
     return Config(model, TrainingConfig(calibrate=False, epochs=1600, window=window, first_horizon=window))
+
+
+def configuration(preset: PresetName, structure_name: str, options: Mapping[str, Any]) -> Config:
+    """Return a preset's configuration with ``options`` of the model and of the training; those that are None are left.
+
+    ``structure_name``: the preset "paper" has other sizes for the chain. `InputError` with all that is unknown.
+    """
+    presets = {
+        "default": Config(),
+        "paper": paper_preset(structure_name),
+        "places": places_preset(),
+        "experts": experts_preset(),
+    }
+    parts = {name: part for part in ("model", "training") for name in vars(getattr(presets["default"], part))}
+    faults = [] if preset in presets else [_unknown("preset", preset, get_args(PresetName))]
+    faults += [_unknown("option", name, parts) for name in options if name not in parts]
+    raise_faults(faults)
+    chosen = presets[preset]
+    given = {name: value for name, value in options.items() if value is not None}
+    model, training = (
+        replace(getattr(chosen, part), **{name: value for name, value in given.items() if parts[name] == part})
+        for part in ("model", "training")
+    )
+    return Config(model, training)
+
+
+def _unknown(what: str, name: str, known: Iterable[str]) -> str:
+    return f"{what} {name!r} is unknown{did_you_mean(name, known)}"

@@ -5,9 +5,11 @@ from typing import Any, ClassVar
 
 from fe_models.causes.base import negative_faults, parameter, setting
 from fe_models.causes.connector import ConnectorEffect
+from fe_models.one_node import node_or_nodes
 from fe_models.structure import Structure
 
 
+@node_or_nodes
 @dataclass(frozen=True)
 class CoulombFriction(ConnectorEffect):
     """Dry friction: force = F v / sqrt(v^2 + v0^2), which tends to F sign(v).

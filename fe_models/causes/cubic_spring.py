@@ -5,8 +5,10 @@ from typing import Any, ClassVar
 
 from fe_models.causes.base import parameter
 from fe_models.causes.connector import ConnectorEffect
+from fe_models.one_node import node_or_nodes
 
 
+@node_or_nodes
 @dataclass(frozen=True)
 class CubicSpring(ConnectorEffect):
     """A hardening (or, negative, softening) spring without linear part: force = stiffness u^3."""

@@ -6,9 +6,11 @@ from typing import Any, ClassVar, Literal
 from fe_models.causes.arithmetic import SMOOTHING, smooth_ramp
 from fe_models.causes.base import negative_faults, parameter
 from fe_models.causes.connector import ConnectorEffect
+from fe_models.one_node import node_or_nodes
 from fe_models.structure import Structure
 
 
+@node_or_nodes
 @dataclass(frozen=True)
 class GapStop(ConnectorEffect):
     """A spring that is met only beyond a gap, on one side: force = side stiffness max(side u - gap, 0).

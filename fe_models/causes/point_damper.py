@@ -4,9 +4,11 @@ from dataclasses import dataclass, replace
 from typing import ClassVar, Literal
 
 from fe_models.causes.base import Part, node_faults, parameter
+from fe_models.one_node import node_or_nodes
 from fe_models.structure import Dashpot, Structure
 
 
+@node_or_nodes
 @dataclass(frozen=True)
 class PointDamper(Part):
     """A linear damper between a node and the ground, or between two nodes: force = coefficient v, C += c b b^T.

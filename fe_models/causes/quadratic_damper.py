@@ -6,9 +6,11 @@ from typing import Any, ClassVar
 from fe_models.causes.arithmetic import absolute
 from fe_models.causes.base import negative_faults, parameter
 from fe_models.causes.connector import ConnectorEffect
+from fe_models.one_node import node_or_nodes
 from fe_models.structure import Structure
 
 
+@node_or_nodes
 @dataclass(frozen=True)
 class QuadraticDamper(ConnectorEffect):
     """Drag, as of air or water: force = coefficient v |v|."""

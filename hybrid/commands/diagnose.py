@@ -36,9 +36,6 @@ def diagnose(dataset: DatasetFile, out: Out, hybrid: Hybrid = False) -> None:
     from fe_models.files.atomic import check_folder, write_json
     from fe_models.files.dataset_file import load_dataset
     from fe_models.files.structure_file import save_structure
-    from hybrid.diagnosis import diagnosis
-    from hybrid.diagnosis.observed.example import draw_example
-    from hybrid.diagnosis.report import describe_diagnosis, report_table
 
     with bad_input_exits():
         faults = list[str]()
@@ -46,6 +43,10 @@ def diagnose(dataset: DatasetFile, out: Out, hybrid: Hybrid = False) -> None:
         data = noting(faults, "", load_dataset, dataset, dead_channels=True)
         raise_faults(faults)
         assert data is not None  # else there were faults
+        from hybrid.diagnosis import diagnosis  # only now: it takes longer to load than a mistake to be told
+        from hybrid.diagnosis.observed.example import draw_example
+        from hybrid.diagnosis.report import describe_diagnosis, report_table
+
         with tqdm(desc="diagnosis", unit=" steps") as bar:
 
             def advance(what: str) -> None:

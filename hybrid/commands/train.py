@@ -1,17 +1,11 @@
 """The sub-command `train`: the hybrid model on a dataset, scored on recordings that it never saw."""
 
-from dataclasses import replace
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated
 
 import typer
 
 from hybrid.commands.options import DatasetFile, Device, Out
-from hybrid.config import Config, IntegratorKind, experts_preset, paper_preset, places_preset
-
-if TYPE_CHECKING:
-    from fe_models.recordings import Dataset
-
-PresetName = Literal["default", "paper", "places", "experts"]
+from hybrid.config import IntegratorKind, PresetName, configuration
 
 Preset = Annotated[
     PresetName, typer.Option(help="'paper': Lai et al. 2022. 'places': for chains. 'experts': a model a recording.")
@@ -98,8 +92,10 @@ def train(
         assert data is not None  # else there were faults
         if data.assumptions.integrator != "exact":
             print("Note: the FE model is integrated exactly here; [simulation] integrator and step are not used.")
-        model_options = {"modes": modes, "encoder_samples": encoder_samples, "integrator": integrator}
-        training_options = {
+        wishes = {
+            "modes": modes,
+            "encoder_samples": encoder_samples,
+            "integrator": integrator,
             "epochs": epochs,
             "learning_rate": learning_rate,
             "batch": batch,
@@ -108,28 +104,8 @@ def train(
             "seed": seed,
             "threads": threads,
         }
-        config = configuration(preset, data, model_options, training_options)
+        config = configuration(preset, getattr(data.model, "name", ""), wishes)  # matrices have no name
         run = session.open_run(data, config, out, device, fresh)
         session.train(run)
         print(describe(session.score(run, data)))
         print(f"Results: {out}")
-
-
-def configuration(
-    preset: PresetName, data: "Dataset", model_options: dict[str, Any], training_options: dict[str, Any]
-) -> Config:
-    """Return the preset's configuration with the options that the user gave, those that are not None."""
-    name = getattr(data.model, "name", "")  # a model of matrices has none
-    presets = {
-        "default": Config(),
-        "paper": paper_preset(name),
-        "places": places_preset(),
-        "experts": experts_preset(),
-    }
-    chosen = presets[preset]
-    return Config(replace(chosen.model, **given(model_options)), replace(chosen.training, **given(training_options)))
-
-
-def given(options: dict[str, Any]) -> dict[str, Any]:
-    """Return the options that the user gave."""
-    return {name: value for name, value in options.items() if value is not None}

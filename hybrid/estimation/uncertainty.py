@@ -7,16 +7,19 @@ The model's own error is estimated on training windows and holds for channels th
 judged on the recordings that they did not see: what is true of a day they were trained on is not of the next.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 import torch
+from torch import Tensor
 
 from fe_models.arrays import FloatArray
 from fe_models.recordings import Sensor
 from hybrid.estimation.experts import Experts, Hybrid
 from hybrid.estimation.forecast import Forecast, forecast_windows, joined, posterior, solves_for_states
 from hybrid.estimation.windows import evenly
+from hybrid.neural_modal_ode.model import Trajectory
 from hybrid.neural_modal_ode.state_prior import StatePrior
 
 DRAWS = 50  # of each initial state: the standard deviation is then good to a tenth
@@ -40,6 +43,27 @@ def banded_forecast(
     model: Hybrid, windows: FloatArray, samples: int | None = None, whole: bool = False
 ) -> BandedForecast:
     """Forecast windows (window, time, sensor) as `forecast_windows` does, and say how sure it is."""
+    centre, std = _with_std(model, windows, samples, whole, lambda motion: motion.channels)
+    return BandedForecast(joined(centre), std)
+
+
+@torch.no_grad()
+def banded_field(
+    model: Hybrid, windows: FloatArray, shapes: FloatArray, samples: int | None = None, whole: bool = False
+) -> tuple[FloatArray, FloatArray]:
+    """Return the displacement (window, time, dof) that windows tell of, and its standard deviation.
+
+    ``shapes`` (dof, mode): of the model's modes. The model's own error is taken as of the channels.
+    """
+    basis = torch.tensor(shapes).to(model.channel_scale)
+    centre, std = _with_std(model, windows, samples, whole, lambda motion: motion.q @ basis.T)
+    return joined(centre).q @ shapes.T, std
+
+
+def _with_std(
+    model: Hybrid, windows: FloatArray, samples: int | None, whole: bool, shown: Callable[[Trajectory], Tensor]
+) -> tuple[list[Trajectory], FloatArray]:
+    """Return the forecasts and the standard deviation (window, time, value) of what is ``shown`` of them."""
     generator = torch.Generator().manual_seed(SEED)
     length = samples or windows.shape[1]
     centres, stds = [], []
@@ -49,11 +73,12 @@ def banded_forecast(
         draws = torch.randn(count, *mean.shape, 1, generator=generator, dtype=torch.float64).to(mean)
         states = mean + (root @ draws)[..., 0]  # (draw, window, 2 mode)
         centre = model.forecast(mean, length)
-        drawn = model.forecast(states.flatten(0, 1), length).channels.unflatten(0, states.shape[:2])
-        own = model.relative_error * centre.channels.square().mean(dim=1, keepdim=True).sqrt()
+        middle = shown(centre)
+        drawn = shown(model.forecast(states.flatten(0, 1), length)).unflatten(0, states.shape[:2])
+        own = model.relative_error * middle.square().mean(dim=1, keepdim=True).sqrt()
         centres.append(centre)
-        stds.append(((drawn - centre.channels).square().mean(dim=0) + own**2).sqrt())
-    return BandedForecast(joined(centres), torch.cat(stds).cpu().double().numpy())
+        stds.append(((drawn - middle).square().mean(dim=0) + own**2).sqrt())
+    return centres, torch.cat(stds).cpu().double().numpy()
 
 
 def relative_error(model: Hybrid, windows: FloatArray) -> float:

@@ -38,12 +38,10 @@ def write_results(
     ``truth``: the true displacement (time, dof) of the first test recording, known where the data are simulated.
     ``advance`` is called `RESULT_STEPS` times at most, to show progress.
     """
-    model, modal, training = run.trainer.model, run.origin.modal, run.config.training
+    modal, training = run.origin.modal, run.config.training
     length = run.trainer.windows.shape[1]
-    set_relative_error(model, run.trainer.windows.cpu().double().numpy())
-    comparison = compare(model, dataset, length, training.stride)
+    comparison, metrics = scored(run, dataset)
     advance()
-    metrics = _metrics(run, dataset, comparison)
     prediction = None
     if comparison is not None:
         if truth is not None:
@@ -66,6 +64,14 @@ def write_results(
             _draw(dataset, modal, comparison, prediction, new, advance)
     run.forget_state()
     return metrics
+
+
+def scored(run: Run, dataset: Dataset) -> tuple[Comparison | None, dict[str, Any]]:
+    """Return the forecasts of the test recordings, None without any, and their scores; the model learns its error."""
+    set_relative_error(run.trainer.model, run.trainer.windows.cpu().double().numpy())
+    length = run.trainer.windows.shape[1]
+    comparison = compare(run.trainer.model, dataset, length, run.config.training.stride)
+    return comparison, _metrics(run, dataset, comparison)
 
 
 def _metrics(run: Run, dataset: Dataset, comparison: Comparison | None) -> dict[str, Any]:

@@ -1,0 +1,60 @@
+"""Predict the motion of the whole structure from a recording of a few sensors, in one call."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fe_models.arrays import FloatArray
+from fe_models.errors import InputError, raise_faults
+from fe_models.recordings import Recording
+from hybrid.notebook.predicted_field import PredictedField
+
+if TYPE_CHECKING:
+    from hybrid.notebook.trained import TrainedModel
+
+
+def predict(
+    trained: "TrainedModel",
+    recording: Recording | FloatArray,
+    *,
+    start: float = 0.0,
+    duration: float | None = None,
+    whole: bool = False,
+) -> PredictedField:
+    """Return the motion of all degrees of freedom, with its standard deviation, from a recording.
+
+    ``recording``: a `Recording`, of several motions the first, or its data (time, sensor), with all sensors that the
+    model was trained with. The state is estimated from the first samples at ``start`` (s) and carried on for
+    ``duration`` (s; None: to the end of the recording, beyond which it may go). ``whole``: all samples are used, which
+    takes a model that solves for its states (preset "places"). `InputError` where the recording does not fit.
+    """
+    from hybrid.estimation.uncertainty import banded_field, banded_forecast  # loads PyTorch only where it is needed
+
+    origin, model = trained.checkpoint.origin, trained.model
+    data = recording.data[0] if isinstance(recording, Recording) else np.asarray(recording, dtype=float)
+    seen, rate = trained.checkpoint.config.model.encoder_samples, origin.sampling_rate
+    first = round(start * rate)
+    if data.ndim != 2 or data.shape[1] != len(origin.sensors):
+        names = ", ".join(sensor.name for sensor in origin.sensors)
+        raise InputError(f"the recording has shape {data.shape}; expected (time, {len(origin.sensors)}): {names}")
+    left = len(data) - first
+    samples = left if duration is None else round(duration * rate) + 1
+    faults = []
+    if start < 0 or left < seen:
+        faults.append(f"start = {start:g} s; expected 0 to {(len(data) - seen) / rate:g} s: {seen} samples are read")
+    if samples < 1 or (whole and samples > left):
+        span = f"up to {(left - 1) / rate:g} s" if whole else "0 s or more"
+        faults.append(f"duration = {duration} s; expected {span}")
+    raise_faults(faults)
+    window = data[None, first : first + (samples if whole else seen)]
+    banded = banded_forecast(model, window, samples, whole)
+    field, std = banded_field(model, window, origin.modal.shapes, samples, whole)
+    return PredictedField(
+        time=start + np.arange(samples) / rate,
+        displacement=field[0],
+        std=std[0],
+        channels=banded.forecast.channels[0],
+        channels_std=banded.std[0],
+        dofs=origin.modal.dofs,
+        sensors=origin.sensors,
+    )

@@ -1,0 +1,51 @@
+"""Train the hybrid model in one call."""
+
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any
+
+from tqdm import tqdm
+
+from fe_models.recordings import Dataset
+from hybrid.config import Config, PresetName, configuration
+from hybrid.notebook.data import Data, dataset_of
+
+if TYPE_CHECKING:
+    from hybrid.notebook.trained import TrainedModel
+
+
+def train(
+    data: Data,
+    preset: PresetName = "default",
+    *,
+    out: str | Path | None = None,
+    progress: bool | None = None,
+    **options: Any,
+) -> "TrainedModel":
+    """Return a hybrid model trained on the recordings for training, scored on those for testing.
+
+    ``data``: a dataset or its TOML file. ``preset``: "default"; "paper", Lai et al. 2022; "places", for chains;
+    "experts", a model a recording. ``options`` are those of `ModelConfig` and `TrainingConfig`: ``epochs``, ``modes``,
+    ``window``, ``seed``... ``out``: a folder for checkpoint, scores, prediction and curves; without one nothing is
+    kept on disk. ``progress``: whether a bar is shown; None: where a terminal shows it. `InputError` with all that
+    cannot be used, `TrainingDivergedError` where the training fails.
+    """
+    dataset = dataset_of(data, None)
+    config = configuration(preset, getattr(dataset.model, "name", ""), options)
+    if out is not None:
+        return _trained(dataset, config, Path(out), progress, kept=True)
+    with TemporaryDirectory() as folder:
+        return _trained(dataset, config, Path(folder), progress, kept=False)
+
+
+def _trained(dataset: Dataset, config: Config, folder: Path, progress: bool | None, kept: bool) -> "TrainedModel":
+    from hybrid.notebook.trained import TrainedModel  # loads PyTorch, as all that follows does
+    from hybrid.training.results import scored, write_results
+    from hybrid.training.run import begin
+
+    run = begin(dataset, config, folder)
+    silent = None if progress is None else not progress
+    for _ in tqdm(run.epochs(), total=config.training.epochs, desc="training", unit="epoch", disable=silent):
+        pass
+    metrics = write_results(run, dataset) if kept else scored(run, dataset)[1]
+    return TrainedModel(run.checkpoint(), metrics)
