@@ -10,8 +10,8 @@ from fe_models.files.dataset_file import load_dataset
 from fe_models.nominal import nominal_modes
 from fe_models.recordings import Dataset
 from hybrid.config import Config
+from hybrid.estimation.modal_expansion import expand
 from hybrid.estimation.windows import cut_all, window_length
-from hybrid.identification.modal_expansion import expand
 from hybrid.identification.realisation import forecast_from_start, realise
 from hybrid.training.evaluation import score_table
 from hybrid.training.expert_reuse import TrainedExpert, take_over, train_expert

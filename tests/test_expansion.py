@@ -7,7 +7,7 @@ import pytest
 
 from fe_models.errors import InputError
 from fe_models.recordings import Sensor
-from hybrid.identification.modal_expansion import expand
+from hybrid.estimation.modal_expansion import expand
 from tests.hybrid_problems import STEP, chain_modes, channels, decay
 
 SENSORS = tuple(

@@ -5,10 +5,14 @@ import re
 import subprocess
 import sys
 import tomllib
+from collections.abc import Callable
 from fnmatch import fnmatch
 from pathlib import Path
 
+import numpy as np
 import pytest
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
 
 ROOT = Path(__file__).parents[1]
 HOMES = {  # library: the only files that may import it
@@ -87,10 +91,108 @@ def test_importing_any_module_loads_neither_exudyn_nor_pyvista() -> None:
     assert done.returncode == 0, done.stderr
 
 
-def test_a_diagnosis_loads_no_torch() -> None:
-    """Only what learns does, which takes longer to load than a chain to screen."""
-    script = "import sys\nimport hybrid.diagnosis.diagnosis\nsys.exit('torch' in sys.modules)"
-    assert subprocess.run([sys.executable, "-c", script], cwd=ROOT, check=False).returncode == 0
+MUTUAL = "fe_models.causes"
+"""A structure carries its effects, and each says what it does to a structure: these are one definition in parts."""
+
+
+def module_graph() -> dict[str, set[str]]:
+    """Return what each module imports of the two packages, for types and inside functions included."""
+    paths = {
+        ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): path
+        for package in ("fe_models", "hybrid")
+        for path in (ROOT / package).rglob("*.py")
+    }
+    graph = dict[str, set[str]]()
+    for name, path in paths.items():
+        imports = set()
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.Import):
+                imports |= {alias.name for alias in node.names}
+            elif isinstance(node, ast.ImportFrom) and node.module:
+                inner = {f"{node.module}.{alias.name}" for alias in node.names}
+                imports |= (inner & paths.keys()) or {node.module}
+        graph[name] = (imports & paths.keys()) - {name}
+    for package in ("fe_models", "hybrid"):  # their exports are for users alone
+        graph[package] = set()
+    return graph
+
+
+def cycles(graph: dict[str, set[str]]) -> list[list[str]]:
+    """Return the groups of names that lead to one another."""
+    names = sorted({*graph, *(name for found in graph.values() for name in found)})
+    rows, columns = zip(*((names.index(a), names.index(b)) for a, found in graph.items() for b in found), strict=True)
+    links = csr_array((np.ones(len(rows)), (rows, columns)), shape=(len(names), len(names)))
+    count, group = connected_components(links, directed=True, connection="strong")
+    groups = [[names[i] for i in np.flatnonzero(group == number)] for number in range(count)]
+    return [members for members in groups if len(members) > 1]
+
+
+def merged(graph: dict[str, set[str]], room: Callable[[str], str]) -> dict[str, set[str]]:
+    """Return which rooms import from which, where ``room`` says in which a module is."""
+    found = dict[str, set[str]]()
+    for name, imports in graph.items():
+        found.setdefault(room(name), set()).update(room(other) for other in imports if room(other) != room(name))
+    return found
+
+
+def test_cycles_are_found() -> None:
+    assert cycles({"a": {"b"}, "b": {"c"}, "c": {"a"}, "d": {"a"}}) == [["a", "b", "c"]]
+    assert cycles({"a": {"b", "c"}, "b": {"c"}}) == []
+
+
+def test_no_modules_import_one_another_not_even_for_types() -> None:
+    graph = module_graph()
+    assert "hybrid.estimation.most_probable_state" not in graph["hybrid.neural_modal_ode.model"]
+    assert "fe_models.assembly" in graph["fe_models.modes"]
+    one = {"fe_models.structure", MUTUAL}
+    together = merged(graph, lambda name: MUTUAL if name in one or name.startswith(f"{MUTUAL}.") else name)
+    assert cycles(together) == []
+
+
+def test_packages_import_one_way() -> None:
+    """A package within the two may stand above or below another one, and above or below single modules, not both."""
+
+    def package(name: str) -> str:
+        return MUTUAL if name == "fe_models.structure" else ".".join(name.split(".")[:2])
+
+    assert cycles(merged(module_graph(), package)) == []
+
+
+@pytest.mark.parametrize(
+    ("package", "never"),
+    [
+        ("identification", {"training", "estimation", "diagnosis", "neural_modal_ode", "notebook", "commands"}),
+        ("neural_modal_ode", {"estimation", "training", "identification", "diagnosis", "notebook", "commands"}),
+        ("estimation", {"training", "identification", "diagnosis", "notebook", "commands"}),
+        ("training", {"diagnosis", "notebook", "commands"}),
+        ("diagnosis", {"notebook", "commands"}),
+        ("notebook", {"commands"}),
+    ],
+)
+def test_each_package_of_the_hybrid_stands_on_those_below_it_alone(package: str, never: set[str]) -> None:
+    links = merged(module_graph(), lambda name: ".".join(name.split(".")[:2]))[f"hybrid.{package}"]
+    assert not links & {f"hybrid.{name}" for name in never}
+
+
+@pytest.mark.parametrize("package", ["identification", "diagnosis"])
+def test_what_identifies_and_diagnoses_loads_neither_torch_nor_matplotlib_but_to_learn(package: str) -> None:
+    """Module by module; the one that trains hybrid models is loaded when it is asked to."""
+    home = ROOT / "hybrid" / package
+    modules = [
+        ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
+        for path in sorted(home.rglob("*.py"))
+        if path.stem != "learning"
+    ]
+    script = (
+        "import importlib, sys\n"
+        f"for name in {modules}:\n"
+        "    importlib.import_module(name)\n"
+        "    heavy = {'torch', 'matplotlib'} & set(sys.modules)\n"
+        "    if heavy:\n"
+        "        sys.exit(f'{name} loads {heavy}')\n"
+    )
+    done = subprocess.run([sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
 
 
 def test_every_package_is_installed() -> None:
