@@ -1,12 +1,13 @@
 # make demo            the main job on the built-in bridge;  DATA=folder  runs it on real recordings
-# make test            all tests;   make lint   formatter, linter and type checker
+# make test            everything that a change is likely to break, in minutes;   make test-all   all tests
+# make lint            formatter, linter and type checker
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 OUT ?= runs/demo
 DATA ?=
 
-.PHONY: demo test lint setup clean
+.PHONY: demo test test-all lint setup clean
 setup: $(VENV)/.ready
 
 $(VENV)/.ready: pyproject.toml constraints.txt scripts/check_system.py
@@ -19,6 +20,9 @@ demo: setup
 	$(BIN)/python scripts/demo.py --out $(OUT) $(if $(DATA),--data "$(DATA)")
 
 test: setup
+	$(BIN)/python -m pytest -n 2 -m "not slow"
+
+test-all: setup
 	$(BIN)/python -m pytest -n 2
 
 lint: setup

@@ -34,6 +34,8 @@ NEIGHBOURS = (
 LONGER = 50.0  # s, of the chain under a force at 1.03 times a natural frequency: its first fifth must part the two
 RICH = ("added_mass", "cubic_spring", "sensor_delay")  # hidden in a finer, geometrically nonlinear, scattered bridge
 
+QUICK = ("stiffness_change", "cubic_spring", "sensor_gain")  # one of each family: a bridge takes half a minute
+
 
 def is_off(number: int) -> bool:
     """Return whether the nominal model is off by its uncertainty: of the cases one after the other, every second."""
@@ -84,7 +86,10 @@ def test_cause_hidden_in_the_chain_is_named_and_built_in(number: int, kind: str)
 
 @pytest.mark.parametrize(
     ("number", "kind"),
-    list(enumerate(BRIDGE_KINDS)),
+    [
+        pytest.param(number, kind, marks=() if kind in QUICK else pytest.mark.slow)
+        for number, kind in enumerate(BRIDGE_KINDS)
+    ],
     ids=BRIDGE_KINDS,
 )
 def test_cause_hidden_in_the_bridge_is_named_and_built_in(number: int, kind: str) -> None:
@@ -106,7 +111,11 @@ def test_nothing_hidden_nothing_found(config: BlindConfig) -> None:
 
 @pytest.mark.parametrize(
     ("config", "kind", "seed"),
-    [(CHAIN, OUTSIDE[0], 121), (CHAIN, OUTSIDE[1], 122), (BRIDGE, OUTSIDE[0], 221)],
+    [
+        (CHAIN, OUTSIDE[0], 121),
+        (CHAIN, OUTSIDE[1], 122),
+        pytest.param(BRIDGE, OUTSIDE[0], 221, marks=pytest.mark.slow),
+    ],
     ids=[f"chain {OUTSIDE[0]}", f"chain {OUTSIDE[1]}", f"bridge {OUTSIDE[0]}"],
 )
 def test_what_no_cause_explains_is_said_to_be_unexplained(config: BlindConfig, kind: str, seed: int) -> None:
@@ -154,6 +163,7 @@ def test_a_weak_cause_beside_one_that_takes_nearly_all_away_is_named_too() -> No
     assert found.scores["extended"]["measured"] == pytest.approx(found.noise_floor, rel=0.05)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "seed", "is_told"),
     [("coulomb_friction", 206, False), ("gap_stop", 208, True)],

@@ -1,7 +1,6 @@
 """A change between recordings, alone or beside a cause that acts in all of them."""
 
 from dataclasses import replace
-from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -12,16 +11,12 @@ from fe_models.built_in.four_dof import four_dof
 from fe_models.causes import CubicSpring, StiffnessChange
 from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.simulation import FreeConfig, simulate_free
-from hybrid.diagnosis.contest import changes
-from hybrid.diagnosis.contest.changes import changes_beside
-from hybrid.diagnosis.contest.growing import reference_fits_of
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.contest.stages import fits_unalike
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.fitting.forecast_score import forecast, model_of, without
 from hybrid.diagnosis.fitting.least_squares import fit
 from hybrid.diagnosis.outcome.verdict import Verdict
-from hybrid.progress import nothing
 
 
 @pytest.mark.parametrize(
@@ -90,22 +85,6 @@ def test_a_change_of_a_structure_that_has_a_force_law_of_its_own_is_told() -> No
     (finding,) = diagnose(Dataset(before, 10.0, sensors, recordings)).findings
     assert (finding.cause.kind, finding.cause.location) == ("stiffness_change", {"element": 3})
     assert finding.recordings == ("r3", "r4", "r5", "r6")
-
-
-@pytest.mark.parametrize(("kinds", "searched"), [((), 0), (("point_damper",), 1)])
-def test_what_recordings_show_before_a_change_is_searched_where_something_is_wrong_in_them(
-    kinds: tuple[str, ...], searched: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    contest = Mock(return_value=())
-    monkeypatch.setattr(changes, "contest", contest)
-    setting = setting_of(blind_case(0, BlindConfig(kinds, size=0.8, train=6, test=1)).dataset)
-    noise_model = setting.noise_model
-    ground = reference_fits_of(setting.nominal, setting.nominal.centre, setting.lengths, noise_model)
-    assert ground is not None
-    (batch,) = setting.lengths.whole
-    groups = (batch.take([0, 1, 2]),), (batch.take([3, 4, 5]),)
-    assert changes_beside(ground, groups, (), setting.candidates(), noise_model, setting.band, nothing) == []
-    assert contest.call_count == searched
 
 
 def test_what_only_test_recordings_show_is_unexplained() -> None:

@@ -14,8 +14,7 @@ from fe_models.simulation import FreeConfig, simulate_free
 from hybrid.diagnosis.contest.exactness import SCALES, tightened
 from hybrid.diagnosis.contest.posterior import posterior_of
 from hybrid.diagnosis.fitting.least_squares import Fit, fit
-from hybrid.diagnosis.nominal.config import NOMINAL
-from hybrid.diagnosis.nominal.plant import Plant, plant_of
+from hybrid.diagnosis.nominal.plant import plant_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from tests.chain_fits import RATE, candidate, gauge_of, nominal_fit
 
@@ -102,20 +101,3 @@ def test_a_structure_as_drawn_tells_a_cause_from_what_is_normal() -> None:
     assert stated.probability[0] > 0.9
     assert told.fits[0] is found
     assert told.probability[0] > 0.99
-
-
-@pytest.mark.parametrize(("off", "least", "most"), [(True, 0.7, 1.0), (False, 0.25, 0.3)])
-def test_values_tell_more_where_the_structure_is_as_drawn(
-    off: bool, least: float, most: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Four values of a frame tell as much as one where all is off as stated, each for itself where it is as drawn.
-
-    The share is (1 + 3 scale^2) / 4: below 0.3 where the scale is less than a quarter, above 0.7 where it is nearer to
-    one than to a half.
-    """
-    monkeypatch.setattr(Plant, "alike", NOMINAL.frame_values_per_independent)
-    dataset = chain(off)
-    base = nominal_fit(dataset, *gauge_of(dataset))
-    told, unknown = posterior_of((base,), ()), posterior_of((base,), (), is_astray=True)
-    assert least < told.widened / told.temper <= most
-    assert unknown.widened == unknown.temper == told.temper

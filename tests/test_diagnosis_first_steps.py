@@ -1,20 +1,16 @@
 """How far the first steps of a fit go before it is told whether it is worth more."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from benchmarks.blind_cases import BlindConfig, blind_case
 from hybrid.diagnosis.contest.growing import lengths_of, padded
 from hybrid.diagnosis.contest.setting import setting_of
-from hybrid.diagnosis.fitting import least_squares
-from hybrid.diagnosis.fitting.config import LEAST_SQUARES
 from hybrid.diagnosis.fitting.least_squares import first_steps, fit
 from tests.chain_fits import candidate, gauge_of, nominal_fit
 
 
-def test_first_steps_of_a_law_go_on_while_they_fall(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_first_steps_of_a_law_lead_to_the_noise() -> None:
     case = blind_case(2, BlindConfig(("slack_cable",), size=1.0, train=3, test=1, duration=30.0))
     (cause,) = case.truth
     batches, noise_model = gauge_of(case.dataset)
@@ -27,14 +23,8 @@ def test_first_steps_of_a_law_go_on_while_they_fall(monkeypatch: pytest.MonkeyPa
     start = extended, np.append(base.theta, law.first_starts[0]), short, noise_model, padded(without, extended)
     noise = sum(batch.data.size for batch in short)
     led = first_steps(*start)
-    monkeypatch.setattr(
-        least_squares, "LEAST_SQUARES", replace(LEAST_SQUARES, steep_fall_share=1.0)
-    )  # two steps and no more
-    stopped = first_steps(*start)
     assert led is not None
-    assert stopped is not None
     assert led.cost < 1.2 * noise  # measured: 0.92, as the initial states take some of it up
-    assert stopped.cost > 2 * noise  # measured: 2.7, and others would have gone on before it
 
 
 @pytest.mark.parametrize(("seed", "leads"), [(6, True), (3, False)])
@@ -57,7 +47,7 @@ def test_first_steps_beside_a_law_go_on_only_where_they_may_lead_low(seed: int, 
     assert (ended.cost == led.cost) is leads
 
 
-def test_first_steps_go_on_while_each_halves_the_cost_if_that_leads_low(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_first_steps_go_on_while_each_halves_the_cost_if_that_leads_low() -> None:
     """A support that has gone soft, begun at twice its compliance in the bridge as drawn: three steps stop half-way."""
     setting = setting_of(blind_case(890002, BlindConfig(("support_spring",), structure="bridge", off=True)).dataset)
     short, where = setting.short, {"node": 23, "direction": "y"}
@@ -66,12 +56,7 @@ def test_first_steps_go_on_while_each_halves_the_cost_if_that_leads_low(monkeypa
     start = np.append(np.zeros_like(short.theta), 3.1e-5)  # m/N; of 1.65e-5, as the scan has it
     begun = extended, start, short.batches, setting.noise_model, padded(short, extended)
     led, behind = first_steps(*begun, steps=3, bound=short.cost), first_steps(*begun, steps=3, bound=0.0)
-    monkeypatch.setattr(
-        least_squares, "LEAST_SQUARES", replace(LEAST_SQUARES, max_cost_ratio=0.0)
-    )  # three steps and no more
-    stopped = first_steps(*begun, steps=3, bound=short.cost)
     assert led is not None
     assert behind is not None
-    assert stopped is not None
-    assert led.cost < 0.6 * short.cost < 0.9 * stopped.cost  # measured: 0.48 and 0.98 of it
-    assert behind.cost == stopped.cost  # what would not lead low is not followed
+    assert led.cost < 0.6 * short.cost  # measured: 0.48
+    assert behind.cost > led.cost  # what would not lead low is not followed

@@ -15,7 +15,6 @@ from hybrid.diagnosis.contest.posterior import posterior_of
 from hybrid.diagnosis.contest.setting import Setting, setting_of
 from hybrid.diagnosis.fitting.calibration_deviation import farthest_of, within
 from hybrid.diagnosis.fitting.least_squares import Fit
-from hybrid.diagnosis.outcome import materiality
 from hybrid.diagnosis.outcome.materiality import is_demanded, material
 from hybrid.diagnosis.outcome.scorer import Scorer
 from hybrid.diagnosis.response.hypothesis import Hypothesis
@@ -86,18 +85,6 @@ def test_second_cause_may_matter_less_than_a_first() -> None:
     gain, spring = (candidate(setting, key_of(cause)) for cause in case.truth)
     found, notes = named(setting, fitted(setting), fitted(setting, gain), fitted(setting, gain, spring))
     assert found[0] == {gain.key, spring.key}
-    assert notes == []
-
-
-def test_second_cause_that_recordings_demand_stays_were_forecasts_to_gain_too_little(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """Beside the stop alone a mode's damping would have to be off far beyond what is normal."""
-    monkeypatch.setattr(materiality, "BESIDE", 100.0)  # times the noise floor: as if that were what a second must gain
-    setting, stop, damping = stop_beside_damping()
-    base, one, both = fitted(setting), fitted(setting, stop), fitted(setting, stop, damping)
-    found, notes = named(setting, base, one, both)
-    assert found[0] == {stop.key, damping.key}
     assert notes == []
 
 

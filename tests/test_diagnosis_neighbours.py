@@ -1,7 +1,6 @@
 """Places next to those that were found: fitted, going on where they do better, and told as one where they adjoin."""
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -10,8 +9,6 @@ from benchmarks.blind_cases import BlindConfig, blind_case
 from fe_models.causes import CubicSpring
 from fe_models.recordings import Sensor
 from hybrid.diagnosis.causes.candidate import Candidate
-from hybrid.diagnosis.contest import neighbours, search
-from hybrid.diagnosis.contest.growing import reference_fits_of
 from hybrid.diagnosis.contest.neighbours import adjoin, fits_beside, fits_tied, laws_beside, of_other_kinds
 from hybrid.diagnosis.contest.search import others_there
 from hybrid.diagnosis.contest.setting import setting_of
@@ -149,28 +146,7 @@ def test_a_law_begins_next_to_its_best_place_while_that_gets_better(noisy: bool,
     assert [item.hypothesis.candidates[-1].location["node"] for item in found] == [node for (node,) in begun_at]
 
 
-def test_a_contest_begins_laws_beside_the_best_of_its_fits(monkeypatch: pytest.MonkeyPatch) -> None:
-    sensors = tuple(Sensor(f"a{node}", node, "y", "acceleration", "m/s^2") for node in (2, 4, 5))
-    setting = setting_of(vibrations(beam(), beam(), sensors, 3))
-    masses = tuple(c for c in setting.candidates() if c.kind == "added_mass")
-    ground = reference_fits_of(
-        setting.nominal, setting.nominal.centre, setting.lengths, setting.noise_model, setting.short
-    )
-    assert ground is not None
-    asked = []
-
-    def none_beside(present: list[Fit], trials: list[Screened], begin: Any) -> list[Fit]:
-        asked.append((len(present), {trial.candidate.key for trial in trials}))
-        return begin([], present[0])
-
-    monkeypatch.setattr(search, "laws_beside", none_beside)
-    search.contest(ground, masses, setting.lengths, setting.noise_model)
-    ((fits, trials),) = asked
-    assert fits > 0
-    assert trials == {mass.key for mass in masses}
-
-
-def test_the_places_next_to_what_explains_little_are_not_fitted(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_places_next_to_what_explains_little_are_not_fitted() -> None:
     setting = setting_of(recorded(masts(middle=3.0), CubicSpring((3,), "x", STIFF)))
     candidates = setting.candidates()
     base = fitted(setting.short, setting.lengths.whole, setting.noise_model)
@@ -178,5 +154,3 @@ def test_the_places_next_to_what_explains_little_are_not_fitted(monkeypatch: pyt
     guess = fit(setting.nominal.adding(damper), np.append(base.theta, 0.0), base.batches, setting.noise_model)
     assert guess is not None
     assert fits_beside(guess, base, candidates, setting.noise_model, lambda: None, ()) == []
-    monkeypatch.setattr(neighbours, "LITTLE", 1.0)
-    assert fits_beside(guess, base, candidates, setting.noise_model, lambda: None, ())

@@ -15,14 +15,12 @@ from fe_models.structure import Beam, Spring, Structure
 from hybrid.diagnosis.causes.force_causes import force_laws_of
 from hybrid.diagnosis.causes.linear_causes import ECHOED, linear_causes
 from hybrid.diagnosis.causes.places import Motion, places_of
-from hybrid.diagnosis.contest import pairs, stages
 from hybrid.diagnosis.contest.growing import fit_growing, passed_by, reference_fits_of, shortened
 from hybrid.diagnosis.contest.pairs import asks_for_more
-from hybrid.diagnosis.contest.posterior import Posterior
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.contest.stages import Search
 from hybrid.diagnosis.diagnosis import diagnose
-from hybrid.diagnosis.fitting.least_squares import Fit, fit
+from hybrid.diagnosis.fitting.least_squares import fit
 from hybrid.diagnosis.nominal.plant import plant_of
 from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.diagnosis.screening.force_screening import screen_forces
@@ -139,65 +137,6 @@ def test_second_cause_is_looked_for_unless_the_first_leaves_most_of_what_is_wron
     wrong = replace(base, cost=base.cost - base.misfit + 1e6)
     assert first.misfit == pytest.approx(rest * wrong.misfit)
     assert asks_for_more(first, wrong, setting.noise_model, setting.band) is asks
-
-
-@pytest.mark.parametrize(("behind", "count"), [(1.0, 2), (1e6, 1)])
-def test_second_cause_of_a_frame_is_looked_for_beside_the_next_single_one_if_that_is_near(
-    behind: float, count: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    setting, begun = setting_of(recorded(masts())), list[Fit]()
-    ground = reference_fits_of(setting.nominal, setting.nominal.centre, setting.lengths, setting.noise_model)
-    assert ground is not None
-    base = ground.whole
-    singles = [
-        replace(base, hypothesis=replace(base.hypothesis, candidates=(candidate,)), cost=base.cost + more)
-        for candidate, more in zip(setting.candidates()[:2], (0.0, behind), strict=True)
-    ]
-
-    def none(start: Fit, *_: object) -> tuple[None, None, None]:
-        begun.append(start)
-        return None, None, None
-
-    monkeypatch.setattr(pairs, "reference_fits_with", none)
-    posterior = Posterior((*singles, base), np.full(3, 1 / 3), 1.0, 1.0)
-    found = pairs.pair_fits(posterior, (), setting.lengths.whole, setting.noise_model, setting.band, lambda: None)
-    assert found == []
-    assert [id(item) for item in begun] == [id(item) for item in singles[:count]]
-
-
-@pytest.mark.parametrize(("better", "asks"), [("in some recordings", True), ("in all recordings", False)])
-def test_change_of_a_frame_is_looked_for_beside_a_cause_unless_one_in_all_recordings_does_better_alone(
-    better: str, asks: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(stages, "changes_beside", lambda *_: ["looked for"])
-    monkeypatch.setattr(Search, "is_enough", lambda *_: False)
-    monkeypatch.setattr(stages, "is_hopeless", lambda *_: False)
-    setting = setting_of(recorded(masts()))
-    ground = reference_fits_of(setting.nominal, setting.nominal.centre, setting.lengths, setting.noise_model)
-    assert ground is not None
-    search = Search(
-        ground, setting.lengths, setting.candidates(), setting.noise_model, setting.noise_model, setting.band, str
-    )
-    base = ground.whole
-    (batch,) = base.batches
-    before, after = (batch.take([i for i in range(len(batch.names)) if (i > 0) is late]) for late in (False, True))
-
-    def with_causes(count: int, parted: bool, gain: float) -> Fit:
-        hypothesis = replace(base.hypothesis, candidates=search.candidates[:count])
-        theta = np.append(base.theta, hypothesis.centre[len(base.theta) :])
-        covariance = np.diag(hypothesis.width**2)
-        found = replace(base, hypothesis=hypothesis, theta=theta, covariance=covariance, cost=base.cost - gain)
-        if not parted:
-            return found
-        residuals, states = ((part[:1], part[1:]) for (part,) in (base.residuals, base.states))
-        return replace(found, batches=(replace(before, off=(0,)), after), residuals=residuals, states=states)
-
-    known = [base, with_causes(2, parted=True, gain=1e5)]
-    known += [
-        with_causes(1, parted, 9e4 if parted is (better == "in some recordings") else 8e4) for parted in (False, True)
-    ]
-    assert search.posterior(known).fits[0] is known[1]
-    assert bool(search.in_groups(known)) is asks
 
 
 def test_short_segments_begin_where_the_motion_of_whole_recordings_passes() -> None:
