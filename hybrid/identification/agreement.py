@@ -3,7 +3,8 @@
 import numpy as np
 
 from fe_models.arrays import FloatArray
-from hybrid.identification.free_decay_modes import IdentifiedModes, columns_of
+from hybrid.identification.damped_cosines import columns_of
+from hybrid.identification.free_decay_modes import IdentifiedModes
 
 WINDOW = 5.0  # s: longer ones would ask for the phase of a frequency that moves by thousandths ...
 PERIODS = 2.0  # ... but no less than so many of the slowest line, or the shortest recording

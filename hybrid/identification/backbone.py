@@ -1,7 +1,7 @@
 """How the frequency of one mode changes while it decays: its backbone curve, from a recording alone.
 
-A mode's own motion is what its shape picks of the channels; a Gaussian band about its frequency leaves its complex
-envelope A(t) exp(i phi(t)), of which the slope of phi over a span of time is the frequency at the mean amplitude there.
+In each span of time, a few periods long, the mode's damped cosine is fitted anew beside the other modes, whose
+frequencies and damping stay those of the whole recording: its frequency belongs to the amplitude in the middle.
 """
 
 from dataclasses import dataclass
@@ -9,18 +9,20 @@ from dataclasses import dataclass
 import numpy as np
 
 from fe_models.arrays import FloatArray
+from hybrid.identification.damped_cosines import amplitudes_of, fit_roots
+from hybrid.identification.free_decay_modes import IdentifiedModes
 
-BAND = 0.35  # Hz: standard deviation of the band; a third of what parts the closest lines that are strong
-SPAN = 3.0  # s over which a frequency is told
-STEP = 1.5  # s from one to the next
-FAINTEST = 0.02  # of the largest amplitude: below, other lines and noise pull at the phase
-ENDS = 1.5  # s at both ends, which the band blurs: three standard deviations of its response in time
+SPAN_PERIODS = 12.0  # of the mode, in which a frequency is fitted ...
+SPAN_SHARE = 0.5  # ... or half of the recording where that is less ...
+MIN_SPAN_PERIODS = 1.5  # ... but no less than a frequency needs to be told from its damping and an offset
+STEP_SHARE = 0.5  # of a span, from one to the next
+MIN_AMPLITUDE = 0.02  # of the largest: below, other modes and noise pull at the frequency
 
 
 @dataclass(frozen=True)
 class Backbone:
-    """``amplitude`` (time,) in the channels' units at the shape's largest entry, ``frequency`` (time,) Hz there and the
-    ``ratio`` (time,) of damping that the amplitude's fall tells.
+    """``amplitude`` (span,) in the channels' units at the shape's largest entry, in the middle of each span of time;
+    ``frequency`` (span,) Hz and damping ``ratio`` (span,) there.
     """
 
     amplitude: FloatArray
@@ -28,26 +30,26 @@ class Backbone:
     ratio: FloatArray
 
 
-def backbone_of(data: FloatArray, shape: FloatArray, frequency: float, rate: float) -> Backbone:
-    """Return the backbone of the mode with a ``shape`` (sensor,), near ``frequency`` (Hz), in data (time, sensor)."""
-    motion = data @ shape / float(shape @ shape)
-    spectrum = np.fft.fft(motion)
-    frequencies = np.fft.fftfreq(len(motion), 1 / rate)
-    envelope = np.fft.ifft(2 * spectrum * np.exp(-0.5 * ((frequencies - frequency) / BAND) ** 2))
-    size, phase = np.abs(envelope), np.unwrap(np.angle(envelope))
-    span, first = round(SPAN * rate), round(ENDS * rate)
-    time = (np.arange(span) - (span - 1) / 2) / rate
-    rows = []
-    for begin in range(first, len(motion) - first - span + 1, round(STEP * rate)):
-        own = slice(begin, begin + span)
-        mean = float(np.exp(np.mean(np.log(size[own]))))
-        if mean < FAINTEST * size[first:].max():
+def backbone_of(data: FloatArray, modes: IdentifiedModes, mode: int, rate: float) -> Backbone:
+    """Return the backbone of number ``mode`` (from 0) of a recording's ``modes``, in data (time, sensor).
+
+    It is empty where the recording holds no more than one span.
+    """
+    frequency, shape = modes.frequencies[mode], modes.shapes[:, mode]
+    longest = max(min(SPAN_PERIODS, SPAN_SHARE * len(data) / rate * frequency), MIN_SPAN_PERIODS)
+    span = round(longest / frequency * rate)
+    spans = 1 + int((len(data) - span) // (STEP_SHARE * span))
+    if spans < 2:
+        return Backbone(np.zeros(0), np.zeros(0), np.zeros(0))
+    own, others = modes.roots[[mode]], np.delete(modes.roots, mode)
+    rows: list[tuple[float, float, float]] = []
+    for begin in np.linspace(0, len(data) - span, spans).round().astype(int):
+        part = data[begin : begin + span]
+        root = fit_roots(part, own, rate, others)
+        amplitudes, _ = amplitudes_of(part, np.concatenate([root, others]), rate)
+        middle = np.abs(amplitudes[0] @ shape) / (shape @ shape) * np.exp(root[0].real * span / 2 / rate)
+        if rows and middle < MIN_AMPLITUDE * max(row[0] for row in rows):
             break
-        weight = size[own] ** 2
-        centred = time - np.average(time, weights=weight)
-        slopes = [
-            np.sum(weight * centred * part) / np.sum(weight * centred**2) for part in (phase[own], np.log(size[own]))
-        ]
-        rows.append((mean, slopes[0] / (2 * np.pi), -slopes[1] / slopes[0]))
-    amplitude, tones, ratios = np.array(rows).reshape(-1, 3).T
-    return Backbone(amplitude, tones, ratios)
+        rows.append((float(middle), float(abs(root[0]) / (2 * np.pi)), float(-root[0].real / abs(root[0]))))
+    amplitude, found, ratio = np.array(rows).T
+    return Backbone(amplitude, found, ratio)

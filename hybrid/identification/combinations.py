@@ -1,12 +1,14 @@
-"""Sums and differences of two modes' frequencies: lines there are the mark of a force that is not linear."""
+"""Sums and differences of modes' frequencies: lines there are the mark of a force that is not linear."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from fe_models.arrays import FloatArray
 
-COMBINATIONS = ((-1, 1), (2, 0), (-1, 2), (1, 1))  # of the two modes: those that lie between no other lines
+COMBINATIONS = ((-1, 1), (2, 0), (-1, 2), (1, 1))  # of two modes: those that lie between no other lines
+HARMONICS = ((2, 0), (3, 0))  # of a single mode
 NEAR = 0.06  # Hz: how far from its place a line may be
 ROUND = 0.6  # Hz on both sides: what a line is held against, less the middle of it
 
@@ -14,29 +16,39 @@ ROUND = 0.6  # Hz on both sides: what a line is held against, less the middle of
 @dataclass(frozen=True)
 class Combination:
     """``first`` f_a + ``second`` f_b = ``expected`` Hz; ``found`` (Hz) the highest value near it, its ``level`` over
-    the recording's highest line and over the median of what is round it (``over``), all of power.
+    the recording's highest line and over the median of what is round it (``over``), all of power; NaN where the
+    recording does not go that high.
     """
 
     first: int
     second: int
     expected: float
-    found: float
-    level: float
-    over: float
+    found: float = np.nan
+    level: float = np.nan
+    over: float = np.nan
 
 
-def combinations_of(data: FloatArray, rate: float, modes: tuple[float, float]) -> list[Combination]:
-    """Return how high a recording (time, sensor) stands at each of `COMBINATIONS` of two frequencies (Hz)."""
+def combinations_of(
+    data: FloatArray, rate: float, modes: Sequence[float], highest: float = np.inf
+) -> list[Combination]:
+    """Return how high a recording (time, sensor) stands at combinations of the frequencies (Hz) of one or two modes.
+
+    ``highest``: the frequency (Hz) up to which the recording goes, where that is below half its sampling rate.
+    """
     window = np.hanning(len(data))[:, None]
     power = np.sum(np.abs(np.fft.rfft(data * window, axis=0)) ** 2, axis=1)
     frequencies = np.fft.rfftfreq(len(data), 1 / rate)
     found = []
-    for first, second in COMBINATIONS:
-        expected = first * modes[0] + second * modes[1]
+    for first, second in COMBINATIONS if len(modes) > 1 else HARMONICS:
+        expected = first * modes[0] + second * modes[-1]
+        if expected + ROUND > min(highest, rate / 2):
+            found.append(Combination(first, second, expected))
+            continue
         away = np.abs(frequencies - expected)
-        near = np.flatnonzero(away <= max(NEAR, 1 / len(data) * rate))
+        near_width = max(NEAR, 1 / len(data) * rate)
+        near = np.flatnonzero(away <= near_width)
         peak = int(near[np.argmax(power[near])])
-        middle = float(np.median(power[(away <= ROUND) & (away > 2 * NEAR)]))
+        middle = float(np.median(power[(away <= max(ROUND, 4 * near_width)) & (away > 2 * near_width)]))
         level = float(power[peak])
         found.append(
             Combination(first, second, expected, float(frequencies[peak]), level / float(power.max()), level / middle)

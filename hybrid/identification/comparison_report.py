@@ -8,6 +8,7 @@ from fe_models.arrays import FloatArray
 from fe_models.recordings import Dataset
 from hybrid.figures import figure
 from hybrid.identification.backbone import Backbone
+from hybrid.identification.combinations import Combination
 from hybrid.identification.recording_comparison import Compared, Observed
 
 COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00")  # of Okabe & Ito: told apart by everyone
@@ -32,7 +33,10 @@ def describe_compared(compared: Compared) -> str:
     lines += ["", "Other lines (Hz, share of the recording's energy, where it moves most):"]
     for observed in compared.recordings:
         lines.append(f"- {observed.name}: {'; '.join(_others(observed, compared.sensors)) or 'none'}")
-    lines += ["", "Energy that all lines of a recording together leave of it:"]
+    lines += [
+        "",
+        "Energy that all lines together leave of a recording: noise, and what changes while the motion decays",
+    ]
     lines += [f"- {observed.name}: {observed.lines.left:.1%}" for observed in compared.recordings]
     caption = "Share of energy that the modes of one recording (row) leave of another (column)"
     lines += ["", f"{caption}, windows of {compared.window:.3g} s", ""]
@@ -55,13 +59,15 @@ def describe_compared(compared: Compared) -> str:
                 change = curve.frequency[-1] / curve.frequency[0] - 1
                 ends = [_end(curve, 0), _end(curve, -1), f"{change:+.2%}"]
             lines.append(f"| {observed.name} | {mode + 1} | {' | '.join(ends)} |")
-    a, b = (mode + 1 for mode in compared.followed)
-    lines += ["", f"Sums and differences of f{a} and f{b}: power there over what is round it", ""]
-    words = [f"{_term(c.first, a)} {_term(c.second, b, more=True)}" for c in compared.recordings[0].combinations]
+    a, b = compared.followed[0] + 1, compared.followed[-1] + 1
+    which = f"Sums and differences of f{a} and f{b}" if a != b else f"Multiples of f{a}"
+    lines += ["", f"{which}: power there over what is round it", ""]
+    words = [
+        f"{_term(c.first, a)} {_term(c.second, b, more=True)}".strip() for c in compared.recordings[0].combinations
+    ]
     lines += [f"| recording | {' | '.join(words)} |", f"|---|{'---|' * len(words)}"]
     for observed in compared.recordings:
-        cells = [f"{c.expected:.2f} Hz expected, {c.found:.2f} found: {c.over:.0f}" for c in observed.combinations]
-        lines.append(f"| {observed.name} | {' | '.join(cells)} |")
+        lines.append(f"| {observed.name} | {' | '.join(map(_combined, observed.combinations))} |")
     return "\n".join(lines)
 
 
@@ -85,15 +91,22 @@ def _others(observed: Observed, sensors: tuple[str, ...]) -> list[str]:
     """Return the strong lines whose shape is none of the nominal ones."""
     taken = set(observed.chosen)
     return [
-        f"{observed.lines.frequencies[i]:.2f} ({observed.energy[i]:.1%}, "
+        f"{observed.lines.frequencies[i]:.2f} ({observed.lines.energy[i]:.1%}, "
         f"{sensors[int(np.argmax(np.abs(observed.lines.shapes[:, i])))]})"
-        for i in range(len(observed.energy))
-        if i not in taken and observed.energy[i] >= STRONG
+        for i in range(len(observed.lines.energy))
+        if i not in taken and observed.lines.energy[i] >= STRONG
     ]
 
 
 def _end(curve: Backbone, place: int) -> str:
     return f"{curve.amplitude[place]:.3g}, {curve.frequency[place]:.3f}, {curve.ratio[place]:.2%}"
+
+
+def _combined(combination: Combination) -> str:
+    expected = f"{combination.expected:.2f} Hz expected"
+    if np.isnan(combination.found):
+        return f"{expected}, above what the recording holds"
+    return f"{expected}, {combination.found:.2f} found: {combination.over:.0f}"
 
 
 def _term(factor: int, mode: int, more: bool = False) -> str:
@@ -105,8 +118,9 @@ def _term(factor: int, mode: int, more: bool = False) -> str:
 def draw_backbones(path: Path, compared: Compared) -> Path:
     """Draw frequency against amplitude, a panel a mode."""
     title = "Frequency while the motion decays"
-    with figure(path, len(compared.followed), 2, title) as (sheet, axes):
-        sheet.set_size_inches(9.0, 3.8)
+    panels = len(compared.followed)
+    with figure(path, panels, panels, title) as (sheet, axes):
+        sheet.set_size_inches(4.5 * panels, 3.8)
         for number, (axis, mode) in enumerate(zip(axes, compared.followed, strict=True)):
             for colour, observed in zip(COLOURS, compared.recordings, strict=False):
                 curve = observed.backbones[number]

@@ -1,36 +1,49 @@
-"""The lines of one free decay: damped cosines whose frequencies and damping all channels share.
+"""The modes of one free decay, out of a recording alone: frequency, damping ratio and shape, one line a shape.
 
-    y(t) = Re sum_k a_k exp(s_k t),   s_k = -xi_k w_k + i w_k sqrt(1 - xi_k^2),   a_k a complex vector of the channels.
+An eigensystem realisation of the part that holds most energy gives lines to start from; the strongest are fitted to the
+whole recording (`damped_cosines`). A mode whose frequency changes while it decays shows as several lines of one shape:
+these are replaced by one, which starts at the mean of their common motion z, weighed by its energy,
 
-The a_k are linear and projected out (variable projection: Golub and Pereyra, SIAM J. Numer. Anal. 10, 1973); lines are
-taken one after the other where the spectrum of what is left is highest, and after each all s_k are fitted anew.
+    s = sum_t z(t)^H z'(t) / sum_t z(t)^H z(t),
+
+and is fitted in their place.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from fe_models.arrays import ComplexArray, FloatArray
+from fe_models.modes import mac
+from hybrid.identification.damped_cosines import MAX_DAMPING_RATIO, amplitudes_of, columns_of, fit_roots
+from hybrid.identification.realisation import realise
 
-LOWEST = 0.5  # Hz, or of the lowest natural frequency where that is less than 1 Hz: below are drifts
-APART = 0.3  # Hz, or a quarter of the lowest natural frequency, from a line that is there: nearer is the same one, as
-# frequencies move while motions decay
-FIRST_RATIO = 0.003  # damping ratio where the search begins
-MOST_RATIO = 0.2  # of a line: more is no vibration
-EVALUATIONS = 30
-ENOUGH = 1e-4  # of a recording's energy: with less left, what is taken for lines is noise
+MIN_FREQUENCY = 0.5  # Hz, or of the lowest natural frequency where that is less than 1 Hz: below are drifts
+MIN_PHASE_COLLINEARITY = 0.7  # sensors move nearly in phase in a mode (Pappa 1993); in noise they do not
+MIN_ENERGY = 1e-4  # of a recording's: what a line adds to the others; less is noise
+SAME_SHAPE = 0.9  # MAC of lines at the sensors, from which on they are one mode ...
+SAME_FREQUENCY = 0.05  # ... if they lie that close together, relative, or closer than the recording can resolve
+SPARE_LINES = 1.5  # times the modes that are asked for: some of these are several lines
+MAX_JOINS = 3  # fits, after each of which lines that have come together are joined
+
+ORDER = 40  # states of the realisation: twenty lines, noise among them
+BLOCK_ROWS = 60
+ROW_PERIODS = 1.5  # of the slowest mode, which the block rows span at least
+MAX_COLUMNS = 1500  # more cost time and add little
+ENERGY_SHARE = 0.9  # of the recording, where the realisation looks: the rest is noise, and other frequencies
 
 
 @dataclass(frozen=True)
 class IdentifiedModes:
-    """``frequencies`` (line,) Hz and damping ``ratios`` (line,), by frequency; ``amplitudes`` (line, sensor), complex,
-    at the first sample; ``left``: share of the recording's energy that the lines do not explain.
+    """``frequencies`` (line,) Hz and damping ``ratios`` (line,), by frequency; real ``shapes`` (sensor, line), their
+    largest entry one; ``energy`` (line,) of each line's own motion over the recording's; ``left``: share of the
+    recording's energy that all of them do not explain.
     """
 
     frequencies: FloatArray
     ratios: FloatArray
-    amplitudes: ComplexArray
+    shapes: FloatArray
+    energy: FloatArray
     left: float
 
     @property
@@ -39,82 +52,102 @@ class IdentifiedModes:
         omega = 2 * np.pi * self.frequencies
         return np.asarray(omega * (-self.ratios + 1j * np.sqrt(1 - self.ratios**2)))
 
-    @property
-    def shapes(self) -> FloatArray:
-        """Real shapes (sensor, line), the largest entry one: amplitudes turned to the phase most channels share."""
-        turned = self.amplitudes * np.exp(-0.5j * np.angle(np.sum(self.amplitudes**2, axis=1)))[:, None]
-        largest = np.argmax(np.abs(turned.real), axis=1)
-        return np.asarray((turned.real / np.take_along_axis(turned.real, largest[:, None], axis=1)).T)
-
 
 def identify_modes(data: FloatArray, rate: float, first: float, highest: float, count: int) -> IdentifiedModes:
-    """Return the strongest lines, at most ``count``, of a recording (time, sensor) up to ``highest`` Hz.
+    """Return the strongest modes, at most ``count``, of a recording (time, sensor) up to ``highest`` Hz.
 
-    ``first``: the structure's lowest natural frequency, Hz, which tells what is a drift, and what one line.
+    ``first``: the structure's lowest natural frequency, Hz, which tells what is a drift, and how long to look.
     """
-    lowest, apart = min(LOWEST, LOWEST * first), min(APART, first / 4)
-    window = np.hanning(len(data))[:, None]
-    frequencies = np.fft.rfftfreq(len(data), 1 / rate)
-    roots: ComplexArray = np.zeros(0, dtype=complex)
-    left = data
-    for _ in range(count):
-        if np.sum(left**2) < ENOUGH * np.sum(data**2):
+    roots = _candidates(data, rate, first)
+    frequencies, ratios = np.abs(roots) / (2 * np.pi), -roots.real / np.abs(roots)
+    lowest = min(MIN_FREQUENCY, MIN_FREQUENCY * first)
+    vibrates = (frequencies >= lowest) & (frequencies <= highest) & (ratios > 0) & (ratios < MAX_DAMPING_RATIO)
+    roots = _strongest(data, roots[vibrates], rate, round(SPARE_LINES * count))
+    for _ in range(MAX_JOINS):
+        roots = fit_roots(data, roots, rate)
+        joined = _joined(roots, amplitudes_of(data, roots, rate)[0], len(data), rate)
+        if len(joined) == len(roots):
             break
-        power = np.sum(np.abs(np.fft.rfft(left * window, axis=0)) ** 2, axis=1)
-        power[(frequencies < lowest) | (frequencies > highest)] = 0.0
-        for root in roots:
-            power[np.abs(frequencies - abs(root) / (2 * np.pi)) < apart] = 0.0
-        omega = 2 * np.pi * frequencies[int(np.argmax(power))]
-        roots = _refined(data, np.append(roots, omega * (-FIRST_RATIO + 1j)), rate)
-        left = data - _explained(data, roots, rate)[0]
-    roots = roots[np.argsort(np.abs(roots))]
-    explained, amplitudes = _explained(data, roots, rate)
-    share = float(np.sum((data - explained) ** 2) / np.sum(data**2))
-    return IdentifiedModes(np.abs(roots) / (2 * np.pi), -roots.real / np.abs(roots), amplitudes, share)
+        roots = joined
+    amplitudes, offset = amplitudes_of(data, roots, rate)
+    waves = np.exp(np.outer(np.arange(len(data)) / rate, roots))  # (time, line)
+    total = np.sum((data - offset) ** 2)
+    left = np.sum((data - offset - np.real(waves @ amplitudes)) ** 2) / total
+    energy = np.sum(np.real(waves[:, :, None] * amplitudes) ** 2, axis=(0, 2)) / total
+    in_phase = _phase_collinearity(amplitudes) >= MIN_PHASE_COLLINEARITY
+    kept = np.flatnonzero(in_phase & (-roots.real < MAX_DAMPING_RATIO * np.abs(roots)))
+    kept = kept[np.argsort(-energy[kept])][:count]
+    kept = kept[np.argsort(np.abs(roots[kept]))]
+    roots, shapes = roots[kept], _real_shapes(amplitudes[kept])
+    return IdentifiedModes(np.abs(roots) / (2 * np.pi), -roots.real / np.abs(roots), shapes, energy[kept], float(left))
 
 
-def columns_of(roots: ComplexArray, samples: int, rate: float) -> FloatArray:
-    """Return what real and imaginary parts of each line's amplitude do, (time, 2 line)."""
-    waves = np.exp(np.outer(np.arange(samples) / rate, roots))
-    return np.hstack([waves.real, -waves.imag])
+def _candidates(data: FloatArray, rate: float, first: float) -> ComplexArray:
+    """Return the roots (root,), rad/s, of a realisation of the part of a recording that holds most of its energy."""
+    samples = len(data)
+    rows = min(BLOCK_ROWS, samples // 4)
+    spacing = max(1, min(round(np.ceil(ROW_PERIODS / first * rate / rows)), samples // (2 * rows)))
+    span = rows * spacing + 1
+    power = np.cumsum(np.sum((data - data.mean(axis=0)) ** 2, axis=1))
+    end = min(samples, max(int(np.searchsorted(power, ENERGY_SHARE * power[-1])), 4 * span))
+    stride = max(1, (end - span) // MAX_COLUMNS)
+    order = min(ORDER, rows * data.shape[1], (end - span) // stride)
+    model = realise([data[None, :end]], order, rows, spacing, stride)
+    values = np.linalg.eigvals(model.transition).astype(complex)
+    roots = np.log(values[np.abs(values) > np.finfo(float).eps]) * rate
+    return np.asarray(roots[roots.imag > 0])
 
 
-def _explained(data: FloatArray, roots: ComplexArray, rate: float) -> tuple[FloatArray, ComplexArray]:
-    """Return the channels (time, sensor) that lines follow best, and their amplitudes (line, sensor)."""
+def _strongest(data: FloatArray, roots: ComplexArray, rate: float, count: int) -> ComplexArray:
+    """Return at most ``count`` of the roots, one after the other that which explains most beside those before it."""
     columns = columns_of(roots, len(data), rate)
-    found = np.linalg.lstsq(columns, data, rcond=None)[0]
-    return columns @ found, found[: len(roots)] + 1j * found[len(roots) :]
+    centred = data - data.mean(axis=0)
+    gram, moments = columns.T @ columns, columns.T @ centred
+    total, explained = np.sum(centred**2), 0.0
+    chosen: list[int] = []
+    while len(chosen) < min(count, len(roots)):
+        gains = {}
+        for line in set(range(len(roots))) - set(chosen):
+            own = [part + len(roots) * half for half in (0, 1) for part in (*chosen, line)]
+            solved = np.linalg.lstsq(gram[np.ix_(own, own)], moments[own], rcond=None)[0]
+            gains[line] = float(np.sum(solved * moments[own]))
+        best = max(gains, key=lambda line: gains[line])
+        if gains[best] - explained < MIN_ENERGY * total:
+            break
+        chosen.append(best)
+        explained = gains[best]
+    return roots[chosen]
 
 
-def _refined(data: FloatArray, roots: ComplexArray, rate: float) -> ComplexArray:
-    """Return the roots after least squares over all of them; the Jacobian is Kaufman's."""
-    lines = len(roots)
-    time = np.arange(len(data)) / rate
+def _phase_collinearity(amplitudes: ComplexArray) -> FloatArray:
+    """Return the modal phase collinearity (line,) of amplitudes (line, sensor): one where all sensors are in phase.
 
-    def basis(parameters: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        columns = columns_of(parameters[:lines] + 1j * parameters[lines:], len(data), rate)
-        Q, R = np.linalg.qr(columns)
-        return columns, Q, np.linalg.solve(R, Q.T @ data)  # the last: amplitudes (2 line, sensor)
+    (|Re|^2 - |Im|^2)^2 + 4 (Re . Im)^2 over (|Re|^2 + |Im|^2)^2 (Pappa, Elliott and Schenk, J. Guidance 16(5), 1993).
+    """
+    return np.asarray(np.abs(np.sum(amplitudes**2, axis=1)) ** 2 / np.sum(np.abs(amplitudes) ** 2, axis=1) ** 2)
 
-    def residual(parameters: FloatArray) -> FloatArray:
-        columns, _, amplitudes = basis(parameters)
-        return np.asarray((data - columns @ amplitudes).ravel())
 
-    def slopes(parameters: FloatArray) -> FloatArray:
-        columns, Q, amplitudes = basis(parameters)
-        moved = time[:, None] * columns
-        changes = []
-        for first, second, sign in ((0, lines, 1.0), (lines, 0, -1.0)):  # d/d Re s, then d/d Im s
-            for line in range(lines):
-                change = np.outer(moved[:, first + line], amplitudes[line])
-                change += sign * np.outer(moved[:, second + line], amplitudes[lines + line])
-                changes.append(-(change - Q @ (Q.T @ change)).ravel())
-        return np.array(changes).T
+def _real_shapes(amplitudes: ComplexArray) -> FloatArray:
+    """Return real shapes (sensor, line), their largest entry one: amplitudes turned to the phase most sensors share."""
+    turned = np.real(amplitudes * np.exp(-0.5j * np.angle(np.sum(amplitudes**2, axis=1)))[:, None])
+    largest = np.argmax(np.abs(turned), axis=1)
+    return np.asarray((turned / np.take_along_axis(turned, largest[:, None], axis=1)).T)
 
-    start = np.concatenate([roots.real, roots.imag])
-    most = np.concatenate([-1e-6 * roots.imag, 1.5 * roots.imag])
-    least = np.concatenate([-MOST_RATIO * roots.imag, 0.5 * roots.imag])
-    start = np.clip(start, least + 1e-9, most - 1e-9)
-    scale = np.full(2 * lines, 0.1)
-    found = least_squares(residual, start, slopes, (least, most), x_scale=scale, max_nfev=EVALUATIONS).x
-    return np.asarray(found[:lines] + 1j * found[lines:])
+
+def _joined(roots: ComplexArray, amplitudes: ComplexArray, samples: int, rate: float) -> ComplexArray:
+    """Return the roots, those of one shape that lie close together replaced by the mean of their common motion."""
+    waves = np.exp(np.outer(np.arange(samples) / rate, roots))  # (time, line)
+    strength = np.sum(np.abs(waves) ** 2, axis=0) * np.sum(np.abs(amplitudes) ** 2, axis=1)
+    shapes = _real_shapes(amplitudes)
+    omega = np.abs(roots)
+    resolution = 2 * np.pi * rate / samples
+    near = np.abs(omega[:, None] - omega) <= np.maximum(SAME_FREQUENCY * omega, resolution)
+    same = near & (mac(shapes, shapes) >= SAME_SHAPE)
+    waiting, joined = [int(line) for line in np.argsort(-strength)], []
+    while waiting:
+        group = [line for line in waiting if same[waiting[0], line]]
+        waiting = [line for line in waiting if line not in group]
+        motion = waves[:, group] @ amplitudes[group]  # (time, sensor)
+        change = (waves[:, group] * roots[group]) @ amplitudes[group]
+        joined.append(np.sum(motion.conj() * change) / np.sum(np.abs(motion) ** 2))
+    return np.array(joined, dtype=complex)

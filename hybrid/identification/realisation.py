@@ -34,13 +34,19 @@ class StateSpace:
         return np.array(rows)
 
 
-def realise(recordings: Sequence[FloatArray], order: int = ORDER, rows: int = BLOCK_ROWS) -> StateSpace:
-    """Return the model of free decays (realisation, time, channel), every sample of which begins a column."""
-    before, after = zip(*(_hankel_pair(recording, rows) for recording in recordings), strict=True)
+def realise(
+    recordings: Sequence[FloatArray], order: int = ORDER, rows: int = BLOCK_ROWS, spacing: int = 1, stride: int = 1
+) -> StateSpace:
+    """Return the model of free decays (realisation, time, channel), a column for every ``stride``-th sample.
+
+    The block rows lie ``spacing`` samples apart, so that few of them span slow modes; H1 is one sample later all the
+    same.
+    """
+    before, after = zip(*(_hankel_pair(recording, rows, spacing, stride) for recording in recordings), strict=True)
     U, S, Vt = np.linalg.svd(np.hstack(before), full_matrices=False)
     if order > len(S):
         raise InputError(f"{len(S)} states at most can be told from {rows} block rows of these recordings, not {order}")
-    root = np.sqrt(S[:order])
+    root = np.sqrt(np.maximum(S[:order], np.finfo(float).eps * S[0]))  # of exact data many states hold nothing
     transition = (U[:, :order] / root).T @ np.hstack(after) @ (Vt[:order].T / root)
     return StateSpace(transition, U[: recordings[0].shape[2], :order] * root)
 
@@ -53,8 +59,10 @@ def forecast_from_start(model: StateSpace, windows: FloatArray, samples: int) ->
     return np.einsum("tcs,sw->wtc", seen, states)
 
 
-def _hankel_pair(recording: FloatArray, rows: int) -> tuple[FloatArray, FloatArray]:
+def _hankel_pair(recording: FloatArray, rows: int, spacing: int, stride: int) -> tuple[FloatArray, FloatArray]:
     """Return H0 and H1, each (rows * channel, column), of (realisation, time, channel)."""
-    spans = np.lib.stride_tricks.sliding_window_view(recording, rows + 1, axis=1)  # (realisation, start, channel, row)
-    columns = spans.transpose(3, 2, 0, 1).reshape(rows + 1, recording.shape[2], -1)
-    return columns[:-1].reshape(-1, columns.shape[2]), columns[1:].reshape(-1, columns.shape[2])
+    lags = spacing * np.arange(rows)
+    spans = np.lib.stride_tricks.sliding_window_view(recording, lags[-1] + 2, axis=1)[:, ::stride]
+    columns = spans.transpose(3, 2, 0, 1)  # (row, channel, realisation, start)
+    size = rows * recording.shape[2]
+    return columns[lags].reshape(size, -1), columns[lags + 1].reshape(size, -1)

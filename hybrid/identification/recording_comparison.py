@@ -27,15 +27,14 @@ FOLLOWED = 2  # modes, the strongest, whose backbones are told
 @dataclass(frozen=True)
 class Observed:
     """One recording: its ``lines``; ``criterion`` (mode, line), their MAC with the nominal modes at the sensors;
-    ``chosen`` (mode,) the line of each mode, -1 where there is none; ``energy`` (line,) of each line's own vibration
-    over all of the recording's; ``backbones`` of the followed modes; ``combinations`` of their frequencies.
+    ``chosen`` (mode,) the line of each mode, -1 where there is none; ``backbones`` of the followed modes;
+    ``combinations`` of their frequencies.
     """
 
     name: str
     lines: IdentifiedModes
     criterion: FloatArray
     chosen: tuple[int, ...]
-    energy: FloatArray
     backbones: tuple[Backbone, ...]
     combinations: tuple[Combination, ...]
 
@@ -79,23 +78,18 @@ def compare_recordings(dataset: Dataset, advance: Callable[[], object] = nothing
         advance()
     criteria = [mac(shapes, own.shapes) for own in lines]
     chosen = [_chosen(nominal, own, criterion) for own, criterion in zip(lines, criteria, strict=True)]
-    energies = [_energies(own, data, rate) for own, (_, data) in zip(lines, singles, strict=True)]
-    followed = _strongest(chosen, energies)
-    found = []
-    for (name, data), own, criterion, line, energy in zip(singles, lines, criteria, chosen, energies, strict=True):
-        ours = [line[mode] for mode in followed]
-        tones = (float(own.frequencies[ours[0]]), float(own.frequencies[ours[1]]))
-        found.append(
-            Observed(
-                name,
-                own,
-                criterion,
-                line,
-                energy,
-                tuple(backbone_of(data, own.shapes[:, k], float(own.frequencies[k]), rate) for k in ours),
-                tuple(combinations_of(data, rate, tones)),
-            )
+    followed = _strongest(chosen, lines)
+    found = [
+        Observed(
+            name,
+            own,
+            criterion,
+            line,
+            tuple(backbone_of(data, own, line[mode], rate) for mode in followed),
+            tuple(combinations_of(data, rate, [own.frequencies[line[mode]] for mode in followed], highest)),
         )
+        for (name, data), own, criterion, line in zip(singles, lines, criteria, chosen, strict=True)
+    ]
     motions = [data for _, data in singles]
     samples = window_of(lines, motions, rate)
     left = left_by_each(lines, motions, rate, samples)
@@ -104,27 +98,21 @@ def compare_recordings(dataset: Dataset, advance: Callable[[], object] = nothing
 
 
 def _chosen(nominal: FloatArray, own: IdentifiedModes, criterion: FloatArray) -> tuple[int, ...]:
-    """Return the strongest line of each mode's shape and about its frequency."""
-    strength = np.sum(np.abs(own.amplitudes) ** 2, axis=1) / (own.ratios * own.frequencies)  # of the whole decay
+    """Return the strongest line of each mode's shape and about its frequency, each line for the mode it fits best."""
     near = np.abs(own.frequencies / nominal[:, None] - 1) <= NEAR
-    fits = np.where(near & (criterion >= ALIKE), strength, 0.0)
-    return tuple(int(np.argmax(row)) if row.any() else -1 for row in fits)
+    fits = np.where(near & (criterion >= ALIKE), criterion, 0.0)
+    best = np.lexsort((np.abs(own.frequencies / nominal[:, None] - 1), -fits.round(2)), axis=0)[0]  # mode of each line
+    energy = np.where((fits > 0) & (best == np.arange(len(nominal))[:, None]), own.energy, 0.0)
+    return tuple(int(np.argmax(row)) if row.any() else -1 for row in energy)
 
 
-def _energies(own: IdentifiedModes, data: FloatArray, rate: float) -> FloatArray:
-    """Return the energy (line,) of each line alone over that of the recording (time, sensor)."""
-    time = np.arange(len(data)) / rate
-    waves = np.real(own.amplitudes[:, None] * np.exp(own.roots[:, None] * time)[..., None])  # (line, time, sensor)
-    return np.asarray(np.sum(waves**2, axis=(1, 2)) / np.sum(data**2))
-
-
-def _strongest(chosen: list[tuple[int, ...]], energies: list[FloatArray]) -> tuple[int, ...]:
-    """Return the modes that all recordings have and that hold most energy."""
+def _strongest(chosen: list[tuple[int, ...]], lines: list[IdentifiedModes]) -> tuple[int, ...]:
+    """Return the one or two modes that all recordings have and that hold most energy."""
     everywhere = [mode for mode in range(len(chosen[0])) if all(line[mode] >= 0 for line in chosen)]
-    if len(everywhere) < FOLLOWED:
+    if not everywhere:
         raise InputError(
-            "fewer than two of the model's modes are seen in all recordings: these are too short (ten periods are"
-            " enough), or their modes too unlike the model's; nothing can be compared"
+            "none of the model's modes is seen in all recordings: these are too short (ten periods are enough), or"
+            " their modes too unlike the model's; nothing can be compared"
         )
-    held = {mode: sum(e[line[mode]] for e, line in zip(energies, chosen, strict=True)) for mode in everywhere}
+    held = {mode: sum(own.energy[line[mode]] for own, line in zip(lines, chosen, strict=True)) for mode in everywhere}
     return tuple(sorted(sorted(everywhere, key=lambda mode: -held[mode])[:FOLLOWED]))
