@@ -9,15 +9,17 @@ import typer
 
 from fe_models.arrays import FloatArray
 from fe_models.built_in.bridge import bridge
-from fe_models.errors import InputError, bad_input_exits
+from fe_models.errors import InputError, bad_input_exits, noting, raise_faults
 from fe_models.files.bridge_recordings import bridge_sensors, write_bridge_dataset
-from fe_models.files.dataset_file import load_dataset, save_dataset
+from fe_models.files.dataset_file import dataset_in, load_dataset, save_dataset
+from fe_models.files.inputs import files_read
 from fe_models.pictures.run_pictures import PictureOptions, draw_run
 from fe_models.recordings import Dataset
 from fe_models.simulation import ReleaseConfig
 from fe_models.statics import PointLoad
 from fe_models.synthetic import Acquisition, release_dataset
 from hybrid.config import Config, TrainingConfig
+from hybrid.training.run import results_in
 from hybrid.training.session import check_device, open_run, score, train
 from hybrid.training.summary import describe
 
@@ -52,7 +54,12 @@ def main(
     displacement of all nodes, are reconstructed and compared with the simulated truth.
     """
     with bad_input_exits():
-        check_device(device)
+        faults = list[str]()
+        noting(faults, "", check_device, device)
+        noting(faults, "--out", results_in(out / "hybrid").check, files_read(data / "dataset.toml") if data else ())
+        if data is None:
+            noting(faults, "--out", dataset_in(out / "data").check)
+        raise_faults(faults)
         truth = None
         if data is None:
             print(f"1/4  Simulating a nonlinear bridge in Exudyn: four releases of {duration:g} s ...", flush=True)
@@ -80,7 +87,8 @@ def simulated_bridge(out: Path, duration: float) -> tuple[Dataset, FloatArray]:
     synthetic = release_dataset(
         bridge(), PULLS, sensors, Acquisition(), np.random.default_rng(SEED), ReleaseConfig(duration)
     )
-    save_dataset(synthetic.dataset, out / "data", "bridge")
+    with dataset_in(out / "data").replacing() as new:
+        save_dataset(synthetic.dataset, new, "bridge")
     return synthetic.dataset, synthetic.fields[-1]
 
 

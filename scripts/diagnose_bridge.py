@@ -6,15 +6,14 @@ from typing import Annotated
 import typer
 from tqdm import tqdm
 
-from fe_models.errors import bad_input_exits
-from fe_models.files.atomic import write_json
+from fe_models.errors import bad_input_exits, noting, raise_faults
 from fe_models.files.bridge_recordings import RECORDINGS, write_bridge_dataset
 from fe_models.files.dataset_file import load_dataset
-from fe_models.files.structure_file import save_structure
 from hybrid.diagnosis.diagnosis import diagnose
-from hybrid.diagnosis.observed.example import draw_example
-from hybrid.diagnosis.report import describe_diagnosis, report_table
-from hybrid.identification.comparison_report import describe_compared, draw_backbones, draw_spectra
+from hybrid.diagnosis.report import describe_diagnosis
+from hybrid.diagnosis.report_files import diagnosis_in, save_diagnosis
+from hybrid.identification.comparison_files import comparison_in, save_comparison
+from hybrid.identification.comparison_report import describe_compared
 from hybrid.identification.recording_comparison import compare_recordings
 
 ANOTHER = 2  # the recording of another structure, as the comparison shows
@@ -36,23 +35,25 @@ def main(
     The recording of another structure is left out of the diagnoses. A diagnosis takes minutes.
 
     \b
-    OUT/comparison            backbones.png, spectra.png
-    OUT/test_r1 (r3, r4)      report.json, extended_model.toml, what_is_wrong.png
+    OUT/comparison            summary.txt, backbones.png, spectra.png
+    OUT/test_r1 (r3, r4)      report.json, summary.txt, extended_model.toml, what_is_wrong.png
     """
     with bad_input_exits():
+        chosen, faults = tests or ALIKE, list[str]()
+        noting(faults, "--out", comparison_in(out / "comparison").check)
+        for test in chosen:
+            noting(faults, "--out", diagnosis_in(out / f"test_r{test}").check)
+        raise_faults(faults)
         everything = load_dataset(write_bridge_dataset(data, out / "comparison", ALIKE[0]))
         compared = compare_recordings(everything)
-        draw_backbones(out / "comparison" / "backbones.png", compared)
-        draw_spectra(out / "comparison" / "spectra.png", everything, compared)
+        save_comparison(compared, everything, out / "comparison")
         print(describe_compared(compared))
-        for test in tests or ALIKE:
+        for test in chosen:
             folder = out / f"test_r{test}"
             dataset = load_dataset(write_bridge_dataset(data, folder, test, without=(ANOTHER,)))
             with tqdm(desc=f"diagnosis, test r{test}", bar_format="{desc} [{elapsed}]") as bar:
                 found = diagnose(dataset, bar.set_description)
-            save_structure(found.extended, folder / "extended_model.toml")
-            draw_example(folder / "what_is_wrong.png", found.example)
-            write_json(folder / "report.json", report_table(found))
+            save_diagnosis(found, folder)
             print(f"\nTest r{test}, A2 held out\n\n{describe_diagnosis(found)}")
         print(f"Results: {out}")
 

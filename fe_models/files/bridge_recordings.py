@@ -8,6 +8,7 @@ from pathlib import Path
 
 from fe_models.errors import raise_faults
 from fe_models.files.atomic import write_text
+from fe_models.files.dataset_file import dataset_in
 from fe_models.files.tables import Table
 from fe_models.files.toml_text import toml_text
 from fe_models.recordings import Sensor
@@ -43,7 +44,7 @@ def write_bridge_dataset(
     """Write ``out``/dataset.toml on the four recordings in ``folder``: number ``test`` to score, the others to train.
 
     ``without``: numbers of recordings that are left out. The recordings stay where they are. Raises `InputError` with
-    all that is missing or unknown.
+    all that is missing or unknown, and where ``out`` holds another dataset.toml than this writes.
     """
     faults = []
     if test not in RECORDINGS or test in without:
@@ -65,5 +66,8 @@ def write_bridge_dataset(
             for number, path in files.items()
         ],
     }
-    write_text(out / "dataset.toml", toml_text(document))
+    results = dataset_in(out)
+    results.check(files.values())
+    with results.replacing() as new:
+        write_text(new / "dataset.toml", toml_text(document))
     return out / "dataset.toml"

@@ -54,7 +54,7 @@ from fe_models.files.matrices_file import save_linear_model
 from fe_models.files.modal_file import save_modal_model
 from fe_models.files.models import load_model
 from fe_models.files.recording_checks import check_rates
-from fe_models.files.result_set import finish_exchanges
+from fe_models.files.result_set import ResultSet, finish_exchanges
 from fe_models.files.structure_file import save_structure
 from fe_models.files.tables import Table, at, check_keys, read_toml
 from fe_models.files.toml_text import toml_text
@@ -94,6 +94,12 @@ def _tested_on_training_data(recordings: tuple[Recording, ...]) -> list[str]:
         for train in recordings
         if test.role == "test" and train.role == "train" and np.array_equal(test.data, train.data)
     ]
+
+
+def dataset_in(folder: Path) -> ResultSet:
+    """Return what `save_dataset` leaves in ``folder``."""
+    names = ("dataset.toml", "model.toml", "model.npz", "modal.npz", "recording_[0-9]*.npz")
+    return ResultSet(folder, "simulate", names)
 
 
 def save_dataset(dataset: Dataset, folder: Path, model_spec: str | None = None) -> Path:
