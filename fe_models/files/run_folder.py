@@ -56,6 +56,11 @@ class Run:
     prediction: Prediction | None
 
 
+def run_files(folder: Path) -> tuple[Path, ...]:
+    """Return the files of ``folder`` that `load_run` reads, as far as they are there."""
+    return tuple(folder / name for name in (MODEL, PREDICTION, "structure.toml"))
+
+
 def load_run(folder: Path) -> Run:
     """Read the folder of a run; `InputError` carries all that is missing or does not fit."""
     finish_exchanges(folder)

@@ -9,7 +9,8 @@ import numpy as np
 
 from fe_models.arrays import FloatArray, IntArray
 from fe_models.errors import noting, raise_faults
-from fe_models.files.run_folder import Prediction, Run, load_run
+from fe_models.files.result_set import ResultSet
+from fe_models.files.run_folder import Prediction, Run, load_run, run_files
 from fe_models.pictures import render
 
 FRAMES_PER_SECOND = 25.0
@@ -64,17 +65,35 @@ class PictureOptions:
 def draw_run(folder: Path, out: Path, options: PictureOptions = PictureOptions()) -> list[Drawn]:
     """Draw what the run in ``folder`` holds: mode shapes and, after a training, the predicted displacements.
 
-    `InputError` carries all that is missing, and what is wrong with the options.
+    Older pictures in ``out`` are replaced together; the film, which takes long, comes after the others. `InputError`
+    carries all that is missing, and what is wrong with the options or with ``out``.
     """
-    faults = options.faults()
+    results, faults = pictures_in(out), options.faults()
+    noting(faults, "--out", results.check, run_files(folder))
     content = noting(faults, "", load_run, folder)
     raise_faults(faults)
     assert content is not None  # else there were faults
-    drawn = draw_model(content, out)
-    if content.prediction is None:
-        return drawn
-    drawn += draw_prediction(content, content.prediction, out, options)
-    return [*drawn, draw_film(content, content.prediction, out, options)]
+    with results.replacing() as new:
+        drawn = draw_model(content, new)
+        if content.prediction is not None:
+            drawn += draw_prediction(content, content.prediction, new, options)
+    if content.prediction is not None:
+        with results.adding() as new:
+            drawn.append(draw_film(content, content.prediction, new, options))
+    return [(out / path.name, meaning) for path, meaning in drawn]
+
+
+def pictures_in(folder: Path) -> ResultSet:
+    """Return what `draw_run` leaves in ``folder``."""
+    names = (
+        "mode_[0-9]*.png",
+        "modes.png",
+        "snapshots.png",
+        "initial_deformation.png",
+        "animation.mp4",
+        "animation.gif",
+    )
+    return ResultSet(folder, "render", names)
 
 
 def draw_model(run: Run, out: Path) -> list[Drawn]:
