@@ -1,0 +1,88 @@
+"""A diagnosis in a folder: whatever fails after the report, the report stays, and nothing old stands beside it."""
+
+import json
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, NoReturn, cast
+
+import pytest
+
+from fe_models.built_in.four_dof import four_dof
+from fe_models.files.result_list import LIST
+from fe_models.files.structure_file import load_structure
+from hybrid.diagnosis import report_files
+from hybrid.diagnosis.outcome.conclusion import Diagnosis
+from hybrid.diagnosis.report_files import EXTENDED, PICTURE, REPORT, SUMMARY, add_gain, diagnosis_in, save_diagnosis
+
+
+@pytest.fixture
+def found(monkeypatch: pytest.MonkeyPatch) -> Diagnosis:
+    """A diagnosis whose report, words and picture are its verdict."""
+    monkeypatch.setattr(report_files, "report_table", lambda found, gain: {"verdict": found.verdict, "gain": gain})
+    monkeypatch.setattr(report_files, "describe_diagnosis", lambda found, gain: f"{found.verdict}, gain {gain}")
+    monkeypatch.setattr(report_files, "draw_example", lambda path, example: path.write_text(example))
+    return cast(Diagnosis, SimpleNamespace(verdict="first", extended=four_dof(), example="first"))
+
+
+def second() -> Diagnosis:
+    return cast(Diagnosis, SimpleNamespace(verdict="second", extended=four_dof().refined(1), example="second"))
+
+
+def failing(*arguments: object) -> NoReturn:
+    raise ZeroDivisionError
+
+
+def names(folder: Path) -> set[str]:
+    return {path.name for path in folder.iterdir()} - {LIST}
+
+
+def report(folder: Path) -> dict[str, Any]:
+    content: dict[str, Any] = json.loads((folder / REPORT).read_text())
+    return content
+
+
+def test_the_summary_is_what_is_printed(found: Diagnosis, tmp_path: Path) -> None:
+    save_diagnosis(found, tmp_path)
+    assert names(tmp_path) == {REPORT, SUMMARY, EXTENDED, PICTURE}
+    assert (tmp_path / SUMMARY).read_text() == "first, gain None\n"
+    assert load_structure(tmp_path / EXTENDED) == four_dof()
+    add_gain(found, cast(Any, 0.5), tmp_path)
+    assert (tmp_path / SUMMARY).read_text() == "first, gain 0.5\n"
+    assert report(tmp_path) == {"verdict": "first", "gain": 0.5}
+    assert names(tmp_path) == {REPORT, SUMMARY, EXTENDED, PICTURE}
+
+
+@pytest.mark.parametrize(
+    ("step", "left"),
+    [("draw_example", {REPORT, SUMMARY, EXTENDED}), ("save_structure", {REPORT, SUMMARY})],
+)
+def test_a_failure_after_the_report_leaves_the_new_report_with_nothing_older(
+    step: str, left: set[str], found: Diagnosis, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    save_diagnosis(found, tmp_path)
+    with monkeypatch.context() as patch, pytest.raises(ZeroDivisionError) as caught:
+        patch.setattr(report_files, step, failing)
+        save_diagnosis(second(), tmp_path)
+    assert report(tmp_path)["verdict"] == "second"
+    assert names(tmp_path) == left
+    assert "those written before are whole" in caught.value.__notes__[0]
+    save_diagnosis(second(), tmp_path)
+    assert (tmp_path / PICTURE).read_text() == "second"
+
+
+def test_a_report_that_cannot_be_written_leaves_the_older_diagnosis(
+    found: Diagnosis, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    save_diagnosis(found, tmp_path)
+    before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    monkeypatch.setattr(report_files, "describe_diagnosis", failing)
+    with pytest.raises(ZeroDivisionError):
+        save_diagnosis(second(), tmp_path)
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
+
+
+def test_a_diagnosis_leaves_the_training_in_its_folder_alone(found: Diagnosis, tmp_path: Path) -> None:
+    (tmp_path / "checkpoint.pt").write_text("trained")
+    diagnosis_in(tmp_path).check([tmp_path / "checkpoint.pt"])
+    save_diagnosis(found, tmp_path)
+    assert (tmp_path / "checkpoint.pt").read_text() == "trained"
