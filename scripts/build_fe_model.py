@@ -1,10 +1,10 @@
 """Build a finite element model and, with --simulate, recordings: `hybrid-modal build` and `simulate` at once."""
 
 from fe_models.errors import bad_input_exits, raise_faults
-from fe_models.files.dataset_file import save_dataset
+from fe_models.files.dataset_file import dataset_in, save_dataset
 from hybrid.commands import options
 from hybrid.commands.console import new_app
-from hybrid.commands.models import refined_model, write_model
+from hybrid.commands.models import model_in, open_model, write_model
 from hybrid.commands.recordings import Wishes, recordings_of
 
 app = new_app()
@@ -47,14 +47,17 @@ def main(
         pull, sensor, realisations, cubic_stiffness, duration, step, sampling_rate, lowpass, noise, gravity, modal_model
     )
     with bad_input_exits():
-        subject = refined_model(model, refine)
+        results, simulated = model_in(out), dataset_in(out)
+        subject = open_model(model, refine, [results, simulated] if simulate else [results], modal_model)
         if not simulate:
             raise_faults(wishes.useless(*vars(wishes), because="is for simulated recordings; add --simulate"))
         simulation = recordings_of(model, subject, wishes, seed) if simulate else None
         recordings = simulation() if simulation else None  # before anything is written: it may fail
-        write_model(model, subject, out, modes, pictures)
+        write_model(model, subject, results, modes, pictures)
         if recordings is not None:
-            print(f"Recordings: {save_dataset(recordings, out)}")
+            with simulated.replacing() as new:
+                path = save_dataset(recordings, new)
+            print(f"Recordings: {out / path.name}")
 
 
 if __name__ == "__main__":

@@ -11,10 +11,11 @@ from fe_models.files.bridge_recordings import RECORDINGS, write_bridge_dataset
 from fe_models.files.dataset_file import load_dataset
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.report import describe_diagnosis
-from hybrid.diagnosis.report_files import diagnosis_in, save_diagnosis
-from hybrid.identification.comparison_files import comparison_in, save_comparison
+from hybrid.diagnosis.report_files import save_diagnosis
+from hybrid.identification.comparison_files import save_comparison
 from hybrid.identification.comparison_report import describe_compared
 from hybrid.identification.recording_comparison import compare_recordings
+from hybrid.result_sets import comparison_in, diagnosis_in
 
 ANOTHER = 2  # the recording of another structure, as the comparison shows
 ALIKE = tuple(number for number in RECORDINGS if number != ANOTHER)

@@ -12,7 +12,8 @@ from fe_models.files.result_list import LIST
 from fe_models.files.structure_file import load_structure
 from hybrid.diagnosis import report_files
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
-from hybrid.diagnosis.report_files import EXTENDED, PICTURE, REPORT, SUMMARY, add_gain, diagnosis_in, save_diagnosis
+from hybrid.diagnosis.report_files import add_gain, save_diagnosis
+from hybrid.result_sets import EXTENDED, PICTURE, REPORT, SUMMARY, diagnosis_in
 
 
 @pytest.fixture

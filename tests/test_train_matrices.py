@@ -47,7 +47,7 @@ def scores_of(out: Path) -> Any:
 
 @pytest.fixture(scope="module")
 def trained(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with dataset.toml, model.npz and, in "run", what the script made of them."""
+    """A folder with dataset.toml, matrices.npz and, in "run", what the script made of them."""
     folder = tmp_path_factory.mktemp("matrices")
     result = train(save_dataset(matrix_dataset(), folder), folder / "run")
     assert result.exit_code == 0, result.output
@@ -116,14 +116,14 @@ def test_matrices_in_the_folder_of_an_older_structure_are_the_model(trained: Pat
 
 
 def test_faults_of_the_matrices_are_named(trained: Path, tmp_path: Path) -> None:
-    with np.load(trained / "model.npz") as file:
+    with np.load(trained / "matrices.npz") as file:
         arrays = dict(file)
     arrays["K"][0, 1] = 5.0
     arrays["M"] = arrays["M"][:3, :3]
     for name in ("dataset.toml", "recording_1.npz", "recording_2.npz", "recording_3.npz"):
         (tmp_path / name).write_bytes((trained / name).read_bytes())
-    np.savez(tmp_path / "model.npz", **arrays)
+    np.savez(tmp_path / "matrices.npz", **arrays)
     result = train(tmp_path / "dataset.toml", tmp_path / "out")
     assert result.exit_code == 2
-    assert all(line.startswith("error: ") and "model.npz" in line for line in result.output.splitlines())
+    assert all(line.startswith("error: ") and "matrices.npz" in line for line in result.output.splitlines())
     assert not (tmp_path / "out").exists()

@@ -98,7 +98,7 @@ def _tested_on_training_data(recordings: tuple[Recording, ...]) -> list[str]:
 
 def dataset_in(folder: Path) -> ResultSet:
     """Return what `save_dataset` leaves in ``folder``."""
-    names = ("dataset.toml", "model.toml", "model.npz", "modal.npz", "recording_[0-9]*.npz")
+    names = ("dataset.toml", "model.toml", "matrices.npz", "modal.npz", "recording_[0-9]*.npz")
     return ResultSet(folder, "simulate", names)
 
 
@@ -141,8 +141,8 @@ def _save_model(model: Structure | LinearModel, folder: Path) -> str:
     if isinstance(model, Structure):
         save_structure(model, folder / "model.toml")
         return "model.toml"
-    save_linear_model(model, folder / "model.npz")
-    return "model.npz"
+    save_linear_model(model, folder / "matrices.npz")
+    return "matrices.npz"
 
 
 def _save_recording(recording: Recording, folder: Path, stem: str) -> Table:

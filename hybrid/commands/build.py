@@ -19,7 +19,8 @@ def build(model: Model, out: Out, refine: Refine = 1, modes: Modes = None, pictu
       hybrid-modal build frame.toml --out runs/frame --refine 4 --modes 6
     """
     from fe_models.errors import bad_input_exits
-    from hybrid.commands.models import refined_model, write_model
+    from hybrid.commands.models import model_in, open_model, write_model
 
     with bad_input_exits():
-        write_model(model, refined_model(model, refine), out, modes, pictures)
+        results = model_in(out)
+        write_model(model, open_model(model, refine, [results]), results, modes, pictures)

@@ -11,6 +11,7 @@ def compare(dataset: DatasetFile, out: Out) -> None:
     how frequencies change while the motion decays, and lines at sums and differences of frequencies.
 
     \b
+    OUT/summary.txt    what is printed
     OUT/backbones.png  frequency against amplitude of the two strongest modes
     OUT/spectra.png    the recordings' spectra, with the model's frequencies
 
@@ -20,17 +21,23 @@ def compare(dataset: DatasetFile, out: Out) -> None:
     """
     from tqdm import tqdm
 
-    from fe_models.errors import bad_input_exits
+    from fe_models.errors import bad_input_exits, noting, raise_faults
     from fe_models.files.dataset_file import load_dataset
-    from hybrid.identification.comparison_report import describe_compared, draw_backbones, draw_spectra
+    from fe_models.files.inputs import files_read
+    from hybrid.identification.comparison_files import save_comparison
+    from hybrid.identification.comparison_report import describe_compared
     from hybrid.identification.recording_comparison import compare_recordings
+    from hybrid.result_sets import comparison_in
 
     with bad_input_exits():
-        data = load_dataset(dataset)
+        faults = list[str]()
+        noting(faults, "--out", comparison_in(out).check, files_read(dataset))
+        data = noting(faults, "", load_dataset, dataset)
+        raise_faults(faults)
+        assert data is not None  # else there were faults
         motions = sum(len(recording.data) for recording in data.recordings)
         with tqdm(total=motions, desc="lines of each motion", leave=False) as bar:
             compared = compare_recordings(data, bar.update)
-        draw_backbones(out / "backbones.png", compared)
-        draw_spectra(out / "spectra.png", data, compared)
+        save_comparison(compared, data, out)
         print(describe_compared(compared))
         print(f"\nResults: {out}")

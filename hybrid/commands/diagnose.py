@@ -23,6 +23,7 @@ def diagnose(dataset: DatasetFile, out: Out, hybrid: Hybrid = False) -> None:
 
     \b
     OUT/report.json          verdict, findings with probabilities and alternatives, scores
+    OUT/summary.txt          the same in words, as printed
     OUT/extended_model.toml  the structure with the findings, which every command accepts as a model
     OUT/what_is_wrong.png    a test recording beside both models' forecasts, and the spectra of their errors
 
@@ -33,19 +34,19 @@ def diagnose(dataset: DatasetFile, out: Out, hybrid: Hybrid = False) -> None:
     from tqdm import tqdm
 
     from fe_models.errors import bad_input_exits, noting, raise_faults
-    from fe_models.files.atomic import check_folder, write_json
     from fe_models.files.dataset_file import load_dataset
-    from fe_models.files.structure_file import save_structure
+    from fe_models.files.inputs import files_read
+    from hybrid.result_sets import diagnosis_in
 
     with bad_input_exits():
         faults = list[str]()
-        noting(faults, "--out", check_folder, out)
+        noting(faults, "--out", diagnosis_in(out).check, files_read(dataset))
         data = noting(faults, "", load_dataset, dataset, dead_channels=True)
         raise_faults(faults)
         assert data is not None  # else there were faults
         from hybrid.diagnosis import diagnosis  # only now: it takes longer to load than a mistake to be told
-        from hybrid.diagnosis.observed.example import draw_example
-        from hybrid.diagnosis.report import describe_diagnosis, report_table
+        from hybrid.diagnosis.report import describe_diagnosis
+        from hybrid.diagnosis.report_files import add_gain, save_diagnosis
 
         with tqdm(desc="diagnosis", unit=" steps") as bar:
 
@@ -54,15 +55,13 @@ def diagnose(dataset: DatasetFile, out: Out, hybrid: Hybrid = False) -> None:
                 bar.update()
 
             found = diagnosis.diagnose(data, advance)
-        save_structure(found.extended, out / "extended_model.toml")
-        draw_example(out / "what_is_wrong.png", found.example)
-        write_json(out / "report.json", report_table(found))  # now: the training below takes minutes
+        save_diagnosis(found, out)  # now: the training below takes minutes
         gain = None
         if hybrid:
             from hybrid.diagnosis.learned.gain import hybrid_gain
 
             with tqdm(desc="training hybrid models", unit=" epochs") as bar:
                 gain = hybrid_gain(data, found, advance=bar.update)
-            write_json(out / "report.json", report_table(found, gain))
+            add_gain(found, gain, out)
         print(describe_diagnosis(found, gain))
         print(f"Results: {out}")

@@ -1,5 +1,6 @@
 """Models as the commands load, write and print them."""
 
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,15 +13,37 @@ from fe_models.built_in.bridge import PAPER_FREQUENCIES
 from fe_models.built_in.four_dof import PAPER_OMEGA
 from fe_models.causes.dead_load import dead_load_share
 from fe_models.damping import full_damping
-from fe_models.errors import InputError
-from fe_models.files.matrices_file import LARGEST_DENSE, save_linear_model
+from fe_models.errors import InputError, noting, raise_faults
+from fe_models.files.inputs import files_read
+from fe_models.files.matrices_file import LARGEST_DENSE
 from fe_models.files.models import load_model
+from fe_models.files.result_set import ResultSet
+from fe_models.files.run_folder import MODEL, save_run_model
 from fe_models.files.structure_file import save_structure
 from fe_models.linear import LinearModel, ModalModel
 from fe_models.modes import natural_modes
 from fe_models.structure import Structure
 
 DEFAULT_MODES = 10
+STRUCTURE = "structure.toml"
+
+
+def model_in(folder: Path) -> ResultSet:
+    """Return what `write_model` leaves in ``folder``."""
+    return ResultSet(folder, "build", (MODEL, STRUCTURE, "mode_[0-9]*.png", "modes.png"))
+
+
+def open_model(
+    spec: str, refine: int, results: Iterable[ResultSet], modal_model: Path | None = None
+) -> Structure | LinearModel:
+    """Return `refined_model`; `InputError` with its faults, and with those of ``results`` where they must not go."""
+    faults, read = list[str](), files_read(Path(spec), *([modal_model] if modal_model else []))
+    for each in results:
+        noting(faults, "--out", each.check, read)
+    model = noting(faults, "", refined_model, spec, refine)
+    raise_faults(dict.fromkeys(faults))
+    assert model is not None  # else there were faults
+    return model
 
 
 def refined_model(spec: str, refine: int) -> Structure | LinearModel:
@@ -33,34 +56,28 @@ def refined_model(spec: str, refine: int) -> Structure | LinearModel:
     return subject
 
 
-def write_model(spec: str, subject: Structure | LinearModel, out: Path, modes: int | None, pictures: bool) -> None:
-    """Write a model, that ``spec`` names, and its ``modes`` to ``out``; print its natural frequencies."""
-    modal = write_matrices(subject, out, modes)
-    print(f"Natural modes {described(subject)}:")
-    print(frequency_table(modal, paper_frequencies(spec)))
-    if pictures:
-        from fe_models.pictures.render import draw_modes  # loads the graphics library only where it is needed
-
-        print(f"Mode shapes: {draw_modes(subject, modal, out)[-1]}")
-
-
-def write_matrices(subject: Structure | LinearModel, out: Path, modes: int | None) -> ModalModel:
-    """Write ``out``/model.npz and, of a structure, structure.toml; return the modes."""
+def write_model(
+    spec: str, subject: Structure | LinearModel, results: ResultSet, modes: int | None, pictures: bool
+) -> None:
+    """Write a model, that ``spec`` names, and its ``modes`` as ``results``; print its natural frequencies."""
     linear = subject if isinstance(subject, LinearModel) else linearise(subject)
     size = linear.mass.shape[0]
     modal = natural_modes(linear, modes or min(DEFAULT_MODES, size))
     if linear.has_modal_damping and size <= LARGEST_DENSE:  # C complete where it can be
         linear = replace(linear, damping=csr_array(full_damping(linear)), modal_ratios=(), replaced_ratios=())
-    results = {
-        "frequencies": modal.frequencies,
-        "damping_ratio": modal.damping_ratio,
-        "mode_shapes": modal.shapes,
-    }
-    save_linear_model(linear, out / "model.npz", results)
-    if isinstance(subject, Structure):
-        save_structure(subject, out / "structure.toml")
-    print(f"{size} free degrees of freedom; matrices and modes: {out / 'model.npz'}")
-    return modal
+    with results.replacing() as new:
+        save_run_model(subject, modal, new, linear)
+        if isinstance(subject, Structure):
+            save_structure(subject, new / STRUCTURE)
+    print(f"{size} free degrees of freedom; matrices and modes: {results.folder / MODEL}")
+    print(f"Natural modes {described(subject)}:")
+    print(frequency_table(modal, paper_frequencies(spec)))
+    if pictures:
+        from fe_models.pictures.render import draw_modes  # loads the graphics library only where it is needed
+
+        with results.adding() as new:
+            overview = draw_modes(subject, modal, new)[-1]
+        print(f"Mode shapes: {results.folder / overview.name}")
 
 
 def paper_frequencies(model: str) -> FloatArray:

@@ -46,10 +46,11 @@ def predict(
       hybrid-modal predict runs/demo/hybrid --out runs/pull --initial pull.csv --duration 10
       hybrid-modal predict runs/demo/hybrid --out runs/later --dataset runs/demo/data/dataset.toml --start 8
     """
-    from fe_models.errors import InputError, bad_input_exits
-    from fe_models.files.run_folder import load_run, save_prediction, save_run_model
+    from fe_models.errors import InputError, bad_input_exits, noting, raise_faults
+    from fe_models.files.inputs import files_read
+    from fe_models.files.run_folder import PREDICTION, load_run, run_files, save_prediction, save_run_model
     from hybrid.training.checkpoint import load_checkpoint
-    from hybrid.training.prediction import from_record, from_state, write_channels
+    from hybrid.training.prediction import CHANNELS, from_record, from_state, prediction_in, write_channels
     from hybrid.training.results import prediction_of
     from hybrid.training.run import DONE
     from hybrid.training.session import check_device
@@ -57,7 +58,11 @@ def predict(
     with bad_input_exits():
         if (dataset is None) == (initial is None):
             raise InputError("give either --dataset, to start from a record, or --initial, to start from a state")
-        check_device(device)
+        results, faults = prediction_in(out), list[str]()
+        read = [path for path in (run / DONE, dataset, initial) if path is not None]
+        noting(faults, "--out", results.check, [*run_files(run), *files_read(*read)])
+        noting(faults, "", check_device, device)
+        raise_faults(faults)
         checkpoint = load_checkpoint(run / DONE)
         checkpoint.model.to(device)
         model = load_run(run).model
@@ -68,7 +73,8 @@ def predict(
         else:
             hybrid, fe, fe_initial = from_state(checkpoint, Path(str(initial)), samples)
             std = None
-        save_run_model(model, checkpoint.origin.modal, out)
-        save_prediction(prediction_of(hybrid, fe, checkpoint.origin, fe_initial), out)
-        write_channels(hybrid, fe, std, checkpoint, out / "channels.csv")
-        print(f"{samples} samples predicted: {out / 'prediction.npz'}, {out / 'channels.csv'}")
+        with results.replacing() as new:
+            save_run_model(model, checkpoint.origin.modal, new)
+            save_prediction(prediction_of(hybrid, fe, checkpoint.origin, fe_initial), new)
+            write_channels(hybrid, fe, std, checkpoint, new / CHANNELS)
+        print(f"{samples} samples predicted: {out / PREDICTION}, {out / CHANNELS}")

@@ -34,13 +34,17 @@ def simulate(
       hybrid-modal simulate frame.toml --out runs/frame --refine 4 --pull 3:x:100 --sensor 2:x
     """
     from fe_models.errors import bad_input_exits
-    from fe_models.files.dataset_file import save_dataset
-    from hybrid.commands.models import refined_model
+    from fe_models.files.dataset_file import dataset_in, save_dataset
+    from hybrid.commands.models import open_model
     from hybrid.commands.recordings import Wishes, recordings_of
 
     wishes = Wishes(
         pull, sensor, realisations, cubic_stiffness, duration, step, sampling_rate, lowpass, noise, gravity, modal_model
     )
     with bad_input_exits():
-        recordings = recordings_of(model, refined_model(model, refine), wishes, seed)()
-        print(f"Recordings: {save_dataset(recordings, out)}")
+        results = dataset_in(out)
+        subject = open_model(model, refine, [results], modal_model)
+        recordings = recordings_of(model, subject, wishes, seed)()
+        with results.replacing() as new:
+            path = save_dataset(recordings, new)
+        print(f"Recordings: {out / path.name}")

@@ -63,7 +63,8 @@ def train(
     explains a window's first samples: for recordings that are not quite of one structure, as of a real one on
     different days.
 
-    An interrupted training goes on where it stood when the same command is given again.
+    An interrupted training goes on where it stood when the same command is given again. Results of an earlier training
+    in OUT are replaced, all together; a file of yours, or of another command, never is.
 
     \b
     OUT/metrics.json     NRMSE and R2 of the FE model and the hybrid, from the same start
@@ -78,15 +79,16 @@ def train(
       hybrid-modal train my_bridge/dataset.toml --out runs/mine --epochs 40 --modes 6
     """
     from fe_models.errors import bad_input_exits, noting, raise_faults
-    from fe_models.files.atomic import check_folder
     from fe_models.files.dataset_file import load_dataset
+    from fe_models.files.inputs import files_read
     from hybrid.training import session
+    from hybrid.training.run import results_in
     from hybrid.training.summary import describe
 
     with bad_input_exits():
         faults = list[str]()
         noting(faults, "", session.check_device, device)
-        noting(faults, "--out", check_folder, out)
+        noting(faults, "--out", results_in(out).check, files_read(dataset))
         data = noting(faults, "", load_dataset, dataset)
         raise_faults(faults)
         assert data is not None  # else there were faults

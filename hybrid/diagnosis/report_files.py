@@ -3,20 +3,12 @@
 from pathlib import Path
 
 from fe_models.files.atomic import write_json, write_text
-from fe_models.files.result_set import ResultSet
 from fe_models.files.structure_file import save_structure
 from hybrid.diagnosis.learned.gain import Gain
 from hybrid.diagnosis.observed.example import draw_example
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
 from hybrid.diagnosis.report import describe_diagnosis, report_table
-
-REPORT, SUMMARY = "report.json", "summary.txt"
-EXTENDED, PICTURE = "extended_model.toml", "what_is_wrong.png"
-
-
-def diagnosis_in(folder: Path) -> ResultSet:
-    """Return what a diagnosis leaves in ``folder``."""
-    return ResultSet(folder, "diagnose", (REPORT, SUMMARY, EXTENDED, PICTURE))
+from hybrid.result_sets import EXTENDED, PICTURE, REPORT, SUMMARY, diagnosis_in
 
 
 def save_diagnosis(found: Diagnosis, folder: Path) -> None:

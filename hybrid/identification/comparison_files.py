@@ -3,17 +3,10 @@
 from pathlib import Path
 
 from fe_models.files.atomic import write_text
-from fe_models.files.result_set import ResultSet
 from fe_models.recordings import Dataset
 from hybrid.identification.comparison_report import describe_compared, draw_backbones, draw_spectra
 from hybrid.identification.recording_comparison import Compared
-
-SUMMARY, BACKBONES, SPECTRA = "summary.txt", "backbones.png", "spectra.png"
-
-
-def comparison_in(folder: Path) -> ResultSet:
-    """Return what a comparison leaves in ``folder``."""
-    return ResultSet(folder, "compare", (SUMMARY, BACKBONES, SPECTRA))
+from hybrid.result_sets import BACKBONES, SPECTRA, SUMMARY, comparison_in
 
 
 def save_comparison(compared: Compared, dataset: Dataset, folder: Path) -> None:

@@ -8,12 +8,21 @@ from fe_models.arrays import FloatArray
 from fe_models.errors import InputError, raise_faults
 from fe_models.files.atomic import writing
 from fe_models.files.dataset_file import load_dataset
+from fe_models.files.result_set import ResultSet
+from fe_models.files.run_folder import MODEL, PREDICTION
 from hybrid.estimation.experts import fe_counterpart
 from hybrid.estimation.forecast import Forecast, forecast_windows, generate
 from hybrid.estimation.given_state import modal_state, read_nodal_state
 from hybrid.estimation.uncertainty import BandedForecast, banded_forecast
 from hybrid.training.checkpoint import Checkpoint
 from hybrid.training.results import fe_initial_state
+
+CHANNELS = "channels.csv"
+
+
+def prediction_in(folder: Path) -> ResultSet:
+    """Return what a prediction leaves in ``folder``."""
+    return ResultSet(folder, "predict", (MODEL, PREDICTION, CHANNELS))
 
 
 def from_record(

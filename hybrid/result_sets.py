@@ -1,0 +1,19 @@
+"""What diagnoses and comparisons leave in their folders; light to load, so that a folder is checked before the work."""
+
+from pathlib import Path
+
+from fe_models.files.result_set import ResultSet
+
+SUMMARY = "summary.txt"
+REPORT, EXTENDED, PICTURE = "report.json", "extended_model.toml", "what_is_wrong.png"
+BACKBONES, SPECTRA = "backbones.png", "spectra.png"
+
+
+def diagnosis_in(folder: Path) -> ResultSet:
+    """Return what a diagnosis leaves in ``folder``."""
+    return ResultSet(folder, "diagnose", (REPORT, SUMMARY, EXTENDED, PICTURE))
+
+
+def comparison_in(folder: Path) -> ResultSet:
+    """Return what a comparison of recordings leaves in ``folder``."""
+    return ResultSet(folder, "compare", (SUMMARY, BACKBONES, SPECTRA))
