@@ -36,7 +36,7 @@ def of_each_quantity(sensors: Sequence[Sensor]) -> BoolArray:
     return np.array(found, dtype=bool)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Load:
     """A known force (N, or N m for "rz") at a node; ``values`` (time,), one a sample."""
 
@@ -44,8 +44,11 @@ class Load:
     direction: Direction
     values: FloatArray
 
+    def __repr__(self) -> str:
+        return f"Load(node {self.node} in {self.direction}, {len(self.values)} samples)"
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, repr=False)
 class Recording:
     """``data`` (realisation, time, sensor): one recording, or many alike in one file.
 
@@ -57,6 +60,12 @@ class Recording:
     role: Literal["train", "test"] = "train"
     loads: tuple[Load, ...] = ()
     skipped: int = 0
+
+    def __repr__(self) -> str:
+        motions, samples, channels = self.data.shape
+        many = f"{motions} motions" if motions > 1 else "1 motion"
+        loads = f", {len(self.loads)} known loads" if self.loads else ""
+        return f"Recording({self.name!r}: {many} of {samples} samples and {channels} channels, {self.role}{loads})"
 
     def part(self, begin: int, end: int | None = None) -> "Recording":
         """Return the samples from ``begin`` to before ``end``, of the loads, too."""

@@ -105,6 +105,8 @@ def test_models_and_data_print_what_they_are() -> None:
         "Dataset(Structure('four_dof': 4 nodes, 4 springs): 2 motions for training, 1 for testing, each 4 s at 10 Hz;"
         " sensors x4, a1 (held out))"
     )
+    assert repr(motions(2).recordings[0]) == "Recording('r1': 2 motions of 40 samples and 2 channels, train)"
+    assert repr(fe.Load(2, "x", np.zeros(50))) == "Load(node 2 in x, 50 samples)"
     modes = fe.natural_modes(chain)
     assert repr(modes).splitlines()[1].split() == ["1", "0.03924", "Hz", "6.95", "%"]
     assert modes._repr_html_().count("<tr>") == 5

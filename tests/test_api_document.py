@@ -1,5 +1,6 @@
 """The document on the API: its examples run, and it names all that is exported."""
 
+import json
 import re
 from pathlib import Path
 
@@ -37,6 +38,9 @@ def test_the_examples_run_and_find_what_was_hidden(
     assert page.startswith("<!DOCTYPE html>")
     assert finding.sentence in page
     assert report._repr_html_().count("<table>") == 2
+    assert json.loads(report.to_json(tmp_path / "report.json").read_text())["verdict"] == report.verdict.value
+    assert repr(report.diagnosis) == f"Diagnosis(explained: {finding!r})"
+    assert repr(finding).startswith("Finding(cubic_spring at node 1 in x, probability ")
     trained = names["trained"]
     assert isinstance(trained, hybrid.TrainedModel)
     assert "hybrid" in printed and "NRMSE" in trained._repr_html_()
@@ -83,3 +87,19 @@ def test_places_take_a_node_as_files_do() -> None:
     assert fe.Spring(node=2, direction="x", stiffness=1.0).nodes == (2,)  # type: ignore[call-arg]
     with pytest.raises(TypeError, match="not both"):
         fe.CubicSpring(nodes=(1,), node=1, direction="x", stiffness=0.5)  # type: ignore[call-arg]
+
+
+def test_recordings_are_compared_with_the_design_and_one_another() -> None:
+    """Two masses of 1 kg on springs of 200 N/m: 1.391 and 3.642 Hz, sqrt((3 -+ sqrt(5)) / 2 * 200) / (2 pi)."""
+    chain = fe.Structure(
+        name="two masses",
+        nodes=((1.0, 0.0), (2.0, 0.0)),
+        elements=(fe.Spring((1,), "x", 200.0), fe.Spring((1, 2), "x", 200.0)),
+        point_masses=(fe.PointMass(1, 1.0), fe.PointMass(2, 1.0)),
+        directions=("x",),
+        damping=fe.Damping(modal_ratios=(0.005,)),
+    )
+    data = fe.simulate(chain, ["a1", "a2"], motions=2, duration=15.0, sampling_rate=50.0, noise=0.01)
+    found = hybrid.compare_recordings(chain, data)
+    assert all(words in repr(found) for words in ("1.391", "3.642", "motion_1", "motion_2"))
+    assert found._repr_html_().startswith("<pre>")

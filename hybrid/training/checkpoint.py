@@ -56,7 +56,7 @@ class Origin:
     connectors: Connectors | None = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Checkpoint:
     """A model, where it came from, and where its training stands (``trainer``)."""
 
@@ -66,6 +66,10 @@ class Checkpoint:
     trainer: dict[str, Any]
     history: tuple[EpochResult, ...]
     seconds: float
+
+    def __repr__(self) -> str:
+        origin = self.origin
+        return f"Checkpoint({len(origin.modal.omega)} modes, {len(origin.sensors)} sensors, {len(self.history)} epochs)"
 
 
 def save_checkpoint(checkpoint: Checkpoint, path: Path) -> None:
