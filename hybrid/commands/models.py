@@ -30,7 +30,7 @@ STRUCTURE = "structure.toml"
 
 def model_in(folder: Path) -> ResultSet:
     """Return what `write_model` leaves in ``folder``."""
-    return ResultSet(folder, "build", (MODEL, STRUCTURE, "mode_[0-9]*.png", "modes.png"))
+    return ResultSet(folder, "build", (MODEL, STRUCTURE, "structure.png", "mode_[0-9]*.png", "modes.png"))
 
 
 def open_model(
