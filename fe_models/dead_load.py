@@ -4,7 +4,7 @@ from scipy.sparse import csr_array
 
 from fe_models.arrays import FloatArray
 from fe_models.causes.dead_load import dead_load_share
-from fe_models.dofs import DofMap
+from fe_models.dof_map import DofMap
 from fe_models.items import equal_items, scatter
 from fe_models.mesh import mesh
 from fe_models.statics import rest_state

@@ -16,7 +16,7 @@ from scipy.sparse import coo_array, csr_array
 
 from fe_models.arrays import FloatArray, IntArray
 from fe_models.cables import is_slack
-from fe_models.dofs import DofMap
+from fe_models.dof_map import DofMap
 from fe_models.mesh import Mesh, mesh
 from fe_models.structure import Cable, PointMass, Structure
 

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from fe_models.arrays import FloatArray
-from fe_models.dofs import DofMap
+from fe_models.dof_map import DofMap
 from fe_models.html import html_table
 
 

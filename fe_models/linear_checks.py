@@ -6,7 +6,7 @@ from scipy.sparse import csr_array
 
 from fe_models.arrays import FloatArray
 from fe_models.damping import full_damping
-from fe_models.dofs import DofMap
+from fe_models.dof_map import DofMap
 from fe_models.errors import InputError
 from fe_models.linear import LinearModel
 

@@ -13,7 +13,8 @@ from fe_models.causes.dead_load import dead_load_share
 from fe_models.causes.modal_damping import replaced_ratios
 from fe_models.damping import ratios_of_modes
 from fe_models.dead_load import with_dead_load
-from fe_models.dofs import DofMap, structure_dofs
+from fe_models.dof_map import DofMap
+from fe_models.dofs import structure_dofs
 from fe_models.items import matrices_of, summed
 from fe_models.mechanisms import energy
 from fe_models.mesh import mesh

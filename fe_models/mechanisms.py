@@ -10,7 +10,7 @@ from scipy.sparse import csc_array, csr_array, diags_array
 from scipy.sparse.linalg import SuperLU, splu
 
 from fe_models.arrays import BoolArray, FloatArray
-from fe_models.dofs import DofMap
+from fe_models.dof_map import DofMap
 from fe_models.linear import LinearModel
 
 ROUNDING_MARGIN = 10.0

@@ -6,7 +6,8 @@ from itertools import pairwise
 import numpy as np
 
 from fe_models.arrays import FloatArray, IntArray
-from fe_models.dofs import DofMap, structure_dofs
+from fe_models.dof_map import DofMap
+from fe_models.dofs import structure_dofs
 from fe_models.structure import Beam, Structure
 
 

@@ -11,7 +11,7 @@ from scipy.sparse.linalg import LinearOperator, eigsh
 from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
 from fe_models.damping import ratios_of_modes, replace_ratios
-from fe_models.dofs import DofMap
+from fe_models.dof_map import DofMap
 from fe_models.errors import InputError, raise_faults
 from fe_models.linear import LinearModel, ModalModel
 from fe_models.linear_checks import check_linear_model

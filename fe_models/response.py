@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from fe_models.arrays import FloatArray
-from fe_models.dofs import DofMap
+from fe_models.dof_map import DofMap
 from fe_models.recordings import Quantity
 
 

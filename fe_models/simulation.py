@@ -13,7 +13,7 @@ from fe_models.assembly import linearise
 from fe_models.causes import Effect, ForceLaw
 from fe_models.causes.laws import force_laws
 from fe_models.damping import full_damping
-from fe_models.dofs import DofMap
+from fe_models.dof_map import DofMap
 from fe_models.errors import InputError, raise_faults
 from fe_models.items import gravity_load
 from fe_models.linear import LinearModel
@@ -236,18 +236,28 @@ def _coefficients(dofs: DofMap, laws: tuple[ForceLaw, ...]) -> Joined:
     """Return each law with its coefficients; one end of two may be held, and counts as the ground."""
     joined, faults = [], []
     for law in laws:
-        full = np.zeros(len(dofs))
-        for node, direction, coefficient in law.pulls:
-            try:
-                full[dofs.row(node, direction)] += coefficient
-            except KeyError as missing:
-                faults.append(f"{law.kind}: {missing.args[0]}")
+        missing = _missing(dofs, law)
+        faults += missing
+        if missing:
+            continue
+        full = dofs.pull(law.pulls)
         if full.any() and not full[dofs.free].any():
             place = " and ".join(f"node {node} is held in {direction}" for node, direction, _ in law.pulls)
             faults.append(f"{law.kind}: {place}; join a node that moves")
         joined.append((law, full[dofs.free]))
     raise_faults(faults)
     return tuple(joined)
+
+
+def _missing(dofs: DofMap, law: ForceLaw) -> list[str]:
+    """Return a fault for each degree of freedom that a law acts on and the model has not."""
+    faults = []
+    for node, direction, _ in law.pulls:
+        try:
+            dofs.row(node, direction)
+        except KeyError as missing:
+            faults.append(f"{law.kind}: {missing.args[0]}")
+    return faults
 
 
 def _expand(dofs: DofMap, free_values: FloatArray) -> FloatArray:

@@ -2,11 +2,11 @@
 
 import numpy as np
 
+from fe_models.causes.candidate import Candidate
+from fe_models.causes.places import Motion
 from fe_models.recordings import Dataset
-from hybrid.diagnosis.causes.candidate import Candidate
-from hybrid.diagnosis.causes.candidates import all_candidates
-from hybrid.diagnosis.causes.places import Motion
 from hybrid.diagnosis.fitting.least_squares import Fit, fit
+from hybrid.diagnosis.nominal.candidates import all_candidates
 from hybrid.diagnosis.nominal.plant import plant_of
 from hybrid.diagnosis.recorded.batches import Batch, batches_of, columns_of
 from hybrid.diagnosis.recorded.noise import noise_of_recordings, structure_band

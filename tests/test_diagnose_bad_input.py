@@ -12,6 +12,7 @@ from typer.testing import CliRunner
 from benchmarks.blind_cases import BlindConfig, blind_case
 from fe_models.built_in.four_dof import four_dof
 from fe_models.causes import CubicSpring
+from fe_models.causes.candidate import LawCandidate
 from fe_models.errors import InputError
 from fe_models.files.dataset_file import save_dataset
 from fe_models.lowpass import LowPass
@@ -191,7 +192,7 @@ def test_recordings_too_slow_for_force_laws_are_told_as_such_and_not_as_a_motion
     slow = replace(CASE, sampling_rate=0.05)  # one sample in forty radians of the highest mode, and more
     setting = setting_of(slow)
     assert any("too few to follow force laws" in note for note in setting.notes)
-    assert not any(candidate.is_law for candidate in setting.candidates())
+    assert not any(isinstance(candidate, LawCandidate) for candidate in setting.candidates())
     assert setting_of(CASE).notes == ()
     assert is_too_fast(setting.plant)
     passing = replace(setting.plant, lowpass=LowPass(0.02))  # then it is stepped twice as often ...

@@ -8,13 +8,13 @@ import pytest
 from benchmarks.blind_cases import BlindConfig, blind_case
 from fe_models.built_in.four_dof import four_dof
 from fe_models.causes import AddedMass, StiffnessChange, SupportSpring
+from fe_models.causes.places import Motion
 from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.simulation import FreeConfig, simulate_free
-from hybrid.diagnosis.causes.candidates import all_candidates
-from hybrid.diagnosis.causes.places import Motion
 from hybrid.diagnosis.contest.posterior import Posterior
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.fitting.least_squares import Fit, fit
+from hybrid.diagnosis.nominal.candidates import all_candidates
 from hybrid.diagnosis.nominal.plant import plant_of
 from hybrid.diagnosis.outcome.advice import Advice, advise, noise_of, possible_sensors
 from hybrid.diagnosis.outcome.too_few import BETTER, MANY

@@ -5,6 +5,7 @@ import pytest
 
 from benchmarks.blind_cases import BlindConfig, blind_case
 from fe_models.causes import HarmonicForce, SlackCable
+from fe_models.causes.candidate import HarmonicCandidate
 from hybrid.diagnosis.contest.growing import reference_fits_of
 from hybrid.diagnosis.contest.harmonic import fit_forces
 from hybrid.diagnosis.contest.setting import setting_of
@@ -32,7 +33,7 @@ def test_a_machine_that_the_calibration_followed_is_found_from_the_structure_as_
     system = system_of(base.hypothesis, base.theta[None], noise_model.outputs)
     natural = np.linalg.eigvals(system.A[0]).imag / (2 * np.pi)  # Hz
     assert np.abs(natural - truth.frequency).min() < 0.001  # nothing is left there that a force could explain
-    forces = tuple(c for c in setting.candidates() if c.oscillator)
+    forces = tuple(c for c in setting.candidates() if isinstance(c, HarmonicCandidate))
     found = min(fit_forces(base, forces, [], noise_model, nothing), key=lambda item: item.cost)
     assert found.theta[-1] == pytest.approx(truth.frequency, abs=0.001)  # a fiftieth of what 20 s resolve
     assert found.hypothesis.candidates[0].location == {"node": 38, "direction": "x"}

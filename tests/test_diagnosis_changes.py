@@ -9,6 +9,7 @@ from benchmarks.blind.judging import judge
 from benchmarks.blind_cases import BlindConfig, blind_case
 from fe_models.built_in.four_dof import four_dof
 from fe_models.causes import CubicSpring, StiffnessChange
+from fe_models.causes.candidate import SupportCandidate
 from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.simulation import FreeConfig, simulate_free
 from hybrid.diagnosis.contest.setting import setting_of
@@ -98,7 +99,7 @@ def test_what_only_test_recordings_show_is_unexplained() -> None:
 def test_a_support_that_gives_way_between_recordings_is_forecast_with_and_without() -> None:
     config = BlindConfig(("support_spring",), structure="bridge", rich=False, train=2, test=1, duration=4.0)
     setting = setting_of(blind_case(0, config).dataset)
-    soft = next(c for c in setting.candidates() if c.released is not None)
+    soft = next(c for c in setting.candidates() if isinstance(c, SupportCandidate))
     hypothesis = setting.nominal.adding(soft)
     batches = tuple(
         replace(batch.take([number]), off=(0,) * number) for batch in setting.lengths.whole for number in (0, 1)

@@ -10,6 +10,7 @@ from scipy.linalg import expm
 
 from benchmarks.blind_cases import BlindConfig, blind_case
 from fe_models.arrays import FloatArray
+from fe_models.causes.candidate import HarmonicCandidate
 from fe_models.lowpass import LowPass
 from hybrid.diagnosis.contest.setting import Setting, setting_of
 from hybrid.diagnosis.fitting.linearisation import Linearisation, linearise_batch
@@ -110,7 +111,7 @@ def trial(own: Setting, kind: str) -> tuple[Hypothesis, FloatArray]:
     rng = np.random.default_rng(5)
     theta = 0.5 * hypothesis.width * rng.standard_normal(len(hypothesis.width))
     theta[hypothesis.nuisances :] = np.array(cause.neutral) + 0.02 * np.array(cause.width)
-    if cause.oscillator:
+    if isinstance(cause, HarmonicCandidate):
         theta[-1] = 0.37 * own.noise_model.rate / 10  # Hz
     return hypothesis, theta
 

@@ -10,10 +10,10 @@ from fe_models.arrays import FloatArray
 from fe_models.built_in.bridge import bridge
 from fe_models.built_in.four_dof import four_dof
 from fe_models.causes import ModalDamping
+from fe_models.causes.candidate import Candidate, SupportCandidate
+from fe_models.causes.places import Motion
 from fe_models.recordings import Dataset, Recording
-from hybrid.diagnosis.causes.candidate import Candidate
-from hybrid.diagnosis.causes.candidates import all_candidates
-from hybrid.diagnosis.causes.places import Motion
+from hybrid.diagnosis.nominal.candidates import all_candidates
 from hybrid.diagnosis.nominal.plant import Plant, plant_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.reduced_model import ReducedModel
@@ -88,7 +88,7 @@ def test_ratio_that_a_cause_replaces_is_what_it_says_whatever_the_factor() -> No
 def test_support_that_gives_way_has_its_own_modes_damped() -> None:
     plant = plant_of(BRIDGE)
     support = candidate(plant, BRIDGE, "support_spring", node=7, direction="y")
-    assert support.released is not None
+    assert isinstance(support, SupportCandidate)
     loose = Hypothesis(plant, (support,))
     values = (1 / 2e4,)  # m/N: so soft that a mode more comes into the band
     usual, more = (own_damping(reduced(loose, factor, *values)) for factor in (1.0, MORE))

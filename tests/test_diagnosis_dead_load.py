@@ -7,13 +7,14 @@ import numpy as np
 import pytest
 
 from fe_models.causes import DeadLoad, Effect, PointDamper
+from fe_models.causes.known import Known
+from fe_models.causes.places import Motion
 from fe_models.measurement import lowpassed
 from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.sections import square_tube
 from fe_models.simulation import ReleaseConfig, simulate_release
 from fe_models.statics import PointLoad
 from fe_models.structure import Beam, Damping, PointMass, Structure, Support
-from hybrid.diagnosis.causes.linear_causes import linear_causes
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.nominal.plant import plant_of
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
@@ -109,7 +110,9 @@ def test_damper_beside_weight_is_named_with_it() -> None:
 
 def dead_loads(structure: Structure) -> list[str]:
     given = replace(recorded(0.0), model=structure)
-    return [c.kind for c in linear_causes(plant_of(given), []) if c.kind == "dead_load"]
+    plant = plant_of(given)
+    still = Motion(np.zeros((2, len(plant.dofs))), np.zeros((2, len(plant.dofs))))
+    return [c.kind for c in DeadLoad.candidates(Known(plant, still))]
 
 
 def test_dead_load_is_asked_where_it_may_be_felt() -> None:

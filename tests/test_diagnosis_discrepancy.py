@@ -6,14 +6,15 @@ import numpy as np
 import pytest
 
 from benchmarks.blind_cases import BlindConfig, blind_case
-from hybrid.diagnosis.causes.candidates import all_candidates
-from hybrid.diagnosis.causes.places import Motion
+from fe_models.causes.candidate import HarmonicCandidate
+from fe_models.causes.places import Motion
 from hybrid.diagnosis.contest.discrepancy import energy_over, in_units_of, repeated, search_noise_model
 from hybrid.diagnosis.contest.evidence import Evidence
 from hybrid.diagnosis.contest.growing import lengths_of, short_fit
 from hybrid.diagnosis.contest.posterior import posterior_of
 from hybrid.diagnosis.fitting.harmonic_amplitude import harmonic_amplitude
 from hybrid.diagnosis.fitting.least_squares import fit
+from hybrid.diagnosis.nominal.candidates import all_candidates
 from hybrid.diagnosis.nominal.plant import plant_of
 from hybrid.diagnosis.recorded.batches import batches_of, columns_of, measured_columns
 from hybrid.diagnosis.recorded.noise import noise_of_recordings, structure_band
@@ -65,7 +66,7 @@ def test_forces_are_told_alike_in_either_unit() -> None:
     )
     searched = replace(noise_model, sigma=10 * noise_model.sigma)
     candidates = all_candidates(plant, dataset, Motion(np.eye(4), np.eye(4)), measured)
-    force = next(candidate for candidate in candidates if candidate.oscillator)
+    force = next(candidate for candidate in candidates if isinstance(candidate, HarmonicCandidate))
     hypothesis = Hypothesis(plant).adding(force)
     found = fit(hypothesis, np.append(np.zeros(len(plant.spread)), 0.3), batches, searched)
     assert found is not None

@@ -3,6 +3,7 @@
 import numpy as np
 
 from fe_models.assembly import linearise
+from fe_models.causes.candidate import HarmonicCandidate
 from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.structure import Beam, Damping, PointMass, Structure, Support
@@ -51,7 +52,7 @@ def test_harmonic_forces_at_all_nodes_that_promise_alike_are_fitted() -> None:
         setting.nominal, setting.nominal.centre, setting.lengths, setting.noise_model, setting.short
     )
     assert ground is not None
-    forces = tuple(c for c in setting.candidates() if c.oscillator)
+    forces = tuple(c for c in setting.candidates() if isinstance(c, HarmonicCandidate))
     assert len(forces) > NEIGHBOURS
     found = contest(ground, forces, setting.lengths, setting.noise_model)
     assert {item.hypothesis.candidates[0].key for item in found} == {candidate.key for candidate in forces}

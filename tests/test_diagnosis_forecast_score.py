@@ -11,10 +11,9 @@ from scipy.stats import t as student
 from fe_models.arrays import FloatArray
 from fe_models.built_in.four_dof import four_dof
 from fe_models.causes import CubicSpring, Effect, GapStop
+from fe_models.causes.places import Motion
 from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.simulation import FreeConfig, simulate_free
-from hybrid.diagnosis.causes.candidates import all_candidates
-from hybrid.diagnosis.causes.places import Motion
 from hybrid.diagnosis.fitting.config import FORECAST
 from hybrid.diagnosis.fitting.forecast_score import (
     ForecastModel,
@@ -27,6 +26,7 @@ from hybrid.diagnosis.fitting.forecast_score import (
 )
 from hybrid.diagnosis.fitting.initial_states import initial_states, precision_of
 from hybrid.diagnosis.fitting.least_squares import fit, residuals_at
+from hybrid.diagnosis.nominal.candidates import all_candidates
 from hybrid.diagnosis.nominal.plant import plant_of
 from hybrid.diagnosis.recorded.batches import Batch, batches_of
 from hybrid.diagnosis.recorded.noise_model import NoiseModel, SensorRoles
@@ -113,7 +113,7 @@ def test_floor_is_that_of_the_structure_whatever_the_model_has_more() -> None:
     dataset = recorded(masts())
     plant, measured = plant_of(dataset), tuple(range(len(dataset.sensors)))
     noise_model = NoiseModel(dataset.sensors, dataset.sampling_rate, np.full(len(measured), NOISE))
-    motion = Motion.of_states(np.random.default_rng(0).standard_normal((50, 2 * plant.size)), plant)
+    motion = Motion.of_states(np.random.default_rng(0).standard_normal((50, 2 * plant.size)), plant.followed_shapes)
     soft = next(c for c in all_candidates(plant, dataset, motion, measured) if c.brings)
     plain = Hypothesis(plant)
     size = np.geomspace(1.0, 100.0, plain.states)  # of each entry another

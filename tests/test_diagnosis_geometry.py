@@ -8,9 +8,9 @@ from scipy.integrate import quad
 
 from benchmarks.blind_cases import BlindConfig, blind_case
 from fe_models.built_in.four_dof import four_dof
+from fe_models.causes.places import Motion
 from fe_models.recordings import Dataset, Quantity, Recording, Sensor
 from fe_models.structure import Beam, Direction, Structure, Support
-from hybrid.diagnosis.causes.places import Motion
 from hybrid.diagnosis.contest.evidence import Evidence
 from hybrid.diagnosis.contest.growing import fit_growing, reference_fits_of
 from hybrid.diagnosis.contest.posterior import posterior_of
@@ -196,7 +196,7 @@ def test_forecasts_of_motions_larger_than_those_of_training_are_bent_where_their
 ) -> None:
     """As where those of training are too quiet to tell; a recording from a linear model stays so."""
     setting, quiet = bridge_setting, made_linear(bent_fit)
-    motion = Motion.of_states(states_along(setting.short, setting.searched), setting.plant).displacement
+    motion = Motion.of_states(states_along(setting.short, setting.searched), setting.plant.followed_shapes).displacement
     setting = replace(setting, geometries=geometries_of(setting.plant, 0.4 * motion, rng()))  # as told by quieter ones
     evidence = Evidence(quiet, posterior_of((quiet,), ()), setting.noise_model, setting.noise_model, ())
     model, roles = Scorer.of(setting, evidence).model(quiet), setting.noise_model.roles

@@ -8,6 +8,7 @@ import pytest
 from benchmarks.blind_cases import BlindConfig, blind_case
 from fe_models.assembly import linearise
 from fe_models.causes import HarmonicForce
+from fe_models.causes.candidate import HarmonicCandidate
 from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.contest.growing import reference_fits_of
@@ -96,7 +97,11 @@ def test_it_is_told_at_a_difference_of_natural_frequencies_only_where_it_is_much
 def test_a_machine_that_was_found_is_none_of_the_modes_whose_multiples_a_frame_makes_by_itself() -> None:
     first, second = HarmonicForce(3, "x", 1500.0, 7.4, 0.3), HarmonicForce(6, "x", 6.0, 14.8, 0.3)
     setting = setting_of(recorded(masts(), first, second))
-    forces = {c.location["node"]: c for c in setting.candidates() if c.oscillator and c.location["direction"] == "x"}
+    forces = {
+        c.location["node"]: c
+        for c in setting.candidates()
+        if isinstance(c, HarmonicCandidate) and c.location["direction"] == "x"
+    }
     hypothesis = setting.nominal.adding(forces[3])
     found = reference_fits_of(
         hypothesis, np.append(np.zeros(hypothesis.nuisances), 7.4), setting.lengths, setting.noise_model

@@ -19,7 +19,7 @@ from fe_models.simulation import FreeConfig, simulate_free
 from hybrid.config import Config, places_preset
 from hybrid.diagnosis.learned import gain
 from hybrid.diagnosis.learned.forces import PlaceForce
-from hybrid.diagnosis.learned.learning import corrected, learn, learning_preset, undo
+from hybrid.diagnosis.learned.learning import corrected, learn, learning_preset
 from hybrid.diagnosis.learned.projection import Projected, location_of, project
 from hybrid.diagnosis.outcome.findings import Finding
 from hybrid.training.preparation import prepare
@@ -65,7 +65,7 @@ def test_faults_of_sensors_are_taken_back(fault: SensorGain | SensorDelay | Sens
     time = np.arange(200) / 10
     data = np.stack([np.cos(time), np.sin(2 * time)], axis=-1)
     names = ["x4", "a1"]
-    back = undo(fault).apply(fault.apply(data, names, 10.0), names, 10.0)
+    back = fault.inverse().apply(fault.apply(data, names, 10.0), names, 10.0)
     np.testing.assert_allclose(back[5:-5], data[5:-5], atol=2e-3)
     assert np.abs(fault.apply(data, names, 10.0) - data)[5:-5].max() > 0.05
 

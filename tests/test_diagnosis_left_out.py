@@ -10,11 +10,11 @@ from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
 from fe_models.built_in.bridge import bridge
 from fe_models.causes import HarmonicForce
+from fe_models.causes.candidate import Candidate
+from fe_models.causes.places import Motion
 from fe_models.recordings import Assumptions, Dataset, Recording
-from hybrid.diagnosis.causes.candidate import Candidate
-from hybrid.diagnosis.causes.candidates import all_candidates
-from hybrid.diagnosis.causes.places import Motion
 from hybrid.diagnosis.fitting.linearisation import linearise_batch
+from hybrid.diagnosis.nominal.candidates import all_candidates
 from hybrid.diagnosis.nominal.plant import Plant, plant_of
 from hybrid.diagnosis.recorded.batches import Batch
 from hybrid.diagnosis.recorded.noise_model import NoiseModel

@@ -17,14 +17,13 @@ from fe_models.assembly import linearise
 from fe_models.built_in.bridge import bridge
 from fe_models.built_in.four_dof import four_dof
 from fe_models.causes import AddedMass, CubicSpring, Effect, ForceLaw, HarmonicForce, StiffnessChange
+from fe_models.causes.places import Motion
 from fe_models.errors import InputError
 from fe_models.files.dataset_file import load_dataset, save_dataset
 from fe_models.measurement import lowpassed
 from fe_models.modes import natural_modes
 from fe_models.recordings import Assumptions, Dataset, Load, Recording
 from fe_models.simulation import FreeConfig, simulate_free
-from hybrid.diagnosis.causes.candidates import all_candidates
-from hybrid.diagnosis.causes.places import Motion
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.fitting.crossvalidation import as_recordings
@@ -32,6 +31,7 @@ from hybrid.diagnosis.fitting.driven import fitted_motion
 from hybrid.diagnosis.fitting.forecast_score import forecast, model_of
 from hybrid.diagnosis.fitting.least_squares import fit
 from hybrid.diagnosis.learned.gain import hybrid_gain
+from hybrid.diagnosis.nominal.candidates import all_candidates
 from hybrid.diagnosis.nominal.loads import Loads, courses_of, loads_of
 from hybrid.diagnosis.nominal.plant import plant_of
 from hybrid.diagnosis.outcome.conclusion import Diagnosis

@@ -8,7 +8,7 @@ import pytest
 
 from benchmarks.blind.judging import key_of
 from benchmarks.blind_cases import BlindCase, BlindConfig, blind_case
-from hybrid.diagnosis.causes.candidate import Candidate
+from fe_models.causes.candidate import Candidate
 from hybrid.diagnosis.contest.evidence import Evidence
 from hybrid.diagnosis.contest.growing import fit_growing
 from hybrid.diagnosis.contest.posterior import posterior_of

@@ -7,7 +7,7 @@ import pytest
 
 from benchmarks.blind_cases import BlindCase, BlindConfig, blind_case
 from fe_models.causes import AddedMass
-from hybrid.diagnosis.causes.candidate import Candidate
+from fe_models.causes.candidate import Candidate
 from hybrid.diagnosis.contest.growing import fit_growing
 from hybrid.diagnosis.contest.setting import Setting, setting_of
 from hybrid.diagnosis.contest.shortlist import HOPEFUL

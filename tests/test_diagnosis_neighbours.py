@@ -7,8 +7,8 @@ import pytest
 
 from benchmarks.blind_cases import BlindConfig, blind_case
 from fe_models.causes import CubicSpring
+from fe_models.causes.candidate import Candidate
 from fe_models.recordings import Sensor
-from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.neighbours import adjoin, fits_beside, fits_tied, laws_beside, of_other_kinds
 from hybrid.diagnosis.contest.search import others_there
 from hybrid.diagnosis.contest.setting import setting_of

@@ -7,6 +7,7 @@ import pytest
 
 from benchmarks.blind_cases import BlindCase, BlindConfig, blind_case
 from fe_models.arrays import FloatArray
+from fe_models.causes.candidate import HarmonicCandidate
 from fe_models.recordings import Sensor
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.diagnosis import diagnose
@@ -138,7 +139,7 @@ def test_harmonic_forces_are_ranked_by_the_noise_of_each_recording() -> None:
     """Told of each recording, though all have it: as if it were the noise model's."""
     setting = setting_of(blind_case(104, BlindConfig(("harmonic_force",), train=3, test=1, size=0.8)).dataset)
     (batch,), noise_model = setting.lengths.whole, setting.noise_model
-    forces = tuple(c for c in setting.candidates() if c.oscillator)
+    forces = tuple(c for c in setting.candidates() if isinstance(c, HarmonicCandidate))
     times = np.array([1.0, 3.0, 0.5, 1.0])
     own = replace(batch, noise=np.tile(times, (3, 1))), noise_model
     usual = batch, replace(noise_model, sigma=times * noise_model.sigma)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from fe_models.causes import CubicSpring, StiffnessChange
+from fe_models.causes.candidate import MatrixCandidate
 from hybrid.diagnosis.contest.growing import fit_growing, reference_fits_of
 from hybrid.diagnosis.contest.search import contest
 from hybrid.diagnosis.contest.setting import setting_of
@@ -26,7 +27,7 @@ def test_what_is_large_begins_beside_a_law_as_it_ended_alone() -> None:
     alone = fit_growing(setting.nominal.adding(second), np.append(setting.nominal.centre, 0.3), lengths, noise_model)
     assert ground is not None
     assert alone is not None
-    linear = tuple(candidate for candidate in candidates if candidate.changes is not None)
+    linear = tuple(candidate for candidate in candidates if isinstance(candidate, MatrixCandidate))
     best = contest(ground, linear, lengths, noise_model, alone=(alone,))[0]
     assert best.hypothesis.candidates == (first, second)
     assert best.theta[-1] == pytest.approx(LOST.factor, rel=0.02)

@@ -9,12 +9,13 @@ import pytest
 from benchmarks.blind_cases import SENSORS as CHAIN_SENSORS
 from fe_models.built_in.bridge import bridge
 from fe_models.built_in.four_dof import four_dof
-from fe_models.causes import CoulombFriction, CubicSpring, GapStop
+from fe_models.causes import CoulombFriction, CubicSpring, GapStop, SupportSpring
+from fe_models.causes.candidate import Candidate, HarmonicCandidate, LawCandidate
+from fe_models.causes.known import Known, candidates_of
+from fe_models.causes.places import Motion, places_of
+from fe_models.causes.support_spring import ECHOED
 from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.structure import Beam, Spring, Structure
-from hybrid.diagnosis.causes.force_causes import force_laws_of
-from hybrid.diagnosis.causes.linear_causes import ECHOED, linear_causes
-from hybrid.diagnosis.causes.places import Motion, places_of
 from hybrid.diagnosis.contest.growing import fit_growing, passed_by, reference_fits_of, shortened
 from hybrid.diagnosis.contest.pairs import asks_for_more
 from hybrid.diagnosis.contest.setting import setting_of
@@ -37,14 +38,18 @@ def pairs_of(structure: Structure) -> list[Any]:
     rng = np.random.default_rng(0)
     recording = Recording("r", rng.standard_normal((1, 200, len(SENSORS))))
     plant = plant_of(Dataset(structure, RATE, SENSORS, (recording,)))
-    motion = Motion.of_states(rng.standard_normal((50, 2 * plant.size)), plant)
+    motion = Motion.of_states(rng.standard_normal((50, 2 * plant.size)), plant.followed_shapes)
     return [(place.location["nodes"], place.direction) for place in places_of(plant, motion) if len(place.nodes) == 2]
+
+
+def force_laws_of(known: Known) -> list[Candidate]:
+    return [candidate for candidate in candidates_of(known) if isinstance(candidate, LawCandidate)]
 
 
 def test_spring_beside_one_to_the_ground_is_less_probable_than_that_one_off() -> None:
     plant = plant_of(CHAIN)
     motion = Motion(*np.random.default_rng(0).standard_normal((2, 50, 4)))
-    springs = [c for c in linear_causes(plant, places_of(plant, motion)) if c.kind == "support_spring"]
+    springs = SupportSpring.candidates(Known(plant, motion))
     assert [(c.location["node"], c.weight) for c in springs] == [(1, ECHOED), (2, 1.0), (3, 1.0), (4, 1.0)]
 
 
@@ -58,18 +63,18 @@ def test_no_force_law_is_looked_for_where_nothing_moves() -> None:
     along = most["x"] > most["y"]
     assert along.any()
     states = rng.standard_normal((50, 2, plant.size)) * np.where(along, 1e-12, 1.0)
-    motion = Motion.of_states(states.reshape(50, -1), plant)
-    places = places_of(plant, motion)
-    assert {place.direction for place in places} == {"x", "y"}
-    laws = force_laws_of(plant, places, motion)
+    motion = Motion.of_states(states.reshape(50, -1), plant.followed_shapes)
+    known = Known(plant, motion)
+    assert {place.direction for place in known.places} == {"x", "y"}
+    laws = force_laws_of(known)
     assert {law.location["direction"] for law in laws} == {"y"}
     still = Motion(np.zeros((50, len(plant.dofs))), np.zeros((50, len(plant.dofs))))
-    assert force_laws_of(plant, places, still) == []
+    assert force_laws_of(Known(plant, still)) == []
 
 
 def test_harmonic_forces_turn_once_in_a_recording_at_least() -> None:
     setting = setting_of(CHAIN)
-    forces = tuple(c for c in setting.candidates() if c.oscillator)
+    forces = tuple(c for c in setting.candidates() if isinstance(c, HarmonicCandidate))
     slowest = 10.0 / setting.lengths.whole[0].samples  # Hz
     assert [c.lower for c in forces] == [(slowest,)] * 4
     base = fit(setting.nominal, setting.nominal.centre, setting.lengths.whole, setting.noise_model)

@@ -7,14 +7,14 @@ import pytest
 
 from benchmarks.blind_cases import SENSORS
 from fe_models.built_in.four_dof import four_dof
+from fe_models.causes.candidate import Candidate
+from fe_models.causes.places import Motion
 from fe_models.recordings import Dataset, Recording
 from fe_models.simulation import FreeConfig, simulate_free
-from hybrid.diagnosis.causes.candidate import Candidate
-from hybrid.diagnosis.causes.candidates import all_candidates
-from hybrid.diagnosis.causes.places import Motion
 from hybrid.diagnosis.contest.odds import log_of_groups
 from hybrid.diagnosis.contest.recording_groups import BY_CHANCE, Asked, asked_for, clear_share
 from hybrid.diagnosis.fitting.least_squares import fit
+from hybrid.diagnosis.nominal.candidates import all_candidates
 from hybrid.diagnosis.nominal.plant import plant_of
 from hybrid.diagnosis.recorded.batches import as_made, batches_of, columns_of
 from hybrid.diagnosis.recorded.noise_model import NoiseModel

@@ -14,13 +14,13 @@ from fe_models.assembly import linearise
 from fe_models.built_in.bridge import bridge
 from fe_models.built_in.four_dof import four_dof
 from fe_models.causes import AddedMass, AxialForce, DeadLoad, Effect, StiffnessChange, SupportSpring
+from fe_models.causes.candidate import Candidate, MatrixCandidate, SupportCandidate
+from fe_models.causes.places import Motion
 from fe_models.linear import ModalModel
 from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset, Recording
-from hybrid.diagnosis.causes.candidate import Candidate
-from hybrid.diagnosis.causes.candidates import all_candidates
-from hybrid.diagnosis.causes.places import Motion
 from hybrid.diagnosis.nominal import basis as bases
+from hybrid.diagnosis.nominal.candidates import all_candidates
 from hybrid.diagnosis.nominal.config import NOMINAL
 from hybrid.diagnosis.nominal.plant import Plant, plant_of
 from hybrid.diagnosis.response.eigenmodes import eigenmodes, turn
@@ -126,7 +126,7 @@ def test_error_falls_with_the_modes_in_the_basis(name: str) -> None:
 def test_modes_without_static_responses_are_far_worse(name: str) -> None:
     effect, amount, _ = EFFECTS[name]
     plant, candidate = bridge_plant(), chosen(bridge_candidates(), effect)
-    assert candidate.changes is not None
+    assert isinstance(candidate, MatrixCandidate)
     size = float(candidate.amount(np.array([amount]))[0])
     M, K = (
         plant.basis.T @ ((matrix + size * change) @ plant.basis)
@@ -181,7 +181,7 @@ def test_frequencies_and_damping_of_an_off_structure_are_those_that_exudyn_gives
     true = natural_modes(model, len(omega2))
     assert np.abs(np.sqrt(omega2) / true.omega - 1).max() < error
     ratios = np.einsum("vm,vw,wm->m", vectors, reduced.damping[0], vectors) / (2 * np.sqrt(omega2))
-    before = true if turning or lost.released is not None else natural_modes(linearise(built), len(omega2))
+    before = true if turning or isinstance(lost, SupportCandidate) else natural_modes(linearise(built), len(omega2))
     factors = np.exp(theta[len(plant.parts) : plant.factors])[: len(before.omega)]
     more = np.where(before.frequencies[: len(factors)] < 30, factors - 1, 0.0)  # beyond the low-pass as drawn
     added = 2 * before.damping_ratio[: len(factors)] * before.omega[: len(factors)] * more

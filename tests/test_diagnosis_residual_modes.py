@@ -9,9 +9,9 @@ from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
 from fe_models.built_in.bridge import bridge
 from fe_models.causes import CoulombFriction, CubicSpring, SupportSpring
+from fe_models.causes.candidate import Candidate
 from fe_models.measurement import lowpassed
 from fe_models.modes import natural_modes
-from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.fitting.driven import forces_along, motion_of
 from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.response import marching

@@ -16,15 +16,23 @@ from fe_models.assembly import linearise
 from fe_models.built_in.bridge import bridge
 from fe_models.built_in.four_dof import four_dof
 from fe_models.causes import AddedMass, Effect, ModalDamping, StiffnessChange, SupportSpring, TimeIntegration
+from fe_models.causes.candidate import (
+    Candidate,
+    MatrixCandidate,
+    ModeCandidate,
+    SensorCandidate,
+    StepCandidate,
+    SupportCandidate,
+)
+from fe_models.causes.places import Motion
+from fe_models.causes.stiffness_change import REMAINING
 from fe_models.modes import natural_modes
 from fe_models.recordings import Assumptions, Dataset, Recording
-from hybrid.diagnosis.causes.candidate import Candidate
-from hybrid.diagnosis.causes.candidates import all_candidates
-from hybrid.diagnosis.causes.places import Motion
 from hybrid.diagnosis.contest.growing import Lengths, ReferenceFits
 from hybrid.diagnosis.contest.search import contest
 from hybrid.diagnosis.fitting.config import CALIBRATION
 from hybrid.diagnosis.fitting.least_squares import Fit, fit
+from hybrid.diagnosis.nominal.candidates import all_candidates
 from hybrid.diagnosis.nominal.plant import Plant, plant_of
 from hybrid.diagnosis.recorded.batches import Batch
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
@@ -33,7 +41,6 @@ from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.marching import respond
 from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.response.system import System, drift, modal_form, observability
-from hybrid.diagnosis.screening.config import SCAN
 from hybrid.diagnosis.screening.confounded_factors import confounded_candidates
 from hybrid.diagnosis.screening.scanning import scan, sizes_of, unseen
 from hybrid.diagnosis.screening.screening import screen
@@ -58,7 +65,7 @@ def linear_candidates() -> tuple[Candidate, ...]:
     q = np.random.default_rng(2).standard_normal((2, 10, plant.size)) / [[plant.modes[0]], [np.ones(plant.size)]]
     motion = Motion(q[0] @ plant.modes[1].T, q[1] @ plant.modes[1].T)
     found = all_candidates(plant, dataset, motion, tuple(range(len(FITTED))))
-    return tuple(c for c in found if c.changes is not None or c.mode is not None or c.sensor is not None)
+    return tuple(c for c in found if isinstance(c, MatrixCandidate | ModeCandidate | SensorCandidate))
 
 
 def recorded(effect: Effect, moving: int = MOVING) -> tuple[Fit, NoiseModel]:
@@ -113,7 +120,7 @@ def test_the_score_test_finds_what_is_weak(effect: Effect, value: float, toleran
 
 def test_a_support_that_gives_way_is_scanned_within_a_fifth_of_any_compliance() -> None:
     """A fit that begins a third off may lead astray, and the cause is out of the contest."""
-    soft = next(c for c in linear_candidates() if c.released is not None)
+    soft = next(c for c in linear_candidates() if isinstance(c, SupportCandidate))
     sizes = sizes_of(soft)[:, 0]
     wanted = soft.width[0] * np.geomspace(0.006, 20.0, 500)
     nearest = np.abs(np.log(sizes[:, None] / wanted)).min(axis=0)
@@ -200,10 +207,10 @@ def test_a_support_that_gives_way_far_is_found(node: int, stiffness: float) -> N
 def test_an_element_that_is_all_but_lost_is_begun_as_such_where_much_is_wrong() -> None:
     found, noise_model = recorded(StiffnessChange((9,), 0.05))
     trials = unseen(found, linear_candidates(), noise_model)
-    lost = [trial for trial in trials if trial.candidate.released is None]
+    lost = [trial for trial in trials if not isinstance(trial.candidate, SupportCandidate)]
     elements = sorted(trial.candidate.location["element"] for trial in lost)
     assert elements == list(range(1, len(bridge().elements) + 1))
-    assert all(trial.is_drawn and trial.start[0] in SCAN.remaining_stiffness for trial in lost)
+    assert all(trial.is_drawn and trial.start[0] in REMAINING for trial in lost)
     assert (trials[0].candidate.location, trials[0].start) == ({"element": 9}, (0.05,))
     assert unseen(*recorded(AddedMass(12, 1e-4))[:1], linear_candidates(), noise_model) == []  # little is left
 
@@ -212,7 +219,15 @@ def test_supports_that_give_way_and_time_steps_are_begun_where_calibrated_factor
     """The steps also where they promise nothing: here the simulation has none that could make an error."""
     base, noise_model = recorded(AddedMass(12, 1e-4))
     astray = replace(base, theta=base.theta + 3 * base.hypothesis.width * (np.arange(len(base.theta)) == 0))
-    steps = Candidate(TimeIntegration.kind, {}, (), partial(TimeIntegration, 0.01), (), (), ())
+    steps = StepCandidate(
+        kind=TimeIntegration.kind,
+        location={},
+        names=(),
+        build=partial(TimeIntegration, 0.01),
+        neutral=(),
+        width=(),
+        lower=(),
+    )
     trials = {trial.candidate.key: trial for trial in unseen(astray, (*linear_candidates(), steps), noise_model)}
     begun = trials.pop(steps.key)
     assert begun.is_drawn and begun.gain == 0

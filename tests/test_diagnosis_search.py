@@ -10,8 +10,7 @@ from benchmarks.blind.judging import judge
 from benchmarks.blind_cases import BlindConfig, blind_case
 from fe_models.arrays import FloatArray
 from fe_models.causes import CubicSpring, HarmonicForce
-from hybrid.diagnosis.causes.candidate import Candidate
-from hybrid.diagnosis.causes.candidates import all_candidates
+from fe_models.causes.candidate import Candidate
 from hybrid.diagnosis.contest.growing import fit_growing, lengths_of, padded, reference_fits_of
 from hybrid.diagnosis.contest.odds import Odds
 from hybrid.diagnosis.contest.pairs import asks_for_more, each_alone
@@ -27,6 +26,7 @@ from hybrid.diagnosis.fitting.driven import states_along
 from hybrid.diagnosis.fitting.harmonic_amplitude import harmonic_amplitude
 from hybrid.diagnosis.fitting.least_squares import Step, fit
 from hybrid.diagnosis.fitting.linearisation import linearise_batch
+from hybrid.diagnosis.nominal.candidates import all_candidates
 from hybrid.diagnosis.nominal.loads import Loads
 from hybrid.diagnosis.nominal.plant import plant_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from fe_models.causes import CubicSpring, Effect, HarmonicForce, PointDamper, SensorGain
+from fe_models.causes.candidate import SupportCandidate
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.contest.growing import padded, reference_fits_of
 from hybrid.diagnosis.contest.setting import setting_of
@@ -114,7 +115,7 @@ def test_initial_states_go_with_their_recordings_though_these_share_a_name() -> 
 
 def test_mode_that_a_support_brings_is_at_rest_where_it_holds() -> None:
     search, (_, right) = searched(recorded(masts(), SPRING), SPRING, 5e7)
-    soft = next(c for c in search.candidates if c.released is not None)
+    soft = next(c for c in search.candidates if isinstance(c, SupportCandidate))
     both = right.hypothesis.adding(replace(soft, brings=1))
     (batch,), (states,) = right.batches, right.states
     held = replace(right, hypothesis=both, batches=(replace(batch, off=(1,)),))

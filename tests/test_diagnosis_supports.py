@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from fe_models.causes import HarmonicForce, SupportSpring
+from fe_models.causes.candidate import Candidate, HarmonicCandidate
 from fe_models.lowpass import LowPass
 from fe_models.structure import Beam
-from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.growing import reference_fits_of
 from hybrid.diagnosis.contest.recording_groups import Asked
 from hybrid.diagnosis.contest.setting import Setting, setting_of
@@ -92,7 +92,7 @@ def test_entries_of_a_mode_that_a_support_brings_count_up_to_a_low_pass() -> Non
     given = recorded(masts().with_effects(SPRING))
     setting = setting_of(replace(given, model=masts()))
     foot = candidate_of(setting, "support_spring", FOOT)
-    machine = next(c for c in setting.candidates() if c.oscillator)
+    machine = next(c for c in setting.candidates() if isinstance(c, HarmonicCandidate))
     modes = setting.plant.modes[0] / (2 * np.pi)
     for lowpass, counted in ((None, 2), (LowPass(1e6), 2), (LowPass(0.8 * modes[-1]), 0)):
         plant = replace(setting.plant, lowpass=lowpass)

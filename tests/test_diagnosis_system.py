@@ -21,12 +21,12 @@ from fe_models.causes import (
     StiffnessChange,
     SupportSpring,
 )
+from fe_models.causes.candidate import Candidate, LawCandidate
+from fe_models.causes.places import Motion
 from fe_models.recordings import Assumptions, Dataset, Recording
 from fe_models.simulation import FreeConfig, simulate_free
-from hybrid.diagnosis.causes.candidate import Candidate
-from hybrid.diagnosis.causes.candidates import all_candidates
-from hybrid.diagnosis.causes.places import Motion
 from hybrid.diagnosis.fitting.least_squares import Fit, fit
+from hybrid.diagnosis.nominal.candidates import all_candidates
 from hybrid.diagnosis.nominal.plant import Plant, plant_of
 from hybrid.diagnosis.recorded.batches import Batch
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
@@ -153,7 +153,11 @@ def test_score_test_promises_what_a_fit_keeps(weak: tuple[Fit, NoiseModel, tuple
 
 def test_responses_of_laws_equal_differences(weak: tuple[Fit, NoiseModel, tuple[Candidate, ...]]) -> None:
     found, noise_model, all_of_them = weak
-    laws = [c for c in all_of_them if c.is_law and c.kind != "slack_cable" and c.location.get("node") == 1]
+    laws = [
+        c
+        for c in all_of_them
+        if isinstance(c, LawCandidate) and c.kind != "slack_cable" and c.location.get("node") == 1
+    ]
     responses = law_responses(found, laws, noise_model)
     assert len(laws) == 5
     z = found.states[0]

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from benchmarks.blind_cases import BlindConfig, blind_case
+from fe_models.causes.candidate import Candidate
 from fe_models.recordings import Sensor
-from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.growing import fit_growing
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.diagnosis import diagnose

@@ -13,7 +13,8 @@ from scipy.sparse import csr_array
 from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
 from fe_models.causes import SupportSpring
-from fe_models.dofs import DofMap, structure_dofs
+from fe_models.dof_map import DofMap
+from fe_models.dofs import structure_dofs
 from fe_models.errors import InputError
 from fe_models.linear import LinearModel
 from fe_models.mesh import mesh

@@ -11,7 +11,7 @@ from scipy.sparse import csr_array
 
 from fe_models.assembly import linearise
 from fe_models.built_in.four_dof import four_dof
-from fe_models.dofs import DofMap
+from fe_models.dof_map import DofMap
 from fe_models.errors import InputError
 from fe_models.files.atomic import write_npz
 from fe_models.files.matrices_file import LARGEST_DENSE, load_linear_model, save_linear_model

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fe_models.arrays import FloatArray
-from fe_models.dofs import DofMap
+from fe_models.dof_map import DofMap
 from fe_models.errors import InputError
 from fe_models.lowpass import LowPass
 from fe_models.measurement import lowpassed, measure

@@ -122,8 +122,7 @@ class _Contact:
         """Start at rest; ``motions`` are marched side by side."""
         pulls = np.zeros((len(laws), len(modal.dofs)))
         for number, law in enumerate(laws):
-            for node, direction, coefficient in law.pulls if isinstance(law, ForceLaw) else law.along:
-                pulls[number, modal.dofs.row(node, direction)] += coefficient
+            pulls[number] = modal.dofs.pull(law.pulls if isinstance(law, ForceLaw) else law.along)
         self._laws, self._step = laws, step
         self._pulls = pulls @ modal.shapes  # (law, mode)
         # What a force of 1 N at the end of the step adds to u and v there: (law, law) each.

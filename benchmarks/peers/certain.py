@@ -5,14 +5,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fe_models.arrays import FloatArray
+from fe_models.causes.candidate import Candidate
+from fe_models.causes.places import Motion
 from fe_models.errors import raise_faults
 from fe_models.recordings import Dataset
-from hybrid.diagnosis.causes.candidate import Candidate
-from hybrid.diagnosis.causes.candidates import all_candidates
-from hybrid.diagnosis.causes.places import Motion
 from hybrid.diagnosis.contest.growing import Lengths, lengths_of
 from hybrid.diagnosis.fitting.driven import states_along
 from hybrid.diagnosis.fitting.least_squares import Fit, fit
+from hybrid.diagnosis.nominal.candidates import all_candidates
 from hybrid.diagnosis.nominal.config import NOMINAL
 from hybrid.diagnosis.nominal.lowpass import noise_is_lowpassed
 from hybrid.diagnosis.nominal.plant import plant_of
@@ -60,5 +60,5 @@ def certain_of(dataset: Dataset) -> Certain:
     lengths = lengths_of(batches, nominal.states)
     short = fit(nominal, nominal.centre, lengths.cut[0], noise_model)
     assert short is not None  # a linear system always answers
-    motion = Motion.of_states(states_along(short, noise_model), plant)
+    motion = Motion.of_states(states_along(short, noise_model), plant.followed_shapes)
     return Certain(nominal, noise_model, lengths, short, all_candidates(plant, dataset, motion, measured))

@@ -11,11 +11,11 @@ import numpy as np
 
 from benchmarks.peers.answer import Answer
 from benchmarks.peers.certain import Certain, certain_of
+from fe_models.causes.candidate import HarmonicCandidate
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.contest.bounds import BEHIND
 from hybrid.diagnosis.contest.growing import CLOSE_ENOUGH, Lengths, continued, fit_growing
 from hybrid.diagnosis.fitting.least_squares import Fit, fit
-from hybrid.diagnosis.outcome.findings import reported_location
 from hybrid.diagnosis.screening.force_screening import screen_forces
 from hybrid.diagnosis.screening.screening import Screened, screen
 
@@ -37,13 +37,13 @@ def name_by_aic(dataset: Dataset) -> Answer:
     if best == 0:
         return Answer((), weight)
     candidate = fits[best].hypothesis.candidates[0]
-    return Answer((f"{candidate.kind} {reported_location(candidate)}",), weight)
+    return Answer((f"{candidate.kind} {candidate.reported_location}",), weight)
 
 
 def aic_of(item: Fit) -> float:
     """Return Akaike's criterion of a fit; the initial states, the same for all but a harmonic force, are left out."""
     free = sum(len(candidate.names) for candidate in item.hypothesis.candidates)
-    waves = sum(candidate.oscillator for candidate in item.hypothesis.candidates)
+    waves = sum(isinstance(candidate, HarmonicCandidate) for candidate in item.hypothesis.candidates)
     recordings = sum(len(batch.data) for batch in item.batches)
     return item.chi2 + 2 * (free + 2 * waves * recordings)
 

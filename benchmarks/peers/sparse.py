@@ -16,11 +16,10 @@ from benchmarks.peers.answer import Answer
 from benchmarks.peers.certain import Certain, certain_of
 from benchmarks.peers.latent_forces import LatentForces, latent_forces
 from fe_models.arrays import TINY, FloatArray
+from fe_models.causes.candidate import Candidate, ForceCandidate, LawCandidate, MatrixCandidate, ModeCandidate
 from fe_models.errors import InputError
 from fe_models.recordings import Dataset
-from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.nominal.plant import Plant
-from hybrid.diagnosis.outcome.findings import reported_location
 from hybrid.diagnosis.response.forces import force_of
 
 THRESHOLDS = (0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)  # of the residual's norm
@@ -56,15 +55,15 @@ def library(certain: Certain, learned: LatentForces) -> list[Term]:
     a = -(x @ K + v @ C) @ np.linalg.inv(M)  # as the nominal model has it
     terms = []
     for candidate in certain.candidates:
-        name = f"{candidate.kind} {reported_location(candidate)}"
-        if candidate.changes is not None:
+        name = f"{candidate.kind} {candidate.reported_location}"
+        if isinstance(candidate, MatrixCandidate):
             dM, dC, dK = (shapes.T @ (change @ shapes) for change in candidate.changes)
             terms.append(Term(name, -(a @ dM + v @ dC + x @ dK)))
-        elif candidate.mode is not None:
+        elif isinstance(candidate, ModeCandidate):
             terms.append(Term(name, -v @ _modal_damping(M, K, candidate.mode)))
-        elif candidate.pull is not None and candidate.kind != "slack_cable":
+        elif isinstance(candidate, ForceCandidate) and candidate.kind != "slack_cable":
             pull = candidate.pull @ shapes
-            if candidate.oscillator:
+            if not isinstance(candidate, LawCandidate):
                 terms += [Term(name, wave * pull) for wave in _waves(learned.force @ pull)]
             else:
                 terms += [
@@ -93,7 +92,7 @@ def _modal_damping(M: FloatArray, K: FloatArray, mode: int) -> FloatArray:
 
 
 def _law_force(
-    plant: Plant, candidate: Candidate, start: tuple[float, ...], u: FloatArray, rate: FloatArray
+    plant: Plant, candidate: LawCandidate, start: tuple[float, ...], u: FloatArray, rate: FloatArray
 ) -> FloatArray:
     """Return a law's force (recording, time, 1) along elongation and rate (recording, time)."""
     law = force_of(candidate, plant, np.array([start]), np.ones((1, len(plant.parts))))

@@ -1,14 +1,25 @@
 """An axial force in elements that the model does not know of: geometric stiffness, P-delta."""
 
 from dataclasses import dataclass
+from functools import partial
 from math import hypot
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 
 from fe_models.causes.base import Effect, count_faults, element_faults, parameter, value_of
+from fe_models.causes.candidate import ChangeCandidate
+from fe_models.causes.equilibrium import is_borne, line_of
+from fe_models.causes.known import Known
 from fe_models.structure import Beam, Direction, Element, Spring, Structure
+
+BUCKLING = 0.3  # of a squared frequency: what the usual axial force takes from it
+UNBORNE = 0.1  # how probable an axial force is that nothing takes off where its element ends, to one that is borne:
+# possible, for weights and friction are not drawn, but of two that sensors hardly tell apart not the first to think of
+YIELDING = 2e-3  # the strain that no metal of a structure bears for long ...
+WORKING = 5e-4  # ... and that which structures are designed for, 100 N/mm^2 in steel
 
 
 @dataclass(frozen=True)
@@ -21,6 +32,7 @@ class AxialForce(Effect):
     """
 
     kind: ClassVar[str] = "axial_force"
+    template: ClassVar[str] = "{place} carries an axial force of {force} that the model lacks (tension positive)"
     elements: tuple[int, ...]
     force: float | tuple[float, ...] = parameter("N")
 
@@ -34,6 +46,32 @@ class AxialForce(Effect):
         faults = element_faults(structure, self.elements) + count_faults("force", self.force, self.elements)
         faults += self.number_faults()
         return faults or [fault for number in self.elements for fault in _inert_faults(structure, number)]
+
+    @classmethod
+    def candidates(cls, known: Known) -> list[ChangeCandidate]:
+        """Return a force in each element, and in each group that is uncertain as a whole, that feels one."""
+        found, structure = [], known.nominal.structure
+        for numbers in known.element_groups:
+            effect = cls(numbers, 1.0)
+            if not effect.faults(structure):
+                changes = known.nominal.changes_of(effect)
+                own = [structure.elements[number - 1] for number in numbers]
+                stretch = min(_axial_stiffness(element) for element in own)
+                found.append(
+                    ChangeCandidate(
+                        kind=cls.kind,
+                        location=effect.location,
+                        names=("force",),
+                        build=partial(cls, numbers),
+                        neutral=(0.0,),
+                        width=(min(_felt_force(known, changes[2]), WORKING * stretch),),
+                        lower=(-YIELDING * stretch,),
+                        upper=(YIELDING * stretch,),
+                        changes=changes,
+                        weight=_weight(known.nominal.built, own),
+                    )
+                )
+        return found
 
 
 @dataclass(frozen=True)
@@ -93,12 +131,6 @@ def _inert_faults(structure: Structure, number: int) -> list[str]:
     return [f"element {number}: its nodes move in {can} only, along its line, where an axial force changes nothing"]
 
 
-def line_of(structure: Structure, element: Element) -> NDArray[np.float64]:
-    """Return the vector (x, y), in m, from an element's first node to its last, zero of a spring to the ground."""
-    start, end = (np.array(structure.nodes[node - 1], dtype=float) for node in (element.nodes[0], element.nodes[-1]))
-    return np.asarray(end - start)
-
-
 def axial_forces(structure: Structure) -> dict[int, float]:
     """Return the sum of the axial forces (N) that effects add, by number of the element."""
     total: dict[int, float] = {}
@@ -107,3 +139,20 @@ def axial_forces(structure: Structure) -> dict[int, float]:
             for number, force in effect.forces.items():
                 total[number] = total.get(number, 0.0) + force
     return total
+
+
+def _weight(built: Structure, elements: list[Element]) -> float:
+    """Return how probable an axial force in these elements is, to another; several are what the user calls a member."""
+    return 1.0 if len(elements) > 1 or is_borne(built, elements[0]) else UNBORNE
+
+
+def _axial_stiffness(element: Element) -> float:
+    """Return E A (N) of a beam or a cable; what has no section bears any force."""
+    return np.inf if isinstance(element, Spring) else element.section.axial_stiffness
+
+
+def _felt_force(known: Known, stiffness: csr_array) -> float:
+    """Return the axial force (N) that changes the square of some mode's frequency by 30 %: a third of buckling."""
+    omega, shapes = known.nominal.modes
+    softened = np.abs(np.einsum("di,di->i", shapes, stiffness @ shapes))
+    return BUCKLING * float(np.min(omega**2 / np.maximum(softened, 1e-12 * omega**2)))

@@ -1,11 +1,17 @@
 """What all causes of a wrong simulation have in common, and the two ways in which a structure's effects act."""
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
 from dataclasses import field, fields
 from math import isfinite
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
+from fe_models.causes.wording import sentence
 from fe_models.structure import Direction, Structure
+
+if TYPE_CHECKING:  # both are made of causes
+    from fe_models.causes.candidate import Candidate
+    from fe_models.causes.known import Known
 
 
 def parameter(unit: str, turning: str = "", word: str = "", **options: Any) -> Any:
@@ -33,10 +39,13 @@ CAUSES: dict[str, "type[Cause]"] = {}
 class Cause(ABC):
     """Something a simulation may lack or get wrong: a frozen dataclass of a location and of parameters with units.
 
-    A class with a ``kind`` of its own is a cause that files may name and a diagnosis may find.
+    A class with a ``kind`` of its own is a cause that files may name and a diagnosis may find. ``template``: what it
+    does, for its `sentence`, with its place as "{place}" or, after a preposition, "{at}", and its parameters by their
+    words.
     """
 
     kind: ClassVar[str]
+    template: ClassVar[str]
 
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
@@ -45,6 +54,18 @@ class Cause(ABC):
         if cls.kind in CAUSES:
             raise TypeError(f"{cls.__name__}: there is a cause {cls.kind!r} already, {CAUSES[cls.kind].__name__}")
         CAUSES[cls.kind] = cls
+
+    @classmethod
+    def candidates(cls, known: "Known") -> "Sequence[Candidate]":
+        """Return it at every place that it can have, with its prior; none of what is found in another way."""
+        return ()
+
+    def sentence(self, values: Mapping[str, str], structure: Structure) -> str:
+        """Return one sentence that an engineer can act on.
+
+        ``values``: each parameter, with uncertainty and unit, in words; ``structure``: the nominal one.
+        """
+        return sentence(self.template, self.location, **values)
 
     @property
     def location(self) -> dict[str, Any]:

@@ -1,9 +1,12 @@
 """Force laws between a node and the ground, or between two nodes, in one direction."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
-from fe_models.causes.base import Effect, ForceLaw, node_faults
+from fe_models.causes.base import Cause, Effect, ForceLaw, node_faults
+from fe_models.causes.candidate import LawCandidate
+from fe_models.causes.places import Place
 from fe_models.structure import Direction, Structure
 
 
@@ -31,3 +34,31 @@ class ConnectorEffect(Effect, ForceLaw):
     def faults(self, structure: Structure) -> list[str]:
         """Return faults of the place and of the parameters."""
         return node_faults(structure, self.nodes, self.direction) + self.number_faults()
+
+
+def law_at(
+    place: Place,
+    names: tuple[str, ...],
+    build: Callable[..., Cause],
+    *,
+    width: tuple[float, ...],
+    lower: tuple[float, ...],
+    upper: tuple[float, ...] = (),
+    neutral: tuple[float, ...] = (),
+    starts: tuple[tuple[float, ...], ...] = (),
+    **more: int,
+) -> LawCandidate:
+    """Return a force law at a place, see `Candidate`; ``more``: what tells apart two of a kind there."""
+    return LawCandidate(
+        kind=build(*width).kind,
+        location=place.location | more,
+        names=names,
+        build=build,
+        neutral=neutral or (0.0,) * len(names),
+        width=width,
+        lower=lower,
+        upper=upper,
+        starts=starts,
+        pull=place.pull,
+        twins=tuple(twin | more for twin in place.twins),
+    )

@@ -1,12 +1,22 @@
 """Dry friction."""
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, ClassVar
 
+import numpy as np
+
 from fe_models.causes.base import negative_faults, parameter, setting
-from fe_models.causes.connector import ConnectorEffect
+from fe_models.causes.candidate import SMALL, LawCandidate
+from fe_models.causes.connector import ConnectorEffect, law_at
+from fe_models.causes.known import Known
+from fe_models.causes.places import MovingPlace
 from fe_models.one_node import node_or_nodes
 from fe_models.structure import Structure
+
+CREEP = (0.005, 0.01, 0.1)  # of the rms rate at its place: below it friction is a dashpot; at least (less would need
+# steps finer than a search can afford), usual, at most
+RUBBING = 0.3  # of a usual dashpot's force: the usual friction
 
 
 @node_or_nodes
@@ -20,6 +30,7 @@ class CoulombFriction(ConnectorEffect):
     """
 
     kind: ClassVar[str] = "coulomb_friction"
+    template: ClassVar[str] = "dry friction of {force} acts {at}"
     friction: float = parameter("N", "N m", word="force")
     regularisation: float = setting("m/s", 1e-3)
 
@@ -38,3 +49,23 @@ class CoulombFriction(ConnectorEffect):
         if self.regularisation <= 0:
             faults.append(f"regularisation = {self.regularisation}; must be positive, about 1 % of usual velocities")
         return faults
+
+    @classmethod
+    def candidates(cls, known: Known) -> list[LawCandidate]:
+        """Return friction at each place that moves; how softly it sets in is searched for, too."""
+        return [_friction_at(moving) for moving in known.moving_places]
+
+
+def _friction_at(moving: MovingPlace) -> LawCandidate:
+    place, rate = moving.place, moving.speed
+    rubbing, (least, usual, most) = RUBBING * place.coefficient * rate, (share * rate for share in CREEP)
+    return law_at(
+        place,
+        ("force", "regularisation"),
+        partial(CoulombFriction, *place.at),
+        width=(rubbing, usual),
+        lower=(0.0, least),
+        upper=(np.inf, most),
+        neutral=(0.0, usual),
+        starts=((SMALL * rubbing, usual),),
+    )

@@ -3,8 +3,16 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
+import numpy as np
+
 from fe_models.causes.base import Effect, parameter
+from fe_models.causes.candidate import ChangeCandidate
+from fe_models.causes.known import Known
+from fe_models.errors import InputError
 from fe_models.structure import Structure
+
+HARDLY = 1e-4  # of squared frequencies: a dead load that changes none by more is not felt
+LEAST_WEIGHT, MOST_WEIGHT = 0.5, 1.5  # times what is drawn: no less weight than that, and no more, goes unnoticed
 
 
 @dataclass(frozen=True)
@@ -17,6 +25,10 @@ class DeadLoad(Effect):
     """
 
     kind: ClassVar[str] = "dead_load"
+    template: ClassVar[str] = (
+        "the structure feels its own weight and prestress (P-delta), {share} times what is drawn; the model's natural"
+        " modes leave them out"
+    )
     share: float = parameter("1", default=1.0)
 
     def faults(self, structure: Structure) -> list[str]:
@@ -28,6 +40,33 @@ class DeadLoad(Effect):
             moves = ", ".join(structure.directions)
             faults.append(f"nodes move in {moves} only; weight changes small motions where they move in x and y")
         return faults
+
+    @classmethod
+    def candidates(cls, known: Known) -> list[ChangeCandidate]:
+        """Return the weight as drawn; none where that is not felt, or nothing would stand."""
+        effect, nominal = cls(), known.nominal
+        if effect.faults(nominal.structure) or dead_load_share(nominal.structure):
+            return []
+        omega, _ = nominal.modes
+        try:
+            changes, loaded = nominal.changes_of(effect), nominal.frequencies_with(effect)
+        except InputError:  # no state at rest, or none that stands
+            return []
+        if np.all(np.abs(loaded**2 - omega**2) < HARDLY * omega**2):  # all modes give way to it, as a roller does
+            return []
+        return [
+            ChangeCandidate(
+                kind=cls.kind,
+                location=effect.location,
+                names=("share",),
+                build=cls,
+                neutral=(0.0,),
+                width=(1.0,),
+                lower=(LEAST_WEIGHT,),
+                upper=(MOST_WEIGHT,),
+                changes=changes,
+            )
+        ]
 
 
 def dead_load_share(structure: Structure) -> float:

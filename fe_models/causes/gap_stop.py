@@ -1,13 +1,22 @@
 """A stop that is met beyond a gap."""
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, Literal
 
+import numpy as np
+
 from fe_models.causes.arithmetic import SMOOTHING, smooth_ramp
-from fe_models.causes.base import negative_faults, parameter
-from fe_models.causes.connector import ConnectorEffect
+from fe_models.causes.base import Cause, negative_faults, parameter
+from fe_models.causes.candidate import SMALL, LawCandidate
+from fe_models.causes.connector import ConnectorEffect, law_at
+from fe_models.causes.known import Known
+from fe_models.causes.places import LARGEST, LEAST_SHARE, REACHES, MovingPlace, Place
+from fe_models.causes.wording import sentence
 from fe_models.one_node import node_or_nodes
 from fe_models.structure import Structure
+
+SIDES: tuple[Literal[1, -1], ...] = (1, -1)
 
 
 @node_or_nodes
@@ -20,6 +29,7 @@ class GapStop(ConnectorEffect):
     """
 
     kind: ClassVar[str] = "gap_stop"
+    template: ClassVar[str] = "a stop of {stiffness} acts {at} beyond a gap of {gap} that closes as {closing}"
     gap: float = parameter("m", "rad")
     stiffness: float = parameter("N/m", "N m/rad")
     side: Literal[1, -1] = parameter("1")
@@ -37,3 +47,32 @@ class GapStop(ConnectorEffect):
         """Return faults of the place and of the parameters."""
         faults = super().faults(structure) + negative_faults(gap=self.gap, stiffness=self.stiffness)
         return faults if self.side in (1, -1) else [*faults, f"side = {self.side}; must be 1 or -1"]
+
+    @classmethod
+    def candidates(cls, known: Known) -> list[LawCandidate]:
+        """Return a stop on either side of each place that moves, at several gaps."""
+        return [_stop_at(moving, side) for moving in known.moving_places for side in SIDES]
+
+    def sentence(self, values: Mapping[str, str], structure: Structure) -> str:
+        """Return the sentence, with the motion that meets the stop."""
+        against = "" if len(self.nodes) == 1 else f" against node {self.nodes[0]}"
+        closing = f"node {self.nodes[-1]} moves in {'+' if self.side > 0 else '-'}{self.direction}{against}"
+        return sentence(self.template, self.location, closing=closing, **values)
+
+
+def _stop_at(moving: MovingPlace, side: Literal[1, -1]) -> LawCandidate:
+    place, size = moving.place, moving.size
+    farthest = max(float(np.quantile(side * moving.elongation, LARGEST)), LEAST_SHARE * size)
+    return law_at(
+        place,
+        ("stiffness", "gap"),
+        _stop(place, side),
+        width=(place.stiffness, size),
+        lower=(0.0, LEAST_SHARE * size),
+        starts=tuple((SMALL * place.stiffness, reach * farthest) for reach in REACHES),
+        side=side,
+    )
+
+
+def _stop(place: Place, side: Literal[1, -1]) -> Callable[..., Cause]:
+    return lambda stiffness, gap: GapStop(place.nodes, place.direction, gap, stiffness, side)

@@ -1,11 +1,14 @@
 """A harmonic force: a motor, a walking person, a shaker that nobody switched off."""
 
 from dataclasses import dataclass
+from functools import partial
 from math import pi
 from typing import Any, ClassVar, Literal
 
 from fe_models.causes.arithmetic import sine
 from fe_models.causes.base import Effect, ForceLaw, node_faults, parameter
+from fe_models.causes.candidate import HarmonicCandidate
+from fe_models.causes.known import Known
 from fe_models.structure import Direction, Structure
 
 
@@ -17,6 +20,7 @@ class HarmonicForce(Effect, ForceLaw):
     """
 
     kind: ClassVar[str] = "harmonic_force"
+    template: ClassVar[str] = "a harmonic force of {amplitude} at {frequency} acts {at}: look for a machine"
     timed: ClassVar[bool] = True
     node: int
     direction: Literal["x", "y", "rz"]
@@ -41,3 +45,25 @@ class HarmonicForce(Effect, ForceLaw):
         """Return faults of the place and of the parameters."""
         faults = node_faults(structure, (self.node,), self.direction) + self.number_faults()
         return faults if self.frequency > 0 else [*faults, f"frequency = {self.frequency} Hz; must be positive"]
+
+    @classmethod
+    def candidates(cls, known: Known) -> list[HarmonicCandidate]:
+        """Return one at each place against the ground; amplitude and phase are each recording's own.
+
+        It turns once in a recording at least: a slower one would be any constant force or drift.
+        """
+        return [
+            HarmonicCandidate(
+                kind=cls.kind,
+                location=place.location,
+                names=("frequency",),
+                build=partial(cls, place.nodes[0], place.direction, 1.0),
+                neutral=(0.0,),
+                width=(known.nominal.highest,),
+                lower=(known.slowest,),
+                pull=place.pull,
+                twins=place.twins,
+            )
+            for place in known.places
+            if len(place.nodes) == 1
+        ]

@@ -1,10 +1,16 @@
 """Damping ratios of single modes that differ from the model's."""
 
 from dataclasses import dataclass
+from functools import partial
 from typing import ClassVar
 
 from fe_models.causes.base import Effect, count_faults, parameter, value_of
+from fe_models.causes.candidate import ModeCandidate
+from fe_models.causes.known import Known
 from fe_models.structure import Structure
+
+USUAL = 0.05  # the prior standard deviation of a damping ratio
+MOST = 0.99  # an effect's ratio is below one
 
 
 @dataclass(frozen=True)
@@ -16,6 +22,7 @@ class ModalDamping(Effect):
     """
 
     kind: ClassVar[str] = "modal_damping"
+    template: ClassVar[str] = "{place} is damped with a ratio of {ratio}"
     modes: tuple[int, ...]
     ratio: float | tuple[float, ...] = parameter("1")
 
@@ -34,6 +41,24 @@ class ModalDamping(Effect):
         ratios = self.ratio if isinstance(self.ratio, tuple) else (self.ratio,)
         faults += [f"ratio = {ratio}; expected 0 <= ratio < 1 (0.01 is 1 %)" for ratio in ratios if not 0 <= ratio < 1]
         return faults
+
+    @classmethod
+    def candidates(cls, known: Known) -> list[ModeCandidate]:
+        """Return another ratio of each mode that recordings can show."""
+        return [
+            ModeCandidate(
+                kind=cls.kind,
+                location={"modes": [mode + 1]},
+                names=("ratio",),
+                build=partial(cls, (mode + 1,)),
+                neutral=(float(ratio),),
+                width=(USUAL,),
+                lower=(0.0,),
+                upper=(max(MOST, float(ratio)),),
+                mode=mode,
+            )
+            for mode, ratio in enumerate(known.nominal.own_ratios[: known.nominal.below])
+        ]
 
 
 def replaced_ratios(structure: Structure) -> tuple[tuple[int, float], ...]:

@@ -1,9 +1,12 @@
 """A linear damper at one place."""
 
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import ClassVar, Literal
 
 from fe_models.causes.base import Part, node_faults, parameter
+from fe_models.causes.candidate import UNBOUNDED, DashpotCandidate
+from fe_models.causes.known import Known, outer
 from fe_models.one_node import node_or_nodes
 from fe_models.structure import Dashpot, Structure
 
@@ -17,6 +20,7 @@ class PointDamper(Part):
     """
 
     kind: ClassVar[str] = "point_damper"
+    template: ClassVar[str] = "a damper of {coefficient} acts {at} (negative: the model has too much damping there)"
     nodes: tuple[int] | tuple[int, int]
     direction: Literal["x", "y", "rz"]
     coefficient: float = parameter("N s/m", "N m s/rad")
@@ -29,3 +33,21 @@ class PointDamper(Part):
     def faults(self, structure: Structure) -> list[str]:
         """Return faults of the place and of the coefficient."""
         return node_faults(structure, self.nodes, self.direction) + self.number_faults()
+
+    @classmethod
+    def candidates(cls, known: Known) -> list[DashpotCandidate]:
+        """Return a damper at each place."""
+        return [
+            DashpotCandidate(
+                kind=cls.kind,
+                location=place.location,
+                names=("coefficient",),
+                build=partial(cls, *place.at),
+                neutral=(0.0,),
+                width=(place.coefficient,),
+                lower=UNBOUNDED,
+                changes=(known.zeros, outer(place.pull), known.zeros),
+                twins=place.twins,
+            )
+            for place in known.places
+        ]

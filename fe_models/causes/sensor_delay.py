@@ -1,13 +1,17 @@
 """A sensor whose clock is off."""
 
-from dataclasses import dataclass
-from typing import ClassVar
+from dataclasses import dataclass, replace
+from typing import ClassVar, Literal
 
 import numpy as np
 
 from fe_models.arrays import FloatArray
 from fe_models.causes.base import parameter
+from fe_models.causes.candidate import SensorCandidate
+from fe_models.causes.known import Known
 from fe_models.causes.sensor_fault import SensorEffect
+
+USUAL = 0.03  # of a period: the prior standard deviation of a delay
 
 
 @dataclass(frozen=True)
@@ -20,6 +24,8 @@ class SensorDelay(SensorEffect):
     """
 
     kind: ClassVar[str] = "sensor_delay"
+    template: ClassVar[str] = "{place} is late by {delay} (negative: early): check its clock"
+    quantity: ClassVar[Literal["gain", "delay", "drift"]] = "delay"
     delay: float = parameter("s")
 
     def distort(self, channel: FloatArray, sampling_rate: float) -> FloatArray:
@@ -28,3 +34,15 @@ class SensorDelay(SensorEffect):
 
         samples = np.arange(channel.shape[-1], dtype=float)
         return np.asarray(CubicSpline(samples, channel, axis=-1)(samples - self.delay * sampling_rate))
+
+    @classmethod
+    def candidates(cls, known: Known) -> list[SensorCandidate]:
+        """Return it at each measured sensor."""
+        return [
+            cls.at_sensor(position, channel, neutral=0.0, width=USUAL * known.period)
+            for position, channel in enumerate(known.channels)
+        ]
+
+    def inverse(self) -> "SensorDelay":
+        """Return the fault that takes this one back."""
+        return replace(self, delay=-self.delay)

@@ -1,21 +1,49 @@
 """What falsifies a recording and is no part of the structure: the fault of one sensor."""
 
 from abc import abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
+from typing import ClassVar, Literal
 
 import numpy as np
 
 from fe_models.arrays import FloatArray
 from fe_models.causes.base import Cause
+from fe_models.causes.candidate import UNBOUNDED, SensorCandidate
+from fe_models.causes.known import Channel
 from fe_models.errors import InputError
 
 
 @dataclass(frozen=True)
 class SensorEffect(Cause):
-    """A fault of one sensor, named as in the dataset."""
+    """A fault of one sensor, named as in the dataset; ``quantity``: which number of the sensor its parameter is."""
 
+    quantity: ClassVar[Literal["gain", "delay", "drift"]]
     sensor: str
+
+    @classmethod
+    def at_sensor(
+        cls, position: int, channel: Channel, neutral: float, width: float, far: tuple[float, ...] = ()
+    ) -> SensorCandidate:
+        """Return the fault at one sensor, by its position among the measured ones, with its prior: see `Candidate`."""
+        build: Callable[..., SensorEffect] = partial(cls, channel.name)
+        return SensorCandidate(
+            kind=cls.kind,
+            location={"sensor": channel.name},
+            names=tuple(build(neutral).units),
+            build=build,
+            neutral=(neutral,),
+            width=(width,),
+            lower=UNBOUNDED,
+            far=far,
+            sensor=position,
+            quantity=cls.quantity,
+        )
+
+    @abstractmethod
+    def inverse(self) -> "SensorEffect":
+        """Return the fault that takes this one back."""
 
     @abstractmethod
     def distort(self, channel: FloatArray, sampling_rate: float) -> FloatArray:

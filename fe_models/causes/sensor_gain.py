@@ -1,13 +1,18 @@
 """A sensor with a wrong scale."""
 
-from dataclasses import dataclass
-from typing import ClassVar
+from dataclasses import dataclass, replace
+from typing import ClassVar, Literal
 
 import numpy as np
 
 from fe_models.arrays import FloatArray
 from fe_models.causes.base import parameter
+from fe_models.causes.candidate import SensorCandidate
+from fe_models.causes.known import Known
 from fe_models.causes.sensor_fault import SensorEffect
+
+USUAL = 0.3  # the prior standard deviation of a gain about one
+REVERSED = -1.0  # the gain of a sensor that is mounted the wrong way round
 
 
 @dataclass(frozen=True)
@@ -15,8 +20,22 @@ class SensorGain(SensorEffect):
     """A sensor with a wrong scale: shows factor y(t). A negative factor is a sensor mounted the other way round."""
 
     kind: ClassVar[str] = "sensor_gain"
+    template: ClassVar[str] = "{place} shows {factor} times the truth: check its unit, calibration and mounting"
+    quantity: ClassVar[Literal["gain", "delay", "drift"]] = "gain"
     factor: float = parameter("1")
 
     def distort(self, channel: FloatArray, sampling_rate: float) -> FloatArray:
         """Return factor * channel."""
         return np.asarray(self.factor * channel)
+
+    @classmethod
+    def candidates(cls, known: Known) -> list[SensorCandidate]:
+        """Return it at each measured sensor."""
+        return [
+            cls.at_sensor(position, channel, neutral=1.0, width=USUAL, far=(REVERSED,))
+            for position, channel in enumerate(known.channels)
+        ]
+
+    def inverse(self) -> "SensorGain":
+        """Return the fault that takes this one back."""
+        return replace(self, factor=1 / self.factor)

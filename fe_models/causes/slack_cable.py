@@ -1,12 +1,21 @@
 """A cable, or spring, that the model takes as a taut bar and that goes slack."""
 
 from dataclasses import dataclass, replace
+from functools import partial
 from math import hypot
 from typing import Any, ClassVar
 
+import numpy as np
+
+from fe_models.arrays import FloatArray
 from fe_models.causes.arithmetic import SMOOTHING, smooth_ramp
 from fe_models.causes.base import Effect, ForceLaw, element_faults, negative_faults, parameter
+from fe_models.causes.candidate import LawCandidate
+from fe_models.causes.known import Known
+from fe_models.causes.places import LARGEST, LEAST_SHARE, REACHES
 from fe_models.structure import Beam, Cable, Direction, Spring, Structure
+
+HARDLY = 0.8  # of the pretension with which a cable never goes slack
 
 
 @dataclass(frozen=True)
@@ -19,6 +28,7 @@ class SlackCable(Effect):
     """
 
     kind: ClassVar[str] = "slack_cable"
+    template: ClassVar[str] = "{place} goes slack when its compression exceeds a pretension of {pretension}"
     element: int
     pretension: float = parameter("N")
 
@@ -50,6 +60,20 @@ class SlackCable(Effect):
         if not faults and isinstance(structure.elements[self.element - 1], Beam):
             faults.append(f"element {self.element} is a beam; expected a cable or a spring")
         return faults
+
+    @classmethod
+    def candidates(cls, known: Known) -> list[LawCandidate]:
+        """Return each cable, or spring, that may go slack and whose elongation is felt."""
+        found, nominal = [], known.nominal
+        for number in range(1, len(nominal.structure.elements) + 1):
+            effect = cls(number, 1.0)
+            law = None if effect.faults(nominal.structure) else effect.law(nominal.built)
+            if law is not None:
+                pull = nominal.pull(law)
+                u = known.motion.displacement @ pull
+                if np.std(u) > known.least_elongation:
+                    found.append(_slack_at(number, law.stiffness, pull, u))
+        return found
 
 
 @dataclass(frozen=True)
@@ -86,3 +110,22 @@ class SlackLaw(ForceLaw):
     def largest_slopes(self) -> tuple[float, float]:
         """The stiffness that it takes away."""
         return self.stiffness, 0.0
+
+
+def _slack_at(number: int, stiffness: float, pull: FloatArray, u: FloatArray) -> LawCandidate:
+    """Return an element, by its number, that may go slack in a motion with its elongation ``u`` (m)."""
+    most = max(float(np.quantile(-u, LARGEST)), LEAST_SHARE * float(np.std(u))) * stiffness
+    taut = 2.0 * most  # never slack
+    return LawCandidate(
+        kind=SlackCable.kind,
+        location={"element": number},
+        names=("pretension",),
+        build=partial(SlackCable, number),
+        neutral=(taut,),
+        width=(most,),
+        lower=(LEAST_SHARE * most,),
+        starts=tuple((reach * most,) for reach in REACHES),
+        scalable=False,
+        hardly=(HARDLY * taut,),
+        pull=pull,
+    )

@@ -1,10 +1,17 @@
 """Elements that are softer, or stiffer, than drawn."""
 
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import ClassVar
 
 from fe_models.causes.base import Part, count_faults, element_faults, negative_faults, parameter, value_of
+from fe_models.causes.candidate import ChangeCandidate
+from fe_models.causes.known import Known
 from fe_models.structure import Cable, Element, Spring, Structure
+
+USUAL = 0.5  # of an element's stiffness: the prior standard deviation
+REMAINING = (0.02, 0.05, 0.12, 0.25)  # of a stiffness: what may be left of an element that is all but lost; its
+# compliance, which is felt, goes to infinity
 
 
 @dataclass(frozen=True)
@@ -16,6 +23,7 @@ class StiffnessChange(Part):
     """
 
     kind: ClassVar[str] = "stiffness_change"
+    template: ClassVar[str] = "{place} has {factor} times its nominal stiffness"
     elements: tuple[int, ...]
     factor: float | tuple[float, ...] = parameter("1")
 
@@ -37,6 +45,25 @@ class StiffnessChange(Part):
         factors = self.factor if isinstance(self.factor, tuple) else (self.factor,)
         return faults + self.number_faults() + [fault for value in factors for fault in negative_faults(factor=value)]
 
+    @classmethod
+    def candidates(cls, known: Known) -> list[ChangeCandidate]:
+        """Return each element, and each group that is uncertain as a whole, softer or stiffer."""
+        return [
+            ChangeCandidate(
+                kind=cls.kind,
+                location=cls(numbers, 1.0).location,
+                names=("factor",),
+                build=partial(cls, numbers),
+                neutral=(1.0,),
+                width=(USUAL,),
+                lower=(0.0,),
+                far=REMAINING,
+                changes=known.nominal.changes_of(cls(numbers, 2.0)),
+                part=_part_of(known, numbers),
+            )
+            for numbers in known.element_groups
+        ]
+
 
 def scaled(element: Element, factor: float) -> Element:
     """Return ``element`` with all its forces multiplied by ``factor``."""
@@ -44,3 +71,11 @@ def scaled(element: Element, factor: float) -> Element:
         return replace(element, stiffness=factor * element.stiffness)
     element = replace(element, section=replace(element.section, youngs_modulus=factor * element.section.youngs_modulus))
     return replace(element, prestress=factor * element.prestress) if isinstance(element, Cable) else element
+
+
+def _part_of(known: Known, numbers: tuple[int, ...]) -> int | None:
+    """Return the uncertain stiffness that elements are of: what they lack, they lack of that."""
+    for number, part in enumerate(known.nominal.parts):
+        if part.quantity == "stiffness" and set(numbers) <= set(part.elements):
+            return number
+    return None

@@ -7,6 +7,8 @@ import numpy as np
 
 from fe_models.arrays import ComplexArray, FloatArray
 from fe_models.causes.base import Cause, parameter
+from fe_models.causes.candidate import StepCandidate
+from fe_models.causes.known import Known
 
 
 def root(omega: FloatArray, ratio: FloatArray) -> ComplexArray:
@@ -29,6 +31,7 @@ class TimeIntegration(Cause):
     """
 
     kind: ClassVar[str] = "time_integration"
+    template: ClassVar[str] = "the simulation's own step of {step} makes the error: choose a smaller one"
     step: float = parameter("s")
 
     def frequency_and_ratio(self, omega: FloatArray, ratio: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -48,3 +51,15 @@ class TimeIntegration(Cause):
     def faults(self) -> list[str]:
         """Return a fault of a step that is none."""
         return [] if 0 < self.step < np.inf else [f"step = {self.step} s; must be positive"]
+
+    @classmethod
+    def candidates(cls, known: Known) -> list[StepCandidate]:
+        """Return the steps that the user says the simulation takes."""
+        integration = known.nominal.integration
+        if integration is None:
+            return []
+        return [
+            StepCandidate(
+                kind=cls.kind, location={}, names=(), build=lambda: integration, neutral=(), width=(), lower=()
+            )
+        ]

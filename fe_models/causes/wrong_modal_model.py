@@ -15,3 +15,6 @@ class WrongModalModel(Cause):
     """
 
     kind: ClassVar[str] = "modal_model"
+    template: ClassVar[str] = (
+        "the modal model of the simulation is not that of its structure ({differs}): use the structure's own modes"
+    )

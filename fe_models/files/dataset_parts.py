@@ -9,7 +9,7 @@ from math import inf, isfinite
 from pathlib import Path
 from typing import Literal
 
-from fe_models.dofs import DofMap
+from fe_models.dof_map import DofMap
 from fe_models.errors import noting
 from fe_models.files.modal_file import load_modal_model
 from fe_models.files.recording_checks import (

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import csr_array
 
 from fe_models.arrays import FloatArray
-from fe_models.dofs import DofMap
+from fe_models.dof_map import DofMap
 from fe_models.errors import InputError, noting, raise_faults
 from fe_models.files.array_files import load_arrays, pick_array
 from fe_models.files.atomic import write_npz

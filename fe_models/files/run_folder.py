@@ -17,7 +17,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from fe_models.arrays import FloatArray
 from fe_models.damping import ratios_of_modes, replace_ratios
-from fe_models.dofs import DofMap, structure_dofs
+from fe_models.dof_map import DofMap
+from fe_models.dofs import structure_dofs
 from fe_models.errors import InputError, raise_faults
 from fe_models.files.array_files import load_arrays
 from fe_models.files.atomic import write_npz

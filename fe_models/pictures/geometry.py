@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from fe_models.arrays import BoolArray, FloatArray
 from fe_models.causes.laws import with_parts
-from fe_models.dofs import DofMap
+from fe_models.dof_map import DofMap
 from fe_models.errors import InputError
 from fe_models.linear import LinearModel
 from fe_models.mesh import mesh

@@ -1,8 +1,8 @@
 """What a simulation gets wrong, and why.
 
-In the order of its folders, each of which imports from those before it alone: the structure as drawn (`nominal`), the
-recordings (`recorded`), what may be wrong (`causes`), what each of these makes the sensors show (`response`), the fit
-of one of them (`fitting`), a quick look at all (`screening`), the contest among the promising (`contest`); then what is
-told: what was wrong before any cause (`observed`), what follows (`outcome`), what a net has left to learn (`learned`).
+In the order of its folders, each of which imports from those before it alone: the structure as drawn and the candidates
+for causes in it (`nominal`), the recordings (`recorded`), what a cause makes the sensors show (`response`), the fit of
+one (`fitting`), a quick look at all (`screening`), the contest among the promising (`contest`); then what is told: what
+was wrong before any cause (`observed`), what follows (`outcome`), what a net has left to learn (`learned`).
 `diagnosis` runs it all, `report` writes it down, `judging` holds it against a truth.
 """

@@ -2,11 +2,12 @@
 
 from typing import Any
 
+from fe_models.causes.wording import at_place
 from hybrid.diagnosis.learned.gain import Gain, Trained
 from hybrid.diagnosis.observed.observation_report import describe_observations, observations_table
 from hybrid.diagnosis.outcome.advice import Advice
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
-from hybrid.diagnosis.outcome.findings import NOT_ON_THE_LIST, OTHER_CAUSES, Alternative, Finding, at_place
+from hybrid.diagnosis.outcome.findings import NOT_ON_THE_LIST, OTHER_CAUSES, Alternative, Finding
 from hybrid.diagnosis.outcome.verdict import MATERIAL, Verdict
 
 WORDS = {

@@ -21,10 +21,7 @@ EXPLICIT_REACH = 0.25
 
 def effect_shape(modal: ModalModel, law: ForceLaw) -> FloatArray:
     """Return b^T Phi (mode,): the elongation of an effect's force for a unit of each modal coordinate."""
-    shape = np.zeros(modal.shapes.shape[1])
-    for node, direction, coefficient in law.pulls:
-        shape += coefficient * modal.shapes[modal.dofs.row(node, direction)]
-    return shape
+    return np.asarray(modal.dofs.pull(law.pulls) @ modal.shapes)
 
 
 class ModalDynamics(nn.Module):

@@ -2,7 +2,8 @@
 
 from pathlib import Path
 
-from fe_models.dofs import DofMap, structure_dofs
+from fe_models.dof_map import DofMap
+from fe_models.dofs import structure_dofs
 from fe_models.errors import InputError, raise_faults
 from fe_models.files.dataset_file import load_dataset
 from fe_models.files.models import load_model

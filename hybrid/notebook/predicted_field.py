@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fe_models.arrays import FloatArray
-from fe_models.dofs import DofMap
+from fe_models.dof_map import DofMap
 from fe_models.errors import InputError
 from fe_models.recordings import Sensor
 

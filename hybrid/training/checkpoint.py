@@ -12,7 +12,7 @@ import torch
 from torch import Tensor
 
 from fe_models.causes.laws import force_laws
-from fe_models.dofs import DofMap
+from fe_models.dof_map import DofMap
 from fe_models.errors import InputError
 from fe_models.files.atomic import writing
 from fe_models.files.result_set import finish_exchanges

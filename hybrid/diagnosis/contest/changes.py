@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import replace
 
-from hybrid.diagnosis.causes.candidate import Candidate
+from fe_models.causes.candidate import Candidate, HarmonicCandidate
 from hybrid.diagnosis.contest.growing import Lengths, ReferenceFits, lengths_of, reference_fits_of
 from hybrid.diagnosis.contest.pairs import reference_fits_with
 from hybrid.diagnosis.contest.posterior import Posterior
@@ -89,7 +89,7 @@ def changed(
         return []
     near, (far, own) = grounds[0][0].whole, grounds[1]
     without = tuple(replace(batch, off=(len(nominal.hypothesis.candidates),)) for batch in near.batches)
-    others = tuple(candidate for candidate in candidates if not candidate.oscillator)
+    others = tuple(candidate for candidate in candidates if not isinstance(candidate, HarmonicCandidate))
     found = []
     for item in contest(far, others, own, noise_model, advance, KEPT_OF_GROUP)[:MOST_ALIKE]:
         begun = None if item.hypothesis.is_linear else (*near.states, *item.states)

@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fe_models.causes.candidate import Candidate
 from fe_models.errors import InputError
-from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.contest.discrepancy import energy_over, in_units_of
 from hybrid.diagnosis.contest.growing import reference_fits_of
 from hybrid.diagnosis.contest.posterior import Posterior, posterior_of

@@ -5,7 +5,7 @@ from dataclasses import replace
 from functools import partial
 
 from fe_models.arrays import FloatArray
-from hybrid.diagnosis.causes.candidate import Candidate
+from fe_models.causes.candidate import Candidate
 from hybrid.diagnosis.contest.bounds import bound_of
 from hybrid.diagnosis.contest.starts import best_start
 from hybrid.diagnosis.fitting.calibration_deviation import goes_far, within

@@ -6,8 +6,8 @@ from functools import partial
 from itertools import combinations
 from typing import Any
 
+from fe_models.causes.candidate import Candidate, LawCandidate
 from fe_models.structure import Structure
-from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.fitting.least_squares import Fit, fit
 from hybrid.diagnosis.parallel import parallel_map
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
@@ -102,7 +102,7 @@ def laws_beside(
         return found
     done = {item.hypothesis.candidates[-1].key for item in present}
     for _ in range(STEPS):
-        if not best.hypothesis.candidates[-1].is_law or best.chi2 <= NOISY * best.values:
+        if not isinstance(best.hypothesis.candidates[-1], LawCandidate) or best.chi2 <= NOISY * best.values:
             break
         beside = [trial for trial in _next_to(best, trials) if trial.candidate.key not in done]
         done |= {trial.candidate.key for trial in beside}
@@ -143,7 +143,7 @@ def _moved(item: Fit, candidates: tuple[Candidate, ...]) -> list[Fit]:
     taken = {candidate.key for candidate in hypothesis.candidates}
     for number, own in enumerate(hypothesis.candidates):
         for other in candidates:
-            alike = other.kind == own.kind and (other.released is None) == (own.released is None)
+            alike = other.kind == own.kind and type(other) is type(own)
             if alike and other.key not in taken and _is_next(own.location, other.location, hypothesis.plant.structure):
                 moved_there = replace(other, brings=own.brings)
                 causes = (*hypothesis.candidates[:number], moved_there, *hypothesis.candidates[number + 1 :])

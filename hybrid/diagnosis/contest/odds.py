@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fe_models.arrays import BoolArray
-from hybrid.diagnosis.causes.candidate import Candidate
+from fe_models.causes.candidate import Candidate
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import replace
 
-from hybrid.diagnosis.causes.candidate import Candidate
+from fe_models.causes.candidate import Candidate, LawCandidate
 from hybrid.diagnosis.contest.bounds import bound_of
 from hybrid.diagnosis.contest.effort import effort_of
 from hybrid.diagnosis.contest.growing import Lengths, ReferenceFits, lengths_of, padded, reference_fits_of, short_fit
@@ -103,7 +103,11 @@ def _is_halved(first: Fit, pair: Fit) -> bool:
     Not a force law, beside which a search takes a minute of a frame.
     """
     leaves_much = pair.chi2 > LITTLE_LEFT * pair.values
-    return leaves_much and not pair.hypothesis.candidates[-1].is_law and pair.misfit < HALVED * first.misfit
+    return (
+        leaves_much
+        and not isinstance(pair.hypothesis.candidates[-1], LawCandidate)
+        and pair.misfit < HALVED * first.misfit
+    )
 
 
 def reference_fits_with(

@@ -6,7 +6,7 @@ import numpy as np
 
 from fe_models.arrays import FloatArray
 from fe_models.causes import DeadLoad
-from hybrid.diagnosis.causes.candidate import Candidate
+from fe_models.causes.candidate import Candidate, HarmonicCandidate, SensorCandidate, SupportCandidate
 from hybrid.diagnosis.contest.exactness import expected_square, log_evidences
 from hybrid.diagnosis.contest.odds import Odds, log_of_groups
 from hybrid.diagnosis.fitting.config import HARMONIC
@@ -78,14 +78,14 @@ def _forces_detected(fit: Fit) -> bool:
     return all(
         harmonic_amplitude(fit, number).is_significant
         for number, candidate in enumerate(candidates)
-        if candidate.oscillator
+        if isinstance(candidate, HarmonicCandidate)
     )
 
 
 def _compliance_detected(fit: Fit) -> bool:
     """Return whether the compliance of each support of a fit that gives way is told from none."""
     parts = zip(fit.hypothesis.candidates, fit.hypothesis.slices, strict=True)
-    soft = [part.start for candidate, part in parts if candidate.released is not None]
+    soft = [part.start for candidate, part in parts if isinstance(candidate, SupportCandidate)]
     least = np.maximum(fit.hypothesis.lower, HARMONIC.min_amplitude_sigma * np.sqrt(np.diag(fit.covariance)))
     return bool((fit.theta[soft] > least[soft]).all())
 
@@ -96,7 +96,7 @@ def _sizes_detected(fit: Fit) -> bool:
     return all(
         abs(fit.theta[part.start] - candidate.neutral[0]) > HARMONIC.min_amplitude_sigma * errors[part.start]
         for candidate, part in zip(fit.hypothesis.candidates, fit.hypothesis.slices, strict=True)
-        if candidate.sensor is not None or candidate.kind == DeadLoad.kind
+        if isinstance(candidate, SensorCandidate) or candidate.kind == DeadLoad.kind
     )
 
 

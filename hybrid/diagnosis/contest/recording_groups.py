@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from fe_models.arrays import TINY, BoolArray, FloatArray, IntArray
-from hybrid.diagnosis.causes.candidate import Candidate
+from fe_models.causes.candidate import Candidate, HarmonicCandidate, LawCandidate, SupportCandidate
 from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.recorded.batches import Batch, as_made, count_of
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
@@ -90,9 +90,9 @@ def asked_for(short: Fit, candidates: tuple[Candidate, ...], noise_model: NoiseM
     if count_of(short.batches) < FEWEST:
         return ()
     taken = {candidate.key for candidate in short.hypothesis.candidates}
-    usable = [c for c in candidates if c.names and not c.oscillator and c.key not in taken]
+    usable = [c for c in candidates if c.names and not isinstance(c, HarmonicCandidate) and c.key not in taken]
     if not short.hypothesis.is_linear:  # whose initial states are searched, too: one size of them for all recordings
-        usable = [candidate for candidate in usable if candidate.released is None]
+        usable = [candidate for candidate in usable if not isinstance(candidate, SupportCandidate)]
     middle = [replace(c, starts=(c.first_starts[len(c.first_starts) // 2],)) for c in usable]
     ranked: list[Asked] = []
     for candidate, (amounts, sizes) in zip(usable, amounts_by_recording(short, middle, noise_model), strict=True):
@@ -102,8 +102,8 @@ def asked_for(short: Fit, candidates: tuple[Candidate, ...], noise_model: NoiseM
     ranked.sort(key=lambda item: -item.gain)
     chosen: list[Asked] = []
     for item in ranked:
-        laws = sum(other.candidate.is_law for other in chosen)
-        if len(chosen) < TRIED and not (item.candidate.is_law and laws >= TRIED_LAWS):
+        laws = sum(isinstance(other.candidate, LawCandidate) for other in chosen)
+        if len(chosen) < TRIED and not (isinstance(item.candidate, LawCandidate) and laws >= TRIED_LAWS):
             chosen.append(item)
     return tuple(chosen)
 

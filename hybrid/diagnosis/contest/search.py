@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from hybrid.diagnosis.causes.candidate import Candidate
+from fe_models.causes.candidate import Candidate, ChangeCandidate, ForceCandidate
 from hybrid.diagnosis.contest.bounds import LEFT, bound_of
 from hybrid.diagnosis.contest.growing import (
     CLOSE_ENOUGH,
@@ -72,7 +72,7 @@ def contest(
     is_frame = short.hypothesis.plant.kept is not None
     by_modes = modal_scan(base, others, noise_model, short) if is_frame else []
     beside_law = is_frame and not base.hypothesis.is_linear  # where each takes a march of whole recordings
-    tested = screen(base, tuple(c for c in others if not (beside_law and c.turns_modes)), noise_model)
+    tested = screen(base, tuple(c for c in others if not (beside_law and isinstance(c, ChangeCandidate))), noise_model)
     screened = screen(short, others, noise_model)
     ranked, scanned = (
         [confounded_candidates(base, others), screened, tested, by_modes],
@@ -120,7 +120,7 @@ def _found_alone(short: Fit, alone: Iterable[Fit]) -> list[Screened]:
     held = {candidate.key for candidate in short.hypothesis.candidates}
     for item in alone:
         candidate = item.hypothesis.candidates[-1]
-        if candidate.pull is None and candidate.key not in held:
+        if not isinstance(candidate, ForceCandidate) and candidate.key not in held:
             shift = np.zeros_like(short.theta)
             shift[:nuisances] = item.theta[:nuisances] - short.theta[:nuisances]
             start = tuple(item.theta[item.hypothesis.slices[-1]].tolist())

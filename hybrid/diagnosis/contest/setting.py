@@ -5,12 +5,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fe_models.arrays import BoolArray
+from fe_models.causes.candidate import Candidate, LawCandidate
+from fe_models.causes.places import Motion
 from fe_models.causes.time_integration import root
 from fe_models.errors import InputError
 from fe_models.recordings import Dataset
-from hybrid.diagnosis.causes.candidate import Candidate
-from hybrid.diagnosis.causes.candidates import all_candidates
-from hybrid.diagnosis.causes.places import Motion
 from hybrid.diagnosis.contest.discrepancy import search_noise_model
 from hybrid.diagnosis.contest.growing import Lengths, lengths_of, short_fit
 from hybrid.diagnosis.contest.wrong_units import with_other_units
@@ -18,6 +17,7 @@ from hybrid.diagnosis.fitting.config import CALIBRATION
 from hybrid.diagnosis.fitting.crossvalidation import as_recordings
 from hybrid.diagnosis.fitting.driven import states_along
 from hybrid.diagnosis.fitting.least_squares import Fit
+from hybrid.diagnosis.nominal.candidates import all_candidates
 from hybrid.diagnosis.nominal.geometry import Geometry
 from hybrid.diagnosis.nominal.geometry_forces import geometries_of
 from hybrid.diagnosis.nominal.ignored_assumptions import ignored_assumptions
@@ -90,10 +90,10 @@ class Setting:
 
     def candidates(self) -> tuple[Candidate, ...]:
         """Return every cause at every place that it can have."""
-        motion = Motion.of_states(states_along(self.short, self.searched), self.plant)
+        motion = Motion.of_states(states_along(self.short, self.searched), self.plant.followed_shapes)
         found = all_candidates(self.plant, self.dataset, motion, self.measured)
         found = with_other_units(found, self.short, self.searched)
-        return tuple(c for c in found if not c.is_law) if is_too_fast(self.plant) else found
+        return tuple(c for c in found if not isinstance(c, LawCandidate)) if is_too_fast(self.plant) else found
 
 
 def _too_fast(plant: Plant) -> list[str]:
@@ -131,7 +131,7 @@ def setting_of(dataset: Dataset) -> Setting:
         plant, modal = plant.undispersed, modal and modal.undispersed
         short = short_fit(plant, lengths, noise_model)
     searched, lengths, short = search_noise_model(plant, lengths, noise_model, short)
-    motion = Motion.of_states(states_along(short, searched), plant).displacement
+    motion = Motion.of_states(states_along(short, searched), plant.followed_shapes).displacement
     geometries = geometries_of(plant, motion, np.random.default_rng(SEED))
     unlike = () if levels.are_alike or searched is not noise_model else (UNLIKE.format(pattern=levels.pattern.value),)
     notes = (

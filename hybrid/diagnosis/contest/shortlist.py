@@ -4,6 +4,7 @@ from collections import Counter
 from collections.abc import Iterable
 from dataclasses import replace
 
+from fe_models.causes.candidate import LawCandidate
 from hybrid.diagnosis.contest.effort import effort_of
 from hybrid.diagnosis.contest.odds import Odds
 from hybrid.diagnosis.fitting.least_squares import Step
@@ -44,7 +45,7 @@ def promising(ranked: list[list[Screened]], scanned: list[Screened], kept: int, 
             enough = taken >= (max(most, MOST_TIED) if behind(trial) <= tied else most)
             if trial.gain <= 0 or enough or (taken >= ALWAYS and trial.gain < HOPEFUL):
                 continue
-            if trial.candidate.is_law:
+            if isinstance(trial.candidate, LawCandidate):
                 if laws[trial.candidate.kind] >= ALIKE or laws.total() >= min(KEPT_LAWS, kept // 2):
                     continue
                 laws[trial.candidate.kind] += 1
@@ -86,8 +87,10 @@ def foremost(begun: list[tuple[Screened, Step]], odds: Odds) -> list[Step]:
     """
     ranked = sorted(begun, key=lambda item: item[1].charged + odds.price(item[1].hypothesis.candidates[-1]))
     share = min((effort_of(s.hypothesis.plant).beside_law for _, s in begun if s.hypothesis.is_beside_law), default=1.0)
-    laws = _first_of_each_kind([step for trial, step in ranked if trial.candidate.is_law])[:KEPT_LAWS]
-    linear = [(trial, step) for trial, step in ranked if not trial.candidate.is_law]
+    laws = _first_of_each_kind([step for trial, step in ranked if isinstance(trial.candidate, LawCandidate)])[
+        :KEPT_LAWS
+    ]
+    linear = [(trial, step) for trial, step in ranked if not isinstance(trial.candidate, LawCandidate)]
     others = [step for trial, step in linear if not trial.is_drawn][: int(share * FOREMOST)]
     drawn = [(trial.leads, step) for trial, step in linear if trial.is_drawn]
     most = int(share * FOREMOST_DRAWN)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import chi2
 
-from hybrid.diagnosis.causes.candidate import Candidate
+from fe_models.causes.candidate import Candidate, HarmonicCandidate
 from hybrid.diagnosis.contest.changes import changed, changes_beside, groups_in
 from hybrid.diagnosis.contest.discrepancy import in_units_of
 from hybrid.diagnosis.contest.effort import effort_of
@@ -277,7 +277,7 @@ def _lasting(posterior: Posterior, base: Fit) -> tuple[Fit, ...]:
     """
     most = MOST * base.misfit
     single = [f for f in posterior.fits if f.hypothesis.candidates and (f.hypothesis.is_linear or f.misfit <= most)]
-    others = [item for item in single if not item.hypothesis.candidates[0].oscillator]
+    others = [item for item in single if not isinstance(item.hypothesis.candidates[0], HarmonicCandidate)]
     return tuple({id(item): item for item in (*single[:1], *others[:1])}.values())
 
 
@@ -302,7 +302,9 @@ def runs_at_times(item: Fit) -> bool:
     does: of any size in each recording it takes up whatever comes in one of them.
     """
     causes = item.hypothesis.candidates
-    return len(causes) == 1 and causes[0].oscillator and not harmonic_amplitude(item, 0).acting.all()
+    return (
+        len(causes) == 1 and isinstance(causes[0], HarmonicCandidate) and not harmonic_amplitude(item, 0).acting.all()
+    )
 
 
 def forecasts_well(item: Fit, noise_model: NoiseModel, limits: tuple[float, float]) -> bool:

@@ -3,6 +3,7 @@
 import numpy as np
 
 from fe_models.arrays import FloatArray
+from fe_models.causes.candidate import ForceCandidate
 from hybrid.diagnosis.contest.growing import padded
 from hybrid.diagnosis.fitting.calibration_deviation import goes_far
 from hybrid.diagnosis.fitting.config import LEAST_SQUARES
@@ -47,7 +48,7 @@ def gaps_of(trial: Screened, base: Fit) -> list[FloatArray]:
 
 
 def _also_drawn(trial: Screened, base: Fit) -> bool:
-    return not trial.is_drawn and trial.candidate.pull is not None and goes_far(base)
+    return not trial.is_drawn and isinstance(trial.candidate, ForceCandidate) and goes_far(base)
 
 
 def _drawn(trial: Screened, base: Fit, start: tuple[float, ...]) -> FloatArray:

@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 
 from fe_models.arrays import BoolArray, FloatArray
-from hybrid.diagnosis.causes.candidate import Candidate
+from fe_models.causes.candidate import Candidate, HarmonicCandidate, LawCandidate
 from hybrid.diagnosis.contest.bounds import bound_of
 from hybrid.diagnosis.contest.effort import effort_of
 from hybrid.diagnosis.contest.growing import CLOSE_ENOUGH, QUIET, Lengths, continued, padded, shortened
@@ -81,7 +81,7 @@ def _trials(asked: tuple[Asked, ...], mixed: float) -> list[tuple[Candidate, Boo
 
     Where one tells a change, that is where all others begin which tell none: one thing changed, and they are rivals.
     """
-    most = [min(mixed, ONE_GROUP) if item.candidate.is_law else mixed for item in asked]
+    most = [min(mixed, ONE_GROUP) if isinstance(item.candidate, LawCandidate) else mixed for item in asked]
     change = next((item.high for item in asked if item.is_change), None)
     if mixed < 1.0 and change is not None:
         return [(item.candidate, item.high if item.is_change else change) for item in asked]
@@ -91,7 +91,7 @@ def _trials(asked: tuple[Asked, ...], mixed: float) -> list[tuple[Candidate, Boo
 
 def acting_recordings(fit: Fit, number: int) -> tuple[str, ...]:
     """Return the names of the recordings where candidate ``number`` of a fit acts."""
-    if fit.hypothesis.candidates[number].oscillator:
+    if isinstance(fit.hypothesis.candidates[number], HarmonicCandidate):
         return tuple(name for name, acts in zip(fit.names, harmonic_amplitude(fit, number).acting, strict=True) if acts)
     return tuple(name for batch in fit.batches if number not in batch.off for name in batch.names)
 

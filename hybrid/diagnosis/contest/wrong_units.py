@@ -4,8 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fe_models.causes import SensorGain
-from hybrid.diagnosis.causes.candidate import Candidate
+from fe_models.causes.candidate import Candidate, SensorCandidate
 from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.fitting.linearisation import orthonormal
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
@@ -29,7 +28,7 @@ def with_other_units(candidates: tuple[Candidate, ...], short: Fit, noise_model:
         return candidates
 
     def wider(candidate: Candidate) -> Candidate:
-        if candidate.kind != SensorGain.kind or candidate.sensor != sensor:
+        if not (isinstance(candidate, SensorCandidate) and candidate.quantity == "gain" and candidate.sensor == sensor):
             return candidate
         width = max(candidate.width[0], abs(factor - candidate.neutral[0]))
         return replace(candidate, width=(width,), starts=((factor,),), scalable=False)

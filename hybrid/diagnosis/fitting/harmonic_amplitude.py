@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fe_models.arrays import BoolArray
+from fe_models.causes.candidate import HarmonicCandidate
 from hybrid.diagnosis.fitting.config import HARMONIC
 from hybrid.diagnosis.fitting.least_squares import Fit
 
@@ -32,7 +33,7 @@ def harmonic_amplitude(fit: Fit, number: int) -> HarmonicAmplitude:
     They are F(0) = (a sin(phase), a cos(phase)) and noise, of which the square of the amplitude is freed. The error is
     that of each recording's own two, and of the parameters common to all.
     """
-    later = sum(c.oscillator for c in fit.hypothesis.candidates[number + 1 :])
+    later = sum(isinstance(c, HarmonicCandidate) for c in fit.hypothesis.candidates[number + 1 :])
     own = slice(-2 * later - 2, -2 * later or None)  # the last ones: how many come before differs between recordings
     waves = np.concatenate([states[:, own] for states in fit.states])  # (recording, 2)
     errors = np.concatenate([part[:, own] for part in fit.state_errors])

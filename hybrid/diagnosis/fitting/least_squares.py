@@ -10,6 +10,7 @@ from math import inf
 import numpy as np
 
 from fe_models.arrays import TINY, FloatArray
+from fe_models.causes.candidate import LawCandidate
 from hybrid.diagnosis.fitting.config import LEAST_SQUARES
 from hybrid.diagnosis.fitting.linearisation import Linearisation, linearise_batch
 from hybrid.diagnosis.recorded.batches import Batch
@@ -213,7 +214,7 @@ def first_steps(
     problem = _Problem(hypothesis, batches, noise_model)
     least, most, steep, telling = steps, 2 * steps, LEAST_SQUARES.max_cost_ratio, 0
     if not hypothesis.is_linear:
-        comes = hypothesis.candidates[-1].is_law
+        comes = isinstance(hypothesis.candidates[-1], LawCandidate)
         least, most = (
             LEAST_SQUARES.first_law_steps if comes else min(steps, LEAST_SQUARES.first_law_steps),
             LEAST_SQUARES.max_law_iterations,
@@ -316,7 +317,7 @@ def _weakened(hypothesis: Hypothesis, theta: FloatArray, share: float) -> FloatA
     """Return theta with a ``share`` of each candidate's force law: motions of a softening spring may grow for ever."""
     weaker = theta.copy()
     for candidate, part in zip(hypothesis.candidates, hypothesis.slices, strict=True):
-        if candidate.is_law:
+        if isinstance(candidate, LawCandidate):
             neutral = candidate.neutral[0]
             weaker[part.start] = neutral + share * (theta[part.start] - neutral)
     return weaker

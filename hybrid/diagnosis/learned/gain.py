@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from fe_models.causes import ModalDamping, PointDamper, SlackCable, StiffnessChange, SupportSpring
+from fe_models.causes.wording import at_place
 from fe_models.errors import InputError
 from fe_models.recordings import Dataset
 from fe_models.structure import Structure
@@ -13,7 +14,7 @@ from hybrid.diagnosis.fitting.crossvalidation import as_recordings
 from hybrid.diagnosis.learned.forces import Learned
 from hybrid.diagnosis.learned.projection import Projected, project
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
-from hybrid.diagnosis.outcome.findings import Finding, at_place
+from hybrid.diagnosis.outcome.findings import Finding
 from hybrid.diagnosis.recorded.faulty_channels import usable
 from hybrid.diagnosis.recorded.filter_transients import without_ringing_ends
 from hybrid.progress import nothing

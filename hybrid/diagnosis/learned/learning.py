@@ -43,7 +43,7 @@ def corrected(dataset: Dataset, findings: tuple[Finding, ...]) -> Dataset:
     faults = [(finding.cause, finding.recordings) for finding in findings if isinstance(finding.cause, SensorEffect)]
     recordings = dataset.recordings
     for fault, acting in sorted(faults, key=lambda item: LAST_FIRST.index(type(item[0]))):
-        undone = undo(fault)
+        undone = fault.inverse()
         recordings = tuple(
             replace(r, data=_whole(undone, r, names, dataset.sampling_rate)) if r.name in acting else r
             for r in recordings
@@ -55,17 +55,6 @@ def _whole(effect: SensorEffect, recording: Recording, names: list[str], rate: f
     """Return a recording's data with an effect that began where it did, before what is used of it."""
     begun = np.pad(recording.data, ((0, 0), (recording.skipped, 0), (0, 0)), mode="edge")
     return effect.apply(begun, names, rate)[:, recording.skipped :]
-
-
-def undo(fault: SensorEffect) -> SensorEffect:
-    """Return the fault that takes another one back."""
-    if isinstance(fault, SensorGain):
-        return SensorGain(fault.sensor, 1 / fault.factor)
-    if isinstance(fault, SensorDelay):
-        return SensorDelay(fault.sensor, -fault.delay)
-    if isinstance(fault, SensorDrift):
-        return SensorDrift(fault.sensor, -fault.slope)
-    raise TypeError(f"{fault.kind} cannot be taken back")
 
 
 def learn(dataset: Dataset, config: Config, advance: Callable[[], object] = nothing) -> Learned:

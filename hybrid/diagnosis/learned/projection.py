@@ -7,8 +7,9 @@ import numpy as np
 
 from fe_models.arrays import TINY, FloatArray
 from fe_models.causes import CoulombFriction, CubicSpring, ForceLaw, GapStop, QuadraticDamper
+from fe_models.causes.coulomb_friction import CREEP
+from fe_models.causes.places import REACHES
 from fe_models.structure import Direction
-from hybrid.diagnosis.causes.force_causes import CREEP, REACHES
 from hybrid.diagnosis.learned.forces import PlaceForce
 
 ANYWHERE: tuple[tuple[int], Direction] = (1,), "x"  # a law's place, of which its force knows nothing

@@ -12,7 +12,7 @@ from scipy.sparse import csr_array
 
 from fe_models.arrays import FloatArray, IntArray
 from fe_models.assembly import linearise, unsupported
-from fe_models.dofs import DofMap
+from fe_models.dof_map import DofMap
 from fe_models.mesh import nodes_in_finer
 from fe_models.modes import natural_modes
 from fe_models.structure import Structure

@@ -10,14 +10,17 @@ from scipy.sparse.linalg import SuperLU
 
 from fe_models.arrays import TINY, FloatArray
 from fe_models.assembly import linearise, unsupported
-from fe_models.causes import DeadLoad, ForceLaw, TimeIntegration
+from fe_models.causes import DeadLoad, Effect, ForceLaw, TimeIntegration
+from fe_models.causes.candidate import Changes
 from fe_models.causes.laws import force_laws, with_parts
 from fe_models.causes.modal_damping import replaced_ratios
 from fe_models.damping import full_damping, ratios_of_modes, replace_ratios
-from fe_models.dofs import DofMap
+from fe_models.dof_map import DofMap
 from fe_models.errors import InputError, raise_faults
 from fe_models.lowpass import LowPass
+from fe_models.matrix_changes import matrix_changes
 from fe_models.mechanisms import factorise
+from fe_models.modes import natural_modes
 from fe_models.nominal import damping_ratios
 from fe_models.recordings import Dataset, Sensor
 from fe_models.structure import Damping, Structure
@@ -75,6 +78,11 @@ class Plant:
     def size(self) -> int:
         """Number of modes that are followed."""
         return self.basis.shape[1] if self.kept is None else self.kept
+
+    @property
+    def followed_shapes(self) -> FloatArray:
+        """The first vectors of the ``basis``, (dof, mode): as many as are followed."""
+        return self.basis[:, : self.size]
 
     @property
     def is_chain(self) -> bool:
@@ -167,10 +175,18 @@ class Plant:
 
     def pull(self, law: ForceLaw) -> FloatArray:
         """Return the coefficients (dof,) of a law's elongation."""
-        full = np.zeros(len(self.dofs))
-        for node, direction, coefficient in law.pulls:
-            full[self.dofs.row(node, direction)] += coefficient
-        return full
+        return self.dofs.pull(law.pulls)
+
+    def changes_of(self, effect: Effect) -> Changes:
+        """Return dM, dC, dK, sparse (dof, dof), of an effect."""
+        changes = matrix_changes(self.structure, effect)
+        return changes.mass, changes.damping, changes.stiffness
+
+    def frequencies_with(self, effect: Effect) -> FloatArray:
+        """Return the natural frequencies (mode,), rad/s, of as many modes as are followed, of the structure with an
+        effect; `InputError` where it does not stand.
+        """
+        return natural_modes(linearise(self.structure.with_effects(effect)), len(self.modes[0])).omega
 
     @cached_property
     def built(self) -> Structure:

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fe_models.arrays import TINY, FloatArray
+from fe_models.causes.candidate import SensorCandidate, SupportCandidate
 from fe_models.modes import mac
 from fe_models.recordings import Dataset, Sensor
 from hybrid.diagnosis.contest.growing import fit_growing, lengths_of
@@ -139,7 +140,7 @@ def _free_fit(own: Fit, base: Fit, noise_model: NoiseModel) -> Fit | None:
     """
     plant, known = own.hypothesis.plant, own.hypothesis.candidates
     off = {number for batch in own.batches for number in batch.off}
-    stays = [c.sensor is not None or (c.is_structural and c.released is None) for c in known]
+    stays = [isinstance(c, SensorCandidate) or (c.is_structural and not isinstance(c, SupportCandidate)) for c in known]
     kept = [i for i in range(len(known)) if stays[i] and i not in off]
     spread = np.where(np.arange(len(plant.spread)) < plant.factors, OBSERVATION.free_factor_std, plant.spread)
     free = Hypothesis(replace(plant, laws=(), spread=spread), tuple(known[i] for i in kept))

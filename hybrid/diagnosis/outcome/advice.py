@@ -11,15 +11,15 @@ from typing import Any
 import numpy as np
 
 from fe_models.arrays import FloatArray
+from fe_models.causes.candidate import Candidate
+from fe_models.causes.places import IMMOBILE
+from fe_models.causes.wording import at_place
 from fe_models.files.recording_checks import UNITS
 from fe_models.recordings import Quantity, Sensor
-from hybrid.diagnosis.causes.candidate import Candidate
-from hybrid.diagnosis.causes.places import UNMOVED
 from hybrid.diagnosis.contest.posterior import Posterior, rivals_of, twins_of
 from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.fitting.linearisation import linearise_batch
 from hybrid.diagnosis.nominal.plant import Plant
-from hybrid.diagnosis.outcome.findings import at_place, reported_location
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.recorded.sensor_outputs import SensorOutputs
 from hybrid.diagnosis.response.marching import respond
@@ -82,9 +82,9 @@ def advise(posterior: Posterior, searched: NoiseModel, present: tuple[Sensor, ..
             found.append(
                 Advice(
                     candidate.kind,
-                    reported_location(candidate),
+                    candidate.reported_location,
                     rival.kind,
-                    reported_location(rival),
+                    rival.reported_location,
                     probability,
                     sensor,
                     left / (1 - probability + left),
@@ -99,7 +99,7 @@ def possible_sensors(plant: Plant, present: tuple[Sensor, ...]) -> tuple[Sensor,
     found = []
     moved = np.abs(plant.modes[1]).max(axis=1)
     own = plant.dofs.node <= len(plant.structure.nodes)  # finer meshes have more, which no file can name
-    for row in np.flatnonzero(own & (moved > UNMOVED * moved.max())):
+    for row in np.flatnonzero(own & (moved > IMMOBILE * moved.max())):
         node, direction = int(plant.dofs.node[row]), plant.dofs.direction[row]
         for quantity in OFFERED:
             if direction != "rz" and (node, direction, quantity) not in have:

@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 
 from fe_models.arrays import FloatArray
+from fe_models.causes.wording import place_words
 from hybrid.diagnosis.fitting.config import CALIBRATION
 from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.nominal.plant import Plant
-from hybrid.diagnosis.outcome.findings import place_words
 from hybrid.diagnosis.response.dispersion import shift, step_of
 
 TOLD = 4.0  # standard deviations: from there on a dispersion is told

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.special import expit
 
 from fe_models.arrays import FloatArray
+from fe_models.causes.candidate import HarmonicCandidate
 from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.outcome.rest import rests
 from hybrid.diagnosis.outcome.verdict import LISTED, Verdict
@@ -67,7 +68,11 @@ def hums_of(item: Fit, noise_model: NoiseModel, temper: float) -> tuple[Hum, ...
     causes = item.hypothesis.candidates
     if not item.hypothesis.is_linear:
         return ()
-    found = (_hum(item, number, noise_model, temper) for number, cause in enumerate(causes) if cause.oscillator)
+    found = (
+        _hum(item, number, noise_model, temper)
+        for number, cause in enumerate(causes)
+        if isinstance(cause, HarmonicCandidate)
+    )
     return tuple(hum for hum in found if hum is not None)
 
 

@@ -10,7 +10,7 @@ from hybrid.diagnosis.fitting.config import CALIBRATION
 from hybrid.diagnosis.fitting.excess_energy import excess_energy
 from hybrid.diagnosis.fitting.forecast_score import ForecastScore
 from hybrid.diagnosis.fitting.least_squares import Fit, fit
-from hybrid.diagnosis.outcome.findings import cause_of, is_held, sentence_of
+from hybrid.diagnosis.outcome.findings import cause_of, sentence_of
 from hybrid.diagnosis.outcome.scorer import Scorer
 from hybrid.diagnosis.outcome.verdict import BESIDE, MATERIAL, Errors
 from hybrid.diagnosis.recorded.motions import in_words
@@ -155,7 +155,7 @@ def weak(item: Fit, number: int, widened: float) -> str:
 def note_unnamed(item: Fit, number: int, widened: float, words: str) -> str:
     """Return a note on candidate ``number`` of a fit, which is not named: why, in ``words``."""
     cause, parameters = cause_of(item, number, widened)
-    sentence = sentence_of(cause, parameters, held=is_held(item.hypothesis.plant.structure.supports, cause))
+    sentence = sentence_of(cause, parameters, item.hypothesis.plant.structure)
     acting, every = (Counter(names) for names in (acting_recordings(item, number), item.names))
     where = "" if acting == every else f" (in {in_words(acting, every)} only)"
     return f"{words}: {sentence.rstrip('.')}{where}"

@@ -6,7 +6,7 @@ from itertools import combinations
 import numpy as np
 from scipy.sparse import csr_array
 
-from hybrid.diagnosis.causes.candidate import Candidate
+from fe_models.causes.candidate import Candidate, MatrixCandidate, ModeCandidate, SupportCandidate
 from hybrid.diagnosis.contest.discrepancy import in_units_of
 from hybrid.diagnosis.contest.evidence import Evidence
 from hybrid.diagnosis.contest.growing import lengths_of, padded, reference_fits_of, short_fit
@@ -24,13 +24,20 @@ def fits_in_modal_model(item: Fit, modal: Plant, setting: Setting, evidence: Evi
     supports, of modes that it has not) is left out.
     """
     causes = item.hypothesis.candidates
-    said = [i for i, c in enumerate(causes) if c.released is None and (c.mode is None or c.mode < modal.size)]
+    said = [i for i, cause in enumerate(causes) if _is_said(cause, modal)]
     counts = range(1, len(said) + 1)
     if any(batch.off for batch in item.batches):  # what acts in some recordings only goes by its number among all
         counts = range(len(causes), len(said) + 1)
     chosen = [subset for count in counts for subset in combinations(said, count)]
     fits = [fit_in_modal_model(item, subset, modal, setting, evidence) for subset in chosen]
     return [found for found in fits if found is not None]
+
+
+def _is_said(cause: Candidate, modal: Plant) -> bool:
+    """Return whether the modes of a modal model can have a cause."""
+    if isinstance(cause, ModeCandidate):
+        return cause.mode < modal.size
+    return not isinstance(cause, SupportCandidate)
 
 
 def fit_in_modal_model(
@@ -57,7 +64,7 @@ def fit_in_modal_model(
 
 def _standing_for(cause: Candidate, T: csr_array) -> Candidate:
     """Return a cause whose changes act on a modal model whose modes stand for the structure's; T (dof, dof)."""
-    if cause.changes is None:
+    if not isinstance(cause, MatrixCandidate):
         return cause
     mass, damping, stiffness = (csr_array(T.T @ change @ T) for change in cause.changes)
     return replace(cause, changes=(mass, damping, stiffness))

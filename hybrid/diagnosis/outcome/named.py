@@ -12,8 +12,6 @@ from hybrid.diagnosis.outcome.findings import (
     Alternative,
     Finding,
     cause_of,
-    is_held,
-    reported_location,
     sentence_of,
 )
 from hybrid.diagnosis.outcome.forecasts import share
@@ -56,7 +54,7 @@ def _finding(ruling: Ruling, number: int, taken: float, model: ForecastModel) ->
     listed = ruling.listed * min((hum.machine for hum in ruling.hums if hum.number == number), default=1.0)
     probability = min(of_candidate(posterior, candidate), SUREST) * listed
     rivals = [
-        Alternative(rival.kind, reported_location(rival), p * listed)
+        Alternative(rival.kind, rival.reported_location, p * listed)
         for rival, p in rivals_of(posterior, candidate, RIVALS)
     ]
     return Finding(
@@ -66,7 +64,7 @@ def _finding(ruling: Ruling, number: int, taken: float, model: ForecastModel) ->
         share(taken, ruling.found.nominal.excess),
         tuple(name for name in motions_of(setting.dataset) for _ in range(acting[name])),
         (*rivals, *remainder(probability, rivals, listed)),
-        sentence_of(cause, parameters, held=is_held(setting.plant.structure.supports, cause)),
+        sentence_of(cause, parameters, setting.plant.structure),
     )
 
 

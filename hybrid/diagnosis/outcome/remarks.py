@@ -3,12 +3,13 @@
 from collections import Counter
 
 from fe_models.causes import HarmonicForce, SensorEffect, StiffnessChange
+from fe_models.causes.wording import at_place, place_words
 from hybrid.diagnosis.fitting.calibration_deviation import factors_off
 from hybrid.diagnosis.fitting.excess_energy import excess_energy
 from hybrid.diagnosis.observed.observations import Observations
 from hybrid.diagnosis.observed.uniform_errors import uniform_damping_error, uniform_frequency_error
 from hybrid.diagnosis.outcome.calibration import astray, dispersion_of, far_off
-from hybrid.diagnosis.outcome.findings import Finding, at_place, place_words
+from hybrid.diagnosis.outcome.findings import Finding
 from hybrid.diagnosis.outcome.folding import folding_of
 from hybrid.diagnosis.outcome.hum import line_of
 from hybrid.diagnosis.outcome.loading import loading_of

@@ -92,15 +92,15 @@ def modal_finding(
 
     ``nominal``: its forecast; ``whole``: that by the extended structure.
     """
+    cause, structure = WrongModalModel(), simulation.fit.hypothesis.plant.structure
     return Finding(
-        WrongModalModel(),
+        cause,
         {},
         probability,
         float(np.clip(((simulation.beside or nominal).energy - whole.energy) / nominal.excess, 0.0, 1.0)),
         recordings,
         alternatives,
-        f"The modal model of the simulation is not that of its structure ({simulation.differs}): use the structure's"
-        " own modes.",
+        cause.sentence({"differs": simulation.differs}, structure),
     )
 
 

@@ -5,8 +5,8 @@ from typing import Any
 
 from fe_models.arrays import FloatArray
 from fe_models.causes import SlackCable
+from fe_models.causes.candidate import LawCandidate
 from fe_models.uncertain_parts import UncertainPart
-from hybrid.diagnosis.causes.candidate import Candidate
 from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.response.system import Force
 
@@ -16,7 +16,7 @@ def law_in_motion(law: Any) -> Force:
     return lambda u, v: law.force(u, v)
 
 
-def force_of(candidate: Candidate, plant: Plant, values: FloatArray, stiffnesses: FloatArray) -> Force:
+def force_of(candidate: LawCandidate, plant: Plant, values: FloatArray, stiffnesses: FloatArray) -> Force:
     """Return the force of a law of ``values`` (variant, parameter); ``stiffnesses`` (variant, part): factors."""
     cause: Any = candidate.build(*(values[:, i, None] for i in range(values.shape[1])))
     if isinstance(cause, SlackCable):

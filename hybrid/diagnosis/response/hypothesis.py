@@ -7,7 +7,16 @@ from itertools import pairwise
 import numpy as np
 
 from fe_models.arrays import BoolArray, FloatArray
-from hybrid.diagnosis.causes.candidate import Candidate
+from fe_models.causes.candidate import (
+    Candidate,
+    ChangeCandidate,
+    DashpotCandidate,
+    HarmonicCandidate,
+    LawCandidate,
+    MatrixCandidate,
+    ModeCandidate,
+    SupportCandidate,
+)
 from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.response.damping import assumed_damping, more_damping
 from hybrid.diagnosis.response.dashpots import trailing_of
@@ -49,7 +58,7 @@ class Hypothesis:
         A support that gives way brings a coordinate, the last one; harmonic forces have two entries each behind it.
         """
         n, m = self.size, self.less(off).size
-        waves = [number for number, candidate in enumerate(self.candidates) if candidate.oscillator]
+        waves = [number for number, candidate in enumerate(self.candidates) if isinstance(candidate, HarmonicCandidate)]
         own = [2 * n + 2 * k + part for k, number in enumerate(waves) if number not in off for part in (0, 1)]
         return [*range(m), *range(n, n + m), *own]
 
@@ -107,14 +116,19 @@ class Hypothesis:
         return np.array([FARTHEST] * self.nuisances + own)
 
     @property
+    def laws(self) -> tuple[LawCandidate, ...]:
+        """The candidates that are force laws."""
+        return tuple(candidate for candidate in self.candidates if isinstance(candidate, LawCandidate))
+
+    @property
     def is_linear(self) -> bool:
         """Whether the channels are linear in the initial state."""
-        return not self.plant.laws and not any(c.is_law for c in self.candidates)
+        return not self.plant.laws and not self.laws
 
     @property
     def is_beside_law(self) -> bool:
         """Whether the last candidate stands beside a force law."""
-        return any(candidate.is_law for candidate in self.candidates[:-1])
+        return any(isinstance(candidate, LawCandidate) for candidate in self.candidates[:-1])
 
     @cached_property
     def basis(self) -> Basis:
@@ -135,7 +149,7 @@ class Hypothesis:
     @property
     def states(self) -> int:
         """Number of entries of an initial state: displacements, velocities, two for each harmonic force."""
-        return 2 * self.size + 2 * sum(c.oscillator for c in self.candidates)
+        return 2 * self.size + 2 * sum(isinstance(c, HarmonicCandidate) for c in self.candidates)
 
     def own_motions(self, theta: FloatArray) -> list[FloatArray]:
         """Return what initial states (state,) have at ``theta`` (parameter,) that those of other hypotheses do not,
@@ -171,14 +185,24 @@ class Hypothesis:
         """Return whether every motion has mass at a ``theta``, (variant,) of (variant, parameter): not where more is
         taken off a node than moves with it.
         """
-        changes = zip(self.candidates, self.basis.changes, self.slices, strict=True)
-        masses = [(c, change[0], part.start) for c, change, part in changes if change is not None and change[0].any()]
+        masses = [(c, change[0], part.start) for c, change, part in self._matrix_candidates if change[0].any()]
         if not masses:
             return np.ones(len(theta), dtype=bool)
         M = self._drawn_mass(np.exp(theta[:, : len(self.plant.parts)]))
         for candidate, change, first in masses:
             M = M + candidate.amount(theta[:, first])[:, None, None] * change
         return np.asarray(np.linalg.eigvalsh(M)[:, 0] > WEIGHTLESS * np.abs(M).max(axis=(1, 2)))
+
+    @property
+    def _matrix_candidates(self) -> list[tuple[MatrixCandidate, FloatArray, slice]]:
+        """The candidates that change M, C or K, with a unit of their changes in the basis and their place in theta."""
+        every = zip(self.candidates, self.basis.changes, self.slices, strict=True)
+        return [(c, change, part) for c, change, part in every if isinstance(c, MatrixCandidate) and change is not None]
+
+    def _replaced(self, theta: FloatArray) -> list[tuple[int, FloatArray]]:
+        """Return the modes with a damping ratio of their own, from 0, and these ratios (variant,)."""
+        every = zip(self.candidates, self.slices, strict=True)
+        return [(c.mode, theta[:, part.start]) for c, part in every if isinstance(c, ModeCandidate)]
 
     def _drawn_mass(self, factor: FloatArray) -> FloatArray:
         """Return M (variant, shape, shape) with the parts' mass a ``factor`` (variant, part) times as large."""
@@ -202,38 +226,35 @@ class Hypothesis:
         rayleigh = plant.structure.damping
         C += rayleigh.mass_factor * (M - basis.mass) + rayleigh.stiffness_factor * (K - basis.stiffness)
         before, altered = (M, C, K), False  # without the causes that turn the modes
-        dashpots, replaced = np.zeros_like(C), list[tuple[int, FloatArray]]()
-        for candidate, change, part in zip(self.candidates, basis.changes, self.slices, strict=True):
-            if change is not None:
-                amount = candidate.amount(theta[:, part.start])
-                if candidate.part is not None:
-                    amount = amount * factor[:, candidate.part]
-                dM, dC, dK = amount[:, None, None] * change[:, None]
-                if candidate.is_dashpot:
-                    dashpots = dashpots + dC
-                    continue
-                M, C, K = M + dM, C + dC, K + dK  # the structure's own damping there
-                if candidate.released is None:
-                    altered = True
-                else:  # without it there are other modes
-                    before = before[0] + dM, before[1] + dC, before[2] + dK
-            elif candidate.mode is not None:
-                replaced.append((candidate.mode, theta[:, part.start]))
+        dashpots = np.zeros_like(C)
+        for candidate, change, part in self._matrix_candidates:
+            amount = candidate.amount(theta[:, part.start])
+            if isinstance(candidate, ChangeCandidate) and candidate.part is not None:
+                amount = amount * factor[:, candidate.part]
+            dM, dC, dK = amount[:, None, None] * change[:, None]
+            if isinstance(candidate, DashpotCandidate):
+                dashpots = dashpots + dC
+                continue
+            M, C, K = M + dM, C + dC, K + dK  # the structure's own damping there
+            if isinstance(candidate, SupportCandidate):  # without it there are other modes
+                before = before[0] + dM, before[1] + dC, before[2] + dK
+            else:
+                altered = True
         modes = eigenmodes(M, K, hardly_differ)
         drawn = eigenmodes(before[0], before[2], hardly_differ) if altered else modes
         more = more_damping(plant, drawn, *before[:2], factor[:, parts:])
-        if plant.turns and any(candidate.turns_modes for candidate in self.candidates):
+        if plant.turns and any(isinstance(candidate, ChangeCandidate) for candidate in self.candidates):
             turned = 0.5 * (1 + theta[:, plant.values, None, None])
             more = (1 - turned) * more + turned * more_damping(plant, modes, M, C, factor[:, parts:])
         shapes, trailing = np.broadcast_to(basis.shapes, (variants, *basis.shapes.shape)), None
         if self.size < M.shape[1]:
             T = turn(modes, self.size)
-            if plant.has_dashpots or any(candidate.is_dashpot for candidate in self.candidates):
+            if plant.has_dashpots or any(isinstance(c, DashpotCandidate) for c in self.candidates):
                 trailing = trailing_of(modes, T, C + more + dashpots, basis.shapes)
             M, C, K, more, dashpots = (T.transpose(0, 2, 1) @ matrix @ T for matrix in (M, C, K, more, dashpots))
             shapes = basis.shapes @ T
         C = C + more
-        C = C + assumed_damping(plant, M, C, K, factor[:, parts:], replaced, hardly_differ) + dashpots
+        C = C + assumed_damping(plant, M, C, K, factor[:, parts:], self._replaced(theta), hardly_differ) + dashpots
         if plant.disperses:
             K = dispersed(M, K, theta[:, plant.dispersion], plant.rate)
         return ReducedModel(M, C, K, shapes, trailing)
@@ -242,13 +263,10 @@ class Hypothesis:
     def residual(self) -> ResidualModes | None:
         """What gives way to the plant's laws and the candidates' in the modes that are not followed."""
         plant = self.plant
-        own = [candidate.pull for candidate in self.candidates if candidate.is_law]
-        return residual_modes_of(
-            plant, [plant.pull(law) for law in plant.laws] + [pull for pull in own if pull is not None]
-        )
+        return residual_modes_of(plant, [plant.pull(law) for law in plant.laws] + [law.pull for law in self.laws])
 
     @cached_property
     def left_out(self) -> list[FloatArray]:
         """How far a unit of each candidate's harmonic force bends modes that are not followed (dof,)."""
         plant, nothing = self.plant, np.zeros(len(self.plant.dofs))
-        return [nothing if c.pull is None or c.is_law else plant.left_out(c.pull) for c in self.candidates]
+        return [plant.left_out(c.pull) if isinstance(c, HarmonicCandidate) else nothing for c in self.candidates]

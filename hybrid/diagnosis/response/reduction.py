@@ -6,7 +6,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from fe_models.arrays import FloatArray
-from hybrid.diagnosis.causes.candidate import Candidate
+from fe_models.causes.candidate import Candidate, MatrixCandidate, SupportCandidate
 from hybrid.diagnosis.nominal.plant import Plant
 
 SAME = 1e-6  # of its length: what must be left of a shape for it to add to the basis
@@ -45,7 +45,8 @@ def basis_of(plant: Plant, candidates: tuple[Candidate, ...]) -> Basis:
         for shape in bent.T:
             shapes = _appended(shapes, shape, plant)
     changes = tuple(
-        None if c.changes is None else np.array([shapes.T @ (part @ shapes) for part in c.changes]) for c in candidates
+        np.array([shapes.T @ (part @ shapes) for part in c.changes]) if isinstance(c, MatrixCandidate) else None
+        for c in candidates
     )
     M, C, K, *others = _projected(plant, shapes)
     first, size = len(plant.parts), shapes.shape[1]
@@ -69,9 +70,9 @@ def _projected(plant: Plant, shapes: FloatArray) -> FloatArray:
 
 def _static_shapes(plant: Plant, candidate: Candidate) -> FloatArray:
     """Return the shapes (dof, load) that a candidate needs beyond the plant's own."""
-    if candidate.released is not None:
-        return plant.released(candidate.released)[:, None]
-    if plant.kept is None or candidate.changes is None:
+    if isinstance(candidate, SupportCandidate):
+        return plant.released(candidate.row)[:, None]
+    if plant.kept is None or not isinstance(candidate, MatrixCandidate):
         return np.zeros((len(plant.dofs), 0))
     forces = []
     for change in candidate.changes:

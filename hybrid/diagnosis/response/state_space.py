@@ -5,7 +5,8 @@ from typing import Any
 import numpy as np
 
 from fe_models.arrays import FloatArray
-from fe_models.causes import SensorDelay, SensorDrift, SensorGain, TimeIntegration
+from fe_models.causes import TimeIntegration
+from fe_models.causes.candidate import HarmonicCandidate, LawCandidate, SensorCandidate, StepCandidate
 from fe_models.recordings import Sensor, of_each_quantity
 from hybrid.diagnosis.recorded.sensor_outputs import SensorOutputs
 from hybrid.diagnosis.response.dashpots import with_trailing
@@ -15,7 +16,7 @@ from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.reduced_model import ReducedModel
 from hybrid.diagnosis.response.system import Entry, Force, ResidualFlexibility, System
 
-FAULTS = SensorGain.kind, SensorDelay.kind, SensorDrift.kind
+FAULTS = "gain", "delay", "drift"
 
 
 def system_of(hypothesis: Hypothesis, theta: FloatArray, outputs: SensorOutputs, hardly_differ: bool = False) -> System:
@@ -30,7 +31,7 @@ def system_of(hypothesis: Hypothesis, theta: FloatArray, outputs: SensorOutputs,
     A = np.zeros((variants, hypothesis.states, hypothesis.states))
     A[:, :n, n : 2 * n] = np.eye(n)
     A[:, n : 2 * n, : 2 * n] = -inverse @ np.concatenate([reduced.stiffness, reduced.damping], axis=2)
-    steps = None if any(c.kind == TimeIntegration.kind for c in hypothesis.candidates) else plant.integration
+    steps = None if any(isinstance(c, StepCandidate) for c in hypothesis.candidates) else plant.integration
     for number, (pull, _, frequency) in enumerate(waves):
         first, omega = 2 * n + 2 * number, 2 * np.pi * frequency
         omega = omega if steps is None else steps.shown_as(omega)  # a force keeps its frequency
@@ -89,7 +90,7 @@ def _laws(hypothesis: Hypothesis, theta: FloatArray) -> list[tuple[FloatArray, F
     plant, stiffnesses = hypothesis.plant, np.exp(theta[:, : len(hypothesis.plant.parts)])
     found = [(plant.pull(law), law_in_motion(law)) for law in plant.laws]
     for candidate, part in zip(hypothesis.candidates, hypothesis.slices, strict=True):
-        if candidate.pull is not None and candidate.is_law:
+        if isinstance(candidate, LawCandidate):
             found.append((candidate.pull, force_of(candidate, plant, theta[:, part], stiffnesses)))
     return found
 
@@ -99,7 +100,7 @@ def _waves(hypothesis: Hypothesis, theta: FloatArray) -> list[tuple[FloatArray, 
     return [
         (candidate.pull, shape, theta[:, part.start])
         for candidate, part, shape in zip(hypothesis.candidates, hypothesis.slices, hypothesis.left_out, strict=True)
-        if candidate.oscillator and candidate.pull is not None
+        if isinstance(candidate, HarmonicCandidate)
     ]
 
 
@@ -108,9 +109,9 @@ def _faults(hypothesis: Hypothesis, theta: FloatArray, positions: tuple[int, ...
     faults = np.zeros((3, len(theta), len(positions)))
     faults[0] = 1.0
     for candidate, part in zip(hypothesis.candidates, hypothesis.slices, strict=True):
-        if candidate.sensor is not None:
+        if isinstance(candidate, SensorCandidate):
             own = [i for i, position in enumerate(positions) if position == candidate.sensor]
-            faults[FAULTS.index(candidate.kind)][:, own] = theta[:, part]
+            faults[FAULTS.index(candidate.quantity)][:, own] = theta[:, part]
     return faults
 
 

@@ -23,13 +23,9 @@ class ScanConfig:
     """Sizes at which candidates are tried whose effect is not linear in them."""
 
     sizes: tuple[float, ...] = (-2.0, -1.0, -0.5, -0.2, 0.2, 0.5, 1.0, 2.0)  # of a prior width, from doing nothing
-    far_spring_sizes: tuple[float, ...] = (-20.0, -5.0, 5.0, 20.0)  # besides, of springs to the ground
     # of a support's compliance, of the usual one: it may give way by a hundredth of that or be all but lost, and a
     # start must be within a third: these are within a fifth of any
     compliances: tuple[float, ...] = tuple(np.geomspace(0.006, 20.0, 24))
-    reversed_gain: float = -1.0  # a sensor's gain where it is mounted the wrong way round
-    # of a stiffness: what may be left; its compliance, which is felt, goes to infinity
-    remaining_stiffness: tuple[float, ...] = (0.02, 0.05, 0.12, 0.25)
     # times the energy of noise: what an element that is all but lost makes a fit without it leave, at least
     min_unexplained_ratio: float = 2.0
 

@@ -5,7 +5,7 @@ score test.
 import numpy as np
 
 from fe_models.causes import StiffnessChange
-from hybrid.diagnosis.causes.candidate import Candidate
+from fe_models.causes.candidate import Candidate, ModeCandidate
 from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.screening.screening import Screened
@@ -29,7 +29,7 @@ def confounded_candidates(fit: Fit, candidates: tuple[Candidate, ...]) -> list[S
 
 def _factor_of(candidate: Candidate, plant: Plant) -> int | None:
     """Return the number of the uncertain factor that does the same as a candidate, None without one."""
-    if candidate.mode is not None:
+    if isinstance(candidate, ModeCandidate):
         return len(plant.parts) + candidate.mode if candidate.mode < len(plant.ratios) else None
     if candidate.kind == StiffnessChange.kind:
         for number, part in enumerate(plant.parts):

@@ -3,7 +3,7 @@
 import numpy as np
 
 from fe_models.arrays import BoolArray, FloatArray
-from hybrid.diagnosis.causes.candidate import Candidate
+from fe_models.causes.candidate import Candidate, HarmonicCandidate
 from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.fitting.linearisation import linearise_batch
 from hybrid.diagnosis.recorded.config import SPECTRA
@@ -21,7 +21,7 @@ def screen_forces(fit: Fit, candidates: tuple[Candidate, ...], noise_model: Nois
     The transient is one of the initial states' motions, which are projected out. Amplitude and phase are each
     recording's own. The fit should be of whole recordings: segments do not tell frequencies well.
     """
-    forces = [candidate for candidate in candidates if candidate.oscillator]
+    forces = [candidate for candidate in candidates if isinstance(candidate, HarmonicCandidate)]
     if not forces:
         return []
     hypothesis = fit.hypothesis
@@ -32,8 +32,7 @@ def screen_forces(fit: Fit, candidates: tuple[Candidate, ...], noise_model: Nois
     longest = max(batch.samples for batch in fit.batches)
     count = longest * SCREENING.frequencies_per_line
     trials = np.arange(SCREENING.frequencies_per_line, count // 2) * noise_model.rate / count
-    pulls = [candidate.pull for candidate in forces if candidate.pull is not None]  # of every force
-    feed = np.stack([reduced.fed(pull, inverse)[0] for pull in pulls], axis=1)  # (mode, place)
+    feed = np.stack([reduced.fed(force.pull, inverse)[0] for force in forces], axis=1)  # (mode, place)
     B = np.zeros((2 * n, len(forces)))  # the structure's own states: at another force's frequency its own are singular
     B[n:] = feed
     D = at_once(hypothesis.plant.rows(noise_model.sensors) @ reduced.shapes[0], feed, noise_model.sensors)

@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 
 from fe_models.arrays import FloatArray
-from hybrid.diagnosis.causes.candidate import Candidate
+from fe_models.causes.candidate import Candidate, ChangeCandidate
 from hybrid.diagnosis.fitting.calibration_deviation import within
 from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.parallel import parallel_map
@@ -80,7 +80,7 @@ def modal_scan(item: Fit, candidates: tuple[Candidate, ...], noise_model: NoiseM
         shift[: values.shape[1]] += values[number]
         return Screened(candidate, (float(closer[number]),), plain - float(costs[number]), shift, is_drawn=True)
 
-    turning = [candidate for candidate in candidates if candidate.turns_modes]
+    turning = [candidate for candidate in candidates if isinstance(candidate, ChangeCandidate)]
     return sorted(parallel_map(best, turning), key=lambda trial: -trial.gain)
 
 

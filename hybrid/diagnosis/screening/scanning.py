@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 
 from fe_models.arrays import FloatArray
-from fe_models.causes import SensorGain, StiffnessChange, SupportSpring
-from hybrid.diagnosis.causes.candidate import Candidate
+from fe_models.causes import SensorGain, StiffnessChange
+from fe_models.causes.candidate import Candidate, ChangeCandidate, ForceCandidate, SupportCandidate
+from fe_models.causes.stiffness_change import REMAINING
 from hybrid.diagnosis.fitting.calibration_deviation import goes_far, within
 from hybrid.diagnosis.fitting.config import LINEARISATION
 from hybrid.diagnosis.fitting.least_squares import Fit
@@ -22,11 +23,6 @@ from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.response.system import drift, observability
 from hybrid.diagnosis.screening.config import SCAN
 from hybrid.diagnosis.screening.screening import Screened
-
-ABSOLUTE: dict[str, tuple[float, ...]] = {
-    StiffnessChange.kind: SCAN.remaining_stiffness,
-    SensorGain.kind: (SCAN.reversed_gain,),
-}
 
 Trial = tuple[Candidate, FloatArray]
 """A candidate and sizes (size, parameter) of it."""
@@ -49,20 +45,19 @@ def unseen(fit: Fit, candidates: tuple[Candidate, ...], noise_model: NoiseModel)
     """Return what other things that are off may hide until the first step of a fit, each at the best of its sizes.
 
     There its gain says nothing. These are supports that give way and the simulation's own time steps, which calibrated
-    factors resemble, where these are far off; and elements, with what may be `SCAN.remaining_stiffness` of their
-    stiffness, where a ``fit`` leaves much. Modes that come down into the recordings' band with an element are followed.
+    factors resemble, where these are far off; and elements, with what may be left of their stiffness, where a ``fit``
+    leaves much. Modes that come down into the recordings' band with an element are followed.
     """
     much = leaves_much(fit)
     if not fit.hypothesis.is_linear or not (much or goes_far(fit)):
         return []
-    resembled = [candidate for candidate in candidates if candidate.released is not None or not candidate.names]
-    trials = [(candidate, sizes_of(candidate)) for candidate in resembled]
-    weakened = [c for c in candidates if much and c.kind == StiffnessChange.kind and "element" in c.location]
-    trials += [
-        trial
-        for c in weakened
-        for trial in _bringing(c, np.array(SCAN.remaining_stiffness)[:, None], fit.hypothesis.plant)
+    resembled = [
+        candidate for candidate in candidates if isinstance(candidate, SupportCandidate) or not candidate.names
     ]
+    trials = [(candidate, sizes_of(candidate)) for candidate in resembled]
+    changes = [c for c in candidates if much and isinstance(c, ChangeCandidate)]
+    weakened = [c for c in changes if c.kind == StiffnessChange.kind and "element" in c.location]
+    trials += [trial for c in weakened for trial in _bringing(c, np.array(REMAINING)[:, None], fit.hypothesis.plant)]
     best: dict[str, Screened] = {}
     for found in sorted(_best_of(trials, fit, noise_model), key=lambda trial: -trial.gain):
         best.setdefault(found.candidate.key, found)
@@ -74,7 +69,7 @@ def leaves_much(fit: Fit) -> bool:
     return fit.chi2 > SCAN.min_unexplained_ratio * fit.values
 
 
-def _bringing(candidate: Candidate, sizes: FloatArray, plant: Plant) -> list[Trial]:
+def _bringing(candidate: ChangeCandidate, sizes: FloatArray, plant: Plant) -> list[Trial]:
     """Return the ``sizes`` of a candidate by the number of modes that come down into the recordings' band there."""
     if plant.kept is None:
         return [(candidate, sizes)]
@@ -113,14 +108,12 @@ def sizes_of(candidate: Candidate) -> FloatArray:
         return np.zeros((1, 0))  # it acts or it does not
     if candidate.kind == SensorGain.kind and candidate.starts:  # what the other sensors tell: see `with_other_units`
         return np.array(candidate.starts)
-    if len(candidate.names) > 1 or not candidate.scalable or candidate.is_law or candidate.oscillator:
+    if len(candidate.names) > 1 or not candidate.scalable or isinstance(candidate, ForceCandidate):
         return np.zeros((0, len(candidate.names)))
-    far = SCAN.far_spring_sizes if candidate.kind == SupportSpring.kind else ()
-    steps = (*SCAN.sizes, *far) if candidate.released is None else SCAN.compliances
-    sizes = candidate.neutral[0] + np.array(steps) * candidate.width[0]
+    steps = SCAN.compliances if isinstance(candidate, SupportCandidate) else SCAN.sizes
+    sizes = np.append(candidate.neutral[0] + np.array(steps) * candidate.width[0], candidate.far)
     most = candidate.upper[0] if candidate.upper else np.inf
-    sizes = sizes[(sizes > candidate.lower[0]) & (sizes < most)]
-    return np.append(sizes, ABSOLUTE.get(candidate.kind, ()))[:, None]
+    return sizes[(sizes > candidate.lower[0]) & (sizes < most)][:, None]
 
 
 def with_sizes(theta: FloatArray, sizes: FloatArray) -> FloatArray:

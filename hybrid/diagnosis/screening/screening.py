@@ -10,7 +10,7 @@ from functools import cached_property, partial
 import numpy as np
 
 from fe_models.arrays import TINY, FloatArray
-from hybrid.diagnosis.causes.candidate import Candidate
+from fe_models.causes.candidate import Candidate, HarmonicCandidate, LawCandidate
 from hybrid.diagnosis.fitting.driven import History, driven, fitted_motion, forces_along
 from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.fitting.linearisation import Linearisation, inside, linearise_batch
@@ -85,16 +85,18 @@ class _Present:
 def screen(fit: Fit, candidates: tuple[Candidate, ...], noise_model: NoiseModel) -> list[Screened]:
     """Return each candidate with its best start, most promising first; harmonic forces apart (`force_screening`)."""
     present = _present(fit, noise_model)
-    forced = law_responses(fit, [candidate for candidate in candidates if candidate.is_law], noise_model)
+    forced = law_responses(
+        fit, [candidate for candidate in candidates if isinstance(candidate, LawCandidate)], noise_model
+    )
 
     def best_of(candidate: Candidate) -> Screened:
         trials = []
         for number, start in enumerate(candidate.first_starts):
-            known = forced[candidate.key][number] if candidate.is_law else None
+            known = forced[candidate.key][number] if isinstance(candidate, LawCandidate) else None
             trials.append(_score(present, candidate, start, known))
         return max(trials, key=lambda trial: trial.gain)
 
-    found = parallel_map(best_of, [candidate for candidate in candidates if not candidate.oscillator])
+    found = parallel_map(best_of, [c for c in candidates if not isinstance(c, HarmonicCandidate)])
     return sorted(found, key=lambda trial: -trial.gain)
 
 
@@ -145,7 +147,7 @@ def _effect(present: _Present, candidate: Candidate, start: tuple[float, ...], s
     """
     fit, noise_model, batch, states = present.fit, present.noise_model, stretch.batch, stretch.states
     extended = fit.hypothesis.adding(candidate)
-    if not candidate.is_law:
+    if not isinstance(candidate, LawCandidate):
         states = extended.embedded(states, (len(extended.candidates) - 1,))
     theta = np.append(fit.theta, start)
     if not candidate.is_structural and not stretch.forces:
@@ -190,7 +192,7 @@ def _response(
     return np.asarray(y.reshape(len(thetas), len(states), -1))
 
 
-def law_responses(fit: Fit, laws: list[Candidate], noise_model: NoiseModel) -> dict[str, list[list[FloatArray]]]:
+def law_responses(fit: Fit, laws: list[LawCandidate], noise_model: NoiseModel) -> dict[str, list[list[FloatArray]]]:
     """Return what each law at each of its starts adds, to first order: by its key, start and batch (recording, value).
 
     Its force along the present motion, at samples and between them, drives each mode of the linear system (Simpson's
@@ -219,7 +221,7 @@ def _law_response(
     form: ModalForm,
     reduced: ReducedModel,
     noise_model: NoiseModel,
-    trial: tuple[Candidate, tuple[float, ...]],
+    trial: tuple[LawCandidate, tuple[float, ...]],
 ) -> FloatArray:
     """Return the channels (recording, time, sensor) that the force of one law along the ``motion`` adds.
 
@@ -228,7 +230,6 @@ def _law_response(
     law, start = trial
     hypothesis, theta = fit.hypothesis, fit.theta[None]
     n = hypothesis.size
-    assert law.pull is not None  # as of every law
     pull = law.pull @ reduced.shapes[0]
     force_at = force_of(law, hypothesis.plant, np.array([start]), np.exp(theta[:, : len(hypothesis.plant.parts)]))
     force = History(
@@ -281,10 +282,12 @@ def amounts_by_recording(
     The uncertain factors are kept as they are: what they do is common to all recordings.
     """
     present = _present(fit, noise_model)
-    forced = law_responses(fit, [candidate for candidate in candidates if candidate.is_law], noise_model)
+    forced = law_responses(
+        fit, [candidate for candidate in candidates if isinstance(candidate, LawCandidate)], noise_model
+    )
     found = []
     for candidate in candidates:
-        known = forced[candidate.key][0] if candidate.is_law else None
+        known = forced[candidate.key][0] if isinstance(candidate, LawCandidate) else None
         amounts, sizes = [], []
         for stretch, column in _columns(present, candidate, candidate.first_starts[0], known):
             recordings = len(stretch.batch.names)  # of one or more segments each

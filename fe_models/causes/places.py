@@ -1,23 +1,52 @@
 """Where forces can act on a structure, and how much of one is felt there."""
 
 from dataclasses import dataclass, replace
-from typing import Any
+from functools import cached_property
+from typing import Any, Protocol
 
 import numpy as np
+from scipy.sparse import csr_array
 from scipy.spatial import cKDTree
 
 from fe_models.arrays import FloatArray
+from fe_models.dof_map import DofMap
 from fe_models.structure import Direction, Spring, Structure
-from hybrid.diagnosis.nominal.plant import Plant
 
-UNMOVED = 1e-4  # of the largest entry of the mode shapes, or motion: a place that moves less feels no force
+IMMOBILE = 1e-4  # of the largest entry of the mode shapes, or motion: a place that moves less feels no force
 NEAR = 0.5  # of the shortest element there: nearer nodes that no element joins are of two parts side by side
 ALIKE = 0.01  # of its motion in the modes: how far apart two places may be to count as one
+REACHES = (0.1, 0.25, 0.45, 0.65, 0.85)  # of the largest elongation: where a search for a gap, or slackness, starts
+LARGEST = 0.999  # quantile of an elongation that counts as its largest
+LEAST_SHARE = 1e-3  # of the rms elongation: what a gap, or the largest elongation of one side, is at least
 DAMPED = 0.2  # of the dashpot whose force is as large as a spring's at the usual rate
 
 
 Nodes = tuple[int] | tuple[int, int]  # against the ground, or against one another
 Elongation = tuple[dict[str, Any], Nodes, Direction, FloatArray]  # location, nodes, direction, coefficients (dof,)
+
+
+class NominalStructure(Protocol):
+    """A structure as places ask for it.
+
+    ``is_chain``: whether all is springs and masses in one direction; ``mass`` and ``stiffness``: sparse (dof, dof), as
+    if no support held it; ``modes``: natural frequencies (rad/s) and mass-normalised shapes (dof, mode).
+    """
+
+    @property
+    def structure(self) -> Structure: ...  # noqa: D102
+    @property
+    def is_chain(self) -> bool: ...  # noqa: D102
+    @property
+    def dofs(self) -> DofMap: ...  # noqa: D102
+    @property
+    def mass(self) -> csr_array: ...  # noqa: D102
+    @property
+    def stiffness(self) -> csr_array: ...  # noqa: D102
+    @property
+    def modes(self) -> tuple[FloatArray, FloatArray]: ...  # noqa: D102
+
+    def static(self, forces: FloatArray) -> FloatArray:
+        """Return the displacements (dof, load) under ``forces`` (dof, load), supports holding."""
 
 
 @dataclass(frozen=True)
@@ -28,10 +57,9 @@ class Motion:
     velocity: FloatArray
 
     @classmethod
-    def of_states(cls, states: FloatArray, plant: Plant) -> "Motion":
-        """Return the motion of modal states (..., state) of a plant: displacements, then velocities."""
-        n = plant.size
-        shapes = plant.basis[:, :n]
+    def of_states(cls, states: FloatArray, shapes: FloatArray) -> "Motion":
+        """Return the motion of states (..., state), coordinates of ``shapes`` (dof, coordinate), then their rates."""
+        n = shapes.shape[1]
         return cls(states[..., :n] @ shapes.T, states[..., n : 2 * n] @ shapes.T)
 
 
@@ -51,8 +79,37 @@ class Place:
     coefficient: float
     twins: tuple[dict[str, Any], ...] = ()
 
+    @property
+    def at(self) -> tuple[Nodes, Direction]:
+        """Where it is, as a connector has it."""
+        return self.nodes, self.direction
 
-def places_of(plant: Plant, motion: Motion) -> list[Place]:
+
+@dataclass(frozen=True)
+class MovingPlace:
+    """A ``place`` with its ``elongation`` u (m) and ``rate`` v (m/s), both (...,)."""
+
+    place: Place
+    elongation: FloatArray
+    rate: FloatArray
+
+    @classmethod
+    def of(cls, place: Place, motion: Motion) -> "MovingPlace":
+        """Return a place in motion."""
+        return cls(place, motion.displacement @ place.pull, motion.velocity @ place.pull)
+
+    @cached_property
+    def size(self) -> float:
+        """The rms elongation, m."""
+        return float(np.std(self.elongation))
+
+    @cached_property
+    def speed(self) -> float:
+        """The rms rate, m/s."""
+        return float(np.std(self.rate))
+
+
+def places_of(nominal: NominalStructure, motion: Motion) -> list[Place]:
     """Return where forces can act: each free translation, and between two nodes that springs join, or nothing does
     though they are near.
 
@@ -60,25 +117,25 @@ def places_of(plant: Plant, motion: Motion) -> list[Place]:
     """
     found: list[Place] = []
     moves: list[FloatArray] = []
-    shapes = plant.modes[1]
-    for location, nodes, direction, pull in _elongations(plant):
+    shapes = nominal.modes[1]
+    for location, nodes, direction, pull in _elongations(nominal):
         move = pull @ shapes
         size = float(np.linalg.norm(move))
-        if size < UNMOVED * np.abs(shapes).max():
+        if size < IMMOBILE * np.abs(shapes).max():
             continue
         alike = [i for i, other in enumerate(moves) if np.linalg.norm(move - other) < ALIKE * size]
-        if alike and not plant.is_chain:
+        if alike and not nominal.is_chain:
             first = found[alike[0]]
             found[alike[0]] = replace(first, twins=(*first.twins, location))
             continue
-        found.append(Place(location, nodes, direction, pull, *_felt(plant, pull, motion)))
+        found.append(Place(location, nodes, direction, pull, *_felt(nominal, pull, motion)))
         moves.append(move)
     return found
 
 
-def _elongations(plant: Plant) -> list[Elongation]:
+def _elongations(nominal: NominalStructure) -> list[Elongation]:
     """Return every elongation that a force can act along."""
-    structure, dofs = plant.structure, plant.dofs
+    structure, dofs = nominal.structure, nominal.dofs
     units = np.eye(len(dofs))
     found: list[Elongation] = []
     for direction in structure.directions:
@@ -111,13 +168,13 @@ def _pairs(structure: Structure, direction: Direction) -> list[tuple[int, int]]:
     return list(dict.fromkeys(joined))
 
 
-def _felt(plant: Plant, pull: FloatArray, motion: Motion) -> tuple[float, float]:
+def _felt(nominal: NominalStructure, pull: FloatArray, motion: Motion) -> tuple[float, float]:
     """Return stiffness and damping coefficient: a chain's mean spring, elsewhere what the structure resists there."""
-    free = plant.dofs.free
-    if plant.is_chain:
-        mass, stiffness = (float(np.mean(matrix.diagonal()[free])) for matrix in (plant.mass, plant.stiffness))
+    free = nominal.dofs.free
+    if nominal.is_chain:
+        mass, stiffness = (float(np.mean(matrix.diagonal()[free])) for matrix in (nominal.mass, nominal.stiffness))
         return stiffness / 2, DAMPED * float(np.sqrt(mass * stiffness / 2))
-    stiffness = 1 / float(pull @ plant.static(pull[:, None])[:, 0])
+    stiffness = 1 / float(pull @ nominal.static(pull[:, None])[:, 0])
     moved = float(np.std(motion.displacement @ pull))
-    omega = float(np.std(motion.velocity @ pull)) / moved if moved > 0 else float(plant.modes[0][0])
+    omega = float(np.std(motion.velocity @ pull)) / moved if moved > 0 else float(nominal.modes[0][0])
     return stiffness, DAMPED * stiffness / omega

@@ -6,7 +6,6 @@ Looks one element far. What weights or friction at a node take off along a membe
 import numpy as np
 
 from fe_models.arrays import FloatArray
-from fe_models.causes.axial_force import line_of
 from fe_models.structure import Element, Spring, Structure
 
 BEND = 0.2  # sine of 11.5 degrees: up to such a kink the next element takes it on, and no support holds along it
@@ -34,3 +33,9 @@ def _direction(structure: Structure, element: Element) -> FloatArray:
     """Return the unit vector (x, y) along an element; zero where it has no length."""
     line = line_of(structure, element)
     return np.asarray(line / max(float(np.hypot(*line)), np.finfo(float).tiny))
+
+
+def line_of(structure: Structure, element: Element) -> FloatArray:
+    """Return the vector (x, y), in m, from an element's first node to its last, zero of a spring to the ground."""
+    start, end = (np.array(structure.nodes[node - 1], dtype=float) for node in (element.nodes[0], element.nodes[-1]))
+    return np.asarray(end - start)

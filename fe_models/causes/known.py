@@ -1,0 +1,137 @@
+"""What is known before causes are sought, from which each cause makes its candidates."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from fe_models.arrays import FloatArray, IntArray
+from fe_models.causes.base import CAUSES, Cause, Effect, ForceLaw
+from fe_models.causes.candidate import Candidate, Changes
+from fe_models.causes.places import IMMOBILE, Motion, MovingPlace, NominalStructure, Place, places_of
+from fe_models.structure import Structure
+
+
+class UncertainStiffnessOrMass(Protocol):
+    """The stiffness or mass of some elements, by their numbers, which is uncertain as a whole."""
+
+    @property
+    def quantity(self) -> str: ...  # noqa: D102
+    @property
+    def elements(self) -> tuple[int, ...]: ...  # noqa: D102
+
+
+class NominalModel(NominalStructure, Protocol):
+    """The nominal model, as far as causes ask for it.
+
+    ``built``: the structure with its effects that are plain parts built in; ``parts``: what of it is uncertain as a
+    whole; ``own_ratios`` (mode,): damping ratios; ``below``: number of modes that recordings can show; ``highest``
+    (Hz): the highest frequency that they show; ``integration``: the error of the simulation's own steps, if any.
+    """
+
+    @property
+    def built(self) -> Structure: ...  # noqa: D102
+    @property
+    def parts(self) -> Sequence[UncertainStiffnessOrMass]: ...  # noqa: D102
+    @property
+    def own_ratios(self) -> FloatArray: ...  # noqa: D102
+    @property
+    def below(self) -> int: ...  # noqa: D102
+    @property
+    def highest(self) -> float: ...  # noqa: D102
+    @property
+    def integration(self) -> Cause | None: ...  # noqa: D102
+
+    def pull(self, law: ForceLaw) -> FloatArray:
+        """Return the coefficients (dof,) of a law's elongation."""
+
+    def released(self, row: int) -> FloatArray:
+        """Return the displacements (dof,) when a held degree of freedom moves by one and the others stay held."""
+
+    def changes_of(self, effect: Effect) -> Changes:
+        """Return what an effect adds to M, C and K."""
+
+    def frequencies_with(self, effect: Effect) -> FloatArray:
+        """Return the natural frequencies (mode,), rad/s, of the structure with an effect; `InputError` without any."""
+
+
+@dataclass(frozen=True)
+class Channel:
+    """A measured sensor: its ``name``, the ``rms`` of what it shows and how long its longest recording is, s."""
+
+    name: str
+    rms: float
+    duration: float
+
+
+@dataclass(frozen=True)
+class Known:
+    """The ``nominal`` model, the ``motion`` that it needs to follow the recordings, and the measured ``channels``.
+
+    ``slowest`` (Hz): one cycle in the longest recording.
+    """
+
+    nominal: NominalModel
+    motion: Motion
+    channels: tuple[Channel, ...] = ()
+    slowest: float = 0.0
+
+    @cached_property
+    def places(self) -> list[Place]:
+        """Where forces can act."""
+        return places_of(self.nominal, self.motion)
+
+    @cached_property
+    def least_elongation(self) -> float:
+        """The rms elongation (m) of a place that hardly moves beside the others."""
+        sizes = [float(np.std(self.motion.displacement @ place.pull)) for place in self.places]
+        return IMMOBILE * max(sizes, default=0.0)
+
+    @cached_property
+    def moving_places(self) -> list[MovingPlace]:
+        """The places that move, with their motion."""
+        every = [MovingPlace.of(place, self.motion) for place in self.places]
+        return [place for place in every if place.size > self.least_elongation]
+
+    @property
+    def period(self) -> float:
+        """The usual period of the motion, s."""
+        moving = self.nominal.dofs.direction != "rz"  # rotations are no lengths
+        displacement, velocity = self.motion.displacement[..., moving], self.motion.velocity[..., moving]
+        return 2 * np.pi * float(np.std(displacement) / np.std(velocity))
+
+    @property
+    def element_groups(self) -> list[tuple[int, ...]]:
+        """The numbers of each element alone, and of those that are uncertain as a whole."""
+        parts = self.nominal.parts
+        groups = [part.elements for part in parts if part.quantity == "stiffness" and len(part.elements) > 1]
+        return [(number,) for number in range(1, len(self.nominal.structure.elements) + 1)] + groups
+
+    @property
+    def zeros(self) -> csr_array:
+        """A matrix of zeros (dof, dof)."""
+        return csr_array(self.nominal.mass.shape)
+
+    def diagonal(self, rows: IntArray) -> csr_array:
+        """Return ones at the diagonal's ``rows``, sparse (dof, dof)."""
+        return csr_array((np.ones(len(rows)), (rows, rows)), shape=self.nominal.mass.shape)
+
+
+def candidates_of(known: Known) -> tuple[Candidate, ...]:
+    """Return every cause at every place that it can have: by cause, but laws of a place and faults of a sensor go
+    together.
+    """
+    found = [candidate for cause in CAUSES.values() for candidate in cause.candidates(known)]
+    first: dict[str, int] = {}
+    for number, candidate in enumerate(found):
+        first.setdefault(candidate.listed_with, number)
+    return tuple(sorted(found, key=lambda candidate: first[candidate.listed_with]))
+
+
+def outer(pull: FloatArray) -> csr_array:
+    """Return b b^T of an elongation's coefficients (dof,), sparse."""
+    column = csr_array(pull[:, None])
+    return csr_array(column @ column.T)

@@ -1,1 +1,0 @@
-"""Every cause at every place that it can have."""

@@ -1,0 +1,24 @@
+"""All causes at all places of a plant and of its sensors."""
+
+import numpy as np
+
+from fe_models.causes.candidate import Candidate
+from fe_models.causes.known import Channel, Known, candidates_of
+from fe_models.causes.places import Motion
+from fe_models.recordings import Dataset
+from hybrid.diagnosis.nominal.plant import Plant
+
+
+def all_candidates(plant: Plant, dataset: Dataset, motion: Motion, measured: tuple[int, ...]) -> tuple[Candidate, ...]:
+    """Return every cause at every place that it can have; ``measured``: columns of the sensors that are fitted."""
+    longest = max(recording.data.shape[-2] for recording in dataset.select("train"))  # samples
+    channels = tuple(_channel(dataset, column) for column in measured)
+    return candidates_of(Known(plant, motion, channels, dataset.sampling_rate / longest))
+
+
+def _channel(dataset: Dataset, column: int) -> Channel:
+    """Return what the training recordings show of a sensor, by its ``column``."""
+    data = [recording.data[..., column] for recording in dataset.select("train")]
+    rms = float(np.mean([part.std() for part in data]))
+    duration = max(part.shape[-1] for part in data) / dataset.sampling_rate
+    return Channel(dataset.sensors[column].name, rms, duration)
