@@ -9,7 +9,8 @@ import torch
 from fe_models.linear import ModalModel
 from fe_models.recordings import Recording
 from hybrid.estimation.linear_calibration import Observer
-from hybrid.training.consistency import largest_agreeing_group, unexplained_shares
+from hybrid.identification.agreement import largest_agreeing_group
+from hybrid.training.consistency import unexplained_shares
 from hybrid.training.preparation import agreeing_recordings
 from tests.hybrid_problems import MEASURED, SENSORS, STEP, chain_modes, off_chain, recorded
 

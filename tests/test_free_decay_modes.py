@@ -14,7 +14,7 @@ from fe_models.files.bridge_recordings import bridge_sensors
 from fe_models.files.dataset_file import save_dataset
 from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset, Recording
-from hybrid.identification.agreement import left_by_each, window_of
+from hybrid.identification.agreement import shares_unexplained, window_of
 from hybrid.identification.backbone import backbone_of
 from hybrid.identification.combinations import combinations_of
 from hybrid.identification.free_decay_modes import identify_modes
@@ -77,7 +77,7 @@ def test_another_structure_leaves_most_unexplained() -> None:
     other = decay([3.7, 5.9], [0.004, 0.003], [1.0, 0.6], SHAPES[1:])
     recordings = [*same, other]
     lines = [identify_modes(data, RATE, 3.9, 30.0, count=2) for data in recordings]
-    left = left_by_each(lines, recordings, RATE, window_of(lines, recordings, RATE))
+    left = shares_unexplained(lines, recordings, RATE, window_of(lines, recordings, RATE))
     assert left[:2, :2].max() < 0.01
     assert left[2, 2] < 0.01
     assert min(left[2, :2].min(), left[:2, 2].min()) > 0.5

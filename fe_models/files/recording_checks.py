@@ -7,6 +7,7 @@ import numpy as np
 from fe_models.arrays import FloatArray
 from fe_models.dof_map import DofMap
 from fe_models.recordings import Quantity, Sensor
+from fe_models.spectra import line_frequencies, power_spectrum
 
 FEWEST_SAMPLES = 32
 """Six samples in the first fifth, from which initial states are found, is the least that tells two modes apart."""
@@ -116,11 +117,11 @@ def energy_above(channel: FloatArray, sampling_rate: float, frequency: float) ->
     cut off, the other hides the beginning, where a free decay has its energy.
     """
     samples = channel.shape[-1]
-    above = np.fft.rfftfreq(samples, 1 / sampling_rate) > frequency
+    above = line_frequencies(samples, sampling_rate) > frequency
     shares = []
     for window in (np.ones(samples), np.hanning(samples)):
         mean = (channel * window).sum(-1, keepdims=True) / window.sum()
-        power = abs(np.fft.rfft((channel - mean) * window)) ** 2  # (..., frequency)
+        power = power_spectrum((channel - mean)[..., None], window)[..., 0]  # (..., frequency)
         shares.append(float(power[..., above].sum() / power.sum()))
     return min(shares)
 

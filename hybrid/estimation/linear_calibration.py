@@ -19,6 +19,7 @@ from fe_models.recordings import Sensor, of_each_quantity
 from hybrid.estimation.linear_parameters import ConnectorParameters, ModalParameters
 from hybrid.neural_modal_ode.connectors import Connectors
 from hybrid.neural_modal_ode.decoder import sensor_shapes
+from hybrid.observability import observability_by_doubling
 from hybrid.progress import nothing
 
 GROWTH = (0.1, 0.2, 0.4, 1.0)  # of the whole window, one after the other
@@ -73,12 +74,8 @@ class Observer:
         lower = torch.cat([stiffness, damping], dim=1)  # (mode, 2 mode)
         displacement, velocity, acceleration = self.shapes
         seen = torch.cat([displacement / self.omega, velocity], dim=1) + acceleration @ lower  # (sensor, 2 mode)
-        power = torch.matrix_exp(torch.cat([upper, lower]) * self.step)
-        rows = seen[None]
-        while len(rows) < samples:  # doubling: log2(samples) products instead of samples
-            rows = torch.cat([rows, rows @ power])
-            power = power @ power
-        return rows[:samples]
+        transition = torch.matrix_exp(torch.cat([upper, lower]) * self.step)
+        return observability_by_doubling(seen[None], transition, samples, torch.concatenate)
 
 
 def smooth(observability: Tensor, windows: Tensor, ridge: float = RIDGE) -> tuple[Tensor, Tensor]:

@@ -12,6 +12,7 @@ import torch
 from torch import Tensor
 
 from hybrid.estimation.trajectory_sensitivity import sensitivities, trajectory_jacobian
+from hybrid.levenberg_marquardt import Damping
 from hybrid.neural_modal_ode.integrators import propagate
 from hybrid.neural_modal_ode.model import NeuralModalODE
 from hybrid.neural_modal_ode.state_prior import StatePrior
@@ -19,8 +20,7 @@ from hybrid.neural_modal_ode.state_prior import StatePrior
 LARGEST_STEP = 2.0  # in scaled states, which are near one: keeps the search where the forces are known
 ITERATIONS = 10  # from nothing
 FEW_ITERATIONS = 4  # from a state that is nearly right
-FIRST_DAMPING = 1e-3  # of the diagonal of the normal matrix
-LOOSER, TIGHTER = 0.2, 8.0  # what a success and a failure make of the damping
+DAMPING = Damping(first=1e-3, easing=5.0, tightening=8.0)  # of the diagonal of the normal matrix
 GROWTH = 3.0  # of the span of samples, one search after the other: a state from few samples starts that from more
 WINDOWS = 25  # at a time: what one batch needs stays in the processor's cache
 
@@ -66,7 +66,7 @@ def estimate_state(
     z0 = windows.new_zeros(len(windows), len(prior.precision)) if start is None else start
     states = trajectory(model, z0, len(seen))
     misfit, residual = misfits(model, prior, states, seen)
-    damping = torch.full_like(misfit, FIRST_DAMPING)
+    damping = torch.full_like(misfit, DAMPING.start)
     for _ in range(iterations):
         J = channel_slopes(model, prior, states)  # (batch, 2 mode, time * measured)
         normal = J @ J.transpose(1, 2) + prior.precision  # (batch, 2 mode, 2 mode)
@@ -81,7 +81,7 @@ def estimate_state(
         states = torch.where(better[:, None], tried, states)
         residual = torch.where(better[:, None], tried_residual, residual)
         misfit = torch.where(better, tried_misfit, misfit)
-        damping = damping * torch.where(better, LOOSER, TIGHTER)
+        damping = DAMPING.after(damping, better)
     J = channel_slopes(model, prior, states)
     return StateEstimate(z0, torch.linalg.inv(J @ J.transpose(1, 2) + prior.precision), misfit)
 

@@ -1,6 +1,7 @@
-"""Do recordings come from one structure? The lines of each, with their shapes, must explain the others."""
+"""Do recordings come from one structure? What was identified from each must explain the others."""
 
 import numpy as np
+from scipy.sparse.csgraph import connected_components
 
 from fe_models.arrays import FloatArray
 from hybrid.identification.damped_cosines import columns_of
@@ -9,6 +10,8 @@ from hybrid.identification.free_decay_modes import IdentifiedModes
 WINDOW = 5.0  # s: longer ones would ask for the phase of a frequency that moves by thousandths ...
 PERIODS = 2.0  # ... but no less than so many of the slowest line, or the shortest recording
 
+MAX_UNEXPLAINED_SHARE = 0.5  # of a recording's energy by another's model; the same structure stays below 0.2
+
 
 def window_of(lines: list[IdentifiedModes], recordings: list[FloatArray], rate: float) -> int:
     """Return how many samples of ``recordings`` (time, sensor) one set of ``lines`` is to explain at once."""
@@ -16,7 +19,9 @@ def window_of(lines: list[IdentifiedModes], recordings: list[FloatArray], rate: 
     return min(round(max(WINDOW, PERIODS / slowest) * rate), *(len(data) for data in recordings))
 
 
-def left_by_each(lines: list[IdentifiedModes], recordings: list[FloatArray], rate: float, samples: int) -> FloatArray:
+def shares_unexplained(
+    lines: list[IdentifiedModes], recordings: list[FloatArray], rate: float, samples: int
+) -> FloatArray:
     """Return the share of each recording's energy that the modes of each one leave, (model, recording).
 
     ``recordings`` (time, sensor) are cut into windows of so many ``samples``, in which the modes of the model, with its
@@ -34,3 +39,14 @@ def left_by_each(lines: list[IdentifiedModes], recordings: list[FloatArray], rat
             explained = np.sum((windows @ basis) ** 2)
             shares[i, j] = 1 - explained / np.sum(windows**2)
     return shares
+
+
+def largest_agreeing_group(shares: FloatArray) -> list[int]:
+    """Return the numbers of the largest group of recordings whose models explain each other (the first, if tied).
+
+    ``shares`` (model, recording): of each recording's energy that a model identified from another one leaves.
+    """
+    agree = np.maximum(shares, shares.T) < MAX_UNEXPLAINED_SHARE
+    count, group = connected_components(agree, directed=False)
+    sizes = np.bincount(group, minlength=count)
+    return [int(i) for i in np.flatnonzero(group == np.argmax(sizes))]

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fe_models.arrays import FloatArray
+from fe_models.spectra import line_frequencies, power_spectrum
 
 COMBINATIONS = ((-1, 1), (2, 0), (-1, 2), (1, 1))  # of two modes: those that lie between no other lines
 HARMONICS = ((2, 0), (3, 0))  # of a single mode
@@ -35,9 +36,8 @@ def combinations_of(
 
     ``highest``: the frequency (Hz) up to which the recording goes, where that is below half its sampling rate.
     """
-    window = np.hanning(len(data))[:, None]
-    power = np.sum(np.abs(np.fft.rfft(data * window, axis=0)) ** 2, axis=1)
-    frequencies = np.fft.rfftfreq(len(data), 1 / rate)
+    power = power_spectrum(data).sum(axis=1)
+    frequencies = line_frequencies(len(data), rate)
     found = []
     for first, second in COMBINATIONS if len(modes) > 1 else HARMONICS:
         expected = first * modes[0] + second * modes[-1]

@@ -6,6 +6,7 @@ import numpy as np
 
 from fe_models.arrays import FloatArray
 from fe_models.recordings import Dataset
+from fe_models.spectra import line_frequencies, power_spectrum
 from hybrid.figures import figure
 from hybrid.identification.backbone import Backbone
 from hybrid.identification.combinations import Combination
@@ -154,6 +155,5 @@ def draw_spectra(path: Path, dataset: Dataset, compared: Compared) -> Path:
 
 
 def _power(data: FloatArray, rate: float) -> tuple[FloatArray, FloatArray]:
-    window = np.hanning(len(data))[:, None]
-    power = np.sum(np.abs(np.fft.rfft(data * window, axis=0)) ** 2, axis=1)
-    return np.asarray(np.fft.rfftfreq(len(data), 1 / rate)), np.asarray(power / power.max())
+    power = power_spectrum(data).sum(axis=1)
+    return line_frequencies(len(data), rate), np.asarray(power / power.max())

@@ -11,7 +11,7 @@ from fe_models.errors import InputError
 from fe_models.modes import mac, natural_modes
 from fe_models.recordings import Dataset
 from fe_models.structure import Structure
-from hybrid.identification.agreement import left_by_each, window_of
+from hybrid.identification.agreement import shares_unexplained, window_of
 from hybrid.identification.backbone import Backbone, backbone_of
 from hybrid.identification.combinations import Combination, combinations_of
 from hybrid.identification.free_decay_modes import IdentifiedModes, identify_modes
@@ -92,7 +92,7 @@ def compare_recordings(dataset: Dataset, advance: Callable[[], object] = nothing
     ]
     motions = [data for _, data in singles]
     samples = window_of(lines, motions, rate)
-    left = left_by_each(lines, motions, rate, samples)
+    left = shares_unexplained(lines, motions, rate, samples)
     names = tuple(sensor.name for sensor in dataset.sensors)
     return Compared(nominal, shapes, names, followed, tuple(found), left, samples / rate)
 

@@ -4,14 +4,11 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 import torch
-from scipy.sparse.csgraph import connected_components
 from torch import Tensor
 
 from fe_models.arrays import FloatArray
 from hybrid.estimation.linear_calibration import Observer, fit_linear_rest, smooth
 from hybrid.progress import nothing
-
-CONTRADICTION = 0.5  # of a recording's energy unexplained by another's model; the same structure stays below 0.2
 
 
 def unexplained_shares(
@@ -30,11 +27,3 @@ def unexplained_shares(
             left = (fitted - windows).square().mean(dim=(1, 2)) / windows.square().mean(dim=(1, 2))
             shares[i, j] = float(left.median())
     return shares
-
-
-def largest_agreeing_group(shares: FloatArray) -> list[int]:
-    """Return the numbers of the largest group of recordings whose models explain each other (the first, if tied)."""
-    agree = np.maximum(shares, shares.T) < CONTRADICTION
-    count, group = connected_components(agree, directed=False)
-    sizes = np.bincount(group, minlength=count)
-    return [int(i) for i in np.flatnonzero(group == np.argmax(sizes))]

@@ -7,6 +7,7 @@ not explain yet count little, as under a Student distribution.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -17,15 +18,16 @@ from fe_models.arrays import FloatArray
 from hybrid.config import TrainingConfig
 from hybrid.estimation.most_probable_state import WINDOWS, estimate_state, misfits, trajectory
 from hybrid.estimation.normal_equations import normal_equations
+from hybrid.levenberg_marquardt import Damping
 from hybrid.neural_modal_ode.model import NeuralModalODE
 from hybrid.neural_modal_ode.residuals.connector_residual import ConnectorResidual
 from hybrid.neural_modal_ode.state_prior import StatePrior
 from hybrid.training.gradient_training import EpochResult, TrainingDivergedError
 
 MEDIAN_TO_STD = 1.4826  # of the absolute values of normal noise
-FIRST_DAMPING = 1e-2  # of the normal matrix's diagonal
+DAMPING = Damping(first=1e-2, easing=5.0, tightening=6.0)  # of the normal matrix's diagonal
 LEAST_DIAGONAL = 1e-3  # of the largest entry: a parameter that nothing depends on yet is damped all the same
-LOOSER, TIGHTER, TRIES = 0.2, 6.0, 6  # what a success and a failure make of the damping; failures in a row
+MAX_TRIES = 6  # steps in a row that do not lead down
 PRIOR_PRECISION = 0.1  # of each parameter, which are near one: a net's weights wander where the data do not tell
 REFINEMENTS = 2  # Gauss-Newton steps of the initial states after each change of the parameters
 OUTLYING = 2.0  # times the median misfit: windows beyond count less and less
@@ -66,7 +68,7 @@ class GaussNewtonTrainer:
         self.chosen = self.windows[torch.as_tensor(np.sort(chosen))]
         self.states: Tensor | None = None  # (chosen, 2 mode)
         self.horizon = min(config.first_horizon, self.windows.shape[1])
-        self.damping = FIRST_DAMPING
+        self.damping = DAMPING.start
         self.converged = False
         self.done = 0
 
@@ -114,7 +116,7 @@ class GaussNewtonTrainer:
         self._follow_spread(fit)
         if gain < SETTLED:
             self.converged = horizon == length
-            self.horizon, self.damping = min(GROWTH * horizon, length), FIRST_DAMPING
+            self.horizon, self.damping = min(GROWTH * horizon, length), DAMPING.start
         self.done = epoch
         return EpochResult(epoch, float(fit.misfit.mean()), horizon)
 
@@ -139,16 +141,16 @@ class GaussNewtonTrainer:
         floor = LEAST_DIAGONAL * N.diagonal().max()
         own, coupling = (torch.cat([getattr(part, name) for part in parts]) for name in ("own", "coupling"))
         old = table.detach().clone()
-        for _ in range(TRIES):
-            damped = N + prior + self.damping * torch.diag(N.diagonal() + floor)
+        for damping in islice(DAMPING.tries(self.damping), MAX_TRIES):
+            damped = N + prior + damping * torch.diag(N.diagonal() + floor)
             move = torch.linalg.solve(damped, downhill).to(table.dtype)
             self._set(old + move.view_as(old))
             tried = self._solve(windows, fit.states + own - coupling @ move, refinements=REFINEMENTS)
             lower = _robust(tried.misfit, scale)
             if lower < cost:
-                self.damping *= LOOSER
+                self.damping = DAMPING.eased(damping)
                 return tried, 1 - lower / cost
-            self.damping *= TIGHTER
+            self.damping = DAMPING.tightened(damping)
         self._set(old)
         return fit, 0.0
 

@@ -30,6 +30,7 @@ from hybrid.estimation.linear_calibration import (
     smooth,
 )
 from hybrid.estimation.windows import columns, cut, cut_all, evenly, window_length
+from hybrid.identification.agreement import largest_agreeing_group
 from hybrid.neural_modal_ode.connectors import Connectors, chain_connectors, complete_basis
 from hybrid.neural_modal_ode.encoder import WindowEncoder
 from hybrid.neural_modal_ode.model import NeuralModalODE
@@ -39,7 +40,7 @@ from hybrid.neural_modal_ode.residuals.free_residual import FreeResidual
 from hybrid.neural_modal_ode.scaling import StateScale, channel_scale
 from hybrid.neural_modal_ode.state_prior import StatePrior
 from hybrid.progress import nothing
-from hybrid.training.consistency import largest_agreeing_group, unexplained_shares
+from hybrid.training.consistency import unexplained_shares
 
 CALIBRATION_WINDOWS = 200  # at most; evenly chosen, more add time but little information
 SMOOTHING_SPAN = 2  # times the encoder's samples: how long the linear model is trusted to tell noise and spread

@@ -2,6 +2,11 @@
 
 from dataclasses import dataclass
 
+from hybrid.levenberg_marquardt import Damping
+
+FIT_DAMPING = Damping(first=1e-3, easing=30.0, tightening=30.0, most=1e3, free=1e-10)
+STATE_DAMPING = Damping(first=1e-3, easing=10.0, tightening=10.0)
+
 
 @dataclass(frozen=True)
 class CalibrationConfig:
@@ -38,19 +43,16 @@ class LeastSquaresConfig:
     min_chi2_fall: float = 0.05
     # of force laws, one after the other, where the motion from the start grows for ever
     law_strengths: tuple[float, float, float] = (1.0, 0.5, 0.2)
-    # Steps that tell whether more are worth it: a law's initial states must leave those of the motion without it.
-    first_steps: int = 1
-    # Steps that tell whether more are worth it: a law's initial states must leave those of the motion without it.
-    first_law_steps: int = 2
+    first_steps: int = 1  # after which it shows whether more are worth it
+    first_law_steps: int = 2  # likewise: a law's initial states must leave those of the motion without it
     # steps until it shows whether a start that is far off leads low: a second one may still be short
     conclusive_steps: int = 5
     max_cost_ratio: float = 0.5  # of the cost: without a law a step that leaves less is followed by another one
     # share of the cost: a law whose last step took as much away starts far off, and goes on
     steep_fall_share: float = 0.2
-    # of Marquardt's damping: none; a cause and the uncertain factor it resembles need whole steps
-    free_damping: float = 1e-10
     newton_steps: int = 3  # steps of Newton's method in which initial states follow a law that comes, goes or changes
-    damping: tuple[float, float, float] = (1e-3, 30.0, 1e3)  # where a whole step fails: first, factor, give up
+    # none at first: a cause and the uncertain factor it resembles need whole steps; more where such a step fails
+    damping: Damping = FIT_DAMPING
 
 
 @dataclass(frozen=True)
@@ -60,8 +62,7 @@ class InitialStateConfig:
     # of the stretch, where force laws act: so that the search begins near
     stretch_shares: tuple[float, ...] = (0.15, 0.25, 0.35, 0.5, 0.7, 1.0)
     max_iterations: int = 20  # at most, of each
-    # of Levenberg and Marquardt: at first, and how much less or more after a step
-    damping: tuple[float, float] = (1e-3, 10.0)
+    damping: Damping = STATE_DAMPING
     min_gain: float = 0.01  # of a sum of squares in units of the noise: a step that promises less is not taken
     max_motion_ratio: float = 1e6  # times the largest value recorded: what stands for a motion beyond all bounds
     difference_step: float = 1e-4  # of a state's prior standard deviation

@@ -86,7 +86,7 @@ def _states_under_laws(
     weight = batch.weights(noise_model)  # (recording or one row, value)
     wanted = (batch.data - drifted(system, batch.begins)[0]).reshape(recordings, -1) * weight
     far = INITIAL_STATES.max_motion_ratio * float(np.abs(wanted).max())
-    cost, damping = np.full(recordings, np.inf), np.full(recordings, INITIAL_STATES.damping[0])
+    cost, damping = np.full(recordings, np.inf), np.full(recordings, INITIAL_STATES.damping.start)
     X, residual, trial = np.zeros((recordings, wanted.shape[1], len(moved))), wanted, states
     for _ in range(INITIAL_STATES.max_iterations):
         starts = np.repeat(trial[None], len(moved) + 1, axis=0)
@@ -101,7 +101,7 @@ def _states_under_laws(
         states, cost = np.where(better[:, None], trial, states), np.minimum(cost, new)
         X = np.where(better[:, None, None], slopes, X)
         residual = np.where(better[:, None], left, residual)
-        damping = np.where(better, damping / INITIAL_STATES.damping[1], damping * INITIAL_STATES.damping[1])
+        damping = INITIAL_STATES.damping.after(damping, better)
         H = np.einsum("rvs,rvt->rst", X, X, optimize=True) + prior
         H = H + damping[:, None, None] * np.einsum("rss->rs", H)[:, :, None] * np.eye(len(moved))
         g = np.einsum("rvs,rv->rs", X, residual) - states @ prior

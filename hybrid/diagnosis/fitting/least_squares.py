@@ -168,17 +168,16 @@ class _Problem:
         Without ``slopes`` no step can follow.
         """
         H, gradient = self.normal_equations(point)
-        first, factor, most = LEAST_SQUARES.damping
         hopeful = slopes and self.hypothesis.is_linear  # they take far longer, and a step that fails needs none
-        while damping < most:
-            step = np.linalg.solve(H + damping * np.diag(np.diag(H)), gradient)
+        for tried in LEAST_SQUARES.damping.tries(damping):
+            step = np.linalg.solve(H + tried * np.diag(np.diag(H)), gradient)
             theta = np.clip(point.theta + step, self.hypothesis.lower, self.hypothesis.upper)
             states = point.after(theta - point.theta)
             then = self.at(theta, states, slopes=hopeful)
             if then is not None and then.cost <= point.cost:
-                return then if hopeful or not slopes else self.at(theta, states), damping
-            hopeful, damping = False, max(damping * factor, first)
-        return None, damping
+                return then if hopeful or not slopes else self.at(theta, states), tried
+            hopeful = False
+        return None, LEAST_SQUARES.damping.most
 
 
 @dataclass(frozen=True)
@@ -224,7 +223,7 @@ def first_steps(
     taken, best = 0, problem.begun(theta, states)
     point = best
     while point is not None:
-        then = problem.improved(point, LEAST_SQUARES.free_damping, slopes=False)[0]
+        then = problem.improved(point, LEAST_SQUARES.damping.start, slopes=False)[0]
         if then is None:
             break
         fall = then.cost / point.cost
@@ -257,19 +256,16 @@ def fit(
     if point is None:
         return None
     values = sum(batch.data.size for batch in batches)
-    damping, bound = LEAST_SQUARES.free_damping, bound - hypothesis.extra_entries(point.theta, point.states)
+    damping, bound = LEAST_SQUARES.damping.start, bound - hypothesis.extra_entries(point.theta, point.states)
     iterations = iterations if hypothesis.is_linear else min(iterations, LEAST_SQUARES.max_law_iterations)
     for to_come in reversed(range(iterations)):
         then, damping = problem.improved(point, damping)
         if then is None:
             break
         gain, point = point.cost - then.cost, then
-        tells = (
-            damping == LEAST_SQUARES.free_damping or to_come < iterations - 1
-        )  # a first step cut short may be small before large ones
-        damping = (
-            damping / LEAST_SQUARES.damping[1] if damping > LEAST_SQUARES.damping[0] else LEAST_SQUARES.free_damping
-        )
+        # a first step cut short may be small before large ones
+        tells = damping == LEAST_SQUARES.damping.start or to_come < iterations - 1
+        damping = LEAST_SQUARES.damping.eased(damping)
         if gain < enough * max(1.0, point.cost / values) or (tells and point.cost - to_come * gain > bound):
             break
     return Fit(

@@ -6,6 +6,7 @@ from scipy.signal import welch
 from fe_models.arrays import FloatArray
 from fe_models.lowpass import LowPass
 from fe_models.recordings import Dataset
+from fe_models.spectra import line_frequencies, power_spectrum
 from hybrid.diagnosis.nominal.config import LOWPASS
 
 
@@ -75,17 +76,14 @@ def _rings_above(data: FloatArray, rate: float, cutoff: float, lower: float) -> 
     last parts have where the low-pass still lets all through.
     """
     samples = len(data) // LOWPASS.parts
-    frequency = np.fft.rfftfreq(max(samples, 1), 1 / rate)
+    frequency = line_frequencies(max(samples, 1), rate)
     passed, above = (frequency > cutoff / 2) & (frequency < LOWPASS.band_within[1] * cutoff), frequency > lower
     if not (passed.any() and above.any()):
         return False
     parts = data[: samples * LOWPASS.parts].reshape(LOWPASS.parts, samples, -1)
-    spectra = np.fft.rfft((parts - parts.mean(axis=1, keepdims=True)) * np.hanning(samples)[:, None], axis=1)
-    power = np.abs(spectra) ** 2  # (part, frequency, sensor)
+    power = power_spectrum(parts - parts.mean(axis=1, keepdims=True))  # (part, frequency, sensor)
     fast = power[:, above].sum(axis=1)
-    density = np.median(power[-LOWPASS.calm_parts :, passed], axis=(0, 1)) / np.log(
-        2
-    )  # of a mean power the median is log 2
+    density = np.median(power[-LOWPASS.calm_parts :, passed], axis=(0, 1)) / np.log(2)  # median of power
     noise = density * np.sum(frequency < cutoff)
     most, usual = fast.max(axis=0), np.median(fast, axis=0)
     return bool(

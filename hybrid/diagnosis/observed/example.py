@@ -7,6 +7,7 @@ import numpy as np
 
 from fe_models.arrays import FloatArray
 from fe_models.recordings import Sensor
+from fe_models.spectra import line_frequencies, windowed_spectrum
 from hybrid.diagnosis.fitting.forecast_score import ForecastModel, predicted, shown_of
 from hybrid.diagnosis.recorded.batches import Batch
 from hybrid.diagnosis.recorded.noise_model import SensorRoles
@@ -47,9 +48,8 @@ class Example:
     def spectrum(self, name: str) -> tuple[FloatArray, FloatArray]:
         """Return frequencies (Hz) and the error's amplitude spectrum, each channel over its size, all in one (rms)."""
         error = (self.measured - getattr(self, name)) / self.measured.std(axis=0)
-        window = np.hanning(len(error))[:, None]
-        amplitude = 2 * np.abs(np.fft.rfft(error * window, axis=0)) / window.sum()
-        return np.asarray(np.fft.rfftfreq(len(error), 1 / self.rate)), np.asarray(np.sqrt((amplitude**2).mean(axis=1)))
+        amplitude = 2 * np.abs(windowed_spectrum(error)) / np.hanning(len(error)).sum()
+        return line_frequencies(len(error), self.rate), np.asarray(np.sqrt((amplitude**2).mean(axis=1)))
 
 
 def example_of(

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fe_models.arrays import BoolArray, ComplexArray, FloatArray
+from fe_models.spectra import line_frequencies, power_spectrum, windowed_spectrum
 from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.recorded.batches import Batch
 from hybrid.diagnosis.recorded.config import NOISE
@@ -55,14 +56,14 @@ def noise_of_recordings(batches: tuple[Batch, ...], rate: float, band: Band) -> 
     lower = _lower(rate, band)
     power, count = 0.0, 0
     for batch in batches:
-        window = np.hanning(batch.samples)[:, None]
-        above = np.fft.rfftfreq(batch.samples, 1 / rate) > lower
-        spectra = np.asarray(np.fft.rfft(batch.data * window, axis=1)[:, above])
+        window = np.hanning(batch.samples)
+        above = line_frequencies(batch.samples, rate) > lower
+        spectra = windowed_spectrum(batch.data, window)[:, above]
         density = np.abs(spectra) ** 2 / np.sum(window**2)
         share = 1.0
         if batch.loads is not None:
-            pushes = np.asarray(np.fft.rfft(batch.loads.courses[0] * window, axis=1)[:, above])
-            left, share = _unexplained(spectra, pushes, np.asarray(np.fft.rfftfreq(batch.samples)[above]))
+            pushes = windowed_spectrum(batch.loads.courses[0], window)[:, above]
+            left, share = _unexplained(spectra, pushes, line_frequencies(batch.samples, 1.0)[above])
             density = np.abs(left) ** 2 / np.sum(window**2)
         power = power + density.sum(axis=(0, 1))
         count += density.shape[0] * density.shape[1] * share
@@ -72,7 +73,7 @@ def noise_of_recordings(batches: tuple[Batch, ...], rate: float, band: Band) -> 
 def variance_of_log_noise(samples: int, rate: float, band: Band) -> float:
     """Return the variance of the logarithm of the noise's standard deviation, as one recording tells it."""
     if band.room:
-        return NOISE.lines_per_independent / 4 / float(np.sum(np.fft.rfftfreq(samples, 1 / rate) > _lower(rate, band)))
+        return NOISE.lines_per_independent / 4 / float(np.sum(line_frequencies(samples, rate) > _lower(rate, band)))
     return NOISE.lines_per_independent * QUARTILE_LOSS / 4 / float(np.sum(_lines(_end(samples), rate, band)))
 
 
@@ -92,7 +93,7 @@ def _end(samples: int) -> int:
 
 def _lines(samples: int, rate: float, band: Band) -> BoolArray:
     """Return which lines (frequency,) of a spectrum lie in the band; of a short recording the first in any case."""
-    frequencies = np.fft.rfftfreq(samples, 1 / rate)
+    frequencies = line_frequencies(samples, rate)
     return np.asarray((frequencies > 0) & (frequencies <= max(band.upper, frequencies[1])))
 
 
@@ -118,8 +119,8 @@ def _quiet_density(parts: tuple[FloatArray, ...], rate: float, band: Band) -> Fl
     powers = []
     for part in parts:
         end = part[:, -_end(part.shape[1]) :]
-        window = np.hanning(end.shape[1])[:, None]
-        density = np.abs(np.fft.rfft(end * window, axis=1)) ** 2 / np.sum(window**2)
+        window = np.hanning(end.shape[1])
+        density = power_spectrum(end, window) / np.sum(window**2)
         powers.append(density[:, _lines(end.shape[1], rate, band)].reshape(-1, part.shape[2]))
     return np.asarray(np.quantile(np.concatenate(powers), NOISE.quantile, axis=0) / QUARTER)
 
@@ -147,10 +148,10 @@ def excess(residuals: tuple[FloatArray, ...], rate: float, band: Band) -> Excess
     low, high, counts = [], 0.0, np.zeros(2)
     for part in residuals:
         samples = part.shape[1]
-        density = np.abs(np.fft.rfft(part, axis=1)) ** 2 / samples  # of white noise: its variance
+        density = power_spectrum(part, np.ones(samples)) / samples  # of white noise: its variance
         weight = np.full(density.shape[1], 2.0)  # each frequency but the first stands for two
         weight[0] = 1.0
-        within = np.fft.rfftfreq(samples, 1 / rate) <= band.upper
+        within = line_frequencies(samples, rate) <= band.upper
         low.append((np.einsum("rfs,f->rs", density[:, within], weight[within]), float(weight[within].sum())))
         high = high + density[:, ~within].sum(axis=(0, 1))
         counts += len(part) * np.array([weight[within].sum(), (~within).sum()])

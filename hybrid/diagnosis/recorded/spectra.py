@@ -6,6 +6,7 @@ import numpy as np
 from scipy.stats import gamma
 
 from fe_models.arrays import TINY, FloatArray
+from fe_models.spectra import line_frequencies, power_spectrum
 from hybrid.diagnosis.recorded.config import SPECTRA
 
 
@@ -27,11 +28,11 @@ def energy_near(
     """
     found = np.zeros(len(frequencies))
     for part in parts if len(frequencies) else ():  # below a low-pass there may be none
-        window = window_of(part.shape[1])[:, None]
+        window = window_of(part.shape[1])
         mean = part.mean(axis=1, keepdims=True) if np.all(frequencies) else 0.0
-        power = (np.abs(np.fft.rfft((part - mean) * window, axis=1)) ** 2).sum(axis=(0, 2))
+        power = power_spectrum(part - mean, window).sum(axis=(0, 2))
         power -= np.sum(window**2) * part.shape[0] * part.shape[2]
-        nearest = np.abs(np.fft.rfftfreq(part.shape[1], 1 / rate)[:, None] - frequencies).argmin(axis=1)
+        nearest = np.abs(line_frequencies(part.shape[1], rate)[:, None] - frequencies).argmin(axis=1)
         found += np.bincount(nearest, power, len(frequencies))
     found = np.maximum(found, 0.0)
     return np.asarray(found / max(float(found.sum()), TINY))
@@ -45,9 +46,9 @@ def strongest_apart(
     """
     strongest, found = SPECTRA.min_line_ratio, None
     for part in parts:
-        window = falling(part.shape[1])[:, None]
-        power = (np.abs(np.fft.rfft(part * window, axis=1)) ** 2).mean(axis=(0, 2)) / np.sum(window**2)
-        lines = np.fft.rfftfreq(part.shape[1], 1 / rate)
+        window = falling(part.shape[1])
+        power = power_spectrum(part, window).mean(axis=(0, 2)) / np.sum(window**2)
+        lines = line_frequencies(part.shape[1], rate)
         power[np.any(np.abs(lines[:, None] - frequencies) <= width, axis=1)] = 0.0
         if power.max() > strongest:
             strongest, found = float(power.max()), float(lines[power.argmax()])
@@ -62,10 +63,9 @@ def clearest_line(parts: tuple[FloatArray, ...], rate: float, cutoff: float) -> 
     """
     clearest, found = -np.log(SPECTRA.max_chance_of_line), None
     for part in parts:
-        lines = np.fft.rfftfreq(part.shape[1], 1 / rate)
+        lines = line_frequencies(part.shape[1], rate)
         noisy = slice(1, int(np.searchsorted(2 * np.pi * lines, cutoff)))
-        window = np.hanning(part.shape[1])[:, None]
-        power = (np.abs(np.fft.rfft(part * window, axis=1)) ** 2).sum(axis=0)[noisy]  # (frequency, sensor)
+        power = power_spectrum(part).sum(axis=0)[noisy]  # (frequency, sensor)
         rarer = -gamma.logsf(power / power.mean(axis=0) * len(part), len(part)) - np.log(power.size)
         if rarer.size and rarer.max() > clearest:
             at, sensor = np.unravel_index(int(rarer.argmax()), rarer.shape)

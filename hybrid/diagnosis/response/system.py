@@ -13,6 +13,7 @@ from fe_models.lowpass import LowPass
 from hybrid.diagnosis.nominal.loads import ForcePlace
 from hybrid.diagnosis.response.filtering import convolved
 from hybrid.diagnosis.response.residual_modes import ResidualModes
+from hybrid.observability import observability_by_doubling
 
 Force = Callable[[FloatArray, FloatArray], FloatArray]
 """Restoring force (variant, recording) of elongation and rate, each (variant, recording)."""
@@ -166,12 +167,8 @@ def observability(system: System, samples: int) -> FloatArray:
     if system.delay.any():
         back = expm(-system.A[:, None] * system.delay[..., None, None])  # (variant, sensor, state, state)
         C = np.einsum("psn,psnm->psm", C, back)
-    power = expm(system.A * system.step)
-    rows = C[:, None]
-    while rows.shape[1] < samples:  # doubling: log2(samples) products instead of samples
-        rows = np.concatenate([rows, np.einsum("ptsn,pnm->ptsm", rows, power, optimize=True)], axis=1)
-        power = power @ power
-    return rows[:, :samples]
+    transition = expm(system.A * system.step)
+    return observability_by_doubling(C[:, None], transition[:, None], samples, np.concatenate)
 
 
 def drift(system: System, samples: int) -> FloatArray:
