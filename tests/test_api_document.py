@@ -38,7 +38,8 @@ def test_the_examples_run_and_find_what_was_hidden(
     assert page.startswith("<!DOCTYPE html>")
     assert finding.sentence in page
     assert report._repr_html_().count("<table>") == 2
-    assert json.loads(report.to_json(tmp_path / "report.json").read_text())["verdict"] == report.verdict.value
+    saved = report.save("saved")
+    assert json.loads((saved / "report.json").read_text())["verdict"] == report.verdict.value
     assert repr(report.diagnosis) == f"Diagnosis(explained: {finding!r})"
     assert repr(finding).startswith("Finding(cubic_spring at node 1 in x, probability ")
     trained = names["trained"]
@@ -89,7 +90,7 @@ def test_places_take_a_node_as_files_do() -> None:
         fe.CubicSpring(nodes=(1,), node=1, direction="x", stiffness=0.5)  # type: ignore[call-arg]
 
 
-def test_recordings_are_compared_with_the_design_and_one_another() -> None:
+def test_recordings_are_compared_with_the_design_and_one_another(tmp_path: Path) -> None:
     """Two masses of 1 kg on springs of 200 N/m: 1.391 and 3.642 Hz, sqrt((3 -+ sqrt(5)) / 2 * 200) / (2 pi)."""
     chain = fe.Structure(
         name="two masses",
@@ -103,3 +104,6 @@ def test_recordings_are_compared_with_the_design_and_one_another() -> None:
     found = hybrid.compare_recordings(chain, data)
     assert all(words in repr(found) for words in ("1.391", "3.642", "motion_1", "motion_2"))
     assert found._repr_html_().startswith("<pre>")
+    assert any(found.save(tmp_path / "compared").glob("*.json"))
+    path = fe.save_dataset(data.split(0.5), str(tmp_path / "own"))
+    assert [recording.role for recording in fe.load_dataset(str(path)).recordings] == ["train", "test"]

@@ -63,11 +63,12 @@ from fe_models.recordings import Assumptions, Dataset, Recording, Uncertainty
 from fe_models.structure import Structure
 
 
-def load_dataset(path: Path, dead_channels: bool = False) -> Dataset:
+def load_dataset(path: str | Path, dead_channels: bool = False) -> Dataset:
     """Read a dataset with its model and all its recordings; `InputError` carries all faults.
 
     ``dead_channels``: channels that never change are read, too, for callers who can do without them.
     """
+    path = Path(path)
     finish_exchanges(path.parent)
     document, where, faults = read_toml(path), f"{path.name}:", list[str]()
     check_keys(document, [*HEADER_KEYS, "simulation", "sensors", "recordings"], where, faults)
@@ -102,12 +103,13 @@ def dataset_in(folder: Path) -> ResultSet:
     return ResultSet(folder, "simulate", names)
 
 
-def save_dataset(dataset: Dataset, folder: Path, model_spec: str | None = None) -> Path:
+def save_dataset(dataset: Dataset, folder: str | Path, model_spec: str | None = None) -> Path:
     """Write ``dataset.toml`` and what it needs into ``folder`` and return its path; `load_dataset` reads it back.
 
     ``model_spec`` names the model ("bridge", "frame.toml"); without it the model is saved beside the dataset. The TOML
     file comes last, so that an interrupted writing leaves no dataset that lacks its files.
     """
+    folder = Path(folder)
     if model_spec is None:
         model_spec = _save_model(dataset.model, folder)
     document: Table = {"schema": 1, "model": model_spec, "sampling_rate": float(dataset.sampling_rate)}

@@ -92,9 +92,9 @@ def load_structure(path: Path) -> Structure:
     return parse_structure(read_toml(path), path.name)
 
 
-def save_structure(structure: Structure, path: Path) -> None:
+def save_structure(structure: Structure, path: str | Path) -> None:
     """Write a valid structure, so that `load_structure` returns an equal one; `InputError` carries its faults."""
-    write_text(path, structure_text(structure))
+    write_text(Path(path), structure_text(structure))
 
 
 def structure_text(structure: Structure) -> str:

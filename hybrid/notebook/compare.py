@@ -33,4 +33,4 @@ def compare_recordings(
     motions = sum(len(recording.data) for recording in dataset.recordings)
     silent = None if progress is None else not progress
     with tqdm(total=motions, desc="modes of each motion", disable=silent) as bar:
-        return ComparedRecordings(compare(dataset, bar.update))
+        return ComparedRecordings(compare(dataset, bar.update), dataset)

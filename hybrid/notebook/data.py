@@ -40,7 +40,7 @@ def dataset_of(first: Design | Data, data: Data | None, dead_channels: bool = Fa
 
 
 def _read(data: Data, dead_channels: bool) -> Dataset:
-    return data if isinstance(data, Dataset) else load_dataset(Path(data), dead_channels)
+    return data if isinstance(data, Dataset) else load_dataset(data, dead_channels)
 
 
 def _places(model: Structure | LinearModel) -> tuple[DofMap, int]:

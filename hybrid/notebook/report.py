@@ -1,16 +1,18 @@
-"""A diagnosis as a notebook has it: it prints itself, and is saved as a page or as data."""
+"""A diagnosis as a notebook has it: it prints itself, and is saved as a page or as what the command writes."""
 
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from fe_models.files.atomic import write_json, write_text
+from fe_models.files.atomic import write_text
 from fe_models.html import html_page, html_paragraph, html_table
 from fe_models.structure import Structure
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
 from hybrid.diagnosis.outcome.findings import Finding
 from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.diagnosis.report import headline, report_table, rival_words, summary
+from hybrid.diagnosis.report_files import save_diagnosis
+from hybrid.result_sets import diagnosis_in
 
 
 @dataclass(frozen=True, repr=False)
@@ -52,18 +54,22 @@ class Report:
         parts += [html_paragraph(f"Note: {note}.") for note in self.diagnosis.notes]
         return "\n".join(parts)
 
+    def save(self, folder: str | Path) -> Path:
+        """Write report, summary, extended structure and a picture into ``folder``, as the command does; return it.
+
+        `InputError` where that would write over a file of yours.
+        """
+        diagnosis_in(Path(folder)).check()
+        save_diagnosis(self.diagnosis, Path(folder))
+        return Path(folder)
+
     def to_html(self, path: str | Path) -> Path:
         """Write the report as a page that any browser shows; return its path."""
         write_text(Path(path), html_page("Diagnosis", self._repr_html_()))
         return Path(path)
 
-    def to_json(self, path: str | Path) -> Path:
-        """Write the report as data, as ``report.json`` of the command has it; return its path."""
-        write_json(Path(path), self.table())
-        return Path(path)
-
     def table(self) -> dict[str, Any]:
-        """Return the report as plain data."""
+        """Return the report as plain data, as ``report.json`` of the command has it."""
         return report_table(self.diagnosis)
 
     def _scores(self) -> list[tuple[str, dict[str, float | None]]]:

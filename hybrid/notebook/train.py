@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from tqdm import tqdm
 
+from fe_models.files.inputs import files_read
 from fe_models.recordings import Dataset
 from hybrid.config import Config, PresetName, configuration
 from hybrid.notebook.data import Data, dataset_of
@@ -33,6 +34,9 @@ def train(
     dataset = dataset_of(data, None)
     config = configuration(preset, getattr(dataset.model, "name", ""), options)
     if out is not None:
+        from hybrid.training.run import results_in  # loads PyTorch, for this alone
+
+        results_in(Path(out)).check(() if isinstance(data, Dataset) else files_read(Path(data)))
         return _trained(dataset, config, Path(out), progress, kept=True)
     with TemporaryDirectory() as folder:
         return _trained(dataset, config, Path(folder), progress, kept=False)
