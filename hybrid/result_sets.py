@@ -4,9 +4,9 @@ from pathlib import Path
 
 from fe_models.files.result_set import ResultSet
 
-SUMMARY = "summary.txt"
-REPORT, EXTENDED, PICTURE = "report.json", "extended_model.toml", "what_is_wrong.png"
-BACKBONES, SPECTRA = "backbones.png", "spectra.png"
+REPORT, SUMMARY = "report.json", "summary.txt"
+EXTENDED, PICTURE = "extended_model.toml", "what_is_wrong.png"
+COMPARISON, BACKBONES, SPECTRA = "comparison.txt", "backbones.png", "spectra.png"
 
 
 def diagnosis_in(folder: Path) -> ResultSet:
@@ -16,4 +16,4 @@ def diagnosis_in(folder: Path) -> ResultSet:
 
 def comparison_in(folder: Path) -> ResultSet:
     """Return what a comparison of recordings leaves in ``folder``."""
-    return ResultSet(folder, "compare", (SUMMARY, BACKBONES, SPECTRA))
+    return ResultSet(folder, "compare", (COMPARISON, BACKBONES, SPECTRA))

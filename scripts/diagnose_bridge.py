@@ -36,7 +36,7 @@ def main(
     The recording of another structure is left out of the diagnoses. A diagnosis takes minutes.
 
     \b
-    OUT/comparison            summary.txt, backbones.png, spectra.png
+    OUT/comparison            comparison.txt, backbones.png, spectra.png
     OUT/test_r1 (r3, r4)      report.json, summary.txt, extended_model.toml, what_is_wrong.png
     """
     with bad_input_exits():

@@ -98,8 +98,11 @@ def _tested_on_training_data(recordings: tuple[Recording, ...]) -> list[str]:
 
 
 def dataset_in(folder: Path) -> ResultSet:
-    """Return what `save_dataset` leaves in ``folder``."""
-    names = ("dataset.toml", "model.toml", "matrices.npz", "modal.npz", "recording_[0-9]*.npz")
+    """Return what `save_dataset` leaves in ``folder``, and a drawing of the sensors.
+
+    No name is one that a built model has, so that both may stand in one folder.
+    """
+    names = ("dataset.toml", "model.toml", "matrices.npz", "modal.npz", "recording_[0-9]*.npz", "sensors.png")
     return ResultSet(folder, "simulate", names)
 
 

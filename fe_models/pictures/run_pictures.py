@@ -85,15 +85,8 @@ def draw_run(folder: Path, out: Path, options: PictureOptions = PictureOptions()
 
 def pictures_in(folder: Path) -> ResultSet:
     """Return what `draw_run` leaves in ``folder``."""
-    names = (
-        "mode_[0-9]*.png",
-        "modes.png",
-        "snapshots.png",
-        "initial_deformation.png",
-        "animation.mp4",
-        "animation.gif",
-    )
-    return ResultSet(folder, "render", names)
+    stills = ("structure.png", "mode_[0-9]*.png", "modes.png", "snapshots.png", "initial_deformation.png")
+    return ResultSet(folder, "render", (*stills, "animation.mp4", "animation.gif"))
 
 
 def draw_model(run: Run, out: Path) -> list[Drawn]:

@@ -11,9 +11,9 @@ def compare(dataset: DatasetFile, out: Out) -> None:
     how frequencies change while the motion decays, and lines at sums and differences of frequencies.
 
     \b
-    OUT/summary.txt    what is printed
-    OUT/backbones.png  frequency against amplitude of the two strongest modes
-    OUT/spectra.png    the recordings' spectra, with the model's frequencies
+    OUT/comparison.txt  what is printed
+    OUT/backbones.png   frequency against amplitude of the two strongest modes
+    OUT/spectra.png     the recordings' spectra, with the model's frequencies
 
     \b
     Example:
