@@ -117,6 +117,7 @@ class Dataset:
         return (
             f"Dataset({self.model!r}: {motions['train']} motions for training, {motions['test']} for testing, each"
             f" {span} s at {self.sampling_rate:g} Hz; sensors {names})"
+            + "".join(f"\nNote: {note}." for note in self.notes)
         )
 
     @property

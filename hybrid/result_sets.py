@@ -6,7 +6,8 @@ from fe_models.files.result_set import ResultSet
 
 REPORT, SUMMARY = "report.json", "summary.txt"
 EXTENDED, PICTURE = "extended_model.toml", "what_is_wrong.png"
-COMPARISON, BACKBONES, SPECTRA = "comparison.txt", "backbones.png", "spectra.png"
+COMPARISON, COMPARISON_TABLE, COMPARISON_ROWS = "comparison.txt", "comparison.json", "comparison.csv"
+BACKBONES, SPECTRA = "backbones.png", "spectra.png"
 
 
 def diagnosis_in(folder: Path) -> ResultSet:
@@ -16,4 +17,4 @@ def diagnosis_in(folder: Path) -> ResultSet:
 
 def comparison_in(folder: Path) -> ResultSet:
     """Return what a comparison of recordings leaves in ``folder``."""
-    return ResultSet(folder, "compare", (COMPARISON, BACKBONES, SPECTRA))
+    return ResultSet(folder, "compare", (COMPARISON, COMPARISON_TABLE, COMPARISON_ROWS, BACKBONES, SPECTRA))

@@ -1,5 +1,8 @@
 """What recordings tell by themselves: lines, backbones, combinations, and whether they are of one structure."""
 
+import csv
+import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -118,6 +121,23 @@ def test_script_prints_tables_and_draws(dataset: Dataset, tmp_path: Path) -> Non
     assert "+12.0%" in answer.output
     for name in ("backbones.png", "spectra.png"):
         assert (tmp_path / "out" / name).stat().st_size > 10_000
+    table = json.loads((tmp_path / "out" / "comparison.json").read_text())
+    assert [recording["name"] for recording in table["recordings"]] == ["a", "b"]
+    rows = list(csv.DictReader((tmp_path / "out" / "comparison.csv").read_text().splitlines()))
+    assert {(row["recording"], row["mode"]) for row in rows} >= {("a", "2"), ("a", "3"), ("b", "2"), ("b", "3")}
+
+
+def test_the_command_says_which_columns_it_skips(dataset: Dataset, tmp_path: Path) -> None:
+    file = save_dataset(replace(dataset, recordings=dataset.recordings[:1]), tmp_path, "bridge")
+    names = [sensor.name for sensor in dataset.sensors]
+    table = np.column_stack([dataset.recordings[0].data[0], np.full(SAMPLES, 20.0)])
+    header = ",".join([*names, "temperature"])
+    np.savetxt(tmp_path / "a.csv", table, delimiter=",", header=header, comments="")
+    text = re.sub(r'file = "[^"]*", key = "data"', 'file = "a.csv"', file.read_text())
+    file.write_text(text)
+    answer = CliRunner().invoke(app, [str(file), "--out", str(tmp_path / "out")])
+    assert answer.exit_code == 0, answer.output
+    assert "Note: a.csv: column 'temperature' belongs to no sensor and no load and is skipped.\n" in answer.output
 
 
 def test_recordings_too_short_for_a_backbone_are_compared_all_the_same(dataset: Dataset, tmp_path: Path) -> None:

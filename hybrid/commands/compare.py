@@ -1,5 +1,6 @@
 """The sub-command `compare`: what recordings of free decays show by themselves."""
 
+from hybrid.commands.console import print_notes
 from hybrid.commands.options import DatasetFile, Out
 
 
@@ -11,9 +12,11 @@ def compare(dataset: DatasetFile, out: Out) -> None:
     how frequencies change while the motion decays, and lines at sums and differences of frequencies.
 
     \b
-    OUT/comparison.txt  what is printed
-    OUT/backbones.png   frequency against amplitude of the two strongest modes
-    OUT/spectra.png     the recordings' spectra, with the model's frequencies
+    OUT/comparison.txt   what is printed
+    OUT/comparison.csv   a row a mode and recording: frequency, damping ratio, MAC, share of the energy
+    OUT/comparison.json  the same with shapes, and all other numbers
+    OUT/backbones.png    frequency against amplitude of the two strongest modes
+    OUT/spectra.png      the recordings' spectra, with the model's frequencies
 
     \b
     Example:
@@ -35,6 +38,7 @@ def compare(dataset: DatasetFile, out: Out) -> None:
         data = noting(faults, "", load_dataset, dataset)
         raise_faults(faults)
         assert data is not None  # else there were faults
+        print_notes(data)
         motions = sum(len(recording.data) for recording in data.recordings)
         with tqdm(total=motions, desc="lines of each motion", leave=False) as bar:
             compared = compare_recordings(data, bar.update)

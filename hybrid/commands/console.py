@@ -1,8 +1,12 @@
 """What all commands share: how their applications are set up."""
 
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import typer
+
+if TYPE_CHECKING:
+    from fe_models.recordings import Dataset
 
 
 def new_app(completion: bool = False, help: str | None = None) -> typer.Typer:
@@ -21,3 +25,9 @@ def standalone(command: Callable[..., None]) -> typer.Typer:
     app = new_app()
     app.command()(command)
     return app
+
+
+def print_notes(dataset: "Dataset") -> None:
+    """Say what a user should know of how a dataset's files were read."""
+    for note in dataset.notes:
+        print(f"Note: {note}.")

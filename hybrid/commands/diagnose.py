@@ -4,6 +4,7 @@ from typing import Annotated
 
 import typer
 
+from hybrid.commands.console import print_notes
 from hybrid.commands.options import DatasetFile, Out
 
 Hybrid = Annotated[
@@ -44,6 +45,7 @@ def diagnose(dataset: DatasetFile, out: Out, hybrid: Hybrid = False) -> None:
         data = noting(faults, "", load_dataset, dataset, dead_channels=True)
         raise_faults(faults)
         assert data is not None  # else there were faults
+        print_notes(data)
         from hybrid.diagnosis import diagnosis  # only now: it takes longer to load than a mistake to be told
         from hybrid.diagnosis.report import describe_diagnosis
         from hybrid.diagnosis.report_files import add_gain, save_diagnosis

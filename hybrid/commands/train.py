@@ -4,6 +4,7 @@ from typing import Annotated
 
 import typer
 
+from hybrid.commands.console import print_notes
 from hybrid.commands.options import DatasetFile, Device, Out
 from hybrid.config import IntegratorKind, PresetName, configuration
 
@@ -92,6 +93,7 @@ def train(
         data = noting(faults, "", load_dataset, dataset)
         raise_faults(faults)
         assert data is not None  # else there were faults
+        print_notes(data)
         if data.assumptions.integrator != "exact":
             print("Note: the FE model is integrated exactly here; [simulation] integrator and step are not used.")
         wishes = {

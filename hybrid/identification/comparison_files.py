@@ -1,12 +1,13 @@
-"""A comparison of recordings in a folder: what is printed first, then its pictures."""
+"""A comparison of recordings in a folder: what is printed and its tables first, then its pictures."""
 
 from pathlib import Path
 
-from fe_models.files.atomic import write_text
+from fe_models.files.atomic import write_json, write_text
 from fe_models.recordings import Dataset
 from hybrid.identification.comparison_report import describe_compared, draw_backbones, draw_spectra
+from hybrid.identification.comparison_tables import comparison_csv, comparison_table
 from hybrid.identification.recording_comparison import Compared
-from hybrid.result_sets import BACKBONES, COMPARISON, SPECTRA, comparison_in
+from hybrid.result_sets import BACKBONES, COMPARISON, COMPARISON_ROWS, COMPARISON_TABLE, SPECTRA, comparison_in
 
 
 def save_comparison(compared: Compared, dataset: Dataset, folder: Path) -> None:
@@ -14,6 +15,8 @@ def save_comparison(compared: Compared, dataset: Dataset, folder: Path) -> None:
     results = comparison_in(folder)
     with results.replacing() as new:
         write_text(new / COMPARISON, describe_compared(compared) + "\n")
+        write_json(new / COMPARISON_TABLE, comparison_table(compared))
+        write_text(new / COMPARISON_ROWS, comparison_csv(compared))
     with results.adding() as new:
         draw_backbones(new / BACKBONES, compared)
         draw_spectra(new / SPECTRA, dataset, compared)

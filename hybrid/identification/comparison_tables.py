@@ -1,0 +1,98 @@
+"""The comparison of recordings as plain data: one table for JSON, and one row a mode and recording for spreadsheets."""
+
+import csv
+import io
+from typing import Any
+
+import numpy as np
+
+from hybrid.identification.recording_comparison import Compared, Observed
+
+COLUMNS = (
+    "recording",
+    "mode",
+    "frequency_hz",
+    "damping_ratio",
+    "nominal_frequency_hz",
+    "deviation",
+    "mac",
+    "energy_share",
+)
+
+
+def comparison_table(compared: Compared) -> dict[str, Any]:
+    """Return all that was found, for JSON: frequencies in Hz, damping ratios and shares of energy as fractions.
+
+    Modes are numbered from 1, as the model has them; a line that is none of these has the mode null.
+    """
+    return {
+        "schema": 1,
+        "sensors": list(compared.sensors),
+        "model": [
+            {"mode": mode, "frequency": frequency, "shape": shape}
+            for mode, (frequency, shape) in enumerate(
+                zip(compared.nominal.tolist(), compared.shapes.T.tolist(), strict=True), start=1
+            )
+        ],
+        "recordings": [_recording(observed, compared) for observed in compared.recordings],
+        "left_by_modes_of_each": {"window_seconds": compared.window, "shares": compared.left.tolist()},
+    }
+
+
+def comparison_csv(compared: Compared) -> str:
+    """Return the modes of all recordings as comma-separated text, one row each; a line that is no mode's lacks some."""
+    text = io.StringIO()
+    rows = csv.DictWriter(text, COLUMNS, lineterminator="\n")
+    rows.writeheader()
+    for observed in compared.recordings:
+        for line in range(len(observed.lines.frequencies)):
+            rows.writerow({"recording": observed.name, **_row(observed, compared, line)})
+    return text.getvalue()
+
+
+def _row(observed: Observed, compared: Compared, line: int) -> dict[str, Any]:
+    """Return what is known of a line, under the names of `COLUMNS`."""
+    frequency = float(observed.lines.frequencies[line])
+    row: dict[str, Any] = {
+        "mode": None,
+        "frequency_hz": frequency,
+        "damping_ratio": float(observed.lines.ratios[line]),
+        "nominal_frequency_hz": None,
+        "deviation": None,
+        "mac": None,
+        "energy_share": float(observed.lines.energy[line]),
+    }
+    if line in observed.chosen:
+        mode = observed.chosen.index(line)
+        nominal = float(compared.nominal[mode])
+        row |= {"mode": mode + 1, "nominal_frequency_hz": nominal, "deviation": frequency / nominal - 1}
+        row["mac"] = float(observed.criterion[mode, line])
+    return row
+
+
+def _recording(observed: Observed, compared: Compared) -> dict[str, Any]:
+    shapes = observed.lines.shapes.T.tolist()
+    return {
+        "name": observed.name,
+        "unexplained_energy": observed.lines.left,
+        "modes": [{**_row(observed, compared, line), "shape": shape} for line, shape in enumerate(shapes)],
+        "while_it_decays": [
+            {
+                "mode": mode + 1,
+                "amplitude": curve.amplitude.tolist(),
+                "frequency_hz": curve.frequency.tolist(),
+                "damping_ratio": curve.ratio.tolist(),
+            }
+            for mode, curve in zip(compared.followed, observed.backbones, strict=True)
+        ],
+        "combinations": [
+            {
+                "of_modes": [mode + 1 for mode in compared.followed],
+                "factors": [each.first, each.second][: len(compared.followed)],
+                "expected_hz": each.expected,
+                "found_hz": None if np.isnan(each.found) else each.found,
+                "power_over_surroundings": None if np.isnan(each.over) else each.over,
+            }
+            for each in observed.combinations
+        ],
+    }

@@ -1,0 +1,77 @@
+"""The comparison of recordings as files: every number where it belongs."""
+
+import csv
+import io
+import json
+
+import numpy as np
+import pytest
+
+from hybrid.identification.backbone import Backbone
+from hybrid.identification.combinations import Combination
+from hybrid.identification.comparison_tables import comparison_csv, comparison_table
+from hybrid.identification.free_decay_modes import IdentifiedModes
+from hybrid.identification.recording_comparison import Compared, Observed
+
+LINES = IdentifiedModes(
+    frequencies=np.array([2.2, 3.1, 5.0]),
+    ratios=np.array([0.01, 0.02, 0.03]),
+    shapes=np.array([[1.0, 0.4, -0.5], [0.2, 1.0, 1.0]]),
+    energy=np.array([0.6, 0.1, 0.25]),
+    left=0.05,
+)
+CURVES = (
+    Backbone(np.array([0.3, 0.1]), np.array([2.2, 2.3]), np.array([0.01, 0.02])),
+    Backbone(np.zeros(0), np.zeros(0), np.zeros(0)),
+)
+OBSERVED = Observed(
+    name="monday, early",
+    lines=LINES,
+    criterion=np.array([[0.99, 0.5, 0.1], [0.2, 0.3, 0.97], [0.1, 0.1, 0.1]]),
+    chosen=(0, 2, -1),
+    backbones=CURVES,
+    combinations=(Combination(1, 1, 7.2, 7.21, 0.1, 30.0), Combination(2, 0, 44.0)),
+)
+COMPARED = Compared(
+    nominal=np.array([2.0, 5.0, 9.0]),
+    shapes=np.array([[1.0, -0.5, 0.3], [0.2, 1.0, -0.7]]),
+    sensors=("x1", "x2"),
+    followed=(0, 1),
+    recordings=(OBSERVED,),
+    left=np.array([[0.05]]),
+    window=5.0,
+)
+
+
+def test_each_mode_of_each_recording_is_a_row() -> None:
+    rows = list(csv.DictReader(io.StringIO(comparison_csv(COMPARED))))
+    assert [row["mode"] for row in rows] == ["1", "", "2"]
+    assert {row["recording"] for row in rows} == {"monday, early"}
+    first, other, last = rows
+    assert [float(first[name]) for name in ("frequency_hz", "damping_ratio", "mac", "energy_share")] == [
+        2.2,
+        0.01,
+        0.99,
+        0.6,
+    ]
+    assert float(first["deviation"]) == pytest.approx(0.1)
+    assert float(last["nominal_frequency_hz"]) == 5.0
+    assert float(last["mac"]) == 0.97
+    assert other["mac"] == other["nominal_frequency_hz"] == other["deviation"] == ""
+    assert float(other["frequency_hz"]) == 3.1
+
+
+def test_the_table_is_json_and_holds_what_was_found() -> None:
+    table = json.loads(json.dumps(comparison_table(COMPARED), allow_nan=False))
+    assert [each["frequency"] for each in table["model"]] == [2.0, 5.0, 9.0]
+    assert table["model"][1]["shape"] == [-0.5, 1.0]
+    (recording,) = table["recordings"]
+    assert recording["unexplained_energy"] == 0.05
+    assert [each["mode"] for each in recording["modes"]] == [1, None, 2]
+    assert recording["modes"][2]["shape"] == [-0.5, 1.0]
+    assert recording["while_it_decays"][0]["frequency_hz"] == [2.2, 2.3]
+    assert recording["while_it_decays"][1]["amplitude"] == []
+    near, beyond = recording["combinations"]
+    assert (near["factors"], near["found_hz"], near["power_over_surroundings"]) == ([1, 1], 7.21, 30.0)
+    assert (beyond["expected_hz"], beyond["found_hz"], beyond["power_over_surroundings"]) == (44.0, None, None)
+    assert table["left_by_modes_of_each"] == {"window_seconds": 5.0, "shares": [[0.05]]}
