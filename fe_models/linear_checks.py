@@ -121,12 +121,12 @@ def _check_signs(name: str, quantity: str, diagonal: FloatArray, dofs: DofMap) -
 
 
 def _check_damping(model: LinearModel) -> list[str]:
-    """Return faults of C, the modal part included, from which a damper may take away; none where that is not told."""
+    """Return faults of C, the modal part included, from which a damper may take away; none where that is not known."""
     diagonal = model.damping.diagonal()
     if np.any(diagonal < 0) and model.has_modal_damping:
         try:
             diagonal = full_damping(model).diagonal()
-        except (InputError, np.linalg.LinAlgError, ValueError):  # too large; or M or K is at fault, as others tell
+        except (InputError, np.linalg.LinAlgError, ValueError):  # too large; or M or K is at fault, as others report
             return []
     return _check_signs("C", "damping", diagonal, model.dofs)
 

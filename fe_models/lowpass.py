@@ -11,7 +11,7 @@ from fe_models.measurement import FILTER_ORDER
 
 USUAL = 2 * FILTER_ORDER  # steepness of the filter of `measurement.lowpassed`, which runs forwards and backwards
 SETTLED = 30.0  # steepness times periods of the cutoff until the impulse response is 1e-4 of its area
-FINE = 4096  # frequencies at which a kernel is told
+FINE = 4096  # frequencies at which a kernel is computed
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from fe_models.structure_checks import require_structure
 
 @dataclass(frozen=True)
 class Synthetic:
-    """Simulated recordings and what no real one tells: the true displacement ``fields`` (time, dof) of each, in m."""
+    """Simulated recordings and what no real one shows: the true displacement ``fields`` (time, dof) of each, in m."""
 
     dataset: Dataset
     fields: tuple[FloatArray, ...]

@@ -12,7 +12,7 @@ from fe_models.arrays import FloatArray
 from fe_models.files.atomic import writing
 from fe_models.recordings import Sensor
 
-STYLES: dict[str, dict[str, Any]] = {  # colours of Okabe & Ito: told apart by everyone
+STYLES: dict[str, dict[str, Any]] = {  # colours of Okabe & Ito: distinguished by everyone
     "measured": {"color": "#555555", "linewidth": 2.2, "alpha": 0.55},
     "truth": {"color": "#555555", "linewidth": 2.2, "alpha": 0.55},
     "FE model": {"color": "#E69F00", "linewidth": 1.0, "linestyle": "--"},

@@ -1,4 +1,4 @@
-"""Progress: whoever waits for something long may be told of each step."""
+"""Progress: whoever waits for something long may hear of each step."""
 
 
 def nothing() -> None:

@@ -130,7 +130,7 @@ def _stepped(modal: ModalModel, step: float) -> ModalModel:
 
 
 def _scaled(element: Element, stiffness: float, mass: float, name: str) -> Element:
-    """Return the element with its stiffness and mass multiplied; ``name`` tells its section from others."""
+    """Return the element with its stiffness and mass multiplied; ``name`` distinguishes its section from others."""
     assert not isinstance(element, Spring)  # the bridge is drawn without
     section = element.section
     return replace(

@@ -40,7 +40,7 @@ class LatentForces:
     def seen(self, force: FloatArray) -> FloatArray:
         """Return what the same sensors and smoother would have made of other forces (recording, time, coordinate).
 
-        Few sensors do not tell well where a force acts; what they blur they blur for all forces alike.
+        Few sensors do not determine well where a force acts; what they blur they blur for all forces alike.
         """
         A, rest = self.process.step, 2 * force.shape[2]
         s = np.zeros((len(force), len(A)))

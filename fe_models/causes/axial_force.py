@@ -17,7 +17,7 @@ from fe_models.structure import Beam, Direction, Element, Spring, Structure
 
 BUCKLING = 0.3  # of a squared frequency: what the usual axial force takes from it
 UNBORNE = 0.1  # how probable an axial force is that nothing takes off where its element ends, to one that is borne:
-# possible, for weights and friction are not drawn, but of two that sensors hardly tell apart not the first to think of
+# possible, for weights and friction are not drawn, but of two that sensors hardly distinguish not the first to think of
 YIELDING = 2e-3  # the strain that no metal of a structure bears for long ...
 WORKING = 5e-4  # ... and that which structures are designed for, 100 N/mm^2 in steel
 

@@ -48,7 +48,7 @@ def law_at(
     starts: tuple[tuple[float, ...], ...] = (),
     **more: int,
 ) -> LawCandidate:
-    """Return a force law at a place, see `Candidate`; ``more``: what tells apart two of a kind there."""
+    """Return a force law at a place, see `Candidate`; ``more``: what distinguishes two of a kind there."""
     return LawCandidate(
         kind=build(*width).kind,
         location=place.location | more,

@@ -144,7 +144,8 @@ def motion_after_release(
 def _calmed_by(step: int, steps: Steps) -> list[tuple[int, float]]:
     """Return the outputs that the accelerations of a ``step`` belong to, each with their weight there.
 
-    The first, before any step is taken, is as it is; so are all of so few steps that nothing can be told from others.
+    The first, before any step is taken, is as it is; so are all of so few steps that nothing can be distinguished from
+    others.
     """
     last, reach = steps.outputs * steps.per_output, len(CALMED_AT_END[0]) - 1
     centres = range(max(step - reach, 0), min(step + reach, last) + 1) if step <= last else ()
@@ -153,7 +154,7 @@ def _calmed_by(step: int, steps: Steps) -> list[tuple[int, float]]:
 
 
 def _calming(centre: int, last: int) -> dict[int, float]:
-    """Return the weights, by step, of the accelerations that tell those at the step ``centre`` of 0 to ``last``."""
+    """Return the weights, by step, of the accelerations that estimate those at the step ``centre`` of 0 to ``last``."""
     if centre == 0 or last < len(CALMED_AT_END[0]) - 1:
         return {centre: 1.0}
     for number, weights in enumerate(CALMED_AT_END.tolist()):

@@ -21,7 +21,7 @@ from fe_models.errors import InputError
 def writing(path: Path) -> Iterator[Path]:
     """Give a temporary path to write to; it replaces ``path`` when the block ends well, and vanishes when it does not.
 
-    The temporary path has the suffix of ``path``, which tells figure and animation writers the format. Folders are
+    The temporary path has the suffix of ``path``, from which figure and animation writers take the format. Folders are
     made as needed. Raises `InputError` where ``path`` cannot be written.
     """
     temporary = path.with_name(f".{path.stem}-{token_hex(4)}{path.suffix}")

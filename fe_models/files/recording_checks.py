@@ -10,7 +10,7 @@ from fe_models.recordings import Quantity, Sensor
 from fe_models.spectra import line_frequencies, power_spectrum
 
 FEWEST_SAMPLES = 32
-"""Six samples in the first fifth, from which initial states are found, is the least that tells two modes apart."""
+"""Six samples in the first fifth, from which initial states are found, is the least that distinguishes two modes."""
 
 READS_ZERO = "the sensor would read zero"  # at a place that a support holds
 

@@ -1,6 +1,6 @@
 """A column of times beside recorded channels: whether it goes on steadily, at the sampling rate that is stated.
 
-The step of n samples is (last - first) / (n - 1), which rounding hardly moves: times in whole milliseconds tell
+The step of n samples is (last - first) / (n - 1), which rounding hardly moves: times in whole milliseconds give
 29.97 Hz to 0.01 %, where from one to the next it is 33 or 34 ms. Clocks that scatter about a steady rate are fine.
 """
 

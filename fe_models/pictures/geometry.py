@@ -19,7 +19,9 @@ from fe_models.structure import PLANE_FRAME, Beam, Cable, Direction, Structure, 
 CONNECTION = "stiffness between nodes"  # what is drawn of imported matrices, where no structure says what it is
 Kind = Literal["beam", "cable", "spring", "point"]
 
-STRAIGHT_SHARE = 1 / 120  # of the structure's size: pieces of a curve, of a dozen pixels, that no eye tells from it
+STRAIGHT_SHARE = (
+    1 / 120
+)  # of the structure's size: pieces of a curve, of a dozen pixels, that no eye distinguishes from it
 MOST_PIECES = 60  # of one beam: enough where it is as long as the structure and bends three times
 MOST_CONNECTIONS = 4  # a node, of imported matrices: frames and trusses have up to that, condensed matrices more
 DRAWN_SHARE = 0.08  # of the structure's size: a largest displacement that is plain to see and hides nothing
@@ -133,7 +135,7 @@ def _matrix_outline(model: LinearModel) -> Outline:
 
 
 def _held_nodes(dofs: DofMap, nodes: int) -> tuple[Support, ...]:
-    """Return the supports that matrices tell of: directions marked as held, and nodes that have none at all."""
+    """Return the supports that matrices show: directions marked as held, and nodes that have none at all."""
     carried = [direction for direction in PLANE_FRAME if direction in dofs.direction]
     held = np.zeros((nodes, len(carried)), dtype=bool)
     for column, direction in enumerate(carried):

@@ -110,7 +110,7 @@ def _in_columns(figure: Figure, columns: int, cell: float, label: float) -> Arra
 
 
 def compose(figure: Figure, panels: tuple[Panel, ...], arrangement: Arrangement | None = None) -> Picture:
-    """Return the picture of ``panels`` in rows, all at one scale and in one range of colours, arranged as told."""
+    """Return the picture of ``panels`` in rows, all at one scale and in one range of colours, arranged as asked."""
     plan = arrangement or arranged(figure, panels)
     weight = 1.0 if plan.columns == 1 else 0.75
     rows = ceil(len(panels) / plan.columns)

@@ -69,7 +69,7 @@ def _color_bar(figure: Figure, base: float, patches: list[Patch], texts: list[Te
         return
     step = nice_step(largest, 5)
     round_values = np.arange(0.0, largest, step)
-    for tick in (*round_values[largest - round_values > 0.5 * step], largest):  # the end is always told
+    for tick in (*round_values[largest - round_values > 0.5 * step], largest):  # the end is always labelled
         x = left + BAR_WIDTH * tick / largest
         patches.append(stroke(np.array([[[x, base + 32], [x, base + 26]]]), 2, INK, caps=False))
         texts.append(Text(f"{tick:.3g}", x, base + 14, TEXT_SIZE - 1, align="center"))

@@ -30,7 +30,7 @@ from fe_models.structure import Structure
 Model = Structure | LinearModel
 
 # Colour and relative width of each shape of a comparison. The widths are nested, so that shapes which coincide are all
-# seen; dark blue, orange and light green are told apart by the colour-blind and in grey.
+# seen; dark blue, orange and light green are distinguished by the colour-blind and in grey.
 NAMED_STYLES: dict[str, tuple[Color, float]] = {
     "truth": ((150, 205, 150), 1.6),
     "FE": ((235, 140, 20), 0.85),

@@ -15,7 +15,7 @@ THREADS = 1  # of linear algebra: the matrices are small, and more threads only 
 
 
 def diagnose(dataset: Dataset, advance: Callable[[str], object] | None = None) -> Diagnosis:
-    """Return the diagnosis of a dataset; ``advance`` is told what is done, step by step.
+    """Return the diagnosis of a dataset; ``advance`` hears what is done, step by step.
 
     `InputError` names what in the dataset cannot be diagnosed.
     """

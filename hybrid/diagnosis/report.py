@@ -29,9 +29,9 @@ REMAINDERS = {
 }
 REACHED = "as well as the noise lets it"
 NEARLY = "nearly as well as the noise lets it, and leaves nothing but noise of the training recordings"
-RIVALS = 5  # of a finding, told on the terminal
-LEARNED_PLACES = 3  # where most was learned, told on the terminal
-HARDLY = 0.005  # of what was wrong: what a finding takes away of it is told as none
+RIVALS = 5  # of a finding, listed on the terminal
+LEARNED_PLACES = 3  # where most was learned, listed on the terminal
+HARDLY = 0.005  # of what was wrong: what a finding takes away of it is reported as none
 CALIBRATED = 1e-4  # a smaller change of a factor is not worth a line
 
 

@@ -2,7 +2,7 @@
 
 Recordings of one structure on different days are not quite of one structure: frequencies shift by a little, which a few
 seconds turn into a large phase. One model of all recordings takes frequencies in between and is right about none; one
-model for each stays sharp, and the first samples of a window tell which recordings it resembles:
+model for each stays sharp, and the first samples of a window show which recordings it resembles:
 
     x(t) = sum_e w_e(x_1..x_n) x_e(t),    w = softmax(log p_e(x_1..x_n) / n)
 

@@ -23,7 +23,7 @@ from hybrid.observability import observability_by_doubling
 from hybrid.progress import nothing
 
 GROWTH = (0.1, 0.2, 0.4, 1.0)  # of the whole window, one after the other
-SHORTEST = 20  # samples; shorter windows tell little but noise
+SHORTEST = 20  # samples; shorter windows show little but noise
 NO_LONGER_LINEAR = 1.5  # times the share that the shortest windows leave: longer ones need more than a linear model
 ITERATIONS = 100  # of L-BFGS at each length; the bridge needs 30 to 80
 RIDGE = (

@@ -37,7 +37,7 @@ class ModalParameters:
         return stiffness, damping
 
     def penalty(self, rest: Tensor) -> Tensor:
-        """Return what keeps the rest small where the sensors do not tell, as a share of the windows' energy."""
+        """Return what keeps the rest small where the sensors do not determine it, as a share of the windows' energy."""
         coupling = 1 - torch.eye(len(self.omega), dtype=torch.float64)
         return COUPLING_PENALTY * (rest * coupling).square().sum() + DIAGONAL_PENALTY * rest.square().sum()
 

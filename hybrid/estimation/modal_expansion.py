@@ -1,8 +1,8 @@
-"""Modal expansion: a sensor told from all others, instant by instant, by the FE model's shapes alone.
+"""Modal expansion: a sensor estimated from all others, instant by instant, by the FE model's shapes alone.
 
     y = Phi_y q,   q = least squares of Phi_x q = x   (the smallest, where there are more modes than other sensors)
 
-It is told the other sensors at every instant, where a forecast sees the first samples only: a bound on what the shapes
+It is given the other sensors at every instant, where a forecast sees the first samples only: a bound on what the shapes
 give rather than a forecast (O'Callahan, SEREP, IMAC 1989).
 """
 
@@ -18,7 +18,8 @@ from hybrid.neural_modal_ode.decoder import sensor_shapes
 
 
 def expand(modal: ModalModel, sensors: Sequence[Sensor], windows: FloatArray, modes: int) -> FloatArray:
-    """Return windows (window, time, sensor) with the held-out sensors told from the measured ones by ``modes`` modes.
+    """Return windows (window, time, sensor) with the held-out sensors estimated from the measured ones by ``modes``
+    modes.
 
     `InputError` where the sensors are of different quantities, which no shape relates at one instant.
     """

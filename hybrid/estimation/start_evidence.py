@@ -4,7 +4,7 @@ A start x = s u is Gaussian with u ~ N(0, V) and a size s of which nothing is kn
 
     log p(x) = -1/2 log|V| - n/2 log(x^T V^-1 x) + a constant      (n numbers in x)
 
-V is the covariance of the recording's own starts, each divided by its size. It holds what the first samples tell of a
+V is the covariance of the recording's own starts, each divided by its size. It holds what the first samples say of a
 structure: how its sensors move together, and how fast.
 """
 

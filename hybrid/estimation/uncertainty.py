@@ -24,7 +24,7 @@ from hybrid.neural_modal_ode.state_prior import StatePrior
 
 DRAWS = 50  # of each initial state: the standard deviation is then good to a tenth
 WINDOWS = 10  # at a time: bounds memory
-BAND_WINDOWS = 100  # training windows at most that tell the model's own error
+BAND_WINDOWS = 100  # training windows at most that estimate the model's own error
 LEVEL = 0.9  # of what is to be in the band
 NINETY_PERCENT = 1.645  # standard deviations either side of a normal mean
 SEED = 0  # the same draws for the same prediction
@@ -84,10 +84,10 @@ def _with_std(
 def relative_error(model: Hybrid, windows: FloatArray) -> float:
     """Return the model's own error, relative to the size of the channels, on windows (window, time, sensor).
 
-    Where whole windows are explained down to the sensors' noise, the noise is told apart by being white: the products
-    of misfits one and two samples apart, extrapolated to none, hold the model's error only, less what the fitted state
-    takes from both. Else all of the forecast's misfit that the draws do not explain counts as the model's. Channels
-    weigh by how well their noise lets them tell; the median over windows.
+    Where whole windows are explained down to the sensors' noise, the noise is treated apart by being white: the
+    products of misfits one and two samples apart, extrapolated to none, hold the model's error only, less what the
+    fitted state takes from both. Else all of the forecast's misfit that the draws do not explain counts as the model's.
+    Channels weigh by how well their noise lets them show; the median over windows.
     """
     whole = solves_for_states(model)
     before = model.relative_error.clone()

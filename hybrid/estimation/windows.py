@@ -12,14 +12,14 @@ from hybrid.config import Config
 
 DEFAULT_WINDOW = 500  # samples, as in the paper
 FEWEST_WINDOWS = 20
-"""A window gives one initial state: as many as the states of ten modes, for an encoder that tells all of them."""
+"""A window gives one initial state: as many as the states of ten modes, for an encoder that estimates all of them."""
 SHORTEST_SHARE = 0.5  # of the shortest recording: a window that is shorter still shows too little of a slow decay
 
 
 def cut(recording: Recording, length: int, stride: int) -> FloatArray:
     """Return the windows (window, time, sensor) of ``length`` samples that start every ``stride`` samples.
 
-    Windows in which a channel is constant (silence before a trigger, say) tell nothing and are passed over;
+    Windows in which a channel is constant (silence before a trigger, say) say nothing and are passed over;
     `InputError` where none remains.
     """
     windows = _stretches(recording.data, length, stride)

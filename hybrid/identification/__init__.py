@@ -1,1 +1,1 @@
-"""What recordings of free decays tell by themselves, before any model of the structure is fitted to them."""
+"""What recordings of free decays show by themselves, before any model of the structure is fitted to them."""

@@ -14,7 +14,7 @@ from hybrid.identification.free_decay_modes import IdentifiedModes
 
 SPAN_PERIODS = 12.0  # of the mode, in which a frequency is fitted ...
 SPAN_SHARE = 0.5  # ... or half of the recording where that is less ...
-MIN_SPAN_PERIODS = 1.5  # ... but no less than a frequency needs to be told from its damping and an offset
+MIN_SPAN_PERIODS = 1.5  # ... but no less than a frequency needs to be distinguished from its damping and an offset
 STEP_SHARE = 0.5  # of a span, from one to the next
 MIN_AMPLITUDE = 0.02  # of the largest: below, other modes and noise pull at the frequency
 

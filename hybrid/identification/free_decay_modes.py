@@ -56,7 +56,7 @@ class IdentifiedModes:
 def identify_modes(data: FloatArray, rate: float, first: float, highest: float, count: int) -> IdentifiedModes:
     """Return the strongest modes, at most ``count``, of a recording (time, sensor) up to ``highest`` Hz.
 
-    ``first``: the structure's lowest natural frequency, Hz, which tells what is a drift, and how long to look.
+    ``first``: the structure's lowest natural frequency, Hz, which says what is a drift, and how long to look.
     """
     roots = _candidates(data, rate, first)
     frequencies, ratios = np.abs(roots) / (2 * np.pi), -roots.real / np.abs(roots)

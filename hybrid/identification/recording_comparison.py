@@ -21,7 +21,7 @@ ALIKE = 0.9  # MAC at the sensors, from which on a line is a mode's
 NEAR = 0.2  # of its frequency: how far off a nominal mode may be
 LINES = 12  # of a recording at most; those beyond carry little
 MORE = 2  # lines than modes: what a recording shows beside them
-FOLLOWED = 2  # modes, the strongest, whose backbones are told
+FOLLOWED = 2  # modes, the strongest, whose backbones are identified
 
 
 @dataclass(frozen=True)

@@ -29,7 +29,7 @@ class ModalDynamics(nn.Module):
 
     The physical part is fixed: Lambda = diag(omega^2), Gamma = diag(2 xi omega), and the force laws of
     the effects that the structure carries. The ``residual`` is what is learned. `InputError` for forces that depend on
-    time: a window does not tell when in its recording it begins.
+    time: a window does not say when in its recording it begins.
     """
 
     def __init__(self, modal: ModalModel, effects: Sequence[ForceLaw], scale: StateScale, residual: Residual) -> None:

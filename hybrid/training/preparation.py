@@ -43,7 +43,7 @@ from hybrid.progress import nothing
 from hybrid.training.consistency import unexplained_shares
 
 CALIBRATION_WINDOWS = 200  # at most; evenly chosen, more add time but little information
-SMOOTHING_SPAN = 2  # times the encoder's samples: how long the linear model is trusted to tell noise and spread
+SMOOTHING_SPAN = 2  # times the encoder's samples: how long the linear model is trusted to estimate noise and spread
 CONSISTENCY_WINDOWS = 30  # at most, of each recording
 FEWEST_TO_COMPARE = 3  # training recordings: of two that disagree nobody knows which to leave out
 FAINT = 1e-3  # of the strongest mode's size: the least size a mode is scaled with
@@ -186,7 +186,7 @@ def start_at_linear_model(model: NeuralModalODE, observer: Observer, rest: Tenso
 
 
 def set_encoder(model: NeuralModalODE, observer: Observer, observability: Tensor, windows: Tensor) -> None:
-    """Start the encoder at the best linear estimate, or tell it what the windows (measured channels) say beforehand."""
+    """Start the encoder at the best linear estimate, or give it what the windows (measured channels) say beforehand."""
     encoder, samples = model.encoder, model.config.encoder_samples
     size = torch.cat([observer.omega * model.dynamics.a.double(), model.dynamics.b.double()])  # (2 mode,)
     with torch.no_grad():

@@ -2,7 +2,7 @@
 
 Where the nominal model leaves fifty times the noise, noise alone would let every nominal value run away from what
 its owner knows, for gains that mean nothing. The noise is then taken as large as what is left, and its energy larger by
-the number of values that tell as much as one: errors of a model are slow, and repeat themselves (Bartlett).
+the number of values that are worth one independent value: errors of a model are slow, and repeat themselves (Bartlett).
 """
 
 from dataclasses import replace
@@ -56,7 +56,9 @@ def energy_over(noise_model: NoiseModel, searched: NoiseModel) -> float:
 
 
 def repeated(residuals: tuple[FloatArray, ...]) -> float:
-    """Return 1 + 2 sum rho_k^2 over all lags k up to a third of a recording: the values that tell as much as one."""
+    """Return 1 + 2 sum rho_k^2 over all lags k up to a third of a recording: the values that are worth one independent
+    value.
+    """
     most = min(part.shape[1] for part in residuals) // 3
     covariance = np.zeros(most)
     for part in residuals:

@@ -14,7 +14,7 @@ from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.screening.screening import Screened
 
 STEPS = 4  # at most, from place to place
-AS_GOOD = 3.0  # in tempered log evidence, less than the best: places that the recordings do not tell from each other
+AS_GOOD = 3.0  # in tempered log evidence, less than the best: places that the recordings do not distinguish
 ENOUGH = 12  # fits at them, after which it spreads no further: a tower has as many nodes
 NOISY = 1.1  # times the energy of noise: what a law at its right place hardly leaves of the shortest segments
 LITTLE = 0.5  # of what is wrong: where the best leaves more, its places are guesses; friction three nodes off: 0.25

@@ -16,7 +16,7 @@ class Odds:
     ``weights``: the sum over all places of a kind, divided by the largest of them where that is less than one, so that
     a kind that has but improbable places is no more probable than these.
 
-    ``alike``: number of recorded values that tell as much as one.
+    ``alike``: number of recorded values that are worth one independent value.
     """
 
     weights: dict[str, float]

@@ -35,18 +35,19 @@ class Posterior:
 def posterior_of(fits: tuple[Fit, ...], candidates: tuple[Candidate, ...], is_astray: bool = False) -> Posterior:
     """Return the posterior over ``fits``; every kind is equally probable beforehand, places of a kind by their weight.
 
-    ``is_astray``: whether what the nominal model lacks counted as noise. Of such a structure nobody can tell how exact
+    ``is_astray``: whether what the nominal model lacks counted as noise. Of such a structure nobody can say how exact
     its nominal values are, and these are as uncertain as was stated.
 
     Where even the best fit leaves more than noise, its errors are no independent draws: the log evidences are divided
-    by the energy left over that of noise, times the number of values that tell as much as one. A model that fits leaves
-    them as they are, but for a frame's. Of a frame whose nominal values turn out to be more exact than was stated,
-    elements, joints and mesh are so, too: variances grow less then.
+    by the energy left over that of noise, times the number of values that are worth one independent value. A model that
+    fits leaves them as they are, but for a frame's. Of a frame whose nominal values turn out to be more exact than was
+    stated, elements, joints and mesh are so, too: variances grow less then.
 
-    A harmonic force whose amplitude is not told from none is no hypothesis: slower than any mode, it may do no more
-    than push a law to and fro, which takes up whatever that law's model lacks. Nor is a support that is not told from a
-    rigid one: the motion that it brings may take up what the structure's model lacks. Nor is weight, or a
-    sensor's fault, whose size is not told from none: unlike others, no nominal value may stand for it in part.
+    A harmonic force whose amplitude does not differ from zero beyond chance is no hypothesis: slower than any mode, it
+    may do no more than push a law to and fro, which takes up whatever that law's model lacks. Nor is a support that is
+    not distinguished from a rigid one: the motion that it brings may take up what the structure's model lacks. Nor is
+    weight, or a sensor's fault, whose size is zero within chance: unlike others, no nominal value may
+    stand for it in part.
     """
     fits = _distinct(
         tuple(fit for fit in fits if _forces_detected(fit) and _compliance_detected(fit) and _sizes_detected(fit))
@@ -111,7 +112,9 @@ def _distinct(fits: tuple[Fit, ...]) -> tuple[Fit, ...]:
 
 
 def temper_of(best: Fit) -> float:
-    """Return the energy that a fit leaves over that of noise, times the number of values that tell as much as one."""
+    """Return the energy that a fit leaves over that of noise, times the number of values that are worth one independent
+    value.
+    """
     return max(1.0, best.chi2 / best.values) * max(correlation_factor(best.residuals) * best.batches[0].share, 1.0)
 
 

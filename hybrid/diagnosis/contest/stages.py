@@ -40,7 +40,7 @@ from hybrid.diagnosis.screening.screening import Screened, screen
 PROMISING = 4  # causes at most that are fitted because a score test promises something of them
 MOST = 0.8  # of the misfit: a law that leaves more has no change beside it
 FAINT = 2.0  # standard deviations of what noise alone leaves
-UNALIKE = 1.2  # times: that far apart are mean squares that tell of a change between recordings ...
+UNALIKE = 1.2  # times: that far apart are mean squares that show a change between recordings ...
 BY_CHANCE = 1 / 700  # ... if white noise has one as far from the others more rarely: 3.2 standard deviations
 WELL = (1.05, 1.25)  # times the noise floor: mean and largest error of forecasts in which a second cause would not show
 
@@ -125,8 +125,8 @@ class Search:
         a single one where no second one was looked for, or alone where none was.
 
         A search takes a minute of a frame, and what is left may be too little to ask for one among all the noise. What
-        a weak cause promises to first order is told at once; in other recordings it may be all that matters. Harmonic
-        forces beside a cause, of which segments tell nothing, where something beside it could matter.
+        a weak cause promises to first order is followed at once; in other recordings it may be all that matters.
+        Harmonic forces beside a cause, of which segments say nothing, where something beside it could matter.
         """
         best = self.posterior(fits).fits[0]
         causes = best.hypothesis.candidates
@@ -156,7 +156,7 @@ class Search:
         return found
 
     def in_groups(self, fits: list[Fit]) -> list[Fit]:
-        """Return fits of two causes where one of those found acts in some recordings only, which tells these apart.
+        """Return fits of two causes where one of those found acts in some recordings only, which distinguishes these.
 
         Of a frame, where it takes long, only if none does better alone that acts in all of them.
         """
@@ -177,7 +177,7 @@ class Search:
 
     def beside(self, fits: list[Fit]) -> list[Fit]:
         """Return fits of the causes found at the places next to theirs, but for those that are known, and at all places
-        that the recordings do not tell from the best.
+        that the recordings do not distinguish from the best.
 
         Not where they leave so much that they are hardly the right ones.
         """

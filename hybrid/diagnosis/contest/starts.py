@@ -40,7 +40,7 @@ def starts_of(trial: Screened, base: Fit) -> list[FloatArray]:
 
 def gaps_of(trial: Screened, base: Fit) -> list[FloatArray]:
     """Return further starts of a law with a gap: where a stop is hit in the structure as drawn, the motion of the
-    ``base`` does not tell. From one gap of five the steps lead there. A cable that is slack most of the time begins so.
+    ``base`` does not show. From one gap of five the steps lead there. A cable that is slack most of the time begins so.
     """
     gaps = trial.candidate.first_starts
     starts = (trial.start,) if trial.candidate.hardly else gaps if len(gaps) > 1 else ()

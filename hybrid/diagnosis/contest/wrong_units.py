@@ -1,4 +1,4 @@
-"""Sensors that show another unit than they say: gains far beyond those of a calibration, as the other sensors tell."""
+"""Sensors that show another unit than they say: gains far beyond those of a calibration, as the other sensors show."""
 
 from dataclasses import replace
 
@@ -18,7 +18,7 @@ AGREE = 0.1  # of what they leave with it: what the others leave of themselves w
 
 
 def with_other_units(candidates: tuple[Candidate, ...], short: Fit, noise_model: NoiseModel) -> tuple[Candidate, ...]:
-    """Return the candidates; the gain of a sensor that the others tell far off may be as far off, and begins there.
+    """Return the candidates; the gain of a sensor that the others show far off may be as far off, and begins there.
 
     A channel in mm/s^2 shows a thousand times the truth, which a prior of calibrations would never believe. ``short``:
     the nominal fit of short segments.
@@ -37,7 +37,7 @@ def with_other_units(candidates: tuple[Candidate, ...], short: Fit, noise_model:
 
 
 def shown_otherwise(short: Fit, noise_model: NoiseModel) -> tuple[int, float]:
-    """Return the sensor without which the others agree best, and how many times what they tell it shows; 1 where they
+    """Return the sensor without which the others agree best, and how many times what they expect it shows; 1 where they
     do not agree far better without it.
 
     The initial states of each segment of a fit are those that the sensors ask for, of the linear structure as drawn.

@@ -12,7 +12,7 @@ from hybrid.diagnosis.nominal.config import SCATTER
 def within(item: Fit, most: float) -> FloatArray:
     """Return the theta (parameter,) of a fit, nominal values no further off than ``most`` standard deviations.
 
-    As far as its ``deviations`` tell them.
+    As far as its ``deviations`` measure them.
     """
     count, factors = item.hypothesis.nuisances, item.hypothesis.plant.factors
     farthest = most * item.hypothesis.width[:count]

@@ -76,12 +76,12 @@ class ForecastConfig:
     order_cost: float = 6.0  # in a cost: 2 log 20, as one of twenty recordings is not as those before and after it are
     # likewise: what geometry must take off a cost, where recordings for training do not show it
     min_geometry_gain: float = 6.0
-    geometry_rounds: int = 3  # of taking away what geometry adds to a motion, which tells what it adds
+    geometry_rounds: int = 3  # of taking away what geometry adds to a motion, which shows what it adds
     # of new initial states: that share of either side lies within what is known of them beforehand
     initial_state_quantile: float = 0.99
     max_error_sigma: float = 3.0  # standard deviations of what errors are by chance
     least_state_share: float = 1e-6  # of the largest initial state of its unit: what is known of each beforehand
-    # places of a segment, evenly spread: of ten segments of three recordings enough to tell the farthest
+    # places of a segment, evenly spread: of ten segments of three recordings enough to find the farthest
     states_per_segment: int = 40
     # groups of recordings, each forecast by the fit to the others; every fold costs a fit of each model
     max_folds: int = 4
@@ -95,7 +95,7 @@ class GeometryResponseConfig:
     max_rounds: int = 12  # at most, of taking forces along a motion: enough where they turn a mode by three radians
     # of the forces: what the last round may still change of them, and a tenth of that of the motion
     max_relative_change: float = 0.01
-    # times the sampling rate: how often forces are told, which go with three times the highest frequency
+    # times the sampling rate: how often forces are sampled, which go with three times the highest frequency
     oversampling: int = 2
     # degree of splines whose derivatives are taken: right to 0.1 % up to 0.3 of the sampling rate, ends apart
     spline_degree: int = 5
@@ -110,7 +110,7 @@ class HarmonicConfig:
     # of the usual amplitude: less is a recording without the force, if the difference is certain
     absent_share: float = 0.4
     min_difference_sigma: float = 4.0  # standard deviations
-    # standard deviations: an amplitude below that is told from none by nothing that the force itself does
+    # standard deviations: an amplitude below that is distinguished from none by nothing that the force itself does
     min_amplitude_sigma: float = 2.0
 
 

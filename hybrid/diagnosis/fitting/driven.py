@@ -81,7 +81,7 @@ def fitted_motion(system: System, states: FloatArray, batch: Batch) -> History:
 
 
 def states_along(item: Fit, noise_model: NoiseModel) -> FloatArray:
-    """Return states (n, state) of a fit that tell how large its motion is, at `FORECAST.states_per_segment` places of a
+    """Return states (n, state) of a fit that show how large its motion is, at `FORECAST.states_per_segment` places of a
     segment or more.
     """
     found = []

@@ -24,10 +24,10 @@ from hybrid.diagnosis.response.system import drifted, is_defective, observabilit
 @dataclass(frozen=True)
 class ForecastModel:
     """A hypothesis at one ``theta`` (parameter,), and the ``spread`` of initial states: their covariance (state,
-    state), as those of the training recordings tell it.
+    state), as those of the training recordings show it.
 
     ``switched``: numbers of candidates that act in some recordings only; in each the better choice is taken, where
-    ``idle`` (by name) tells how much cost it adds that they do not act: see `idle_by_order`. ``bent``: hypotheses that
+    ``idle`` (by name) says how much cost it adds that they do not act: see `idle_by_order`. ``bent``: hypotheses that
     differ by what geometry adds, which only motions larger than those in training may show: in each recording the one
     is taken that its first fifth asks for.
     """
@@ -60,7 +60,7 @@ class ForecastScore:
 
     @property
     def excess(self) -> float:
-        """The energy of errors beyond that of a perfect model; more than nothing, as shares of it are told."""
+        """The energy of errors beyond that of a perfect model; more than nothing, as shares of it are reported."""
         return max(self.energy - self.floor_energy, TINY)
 
 
@@ -129,7 +129,7 @@ def idle_by_order(item: Fit, order: Sequence[str]) -> dict[str, float]:
     """Return what it adds to a recording's cost that what acts in some recordings only is idle there.
 
     By those fitted before and after it in the ``order`` in which they were made, where these agree: its first fifth may
-    not tell (a stop that is not hit so early). Nothing where several motions share a name.
+    not show it (a stop that is not hit so early). Nothing where several motions share a name.
     """
     idle = {name: bool(batch.off) for batch in item.batches for name in batch.names}
     if len(idle) < count_of(item.batches) or len(set(order)) < len(order):
@@ -224,7 +224,7 @@ def _begun_by(
 def begun_from(
     model: ForecastModel, off: tuple[int, ...], batch: Batch, roles: SensorRoles, shown: int
 ) -> InitialEstimate:
-    """Return where the recordings of a ``batch`` begin, as their first ``shown`` samples tell, and what geometry adds
+    """Return where the recordings of a ``batch`` begin, as their first ``shown`` samples show, and what geometry adds
     from there; by a ``model`` less the candidates whose numbers are ``off``.
     """
     hypothesis, theta, spread = without(model, off)

@@ -78,9 +78,9 @@ def added(
 
 
 def _with_entry(system: System, hypothesis: Hypothesis, reduced: ReducedModel, sensors: tuple[Sensor, ...]) -> System:
-    """Return a system that forces on the modes of which geometry tells enter as well.
+    """Return a system that forces on the modes that geometry exerts enter as well.
 
-    What gives way to them at once is told apart, by `_given_way`; force laws do not answer to that.
+    What gives way to them at once is treated apart, by `_given_way`; force laws do not answer to that.
     """
     plant, geometry = hypothesis.plant, hypothesis.plant.geometry
     assert geometry is not None  # its caller has seen to that

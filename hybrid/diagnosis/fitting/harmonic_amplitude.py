@@ -23,7 +23,7 @@ class HarmonicAmplitude:
 
     @property
     def is_significant(self) -> bool:
-        """Whether the amplitude is told from none."""
+        """Whether the amplitude differs from zero beyond chance."""
         return self.amplitude > HARMONIC.min_amplitude_sigma * self.error
 
 

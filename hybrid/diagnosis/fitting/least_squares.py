@@ -219,7 +219,7 @@ def first_steps(
             LEAST_SQUARES.max_law_iterations,
         )
         steep, telling = 1 - LEAST_SQUARES.steep_fall_share, LEAST_SQUARES.conclusive_steps
-        bound = inf if comes else bound  # how a law that starts far off falls tells nothing of where it ends
+        bound = inf if comes else bound  # how a law that starts far off falls says nothing of where it ends
     taken, best = 0, problem.begun(theta, states)
     point = best
     while point is not None:

@@ -1,4 +1,4 @@
-"""What a linear model's channels tell about initial states and parameters, whatever their values stand for."""
+"""What a linear model's channels say about initial states and parameters, whatever their values stand for."""
 
 from typing import Protocol
 

@@ -128,8 +128,8 @@ def _changes(
     """Return what parameters change, (parameter, recording, value), and entries of a state, (recording, value, state);
     ``system``: that of ``theta``.
 
-    Of motions told as if nothing folded (`respond`), which changes what is left of recordings, but hardly the direction
-    of a step. Each difference is between two motions that are told alike, lest it see that.
+    Of motions computed as if nothing folded (`respond`), which changes what is left of recordings, but hardly the
+    direction of a step. Each difference is between two motions that are computed alike, lest it see that.
     """
     moved, size, sigma = (
         LINEARISATION.difference_step * hypothesis.width,
@@ -167,7 +167,7 @@ def _size(system: System, batch: Batch, states: FloatArray) -> FloatArray:
 
 
 def _left_over(residual: FloatArray, batch: Batch, states: FloatArray) -> Linearisation:
-    """Return a linearisation that tells what is left, and no slopes."""
+    """Return a linearisation that gives what is left, and no slopes."""
     nothing, still = np.zeros((0, len(residual), 0)), np.zeros_like(states)
     raw = residual.reshape(batch.data.shape)
     return Linearisation(residual, nothing, states, nothing, still, raw, np.zeros((0, 0)), still)

@@ -37,7 +37,8 @@ def learning_preset(structure: object) -> Config:
 def corrected(dataset: Dataset, findings: tuple[Finding, ...]) -> Dataset:
     """Return the dataset as sensors without the faults among ``findings`` would have recorded it.
 
-    Each in the recordings where it acts, the last that came in first: motion is late, then told by a gain, then drifts.
+    Each in the recordings where it acts, the last that came in first: motion is late, then scaled by a gain, then
+    drifts.
     """
     names = [sensor.name for sensor in dataset.sensors]
     faults = [(finding.cause, finding.recordings) for finding in findings if isinstance(finding.cause, SensorEffect)]
@@ -78,7 +79,7 @@ def learn(dataset: Dataset, config: Config, advance: Callable[[], object] = noth
 def _prior(model: NeuralModalODE, windows: FloatArray) -> StatePrior:
     """Return what the training windows say beforehand of initial states and of the noise.
 
-    Each entry of a state by itself: how they go together cannot be told from a few recordings, and those of a test
+    Each entry of a state by itself: how they go together cannot be estimated from a few recordings, and those of a test
     recording would be held to what the few happened to do.
     """
     seen = torch.tensor(windows, dtype=model.channel_scale.dtype)

@@ -12,17 +12,18 @@ class NominalConfig:
     least_std: float = 1e-6  # the least standard deviation of a factor, so that a prior of zero stays a number
     spare_damped_modes: int = 1  # mode beyond those kept whose damping is uncertain, too: a cause may bring it
     # of damping ratios that are off: they are those of the modes without any cause (-1), as causes turn them (1) or
-    # between: what else dissipates may stay where it is or go with the modes, and recordings tell
+    # between: what else dissipates may stay where it is or go with the modes, and recordings show which
     damping_turn_std: float = 1.0
     # that of recordings simulated in steps of a tenth of their interval: see `response.dispersion`
     dispersion_std: float = 1.0
     min_mass_share: float = 1e-3  # of all mass: what a part must hold to be felt
     # of what loads do to modes that are not followed: accelerations are up to a sixth derivative of them
     load_terms: int = 3
-    # values of a frame that tell as much as one: elements, joints and mesh are a little off everywhere; so wide,
+    # values of a frame that are worth one independent value: elements, joints and mesh are a little off everywhere; so
+    # wide,
     # intervals cover as many parameters of blind bridges as they should (README)
     frame_values_per_independent: float = 4.0
-    # of the most that a degree of freedom moves: the last that tells unit shapes apart must by itself
+    # of the most that a degree of freedom moves: the last that distinguishes unit shapes must by itself
     min_independent_share: float = 1e-6
 
 
@@ -58,9 +59,9 @@ class GeometryConfig:
 class MeshErrorConfig:
     """Whether a mesh is fine enough for its modes."""
 
-    # of a natural frequency: recordings tell it to a few ten-thousandths, and the rest is told as a cause
+    # of a natural frequency: recordings determine it to a few ten-thousandths, and the rest is taken for a cause
     min_reported_shift: float = 1e-3
-    max_shift_of_fine_mesh: float = 2e-4  # of it: about what recordings tell
+    max_shift_of_fine_mesh: float = 2e-4  # of it: about what recordings determine
     # the error falls with the fourth power of the length of elements whose deflection is cubic
     convergence_order: int = 4
 
@@ -71,7 +72,7 @@ class ModalDifferenceConfig:
 
     # of a frequency, of a damping ratio of 1, of a MAC of 1: smaller differences are not worth a word
     min_reported_difference: float = 5e-4
-    # of the product of two modes' own damping: the square of what dashpots add between them, told beyond
+    # of the product of two modes' own damping: the square of what dashpots add between them, reported beyond
     min_coupling_share: float = 0.01
     undamped_ratio_share: float = 1e-12  # of the most damped mode's: what an undamped one is taken to have
 
@@ -128,7 +129,7 @@ class UnstatedLowpassConfig:
     min_noise_share: float = 1e-5  # of a channel's energy: motions with less noise fall as steeply
     power_share_at_cutoff: float = 0.25  # of the power: what the usual filter leaves at its cutoff
     max_share_of_stated: float = 0.75  # of the low-pass that is stated: an end below is another one
-    min_lines: int = 4  # lines of a spectrum in a band that tell its level
+    min_lines: int = 4  # lines of a spectrum in a band that determine its level
 
 
 NOMINAL = NominalConfig()

@@ -76,7 +76,7 @@ class Loads:
 
 def courses_of(values: FloatArray, step: float) -> FloatArray:
     """Return the courses (order, recording, time, place) of forces with ``values`` (recording, time, place) at samples
-    a ``step`` (s) apart; of few samples as many orders as these tell, and zeros.
+    a ``step`` (s) apart; of few samples as many orders as these determine, and zeros.
     """
     samples = np.arange(values.shape[1])
     degree = min(LOADS.spline_degree, len(samples) // 2 * 2 - 1)  # odd ones wiggle least

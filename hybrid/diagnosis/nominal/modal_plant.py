@@ -120,7 +120,7 @@ def _normalised(shapes: FloatArray, plant: Plant) -> FloatArray:
 def _left_inverse(shapes: FloatArray) -> csr_array:
     """Return P (mode, dof), P Phi = I for ``shapes`` Phi (dof, mode).
 
-    It takes as many degrees of freedom as there are modes, those that tell them apart best, so that it stays sparse.
+    It takes as many degrees of freedom as there are modes, those that distinguish them best, so that it stays sparse.
     """
     count = shapes.shape[1]
     rows = qr(shapes.T, mode="r", pivoting=True)[1][:count]

@@ -96,7 +96,7 @@ class Plant:
 
     @property
     def alike(self) -> float:
-        """Number of recorded values that tell as much as one."""
+        """Number of recorded values that are worth one independent value."""
         return 1.0 if self.is_chain else NOMINAL.frame_values_per_independent
 
     @property
@@ -278,7 +278,7 @@ def plant_of(dataset: Dataset) -> Plant:
     ratios = ratios_of_modes(structure.damping.modal_ratios, modes)
     if assumed.damping_ratio is not None:
         given = np.atleast_1d(np.asarray(assumed.damping_ratio, dtype=float))
-        if kept is not None:  # as many as the recordings need, of which nobody was told; the last counts for the others
+        if kept is not None:  # as many as the recordings need, which nobody stated; the last counts for the others
             given = np.append(given, np.full(max(modes - len(given), 0), given[-1]))
         ratios = damping_ratios(tuple(given), modes)
     ratios = replace_ratios(ratios, _settled(structure))

@@ -1,7 +1,7 @@
 """Elements that are off by themselves: those patterns of their own stiffness that frequencies and shapes feel.
 
-The user's uncertainties are of groups of elements as wholes; recordings tell natural frequencies far better than any
-model has them element by element. A candidate at one of two neighbours must not win by what such deviations do, so
+The user's uncertainties are of groups of elements as wholes; recordings determine natural frequencies far better than
+any model has them element by element. A candidate at one of two neighbours must not win by what such deviations do, so
 every fit may calibrate them.
 """
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 class UniformErrorConfig:
     """Errors that all modes share."""
 
-    min_motion_share_and_mac: tuple[float, float] = (0.01, 0.8)  # share of the motion, and MAC, of a mode that tells
+    min_motion_share_and_mac: tuple[float, float] = (0.01, 0.8)  # share of the motion, and MAC, of a mode that counts
     max_ratio_spread: float = 1.05  # largest over smallest ratio: local causes move modes each by its own
     min_frequency_error: float = 0.15  # a uniform error of stiffness that is normal moves them by a few hundredths ...
     # times the nominal damping ratios, or a part of them: no place damps all modes alike ...
@@ -21,9 +21,9 @@ class UniformErrorConfig:
 class ObservationConfig:
     """Observed modes, and their dependence on amplitude."""
 
-    # standard deviation of every factor's logarithm where the recordings alone shall tell frequencies and shapes
+    # standard deviation of every factor's logarithm where the recordings alone shall determine frequencies and shapes
     free_factor_std: float = 0.5
-    amplitude_levels: int = 3  # sizes that are told apart
+    amplitude_levels: int = 3  # sizes that are distinguished
     min_segments_per_level: int = 2  # segments of each
     min_change_sigma: float = 3.0  # standard deviations: a change with amplitude beyond is called one
 

@@ -13,7 +13,7 @@ from hybrid.diagnosis.recorded.batches import Batch
 from hybrid.diagnosis.recorded.noise_model import SensorRoles
 from hybrid.figures import channel_labels, figure
 
-COLOURS = {"nominal": "#E69F00", "extended": "#0072B2"}  # of Okabe & Ito: told apart by everyone
+COLOURS = {"nominal": "#E69F00", "extended": "#0072B2"}  # of Okabe & Ito: distinguished by everyone
 WIDTHS = {"nominal": 2.2, "extended": 1.0}  # so that where both are the same both are seen
 CHANNELS = 5  # drawn at most
 ROOM = 0.25  # of a channel's range, above and below it

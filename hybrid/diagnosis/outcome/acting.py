@@ -1,4 +1,4 @@
-"""In which recordings a cause acts: those that were fitted, and those kept for testing where they tell."""
+"""In which recordings a cause acts: those that were fitted, and those kept for testing where they show it."""
 
 from collections import Counter
 

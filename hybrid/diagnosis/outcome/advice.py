@@ -1,8 +1,9 @@
-"""What would decide: the added sensor that best tells a finding from the rivals that the present ones cannot rule out.
+"""What would decide: the added sensor that best distinguishes a finding from the rivals that the present ones cannot
+rule out.
 
 The best hypothesis moves the structure as in the recordings; its rival is fitted to what the present sensors and one
 more would then show (to first order: one Gauss-Newton step from where the rival was fitted). What is left of the sum of
-squares is what the added sensor would tell.
+squares is what the added sensor would add.
 """
 
 from dataclasses import dataclass, replace
@@ -37,7 +38,7 @@ OFFERED: tuple[Quantity, ...] = ("displacement", "acceleration")
 class Advice:
     """A finding's ``kind`` and ``location``, its ``rival``'s and that one's ``probability``.
 
-    ``sensor``: the added one that tells most, None where none tells anything; ``then``: the rival's probability to
+    ``sensor``: the added one that decides most, None where none decides anything; ``then``: the rival's probability to
     expect with it, if the finding is right.
     """
 
@@ -110,7 +111,7 @@ def possible_sensors(plant: Plant, present: tuple[Sensor, ...]) -> tuple[Sensor,
 
 def _rivals(posterior: Posterior, candidate: Candidate) -> list[tuple[Candidate, float]]:
     """Return a candidate's rivals that are not improbable; one for all those places at which another would do the
-    same: what tells it tells them.
+    same: what distinguishes it distinguishes them.
     """
     found = rivals_of(posterior, candidate, DOUBTFUL)
     others = {twin.key for rival, _ in found for twin in twins_of(rival)}
@@ -128,7 +129,7 @@ def _fit_with(posterior: Posterior, candidate: Candidate, rival: Candidate) -> F
 def _most_informative(
     best: Fit, rival: Fit, added: tuple[Sensor, ...], noise_model: NoiseModel
 ) -> tuple[Sensor | None, float]:
-    """Return the sensor among those ``added`` that tells most, and the log odds that it adds; None where none does."""
+    """Return the sensor among those ``added`` that decides most, and the log odds it adds; None where none does."""
     ours, theirs = shown_by(best, added, noise_model), shown_by(rival, added, noise_model)
     sigma = noise_of(added, size_of(ours), noise_model, size_of(shown_by(best, noise_model.sensors, noise_model)))
     if not all(np.isfinite(part).all() for part in (*ours.values(), *theirs.values())):

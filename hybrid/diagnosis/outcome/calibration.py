@@ -12,7 +12,7 @@ from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.response.dispersion import shift, step_of
 
-TOLD = 4.0  # standard deviations: from there on a dispersion is told
+TOLD = 4.0  # standard deviations: from there on a dispersion is reported
 
 
 @dataclass(frozen=True)

@@ -99,7 +99,7 @@ def _scores(ruling: Ruling) -> dict[str, dict[str, float | None]]:
 
 
 def _example(ruling: Ruling, shown: Observations) -> Example:
-    """Return one recording as the user's simulation forecasts it, and as the structure that is told does."""
+    """Return one recording as the user's simulation forecasts it, and as the structure that is reported does."""
     scorer, simulated = ruling.scorer, ruling.simulation.fit
     return example_of(
         scorer.shown,

@@ -1,4 +1,4 @@
-"""Fast modes that recordings without an anti-aliasing filter show at other frequencies: on no list, but told."""
+"""Fast modes that recordings without an anti-aliasing filter show at other frequencies: on no list, but reported."""
 
 import numpy as np
 

@@ -19,7 +19,7 @@ from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.response.system import modal_form
 
-TOLD = 0.99  # probability of a machine, from which on nobody needs to be told of hum
+TOLD = 0.99  # probability of a machine, from which on hum needs no mention
 HARDLY = 0.05  # likewise, below which it is none: by chance one looks like hum where others show next to nothing of it
 AS_WELL = (
     "of all sensors {sensor} alone shows the harmonic force at {frequency:.4g} Hz: a tone that this sensor picks up, as"

@@ -56,7 +56,7 @@ def material(evidence: Evidence, scorer: Scorer) -> tuple[Posterior, list[str]]:
         weaker = gained <= (BESIDE if several else MATERIAL) * floor
         reached = scorer.error(before) <= (1 + MATERIAL) * floor
         bends = reached and several and factors_off(best) and not factors_off(simpler.fits[0])
-        if count == 1:  # what is not needed is told as weak then: see `verdict`
+        if count == 1:  # what is not needed is reported as weak then: see `verdict`
             if reached or not (guess and trifle and weaker):
                 break
         elif not bends:

@@ -70,7 +70,7 @@ def _finding(ruling: Ruling, number: int, taken: float, model: ForecastModel) ->
 
 def remainder(probability: float, rivals: list[Alternative], listed: float) -> list[Alternative]:
     """Return what the ``probability`` of a finding and of its ``rivals`` leaves to others: of what is ``listed`` to
-    causes that are not told one by one, and all else to what is not on the list.
+    causes that are not listed one by one, and all else to what is not on the list.
     """
     others = listed - probability - sum(rival.probability for rival in rivals)
     rest = ((OTHER_CAUSES, others), (NOT_ON_THE_LIST, 1 - listed))

@@ -88,7 +88,7 @@ def _apart(ruling: Ruling, findings: tuple[Finding, ...]) -> list[str]:
 def _or_mass(ruling: Ruling, findings: tuple[Finding, ...]) -> list[str]:
     """Return a line on a stiffness of several elements as one, which a mass of theirs looks like: no cause is that."""
     if ruling.setting.dataset.is_loaded:
-        return []  # known forces tell stiffness from mass
+        return []  # known forces distinguish stiffness from mass
     return [
         OR_MASS.format(elements=place_words(cause.location), times=1 / cause.factor)
         for cause in (finding.cause for finding in findings)

@@ -10,7 +10,7 @@ from hybrid.diagnosis.recorded.motions import in_words
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.recorded.spectra import energy_near, falling, strongest_apart
 
-MUCH = 0.2  # of what is left: a channel or mode that has less is not told
+MUCH = 0.2  # of what is left: a channel or mode that has less is not reported
 SEVERAL = 2.0  # times its part of all values: a recording that has more stands out
 MOST = 0.5  # of what is left: those that stand out must have more
 STILL = "0 Hz (it does not swing about zero)"

@@ -40,8 +40,8 @@ class Ruling:
 
     It rests on the ``posterior`` over the fits of the ``evidence`` whose causes matter, on the user's ``simulation``,
     and on what the ``scorer`` ``found`` of forecasts, with their ``errors``. ``final``: the best fit where its causes
-    are named, and the one without any cause otherwise; ``theta`` (parameter,): what is told of its parameters, which
-    may be calibrated less than its own. ``hums``: what may stand in the place of the best fit's harmonic forces.
+    are named, and the one without any cause otherwise; ``theta`` (parameter,): what is reported of its parameters,
+    which may be calibrated less than its own. ``hums``: what may stand in the place of the best fit's harmonic forces.
     ``notes``: on test recordings that are only noisier, and on causes that do not matter.
     """
 
@@ -75,12 +75,12 @@ class Ruling:
 
     @property
     def reported(self) -> Fit:
-        """The final fit at the theta that is told."""
+        """The final fit at the theta that is reported."""
         return replace(self.final, theta=self.theta)
 
     @property
     def after(self) -> ForecastScore:
-        """The forecast by the structure that is told."""
+        """The forecast by the structure that is reported."""
         if self.is_named:
             return self.found.extended
         return self.found.own if self.theta.any() else self.found.drawn
@@ -127,7 +127,7 @@ def ruling_of(setting: Setting, evidence: Evidence) -> Ruling:
         final=best,
         theta=best.theta,
         hums=hums,
-        notes=(*notes, *weak) if verdict is not Verdict.UNEXPLAINED else tuple(notes),  # of guesses nothing is told
+        notes=(*notes, *weak) if verdict is not Verdict.UNEXPLAINED else tuple(notes),  # of guesses nothing is reported
     )
     return (
         ruling

@@ -28,7 +28,7 @@ class ChannelFaultConfig:
     min_distinct_share: float = 0.9  # of the other values: rounding makes fewer
     rounding: float = 1e-9  # of a channel's range: values this close are equal
     max_dead_share: float = 0.5  # of the channels that are alive in any recording
-    max_levels_listed: int = 4  # that are told one by one: a sensor clips at two, but recordings may be scaled
+    max_levels_listed: int = 4  # that are listed one by one: a sensor clips at two, but recordings may be scaled
     # of a channel's usual size: less is no sensor's noise, but what symmetry leaves of a simulated motion
     silent_share: float = 1e-6
 
@@ -46,15 +46,17 @@ class MotionFreeConfig:
     """Offsets and drifts beside free decays."""
 
     min_periods: float = 1.5  # of the slowest mode: in shorter recordings a part of an oscillation looks like an offset
-    min_samples_per_mode: float = 20.0  # samples a mode: fewer hardly tell poles
-    spare_modes: int = 2  # modes told beside the nominal ones: an offset with a drift, and what is not linear
+    min_samples_per_mode: float = 20.0  # samples a mode: fewer hardly identify poles
+    spare_modes: int = 2  # modes identified beside the nominal ones: an offset with a drift, and what is not linear
     min_frequency_share: float = 0.5  # of the slowest mode: what is slower is no motion of the structure
-    stretch_periods: float = 1.5  # of the slowest mode's periods: as much is looked at together to tell its pole ...
+    stretch_periods: float = (
+        1.5  # of the slowest mode's periods: as much is looked at together to identify its pole ...
+    )
     max_stretch_share: float = 0.3  # ... but no more of the shortest recording ...
     max_stretch_values: int = 1500  # ... and no more values of all sensors: their products must be held
     rounding: float = 1e-9  # of the largest value: recordings without noise have as much
     max_chance_of_offset: float = 1e-6  # so often at most chance makes an offset that is one, or two that differ
-    max_chance_of_drift: float = 1e-3  # so often at most chance makes what tells a drift from an offset
+    max_chance_of_drift: float = 1e-3  # so often at most chance makes what distinguishes a drift from an offset
 
 
 @dataclass(frozen=True)
@@ -79,16 +81,18 @@ class NoiseConfig:
     close_over_highest: float = 1.15  # times it: motion there is not noise alone
     # of half the sampling rate: at least this share of the band is taken as the structure's, where it must be
     max_band_share: float = 0.7
-    # of half the sampling rate: where noise is told in the recordings themselves, which have harmonics, too
+    # of half the sampling rate: where noise is estimated in the recordings themselves, which have harmonics, too
     min_noise_frequency_share: float = 0.5
     harmonics_ratio: float = 2.0  # times the structure's band: likewise ...
     max_noise_frequency_share: float = 0.8  # ... but a fifth of all frequencies is left
-    max_lags: int = 100  # samples, and share of the shortest recording: up to where autocorrelations are told
-    max_lag_share: float = 1 / 3  # samples, and share of the shortest recording: up to where autocorrelations are told
+    max_lags: int = 100  # samples, and share of the shortest recording: up to where autocorrelations are estimated
+    max_lag_share: float = (
+        1 / 3
+    )  # samples, and share of the shortest recording: up to where autocorrelations are estimated
     min_correlation_sigma: float = 3.0  # standard deviations of what white noise has of one by chance
     quiet_share: float = 0.4  # of a recording, from its end: by then all but the least damped modes have died away
     quantile: float = 0.25  # of the powers there: below it lies what is between the lines
-    # lines of a spectrum with a Hann window that tell as much as one: 1 + 2 (4/9 + 1/36)
+    # lines of a spectrum with a Hann window that are worth one independent one: 1 + 2 (4/9 + 1/36)
     lines_per_independent: float = 1.94
     load_series_terms: int = 5  # powers of 1 / (i omega) in the response to a load far above all natural frequencies
     min_unexplained_share: float = 0.1  # of values: loads explain no more of a spectrum than the rest

@@ -1,4 +1,4 @@
-"""What channels show beside a structure's motion: offsets and drifts of their sensors, told from free decays."""
+"""What channels show beside a structure's motion: offsets and drifts of sensors, identified beside free decays."""
 
 from dataclasses import dataclass
 from math import ceil
@@ -63,7 +63,7 @@ class MotionFreeChannel:
 
 
 def motion_free_channels(dataset: Dataset, nominal: ComplexArray) -> tuple[MotionFreeChannel, ...]:
-    """Return each channel (sensor,) beside motion; none where all recordings are too short to tell it.
+    """Return each channel (sensor,) beside motion; none where all recordings are too short to identify it.
 
     ``nominal`` (mode,): poles of the nominal structure (rad/s, one of each pair), as many as the recordings may show.
     """
@@ -96,7 +96,8 @@ def _courses(recording: Recording, data: FloatArray, rate: float) -> FloatArray:
 
 
 def _poles(motions: list[FloatArray], together: int, count: int) -> ComplexArray:
-    """Return ``count`` poles, a sample, of ``motions`` (time, sensor) in all, told by samples that come ``together``.
+    """Return ``count`` poles, a sample, of ``motions`` (time, sensor) in all, identified from samples that come
+    ``together``.
 
     What spans all such stretches turns by the poles from one sample to the next (ESPRIT; Roy & Kailath, 1989). An
     offset is a pole at zero.

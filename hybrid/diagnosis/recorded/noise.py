@@ -13,7 +13,7 @@ from hybrid.diagnosis.recorded.config import NOISE
 QUARTER = -np.log(1 - NOISE.quantile)  # that of white noise's power over its mean
 QUARTILE_LOSS = (
     NOISE.quantile / (1 - NOISE.quantile) / QUARTER**2
-)  # variance of the density that it tells over that by the mean
+)  # variance of the density estimated so over that by the mean
 
 
 @dataclass(frozen=True)
@@ -71,14 +71,14 @@ def noise_of_recordings(batches: tuple[Batch, ...], rate: float, band: Band) -> 
 
 
 def variance_of_log_noise(samples: int, rate: float, band: Band) -> float:
-    """Return the variance of the logarithm of the noise's standard deviation, as one recording tells it."""
+    """Return the variance of the logarithm of the noise's standard deviation, as estimated from one recording."""
     if band.room:
         return NOISE.lines_per_independent / 4 / float(np.sum(line_frequencies(samples, rate) > _lower(rate, band)))
     return NOISE.lines_per_independent * QUARTILE_LOSS / 4 / float(np.sum(_lines(_end(samples), rate, band)))
 
 
 def _lower(rate: float, band: Band) -> float:
-    """Return the frequency (Hz) beyond which recordings tell their noise themselves, where there is room."""
+    """Return the frequency (Hz) beyond which recordings show their noise themselves, where there is room."""
     return max(
         band.upper,
         NOISE.min_noise_frequency_share * rate / 2,
@@ -165,7 +165,7 @@ def excess(residuals: tuple[FloatArray, ...], rate: float, band: Band) -> Excess
 
 
 def correlation_factor(residuals: tuple[FloatArray, ...]) -> float:
-    """Return 1 + 2 sum rho_k over the significant autocorrelations: how many values tell as much as one alone."""
+    """Return 1 + 2 sum rho_k over the significant autocorrelations: how many values are worth one independent value."""
     most = min(NOISE.max_lags, int(NOISE.max_lag_share * min(part.shape[1] for part in residuals)))
     covariance, values = np.zeros(most), 0
     for part in residuals:

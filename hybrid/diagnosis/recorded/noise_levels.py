@@ -1,7 +1,7 @@
 """Noise that is not the same in all recordings: normalised ones, a share of each motion, another amplifier.
 
-Each recording tells its noise itself, but to some ten per cent only, and takes what else is fast for it: too roughly to
-say how well a model could forecast it. The pattern behind the levels is what all recordings tell together.
+Each recording shows its noise itself, but to some ten per cent only, and takes what else is fast for it: too roughly to
+say how well a model could forecast it. The pattern behind the levels is what all recordings show together.
 """
 
 from collections.abc import Sequence
@@ -44,7 +44,7 @@ class NoiseLevels:
 
         They are alike unless another pattern is behind them, one that leaves no more than chance would: what differs
         without one may be motion, such as the ringing of a stop. One value in twenty may be astray: noise that is a
-        share of all motion tells of what a low-pass took away.
+        share of all motion shows what a low-pass took away.
         """
         levels, motion = (
             np.concatenate(parts) for parts in zip(*[_estimated(b, rate, band) for b in batches], strict=True)
@@ -59,7 +59,7 @@ class NoiseLevels:
 
     @property
     def are_alike(self) -> bool:
-        """Whether all recordings have the same noise, as far as they tell."""
+        """Whether all recordings have the same noise, as far as they show."""
         return self.pattern is Pattern.ALIKE
 
     def of_recordings(self, free: Batch) -> FloatArray:

@@ -34,7 +34,7 @@ class SensorRoles:
     """The ``sensors`` that recordings show, the columns of those ``measured``, and the ``noise_model`` with these
     alone.
 
-    The others are held out: what they show is forecast, and tells nothing.
+    The others are held out: what they show is forecast, and says nothing.
     """
 
     sensors: tuple[Sensor, ...]

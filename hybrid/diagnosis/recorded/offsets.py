@@ -20,9 +20,9 @@ def without_offsets(dataset: Dataset, poles: ComplexArray) -> tuple[Dataset, lis
     """Return a dataset less what its accelerometers and velocity sensors show at rest, and notes on all sensors.
 
     The velocity of a structure that stays where it is returns to zero on average, and so does its acceleration, linear
-    or not. ``poles``: of the nominal modes (rad/s). The training recordings tell, and it is taken off all recordings
-    where they agree; nothing is from held-out sensors, nor from displacements: a stop or friction moves their mean.
-    Means tell of sensors of which that says nothing.
+    or not. ``poles``: of the nominal modes (rad/s). The training recordings determine it, and it is taken off all
+    recordings where they agree; nothing is from held-out sensors, nor from displacements: a stop or friction moves
+    their mean. Means say something of sensors of which that says nothing.
     """
     known, silent = np.zeros(len(dataset.sensors)), set(range(len(dataset.sensors)))
     by_message: dict[str, list[str]] = {what: [] for what in (TAKEN_OFF, HELD_OUT, DISPLACED, DIFFERING)}
@@ -50,7 +50,7 @@ def without_offsets(dataset: Dataset, poles: ComplexArray) -> tuple[Dataset, lis
 def offsets(dataset: Dataset, columns: Collection[int]) -> list[str]:
     """Return a note on each of some sensors whose recordings all show the same mean.
 
-    Known loads may bend a structure so, and tell nothing.
+    Known loads may bend a structure so, and say nothing.
     """
     found = []
     for column in sorted(columns):

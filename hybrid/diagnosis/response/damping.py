@@ -45,7 +45,7 @@ def assumed_damping(
 def _factors(plant: Plant, factor: FloatArray, omega: FloatArray) -> FloatArray:
     """Return the factor (variant, mode) of each mode's damping ratio, 1 of those beyond the ones that are uncertain.
 
-    Above a low-pass, too: what it leaves of a mode tells nothing of its damping, and would be told by it.
+    Above a low-pass, too: what it leaves of a mode says nothing of its damping, and would be taken for it.
     """
     count = omega.shape[1]
     known = np.pad(factor, ((0, 0), (0, max(count - factor.shape[1], 0))), constant_values=1.0)[:, :count]

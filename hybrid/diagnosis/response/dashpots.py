@@ -16,7 +16,7 @@ from hybrid.diagnosis.response.system import is_defective
 ROUNDS = 2  # of roots and what trails them: 60 N s/m on the bridge are off by 8e-5 of a root after one, by
 # 2e-6 after two
 # Times the lowest natural frequency of what trails: roots that are faster, of a dashpot that all but holds its place,
-# take nothing along. What they would, no few modes tell.
+# take nothing along. What they would, no few modes show.
 FAST, STEEP = 2.0, 8
 
 

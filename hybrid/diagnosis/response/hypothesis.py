@@ -97,8 +97,8 @@ class Hypothesis:
     def precision(self) -> FloatArray:
         """What the square of a deviation from the centre costs, (parameter,), beside squares of what is left.
 
-        Of the factors, which the user knows, as many times more as there are values that tell as much as one. The
-        scatter is why these are alike, and how damping turns nobody stated: both count once.
+        Of the factors, which the user knows, as many times more as there are values that are worth one independent
+        value. The scatter is why these are alike, and how damping turns nobody stated: both count once.
         """
         counts = np.ones(len(self.centre))
         counts[: self.plant.factors] = self.plant.alike

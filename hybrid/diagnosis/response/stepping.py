@@ -13,7 +13,7 @@ from hybrid.diagnosis.response.compiled import compiled
 from hybrid.diagnosis.response.system import System
 
 LANES = 8  # recordings that go side by side: the sums of a substep wait for each other, not for those of other lanes
-WORST = 1e6  # condition number of coordinates that are still told as well as slopes by finite differences need them
+WORST = 1e6  # condition number of coordinates that are still known as well as slopes by finite differences need them
 
 
 class Scheme(NamedTuple):
@@ -21,7 +21,7 @@ class Scheme(NamedTuple):
 
     ``ahead`` (3 row, coordinate): the felt rows of G now, half a substep ahead and one ahead; ``near`` (3, coordinate):
     what the one before, the coordinate itself and the next bring to each in a substep; where others do, too, it has no
-    entries, and ``whole`` (from, to) serves; ``watch`` (watched, coordinate): what is told of the motion. ``answer``
+    entries, and ``whole`` (from, to) serves; ``watch`` (watched, coordinate): what is wanted of the motion. ``answer``
     (3, law, row): what forces of each stage but the last move until the next; ``first``, ``middle`` and ``last`` (law,
     coordinate): at the end of the substep.
     """
@@ -45,7 +45,7 @@ class Coordinates(NamedTuple):
 
 def scheme_of(system: System, h: float, rows: IntArray, watch: FloatArray, apart: bool) -> tuple[Scheme, Coordinates]:
     """Return the scheme of a substep ``h`` (s), and its coordinates, for the ``rows`` of G that are felt and for what
-    is to be told of the states, ``watch`` (variant, watched, state).
+    is wanted of the states, ``watch`` (variant, watched, state).
 
     ``apart``: in coordinates that hardly couple; otherwise in the states themselves, some of which are known.
     """
@@ -153,7 +153,7 @@ def _step_lanes(
                         between += ahead[rows + row, i] * z[lane, 1 + i]
                         then += ahead[2 * rows + row, i] * z[lane, 1 + i]
                     seen[lane, row], seen[lane, rows + row], seen[lane, 2 * rows + row] = now, between, then
-            stages = 4 if k < samples - 1 else 1  # at the last sample the forces there are told, and no more
+            stages = 4 if k < samples - 1 else 1  # at the last sample the forces there are computed, and no more
             for stage in range(stages):
                 for lane in range(lanes):
                     for law in range(laws):

@@ -19,7 +19,7 @@ def screen_forces(fit: Fit, candidates: tuple[Candidate, ...], noise_model: Nois
     """Return harmonic forces with their best frequencies, from the steady state that each frequency would bring.
 
     The transient is one of the initial states' motions, which are projected out. Amplitude and phase are each
-    recording's own. The fit should be of whole recordings: segments do not tell frequencies well.
+    recording's own. The fit should be of whole recordings: segments do not determine frequencies well.
     """
     forces = [candidate for candidate in candidates if isinstance(candidate, HarmonicCandidate)]
     if not forces:

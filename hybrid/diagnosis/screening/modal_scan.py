@@ -1,6 +1,6 @@
 """Causes behind a calibration gone astray, ranked by the modes that it was needed for.
 
-What would make the modes that recordings tell with all factors near nominal may have led these astray. Frequencies are
+What would make the modes that recordings show with all factors near nominal may have led these astray. Frequencies are
 all but linear in a factor where the phase of a long motion is not, so that this ranks what the score test cannot.
 """
 

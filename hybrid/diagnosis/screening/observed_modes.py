@@ -1,4 +1,4 @@
-"""Natural frequencies and shapes as recordings tell them: by a fit that follows these, however far its factors went."""
+"""Natural frequencies and shapes as recordings show them: by a fit that follows these, however far its factors went."""
 
 from dataclasses import dataclass
 
@@ -40,7 +40,7 @@ class PickedModes:
 
 @dataclass(frozen=True)
 class ObservedModes:
-    """``omega`` (mode,), rad/s, and ``sensors`` (sensor, mode) with how well they are told, one over variances:
+    """``omega`` (mode,), rad/s, and ``sensors`` (sensor, mode) with how well they are determined, one over variances:
     ``of_omega`` (mode,) and ``of_sensors`` (sensor, mode). ``mass_shapes``: M Phi (dof, mode).
     """
 
@@ -69,10 +69,10 @@ def picked_modes(
 
 
 def observed_modes(item: Fit, noise_model: NoiseModel) -> ObservedModes:
-    """Return the modes of a fit, and how well its recordings tell them.
+    """Return the modes of a fit, and how well its recordings determine them.
 
-    A channel shows f shape q of each mode, f by its quantity. A shape is told by the sum of (f q)^2, a frequency by
-    that of (t f shape q)^2, the time t from its centre, as the phase is free.
+    A channel shows f shape q of each mode, f by its quantity. A shape is determined by the sum of (f q)^2, a frequency
+    by that of (t f shape q)^2, the time t from its centre, as the phase is free.
     """
     hypothesis, theta = item.hypothesis, item.theta[None]
     reduced = hypothesis.reduced(theta)

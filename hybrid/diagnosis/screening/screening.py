@@ -142,7 +142,7 @@ def _effect(present: _Present, candidate: Candidate, start: tuple[float, ...], s
     """Return what a candidate at ``start`` adds to the channels (recording, value) shown, in units of sigma.
 
     Both are taken in the shapes, and with the damping, that the candidate asks for: these move a calibrated structure a
-    little by themselves. The pull of force laws is taken as given where there are any. Nothing is told where
+    little by themselves. The pull of force laws is taken as given where there are any. Nothing is returned where
     shapes that come with it have no mass: a fit without it may have taken most of a node's away.
     """
     fit, noise_model, batch, states = present.fit, present.noise_model, stretch.batch, stretch.states
