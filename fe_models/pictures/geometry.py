@@ -19,9 +19,7 @@ from fe_models.structure import PLANE_FRAME, Beam, Cable, Direction, Structure, 
 CONNECTION = "stiffness between nodes"  # what is drawn of imported matrices, where no structure says what it is
 Kind = Literal["beam", "cable", "spring", "point"]
 
-STRAIGHT_SHARE = (
-    1 / 120
-)  # of the structure's size: pieces of a curve, of a dozen pixels, that no eye distinguishes from it
+STRAIGHT_SHARE = 1 / 120  # of the structure's size: pieces of a curve, of a dozen pixels, that look like it
 MOST_PIECES = 60  # of one beam: enough where it is as long as the structure and bends three times
 MOST_CONNECTIONS = 4  # a node, of imported matrices: frames and trusses have up to that, condensed matrices more
 DRAWN_SHARE = 0.08  # of the structure's size: a largest displacement that is plain to see and hides nothing

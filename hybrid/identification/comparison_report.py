@@ -12,14 +12,8 @@ from hybrid.identification.backbone import Backbone
 from hybrid.identification.combinations import Combination
 from hybrid.identification.recording_comparison import Compared, Observed
 
-COLOURS = (
-    "#0072B2",
-    "#E69F00",
-    "#009E73",
-    "#CC79A7",
-    "#56B4E9",
-    "#D55E00",
-)  # of Okabe & Ito: distinguished by everyone
+# of Okabe & Ito: distinguished by everyone
+COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00")
 NEARLY = 0.8  # of the largest entry of a shape: as large, where its sign is set
 WIDE, HIGH = 5.2, 1.45  # inches of a panel: spectra make large pictures
 STRONG = 0.003  # of a recording's energy: a line that is no mode's is reported from there on

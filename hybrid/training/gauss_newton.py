@@ -28,9 +28,7 @@ MEDIAN_TO_STD = 1.4826  # of the absolute values of normal noise
 DAMPING = Damping(first=1e-2, easing=5.0, tightening=6.0)  # of the normal matrix's diagonal
 LEAST_DIAGONAL = 1e-3  # of the largest entry: a parameter that nothing depends on yet is damped all the same
 MAX_TRIES = 6  # steps in a row that do not lead down
-PRIOR_PRECISION = (
-    0.1  # of each parameter, which are near one: a net's weights wander where the data do not determine them
-)
+PRIOR_PRECISION = 0.1  # of each parameter, near one: a net's weights wander where data do not determine them
 REFINEMENTS = 2  # Gauss-Newton steps of the initial states after each change of the parameters
 OUTLYING = 2.0  # times the median misfit: windows beyond count less and less
 GROWTH = 2  # of the horizon, once a step gains less than `SETTLED`

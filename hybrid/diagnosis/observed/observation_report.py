@@ -103,7 +103,7 @@ def _amplitude(found: Amplitude) -> list[str]:
     change = found.frequency[-1] - found.frequency[0]
     std = float(np.hypot(found.frequency_std[-1], found.frequency_std[0]))
     if abs(change) <= OBSERVATION.min_change_sigma * std:
-        return [*lines, "  No change of stiffness with size is told."]
+        return [*lines, "  No change of stiffness with amplitude is detected."]
     word = "stiffer" if change > 0 else "softer"
     return [
         *lines,

@@ -49,9 +49,7 @@ class MotionFreeConfig:
     min_samples_per_mode: float = 20.0  # samples a mode: fewer hardly identify poles
     spare_modes: int = 2  # modes identified beside the nominal ones: an offset with a drift, and what is not linear
     min_frequency_share: float = 0.5  # of the slowest mode: what is slower is no motion of the structure
-    stretch_periods: float = (
-        1.5  # of the slowest mode's periods: as much is looked at together to identify its pole ...
-    )
+    stretch_periods: float = 1.5  # of the slowest mode: as much is looked at together to identify its pole ...
     max_stretch_share: float = 0.3  # ... but no more of the shortest recording ...
     max_stretch_values: int = 1500  # ... and no more values of all sensors: their products must be held
     rounding: float = 1e-9  # of the largest value: recordings without noise have as much
@@ -85,10 +83,8 @@ class NoiseConfig:
     min_noise_frequency_share: float = 0.5
     harmonics_ratio: float = 2.0  # times the structure's band: likewise ...
     max_noise_frequency_share: float = 0.8  # ... but a fifth of all frequencies is left
-    max_lags: int = 100  # samples, and share of the shortest recording: up to where autocorrelations are estimated
-    max_lag_share: float = (
-        1 / 3
-    )  # samples, and share of the shortest recording: up to where autocorrelations are estimated
+    max_lags: int = 100  # samples, up to where autocorrelations are estimated ...
+    max_lag_share: float = 1 / 3  # ... but no more of the shortest recording
     min_correlation_sigma: float = 3.0  # standard deviations of what white noise has of one by chance
     quiet_share: float = 0.4  # of a recording, from its end: by then all but the least damped modes have died away
     quantile: float = 0.25  # of the powers there: below it lies what is between the lines
