@@ -4,28 +4,28 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import cKDTree
 
-from fe_models.arrays import FloatArray, IntArray
+from fe_models.arrays import BoolArray, FloatArray, IntArray
 
 GAP = 3.0  # px, free between two labels
+FEW = 12  # choices that are weighed at a time: one of the first is nearly always taken
 ROWS = 6  # how many rows of text a name may stand off where there is no room beside its place
-ON_LABEL, ON_LINE, A_STEP = (
-    1e6,
-    30.0,
-    1.0,
-)  # what is paid for lying on a label, on a point of a line, for a later choice
+ON_LABEL, ON_LINE, A_STEP = 1e6, 30.0, 10.0  # paid for lying on a label, on a point of a line, for a later choice
 
 
 @dataclass(frozen=True)
 class Label:
     """A box of ``size`` (2,) px for a place that may move: ``at`` (frame, 2) px.
 
-    ``choices`` (choice, 2): where its centre may stand from there, px, best first.
+    ``choices`` (choice, 2): where its centre may stand from there, px, best first. It may lie on the points ``own`` of
+    what is drawn: a number on its element.
     """
 
     at: FloatArray
     size: FloatArray
     choices: FloatArray
+    own: tuple[int, int] = (0, 0)
 
     def boxes(self, offsets: FloatArray) -> FloatArray:
         """Return lowest and highest corner (2, choice, frame, 2) where it stands ``offsets`` (choice, 2) off."""
@@ -62,23 +62,50 @@ def place(labels: Sequence[Label], lines: FloatArray, frames: IntArray) -> Float
     others one that lies on a label placed before, in any frame.
     """
     chosen = np.zeros((len(labels), 2))
-    taken: list[FloatArray] = []
+    trees = [cKDTree(points) for points in lines]
+    taken = np.zeros((2, len(labels), *labels[0].at.shape)) if labels else np.zeros((2, 0, 1, 2))
     for row, label in enumerate(labels):
-        boxes = label.boxes(label.choices)
-        cost = A_STEP * np.arange(len(label.choices)) + ON_LABEL * sum(_overlap(boxes, other) for other in taken)
-        low, high = boxes[:, :, frames, None]  # (choice, seen, 1, 2)
-        inside = ((lines > low) & (lines < high)).all(axis=3)
-        cost += ON_LINE * inside.sum(axis=(1, 2)) / len(frames)
-        best = int(np.argmin(cost))
+        best, least = 0, np.inf
+        for first in range(0, len(label.choices), FEW):
+            boxes = label.boxes(label.choices[first : first + FEW])
+            cost = _cost(boxes, taken[:, :row], lines, trees, frames, label) + A_STEP * first
+            if cost.min() < least:
+                best, least = first + int(np.argmin(cost)), float(cost.min())
+            if least <= A_STEP * (first + FEW):  # what a later choice costs at least
+                break
         chosen[row] = label.choices[best]
-        taken.append(boxes[:, best])
+        taken[:, row] = label.boxes(label.choices[best : best + 1])[:, 0]
     return chosen
 
 
-def overlapping(labels: Sequence[Label], offsets: FloatArray) -> int:
-    """Return how many pairs of labels lie on each other in any frame."""
+def _cost(
+    boxes: FloatArray, taken: FloatArray, lines: FloatArray, trees: list[cKDTree], frames: IntArray, label: Label
+) -> FloatArray:
+    """Return what each of the boxes (2, choice, frame, 2) costs beside those ``taken`` (2, label, frame, 2)."""
+    low, high = boxes[0].min(axis=0) - GAP, boxes[1].max(axis=0) + GAP  # (frame, 2): all that it may cover
+    close = ((taken[0] < high) & (taken[1] > low)).all(axis=2).any(axis=1)
+    cost = A_STEP * np.arange(boxes.shape[1]) + ON_LABEL * _overlap(boxes, taken[:, close]).sum(axis=1)
+    near = _within(trees, (low + high)[frames] / 2, float((high - low).max()) / 2, label.own)
+    (x, y), corners = np.moveaxis(lines[:, near], 2, 0), boxes[:, :, frames, None]  # corners: (2, choice, seen, 1, 2)
+    left, bottom, right, top = corners[0, ..., 0], corners[0, ..., 1], corners[1, ..., 0], corners[1, ..., 1]
+    inside = (x > left) & (x < right) & (y > bottom) & (y < top)  # (choice, seen, point)
+    return np.asarray(cost + ON_LINE * inside.sum(axis=(1, 2)) / len(frames))
+
+
+def _within(trees: list[cKDTree], at: FloatArray, reach: float, own: tuple[int, int]) -> IntArray:
+    """Return which points (near,) come within ``reach`` px of a place (seen, 2) in any frame, but the label's own."""
+    found = [tree.query_ball_point(place, reach, p=np.inf) for tree, place in zip(trees, at, strict=True)]
+    rows = np.unique(np.concatenate(found).astype(int))
+    return np.asarray(rows[(rows < own[0]) | (rows >= own[1])])
+
+
+def overlapping(labels: Sequence[Label], offsets: FloatArray) -> BoolArray:
+    """Return for each label whether it lies on one before it in any frame."""
     boxes = [label.boxes(offset[None]) for label, offset in zip(labels, offsets, strict=True)]
-    return sum(int(_overlap(box, other[:, 0])[0] > 0) for row, box in enumerate(boxes) for other in boxes[:row])
+    before = (
+        np.concatenate([np.zeros((2, 0, *labels[0].at.shape)), *boxes], axis=1) if boxes else np.zeros((2, 0, 1, 2))
+    )
+    return np.array([_overlap(box, before[:, :row]).any() for row, box in enumerate(boxes)], dtype=bool)
 
 
 def leader(at: FloatArray, low: FloatArray, high: FloatArray, near: float) -> FloatArray | None:
@@ -87,7 +114,8 @@ def leader(at: FloatArray, low: FloatArray, high: FloatArray, near: float) -> Fl
     return np.stack([at, foot]) if float(np.linalg.norm(foot - at)) > near else None
 
 
-def _overlap(boxes: FloatArray, other: FloatArray) -> FloatArray:
-    """Return in which share of frames each of the boxes (2, choice, frame, 2) comes too near another (2, frame, 2)."""
-    apart = (boxes[0] >= other[1] + GAP) | (other[0] >= boxes[1] + GAP)
-    return np.asarray((~apart.any(axis=2)).mean(axis=1))
+def _overlap(boxes: FloatArray, others: FloatArray) -> FloatArray:
+    """Return in which share of frames boxes (2, choice, frame, 2) come too near others (2, other, frame, 2)."""
+    low, high = boxes[:, :, None]
+    apart = (low >= others[1] + GAP) | (others[0] >= high + GAP)  # (choice, other, frame, 2)
+    return np.asarray((~apart.any(axis=3)).mean(axis=2))

@@ -1,6 +1,6 @@
 """The foot of a figure: colour bar or named colours, a scale of lengths, and what each line and sign stands for."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from math import floor, log10
 
 import numpy as np
@@ -15,6 +15,7 @@ from fe_models.pictures.panels import family, line_styles
 from fe_models.pictures.sensor_names import HELD_OUT, MEASURED
 
 Icon = Callable[[FloatArray], list[Patch]]  # draws a sample, 44 px wide, centred at a place
+Entry = tuple[str, Icon]
 
 ROW = 40  # px, of the legend
 BAR_HEIGHT = 84  # px, of the row with colour bar and scale of lengths
@@ -27,25 +28,31 @@ TEXT_SIZE = 20
 
 def footer(figure: Figure, factor: float) -> tuple[float, list[Patch], list[Text]]:
     """Return the height (px) of the foot, and what is in it; ``factor`` is the scale of the panels (px/m)."""
-    patches: list[Patch] = []
-    texts: list[Text] = []
+    rows, patches, texts = legend_rows(_entries(figure), figure.width)
+    base = float(MARGIN + ROW * rows)
+    if not figure.named:
+        _color_bar(figure, base, patches, texts)
+    length_scale(figure.width, factor, base + 40, patches, texts)
+    return ROW * rows + BAR_HEIGHT, patches, texts
+
+
+def legend_rows(entries: Sequence[Entry], width: float) -> tuple[int, list[Patch], list[Text]]:
+    """Return how many rows the samples and names take on a picture ``width`` px wide, and what is drawn of them."""
     placed: list[tuple[float, int, str, Icon]] = []
     left, row = float(MARGIN), 0
-    for name, icon in _entries(figure):
-        width = ICON + 12 + Text(name, 0, 0, TEXT_SIZE).width
-        if left + width > figure.width - MARGIN and left > MARGIN:
+    for name, icon in entries:
+        taken = ICON + 12 + Text(name, 0, 0, TEXT_SIZE).width
+        if left + taken > width - MARGIN and left > MARGIN:
             left, row = float(MARGIN), row + 1
         placed.append((left, row, name, icon))
-        left += width + 30
+        left += taken + 30
+    patches: list[Patch] = []
+    texts: list[Text] = []
     for left, line, name, icon in placed:
         y = MARGIN + ROW * (row - line) + ROW / 2
         patches.extend(icon(np.array([left + ICON / 2, y])))
         texts.append(Text(name, left + ICON + 12, y, TEXT_SIZE))
-    base = float(MARGIN + ROW * (row + 1))
-    if not figure.named:
-        _color_bar(figure, base, patches, texts)
-    _length_scale(figure, factor, base + 40, patches, texts)
-    return ROW * (row + 1) + BAR_HEIGHT, patches, texts
+    return row + 1, patches, texts
 
 
 def nice_step(span: float, parts: int) -> float:
@@ -75,24 +82,36 @@ def _color_bar(figure: Figure, base: float, patches: list[Patch], texts: list[Te
         texts.append(Text(f"{tick:.3g}", x, base + 14, TEXT_SIZE - 1, align="center"))
 
 
-def _length_scale(figure: Figure, factor: float, y: float, patches: list[Patch], texts: list[Text]) -> None:
+def length_scale(width: float, factor: float, y: float, patches: list[Patch], texts: list[Text]) -> None:
     """Add a bar of a round length of the structure at the right, so that sizes can be read off."""
     length = nice_step(90 / factor, 1)  # m, drawn 90 to 225 px long
-    right = figure.width - MARGIN
+    right = width - MARGIN
     left = right - length * factor
     patches.append(stroke(np.array([[[left, y], [right, y]]]), 3, INK, caps=False))
     patches.append(stroke(np.array([[[x, y - 8], [x, y + 8]] for x in (left, right)]), 3, INK, caps=False))
     texts.append(Text(f"{length:g} m", (left + right) / 2, y - 26, TEXT_SIZE - 1, align="center"))
 
 
-def _entries(figure: Figure) -> list[tuple[str, Icon]]:
+def _entries(figure: Figure) -> list[Entry]:
     """Return name and sample of all that the panels show."""
-    entries: list[tuple[str, Icon]] = [(name, _line(width, color)) for name, color, width in figure.named]
     outline = figure.outline
+    entries: list[Entry] = [(name, _line(width, color)) for name, color, width in figure.named]
+    entries += member_entries(outline, GREY, beams=not figure.named)  # named shapes have no edges
+    entries.append(("undeformed", _undeformed(outline)))
+    entries += support_entries(outline)
+    for role, text, color in (("measured", "sensor", MEASURED), ("held_out", "sensor held out", HELD_OUT)):
+        if any(sensor.role == role for sensor in figure.sensors):
+            entries.append((text, _dot(color)))
+    return entries
+
+
+def member_entries(outline: Outline, color: Color, beams: bool = True) -> list[Entry]:
+    """Return name and sample of each kind of member, of masses and of springs to ground."""
+    entries: list[Entry] = []
     seen = set()
     for group, (width, edged) in zip(outline.groups, line_styles(outline), strict=True):
         name = family(group.name)
-        if name in seen or (figure.named and group.kind == "beam"):  # named shapes have no edges
+        if name in seen or (group.kind == "beam" and not beams):
             continue
         seen.add(name)
         if group.kind == "point":
@@ -100,22 +119,19 @@ def _entries(figure: Figure) -> list[tuple[str, Icon]]:
         elif group.kind == "spring":
             entries.append((name, _spring))
         else:
-            entries.append((name, _line(width, GREY, edged)))
+            entries.append((name, _line(width, color, edged)))
     if outline.masses:
         entries.append(("mass", lambda at: symbols.mass(at, 24, GREY)))
     if outline.grounded and "spring" not in {group.kind for group in outline.groups}:
         entries.append(("spring to ground", _spring))
-    entries.append(("undeformed", _undeformed(outline)))
-    carried = tuple(str(direction) for direction in np.unique(outline.dofs.direction))
-    for support in outline.supports:
-        name = symbols.support_name(support.directions, carried)
-        if name not in seen:
-            seen.add(name)
-            entries.append((name, _support(name)))
-    for role, text, color in (("measured", "sensor", MEASURED), ("held_out", "sensor held out", HELD_OUT)):
-        if any(sensor.role == role for sensor in figure.sensors):
-            entries.append((text, _dot(color)))
     return entries
+
+
+def support_entries(outline: Outline) -> list[Entry]:
+    """Return name and sign of each kind of support."""
+    carried = tuple(str(direction) for direction in np.unique(outline.dofs.direction))
+    names = dict.fromkeys(symbols.support_name(support.directions, carried) for support in outline.supports)
+    return [(name, _support(name)) for name in names]
 
 
 def _line(width: float, color: Color, edged: bool = False) -> Icon:

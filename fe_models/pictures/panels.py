@@ -4,7 +4,7 @@ import numpy as np
 
 from fe_models.arrays import FloatArray
 from fe_models.pictures import symbols
-from fe_models.pictures.drawing import GREY, INK, LIGHT, PALE, Bytes, Patch, disc, ramp, stroke
+from fe_models.pictures.drawing import GREY, INK, LIGHT, PALE, Bytes, Color, Patch, disc, ramp, stroke
 from fe_models.pictures.figure import Figure, Panel, Shape, View
 from fe_models.pictures.geometry import Lines, Outline, deformed_lines, nodal_motion
 from fe_models.structure import Direction
@@ -49,7 +49,8 @@ def _shape_patches(figure: Figure, view: View, shape: Shape) -> list[Patch]:
     nodes = view(outline.coordinates + figure.scale * motion)
     tint = _tint(figure, shape, np.linalg.norm(motion, axis=1))  # (node, 3)
     for node, direction in outline.grounded:
-        patches.extend(_ground_spring(figure, view, shape, node, direction, nodes[node], tint[node]))
+        red, green, blue = (int(value) for value in tint[node])
+        patches.extend(ground_spring(outline, view, node, direction, nodes[node], shape.width, (red, green, blue)))
     for node in outline.masses:
         red, green, blue = (int(value) for value in tint[node])
         patches.extend(
@@ -66,7 +67,7 @@ def _member_patches(figure: Figure, view: View, shape: Shape, lines: Lines, styl
         paths = np.stack([origin, points[:, 0]], axis=1)
         return [stroke(paths, 1.5, GREY, caps=False), disc(points[:, 0], 7 * view.weight * shape.width, tint[:, 0])]
     if lines.kind == "spring":
-        amplitude = _coil(figure.outline, view)
+        amplitude = coil(figure.outline, view)
         return [
             stroke(symbols.zigzag(line[0], line[-1], amplitude), 3 * shape.width, tuple(shade.mean(axis=0)))
             for line, shade in zip(points, tint, strict=True)
@@ -75,18 +76,18 @@ def _member_patches(figure: Figure, view: View, shape: Shape, lines: Lines, styl
     return [stroke(points, width + 4 * view.weight, INK), body] if edged and shape.color is None else [body]
 
 
-def _ground_spring(
-    figure: Figure, view: View, shape: Shape, node: int, direction: Direction, at: FloatArray, tint: Bytes
+def ground_spring(
+    outline: Outline, view: View, node: int, direction: Direction, at: FloatArray, width: float, color: Color
 ) -> list[Patch]:
-    color = (int(tint[0]), int(tint[1]), int(tint[2]))
+    """Return the spring from a ``node`` (row), drawn ``at`` (2,) px, to the ground."""
     if direction == "rz":
-        return [stroke(symbols.spiral(at, 0.8 * view.sign), 2.5 * shape.width, color)]
-    point = ground_point(figure.outline, node, direction)
-    away = point - figure.outline.coordinates[node]
+        return [stroke(symbols.spiral(at, 0.8 * view.sign), 2.5 * width, color)]
+    point = ground_point(outline, node, direction)
+    away = point - outline.coordinates[node]
     foot = view(point)
-    line = symbols.zigzag(foot, at, _coil(figure.outline, view))
+    line = symbols.zigzag(foot, at, coil(outline, view))
     hatch = symbols.ground(foot, 1.2 * view.sign, away / np.linalg.norm(away))
-    return [*hatch, stroke(line, 3 * shape.width, color)]
+    return [*hatch, stroke(line, 3 * width, color)]
 
 
 def _tint(figure: Figure, shape: Shape, magnitude: FloatArray) -> Bytes:
@@ -117,7 +118,8 @@ def mass_side(outline: Outline, factor: float) -> float:
     return float(np.clip(MASS_SHARE * outline.spacing * factor, 14, 80))
 
 
-def _coil(outline: Outline, view: View) -> float:
+def coil(outline: Outline, view: View) -> float:
+    """Return how far (px) the teeth of a spring stand off its axis."""
     return float(np.clip(0.06 * outline.spacing * view.factor, 4, 14))
 
 

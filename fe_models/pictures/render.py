@@ -24,6 +24,7 @@ from fe_models.pictures.figure import Figure, Panel, Shape
 from fe_models.pictures.geometry import Outline, choose_scale, largest_displacement, outline
 from fe_models.pictures.layout import arranged, compose, figure_of
 from fe_models.pictures.panels import BEAM_WIDTH
+from fe_models.pictures.structure_drawing import structure_picture
 from fe_models.recordings import Sensor
 from fe_models.structure import Structure
 
@@ -39,6 +40,12 @@ NAMED_STYLES: dict[str, tuple[Color, float]] = {
 OTHER_STYLES: tuple[tuple[Color, float], ...] = (((170, 60, 140), 0.7), ((90, 90, 90), 0.3))
 FILM_WIDTH = 1280  # px
 GIF_TICK = 0.01  # s: in whole ones .gif files keep how long a picture stands
+
+
+def draw_structure(model: Model, path: Path, sensors: Sequence[Sensor] = ()) -> Path:
+    """Write the drawing of a model before any analysis: numbered nodes and elements, supports, masses, sensors."""
+    _on(outline(model), sensors)
+    return _write(structure_picture(model, tuple(sensors)), path)
 
 
 def draw_modes(model: Model, modes: ModalModel, folder: Path, sensors: Sequence[Sensor] = ()) -> list[Path]:

@@ -84,7 +84,7 @@ def placed_names(figure: Figure, factor: float) -> Placed:
     )
     boxes = np.stack([label.boxes(offset[None])[:, 0] for label, offset in zip(labels, offsets, strict=True)], axis=1)
     reach = np.stack([boxes[0].min(axis=(0, 1)), boxes[1].max(axis=(0, 1))])
-    return Placed(names, reach, overlapping(labels, offsets) == 0)
+    return Placed(names, reach, not overlapping(labels, offsets).any())
 
 
 def sensor_marks(figure: Figure, view: View, panel: Panel, placed: Placed) -> tuple[list[Patch], list[Text]]:

@@ -97,6 +97,28 @@ def mass(at: FloatArray, side: float, face: Color, edge: Color = INK) -> list[Pa
     return [polygon(corners, face), stroke(np.vstack([corners, corners[:1]])[None], 2, edge)]
 
 
+def arrow(tail: FloatArray, tip: FloatArray, color: Color, width: float = 3.0) -> list[Patch]:
+    """Return a straight arrow between two places; its head is 14 px long, or half the arrow where that is shorter."""
+    axis = tip - tail
+    length = float(np.linalg.norm(axis))
+    along = axis / length
+    across = np.array([-along[1], along[0]])
+    head = min(14.0, length / 2)
+    neck = tip - head * along
+    corners = np.stack([tip, neck + 0.45 * head * across, neck - 0.45 * head * across])
+    return [stroke(np.stack([tail, neck])[None], width, color, caps=False), polygon(corners, color)]
+
+
+def turn(at: FloatArray, radius: float, color: Color, width: float = 3.0) -> list[Patch]:
+    """Return an arrow that turns counter-clockwise round a node, three quarters of a circle long."""
+    angle = np.linspace(-0.25 * np.pi, 1.05 * np.pi, 40)
+    arc = at + radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    end = at + radius * np.array([np.cos(1.25 * np.pi), np.sin(1.25 * np.pi)])
+    away = (arc[-1] - at) / radius
+    corners = np.stack([end, arc[-1] + 6 * away, arc[-1] - 6 * away])
+    return [stroke(arc[None], width, color, caps=False), polygon(corners, color)]
+
+
 def _hatch(place: Place, level: float) -> list[Patch]:
     """Return the line of the ground at a local height and six strokes beneath it."""
     line = place([(-0.62, level), (0.62, level)])

@@ -1,0 +1,325 @@
+"""The drawing of a model before any analysis: nodes and elements with their numbers, supports, masses, sensors."""
+
+from dataclasses import dataclass, replace
+from math import ceil
+
+import numpy as np
+
+from fe_models.arrays import BoolArray, FloatArray
+from fe_models.linear import LinearModel
+from fe_models.pictures import symbols
+from fe_models.pictures.drawing import GREY, INK, WHITE, Color, Patch, Picture, Text, disc, polygon, stroke
+from fe_models.pictures.figure import MARGIN, View
+from fe_models.pictures.geometry import Outline, deformed_lines, outline
+from fe_models.pictures.labels import Label, leader, overlapping, place
+from fe_models.pictures.layout import FREE, GAP, HEAD, reach_of
+from fe_models.pictures.legend import (
+    BAR_HEIGHT,
+    ROW,
+    Entry,
+    legend_rows,
+    length_scale,
+    member_entries,
+    support_entries,
+)
+from fe_models.pictures.numbering import (
+    NODE_CLEAR,
+    Member,
+    Number,
+    drawn_points,
+    element_numbers,
+    members,
+    node_numbers,
+)
+from fe_models.pictures.panels import coil, ground_spring, line_styles, mass_side
+from fe_models.pictures.sensor_arrows import SensorArrow, arrow_patches, arrows_of, sensor_entries
+from fe_models.recordings import Sensor
+from fe_models.structure import Beam, Cable, Structure
+
+MEMBER: Color = (95, 95, 95)
+CORE: Color = (205, 205, 205)  # of beams with edges
+BLUE: Color = (0, 70, 160)  # of elements' numbers, which stand in boxes besides: told apart in grey, too
+WIDTHS = (1600, 2200, 3000, 4000)  # px: the first at which all numbers have room, else the last
+TALLEST = 0.68  # of a picture's width: how high the structure is drawn at most
+MOST_FAR = 0.02  # of the numbers that a line joins to their places, where a larger picture has room for fewer
+GRID = 5.0  # px between the points by which numbers are kept off supports
+TRIES = 3  # of placing numbers, those first that found no room the time before
+ROUNDS = 3  # of looking for the room that labels need beside the structure, which follows from its scale
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """All of a drawing at one scale, from ``low`` to ``high`` (2,) px about the lower left corner of the structure.
+
+    ``left_out``: numbers that have no room; ``far``: how many a line joins to their places.
+    """
+
+    patches: tuple[Patch, ...]
+    texts: tuple[Text, ...]
+    low: FloatArray
+    high: FloatArray
+    left_out: tuple[Number, ...]
+    far: int
+
+
+def structure_picture(model: Structure | LinearModel, sensors: tuple[Sensor, ...]) -> Picture:
+    """Return the drawing, as large as it takes for all numbers to have room."""
+    shape = outline(model)
+    lines = members(model, shape)
+    tried: list[tuple[Drawn, float, int]] = []
+    for width in WIDTHS:
+        drawn, factor = _at_width(model, shape, lines, sensors, width)
+        tried.append((drawn, factor, width))
+        most = MOST_FAR * (len(shape.coordinates) + len(lines))
+        if not drawn.left_out and drawn.far <= most:
+            break
+    best = min(tried, key=lambda one: (len(one[0].left_out), max(one[0].far, most)))
+    return _sheet(model, shape, lines, sensors, *best)
+
+
+def _at_width(
+    model: Structure | LinearModel, shape: Outline, lines: tuple[Member, ...], sensors: tuple[Sensor, ...], width: int
+) -> tuple[Drawn, float]:
+    """Return the drawing on a sheet ``width`` px wide, and its scale (px/m)."""
+    reach = reach_of(shape, [np.zeros(len(shape.dofs))], 0.0)
+    span = np.maximum(reach[1] - reach[0], 1e-3 * shape.size)
+    room = width - 2 * MARGIN - 2 * GAP
+    for _ in range(ROUNDS):
+        factor = float(min(room / span[0], TALLEST * width / span[1]))
+        sign = float(np.clip(0.028 * shape.size * factor, 20, 34))
+        drawn = _drawn(model, shape, lines, sensors, View(reach[0], np.zeros(2), factor, sign, 1.0))
+        over = drawn.high[0] - drawn.low[0] - (width - 2 * MARGIN)
+        if over <= 1:
+            break
+        room = max(room - over, 0.3 * width)
+    return drawn, factor
+
+
+def _drawn(
+    model: Structure | LinearModel, shape: Outline, lines: tuple[Member, ...], sensors: tuple[Sensor, ...], view: View
+) -> Drawn:
+    supports = _supports(shape, view)
+    nodes = view(shape.coordinates)
+    numbered = _numbered(model, shape, sensors)
+    along = drawn_points(lines, view)
+    clear = np.vstack([np.zeros((0, 2)), *(_filled(patch) for patch in supports)])
+    line_points = np.vstack([np.zeros((0, 2)), *along])
+    arrows = arrows_of(sensors, shape, view, line_points)
+    pointed = np.vstack([np.zeros((0, 2)), *(arrow.points for arrow in arrows)])
+    dots = nodes if len(nodes) < 5000 else nodes[:0]
+    obstacles = np.vstack([line_points, clear, pointed, dots])[None]
+    numbers = [*node_numbers(numbered, shape, lines, view), *element_numbers(shape, lines, along, view)]
+    labels, numbers, offsets, hidden = _placed(arrows, numbers, obstacles)
+    signs: list[Patch] = []
+    grounds: list[Patch] = []
+    texts: list[Text] = []
+    for arrow, offset in zip(arrows, offsets, strict=False):
+        signs += arrow_patches(arrow)
+        texts += arrow.texts(offset)
+    for number, offset, out in zip(numbers, offsets[len(arrows) :], hidden[len(arrows) :], strict=True):
+        if not out:
+            ground, sign, text = _number(number, offset)
+            grounds += ground
+            signs += sign
+            texts.append(text)
+    thin, thick = _members(shape, view)
+    patches = [*thin, *grounds, *supports, *thick, *_nodes(model, shape, view, numbered), *signs]
+    left_out = tuple(number for number, out in zip(numbers, hidden[len(arrows) :], strict=True) if out)
+    boxes = [label.boxes(offset[None])[:, 0, 0] for label, offset in zip(labels, offsets, strict=True)]
+    points = np.vstack([nodes, *(patch.points for patch in patches), *boxes])
+    far = sum(_line(number, offset) is not None for number, offset in zip(numbers, offsets[len(arrows) :], strict=True))
+    return Drawn(tuple(patches), tuple(texts), points.min(axis=0), points.max(axis=0), left_out, far)
+
+
+def _placed(
+    arrows: list[SensorArrow], numbers: list[Number], obstacles: FloatArray
+) -> tuple[list[Label], list[Number], FloatArray, BoolArray]:
+    """Return the labels of arrows, then numbers; the numbers in that order; their offsets; which lie on others.
+
+    Numbers that found no room are placed before the others, which have more freedom, in the next try.
+    """
+    for attempt in range(TRIES):
+        labels = [*(arrow.label for arrow in arrows), *(number.label for number in numbers)]
+        offsets = place(labels, obstacles, np.zeros(1, dtype=int))
+        hidden = overlapping(labels, offsets)
+        out = hidden[len(arrows) :]
+        if attempt < TRIES - 1 and out.any():
+            pairs = list(zip(numbers, out, strict=True))
+            numbers = [number for wanted in (True, False) for number, lost in pairs if lost == wanted]
+        else:
+            break
+    return labels, numbers, offsets, hidden
+
+
+def _members(shape: Outline, view: View) -> tuple[list[Patch], list[Patch]]:
+    """Return cables and springs, then beams, as they are drawn in all pictures, in grey."""
+    thin: list[Patch] = []
+    thick: list[Patch] = []
+    still = deformed_lines(shape, np.zeros(len(shape.dofs)), 0.0)
+    for group, (width, edged) in zip(still, line_styles(shape), strict=True):
+        points = view(group.points)
+        ends = points[:, [0, -1]]
+        if group.kind == "spring":
+            thin += [stroke(symbols.zigzag(line[0], line[-1], coil(shape, view)), 3, MEMBER) for line in points]
+        elif group.kind == "cable":
+            thin.append(stroke(ends, width, MEMBER))
+        elif group.kind == "beam":
+            thick += [stroke(ends, width + 1, INK)] if edged else []
+            thick.append(stroke(ends, width - 2, CORE if edged else MEMBER))
+    for node, direction in shape.grounded:
+        thin += ground_spring(shape, view, node, direction, view(shape.coordinates[node]), 1.0, MEMBER)
+    return thin, thick
+
+
+def _supports(shape: Outline, view: View) -> list[Patch]:
+    carried = tuple(str(direction) for direction in np.unique(shape.dofs.direction))
+    patches: list[Patch] = []
+    for support in shape.supports:
+        name = symbols.support_name(support.directions, carried)
+        away = symbols.support_side(support.directions, shape.is_right(support.node - 1))
+        patches += symbols.support(name, view(shape.coordinates[support.node - 1]), view.sign, away)
+    return patches
+
+
+def _numbered(model: Structure | LinearModel, shape: Outline, sensors: tuple[Sensor, ...]) -> list[int]:
+    """Return the rows of the nodes that have numbers on the drawing: those of the file, and inner ones with sensors."""
+    count = len(model.nodes) if isinstance(model, Structure) else len(shape.coordinates)
+    return [*range(count), *sorted({sensor.node - 1 for sensor in sensors if sensor.node > count})]
+
+
+def _nodes(model: Structure | LinearModel, shape: Outline, view: View, numbered: list[int]) -> list[Patch]:
+    """Return masses, the dots of nodes, and smaller ones for those that refinement added."""
+    places = view(shape.coordinates)
+    patches: list[Patch] = []
+    if shape.masses:
+        for node in shape.masses:
+            patches += symbols.mass(places[node], mass_side(shape, view.factor), WHITE)
+        return patches
+    heavy = _massive(model)
+    inner = np.setdiff1d(np.arange(len(places)), numbered)
+    if len(inner):
+        patches.append(disc(places[inner], 3.0, INK, sides=10))
+    patches.append(disc(places[numbered], 5.5, INK, sides=16))
+    if heavy:
+        patches.append(disc(places[heavy], 7.5, INK, sides=20))
+    patches.append(disc(places[np.setdiff1d(numbered, heavy)], 3.5, WHITE, sides=16))
+    return patches
+
+
+def _massive(model: Structure | LinearModel) -> list[int]:
+    """Return the rows of the nodes with point masses."""
+    return sorted({mass.node - 1 for mass in model.point_masses}) if isinstance(model, Structure) else []
+
+
+def _number(number: Number, offset: FloatArray) -> tuple[list[Patch], list[Patch], Text]:
+    """Return the white ground of a number ``offset`` (2,) px off, over cables and beneath beams; its signs; its text.
+
+    Signs are the box about an element's number, and a line to a place that is far.
+    """
+    centre = number.label.at[0] + offset
+    x, y = centre.tolist()
+    line = _line(number, offset)
+    signs = [] if line is None else [stroke(line[None], 1.2, GREY, caps=False)]
+    if number.kind == "element":
+        text = Text(number.text, x, y, number.size, BLUE, "center")
+        return [], [*signs, *_box(centre, number.label.size)], text
+    text = Text(number.text, x, y, number.size, INK, "center", bold=True)
+    return [polygon(_corners(centre, number.label.size), WHITE)], signs, text
+
+
+def _line(number: Number, offset: FloatArray) -> FloatArray | None:
+    """Return the line (2, 2) that joins a number to its place where it stands far off."""
+    at, half = number.label.at[0], number.label.size / 2
+    return None if number.on_line else leader(at, at + offset - half, at + offset + half, NODE_CLEAR + 10)
+
+
+def _filled(patch: Patch) -> FloatArray:
+    """Return points (point, 2) all over the rectangle about a sign."""
+    low, high = patch.points.min(axis=0), patch.points.max(axis=0)
+    sides = [np.arange(a, b + GRID, GRID) for a, b in zip(low, high, strict=True)]
+    return np.stack(np.meshgrid(*sides), axis=-1).reshape(-1, 2)
+
+
+def _sheet(
+    model: Structure | LinearModel,
+    shape: Outline,
+    lines: tuple[Member, ...],
+    sensors: tuple[Sensor, ...],
+    drawn: Drawn,
+    factor: float,
+    width: int,
+) -> Picture:
+    """Return the drawing with title and foot."""
+    rows, patches, texts = legend_rows(_entries(model, shape, lines, sensors), width)
+    base = float(MARGIN + ROW * rows)
+    length_scale(width, factor, base + 40, patches, texts)
+    _axes(np.array([MARGIN + 12.0, base + 22.0]), patches, texts)
+    foot = base + BAR_HEIGHT + FREE
+    spare = width - 2 * MARGIN - (drawn.high[0] - drawn.low[0])
+    shift = np.array([MARGIN + spare / 2, foot]) - drawn.low
+    height = ceil(foot + drawn.high[1] - drawn.low[1] + FREE + HEAD + MARGIN)
+    height += height % 2
+    name = model.name if isinstance(model, Structure) else "Imported matrices"
+    texts.append(
+        Text(f"{name}: nodes and elements" if lines else f"{name}: nodes", MARGIN, height - MARGIN - 16, 30, bold=True)
+    )
+    texts.append(Text(_note(model, shape, drawn.left_out), MARGIN, height - MARGIN - 54, 21, (90, 90, 90)))
+    patches += [Patch(part.points + shift, part.triangles, part.colors) for part in drawn.patches]
+    texts += [replace(text, x=text.x + shift[0], y=text.y + shift[1]) for text in drawn.texts]
+    return Picture(width, height, tuple(patches), tuple(texts))
+
+
+def _note(model: Structure | LinearModel, shape: Outline, left_out: tuple[Number, ...]) -> str:
+    """Return what the model has, how large it is, and what the drawing leaves out."""
+    across, up = np.ptp(shape.coordinates, axis=0)
+    if isinstance(model, LinearModel):
+        parts = [f"{len(shape.coordinates)} nodes, {model.dofs.free.sum()} free degrees of freedom"]
+    else:
+        kinds = ((Beam, "beam"), (Cable, "cable"))
+        counts = [(sum(isinstance(e, kind) for e in model.elements), word) for kind, word in kinds]
+        counts.append((len(model.elements) - sum(count for count, _ in counts), "spring"))
+        words = ", ".join(f"{count} {word}{'s' * (count > 1)}" for count, word in counts if count)
+        parts = [f"{len(model.nodes)} nodes, {len(model.elements)} elements ({words})"]
+        if model.divisions > 1:
+            parts.append(f"each beam in {model.divisions} finite elements")
+    parts.append(f"{across:.4g} m wide" + (f", {up:.4g} m high" if up else ""))
+    if left_out:
+        kinds_out = [(sum(n.kind == kind for n in left_out), kind) for kind in ("node", "element")]
+        words = " and ".join(f"{count} {kind}s" for count, kind in kinds_out if count)
+        parts.append(f"no room for the numbers of {words}")
+    return "; ".join(parts)
+
+
+def _axes(at: FloatArray, patches: list[Patch], texts: list[Text]) -> None:
+    """Add the directions x and y, from ``at`` (2,) px."""
+    for direction, way in (("x", np.array([1.0, 0.0])), ("y", np.array([0.0, 1.0]))):
+        patches.extend(symbols.arrow(at, at + 42 * way, INK, 2.0))
+        texts.append(Text(direction, *(at + 54 * way).tolist(), 19, align="center"))
+
+
+def _entries(
+    model: Structure | LinearModel, shape: Outline, lines: tuple[Member, ...], sensors: tuple[Sensor, ...]
+) -> list[Entry]:
+    entries = [entry for entry in member_entries(shape, MEMBER) if entry[0] not in ("node", "mass")]
+    heavy = _massive(model)
+    if shape.masses:
+        entries.append(("mass, node number in it", lambda at: symbols.mass(at, 24, WHITE)))
+    elif heavy:
+        entries.append(("node with point mass", lambda at: [disc(at[None], 7.5, INK)]))
+    if not shape.masses and len(heavy) < len(shape.coordinates):
+        entries.append(("node", lambda at: [disc(at[None], 5.5, INK), disc(at[None], 3.5, WHITE)]))
+    if isinstance(model, Structure) and model.divisions > 1:
+        entries.append(("node of refinement", lambda at: [disc(at[None], 3, INK)]))
+    if lines:
+        entries.append(("number of an element", lambda at: _box(at, np.array([26.0, 20.0]))))
+    return [*entries, *support_entries(shape), *sensor_entries(sensors)]
+
+
+def _box(centre: FloatArray, size: FloatArray) -> list[Patch]:
+    """Return the box in which an element's number stands."""
+    corners = _corners(centre, size)
+    return [polygon(corners, WHITE), stroke(np.vstack([corners, corners[:1]])[None], 1.2, BLUE)]
+
+
+def _corners(centre: FloatArray, size: FloatArray) -> FloatArray:
+    return np.asarray(centre + size / 2 * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]))
