@@ -53,7 +53,7 @@ def main(
             raise_faults(wishes.useless(*vars(wishes), because="is for simulated recordings; add --simulate"))
         simulation = recordings_of(model, subject, wishes, seed) if simulate else None
         recordings = simulation() if simulation else None  # before anything is written: it may fail
-        write_model(model, subject, results, modes, pictures)
+        write_model(model, subject, results, modes, pictures, recordings.sensors if recordings else ())
         if recordings is not None:
             with simulated.replacing() as new:
                 path = save_dataset(recordings, new)

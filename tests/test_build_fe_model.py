@@ -57,6 +57,7 @@ def test_bridge_with_pictures(tmp_path: Path) -> None:
     assert (found["dof_node"][:3].tolist(), found["dof_direction"][:3].tolist()) == ([1, 1, 2], ["x", "rz", "x"])
     assert load_structure(tmp_path / "structure.toml") == bridge()
     assert (tmp_path / "modes.png").stat().st_size > 10_000
+    assert (tmp_path / "structure.png").stat().st_size > 10_000
 
 
 def test_a_structure_with_effects_is_built_drawn_and_simulated_from_its_file(tmp_path: Path) -> None:

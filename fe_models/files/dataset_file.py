@@ -62,6 +62,8 @@ from fe_models.linear import LinearModel
 from fe_models.recordings import Assumptions, Dataset, Recording, Uncertainty
 from fe_models.structure import Structure
 
+DRAWING = "sensors.png"  # of the structure with its sensors, which commands leave beside a dataset
+
 
 def load_dataset(path: str | Path, dead_channels: bool = False) -> Dataset:
     """Read a dataset with its model and all its recordings; `InputError` carries all faults.
@@ -102,7 +104,7 @@ def dataset_in(folder: Path) -> ResultSet:
 
     No name is one that a built model has, so that both may stand in one folder.
     """
-    names = ("dataset.toml", "model.toml", "matrices.npz", "modal.npz", "recording_[0-9]*.npz", "sensors.png")
+    names = ("dataset.toml", "model.toml", "matrices.npz", "modal.npz", "recording_[0-9]*.npz", DRAWING)
     return ResultSet(folder, "simulate", names)
 
 

@@ -63,7 +63,7 @@ class PictureOptions:
 
 
 def draw_run(folder: Path, out: Path, options: PictureOptions = PictureOptions()) -> list[Drawn]:
-    """Draw what the run in ``folder`` holds: mode shapes and, after a training, the predicted displacements.
+    """Draw what the run in ``folder`` holds: structure, mode shapes and, after a training, the predicted displacements.
 
     Older pictures in ``out`` are replaced together; the film, which takes long, comes after the others. `InputError`
     carries all that is missing, and what is wrong with the options or with ``out``.
@@ -90,12 +90,15 @@ def pictures_in(folder: Path) -> ResultSet:
 
 
 def draw_model(run: Run, out: Path) -> list[Drawn]:
-    """Draw the mode shapes; return each path with what it shows."""
+    """Draw the structure, with its sensors where they are known, and the mode shapes; return what each path shows."""
+    sensors = run.prediction.sensors if run.prediction else ()
+    structure = render.draw_structure(run.model, out / "structure.png", sensors)
     *single, overview = render.draw_modes(run.model, run.modes, out)
     words = [
         (path, f"mode {number}, {frequency:.4g} Hz: the shape in which the structure vibrates at that frequency")
         for number, (path, frequency) in enumerate(zip(single, run.modes.frequencies, strict=True), start=1)
     ]
+    words.append((structure, f"nodes and elements with their numbers{', sensors with arrows' if sensors else ''}"))
     return [*words, (overview, f"all {len(single)} mode shapes side by side")]
 
 

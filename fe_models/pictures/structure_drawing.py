@@ -294,7 +294,8 @@ def _axes(at: FloatArray, patches: list[Patch], texts: list[Text]) -> None:
     """Add the directions x and y, from ``at`` (2,) px."""
     for direction, way in (("x", np.array([1.0, 0.0])), ("y", np.array([0.0, 1.0]))):
         patches.extend(symbols.arrow(at, at + 42 * way, INK, 2.0))
-        texts.append(Text(direction, *(at + 54 * way).tolist(), 19, align="center"))
+        x, y = (at + 54 * way).tolist()
+        texts.append(Text(direction, x, y, 19, align="center"))
 
 
 def _entries(

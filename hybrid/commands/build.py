@@ -11,7 +11,8 @@ def build(model: Model, out: Out, refine: Refine = 1, modes: Modes = None, pictu
                         dof_direction of their rows, frequencies (Hz), damping_ratio, and mode_shapes over all
                         degrees of freedom
     OUT/structure.toml  the structure, to edit and build again
-    OUT/*.png           the mode shapes
+    OUT/structure.png   the structure with the numbers of its nodes and elements
+    OUT/mode*.png       the mode shapes
 
     \b
     Examples:

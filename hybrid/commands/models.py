@@ -1,6 +1,6 @@
 """Models as the commands load, write and print them."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -22,15 +22,17 @@ from fe_models.files.run_folder import MODEL, save_run_model
 from fe_models.files.structure_file import save_structure
 from fe_models.linear import LinearModel, ModalModel
 from fe_models.modes import natural_modes
+from fe_models.recordings import Sensor
 from fe_models.structure import Structure
 
 DEFAULT_MODES = 10
 STRUCTURE = "structure.toml"
+DRAWING = "structure.png"
 
 
 def model_in(folder: Path) -> ResultSet:
     """Return what `write_model` leaves in ``folder``."""
-    return ResultSet(folder, "build", (MODEL, STRUCTURE, "structure.png", "mode_[0-9]*.png", "modes.png"))
+    return ResultSet(folder, "build", (MODEL, STRUCTURE, DRAWING, "mode_[0-9]*.png", "modes.png"))
 
 
 def open_model(
@@ -57,9 +59,17 @@ def refined_model(spec: str, refine: int) -> Structure | LinearModel:
 
 
 def write_model(
-    spec: str, subject: Structure | LinearModel, results: ResultSet, modes: int | None, pictures: bool
+    spec: str,
+    subject: Structure | LinearModel,
+    results: ResultSet,
+    modes: int | None,
+    pictures: bool,
+    sensors: Sequence[Sensor] = (),
 ) -> None:
-    """Write a model, that ``spec`` names, and its ``modes`` as ``results``; print its natural frequencies."""
+    """Write a model, that ``spec`` names, and its ``modes`` as ``results``; print its natural frequencies.
+
+    Its drawing shows ``sensors`` where they are known.
+    """
     linear = subject if isinstance(subject, LinearModel) else linearise(subject)
     size = linear.mass.shape[0]
     modal = natural_modes(linear, modes or min(DEFAULT_MODES, size))
@@ -73,10 +83,12 @@ def write_model(
     print(f"Natural modes {described(subject)}:")
     print(frequency_table(modal, paper_frequencies(spec)))
     if pictures:
-        from fe_models.pictures.render import draw_modes  # loads the graphics library only where it is needed
+        from fe_models.pictures.render import draw_modes, draw_structure  # graphics, only where they are needed
 
         with results.adding() as new:
+            draw_structure(subject, new / DRAWING, sensors)
             overview = draw_modes(subject, modal, new)[-1]
+        print(f"Nodes and elements with their numbers: {results.folder / DRAWING}")
         print(f"Mode shapes: {results.folder / overview.name}")
 
 

@@ -16,7 +16,8 @@ Refine = Annotated[int, typer.Option(min=1, max=10_000, help="Finite elements pe
 Modes = Annotated[
     int | None, typer.Option(min=1, help="Natural modes, from the lowest. [default: 10, or all of a small model]")
 ]
-Pictures = Annotated[bool, typer.Option(help="Draw the mode shapes.")]
+Pictures = Annotated[bool, typer.Option(help="Draw the structure, with numbers, and its mode shapes.")]
+Drawing = Annotated[bool, typer.Option("--pictures/--no-pictures", help="Draw the structure with its sensors.")]
 
 Pull = Annotated[
     list[str] | None,

@@ -45,13 +45,14 @@ def render(
 ) -> None:
     """Draw the deformed shapes of a run, without a screen.
 
-    Of a model (hybrid-modal build): one picture a mode shape and an overview. Of a training (hybrid-modal train) also
-    the displacement of the whole structure, decoded from the few sensors, over the first test window: snapshots, the
-    initial deformation of the hybrid model against the FE model, and an animation.
+    Of a model (hybrid-modal build): the structure with the numbers of its nodes and elements, one picture a mode shape
+    and an overview. Of a training (hybrid-modal train) also the sensors on the structure, and its whole displacement,
+    decoded from these few, over the first test window: snapshots, the initial deformation of the hybrid model against
+    the FE model, and an animation.
 
     Displacements are exaggerated; each picture states by how much, and the animation how fast it runs. --scale is for
-    displacements: mode shapes have no size of their own. Colour is the true size of the displacement, light
-    grey the structure at rest.
+    displacements: mode shapes have no size of their own. Colour is the true size of the displacement, light grey the
+    structure at rest.
 
     \b
     Examples:

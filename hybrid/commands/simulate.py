@@ -19,8 +19,11 @@ def simulate(
     gravity: options.Gravity = None,
     modal_model: options.ModalModelFile = None,
     seed: options.Seed = 0,
+    pictures: options.Drawing = True,
 ) -> None:
     """Simulate recordings of a structure: OUT/dataset.toml, to train on or to diagnose.
+
+    OUT/sensors.png shows the structure with the numbers of its nodes and elements, and each sensor as an arrow.
 
     Simulated recordings have what the linear model lacks. Frames come to rest under gravity, prestress and the pulls,
     which then let go: large displacements, P-delta, slack cables, noise. A recording starts 0.1 s after the release,
@@ -34,7 +37,7 @@ def simulate(
       hybrid-modal simulate frame.toml --out runs/frame --refine 4 --pull 3:x:100 --sensor 2:x
     """
     from fe_models.errors import bad_input_exits
-    from fe_models.files.dataset_file import dataset_in, save_dataset
+    from fe_models.files.dataset_file import DRAWING, dataset_in, save_dataset
     from hybrid.commands.models import open_model
     from hybrid.commands.recordings import Wishes, recordings_of
 
@@ -48,3 +51,9 @@ def simulate(
         with results.replacing() as new:
             path = save_dataset(recordings, new)
         print(f"Recordings: {out / path.name}")
+        if pictures:
+            from fe_models.pictures.render import draw_structure  # graphics, only where they are needed
+
+            with results.adding() as new:
+                draw_structure(subject, new / DRAWING, recordings.sensors)
+            print(f"Structure and sensors: {out / DRAWING}")
