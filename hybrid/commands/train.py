@@ -16,7 +16,10 @@ Epochs = Annotated[
 ]
 LearningRate = Annotated[float | None, typer.Option(min=1e-8, help="Of Adam, at the start. [default: 0.001]")]
 Batch = Annotated[int | None, typer.Option(min=1, help="Windows a step. [default: 16; places 100]")]
-Window = Annotated[int | None, typer.Option(min=40, help="Samples a window, at most a recording's. [default: 500]")]
+Window = Annotated[
+    int | None,
+    typer.Option(min=40, help="Samples a window, at most a recording's. [default: 500; fewer of short recordings]"),
+]
 FirstHorizon = Annotated[
     int | None, typer.Option(min=10, help="Samples forecast in the first epoch. [default: 100; places 20]")
 ]
