@@ -16,6 +16,7 @@ import hybrid
 from fe_models.files.dataset_file import save_dataset
 from fe_models.html import html_paragraph, html_table
 from fe_models.lazy_exports import lazy_exports
+from fe_models.simulation import FreeConfig, simulate_free
 from hybrid.notebook.data import dataset_of
 
 ROOT = Path(__file__).parents[1]
@@ -154,6 +155,20 @@ def test_recordings_are_simulated_alike_from_the_same_seed_and_by_the_names_of_s
         ("v2", 2, "velocity", "m/s", "held_out"),
     ]
     assert [recording.name for recording in one.recordings] == ["motion_1", "motion_2"]
+
+
+def test_a_chain_s_steps_follow_from_its_highest_mode() -> None:
+    """A step four times finer changes a chain of 3.5 to 30 Hz by less than 1e-5; what would fold down is refused."""
+    springs = (element for element in fe.four_dof().elements if isinstance(element, fe.Spring))
+    stiff = replace(fe.four_dof(), elements=tuple(replace(each, stiffness=8000 * each.stiffness) for each in springs))
+    with pytest.raises(fe.InputError, match=r"up to 30\.44 Hz.*sample at 76\.1 Hz or more"):
+        fe.simulate(stiff, ["a1"], motions=1)
+    wanted = {"motions": 1, "duration": 3.0, "sampling_rate": 100.0, "noise": 0.0}
+    found = fe.simulate(stiff, ["x1", "a4"], **wanted).recordings[0].data[0]  # type: ignore[arg-type]
+    start = np.random.default_rng(0).standard_normal((2, 1, 4))
+    finer = simulate_free(stiff, start[0], start[1], FreeConfig(3.0, 100.0, 2e-4), progress=False)
+    exact = np.stack([finer.displacement[0, :, 0], finer.acceleration[0, :, 3]], axis=-1)
+    assert np.abs(found - exact).max(axis=0) / exact.std(axis=0) == pytest.approx([0.0, 0.0], abs=1e-5)
 
 
 def test_all_faults_of_a_simulation_are_told_at_once() -> None:
