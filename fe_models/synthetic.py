@@ -8,6 +8,7 @@ from fe_models.arrays import FloatArray
 from fe_models.dofs import structure_dofs
 from fe_models.errors import InputError, noting, raise_faults
 from fe_models.files.recording_checks import check_rates, check_sensor
+from fe_models.lowpass import LowPass
 from fe_models.measurement import measure
 from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.response import Response
@@ -15,6 +16,9 @@ from fe_models.simulation import FreeConfig, ReleaseConfig, simulate_free, simul
 from fe_models.statics import PointLoad, load_vector
 from fe_models.structure import Structure
 from fe_models.structure_checks import require_structure
+from fe_models.time_step import time_step
+
+PASSED = 0.01  # share that a low-pass leaves of a mode: less of one drowns in the usual noise of 2 %
 
 
 @dataclass(frozen=True)
@@ -39,6 +43,12 @@ class Acquisition:
     noise: float = 0.02
     start: float = 0.1
 
+    @property
+    def band(self) -> float:
+        """Up to which frequency (Hz) recordings hold motion: half the sampling rate, less where a low-pass acts."""
+        nyquist = self.sampling_rate / 2
+        return nyquist if self.lowpass is None else min(nyquist, LowPass(self.lowpass).reach(PASSED))
+
 
 def release_dataset(
     structure: Structure,
@@ -52,13 +62,14 @@ def release_dataset(
     """Return one recording for each pull-and-release; of several, the last is for testing.
 
     The dataset's model is the structure itself; the recordings have what its linear model lacks: P-delta, slack cables,
-    effects, noise.
+    effects, noise. Where ``config`` has no step, the one that the recordings' band needs is taken (`time_step`).
     """
     if not releases:
         raise InputError("there is nothing to release: give at least one pull")
     raise_faults(check_release(structure, releases, sensors, acquisition))
     config = config or ReleaseConfig()
-    config = replace(config, duration=config.duration + acquisition.start)
+    step = config.step if config.step is not None else time_step(structure, acquisition.band).step
+    config = replace(config, duration=config.duration + acquisition.start, step=step)
     first = round(acquisition.start * acquisition.sampling_rate)
     recordings, fields = [], []
     for number, pulls in enumerate(releases, start=1):

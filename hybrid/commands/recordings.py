@@ -1,7 +1,8 @@
 """Simulated recordings as the options of a command describe them: parsed, checked all at once, then made."""
 
+import sys
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Literal, TypeVar
@@ -21,8 +22,10 @@ from fe_models.simulation import FreeConfig, ReleaseConfig
 from fe_models.statics import STANDARD_GRAVITY, PointLoad
 from fe_models.structure import Beam, Cable, Direction, Structure
 from fe_models.synthetic import Acquisition, check_release, free_dataset, release_dataset
+from fe_models.time_step import MAX_FREQUENCY_ERROR, TimeStep, time_step
 
 BRIDGE_PULLS = ("19:y:-9.81", "13:y:-9.81", "9:y:-9.81", "15:y:-9.81")
+TOLERATED_ERROR = 1.01 * MAX_FREQUENCY_ERROR  # the step is chosen by the first term of the error's series
 Role = Literal["measured", "held_out"]
 Word = TypeVar("Word", bound=str)
 Value = TypeVar("Value")
@@ -97,11 +100,31 @@ def _frame(
     config = ReleaseConfig(
         duration=_either(wishes.duration, 20.0),
         sampling_rate=5 * acquisition.sampling_rate,
-        step=_either(wishes.step, 1e-3),
+        step=wishes.step,
         gravity=_either(wishes.gravity, STANDARD_GRAVITY),
     )
     raise_faults(faults + check_release(structure, releases, sensors, acquisition))
-    return lambda: release_dataset(structure, releases, sensors, acquisition, rng, config).dataset
+
+    def simulated() -> Dataset:
+        step = time_step(structure, acquisition.band, wishes.step)
+        print(step_line(step), file=sys.stderr if step.frequency_error > TOLERATED_ERROR else sys.stdout)
+        return release_dataset(structure, releases, sensors, acquisition, rng, replace(config, step=step.step)).dataset
+
+    return simulated
+
+
+def step_line(step: TimeStep) -> str:
+    """Return what a time step does to the highest mode in the recordings' band; a warning where that is too much."""
+    line = (
+        f"time step {step.step:.2g} s: the highest mode in the recordings' band, {step.frequency:.4g} Hz, comes out "
+        f"{100 * step.frequency_error:.2g} % too low"
+    )
+    if step.frequency_error <= TOLERATED_ERROR:
+        return line[0].upper() + line[1:]
+    return (
+        f"warning: {line}, which a diagnosis may take for a structure too soft: leave --step out, or give "
+        f"{step.longest:.2g} s or less"
+    )
 
 
 def _chain(
