@@ -16,13 +16,13 @@ from benchmarks.row import Row
 from fe_models.arrays import FloatArray
 from fe_models.four_dof_data import paper_dataset
 from fe_models.linear import ModalModel
+from fe_models.progress import nothing
 from fe_models.recordings import Dataset
 from hybrid.config import Config, places_preset
 from hybrid.estimation.forecast import forecast_windows
 from hybrid.neural_modal_ode.decoder import Decoder
 from hybrid.neural_modal_ode.model import NeuralModalODE
 from hybrid.neural_modal_ode.networks import mlp
-from hybrid.progress import nothing
 from hybrid.training.preparation import prepare
 from hybrid.training.scoring import nrmse
 from hybrid.training.trainers import trainer_for

@@ -15,6 +15,7 @@ from fe_models.causes.laws import force_laws
 from fe_models.four_dof_data import paper_dataset
 from fe_models.linear import ModalModel
 from fe_models.modes import natural_modes
+from fe_models.progress import nothing
 from fe_models.recordings import Dataset
 from fe_models.simulation import FreeConfig, simulate_free
 from hybrid.config import Config, places_preset
@@ -24,7 +25,6 @@ from hybrid.neural_modal_ode.model import NeuralModalODE
 from hybrid.neural_modal_ode.residuals.free_residual import NoResidual
 from hybrid.neural_modal_ode.scaling import StateScale
 from hybrid.neural_modal_ode.state_prior import StatePrior
-from hybrid.progress import nothing
 from hybrid.training.forecast_comparison import compare
 from hybrid.training.preparation import prepare
 from hybrid.training.scoring import nrmse, r2

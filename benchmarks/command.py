@@ -6,6 +6,8 @@ from typing import Annotated, Literal
 import typer
 
 from benchmarks.row import Section
+from hybrid.commands.console import command_line
+from hybrid.commands.options import Quiet
 
 
 def benchmark(
@@ -76,6 +78,7 @@ def benchmark(
         typer.Option(help="This section only. Repeat for more."),
     ] = None,
     quick: Annotated[bool, typer.Option("--quick", help="Less of everything, in under three minutes.")] = False,
+    quiet: Quiet = False,
 ) -> None:
     """Measure accuracy and time on the paper's chain, the cost of a trajectory, and what each part of the model is for.
 
@@ -105,11 +108,11 @@ def benchmark(
     from benchmarks.blind_cases import OUTSIDE, BlindConfig
     from benchmarks.certificate.door import certify
     from benchmarks.sections import run_sections
-    from fe_models.errors import bad_input_exits
 
-    with bad_input_exits():
+    with command_line(quiet) as result:
         if certificate:
             certify(out, jobs or 2, minutes, dirty)
+            result(Path("docs/certificate.md"))
             return
         out, jobs = out or Path("runs/benchmark"), jobs or 1
         if blind is not None:
@@ -125,11 +128,14 @@ def benchmark(
             )
             cases = tasks(blind, seed, kinds.split(",") if kinds else words_of(structure), config)
             runs.run_blind(cases, tuple(PEERS) if peers else (), jobs, off, out)
+            result(out / "blind.json")
             return
         if rates is not None:
             config = BlindConfig(off=off, structure=structure)
             inside = [word for word in words_of(structure) if word not in (NOTHING, *OUTSIDE)]
             cases = grid.grid_tasks(rates, seed, kinds.split(",") if kinds else inside, config)
             runs.run_rates(cases, jobs, out)
+            result(out / "blind_rates.json")
             return
         run_sections(only or (), modal_model, recordings, seed, quick, out)
+        result(out / "benchmark.json")

@@ -15,6 +15,7 @@ from torch import Tensor
 from benchmarks.row import Row
 from fe_models.assembly import linearise
 from fe_models.modes import natural_modes
+from fe_models.progress import nothing
 from fe_models.recordings import Sensor
 from fe_models.structure import PointMass, Spring, Structure
 from hybrid.config import places_preset
@@ -22,7 +23,6 @@ from hybrid.figures import figure
 from hybrid.neural_modal_ode.connectors import chain_connectors
 from hybrid.neural_modal_ode.model import NeuralModalODE
 from hybrid.neural_modal_ode.scaling import StateScale
-from hybrid.progress import nothing
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import torch
-from tqdm import tqdm
 
 from benchmarks import ablations, bridge, chain, cost, speed
 from benchmarks.row import Row, Section, table
@@ -15,6 +14,7 @@ from fe_models.dofs import structure_dofs
 from fe_models.files.atomic import write_json
 from fe_models.files.modal_file import load_modal_model
 from fe_models.linear import ModalModel
+from fe_models.progress import progress_bar
 from hybrid.config import experts_preset, places_preset
 
 STIFFNESSES = (0.0, 0.5, 1.0)  # k_n of the paper, N/m^3
@@ -58,7 +58,7 @@ def chain_rows(modal: ModalModel, quick: bool) -> list[Row]:
     """Return accuracy and time on the paper's data for each of its k_n."""
     found = []
     for stiffness in QUICK_STIFFNESSES if quick else STIFFNESSES:
-        with tqdm(desc=f"Chain, k_n = {stiffness:g}", unit="epoch", leave=False) as bar:
+        with progress_bar(f"Chain, k_n = {stiffness:g}", None, "epoch") as bar:
             motions = QUICK_MOTIONS if quick else chain.MOTIONS
             found += chain.rows(chain.score_chain(stiffness, modal, places_preset(), bar.update, motions))
     return found
@@ -67,7 +67,7 @@ def chain_rows(modal: ModalModel, quick: bool) -> list[Row]:
 def cost_rows(out: Path, quick: bool) -> list[Row]:
     """Return how the cost grows along each series; draw it."""
     series = cost.QUICK_SERIES if quick else cost.SERIES
-    with tqdm(total=sum(map(len, series.values())), desc="Cost", leave=False) as bar:
+    with progress_bar("Cost", sum(map(len, series.values())), "point") as bar:
         costs = cost.measure(series, bar.update)
     cost.draw(costs, out / COST_PICTURE)
     return cost.rows(costs)
@@ -75,7 +75,7 @@ def cost_rows(out: Path, quick: bool) -> list[Row]:
 
 def ablation_rows(modal: ModalModel, quick: bool) -> list[Row]:
     """Return what each part of the model is for."""
-    with tqdm(total=VARIANTS, desc="Ablations", leave=False) as bar:
+    with progress_bar("Ablations", VARIANTS, "variant") as bar:
         if quick:
             return ablations.rows(modal, QUICK_EPOCHS, QUICK_ABLATIONS, bar.update)
         return ablations.rows(modal, advance=bar.update)

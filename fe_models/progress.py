@@ -26,11 +26,13 @@ def silent() -> Iterator[None]:
         _quiet.reset(token)
 
 
-def progress_bar(what: str, total: int | None, unit: str = "it", *, done: int = 0, shown: bool = True) -> Any:
+def progress_bar(what: str, total: int | None = None, unit: str = "step", *, done: int = 0, shown: bool = True) -> Any:
     """Return a bar on stderr that goes with `update` to its ``total``, of which ``done`` are done already.
 
     A context manager, with tqdm's methods. It shows nothing where stderr is no terminal, where ``shown`` is False and
     within `silent`. ``total`` is None where nobody knows when the end comes.
     """
     hidden = True if _quiet.get() or not shown else None  # None: where there is no terminal
-    return tqdm(total=total, initial=done, desc=what, unit=unit, disable=hidden, delay=DELAY, leave=False)
+    form = None if total is not None else "{desc} [{elapsed}]"  # no end, no rate
+    looks = {"desc": what, "unit": unit, "bar_format": form, "delay": DELAY, "leave": False}
+    return tqdm(total=total, initial=done, disable=hidden, **looks)

@@ -2,11 +2,10 @@
 
 from dataclasses import dataclass
 from math import ceil
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from scipy.linalg import eigh
-from tqdm import tqdm
 
 from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
@@ -18,6 +17,7 @@ from fe_models.errors import InputError, raise_faults
 from fe_models.items import gravity_load
 from fe_models.linear import LinearModel
 from fe_models.mesh import mesh
+from fe_models.progress import progress_bar
 from fe_models.response import Response
 from fe_models.statics import STANDARD_GRAVITY, PointLoad, load_vector, rest_state
 from fe_models.structure import Structure
@@ -25,8 +25,6 @@ from fe_models.time_step import time_step
 
 if TYPE_CHECKING:
     from fe_models.exudyn.solve import Steps
-
-BAR_DELAY = 2.0  # s; shorter runs show no progress bar
 
 
 @dataclass(frozen=True)
@@ -69,7 +67,7 @@ def simulate_release(
     rest = rest_state(structure, config.gravity)
     pulled = rest_state(structure, config.gravity, pulls)
     tangent = linearise(structure, rest)
-    with _bar("release", steps.outputs + 1, progress) as bar:
+    with progress_bar("release", steps.outputs + 1, "sample", shown=progress) as bar:
         motion = motion_after_release(
             structure,
             mesh(structure),
@@ -135,7 +133,7 @@ def simulate_free(
         _check_explicit(mass, stiffness, joined, steps)
     run = FreeMotion(mass, damping, stiffness, joined, steps, config.integrator)
     motions = []
-    with _bar("free motion", len(displacement), progress) as bar:
+    with progress_bar("free motion", len(displacement), "motion", shown=progress) as bar:
         for x0, v0 in zip(displacement, velocity, strict=True):
             motions.append(run.run(x0, v0))
             bar.update()
@@ -163,10 +161,6 @@ def _steps(duration: float, sampling_rate: float, step: float) -> "Steps":
 
 def _time(steps: "Steps") -> FloatArray:
     return np.linspace(0.0, steps.duration, steps.outputs + 1)
-
-
-def _bar(what: str, total: int, progress: bool) -> Any:
-    return tqdm(total=total, desc=what, disable=not progress, delay=BAR_DELAY)
 
 
 def _modal_damping(tangent: LinearModel) -> FloatArray | None:

@@ -4,11 +4,11 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from tqdm import tqdm
 
 from fe_models.errors import bad_input_exits, noting, raise_faults
 from fe_models.files.bridge_recordings import RECORDINGS, write_bridge_dataset
 from fe_models.files.dataset_file import load_dataset
+from fe_models.progress import progress_bar
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.report import describe_diagnosis
 from hybrid.diagnosis.report_files import save_diagnosis
@@ -52,8 +52,8 @@ def main(
         for test in chosen:
             folder = out / f"test_r{test}"
             dataset = load_dataset(write_bridge_dataset(data, folder, test, without=(ANOTHER,)))
-            with tqdm(desc=f"diagnosis, test r{test}", bar_format="{desc} [{elapsed}]") as bar:
-                found = diagnose(dataset, bar.set_description)
+            with progress_bar(f"diagnosis, test r{test}") as bar:
+                found = diagnose(dataset, bar.set_description_str)
             save_diagnosis(found, folder)
             print(f"\nTest r{test}, A2 held out\n\n{describe_diagnosis(found)}")
         print(f"Results: {out}")

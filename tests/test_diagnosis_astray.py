@@ -6,6 +6,7 @@ import pytest
 from benchmarks.blind_cases import BlindConfig, blind_case
 from fe_models.causes import HarmonicForce, SlackCable
 from fe_models.causes.candidate import HarmonicCandidate
+from fe_models.progress import nothing
 from hybrid.diagnosis.contest.growing import reference_fits_of
 from hybrid.diagnosis.contest.harmonic import fit_forces
 from hybrid.diagnosis.contest.setting import setting_of
@@ -14,7 +15,6 @@ from hybrid.diagnosis.fitting.calibration_deviation import deviation_of
 from hybrid.diagnosis.fitting.config import CALIBRATION
 from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.screening.screening import screen
-from hybrid.progress import nothing
 
 
 def test_a_machine_that_the_calibration_followed_is_found_from_the_structure_as_drawn() -> None:

@@ -8,6 +8,7 @@ import pytest
 from benchmarks.blind_cases import BlindConfig, blind_case
 from fe_models.causes import CubicSpring
 from fe_models.causes.candidate import Candidate
+from fe_models.progress import nothing
 from fe_models.recordings import Sensor
 from hybrid.diagnosis.contest.neighbours import adjoin, fits_beside, fits_tied, laws_beside, of_other_kinds
 from hybrid.diagnosis.contest.search import others_there
@@ -17,7 +18,6 @@ from hybrid.diagnosis.recorded.batches import Batch
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.screening.screening import Screened
-from hybrid.progress import nothing
 from tests.frames import beam, vibrations
 from tests.masts import masts, recorded
 

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -53,12 +54,11 @@ def test_the_bar_of_the_calibration_ends_full(
     """With two recordings, which are not compared, and with three, which are."""
     bars = []
 
-    class Bar(tqdm):  # type: ignore[misc]  # tqdm has no types
-        def __init__(self, *arguments: object, **options: object) -> None:
-            super().__init__(*arguments, **options)
-            bars.append(self)
+    def counting(what: str, total: int, unit: str) -> Any:
+        bars.append(tqdm(desc=what, total=total, unit=unit))
+        return bars[-1]
 
-    monkeypatch.setattr(session, "tqdm", Bar)
+    monkeypatch.setattr(session, "progress_bar", counting)
     third = Recording("third", recorded(chain_modes(), 3, 100, seed=8))
     for recordings in (dataset.recordings, (*dataset.recordings, third)):
         open_run(replace(dataset, recordings=recordings), TINY, tmp_path, "cpu")

@@ -3,18 +3,17 @@
 from dataclasses import asdict
 from pathlib import Path
 
-from tqdm import tqdm
-
 from benchmarks.blind import figures, grid, summary
 from benchmarks.blind.cases import BlindResult, Task, all_done
 from benchmarks.blind.confusion import confusion
 from benchmarks.blind.reliability import calibration
 from fe_models.files.atomic import write_json
+from fe_models.progress import progress_bar
 
 
 def run_blind(wanted: list[Task], peers: tuple[str, ...], jobs: int, off: bool, out: Path) -> None:
     """Diagnose blind cases; print and draw how right that was. What is at hand is written after each case."""
-    with tqdm(total=len(wanted), desc="Blind cases") as bar:
+    with progress_bar("Blind cases", len(wanted), "case") as bar:
 
         def finished(found: list[BlindResult]) -> None:
             bar.update()
@@ -32,7 +31,7 @@ def run_blind(wanted: list[Task], peers: tuple[str, ...], jobs: int, off: bool, 
 
 def run_rates(wanted: list[Task], jobs: int, out: Path) -> None:
     """Diagnose cases of every noise and size; print and draw how the rates fall."""
-    with tqdm(total=len(wanted), desc="Noise and size") as bar:
+    with progress_bar("Noise and size", len(wanted), "case") as bar:
         results = all_done(wanted, (), jobs, lambda _: bar.update())
     cells = grid.cells(results)
     cases = [summary.case_content(result) for result in results]

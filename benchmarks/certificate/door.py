@@ -2,14 +2,14 @@
 
 import sys
 from pathlib import Path
-
-from tqdm import tqdm
+from typing import Any
 
 from benchmarks.certificate.code import ROOT, Code, code_of
 from benchmarks.certificate.counts import Certificate
 from benchmarks.certificate.page import rates_table
 from benchmarks.certificate.plan import COLUMNS
 from benchmarks.certificate.run import run, write
+from fe_models.progress import progress_bar
 
 INTERRUPTED = 130  # the exit status of what the keyboard ended
 
@@ -23,14 +23,14 @@ def certify(out: Path | None, jobs: int, minutes: float | None, dirty: bool) -> 
     """Do the cases that are missing, write ``docs/certificate.md`` and ``.json``, and print the rates."""
     code = code_of()
     folder = out or default_folder(code)
-    bars: list[tqdm] = []
+    bars: list[Any] = []
 
     def advance(done: int, planned: int) -> None:
         """Begin the bar at what an earlier run did, which takes no time of this one."""
         if bars:
             bars[0].update()
         else:
-            bars.append(tqdm(total=planned, initial=done, desc="Certificate", unit="case", disable=None))
+            bars.append(progress_bar("Certificate", planned, "case", done=done))
 
     try:
         found = run(COLUMNS, folder, jobs=jobs, minutes=minutes, changed=dirty, advance=advance)

@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-from tqdm import tqdm
 
 from fe_models.arrays import FloatArray
 from fe_models.errors import InputError, raise_faults
@@ -25,6 +24,7 @@ from fe_models.pictures.geometry import Outline, choose_scale, largest_displacem
 from fe_models.pictures.layout import arranged, compose, figure_of
 from fe_models.pictures.panels import BEAM_WIDTH
 from fe_models.pictures.structure_drawing import structure_picture
+from fe_models.progress import progress_bar
 from fe_models.recordings import Sensor
 from fe_models.structure import Structure
 
@@ -61,10 +61,11 @@ def draw_modes(model: Model, modes: ModalModel, folder: Path, sensors: Sequence[
     if not panels:
         raise InputError("There is no mode to draw: give a modal model with at least one mode.")
     written = []
-    bar = tqdm(panels, desc="drawing modes", unit="mode", delay=1.0, leave=False)
-    for number, panel in enumerate(bar, start=1):
-        figure = _mode_figure(shape, [panel], panel.label, sensors)
-        written.append(_write(compose(figure, (Panel("", panel.shapes),)), folder / f"mode_{number:02d}.png"))
+    with progress_bar("drawing modes", len(panels), "mode") as bar:
+        for number, panel in enumerate(panels, start=1):
+            figure = _mode_figure(shape, [panel], panel.label, sensors)
+            written.append(_write(compose(figure, (Panel("", panel.shapes),)), folder / f"mode_{number:02d}.png"))
+            bar.update()
     title = f"The first {len(panels)} natural modes" if len(panels) > 1 else "The first natural mode"
     overview = _mode_figure(shape, panels, title, sensors)
     written.append(_write(compose(overview, tuple(panels)), folder / "modes.png"))
@@ -136,9 +137,11 @@ def animate(
     figure = replace(figure, note=note, width=FILM_WIDTH)
     plan = arranged(figure, panels[:1])
     size = compose(figure, panels[:1], plan)
-    with writing(path) as temporary, _film(temporary, fps) as film, _painter(size, "msaa") as paint:
-        for panel in tqdm(panels, desc=f"drawing {path.name}", unit="frame", leave=False):
+    bar = progress_bar(f"drawing {path.name}", len(panels), "frame")
+    with bar, writing(path) as temporary, _film(temporary, fps) as film, _painter(size, "msaa") as paint:
+        for panel in panels:
             film.append_data(paint(compose(figure, (panel,), plan)))
+            bar.update()
     return path
 
 

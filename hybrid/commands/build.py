@@ -1,9 +1,12 @@
 """The sub-command `build`: matrices, natural modes and their pictures."""
 
-from hybrid.commands.options import Model, Modes, Out, Pictures, Refine
+from hybrid.commands.console import command_line
+from hybrid.commands.options import Model, Modes, Out, Pictures, Quiet, Refine
 
 
-def build(model: Model, out: Out, refine: Refine = 1, modes: Modes = None, pictures: Pictures = True) -> None:
+def build(
+    model: Model, out: Out, refine: Refine = 1, modes: Modes = None, pictures: Pictures = True, quiet: Quiet = False
+) -> None:
     """Build a finite element model: matrices, natural modes and their pictures.
 
     \b
@@ -19,9 +22,9 @@ def build(model: Model, out: Out, refine: Refine = 1, modes: Modes = None, pictu
       hybrid-modal build bridge --out runs/bridge
       hybrid-modal build frame.toml --out runs/frame --refine 4 --modes 6
     """
-    from fe_models.errors import bad_input_exits
     from hybrid.commands.models import model_in, open_model, write_model
 
-    with bad_input_exits():
+    with command_line(quiet) as result:
         results = model_in(out)
         write_model(model, open_model(model, refine, [results]), results, modes, pictures)
+        result(out / "model.npz")

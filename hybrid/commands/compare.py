@@ -1,10 +1,10 @@
 """The sub-command `compare`: what recordings of free decays show by themselves."""
 
-from hybrid.commands.console import print_notes
-from hybrid.commands.options import DatasetFile, Out
+from hybrid.commands.console import command_line, print_notes
+from hybrid.commands.options import DatasetFile, Out, Quiet
 
 
-def compare(dataset: DatasetFile, out: Out) -> None:
+def compare(dataset: DatasetFile, out: Out, quiet: Quiet = False) -> None:
     """Compare the recordings of a dataset with the model's modes and with one another.
 
     Nothing is fitted but damped cosines, to all channels of each recording, those held out elsewhere included. Prints
@@ -22,17 +22,16 @@ def compare(dataset: DatasetFile, out: Out) -> None:
     Example:
       hybrid-modal compare runs/data/dataset.toml --out runs/comparison
     """
-    from tqdm import tqdm
-
-    from fe_models.errors import bad_input_exits, noting, raise_faults
+    from fe_models.errors import noting, raise_faults
     from fe_models.files.dataset_file import load_dataset
     from fe_models.files.inputs import files_read
+    from fe_models.progress import progress_bar
     from hybrid.identification.comparison_files import save_comparison
     from hybrid.identification.comparison_report import describe_compared
     from hybrid.identification.recording_comparison import compare_recordings
     from hybrid.result_sets import comparison_in
 
-    with bad_input_exits():
+    with command_line(quiet) as result:
         faults = list[str]()
         noting(faults, "--out", comparison_in(out).check, files_read(dataset))
         data = noting(faults, "", load_dataset, dataset)
@@ -40,8 +39,9 @@ def compare(dataset: DatasetFile, out: Out) -> None:
         assert data is not None  # else there were faults
         print_notes(data)
         motions = sum(len(recording.data) for recording in data.recordings)
-        with tqdm(total=motions, desc="lines of each motion", leave=False) as bar:
+        with progress_bar("lines of each motion", motions, "motion") as bar:
             compared = compare_recordings(data, bar.update)
         save_comparison(compared, data, out)
         print(describe_compared(compared))
         print(f"\nResults: {out}")
+        result(out)

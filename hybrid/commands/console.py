@@ -1,9 +1,15 @@
-"""What all commands share: how their applications are set up."""
+"""What all commands share: how their applications are set up, how they end on bad input, and what --quiet leaves."""
 
-from collections.abc import Callable
+import os
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, redirect_stdout
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
+
+from fe_models.errors import bad_input_exits
 
 if TYPE_CHECKING:
     from fe_models.recordings import Dataset
@@ -25,6 +31,25 @@ def standalone(command: Callable[..., None]) -> typer.Typer:
     app = new_app()
     app.command()(command)
     return app
+
+
+@contextmanager
+def command_line(quiet: bool) -> Iterator[Callable[[Path], None]]:
+    """Run what a command does, and give what takes the path of its main result.
+
+    An `InputError` becomes one line a fault on stderr and exit status 2. With ``quiet`` there are no progress bars, and
+    the path is all that reaches stdout; otherwise the commands say themselves where their results are.
+    """
+    from fe_models.progress import silent  # loads tqdm
+
+    results: list[Path] = []
+    with bad_input_exits():
+        if not quiet:
+            yield results.append
+            return
+        with Path(os.devnull).open("w") as nowhere, silent(), redirect_stdout(nowhere):
+            yield results.append
+        print(*results, sep="\n", file=sys.stdout)
 
 
 def print_notes(dataset: "Dataset") -> None:

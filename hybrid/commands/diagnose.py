@@ -4,8 +4,8 @@ from typing import Annotated
 
 import typer
 
-from hybrid.commands.console import print_notes
-from hybrid.commands.options import DatasetFile, Out
+from hybrid.commands.console import command_line, print_notes
+from hybrid.commands.options import DatasetFile, Out, Quiet
 
 Hybrid = Annotated[
     bool,
@@ -15,7 +15,7 @@ Hybrid = Annotated[
 ]
 
 
-def diagnose(dataset: DatasetFile, out: Out, hybrid: Hybrid = False) -> None:
+def diagnose(dataset: DatasetFile, out: Out, hybrid: Hybrid = False, quiet: Quiet = False) -> None:
     """Diagnose a chain or frame from its recordings.
 
     All causes of the list compete at all their places. What is found is built into the structure, and forecasts of the
@@ -32,14 +32,13 @@ def diagnose(dataset: DatasetFile, out: Out, hybrid: Hybrid = False) -> None:
     Example:
       hybrid-modal diagnose runs/chain/dataset.toml --out runs/chain/diagnosis
     """
-    from tqdm import tqdm
-
-    from fe_models.errors import bad_input_exits, noting, raise_faults
+    from fe_models.errors import noting, raise_faults
     from fe_models.files.dataset_file import load_dataset
     from fe_models.files.inputs import files_read
+    from fe_models.progress import progress_bar
     from hybrid.result_sets import diagnosis_in
 
-    with bad_input_exits():
+    with command_line(quiet) as result:
         faults = list[str]()
         noting(faults, "--out", diagnosis_in(out).check, files_read(dataset))
         data = noting(faults, "", load_dataset, dataset, dead_channels=True)
@@ -50,7 +49,7 @@ def diagnose(dataset: DatasetFile, out: Out, hybrid: Hybrid = False) -> None:
         from hybrid.diagnosis.report import describe_diagnosis
         from hybrid.diagnosis.report_files import add_gain, save_diagnosis
 
-        with tqdm(desc="diagnosis", unit=" steps") as bar:
+        with progress_bar("diagnosis") as bar:
 
             def advance(what: str) -> None:
                 bar.set_description_str(what)
@@ -61,9 +60,12 @@ def diagnose(dataset: DatasetFile, out: Out, hybrid: Hybrid = False) -> None:
         gain = None
         if hybrid:
             from hybrid.diagnosis.learned.gain import hybrid_gain
+            from hybrid.diagnosis.learned.learning import learning_preset
 
-            with tqdm(desc="training hybrid models", unit=" epochs") as bar:
+            epochs = 2 * learning_preset(data.model).training.epochs  # of two models
+            with progress_bar("training hybrid models", epochs, "epoch") as bar:
                 gain = hybrid_gain(data, found, advance=bar.update)
             add_gain(found, gain, out)
         print(describe_diagnosis(found, gain))
         print(f"Results: {out}")
+        result(out / "report.json")

@@ -10,6 +10,10 @@ Model = Annotated[
 ]
 DatasetFile = Annotated[Path, typer.Argument(help="The dataset's TOML file.", show_default=False)]
 Out = Annotated[Path, typer.Option(help="Folder for the results; made where it is missing.", show_default=False)]
+Quiet = Annotated[
+    bool,
+    typer.Option("--quiet", "-q", help="Print nothing but warnings, errors and the path of the main result; no bars."),
+]
 Device = Annotated[str, typer.Option(help="cpu, cuda or cuda:N.")]
 
 Refine = Annotated[int, typer.Option(min=1, max=10_000, help="Finite elements per beam.")]
@@ -34,7 +38,13 @@ Duration = Annotated[float | None, typer.Option(max=1e5, help="Length of a recor
 Step = Annotated[float | None, typer.Option(help="Integrator step, s. [default: 0.001; chains 0.05]")]
 SamplingRate = Annotated[float | None, typer.Option(max=1e5, help="Hz. [default: 100; chains 10]")]
 LowPassAt = Annotated[float | None, typer.Option(help="Hz, 0 for none. [default: 30; chains none]")]
-Noise = Annotated[float | None, typer.Option(help="Standard deviation over that of the channel. [default: 0.02]")]
+Noise = Annotated[
+    list[str] | None,
+    typer.Option(
+        help='Standard deviation: over that of each channel (0.02), or with a unit ("0.01 m/s^2"), repeated where '
+        "sensors have several units. [default: 0.02]"
+    ),
+]
 Gravity = Annotated[float | None, typer.Option(help="m/s^2, along -y. [default: 9.81]")]
 ModalModelFile = Annotated[
     Path | None, typer.Option(help="four_dof: modal model (.npz: omega, xi, phi) that the dataset is given.")

@@ -5,7 +5,8 @@ from typing import Annotated
 
 import typer
 
-from hybrid.commands.options import Device
+from hybrid.commands.console import command_line
+from hybrid.commands.options import Device, Quiet
 
 Run = Annotated[Path, typer.Argument(help="Folder that 'hybrid-modal train' wrote.", show_default=False)]
 Out = Annotated[Path, typer.Option(help="Folder for the prediction; made where it is missing.", show_default=False)]
@@ -30,6 +31,7 @@ def predict(
     initial: Initial = None,
     device: Device = "cpu",
     duration: Duration = 5.0,
+    quiet: Quiet = False,
 ) -> None:
     """Predict the motion of the whole structure with a trained hybrid model.
 
@@ -46,7 +48,7 @@ def predict(
       hybrid-modal predict runs/demo/hybrid --out runs/pull --initial pull.csv --duration 10
       hybrid-modal predict runs/demo/hybrid --out runs/later --dataset runs/demo/data/dataset.toml --start 8
     """
-    from fe_models.errors import InputError, bad_input_exits, noting, raise_faults
+    from fe_models.errors import InputError, noting, raise_faults
     from fe_models.files.inputs import files_read
     from fe_models.files.run_folder import PREDICTION, load_run, run_files, save_prediction, save_run_model
     from hybrid.training.checkpoint import load_checkpoint
@@ -55,7 +57,7 @@ def predict(
     from hybrid.training.run import DONE
     from hybrid.training.session import check_device
 
-    with bad_input_exits():
+    with command_line(quiet) as result:
         if (dataset is None) == (initial is None):
             raise InputError("give either --dataset, to start from a record, or --initial, to start from a state")
         results, faults = prediction_in(out), list[str]()
@@ -78,3 +80,4 @@ def predict(
             save_prediction(prediction_of(hybrid, fe, checkpoint.origin, fe_initial), new)
             write_channels(hybrid, fe, std, checkpoint, new / CHANNELS)
         print(f"{samples} samples predicted: {out / PREDICTION}, {out / CHANNELS}")
+        result(out / PREDICTION)

@@ -46,7 +46,7 @@ class Wishes:
     step: float | None
     sampling_rate: float | None
     lowpass: float | None
-    noise: float | None
+    noise: list[str] | None
     gravity: float | None
     modal_model: Path | None = None
 
@@ -96,7 +96,7 @@ def _frame(
     releases = _all_of(texts, _loads, faults)
     if not texts:
         faults.append("a frame needs something to let go: give --pull NODE:DIRECTION:FORCE, such as --pull 3:y:-10")
-    acquisition = _acquisition(wishes, sampling_rate=100.0, lowpass=30.0)
+    acquisition = _acquisition(wishes, 100.0, 30.0, faults)
     config = ReleaseConfig(
         duration=_either(wishes.duration, 20.0),
         sampling_rate=5 * acquisition.sampling_rate,
@@ -136,15 +136,39 @@ def _chain(
     faults: list[str],
 ) -> Callable[[], Dataset]:
     faults += wishes.useless("pull", "gravity", because=f"is for frames; {model} is a chain, see --realisations")
-    acquisition = _acquisition(wishes, sampling_rate=10.0, lowpass=0.0)
+    acquisition = _acquisition(wishes, 10.0, 0.0, faults)
     config = FreeConfig(_either(wishes.duration, 50.0), acquisition.sampling_rate, _either(wishes.step, 0.05))
     raise_faults(faults + check_release(structure, (), sensors, acquisition))
     return partial(free_dataset, structure, wishes.realisations or 1000, sensors, acquisition, rng, config)
 
 
-def _acquisition(wishes: Wishes, sampling_rate: float, lowpass: float) -> Acquisition:
+def _acquisition(wishes: Wishes, sampling_rate: float, lowpass: float, faults: list[str]) -> Acquisition:
+    noise = noting(faults, "", _noise, wishes.noise) if wishes.noise else None
     lowpass = _either(wishes.lowpass, lowpass)
-    return Acquisition(_either(wishes.sampling_rate, sampling_rate), lowpass or None, _either(wishes.noise, 0.02))
+    usual = Acquisition.noise if noise is None else noise
+    return Acquisition(_either(wishes.sampling_rate, sampling_rate), lowpass or None, usual)
+
+
+def _noise(texts: list[str]) -> float | dict[str, float]:
+    """Return the noise that texts describe: one number over each channel's, or numbers by unit."""
+    found: dict[str, float] = {}
+    for text in texts:
+        number, _, unit = text.strip().partition(" ")
+        try:
+            found[unit.strip()] = float(number)
+        except ValueError:
+            raise InputError(
+                f'--noise {text}: expected a number, such as 0.02, or one with a unit, "0.01 m/s^2"'
+            ) from None
+    if len(found) < len(texts):
+        raise InputError("--noise: give it once, or once for each unit of the sensors")
+    if "" not in found:
+        return found
+    if len(found) > 1:
+        raise InputError(
+            "--noise: give either one number, over each channel's standard deviation, or each with its unit"
+        )
+    return found[""]
 
 
 def _either(wish: float | None, default: float) -> float:

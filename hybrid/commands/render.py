@@ -5,6 +5,9 @@ from typing import Annotated, Literal
 
 import typer
 
+from hybrid.commands.console import command_line
+from hybrid.commands.options import Quiet
+
 Run = Annotated[
     Path, typer.Argument(help="Folder that 'hybrid-modal build', 'train' or 'predict' wrote.", show_default=False)
 ]
@@ -42,6 +45,7 @@ def render(
     film: Film = "auto",
     scale: Scale = None,
     speed: Speed = None,
+    quiet: Quiet = False,
 ) -> None:
     """Draw the deformed shapes of a run, without a screen.
 
@@ -60,15 +64,15 @@ def render(
       hybrid-modal render runs/hybrid --out pictures --format gif
       hybrid-modal render runs/hybrid --out pictures --scale 200 --speed 0.1
     """
-    from fe_models.errors import bad_input_exits
     from fe_models.files.run_folder import PREDICTION
     from fe_models.pictures.run_pictures import FilmFormat, PictureOptions, draw_run
 
-    with bad_input_exits():
+    with command_line(quiet) as result:
         drawn = draw_run(run, out, PictureOptions(snapshots, interval, frames, FilmFormat(film), scale, speed))
-    print("Pictures:")
-    width = max(len(str(path)) for path, _ in drawn)
-    for path, meaning in drawn:
-        print(f"  {path!s:<{width}}  {meaning}")
-    if not (run / PREDICTION).is_file():
-        print("Only mode shapes: the folder holds no prediction.npz, which hybrid-modal train writes.")
+        print("Pictures:")
+        width = max(len(str(path)) for path, _ in drawn)
+        for path, meaning in drawn:
+            print(f"  {path!s:<{width}}  {meaning}")
+        if not (run / PREDICTION).is_file():
+            print("Only mode shapes: the folder holds no prediction.npz, which hybrid-modal train writes.")
+        result(out)

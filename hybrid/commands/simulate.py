@@ -1,6 +1,7 @@
 """The sub-command `simulate`: recordings of a structure, with what its linear model lacks."""
 
 from hybrid.commands import options
+from hybrid.commands.console import command_line
 
 
 def simulate(
@@ -20,6 +21,7 @@ def simulate(
     modal_model: options.ModalModelFile = None,
     seed: options.Seed = 0,
     pictures: options.Drawing = True,
+    quiet: options.Quiet = False,
 ) -> None:
     """Simulate recordings of a structure: OUT/dataset.toml, to train on or to diagnose.
 
@@ -36,7 +38,6 @@ def simulate(
       hybrid-modal simulate four_dof --out runs/four_dof --cubic-stiffness 1
       hybrid-modal simulate frame.toml --out runs/frame --refine 4 --pull 3:x:100 --sensor 2:x
     """
-    from fe_models.errors import bad_input_exits
     from fe_models.files.dataset_file import DRAWING, dataset_in, save_dataset
     from hybrid.commands.models import open_model
     from hybrid.commands.recordings import Wishes, recordings_of
@@ -44,7 +45,7 @@ def simulate(
     wishes = Wishes(
         pull, sensor, realisations, cubic_stiffness, duration, step, sampling_rate, lowpass, noise, gravity, modal_model
     )
-    with bad_input_exits():
+    with command_line(quiet) as result:
         results = dataset_in(out)
         subject = open_model(model, refine, [results], modal_model)
         recordings = recordings_of(model, subject, wishes, seed)()
@@ -57,3 +58,4 @@ def simulate(
             with results.adding() as new:
                 draw_structure(subject, new / DRAWING, recordings.sensors)
             print(f"Structure and sensors: {out / DRAWING}")
+        result(out / path.name)

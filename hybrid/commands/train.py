@@ -4,8 +4,8 @@ from typing import Annotated
 
 import typer
 
-from hybrid.commands.console import print_notes
-from hybrid.commands.options import DatasetFile, Device, Out
+from hybrid.commands.console import command_line, print_notes
+from hybrid.commands.options import DatasetFile, Device, Out, Quiet
 from hybrid.config import IntegratorKind, PresetName, configuration
 
 Preset = Annotated[
@@ -53,6 +53,7 @@ def train(
     threads: Threads = None,
     device: Device = "cpu",
     fresh: Fresh = False,
+    quiet: Quiet = False,
 ) -> None:
     """Train the hybrid model on a dataset and score it on the recordings marked "test".
 
@@ -82,14 +83,14 @@ def train(
       hybrid-modal train runs/chain/dataset.toml --out runs/chain/hybrid
       hybrid-modal train my_bridge/dataset.toml --out runs/mine --epochs 40 --modes 6
     """
-    from fe_models.errors import bad_input_exits, noting, raise_faults
+    from fe_models.errors import noting, raise_faults
     from fe_models.files.dataset_file import load_dataset
     from fe_models.files.inputs import files_read
     from hybrid.training import session
     from hybrid.training.run import results_in
     from hybrid.training.summary import describe
 
-    with bad_input_exits():
+    with command_line(quiet) as result:
         faults = list[str]()
         noting(faults, "", session.check_device, device)
         noting(faults, "--out", results_in(out).check, files_read(dataset))
@@ -116,3 +117,4 @@ def train(
         session.train(run)
         print(describe(session.score(run, data)))
         print(f"Results: {out}")
+        result(out / "metrics.json")

@@ -5,7 +5,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextvars import copy_context
 from typing import TypeVar
 
-from hybrid.progress import nothing
+from fe_models.progress import nothing
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")

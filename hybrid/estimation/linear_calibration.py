@@ -15,12 +15,12 @@ from torch import Tensor
 
 from fe_models.arrays import FloatArray
 from fe_models.linear import ModalModel
+from fe_models.progress import nothing
 from fe_models.recordings import Sensor, of_each_quantity
 from hybrid.estimation.linear_parameters import ConnectorParameters, ModalParameters
 from hybrid.neural_modal_ode.connectors import Connectors
 from hybrid.neural_modal_ode.decoder import sensor_shapes
 from hybrid.observability import observability_by_doubling
-from hybrid.progress import nothing
 
 GROWTH = (0.1, 0.2, 0.4, 1.0)  # of the whole window, one after the other
 SHORTEST = 20  # samples; shorter windows show little but noise

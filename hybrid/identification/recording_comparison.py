@@ -9,13 +9,13 @@ from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
 from fe_models.errors import InputError
 from fe_models.modes import mac, natural_modes
+from fe_models.progress import nothing
 from fe_models.recordings import Dataset
 from fe_models.structure import Structure
 from hybrid.identification.agreement import shares_unexplained, window_of
 from hybrid.identification.backbone import Backbone, backbone_of
 from hybrid.identification.combinations import Combination, combinations_of
 from hybrid.identification.free_decay_modes import IdentifiedModes, identify_modes
-from hybrid.progress import nothing
 
 ALIKE = 0.9  # MAC at the sensors, from which on a line is a mode's
 NEAR = 0.2  # of its frequency: how far off a nominal mode may be

@@ -7,8 +7,8 @@ import torch
 from torch import Tensor
 
 from fe_models.arrays import FloatArray
+from fe_models.progress import nothing
 from hybrid.estimation.linear_calibration import Observer, fit_linear_rest, smooth
-from hybrid.progress import nothing
 
 
 def unexplained_shares(

@@ -8,13 +8,13 @@ import numpy as np
 from fe_models.arrays import FloatArray
 from fe_models.errors import InputError
 from fe_models.nominal import nominal_modes
+from fe_models.progress import nothing
 from fe_models.recordings import Dataset, Recording
 from hybrid.config import Config
 from hybrid.estimation.experts import Experts
 from hybrid.estimation.linear_calibration import Observer
 from hybrid.estimation.start_evidence import StartEvidence, evidence_of
 from hybrid.estimation.windows import columns, cut, evenly, window_length
-from hybrid.progress import nothing
 from hybrid.training.preparation import Prepared, agreeing_recordings, prepare, training_recordings
 
 STARTS = 5000  # at most, of each recording, evenly chosen: 70 times the numbers in a start of the bridge's

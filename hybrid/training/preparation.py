@@ -16,6 +16,7 @@ from fe_models.damping import full_damping
 from fe_models.errors import InputError, raise_faults
 from fe_models.linear import LinearModel, ModalModel
 from fe_models.nominal import nominal_modes
+from fe_models.progress import nothing
 from fe_models.recordings import Dataset, Recording
 from fe_models.structure import Structure
 from hybrid.config import Config
@@ -39,7 +40,6 @@ from hybrid.neural_modal_ode.residuals.connector_residual import ConnectorResidu
 from hybrid.neural_modal_ode.residuals.free_residual import FreeResidual
 from hybrid.neural_modal_ode.scaling import StateScale, channel_scale
 from hybrid.neural_modal_ode.state_prior import StatePrior
-from hybrid.progress import nothing
 from hybrid.training.consistency import unexplained_shares
 
 CALIBRATION_WINDOWS = 200  # at most; evenly chosen, more add time but little information

@@ -11,6 +11,7 @@ from fe_models.arrays import FloatArray
 from fe_models.files.atomic import write_json
 from fe_models.files.run_folder import Prediction, save_prediction, save_run_model
 from fe_models.linear import ModalModel
+from fe_models.progress import nothing
 from fe_models.recordings import Dataset
 from fe_models.structure import Structure
 from hybrid.estimation.experts import Experts
@@ -19,7 +20,6 @@ from hybrid.estimation.linear_calibration import Observer, smooth
 from hybrid.estimation.uncertainty import set_relative_error
 from hybrid.estimation.windows import cut_field
 from hybrid.figures import channel_labels, draw_curves, draw_latent, draw_loop
-from hybrid.progress import nothing
 from hybrid.training.checkpoint import Origin, save_checkpoint
 from hybrid.training.evaluation import score_table
 from hybrid.training.forecast_comparison import Comparison, band_scores, compare, field_scores

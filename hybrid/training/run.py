@@ -18,13 +18,13 @@ from fe_models.errors import InputError
 from fe_models.files.result_set import ResultSet
 from fe_models.files.run_folder import MODEL, PREDICTION
 from fe_models.nominal import nominal_modes
+from fe_models.progress import nothing
 from fe_models.recordings import Dataset
 from fe_models.structure import Structure
 from hybrid.config import Config
 from hybrid.estimation.experts import Experts
 from hybrid.estimation.windows import cut_all, window_length
 from hybrid.neural_modal_ode.model import NeuralModalODE
-from hybrid.progress import nothing
 from hybrid.training.checkpoint import Checkpoint, Origin, load_checkpoint, require_own, save_checkpoint
 from hybrid.training.expert_preparation import prepare_experts
 from hybrid.training.gradient_training import EpochResult

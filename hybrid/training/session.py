@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import torch
-from tqdm import tqdm
 
 from fe_models.arrays import FloatArray
 from fe_models.errors import InputError
+from fe_models.progress import progress_bar
 from fe_models.recordings import Dataset
 from hybrid.config import Config
 from hybrid.training.gradient_training import TrainingDivergedError
@@ -29,7 +29,7 @@ def open_run(data: Dataset, config: Config, out: Path, device: str, fresh: bool 
         run = resume(data, config, out, device)
         print(f"Going on with the training interrupted after epoch {len(run.history)} (--fresh starts anew).")
         return run
-    with tqdm(total=calibration_steps(data, config), desc="Calibrating the linear part", leave=False) as bar:
+    with progress_bar("Calibrating the linear part", calibration_steps(data, config), "step") as bar:
         run = begin(data, config, out, device, bar.update)
     for name in run.origin.left_out:
         print(f"Recording {name} contradicts the other training recordings: it is left out.")
@@ -42,7 +42,7 @@ def open_run(data: Dataset, config: Config, out: Path, device: str, fresh: bool 
 
 def train(run: Run, words: str = "Training") -> None:
     """Train to the end under a progress bar; an interruption or a divergence ends the program with what to do."""
-    bar = tqdm(total=run.config.training.epochs, initial=len(run.history), desc=words, unit="epoch")
+    bar = progress_bar(words, run.config.training.epochs, "epoch", done=len(run.history))
     try:
         with divergence_exits(), bar:
             for result in run.epochs():
@@ -55,7 +55,7 @@ def train(run: Run, words: str = "Training") -> None:
 
 def score(run: Run, data: Dataset, truth: FloatArray | None = None) -> dict[str, Any]:
     """Score the trained model, write all results (`results.write_results`) under a progress bar; return the metrics."""
-    with tqdm(total=RESULT_STEPS, desc="Scoring and drawing curves", leave=False) as bar, divergence_exits():
+    with progress_bar("Scoring and drawing curves", RESULT_STEPS, "step") as bar, divergence_exits():
         return write_results(run, data, truth, bar.update)
 
 

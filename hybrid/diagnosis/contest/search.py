@@ -7,6 +7,7 @@ from functools import partial
 import numpy as np
 
 from fe_models.causes.candidate import Candidate, ChangeCandidate, ForceCandidate
+from fe_models.progress import nothing
 from hybrid.diagnosis.contest.bounds import LEFT, bound_of
 from hybrid.diagnosis.contest.growing import (
     CLOSE_ENOUGH,
@@ -39,7 +40,6 @@ from hybrid.diagnosis.screening.confounded_factors import confounded_candidates
 from hybrid.diagnosis.screening.modal_scan import modal_scan
 from hybrid.diagnosis.screening.scanning import scan, unseen
 from hybrid.diagnosis.screening.screening import Screened, screen
-from hybrid.progress import nothing
 
 KEPT = 10  # candidates kept from the screening of each length
 RACING = 5  # fits that are continued over longer segments, if no more are near the best that have no force law

@@ -7,6 +7,7 @@ from typing import Any
 from fe_models.causes import ModalDamping, PointDamper, SlackCable, StiffnessChange, SupportSpring
 from fe_models.causes.wording import at_place
 from fe_models.errors import InputError
+from fe_models.progress import nothing
 from fe_models.recordings import Dataset
 from fe_models.structure import Structure
 from hybrid.config import Config
@@ -17,7 +18,6 @@ from hybrid.diagnosis.outcome.conclusion import Diagnosis
 from hybrid.diagnosis.outcome.findings import Finding
 from hybrid.diagnosis.recorded.faulty_channels import usable
 from hybrid.diagnosis.recorded.filter_transients import without_ringing_ends
-from hybrid.progress import nothing
 
 SAME = {  # causes that a linear law's word stands for
     "spring": (StiffnessChange.kind, SupportSpring.kind, SlackCable.kind),

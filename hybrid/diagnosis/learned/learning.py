@@ -9,6 +9,7 @@ from torch import Tensor
 
 from fe_models.arrays import FloatArray
 from fe_models.causes import SensorDelay, SensorDrift, SensorEffect, SensorGain
+from fe_models.progress import nothing
 from fe_models.recordings import Dataset, Recording
 from fe_models.structure import Structure
 from hybrid.config import Config, ModelConfig, places_preset
@@ -20,7 +21,6 @@ from hybrid.estimation.most_probable_state import smooth_state, trajectory
 from hybrid.neural_modal_ode.model import NeuralModalODE
 from hybrid.neural_modal_ode.residuals.connector_residual import ConnectorResidual
 from hybrid.neural_modal_ode.state_prior import StatePrior
-from hybrid.progress import nothing
 from hybrid.training.preparation import Prepared, modal_damping_matrix, prepare
 from hybrid.training.trainers import trainer_for
 
