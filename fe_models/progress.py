@@ -26,13 +26,15 @@ def silent() -> Iterator[None]:
         _quiet.reset(token)
 
 
-def progress_bar(what: str, total: int | None = None, unit: str = "step", *, done: int = 0, shown: bool = True) -> Any:
+def progress_bar(
+    what: str, total: int | None = None, unit: str = "step", *, done: int = 0, shown: bool | None = None
+) -> Any:
     """Return a bar on stderr that goes with `update` to its ``total``, of which ``done`` are done already.
 
-    A context manager, with tqdm's methods. It shows nothing where stderr is no terminal, where ``shown`` is False and
+    A context manager, with tqdm's methods. It shows itself where stderr is a terminal, or as ``shown`` says, and never
     within `silent`. ``total`` is None where nobody knows when the end comes.
     """
-    hidden = True if _quiet.get() or not shown else None  # None: where there is no terminal
+    hidden = True if _quiet.get() else None if shown is None else not shown  # None: where there is no terminal
     form = None if total is not None else "{desc} [{elapsed}]"  # no end, no rate
     looks = {"desc": what, "unit": unit, "bar_format": form, "delay": DELAY, "leave": False}
     return tqdm(total=total, initial=done, disable=hidden, **looks)

@@ -67,7 +67,7 @@ def simulate_release(
     rest = rest_state(structure, config.gravity)
     pulled = rest_state(structure, config.gravity, pulls)
     tangent = linearise(structure, rest)
-    with progress_bar("release", steps.outputs + 1, "sample", shown=progress) as bar:
+    with progress_bar("release", steps.outputs + 1, "sample", shown=None if progress else False) as bar:
         motion = motion_after_release(
             structure,
             mesh(structure),
@@ -133,7 +133,7 @@ def simulate_free(
         _check_explicit(mass, stiffness, joined, steps)
     run = FreeMotion(mass, damping, stiffness, joined, steps, config.integrator)
     motions = []
-    with progress_bar("free motion", len(displacement), "motion", shown=progress) as bar:
+    with progress_bar("free motion", len(displacement), "motion", shown=None if progress else False) as bar:
         for x0, v0 in zip(displacement, velocity, strict=True):
             motions.append(run.run(x0, v0))
             bar.update()

@@ -175,6 +175,12 @@ def test_own_frame_with_own_sensors(tmp_path: Path) -> None:
             ("bridge", "--simulate", "--pull", "99:y:3", "--pull", "x", "--sensor", "foo", "--lowpass", "60"),
             ["--sensor foo", "--pull x", "lowpass = 60 Hz", "node 99 has no"],
         ),
+        (
+            ("bridge", "--simulate", "--noise", "0.01 m", "--duration", "1"),
+            ["noise in m:", "noise of the sensors in m/s^2"],
+        ),
+        (("bridge", "--simulate", "--noise", "much"), ["--noise much: expected a number"]),
+        (("bridge", "--simulate", "--noise", "1 m/s^2", "--noise", "2"), ["--noise: give either one number"]),
         (("four_dof", "--simulate", "--pull", "3:x:3", "--noise", "3"), ["--pull: four_dof", "--noise: four_dof"]),
         (("bridge", "--simulate", "--realisations", "3"), ["--realisations: is for chains"]),
     ],
@@ -196,3 +202,10 @@ def test_help_teaches_by_examples() -> None:
     result = build("--help")
     assert "python scripts/build_fe_model.py bridge --out runs/bridge" in result.output
     assert "--simulate --pull 3:x:100 --sensor 2:x" in result.output
+
+
+def test_a_model_without_damping_says_so(tmp_path: Path) -> None:
+    save_structure(cantilever(), tmp_path / "beam.toml")
+    result = build(str(tmp_path / "beam.toml"), "--out", str(tmp_path / "run"), "--no-pictures")
+    assert "Note: the model has no damping" in result.stdout
+    assert "Note: the model has no damping" not in build("bridge", "--out", str(tmp_path / "b"), "--no-pictures").stdout

@@ -67,3 +67,34 @@ def test_the_benchmarks_plug_in_by_their_entry_point(monkeypatch: pytest.MonkeyP
     result = CliRunner().invoke(main_app(), ["benchmark", "--help"])
     assert result.exit_code == 0
     assert "--blind" in result.output
+
+
+def test_quiet_leaves_the_path_of_the_result_alone(tmp_path: Path) -> None:
+    result = CliRunner().invoke(app, ["build", "four_dof", "--out", str(tmp_path), "--no-pictures", "--quiet"])
+    assert result.exit_code == 0, result.output
+    assert result.stdout.splitlines() == [str(tmp_path / "model.npz")]
+    assert result.stderr == ""
+
+
+def test_quiet_does_not_hide_faults(tmp_path: Path) -> None:
+    result = CliRunner().invoke(app, ["build", "nowhere", "--out", str(tmp_path), "--quiet"])
+    assert result.exit_code == 2
+    assert result.stdout == ""
+    assert result.stderr.startswith("error: model 'nowhere' is unknown")
+
+
+def test_the_installed_command_simulates_what_it_then_builds_on(tmp_path: Path) -> None:
+    """As a shell starts it: recordings, their step and its error on stdout; a coarser step warns."""
+    start = "from hybrid.commands.app import app; app(prog_name='hybrid-modal')"
+    options = ["simulate", "bridge", "--out", str(tmp_path), "--pull", "19:y:-9.81", "--duration", "0.2"]
+    run = [sys.executable, "-W", "error", "-c", start, *options]
+    done = subprocess.run(run, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "Time step 0.000" in done.stdout
+    assert "0.01 % too low" in done.stdout
+    assert (tmp_path / "dataset.toml").is_file()
+    coarse = subprocess.run([*run, "--step", "0.002", "-q"], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert coarse.returncode == 0
+    assert coarse.stdout.splitlines() == [str(tmp_path / "dataset.toml")]
+    assert "warning: time step 0.002 s" in coarse.stderr
+    assert "leave --step out" in coarse.stderr

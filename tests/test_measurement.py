@@ -125,3 +125,24 @@ def test_needs_sensors_and_one_motion() -> None:
     many = Response(many.time, many.displacement[None], many.velocity[None], many.acceleration[None], many.dofs)
     with pytest.raises(InputError, match="one motion"):
         measure(many, (TOP,), 100.0, rng())
+
+
+def test_noise_may_be_given_in_units() -> None:
+    """A channel that hardly moves gets as much as one that does."""
+    quick = Sensor("quick", 2, "x", "acceleration", "m/s^2")
+    slow = Sensor("slow", 1, "x", "acceleration", "m/s^2")
+    response = response_of(1e-9 * sine(5.0), sine(5.0))
+    clean = measure(response, (slow, quick, TOP), 100.0, rng())
+    noisy = measure(response, (slow, quick, TOP), 100.0, rng(), noise={"m/s^2": 0.01, "m": 0.002})
+    np.testing.assert_allclose((noisy - clean).std(axis=0), [0.01, 0.01, 0.002], rtol=1e-9)
+
+
+def test_units_of_noise_that_do_not_fit_the_sensors_are_refused() -> None:
+    turn = Sensor("spin", 1, "x", "velocity", "m/s")
+    with pytest.raises(InputError) as caught:
+        measure(response_of(sine(5.0)), (TOP, turn), 100.0, rng(), noise={"m/s^2": 0.01, "m": -1.0})
+    assert [fault.split(":")[0] for fault in caught.value.faults] == [
+        "noise = -1.0 m; must be 0 or more",
+        "noise in m/s^2",
+        "noise of the sensors in m/s (spin) is missing",
+    ]

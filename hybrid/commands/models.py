@@ -28,6 +28,10 @@ from fe_models.structure import Structure
 DEFAULT_MODES = 10
 STRUCTURE = "structure.toml"
 DRAWING = "structure.png"
+NO_DAMPING = (
+    "Note: the model has no damping, so that its motion never dies away; give it some, for example "
+    "damping = { modal_ratios = 0.01 } at the top of the structure file, 1 % of critical in each mode."
+)
 
 
 def model_in(folder: Path) -> ResultSet:
@@ -82,6 +86,8 @@ def write_model(
     print(f"{size} free degrees of freedom; matrices and modes: {results.folder / MODEL}")
     print(f"Natural modes {described(subject)}:")
     print(frequency_table(modal, paper_frequencies(spec)))
+    if not modal.damping_ratio.any():
+        print(NO_DAMPING)
     if pictures:
         from fe_models.pictures.render import draw_modes, draw_structure  # graphics, only where they are needed
 

@@ -9,6 +9,7 @@ from typing import Literal, TypeVar
 
 import numpy as np
 
+from fe_models.assembly import linearise
 from fe_models.built_in.four_dof import four_dof
 from fe_models.dofs import structure_dofs
 from fe_models.errors import InputError, noting, raise_faults
@@ -17,12 +18,14 @@ from fe_models.files.modal_file import load_modal_model
 from fe_models.files.recording_checks import UNITS
 from fe_models.four_dof_data import paper_dataset
 from fe_models.linear import LinearModel
+from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset, Quantity, Sensor
 from fe_models.simulation import FreeConfig, ReleaseConfig
 from fe_models.statics import STANDARD_GRAVITY, PointLoad
 from fe_models.structure import Beam, Cable, Direction, Structure
 from fe_models.synthetic import Acquisition, check_release, free_dataset, release_dataset
 from fe_models.time_step import MAX_FREQUENCY_ERROR, TimeStep, time_step
+from hybrid.commands.models import NO_DAMPING
 
 BRIDGE_PULLS = ("19:y:-9.81", "13:y:-9.81", "9:y:-9.81", "15:y:-9.81")
 TOLERATED_ERROR = 1.01 * MAX_FREQUENCY_ERROR  # the step is chosen by the first term of the error's series
@@ -107,6 +110,8 @@ def _frame(
 
     def simulated() -> Dataset:
         step = time_step(structure, acquisition.band, wishes.step)
+        if not natural_modes(linearise(structure), 1).damping_ratio.any():
+            print(NO_DAMPING)
         print(step_line(step), file=sys.stderr if step.frequency_error > TOLERATED_ERROR else sys.stdout)
         return release_dataset(structure, releases, sensors, acquisition, rng, replace(config, step=step.step)).dataset
 

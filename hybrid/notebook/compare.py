@@ -2,8 +2,7 @@
 
 from typing import TYPE_CHECKING, overload
 
-from tqdm import tqdm
-
+from fe_models.progress import progress_bar
 from hybrid.notebook.data import Data, Design, dataset_of
 
 if TYPE_CHECKING:
@@ -31,6 +30,5 @@ def compare_recordings(
     from hybrid.notebook.compared_recordings import ComparedRecordings
 
     motions = sum(len(recording.data) for recording in dataset.recordings)
-    silent = None if progress is None else not progress
-    with tqdm(total=motions, desc="modes of each motion", disable=silent) as bar:
+    with progress_bar("modes of each motion", motions, "motion", shown=progress) as bar:
         return ComparedRecordings(compare(dataset, bar.update), dataset)

@@ -2,8 +2,7 @@
 
 from typing import TYPE_CHECKING, overload
 
-from tqdm import tqdm
-
+from fe_models.progress import progress_bar
 from hybrid.notebook.data import Data, Design, dataset_of
 
 if TYPE_CHECKING:
@@ -29,7 +28,7 @@ def diagnose(design: Design | Data, data: Data | None = None, *, progress: bool 
     from hybrid.diagnosis.diagnosis import diagnose as search
     from hybrid.notebook.report import Report
 
-    with tqdm(desc="diagnosis", unit=" steps", disable=None if progress is None else not progress) as bar:
+    with progress_bar("diagnosis", shown=progress) as bar:
 
         def advance(what: str) -> None:
             bar.set_description_str(what)

@@ -4,9 +4,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
-from tqdm import tqdm
-
 from fe_models.files.inputs import files_read
+from fe_models.progress import progress_bar
 from fe_models.recordings import Dataset
 from hybrid.config import Config, PresetName, configuration
 from hybrid.notebook.data import Data, dataset_of
@@ -48,8 +47,8 @@ def _trained(dataset: Dataset, config: Config, folder: Path, progress: bool | No
     from hybrid.training.run import begin
 
     run = begin(dataset, config, folder)
-    silent = None if progress is None else not progress
-    for _ in tqdm(run.epochs(), total=config.training.epochs, desc="training", unit="epoch", disable=silent):
-        pass
+    with progress_bar("training", config.training.epochs, "epoch", shown=progress) as bar:
+        for _ in run.epochs():
+            bar.update()
     metrics = write_results(run, dataset) if kept else scored(run, dataset)[1]
     return TrainedModel(run.checkpoint(), metrics)
