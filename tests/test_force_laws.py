@@ -326,3 +326,14 @@ def test_linearised_chain_does_not_feel_force_laws() -> None:
         np.testing.assert_array_equal(
             getattr(with_laws, name).toarray(), getattr(linearise(four_dof()), name).toarray()
         )
+
+
+def test_all_degrees_of_freedom_that_a_model_lacks_are_named() -> None:
+    model, x0 = linearise(four_dof()), np.ones((1, 4))
+    with pytest.raises(InputError) as caught:
+        simulate_free(model, x0, x0, effects=(CubicSpring((8, 9), "x", 1.0), QuadraticDamper((7,), "x", 1.0)))
+    assert caught.value.faults == (
+        "cubic_spring: node 8 has no degree of freedom 'x'",
+        "cubic_spring: node 9 has no degree of freedom 'x'",
+        "quadratic_damper: node 7 has no degree of freedom 'x'",
+    )

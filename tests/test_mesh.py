@@ -84,3 +84,12 @@ def test_a_finer_mesh_has_the_nodes_of_a_coarser_one_where_told(divisions: int, 
     coarse, fine = mesh(portal().refined(divisions)), mesh(portal().refined(times * divisions))
     found = fine.coordinates[nodes_in_finer(portal().refined(divisions), times) - 1]
     np.testing.assert_allclose(found, coarse.coordinates, rtol=1e-14)
+
+
+def test_pull_of_an_elongation_adds_up_its_coefficients() -> None:
+    dofs = structure_dofs(portal())
+    pull = dofs.pull([(1, "x", 2.0), (3, "rz", -1.0), (1, "x", 0.5)])
+    assert (pull[dofs.row(1, "x")], pull[dofs.row(3, "rz")]) == (2.5, -1.0)
+    assert np.count_nonzero(pull) == 2
+    with pytest.raises(KeyError, match="node 9 has no degree of freedom 'y'"):
+        dofs.pull([(1, "x", 1.0), (9, "y", 1.0)])

@@ -141,6 +141,10 @@ class ForceLaw(ABC):
         Plain arithmetic: takes floats, arrays, tensors and Exudyn's symbolic numbers alike.
         """
 
+    def with_stiffness(self, factor: Any) -> "ForceLaw":
+        """Return the law where the element that it belongs to is ``factor`` times as stiff; itself without one."""
+        return self
+
     @property
     def largest_slopes(self) -> tuple[float, float]:
         """The largest |d force/du| (N/m) and |d force/dv| (N s/m), 0 where they know no bound: steps depend on them."""

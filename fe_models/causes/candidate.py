@@ -162,7 +162,12 @@ class ForceCandidate(Candidate, ABC):
 
 @dataclass(frozen=True, kw_only=True)
 class LawCandidate(ForceCandidate):
-    """A force that is not linear in the motion: a `ForceLaw`."""
+    """A force that is not linear in the motion: a `ForceLaw`.
+
+    ``part``: the uncertain stiffness, by its number, of the element whose law it is; None of others.
+    """
+
+    part: int | None = None
 
     @property
     def listed_with(self) -> str:

@@ -110,6 +110,13 @@ class Known:
         groups = [part.elements for part in parts if part.quantity == "stiffness" and len(part.elements) > 1]
         return [(number,) for number in range(1, len(self.nominal.structure.elements) + 1)] + groups
 
+    def part_of(self, numbers: tuple[int, ...]) -> int | None:
+        """Return the uncertain stiffness that elements are of, by its number: what they lack, they lack of that."""
+        for number, part in enumerate(self.nominal.parts):
+            if part.quantity == "stiffness" and set(numbers) <= set(part.elements):
+                return number
+        return None
+
     @property
     def zeros(self) -> csr_array:
         """A matrix of zeros (dof, dof)."""

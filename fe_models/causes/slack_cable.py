@@ -72,7 +72,7 @@ class SlackCable(Effect):
                 pull = nominal.pull(law)
                 u = known.motion.displacement @ pull
                 if np.std(u) > known.least_elongation:
-                    found.append(_slack_at(number, law.stiffness, pull, u))
+                    found.append(_slack_at(number, law.stiffness, pull, u, known.part_of((number,))))
         return found
 
 
@@ -106,13 +106,17 @@ class SlackLaw(ForceLaw):
         play = self.pretension / self.stiffness
         return self.stiffness * smooth_ramp(-u - play, SMOOTHING * play)
 
+    def with_stiffness(self, factor: Any) -> "SlackLaw":
+        """Return the law of an element ``factor`` times as stiff, with the same pretension."""
+        return replace(self, stiffness=factor * self.stiffness)
+
     @property
     def largest_slopes(self) -> tuple[float, float]:
         """The stiffness that it takes away."""
         return self.stiffness, 0.0
 
 
-def _slack_at(number: int, stiffness: float, pull: FloatArray, u: FloatArray) -> LawCandidate:
+def _slack_at(number: int, stiffness: float, pull: FloatArray, u: FloatArray, part: int | None) -> LawCandidate:
     """Return an element, by its number, that may go slack in a motion with its elongation ``u`` (m)."""
     most = max(float(np.quantile(-u, LARGEST)), LEAST_SHARE * float(np.std(u))) * stiffness
     taut = 2.0 * most  # never slack
@@ -128,4 +132,5 @@ def _slack_at(number: int, stiffness: float, pull: FloatArray, u: FloatArray) ->
         scalable=False,
         hardly=(HARDLY * taut,),
         pull=pull,
+        part=part,
     )

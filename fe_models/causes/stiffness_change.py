@@ -59,7 +59,7 @@ class StiffnessChange(Part):
                 lower=(0.0,),
                 far=REMAINING,
                 changes=known.nominal.changes_of(cls(numbers, 2.0)),
-                part=_part_of(known, numbers),
+                part=known.part_of(numbers),
             )
             for numbers in known.element_groups
         ]
@@ -71,11 +71,3 @@ def scaled(element: Element, factor: float) -> Element:
         return replace(element, stiffness=factor * element.stiffness)
     element = replace(element, section=replace(element.section, youngs_modulus=factor * element.section.youngs_modulus))
     return replace(element, prestress=factor * element.prestress) if isinstance(element, Cable) else element
-
-
-def _part_of(known: Known, numbers: tuple[int, ...]) -> int | None:
-    """Return the uncertain stiffness that elements are of: what they lack, they lack of that."""
-    for number, part in enumerate(known.nominal.parts):
-        if part.quantity == "stiffness" and set(numbers) <= set(part.elements):
-            return number
-    return None
