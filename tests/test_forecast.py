@@ -9,8 +9,9 @@ import torch
 
 from fe_models.arrays import FloatArray
 from fe_models.recordings import Dataset
+from hybrid.estimation.config import UNCERTAINTY
 from hybrid.estimation.experts import fe_counterpart
-from hybrid.estimation.forecast import BATCH, forecast_windows, generate
+from hybrid.estimation.forecast import forecast_windows, generate
 from hybrid.estimation.windows import cut_all
 from hybrid.neural_modal_ode.model import NeuralModalODE
 from hybrid.neural_modal_ode.residuals.free_residual import FreeResidual, NoResidual
@@ -82,7 +83,7 @@ def test_a_forecast_may_go_on_past_its_window(model: NeuralModalODE, windows: Fl
 
 def test_windows_are_forecast_independently(model: NeuralModalODE, windows: FloatArray) -> None:
     """More of them than one batch holds, in the same order; 1e-12: one product of matrices, or several."""
-    many = np.concatenate([windows] * (BATCH // len(windows) + 2))
+    many = np.concatenate([windows] * (UNCERTAINTY.windows_per_batch // len(windows) + 2))
     together = forecast_windows(model, many).channels
     assert together.shape == many.shape
     alone = [forecast_windows(model, window[None]).channels[0] for window in many[-3:]]

@@ -8,15 +8,8 @@ import torch
 from scipy.linalg import expm
 
 from fe_models.arrays import FloatArray
-from hybrid.estimation.linear_calibration import (
-    RIDGE,
-    SHRINKAGE,
-    LinearFit,
-    Observer,
-    fit_linear_rest,
-    initial_state_estimator,
-    smooth,
-)
+from hybrid.estimation.config import LINEAR_CALIBRATION
+from hybrid.estimation.linear_calibration import LinearFit, Observer, fit_linear_rest, initial_state_estimator, smooth
 from hybrid.estimation.windows import cut
 from tests.hybrid_problems import (
     MEASURED,
@@ -156,7 +149,7 @@ def test_smoothing_is_ridge_regression() -> None:
     observability, windows = rng.standard_normal((9, 2, 5)), rng.standard_normal((4, 9, 2))
     states, fitted = smooth(torch.tensor(observability), torch.tensor(windows))
     X = observability.reshape(18, 5)
-    ridge = RIDGE * (X**2).sum(axis=0).mean()
+    ridge = LINEAR_CALIBRATION.ridge * (X**2).sum(axis=0).mean()
     tall = np.vstack([X, np.sqrt(ridge) * np.eye(5)])
     expected = np.linalg.lstsq(tall, np.vstack([windows.reshape(4, 18).T, np.zeros((5, 4))]))[0].T
     np.testing.assert_allclose(states.numpy(), expected, rtol=1e-10)
@@ -171,7 +164,7 @@ def test_the_estimator_is_the_posterior_mean() -> None:
     z = np.linalg.lstsq(observability.reshape(24, 3), windows.reshape(40, 24).T)[0].T  # but for the ridge of 1e-4
     error = (windows - np.einsum("ksz,wz->wks", observability, z))[:, :2].reshape(40, 4)
     R = error.T @ error / 40
-    R += SHRINKAGE * np.trace(R) / 4 * np.eye(4)
+    R += LINEAR_CALIBRATION.covariance_shrinkage * np.trace(R) / 4 * np.eye(4)
     seen, precision = observability[:2].reshape(4, 3), np.linalg.inv(z.T @ z / 40)
     expected = np.linalg.solve(seen.T @ np.linalg.inv(R) @ seen + precision, seen.T @ np.linalg.inv(R))
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-3 * np.abs(expected).max())

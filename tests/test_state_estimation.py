@@ -8,7 +8,8 @@ import torch
 from scipy.linalg import expm
 from torch import Tensor
 
-from hybrid.estimation.most_probable_state import WINDOWS, estimate_state, smooth_state
+from hybrid.estimation.config import STATE
+from hybrid.estimation.most_probable_state import estimate_state, smooth_state
 from hybrid.neural_modal_ode.model import NeuralModalODE
 from hybrid.neural_modal_ode.state_prior import StatePrior
 from tests.hybrid_problems import HELD_OUT, MEASURED, SENSORS, STEP, double_precision
@@ -122,13 +123,13 @@ def test_no_state_is_more_probable_nearby() -> None:
 def test_windows_are_solved_for_independently_and_in_order() -> None:
     """More of them than one part holds; 1e-9: each search's own path, and one product of matrices or several."""
     model = place_model()
-    windows, prior = observed(model, from_prior(WINDOWS + 3), 30), prior_of(model)
+    windows, prior = observed(model, from_prior(STATE.windows_per_batch + 3), 30), prior_of(model)
     together = smooth_state(model, prior, windows)
     alone = [smooth_state(model, prior, window[None]).mean[0] for window in windows[-4:]]
     torch.testing.assert_close(together.mean[-4:], torch.stack(alone), rtol=0, atol=1e-9)
-    assert together.mean.shape == (WINDOWS + 3, 8)
-    assert together.covariance.shape == (WINDOWS + 3, 8, 8)
-    assert together.misfit.shape == (WINDOWS + 3,)
+    assert together.mean.shape == (STATE.windows_per_batch + 3, 8)
+    assert together.covariance.shape == (STATE.windows_per_batch + 3, 8, 8)
+    assert together.misfit.shape == (STATE.windows_per_batch + 3,)
 
 
 def test_a_window_far_beyond_the_model_spoils_no_other() -> None:

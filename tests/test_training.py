@@ -11,14 +11,9 @@ from hybrid.config import Config, TrainingConfig, paper_preset
 from hybrid.estimation.experts import fe_counterpart
 from hybrid.estimation.forecast import forecast_windows
 from hybrid.estimation.windows import cut_all, window_length
+from hybrid.training.config import GRADIENT
 from hybrid.training.elbo import Elbo, kl_to_standard_normal, negative_elbo
-from hybrid.training.gradient_training import (
-    LAST_LEARNING_RATE,
-    Trainer,
-    TrainingDivergedError,
-    horizon_of,
-    learning_rate_of,
-)
+from hybrid.training.gradient_training import Trainer, TrainingDivergedError, horizon_of, learning_rate_of
 from hybrid.training.scoring import nrmse
 from tests.hybrid_problems import (
     HELD_OUT,
@@ -166,8 +161,10 @@ def test_the_learning_rate_follows_a_cosine() -> None:
     config = TrainingConfig(epochs=21, learning_rate=0.01)
     rates = [learning_rate_of(config, epoch) for epoch in range(1, 22)]
     assert rates[0] == pytest.approx(0.01)
-    assert rates[10] == pytest.approx(0.01 * (1 + LAST_LEARNING_RATE) / 2)  # halfway: the mean of first and last
-    assert rates[-1] == pytest.approx(0.01 * LAST_LEARNING_RATE)
+    assert rates[10] == pytest.approx(
+        0.01 * (1 + GRADIENT.last_learning_rate_share) / 2
+    )  # halfway: the mean of first and last
+    assert rates[-1] == pytest.approx(0.01 * GRADIENT.last_learning_rate_share)
     assert rates == sorted(rates, reverse=True)
     assert learning_rate_of(TrainingConfig(epochs=1, learning_rate=0.01), 1) == pytest.approx(0.01)
 

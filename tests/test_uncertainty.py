@@ -11,9 +11,10 @@ from torch import Tensor
 from fe_models.arrays import FloatArray
 from fe_models.errors import InputError
 from fe_models.recordings import Sensor
-from hybrid.estimation.forecast import NOISE_FREEDOM, forecast_windows, posterior
+from hybrid.estimation.config import UNCERTAINTY
+from hybrid.estimation.forecast import forecast_windows, posterior
 from hybrid.estimation.most_probable_state import estimate_state, smooth_state
-from hybrid.estimation.uncertainty import DRAWS, BandedForecast, banded_forecast, coverage, noise_std, relative_error
+from hybrid.estimation.uncertainty import BandedForecast, banded_forecast, coverage, noise_std, relative_error
 from hybrid.neural_modal_ode.encoder import WindowEncoder
 from hybrid.neural_modal_ode.model import NeuralModalODE
 from tests.hybrid_problems import HELD_OUT, MEASURED, SENSORS, chain_dataset, double_precision, starting_model
@@ -62,7 +63,7 @@ def exact_std(model: NeuralModalODE, covariance: Tensor, samples: int) -> FloatA
 
 def noise_factor(misfit: Tensor, values: int) -> FloatArray:
     """The root of the variance's posterior mean under a chi-squared prior of 20 degrees of freedom, (window, 1, 1)."""
-    assert NOISE_FREEDOM == 20
+    assert UNCERTAINTY.noise_degrees_of_freedom == 20
     return np.sqrt((2 * misfit.numpy() + 20) / (values + 20))[:, None, None]
 
 
@@ -79,7 +80,7 @@ def test_on_a_linear_chain_the_band_is_that_of_the_gaussian_posterior(whole: boo
     estimate = smooth_state(model, prior, seen) if whole else estimate_state(model, prior, seen[:, :SEEN])
     exact = exact_std(model, estimate.covariance, 30) * noise_factor(estimate.misfit, 4 * (30 if whole else SEEN))
     ratio = found.std / exact
-    assert DRAWS == 50
+    assert UNCERTAINTY.draws == 50
     assert np.abs(ratio - 1).max() < 0.5
     np.testing.assert_allclose(np.sqrt((ratio**2).mean(axis=(0, 1))), 1, atol=0.02)
 

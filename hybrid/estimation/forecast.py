@@ -8,13 +8,11 @@ from torch import Tensor
 
 from fe_models.arrays import FloatArray
 from fe_models.errors import InputError
+from hybrid.estimation.config import UNCERTAINTY
 from hybrid.estimation.experts import Experts, Hybrid
 from hybrid.estimation.most_probable_state import estimate_state, smooth_state
 from hybrid.neural_modal_ode.model import Trajectory
 from hybrid.neural_modal_ode.state_prior import StatePrior
-
-BATCH = 64  # windows at a time: bounds memory
-NOISE_FREEDOM = 20  # degrees of freedom of the prior on a window's noise: ten samples of four channels weigh twice that
 
 
 @dataclass(frozen=True)
@@ -41,9 +39,11 @@ def forecast_windows(
     ``samples`` of them, or as many as the windows have. ``whole``: see `posterior`.
     """
     parts: list[Trajectory] = []
-    for start in range(0, len(windows), BATCH):
+    for start in range(0, len(windows), UNCERTAINTY.windows_per_batch):
         batch = torch.tensor(
-            windows[start : start + BATCH], dtype=model.channel_scale.dtype, device=model.channel_scale.device
+            windows[start : start + UNCERTAINTY.windows_per_batch],
+            dtype=model.channel_scale.dtype,
+            device=model.channel_scale.device,
         )
         mean, _ = posterior(model, batch, whole)
         parts.append((dynamics or model).forecast(mean, samples or windows.shape[1]))
@@ -75,7 +75,9 @@ def posterior(model: Hybrid, windows: Tensor, whole: bool = False) -> tuple[Tens
     seen = windows if whole else windows[:, : model.config.encoder_samples]
     estimate = smooth_state(model, prior, seen) if whole else estimate_state(model, prior, seen)
     samples = seen.shape[1] * len(model.measured)
-    scale = (2 * estimate.misfit + NOISE_FREEDOM) / (samples + NOISE_FREEDOM)  # (window,)
+    scale = (2 * estimate.misfit + UNCERTAINTY.noise_degrees_of_freedom) / (
+        samples + UNCERTAINTY.noise_degrees_of_freedom
+    )  # (window,)
     root = torch.linalg.cholesky_ex(estimate.covariance)[0]  # no number where the forecasts are none
     return estimate.mean, root * scale.sqrt()[:, None, None]
 

@@ -17,20 +17,11 @@ from fe_models.arrays import FloatArray
 from fe_models.linear import ModalModel
 from fe_models.progress import nothing
 from fe_models.recordings import Sensor, of_each_quantity
+from hybrid.estimation.config import LINEAR_CALIBRATION
 from hybrid.estimation.linear_parameters import ConnectorParameters, ModalParameters
 from hybrid.neural_modal_ode.connectors import Connectors
 from hybrid.neural_modal_ode.decoder import sensor_shapes
 from hybrid.observability import observability_by_doubling
-
-GROWTH = (0.1, 0.2, 0.4, 1.0)  # of the whole window, one after the other
-SHORTEST = 20  # samples; shorter windows show little but noise
-NO_LONGER_LINEAR = 1.5  # times the share that the shortest windows leave: longer ones need more than a linear model
-ITERATIONS = 100  # of L-BFGS at each length; the bridge needs 30 to 80
-RIDGE = (
-    1e-4  # on the initial state, relative to its mean normal-matrix entry: modes the sensors do not see stay at rest
-)
-SHRINKAGE = 0.02  # of the error covariance towards a multiple of the identity: it is estimated from few windows
-QUIET = 0.05  # of the rms of all windows: added to a window's own rms, so that noise in quiet windows does not count
 
 
 @dataclass(frozen=True)
@@ -78,7 +69,7 @@ class Observer:
         return observability_by_doubling(seen[None], transition, samples, torch.concatenate)
 
 
-def smooth(observability: Tensor, windows: Tensor, ridge: float = RIDGE) -> tuple[Tensor, Tensor]:
+def smooth(observability: Tensor, windows: Tensor, ridge: float = LINEAR_CALIBRATION.ridge) -> tuple[Tensor, Tensor]:
     """Return least-squares states (window, 2 mode) and the fitted windows, for (time, sensor, state) and windows."""
     X = observability.flatten(0, 1)  # (time * sensor, state)
     normal = X.T @ X
@@ -90,17 +81,20 @@ def smooth(observability: Tensor, windows: Tensor, ridge: float = RIDGE) -> tupl
 def fit_linear_rest(observer: Observer, windows: Tensor, advance: Callable[[], object] = nothing) -> LinearFit:
     """Return the linear model that explains ``windows`` (window, time, sensor) best.
 
-    ``advance`` is called after each of the `GROWTH` lengths, to show progress.
+    ``advance`` is called after each of the `LINEAR_CALIBRATION.window_shares` lengths, to show progress.
     """
     rms = windows.square().mean(dim=(1, 2), keepdim=True).sqrt()
-    weighted = windows / (rms + QUIET * windows.square().mean().sqrt())
+    weighted = windows / (rms + LINEAR_CALIBRATION.quiet_share * windows.square().mean().sqrt())
     fits: list[LinearFit] = []
-    for fraction in GROWTH:
-        part = weighted[:, : max(round(fraction * windows.shape[1]), SHORTEST)]
+    for fraction in LINEAR_CALIBRATION.window_shares:
+        part = weighted[:, : max(round(fraction * windows.shape[1]), LINEAR_CALIBRATION.min_samples)]
         start = torch.tensor(fits[-1].rest) if fits else observer.form.start()
         fits.append(_fit(observer, part, start))
         advance()
-        if observer.form.is_exact and fits[-1].unexplained > NO_LONGER_LINEAR * fits[0].unexplained:
+        if (
+            observer.form.is_exact
+            and fits[-1].unexplained > LINEAR_CALIBRATION.max_unexplained_ratio * fits[0].unexplained
+        ):
             return fits[-2]
     return fits[-1]
 
@@ -108,7 +102,9 @@ def fit_linear_rest(observer: Observer, windows: Tensor, advance: Callable[[], o
 def as_modelled(observer: Observer, windows: Tensor) -> LinearFit:
     """Return the linear model as it is known before any learning, and what it leaves of the shortest windows."""
     rest = observer.form.start()
-    short = windows[:, : max(round(GROWTH[0] * windows.shape[1]), SHORTEST)]
+    short = windows[
+        :, : max(round(LINEAR_CALIBRATION.window_shares[0] * windows.shape[1]), LINEAR_CALIBRATION.min_samples)
+    ]
     _, fitted = smooth(observer.matrix(rest, short.shape[1]), short)
     share = (fitted - short).square().mean() / short.square().mean()
     return LinearFit(rest.numpy(), share.item(), short.shape[1])
@@ -119,7 +115,11 @@ def _fit(observer: Observer, windows: Tensor, start: Tensor) -> LinearFit:
     rest = start.clone().requires_grad_(True)
     best, least = LinearFit(start.numpy(), 1.0, windows.shape[1]), inf
     optimiser = torch.optim.LBFGS(
-        [rest], max_iter=ITERATIONS, history_size=30, line_search_fn="strong_wolfe", tolerance_change=1e-7
+        [rest],
+        max_iter=LINEAR_CALIBRATION.max_iterations,
+        history_size=30,
+        line_search_fn="strong_wolfe",
+        tolerance_change=1e-7,
     )
 
     def loss() -> Tensor:
@@ -148,6 +148,6 @@ def initial_state_estimator(observability: Tensor, windows: Tensor, samples: int
     error = (windows[:, :samples] - fitted[:, :samples]).flatten(1)  # (window, time * sensor)
     P = states.T @ states / len(states)
     R = error.T @ error / len(error)
-    R = R + SHRINKAGE * R.diagonal().mean() * torch.eye(len(R), dtype=R.dtype)
+    R = R + LINEAR_CALIBRATION.covariance_shrinkage * R.diagonal().mean() * torch.eye(len(R), dtype=R.dtype)
     X = observability[:samples].flatten(0, 1)  # (time * sensor, 2 mode)
     return P @ X.T @ torch.linalg.inv(X @ P @ X.T + R)

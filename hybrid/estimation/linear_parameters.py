@@ -6,10 +6,8 @@ from torch import Tensor
 
 from fe_models.arrays import FloatArray
 from fe_models.linear import ModalModel
+from hybrid.estimation.config import LINEAR_CALIBRATION
 from hybrid.neural_modal_ode.connectors import Connectors
-
-COUPLING_PENALTY = 1e-2  # on squared off-diagonal entries, relative to omega: keeps the shapes near the model's
-DIAGONAL_PENALTY = 1e-5  # frequencies and damping ratios are free: 1e-5 only fixes those that no sensor sees
 
 
 class ModalParameters:
@@ -39,7 +37,10 @@ class ModalParameters:
     def penalty(self, rest: Tensor) -> Tensor:
         """Return what keeps the rest small where the sensors do not determine it, as a share of the windows' energy."""
         coupling = 1 - torch.eye(len(self.omega), dtype=torch.float64)
-        return COUPLING_PENALTY * (rest * coupling).square().sum() + DIAGONAL_PENALTY * rest.square().sum()
+        return (
+            LINEAR_CALIBRATION.coupling_penalty * (rest * coupling).square().sum()
+            + LINEAR_CALIBRATION.diagonal_penalty * rest.square().sum()
+        )
 
 
 class ConnectorParameters:

@@ -11,18 +11,14 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
+from hybrid.estimation.config import STATE
 from hybrid.estimation.trajectory_sensitivity import sensitivities, trajectory_jacobian
 from hybrid.levenberg_marquardt import Damping
 from hybrid.neural_modal_ode.integrators import propagate
 from hybrid.neural_modal_ode.model import NeuralModalODE
 from hybrid.neural_modal_ode.state_prior import StatePrior
 
-LARGEST_STEP = 2.0  # in scaled states, which are near one: keeps the search where the forces are known
-ITERATIONS = 10  # from nothing
-FEW_ITERATIONS = 4  # from a state that is nearly right
 DAMPING = Damping(first=1e-3, easing=5.0, tightening=8.0)  # of the diagonal of the normal matrix
-GROWTH = 3.0  # of the span of samples, one search after the other: a state from few samples starts that from more
-WINDOWS = 25  # at a time: what one batch needs stays in the processor's cache
 
 
 @dataclass(frozen=True)
@@ -40,12 +36,12 @@ class StateEstimate:
 def smooth_state(model: NeuralModalODE, prior: StatePrior, windows: Tensor) -> StateEstimate:
     """Return the posterior given whole windows (batch, time, sensor), however long: the span of samples grows."""
     parts = []
-    for batch in windows.split(WINDOWS):
+    for batch in windows.split(STATE.windows_per_batch):
         span = model.config.encoder_samples
         estimate = estimate_state(model, prior, batch[:, :span])
         while span < windows.shape[1]:
-            span = round(GROWTH * span)
-            estimate = estimate_state(model, prior, batch[:, :span], estimate.mean, FEW_ITERATIONS)
+            span = round(STATE.span_growth * span)
+            estimate = estimate_state(model, prior, batch[:, :span], estimate.mean, STATE.max_iterations_from_near)
         parts.append(estimate)
     return StateEstimate(*(torch.cat([getattr(part, name) for part in parts]) for name in vars(parts[0])))
 
@@ -56,7 +52,7 @@ def estimate_state(
     prior: StatePrior,
     windows: Tensor,
     start: Tensor | None = None,
-    iterations: int = ITERATIONS,
+    iterations: int = STATE.max_iterations,
 ) -> StateEstimate:
     """Return the posterior of the initial state given all samples of ``windows`` (batch, time, sensor).
 
@@ -73,7 +69,7 @@ def estimate_state(
         downhill = (J @ residual[..., None])[..., 0] - z0 @ prior.precision
         damped = normal + torch.diag_embed(damping[:, None] * normal.diagonal(dim1=1, dim2=2))
         move = torch.linalg.solve_ex(damped, downhill)[0]
-        move = move * (LARGEST_STEP / move.norm(dim=1, keepdim=True)).clamp(max=1.0)
+        move = move * (STATE.max_step / move.norm(dim=1, keepdim=True)).clamp(max=1.0)
         tried = trajectory(model, z0 + move, len(seen))
         tried_misfit, tried_residual = misfits(model, prior, tried, seen)
         better = tried_misfit <= misfit  # (batch,); false where numbers overflow

@@ -13,9 +13,7 @@ import torch
 from torch import Tensor, nn
 
 from fe_models.arrays import FloatArray
-from hybrid.estimation.linear_calibration import SHRINKAGE
-
-LEAST = 1e-30  # of x^T V^-1 x: keeps the logarithm of silence finite
+from hybrid.estimation.config import LINEAR_CALIBRATION, STATE
 
 
 class StartEvidence(nn.Module):
@@ -31,7 +29,7 @@ class StartEvidence(nn.Module):
 
     def forward(self, x: Tensor) -> Tensor:
         """Return log p (batch,) of x (batch, n)."""
-        distance = (x @ self.root.T).square().sum(dim=1).clamp(min=LEAST)
+        distance = (x @ self.root.T).square().sum(dim=1).clamp(min=STATE.least_square)
         return self.root.diagonal().log().sum() - 0.5 * x.shape[1] * distance.log()
 
 
@@ -39,5 +37,5 @@ def evidence_of(starts: FloatArray) -> StartEvidence:
     """Return the evidence for the recording that has ``starts`` (start, n), none of them silent."""
     units = starts / np.sqrt(np.mean(starts**2, axis=1, keepdims=True))
     V = units.T @ units / len(units)
-    V += SHRINKAGE * np.trace(V) / len(V) * np.eye(len(V))
+    V += LINEAR_CALIBRATION.covariance_shrinkage * np.trace(V) / len(V) * np.eye(len(V))
     return StartEvidence(torch.tensor(np.linalg.inv(np.linalg.cholesky(V))))

@@ -16,18 +16,12 @@ from torch import Tensor
 
 from fe_models.arrays import FloatArray
 from fe_models.recordings import Sensor
+from hybrid.estimation.config import UNCERTAINTY
 from hybrid.estimation.experts import Experts, Hybrid
 from hybrid.estimation.forecast import Forecast, forecast_windows, joined, posterior, solves_for_states
 from hybrid.estimation.windows import evenly
 from hybrid.neural_modal_ode.model import Trajectory
 from hybrid.neural_modal_ode.state_prior import StatePrior
-
-DRAWS = 50  # of each initial state: the standard deviation is then good to a tenth
-WINDOWS = 10  # at a time: bounds memory
-BAND_WINDOWS = 100  # training windows at most that estimate the model's own error
-LEVEL = 0.9  # of what is to be in the band
-NINETY_PERCENT = 1.645  # standard deviations either side of a normal mean
-SEED = 0  # the same draws for the same prediction
 
 
 @dataclass(frozen=True)
@@ -64,12 +58,12 @@ def _with_std(
     model: Hybrid, windows: FloatArray, samples: int | None, whole: bool, shown: Callable[[Trajectory], Tensor]
 ) -> tuple[list[Trajectory], FloatArray]:
     """Return the forecasts and the standard deviation (window, time, value) of what is ``shown`` of them."""
-    generator = torch.Generator().manual_seed(SEED)
+    generator = torch.Generator().manual_seed(UNCERTAINTY.seed)
     length = samples or windows.shape[1]
     centres, stds = [], []
-    for batch in torch.tensor(windows).to(model.channel_scale).split(WINDOWS):
+    for batch in torch.tensor(windows).to(model.channel_scale).split(UNCERTAINTY.windows_per_draw_batch):
         mean, root = posterior(model, batch, whole)
-        count = DRAWS if bool(root.any()) else 1  # where a state is certain, all draws of it are alike
+        count = UNCERTAINTY.draws if bool(root.any()) else 1  # where a state is certain, all draws of it are alike
         draws = torch.randn(count, *mean.shape, 1, generator=generator, dtype=torch.float64).to(mean)
         states = mean + (root @ draws)[..., 0]  # (draw, window, 2 mode)
         centre = model.forecast(mean, length)
@@ -115,14 +109,14 @@ def unseen_error(model: Experts, windows: FloatArray) -> float:
     as it should: few windows far off count as what they are. Recordings weigh alike.
     """
     ends = np.cumsum(model.counts.tolist())[:-1]
-    most = min(BAND_WINDOWS, *model.counts.tolist())
+    most = min(UNCERTAINTY.max_band_windows, *model.counts.tolist())
     ratios = []
     for i, own in enumerate(np.split(windows, ends)):
         unseen = evenly(own, most)
         fitted = forecast_windows(model.without(i), unseen).channels
         size = np.sqrt(np.mean(fitted**2, axis=1, keepdims=True))
         ratios.append((np.abs(unseen - fitted) / size)[:, :, model.measured])
-    return float(np.quantile(np.concatenate(ratios), LEVEL) / NINETY_PERCENT)
+    return float(np.quantile(np.concatenate(ratios), UNCERTAINTY.level) / UNCERTAINTY.level_sigma)
 
 
 def set_relative_error(model: Hybrid, windows: FloatArray) -> None:
@@ -130,7 +124,7 @@ def set_relative_error(model: Hybrid, windows: FloatArray) -> None:
     if isinstance(model, Experts) and len(model.members) > 1:
         found = unseen_error(model, windows)
     else:
-        found = relative_error(model, evenly(windows, BAND_WINDOWS))
+        found = relative_error(model, evenly(windows, UNCERTAINTY.max_band_windows))
     model.relative_error.fill_(found)
 
 
@@ -154,5 +148,5 @@ def noise_std(model: Hybrid, sensors: tuple[Sensor, ...]) -> FloatArray:
 
 def coverage(error: FloatArray, std: FloatArray) -> FloatArray:
     """Return the share (sensor,) of errors (window, time, sensor) inside the band that should hold 90 % of them."""
-    inside: FloatArray = (np.abs(error) <= NINETY_PERCENT * std).mean(axis=(0, 1))
+    inside: FloatArray = (np.abs(error) <= UNCERTAINTY.level_sigma * std).mean(axis=(0, 1))
     return inside

@@ -4,19 +4,17 @@ import numpy as np
 from scipy.sparse.csgraph import connected_components
 
 from fe_models.arrays import FloatArray
+from hybrid.identification.config import AGREEMENT
 from hybrid.identification.damped_cosines import columns_of
 from hybrid.identification.free_decay_modes import IdentifiedModes
-
-WINDOW = 5.0  # s: longer ones would ask for the phase of a frequency that moves by thousandths ...
-PERIODS = 2.0  # ... but no less than so many of the slowest line, or the shortest recording
-
-MAX_UNEXPLAINED_SHARE = 0.5  # of a recording's energy by another's model; the same structure stays below 0.2
 
 
 def window_of(lines: list[IdentifiedModes], recordings: list[FloatArray], rate: float) -> int:
     """Return how many samples of ``recordings`` (time, sensor) one set of ``lines`` is to explain at once."""
     slowest = min(float(model.frequencies[0]) for model in lines)
-    return min(round(max(WINDOW, PERIODS / slowest) * rate), *(len(data) for data in recordings))
+    return min(
+        round(max(AGREEMENT.window_s, AGREEMENT.min_periods / slowest) * rate), *(len(data) for data in recordings)
+    )
 
 
 def shares_unexplained(
@@ -46,7 +44,7 @@ def largest_agreeing_group(shares: FloatArray) -> list[int]:
 
     ``shares`` (model, recording): of each recording's energy that a model identified from another one leaves.
     """
-    agree = np.maximum(shares, shares.T) < MAX_UNEXPLAINED_SHARE
+    agree = np.maximum(shares, shares.T) < AGREEMENT.max_unexplained_share
     count, group = connected_components(agree, directed=False)
     sizes = np.bincount(group, minlength=count)
     return [int(i) for i in np.flatnonzero(group == np.argmax(sizes))]

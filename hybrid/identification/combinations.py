@@ -7,11 +7,10 @@ import numpy as np
 
 from fe_models.arrays import FloatArray
 from fe_models.spectra import line_frequencies, power_spectrum
+from hybrid.identification.config import COMPARISON
 
 COMBINATIONS = ((-1, 1), (2, 0), (-1, 2), (1, 1))  # of two modes: those that lie between no other lines
 HARMONICS = ((2, 0), (3, 0))  # of a single mode
-NEAR = 0.06  # Hz: how far from its place a line may be
-ROUND = 0.6  # Hz on both sides: what a line is held against, less the middle of it
 
 
 @dataclass(frozen=True)
@@ -41,14 +40,16 @@ def combinations_of(
     found = []
     for first, second in COMBINATIONS if len(modes) > 1 else HARMONICS:
         expected = first * modes[0] + second * modes[-1]
-        if expected + ROUND > min(highest, rate / 2):
+        if expected + COMPARISON.background_hz > min(highest, rate / 2):
             found.append(Combination(first, second, expected))
             continue
         away = np.abs(frequencies - expected)
-        near_width = max(NEAR, 1 / len(data) * rate)
+        near_width = max(COMPARISON.max_distance_hz, 1 / len(data) * rate)
         near = np.flatnonzero(away <= near_width)
         peak = int(near[np.argmax(power[near])])
-        middle = float(np.median(power[(away <= max(ROUND, 4 * near_width)) & (away > 2 * near_width)]))
+        middle = float(
+            np.median(power[(away <= max(COMPARISON.background_hz, 4 * near_width)) & (away > 2 * near_width)])
+        )
         level = float(power[peak])
         found.append(
             Combination(first, second, expected, float(frequencies[peak]), level / float(power.max()), level / middle)

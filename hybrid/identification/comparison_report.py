@@ -10,13 +10,12 @@ from fe_models.spectra import line_frequencies, power_spectrum
 from hybrid.figures import figure
 from hybrid.identification.backbone import Backbone
 from hybrid.identification.combinations import Combination
+from hybrid.identification.config import COMPARISON
 from hybrid.identification.recording_comparison import Compared, Observed
 
 # of Okabe & Ito: distinguished by everyone
 COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00")
-NEARLY = 0.8  # of the largest entry of a shape: as large, where its sign is set
 WIDE, HIGH = 5.2, 1.45  # inches of a panel: spectra make large pictures
-STRONG = 0.003  # of a recording's energy: a line that is no mode's is reported from there on
 
 
 def describe_compared(compared: Compared) -> str:
@@ -76,7 +75,7 @@ def describe_compared(compared: Compared) -> str:
 def _upright(shape: FloatArray) -> FloatArray:
     """Return a shape (sensor,) scaled to a largest entry of one; of two that are nearly as large the first counts."""
     size = np.abs(shape)
-    first = int(np.flatnonzero(size >= NEARLY * size.max())[0])
+    first = int(np.flatnonzero(size >= COMPARISON.same_sign_share * size.max())[0])
     return np.asarray(shape / size.max() * np.sign(shape[first]))
 
 
@@ -96,7 +95,7 @@ def _others(observed: Observed, sensors: tuple[str, ...]) -> list[str]:
         f"{observed.lines.frequencies[i]:.2f} ({observed.lines.energy[i]:.1%}, "
         f"{sensors[int(np.argmax(np.abs(observed.lines.shapes[:, i])))]})"
         for i in range(len(observed.lines.energy))
-        if i not in taken and observed.lines.energy[i] >= STRONG
+        if i not in taken and observed.lines.energy[i] >= COMPARISON.min_reported_energy_share
     ]
 
 

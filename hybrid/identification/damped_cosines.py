@@ -11,10 +11,8 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from fe_models.arrays import ComplexArray, FloatArray
+from hybrid.identification.config import FREE_DECAY
 
-MAX_DAMPING_RATIO = 0.2  # more is no vibration
-MAX_EVALUATIONS = 30
-STEP_SCALE = 0.1  # rad/s: of a root's parts, in which one step is as long as another
 NO_ROOTS: ComplexArray = np.zeros(0, dtype=complex)
 
 
@@ -68,14 +66,14 @@ def fit_roots(data: FloatArray, roots: ComplexArray, rate: float, held: ComplexA
         return last[0][1]
 
     most = np.concatenate([-1e-6 * roots.imag, 1.5 * roots.imag])
-    least = np.concatenate([-MAX_DAMPING_RATIO * roots.imag, 0.5 * roots.imag])
+    least = np.concatenate([-FREE_DECAY.max_damping_ratio * roots.imag, 0.5 * roots.imag])
     start = np.clip(np.concatenate([roots.real, roots.imag]), least + 1e-9, most - 1e-9)
     found = least_squares(
         lambda parameters: at(parameters)[0],
         start,
         lambda parameters: at(parameters)[1],
         (least, most),
-        x_scale=np.full(2 * lines, STEP_SCALE),
-        max_nfev=MAX_EVALUATIONS,
+        x_scale=np.full(2 * lines, FREE_DECAY.step_scale),
+        max_nfev=FREE_DECAY.max_evaluations,
     ).x
     return np.asarray(found[:lines] + 1j * found[lines:])

@@ -15,22 +15,9 @@ import numpy as np
 
 from fe_models.arrays import ComplexArray, FloatArray
 from fe_models.modes import mac
-from hybrid.identification.damped_cosines import MAX_DAMPING_RATIO, amplitudes_of, columns_of, fit_roots
+from hybrid.identification.config import FREE_DECAY
+from hybrid.identification.damped_cosines import amplitudes_of, columns_of, fit_roots
 from hybrid.identification.realisation import realise
-
-MIN_FREQUENCY = 0.5  # Hz, or of the lowest natural frequency where that is less than 1 Hz: below are drifts
-MIN_PHASE_COLLINEARITY = 0.7  # sensors move nearly in phase in a mode (Pappa 1993); in noise they do not
-MIN_ENERGY = 1e-4  # of a recording's: what a line adds to the others; less is noise
-SAME_SHAPE = 0.9  # MAC of lines at the sensors, from which on they are one mode ...
-SAME_FREQUENCY = 0.05  # ... if they lie that close together, relative, or closer than the recording can resolve
-SPARE_LINES = 1.5  # times the modes that are asked for: some of these are several lines
-MAX_JOINS = 3  # fits, after each of which lines that have come together are joined
-
-ORDER = 40  # states of the realisation: twenty lines, noise among them
-BLOCK_ROWS = 60
-ROW_PERIODS = 1.5  # of the slowest mode, which the block rows span at least
-MAX_COLUMNS = 1500  # more cost time and add little
-ENERGY_SHARE = 0.9  # of the recording, where the realisation looks: the rest is noise, and other frequencies
 
 
 @dataclass(frozen=True)
@@ -60,10 +47,12 @@ def identify_modes(data: FloatArray, rate: float, first: float, highest: float, 
     """
     roots = _candidates(data, rate, first)
     frequencies, ratios = np.abs(roots) / (2 * np.pi), -roots.real / np.abs(roots)
-    lowest = min(MIN_FREQUENCY, MIN_FREQUENCY * first)
-    vibrates = (frequencies >= lowest) & (frequencies <= highest) & (ratios > 0) & (ratios < MAX_DAMPING_RATIO)
-    roots = _strongest(data, roots[vibrates], rate, round(SPARE_LINES * count))
-    for _ in range(MAX_JOINS):
+    lowest = min(FREE_DECAY.min_frequency_hz, FREE_DECAY.min_frequency_hz * first)
+    vibrates = (
+        (frequencies >= lowest) & (frequencies <= highest) & (ratios > 0) & (ratios < FREE_DECAY.max_damping_ratio)
+    )
+    roots = _strongest(data, roots[vibrates], rate, round(FREE_DECAY.spare_line_ratio * count))
+    for _ in range(FREE_DECAY.max_joins):
         roots = fit_roots(data, roots, rate)
         joined = _joined(roots, amplitudes_of(data, roots, rate)[0], len(data), rate)
         if len(joined) == len(roots):
@@ -74,8 +63,8 @@ def identify_modes(data: FloatArray, rate: float, first: float, highest: float, 
     total = np.sum((data - offset) ** 2)
     left = np.sum((data - offset - np.real(waves @ amplitudes)) ** 2) / total
     energy = np.sum(np.real(waves[:, :, None] * amplitudes) ** 2, axis=(0, 2)) / total
-    in_phase = _phase_collinearity(amplitudes) >= MIN_PHASE_COLLINEARITY
-    kept = np.flatnonzero(in_phase & (-roots.real < MAX_DAMPING_RATIO * np.abs(roots)))
+    in_phase = _phase_collinearity(amplitudes) >= FREE_DECAY.min_phase_collinearity
+    kept = np.flatnonzero(in_phase & (-roots.real < FREE_DECAY.max_damping_ratio * np.abs(roots)))
     kept = kept[np.argsort(-energy[kept])][:count]
     kept = kept[np.argsort(np.abs(roots[kept]))]
     roots, shapes = roots[kept], _real_shapes(amplitudes[kept])
@@ -85,13 +74,13 @@ def identify_modes(data: FloatArray, rate: float, first: float, highest: float, 
 def _candidates(data: FloatArray, rate: float, first: float) -> ComplexArray:
     """Return the roots (root,), rad/s, of a realisation of the part of a recording that holds most of its energy."""
     samples = len(data)
-    rows = min(BLOCK_ROWS, samples // 4)
-    spacing = max(1, min(round(np.ceil(ROW_PERIODS / first * rate / rows)), samples // (2 * rows)))
+    rows = min(FREE_DECAY.block_rows, samples // 4)
+    spacing = max(1, min(round(np.ceil(FREE_DECAY.min_row_periods / first * rate / rows)), samples // (2 * rows)))
     span = rows * spacing + 1
     power = np.cumsum(np.sum((data - data.mean(axis=0)) ** 2, axis=1))
-    end = min(samples, max(int(np.searchsorted(power, ENERGY_SHARE * power[-1])), 4 * span))
-    stride = max(1, (end - span) // MAX_COLUMNS)
-    order = min(ORDER, rows * data.shape[1], (end - span) // stride)
+    end = min(samples, max(int(np.searchsorted(power, FREE_DECAY.energy_share * power[-1])), 4 * span))
+    stride = max(1, (end - span) // FREE_DECAY.max_columns)
+    order = min(FREE_DECAY.order, rows * data.shape[1], (end - span) // stride)
     model = realise([data[None, :end]], order, rows, spacing, stride)
     values = np.linalg.eigvals(model.transition).astype(complex)
     roots = np.log(values[np.abs(values) > np.finfo(float).eps]) * rate
@@ -112,7 +101,7 @@ def _strongest(data: FloatArray, roots: ComplexArray, rate: float, count: int) -
             solved = np.linalg.lstsq(gram[np.ix_(own, own)], moments[own], rcond=None)[0]
             gains[line] = float(np.sum(solved * moments[own]))
         best = max(gains, key=lambda line: gains[line])
-        if gains[best] - explained < MIN_ENERGY * total:
+        if gains[best] - explained < FREE_DECAY.min_energy_share * total:
             break
         chosen.append(best)
         explained = gains[best]
@@ -141,8 +130,8 @@ def _joined(roots: ComplexArray, amplitudes: ComplexArray, samples: int, rate: f
     shapes = _real_shapes(amplitudes)
     omega = np.abs(roots)
     resolution = 2 * np.pi * rate / samples
-    near = np.abs(omega[:, None] - omega) <= np.maximum(SAME_FREQUENCY * omega, resolution)
-    same = near & (mac(shapes, shapes) >= SAME_SHAPE)
+    near = np.abs(omega[:, None] - omega) <= np.maximum(FREE_DECAY.max_relative_separation * omega, resolution)
+    same = near & (mac(shapes, shapes) >= FREE_DECAY.min_mac_of_one_mode)
     waiting, joined = [int(line) for line in np.argsort(-strength)], []
     while waiting:
         group = [line for line in waiting if same[waiting[0], line]]

@@ -15,13 +15,8 @@ from fe_models.structure import Structure
 from hybrid.identification.agreement import shares_unexplained, window_of
 from hybrid.identification.backbone import Backbone, backbone_of
 from hybrid.identification.combinations import Combination, combinations_of
+from hybrid.identification.config import COMPARISON
 from hybrid.identification.free_decay_modes import IdentifiedModes, identify_modes
-
-ALIKE = 0.9  # MAC at the sensors, from which on a line is a mode's
-NEAR = 0.2  # of its frequency: how far off a nominal mode may be
-LINES = 12  # of a recording at most; those beyond carry little
-MORE = 2  # lines than modes: what a recording shows beside them
-FOLLOWED = 2  # modes, the strongest, whose backbones are identified
 
 
 @dataclass(frozen=True)
@@ -72,7 +67,7 @@ def compare_recordings(dataset: Dataset, advance: Callable[[], object] = nothing
     singles = [(recording.name, data) for recording in dataset.recordings for data in recording.data]
     if not len(nominal):
         raise InputError(f"model: all its natural frequencies are above {highest:g} Hz, up to where recordings go")
-    lines, count = list[IdentifiedModes](), min(LINES, len(nominal) + MORE)
+    lines, count = list[IdentifiedModes](), min(COMPARISON.max_modes, len(nominal) + COMPARISON.extra_modes)
     for _, data in singles:
         lines.append(identify_modes(data, rate, float(nominal[0]), highest, count))
         advance()
@@ -99,8 +94,8 @@ def compare_recordings(dataset: Dataset, advance: Callable[[], object] = nothing
 
 def _chosen(nominal: FloatArray, own: IdentifiedModes, criterion: FloatArray) -> tuple[int, ...]:
     """Return the strongest line of each mode's shape and about its frequency, each line for the mode it fits best."""
-    near = np.abs(own.frequencies / nominal[:, None] - 1) <= NEAR
-    fits = np.where(near & (criterion >= ALIKE), criterion, 0.0)
+    near = np.abs(own.frequencies / nominal[:, None] - 1) <= COMPARISON.max_frequency_difference
+    fits = np.where(near & (criterion >= COMPARISON.min_mac), criterion, 0.0)
     best = np.lexsort((np.abs(own.frequencies / nominal[:, None] - 1), -fits.round(2)), axis=0)[0]  # mode of each line
     energy = np.where((fits > 0) & (best == np.arange(len(nominal))[:, None]), own.energy, 0.0)
     return tuple(int(np.argmax(row)) if row.any() else -1 for row in energy)
@@ -115,4 +110,4 @@ def _strongest(chosen: list[tuple[int, ...]], lines: list[IdentifiedModes]) -> t
             " their modes too unlike the model's; nothing can be compared"
         )
     held = {mode: sum(own.energy[line[mode]] for own, line in zip(lines, chosen, strict=True)) for mode in everywhere}
-    return tuple(sorted(sorted(everywhere, key=lambda mode: -held[mode])[:FOLLOWED]))
+    return tuple(sorted(sorted(everywhere, key=lambda mode: -held[mode])[: COMPARISON.backbone_modes]))

@@ -7,8 +7,7 @@ from torch import Tensor
 
 from hybrid.config import TrainingConfig
 from hybrid.neural_modal_ode.model import NeuralModalODE
-
-QUIET = 0.05  # of a channel's rms over all windows: the least noise, relative as the rest of it
+from hybrid.training.config import GRADIENT
 
 
 def gaussian_log_likelihood(x: Tensor, mean: Tensor, std: Tensor) -> Tensor:
@@ -50,7 +49,7 @@ class Elbo:
         measured = windows[:, :, model.measured]
         overall = measured.square().mean(dim=(0, 1)).sqrt()  # (measured,)
         own = measured.square().mean(dim=1, keepdim=True).sqrt()  # (window, 1, measured)
-        self.std = config.noise_std * (own + QUIET * overall)
+        self.std = config.noise_std * (own + GRADIENT.least_noise_share * overall)
 
     def __call__(
         self, model: NeuralModalODE, windows: Tensor, batch: Tensor, horizon: int, generator: torch.Generator

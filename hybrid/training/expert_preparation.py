@@ -15,9 +15,8 @@ from hybrid.estimation.experts import Experts
 from hybrid.estimation.linear_calibration import Observer
 from hybrid.estimation.start_evidence import StartEvidence, evidence_of
 from hybrid.estimation.windows import columns, cut, evenly, window_length
+from hybrid.training.config import PREPARATION
 from hybrid.training.preparation import Prepared, agreeing_recordings, prepare, training_recordings
-
-STARTS = 5000  # at most, of each recording, evenly chosen: 70 times the numbers in a start of the bridge's
 
 
 def prepare_experts(dataset: Dataset, config: Config, advance: Callable[[], object] = nothing) -> Prepared[Experts]:
@@ -46,4 +45,4 @@ def prepare_experts(dataset: Dataset, config: Config, advance: Callable[[], obje
 def start_evidence(recording: Recording, measured: list[int], samples: int) -> StartEvidence:
     """Return the evidence for a recording: every sample but the last ones begins a start."""
     starts: FloatArray = cut(replace(recording, data=recording.data[:, :, measured]), samples, 1)
-    return evidence_of(evenly(starts, STARTS).reshape(-1, samples * len(measured)))
+    return evidence_of(evenly(starts, PREPARATION.max_starts).reshape(-1, samples * len(measured)))

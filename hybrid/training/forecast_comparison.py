@@ -8,9 +8,10 @@ import numpy as np
 from fe_models.arrays import FloatArray
 from fe_models.linear import ModalModel
 from fe_models.recordings import Dataset, Sensor
+from hybrid.estimation.config import UNCERTAINTY
 from hybrid.estimation.experts import Hybrid, fe_counterpart
 from hybrid.estimation.forecast import Forecast, forecast_windows, solves_for_states
-from hybrid.estimation.uncertainty import LEVEL, BandedForecast, banded_forecast, coverage, noise_std
+from hybrid.estimation.uncertainty import BandedForecast, banded_forecast, coverage, noise_std
 from hybrid.estimation.windows import cut_all
 from hybrid.training.gradient_training import TrainingDivergedError
 
@@ -54,7 +55,7 @@ def compare(model: Hybrid, dataset: Dataset, length: int, stride: int) -> Compar
 def band_scores(model: Hybrid, comparison: Comparison, sensors: tuple[Sensor, ...]) -> dict[str, Any]:
     """Return how often the channels lie inside the bands that should hold 90 % of them, sensors' noise included."""
     noise = noise_std(model, sensors)
-    scores: dict[str, Any] = {"level": LEVEL, "relative_error": float(model.relative_error)}
+    scores: dict[str, Any] = {"level": UNCERTAINTY.level, "relative_error": float(model.relative_error)}
     for name, banded in (("hybrid", comparison.hybrid), ("whole_record", comparison.whole_record)):
         if banded is not None:
             inside = coverage(comparison.windows - banded.forecast.channels, np.hypot(banded.std, noise))

@@ -16,26 +16,17 @@ from torch import Tensor
 
 from fe_models.arrays import FloatArray
 from hybrid.config import TrainingConfig
-from hybrid.estimation.most_probable_state import WINDOWS, estimate_state, misfits, trajectory
+from hybrid.estimation.config import STATE
+from hybrid.estimation.most_probable_state import estimate_state, misfits, trajectory
 from hybrid.estimation.normal_equations import normal_equations
 from hybrid.levenberg_marquardt import Damping
 from hybrid.neural_modal_ode.model import NeuralModalODE
 from hybrid.neural_modal_ode.residuals.connector_residual import ConnectorResidual
 from hybrid.neural_modal_ode.state_prior import StatePrior
+from hybrid.training.config import GAUSS_NEWTON
 from hybrid.training.gradient_training import EpochResult, TrainingDivergedError
 
-MEDIAN_TO_STD = 1.4826  # of the absolute values of normal noise
 DAMPING = Damping(first=1e-2, easing=5.0, tightening=6.0)  # of the normal matrix's diagonal
-LEAST_DIAGONAL = 1e-3  # of the largest entry: a parameter that nothing depends on yet is damped all the same
-MAX_TRIES = 6  # steps in a row that do not lead down
-PRIOR_PRECISION = 0.1  # of each parameter, near one: a net's weights wander where data do not determine them
-REFINEMENTS = 2  # Gauss-Newton steps of the initial states after each change of the parameters
-OUTLYING = 2.0  # times the median misfit: windows beyond count less and less
-GROWTH = 2  # of the horizon, once a step gains less than `SETTLED`
-SETTLED = 0.01  # of the cost; at the whole length the end of the training
-OWN_NOISE = 0.25  # of the whole length: from horizons beyond on, each channel has its own noise
-HOPELESS = 1e8  # misfit a sample (half a square of noise deviations; about 0.5 is right): numbers near overflow
-LEAST_SPREAD = 1e-4  # of the mean variance: keeps a prior on states that never move
 
 
 @dataclass(frozen=True)
@@ -105,25 +96,27 @@ class GaussNewtonTrainer:
         windows = self.chosen[:, :horizon]
         fit = self._solve(windows, self.states)
         at_rest = not bool(fit.states.any())  # every motion that was tried overflowed
-        if at_rest or not float(fit.misfit.median()) < HOPELESS * horizon * len(self.model.measured):
+        if at_rest or not float(fit.misfit.median()) < GAUSS_NEWTON.max_misfit_per_sample * horizon * len(
+            self.model.measured
+        ):
             raise TrainingDivergedError(
                 f"The training diverged in epoch {epoch} (forecasts of {horizon} samples)."
                 " Start again with --fresh and a smaller --first-horizon."
             )
-        self._follow_noise(fit.error, each=horizon > OWN_NOISE * length)
+        self._follow_noise(fit.error, each=horizon > GAUSS_NEWTON.own_noise_share * length)
         fit, gain = self._step(windows, self._solve(windows, fit.states))
         self.states = fit.states
         self._follow_spread(fit)
-        if gain < SETTLED:
+        if gain < GAUSS_NEWTON.min_relative_gain:
             self.converged = horizon == length
-            self.horizon, self.damping = min(GROWTH * horizon, length), DAMPING.start
+            self.horizon, self.damping = min(GAUSS_NEWTON.horizon_growth * horizon, length), DAMPING.start
         self.done = epoch
         return EpochResult(epoch, float(fit.misfit.mean()), horizon)
 
     def _step(self, windows: Tensor, fit: WindowFit) -> tuple[WindowFit, float]:
         """Return the fit after a step that lowers the cost, and by what share; the same fit and 0 if none is found."""
         table = self.residual.table
-        scale = OUTLYING * fit.misfit.median()
+        scale = GAUSS_NEWTON.outlier_ratio * fit.misfit.median()
         weights = 1 / (1 + fit.misfit / scale)
         cost = _robust(fit.misfit, scale)
         parts = [
@@ -131,21 +124,21 @@ class GaussNewtonTrainer:
             for each in zip(
                 self._trajectories(fit.states, windows.shape[1]),
                 self._measured(windows),
-                weights.split(WINDOWS),
+                weights.split(STATE.windows_per_batch),
                 strict=True,
             )
         ]
         N = torch.stack([part.matrix for part in parts]).sum(dim=0)
-        prior = PRIOR_PRECISION * torch.eye(len(N), dtype=N.dtype, device=N.device)
+        prior = GAUSS_NEWTON.prior_precision * torch.eye(len(N), dtype=N.dtype, device=N.device)
         downhill = torch.stack([part.downhill for part in parts]).sum(dim=0) - prior @ table.detach().flatten().double()
-        floor = LEAST_DIAGONAL * N.diagonal().max()
+        floor = GAUSS_NEWTON.least_diagonal_share * N.diagonal().max()
         own, coupling = (torch.cat([getattr(part, name) for part in parts]) for name in ("own", "coupling"))
         old = table.detach().clone()
-        for damping in islice(DAMPING.tries(self.damping), MAX_TRIES):
+        for damping in islice(DAMPING.tries(self.damping), GAUSS_NEWTON.max_tries):
             damped = N + prior + damping * torch.diag(N.diagonal() + floor)
             move = torch.linalg.solve(damped, downhill).to(table.dtype)
             self._set(old + move.view_as(old))
-            tried = self._solve(windows, fit.states + own - coupling @ move, refinements=REFINEMENTS)
+            tried = self._solve(windows, fit.states + own - coupling @ move, refinements=GAUSS_NEWTON.state_refinements)
             lower = _robust(tried.misfit, scale)
             if lower < cost:
                 self.damping = DAMPING.eased(damping)
@@ -156,11 +149,15 @@ class GaussNewtonTrainer:
 
     def _solve(self, windows: Tensor, start: Tensor | None, refinements: int | None = None) -> WindowFit:
         """Return the initial states that fit the windows best, and what they leave."""
-        starts = [None] * len(windows.split(WINDOWS)) if start is None else start.split(WINDOWS)
-        few = REFINEMENTS if refinements is None else refinements
+        starts = (
+            [None] * len(windows.split(STATE.windows_per_batch))
+            if start is None
+            else start.split(STATE.windows_per_batch)
+        )
+        few = GAUSS_NEWTON.state_refinements if refinements is None else refinements
         estimates = [
             estimate_state(self.model, self.prior, part, first, *(() if first is None else (few,)))
-            for part, first in zip(windows.split(WINDOWS), starts, strict=True)
+            for part, first in zip(windows.split(STATE.windows_per_batch), starts, strict=True)
         ]
         states, misfit = (torch.cat([getattr(e, name) for e in estimates]) for name in ("mean", "misfit"))
         errors = [
@@ -170,11 +167,11 @@ class GaussNewtonTrainer:
         return WindowFit(states, misfit, torch.cat(errors))
 
     def _trajectories(self, states: Tensor, samples: int) -> Iterator[Tensor]:
-        for part in states.split(WINDOWS):
+        for part in states.split(STATE.windows_per_batch):
             yield trajectory(self.model, part, samples)
 
     def _measured(self, windows: Tensor) -> Iterator[Tensor]:
-        for part in windows.split(WINDOWS):
+        for part in windows.split(STATE.windows_per_batch):
             yield part[:, :, self.model.measured].transpose(0, 1).contiguous()
 
     def _set(self, table: Tensor) -> None:
@@ -185,7 +182,9 @@ class GaussNewtonTrainer:
 
         As long as a channel is explained badly, its own noise would be so large that nothing is learned from it.
         """
-        std = MEDIAN_TO_STD * error.abs().flatten(0, 1).median(dim=0).values * self.prior.noise_std  # (measured,)
+        std = (
+            GAUSS_NEWTON.std_over_median * error.abs().flatten(0, 1).median(dim=0).values * self.prior.noise_std
+        )  # (measured,)
         if not each:
             size = self.windows[:, :, self.model.measured].square().mean(dim=(0, 1)).sqrt()
             std = size * (std / size).log().mean().exp()
@@ -193,9 +192,11 @@ class GaussNewtonTrainer:
 
     def _follow_spread(self, fit: WindowFit) -> None:
         """Let the prior be the spread of the states found, outlying windows counted little."""
-        weights = (1 + fit.misfit / (OUTLYING * fit.misfit.median())).pow(-2)
+        weights = (1 + fit.misfit / (GAUSS_NEWTON.outlier_ratio * fit.misfit.median())).pow(-2)
         spread = (fit.states.T * weights) @ fit.states / weights.sum()
-        guard = LEAST_SPREAD * spread.diagonal().mean() * torch.eye(len(spread), device=spread.device)
+        guard = (
+            GAUSS_NEWTON.least_spread_share * spread.diagonal().mean() * torch.eye(len(spread), device=spread.device)
+        )
         self.prior.precision.copy_(torch.linalg.inv(spread + guard))
 
 

@@ -15,10 +15,8 @@ import torch
 from fe_models.arrays import FloatArray
 from hybrid.config import TrainingConfig
 from hybrid.neural_modal_ode.model import NeuralModalODE
+from hybrid.training.config import GRADIENT
 from hybrid.training.elbo import Elbo
-
-GRADIENT_NORM = 10.0  # longer gradients are shortened to this: rare, after a draw of z0 far out
-LAST_LEARNING_RATE = 0.05  # of the first; a cosine leads there
 
 
 class TrainingDivergedError(RuntimeError):
@@ -47,7 +45,9 @@ def horizon_of(config: TrainingConfig, epoch: int, length: int) -> int:
 def learning_rate_of(config: TrainingConfig, epoch: int) -> float:
     """Return the learning rate of an epoch (from 1), along a cosine."""
     progress = (epoch - 1) / max(config.epochs - 1, 1)
-    return config.learning_rate * (LAST_LEARNING_RATE + (1 - LAST_LEARNING_RATE) * (1 + cos(pi * progress)) / 2)
+    return config.learning_rate * (
+        GRADIENT.last_learning_rate_share + (1 - GRADIENT.last_learning_rate_share) * (1 + cos(pi * progress)) / 2
+    )
 
 
 class Trainer:
@@ -104,7 +104,7 @@ class Trainer:
             losses = self.objective(self.model, self.windows, torch.as_tensor(batch), horizon, generator)
             self.optimiser.zero_grad()
             (losses.mean() / horizon).backward()
-            norm = torch.nn.utils.clip_grad_norm_(self.model.parameters(), GRADIENT_NORM)
+            norm = torch.nn.utils.clip_grad_norm_(self.model.parameters(), GRADIENT.max_gradient_norm)
             if not torch.isfinite(norm):
                 raise self._diverged(epoch, horizon)
             self.optimiser.step()

@@ -20,16 +20,10 @@ from fe_models.progress import nothing
 from fe_models.recordings import Dataset, Recording
 from fe_models.structure import Structure
 from hybrid.config import Config
+from hybrid.estimation.config import LINEAR_CALIBRATION
 from hybrid.estimation.experts import Kind
 from hybrid.estimation.forecast import posterior
-from hybrid.estimation.linear_calibration import (
-    GROWTH,
-    Observer,
-    as_modelled,
-    fit_linear_rest,
-    initial_state_estimator,
-    smooth,
-)
+from hybrid.estimation.linear_calibration import Observer, as_modelled, fit_linear_rest, initial_state_estimator, smooth
 from hybrid.estimation.windows import columns, cut, cut_all, evenly, window_length
 from hybrid.identification.agreement import largest_agreeing_group
 from hybrid.neural_modal_ode.connectors import Connectors, chain_connectors, complete_basis
@@ -40,13 +34,8 @@ from hybrid.neural_modal_ode.residuals.connector_residual import ConnectorResidu
 from hybrid.neural_modal_ode.residuals.free_residual import FreeResidual
 from hybrid.neural_modal_ode.scaling import StateScale, channel_scale
 from hybrid.neural_modal_ode.state_prior import StatePrior
+from hybrid.training.config import PREPARATION
 from hybrid.training.consistency import unexplained_shares
-
-CALIBRATION_WINDOWS = 200  # at most; evenly chosen, more add time but little information
-SMOOTHING_SPAN = 2  # times the encoder's samples: how long the linear model is trusted to estimate noise and spread
-CONSISTENCY_WINDOWS = 30  # at most, of each recording
-FEWEST_TO_COMPARE = 3  # training recordings: of two that disagree nobody knows which to leave out
-FAINT = 1e-3  # of the strongest mode's size: the least size a mode is scaled with
 
 
 @dataclass(frozen=True)
@@ -73,7 +62,9 @@ def calibration_steps(dataset: Dataset, config: Config) -> int:
         return 0
     recordings = len(dataset.select("train"))
     models = recordings if config.model.experts else 1
-    return len(GROWTH) * (models + (recordings if recordings >= FEWEST_TO_COMPARE else 0))
+    return len(LINEAR_CALIBRATION.window_shares) * (
+        models + (recordings if recordings >= PREPARATION.min_recordings_to_compare else 0)
+    )
 
 
 def prepare(dataset: Dataset, config: Config, advance: Callable[[], object] = nothing) -> Prepared[NeuralModalODE]:
@@ -94,14 +85,14 @@ def prepare(dataset: Dataset, config: Config, advance: Callable[[], object] = no
     bent = bool(known_laws(dataset))  # a linear model would take the structure's own laws for springs and dashpots
     kept = recordings if bent else agreeing_recordings(observer, recordings, measured, length, advance)
     windows = cut_all(kept, length, config.training.stride)
-    some = torch.tensor(evenly(windows[:, :, measured], CALIBRATION_WINDOWS))
+    some = torch.tensor(evenly(windows[:, :, measured], PREPARATION.max_calibration_windows))
     fit = as_modelled(observer, some) if bent else fit_linear_rest(observer, some, advance)
     rest = torch.tensor(fit.rest)
     observability = observer.matrix(rest, fit.samples)
     some = some[:, : fit.samples]
     states, _ = smooth(observability, some)  # (window, 2 mode)
     size = states.square().reshape(len(states), 2, -1).mean(dim=(0, 1)).sqrt().numpy()
-    scale = StateScale.of_velocity(np.maximum(size, FAINT * size.max()), modal.omega)
+    scale = StateScale.of_velocity(np.maximum(size, PREPARATION.least_mode_share * size.max()), modal.omega)
     channels = torch.tensor(channel_scale(windows))
     model = _model(config, dataset, modal, channels, scale, step, connectors)
     start_at_linear_model(model, observer, rest)
@@ -160,10 +151,12 @@ def agreeing_recordings(
     advance: Callable[[], object] = nothing,
 ) -> tuple[Recording, ...]:
     """Return the recordings that one structure can have made: the largest group that agrees; all, if they are two."""
-    if len(recordings) < FEWEST_TO_COMPARE:
+    if len(recordings) < PREPARATION.min_recordings_to_compare:
         return recordings
     windows = [
-        torch.tensor(evenly(cut(recording, length, max(length // 5, 1))[:, :, measured], CONSISTENCY_WINDOWS))
+        torch.tensor(
+            evenly(cut(recording, length, max(length // 5, 1))[:, :, measured], PREPARATION.max_consistency_windows)
+        )
         for recording in recordings
     ]
     return tuple(recordings[i] for i in largest_agreeing_group(unexplained_shares(observer, windows, advance)))
@@ -195,11 +188,15 @@ def set_encoder(model: NeuralModalODE, observer: Observer, observability: Tensor
             estimator = initial_state_estimator(observability, windows, samples)
             encoder.linear.weight.copy_(estimator * channels / size[:, None])
         elif isinstance(encoder, StatePrior):
-            span = min(SMOOTHING_SPAN * samples, windows.shape[1])
+            span = min(PREPARATION.smoothing_span * samples, windows.shape[1])
             states, fitted = smooth(observability[:span], windows[:, :span])
             scaled = states / size
             spread = scaled.T @ scaled / len(scaled)
-            encoder.precision.copy_(torch.linalg.inv(spread + FAINT * torch.eye(len(size)) * spread.diagonal().mean()))
+            encoder.precision.copy_(
+                torch.linalg.inv(
+                    spread + PREPARATION.least_mode_share * torch.eye(len(size)) * spread.diagonal().mean()
+                )
+            )
             freedom = 1 - observability.shape[2] / (span * windows.shape[2])
             noise = (windows[:, :span] - fitted).square().mean(dim=(0, 1)) / freedom
             encoder.noise_std.copy_(noise.sqrt())
