@@ -11,6 +11,7 @@ import numpy as np
 from fe_models.arrays import FloatArray
 from fe_models.files.atomic import writing
 from fe_models.recordings import Sensor
+from fe_models.spectra import power_spectrum
 
 STYLES: dict[str, dict[str, Any]] = {  # colours of Okabe & Ito: distinguished by everyone
     "measured": {"color": "#555555", "linewidth": 2.2, "alpha": 0.55},
@@ -18,21 +19,30 @@ STYLES: dict[str, dict[str, Any]] = {  # colours of Okabe & Ito: distinguished b
     "FE model": {"color": "#E69F00", "linewidth": 1.0, "linestyle": "--"},
     "hybrid": {"color": "#0072B2", "linewidth": 1.1},
 }
-PANEL_HEIGHT = 1.9  # inches
+PANEL_WIDTH, PANEL_HEIGHT = 6.2, 1.9  # inches
+WHOLE, ZOOM = 4.2, 2.6  # inches, of a long signal and of the part of it beside it
+ZOOM_PERIODS = 6.0  # of the strongest vibration: as many can be told apart, and followed by eye
+LONG = 3.0  # a signal so many times as long as that has a part shown larger
 Curves = Mapping[str, FloatArray]
 """A name of `STYLES` and values (time, panel)."""
 
 
 @contextmanager
-def figure(path: Path, panels: int, columns: int, title: str) -> Iterator[tuple[Any, list[Any]]]:
-    """Give a figure and its axes, one a panel; written to ``path`` when the block ends."""
+def figure(
+    path: Path, panels: int, columns: int, title: str, widths: Sequence[float] | None = None
+) -> Iterator[tuple[Any, list[Any]]]:
+    """Give a figure and its axes, one a panel; written to ``path`` when the block ends.
+
+    ``widths``: of the columns in inches; left out, all are as wide as one picture is.
+    """
     import matplotlib as mpl  # loaded only where something is drawn
     from matplotlib.figure import Figure
 
     rows = ceil(panels / columns)
     with mpl.rc_context({"axes.spines.top": False, "axes.spines.right": False, "font.size": 9}):
-        sheet = Figure(figsize=(6.2 * columns, PANEL_HEIGHT * rows + 0.9), layout="constrained", dpi=130)
-        axes = sheet.subplots(rows, columns, squeeze=False).ravel().tolist()
+        inches = list(widths) if widths else [PANEL_WIDTH] * columns
+        sheet = Figure(figsize=(sum(inches), PANEL_HEIGHT * rows + 0.9), layout="constrained", dpi=130)
+        axes = sheet.subplots(rows, columns, squeeze=False, width_ratios=inches).ravel().tolist()
         for empty in axes[panels:]:
             empty.remove()
         sheet.suptitle(title, fontsize=11)
@@ -53,6 +63,52 @@ def draw_curves(path: Path, time: FloatArray, curves: Curves, labels: Sequence[s
             axis.set_xlabel("time (s)")
         sheet.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=len(curves), frameon=False)
     return path
+
+
+def draw_channels(path: Path, time: FloatArray, curves: Curves, labels: Sequence[str], title: str) -> Path:
+    """Draw what `draw_curves` does, and beside each long signal the part in which its curves differ most."""
+    span = clearest_span(time, curves)
+    if span is None:
+        return draw_curves(path, time, curves, labels, title)
+    beside = 2 if len(labels) > 1 else 1
+    with figure(path, 2 * len(labels), 2 * beside, title, [WHOLE, ZOOM] * beside) as (sheet, axes):
+        for panel, label in enumerate(labels):
+            whole, part = axes[2 * panel : 2 * panel + 2]
+            for name, values in curves.items():
+                for axis in (whole, part):
+                    axis.plot(time, values[:, panel], label=name, **STYLES[name])
+            whole.set_ylabel(label)
+            whole.margins(x=0)
+            show_part(whole, part, span)
+        for axis in axes[-2 * beside :]:
+            axis.set_xlabel("time (s)")
+        sheet.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=len(curves), frameon=False)
+    return path
+
+
+def show_part(whole: Any, part: Any, span: tuple[float, float]) -> None:
+    """Let the axes ``part`` show a ``span`` of time (s) of what is drawn on both, and mark it on ``whole``."""
+    whole.axvspan(*span, color="#DDDDDD", zorder=-1)
+    part.set_facecolor("#F4F4F4")
+    part.set(xlim=span, ylim=whole.get_ylim())
+
+
+def clearest_span(time: FloatArray, curves: Curves) -> tuple[float, float] | None:
+    """Return from when to when (s) the ``curves`` (time, panel) differ most, a few periods of the first one long.
+
+    None where the whole is not much longer. Curves count within the first one's range: a forecast may run away.
+    """
+    first = next(iter(curves.values()))
+    low, high = first.min(axis=0), first.max(axis=0)
+    size = np.where(high > low, high - low, 1.0)
+    power = power_spectrum((first - first.mean(axis=0)) / size).sum(axis=1)
+    samples = round(ZOOM_PERIODS * len(time) / max(1, int(np.argmax(power[1:])) + 1))
+    if samples * LONG > len(time):
+        return None
+    inside = np.stack([np.clip(values, low, high) for values in curves.values()]) / size  # (curve, time, panel)
+    apart = np.concatenate([[0.0], np.cumsum(np.ptp(inside, axis=0).sum(axis=1))])
+    start = int(np.argmax(apart[samples:] - apart[:-samples]))
+    return float(time[start]), float(time[start + samples - 1])
 
 
 def channel_labels(sensors: Sequence[Sensor]) -> list[str]:

@@ -21,8 +21,8 @@ LINES = IdentifiedModes(
     left=0.05,
 )
 CURVES = (
-    Backbone(np.array([0.3, 0.1]), np.array([2.2, 2.3]), np.array([0.01, 0.02])),
-    Backbone(np.zeros(0), np.zeros(0), np.zeros(0)),
+    Backbone(np.array([0.3, 0.1]), np.array([2.2, 2.3]), np.array([0.01, 0.02]), np.array([0.001, 0.004])),
+    Backbone(*np.zeros((4, 0))),
 )
 OBSERVED = Observed(
     name="monday, early",

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from fe_models.arrays import FloatArray
-from hybrid.figures import STYLES, channel_labels, draw_curves, draw_latent, draw_loop
+from hybrid.figures import STYLES, channel_labels, clearest_span, draw_channels, draw_curves, draw_latent, draw_loop
 from hybrid.training.gradient_training import EpochResult
 from hybrid.training.training_figure import draw_history
 from tests.hybrid_problems import SENSORS
@@ -38,7 +38,7 @@ def curves(panels: int, *names: str) -> dict[str, FloatArray]:
     return {name: rng.standard_normal((50, panels)) for name in names}
 
 
-def identify_modes(axis: Any) -> dict[str, Any]:
+def lines_drawn(axis: Any) -> dict[str, Any]:
     return {line.get_label(): line for line in axis.lines}
 
 
@@ -62,7 +62,7 @@ def test_each_panel_has_its_curves(panels: int, sheets: list[matplotlib.figure.F
     assert len(sheet.axes) == panels
     for panel, axis in enumerate(sheet.axes):
         assert axis.get_ylabel() == labels[panel]
-        lines = identify_modes(axis)
+        lines = lines_drawn(axis)
         assert list(lines) == list(given)
         for name, values in given.items():
             np.testing.assert_array_equal(lines[name].get_xdata(), TIME)
@@ -73,6 +73,39 @@ def test_each_panel_has_its_curves(panels: int, sheets: list[matplotlib.figure.F
     assert [text.get_text() for text in legend.get_texts()] == list(given)
 
 
+def long_decays(seconds: float) -> tuple[FloatArray, dict[str, FloatArray]]:
+    """A measured vibration of 2 Hz for ``seconds``, and a forecast that is wrong from 10 to 12 s alone."""
+    time = np.linspace(0.0, seconds, round(100 * seconds) + 1)
+    measured = np.stack([np.cos(4 * np.pi * time), np.sin(4 * np.pi * time)], axis=1)
+    wrong = np.where((time > 10) & (time < 12), -1.0, 1.0)
+    return time, {"measured": measured, "hybrid": measured * wrong[:, None]}
+
+
+def test_the_part_shown_larger_is_where_curves_differ_and_a_few_periods_long() -> None:
+    time, drawn = long_decays(20.0)
+    span = clearest_span(time, drawn)
+    assert span is not None
+    assert span[1] - span[0] == pytest.approx(3.0, abs=0.1)  # six periods of 2 Hz, of whole samples and lines
+    assert span[0] <= 10.05
+    assert span[1] >= 11.95
+    drawn["hybrid"][100:130] = 1e6  # a forecast that runs away for a moment does not draw all attention to itself
+    assert clearest_span(time, drawn) == span
+    assert clearest_span(*long_decays(5.0)) is None
+
+
+def test_long_channels_have_a_part_beside_them(sheets: list[matplotlib.figure.Figure], tmp_path: Path) -> None:
+    time, drawn = long_decays(20.0)
+    assert_is_picture(draw_channels(tmp_path / "channels.png", time, drawn, ["A1 (m)", "A2 (m)"], "Channels"))
+    (sheet,) = sheets
+    assert [axis.get_ylabel() for axis in sheet.axes] == ["A1 (m)", "", "A2 (m)", ""]
+    for whole, part in (sheet.axes[:2], sheet.axes[2:]):
+        assert part.get_xlim() == clearest_span(time, drawn)
+        assert whole.get_xlim() == (0.0, 20.0)
+        assert part.get_ylim() == whole.get_ylim()
+        for name, line in lines_drawn(whole).items():
+            np.testing.assert_array_equal(lines_drawn(part)[name].get_ydata(), line.get_ydata())
+
+
 def test_latent_states_have_a_row_a_mode(sheets: list[matplotlib.figure.Figure], tmp_path: Path) -> None:
     """Coordinates left, velocities right."""
     q, q_dot = curves(3, "FE model", "hybrid"), curves(3, "hybrid", "FE model")
@@ -81,7 +114,7 @@ def test_latent_states_have_a_row_a_mode(sheets: list[matplotlib.figure.Figure],
     assert [axis.get_ylabel() for axis in sheet.axes] == ["q1", "q1'", "q2", "q2'", "q3", "q3'"]
     for mode in range(3):
         for name in q:
-            left, right = (identify_modes(axis)[name].get_ydata() for axis in sheet.axes[2 * mode : 2 * mode + 2])
+            left, right = (lines_drawn(axis)[name].get_ydata() for axis in sheet.axes[2 * mode : 2 * mode + 2])
             np.testing.assert_array_equal(left, q[name][:, mode])
             np.testing.assert_array_equal(right, q_dot[name][:, mode])
 
@@ -91,7 +124,7 @@ def test_the_loop_is_force_over_displacement(sheets: list[matplotlib.figure.Figu
     f = {name: -3 * values for name, values in u.items()}
     assert_is_picture(draw_loop(tmp_path / "loop.png", u, f, node=7))
     (axis,) = sheets[0].axes
-    for name, line in identify_modes(axis).items():
+    for name, line in lines_drawn(axis).items():
         np.testing.assert_array_equal(line.get_xdata(), u[name])
         np.testing.assert_array_equal(line.get_ydata(), f[name])
     assert "node 7" in axis.get_xlabel()

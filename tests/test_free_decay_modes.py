@@ -18,8 +18,9 @@ from fe_models.files.dataset_file import save_dataset
 from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset, Recording
 from hybrid.identification.agreement import shares_unexplained, window_of
-from hybrid.identification.backbone import backbone_of
+from hybrid.identification.backbone import backbone_of, frequency_deviation
 from hybrid.identification.combinations import combinations_of
+from hybrid.identification.damped_cosines import fit_roots
 from hybrid.identification.free_decay_modes import identify_modes
 from hybrid.identification.recording_comparison import compare_recordings
 from scripts.compare_recordings import app
@@ -46,6 +47,24 @@ def test_lines_come_back_with_frequency_damping_and_shape() -> None:
     np.testing.assert_allclose(lines.ratios, [0.004, 0.003, 0.01], rtol=0.02)
     np.testing.assert_allclose(lines.shapes.T, SHAPES, atol=0.02)
     assert lines.left < 1e-3
+
+
+def test_the_standard_deviation_of_a_frequency_is_that_of_many_recordings() -> None:
+    """Two channels of unequal noise, another mode beside; every recording says the same of itself."""
+    samples, rate, root = 300, 50.0, complex(-0.15, 2 * np.pi * 3.9)
+    other = np.array([complex(-0.1, 2 * np.pi * 6.3)])
+    time = np.arange(samples) / rate
+    clean = np.real(np.exp(root * time)[:, None] * [1.0, 0.5j] + np.exp(other[0] * time)[:, None] * [0.3, 0.4])
+    rng = np.random.default_rng(3)
+    found, said = [], []
+    for _ in range(200):
+        data = clean + rng.standard_normal(clean.shape) * [0.02, 0.08]
+        fitted = fit_roots(data, np.array([root]), rate, other)[0]
+        found.append(abs(fitted) / (2 * np.pi))
+        said.append(frequency_deviation(data, complex(fitted), other, rate))
+    # the scatter of 200 is itself known to 1 / sqrt(400), 5 %; three of these
+    assert np.mean(said) == pytest.approx(np.std(found), rel=0.15)
+    assert np.std(said) < 0.1 * np.mean(said)  # of 600 residuals: about 4 %
 
 
 @pytest.mark.parametrize("softening", [0.0, 0.02])

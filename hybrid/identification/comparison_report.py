@@ -15,6 +15,7 @@ from hybrid.identification.recording_comparison import Compared, Observed
 
 # of Okabe & Ito: distinguished by everyone
 COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00")
+MARKERS = "osD^vP"  # beside colours, for those who print in black
 WIDE, HIGH = 5.2, 1.45  # inches of a panel: spectra make large pictures
 
 
@@ -117,15 +118,26 @@ def _term(factor: int, mode: int, more: bool = False) -> str:
 
 
 def draw_backbones(path: Path, compared: Compared) -> Path:
-    """Draw frequency against amplitude, a panel a mode."""
-    title = "Frequency while the motion decays"
+    """Draw frequency against amplitude, a panel a mode, with bars of two standard deviations to either side."""
+    title = "Frequency while the motion decays (bars: two standard deviations of the fit)"
     panels = len(compared.followed)
     with figure(path, panels, panels, title) as (sheet, axes):
         sheet.set_size_inches(4.5 * panels, 3.8)
         for number, (axis, mode) in enumerate(zip(axes, compared.followed, strict=True)):
-            for colour, observed in zip(COLOURS, compared.recordings, strict=False):
+            for row, observed in enumerate(compared.recordings):
                 curve = observed.backbones[number]
-                axis.semilogx(curve.amplitude, curve.frequency, "o-", label=observed.name, color=colour, markersize=3)
+                axis.errorbar(
+                    curve.amplitude,
+                    curve.frequency,
+                    2 * curve.deviation,
+                    fmt=MARKERS[row % len(MARKERS)] + "-",
+                    label=observed.name,
+                    color=COLOURS[row % len(COLOURS)],
+                    markersize=4,
+                    linewidth=1.0,
+                    capsize=2.5,
+                )
+            axis.set_xscale("log")
             axis.set(xlabel="amplitude (as recorded)", ylabel="frequency (Hz)")
             axis.set_title(f"mode {mode + 1}, nominal {compared.nominal[mode]:.3f} Hz", fontsize=9)
         count = len(compared.recordings)

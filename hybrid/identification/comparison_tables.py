@@ -81,6 +81,7 @@ def _recording(observed: Observed, compared: Compared) -> dict[str, Any]:
                 "mode": mode + 1,
                 "amplitude": curve.amplitude.tolist(),
                 "frequency_hz": curve.frequency.tolist(),
+                "frequency_std_hz": curve.deviation.tolist(),
                 "damping_ratio": curve.ratio.tolist(),
             }
             for mode, curve in zip(compared.followed, observed.backbones, strict=True)

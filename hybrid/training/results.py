@@ -19,7 +19,7 @@ from hybrid.estimation.forecast import Forecast
 from hybrid.estimation.linear_calibration import Observer, smooth
 from hybrid.estimation.uncertainty import set_relative_error
 from hybrid.estimation.windows import cut_field
-from hybrid.figures import channel_labels, draw_curves, draw_latent, draw_loop
+from hybrid.figures import channel_labels, draw_channels, draw_curves, draw_latent, draw_loop
 from hybrid.training.checkpoint import Origin, save_checkpoint
 from hybrid.training.evaluation import score_table
 from hybrid.training.forecast_comparison import Comparison, band_scores, compare, field_scores
@@ -153,7 +153,7 @@ def _draw(
     time, hybrid, fe = prediction.time, comparison.hybrid.forecast, comparison.fe
     first = "first test window, forecast from its first samples"
     curves = {"measured": comparison.windows[0], "FE model": fe.channels[0], "hybrid": hybrid.channels[0]}
-    draw_curves(folder / "channels.png", time, curves, channel_labels(dataset.sensors), f"Channels, {first}")
+    draw_channels(folder / "channels.png", time, curves, channel_labels(dataset.sensors), f"Channels, {first}")
     advance()
     q, q_dot = {"FE model": fe.q[0], "hybrid": hybrid.q[0]}, {"FE model": fe.q_dot[0], "hybrid": hybrid.q_dot[0]}
     draw_latent(folder / "latent.png", time, q, q_dot, f"Modal coordinates and velocities, {first}")

@@ -11,7 +11,7 @@ from fe_models.spectra import line_frequencies, windowed_spectrum
 from hybrid.diagnosis.fitting.forecast_score import ForecastModel, predicted, shown_of
 from hybrid.diagnosis.recorded.batches import Batch
 from hybrid.diagnosis.recorded.noise_model import SensorRoles
-from hybrid.figures import channel_labels, figure
+from hybrid.figures import PANEL_WIDTH, ZOOM, channel_labels, clearest_span, figure, show_part
 
 COLOURS = {"nominal": "#E69F00", "extended": "#0072B2"}  # of Okabe & Ito: distinguished by everyone
 WIDTHS = {"nominal": 2.2, "extended": 1.0}  # so that where both are the same both are seen
@@ -69,15 +69,29 @@ def draw_example(path: Path, example: Example) -> Path:
     labels = channel_labels([example.sensors[i] for i in shown])
     time = example.first + np.arange(len(example.measured)) / example.rate
     title = f"{example.recording}, forecast from its first fifth"
-    with figure(path, len(shown) + 1, 1, title) as (sheet, axes):
-        for axis, column, label in zip(axes, shown, labels, strict=False):
-            axis.plot(time, example.measured[:, column], label="measured", color="#555555", linewidth=3.2, alpha=0.45)
-            for name, colour in COLOURS.items():
-                axis.plot(time, getattr(example, name)[:, column], label=name, color=colour, linewidth=WIDTHS[name])
-            axis.set_ylabel(label)
-            axis.margins(x=0)
+    curves = {name: getattr(example, name)[:, shown] for name in ("measured", *COLOURS)}
+    span = clearest_span(time, curves)
+    widths = [PANEL_WIDTH] if span is None else [PANEL_WIDTH, ZOOM]
+    columns = len(widths)
+    with figure(path, (len(shown) + 1) * columns, columns, title, widths) as (sheet, every):
+        axes = every[::columns]
+        for row, (column, label) in enumerate(zip(shown, labels, strict=True)):
+            drawn = every[row * columns : (row + 1) * columns]
+            for axis in drawn:
+                axis.plot(
+                    time, curves["measured"][:, row], label="measured", color="#555555", linewidth=3.2, alpha=0.45
+                )
+                for name, colour in COLOURS.items():
+                    axis.plot(time, curves[name][:, row], label=name, color=colour, linewidth=WIDTHS[name])
+            drawn[0].set_ylabel(label)
+            drawn[0].margins(x=0)
             low, high = example.measured[:, column].min(), example.measured[:, column].max()
-            axis.set_ylim(low - ROOM * (high - low), high + ROOM * (high - low))  # a forecast may run away
+            drawn[0].set_ylim(low - ROOM * (high - low), high + ROOM * (high - low))  # a forecast may run away
+            if span is not None:
+                show_part(drawn[0], drawn[1], span)
+        if span is not None:
+            every[-3].set_xlabel("time (s)")
+            every[-1].remove()
         axes[-2].set_xlabel("time (s)")
         for name, colour in COLOURS.items():
             axes[-1].semilogy(*(part[1:] for part in example.spectrum(name)), color=colour, linewidth=WIDTHS[name])
