@@ -3,15 +3,13 @@
 Nodes and elements are numbered from 1 in the order given. A variant is made by `dataclasses.replace`.
 """
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, field, replace
 from math import hypot
-from typing import TYPE_CHECKING, Literal
+from typing import ClassVar, Literal
 
 from fe_models.one_node import node_or_nodes
 from fe_models.sections import Section
-
-if TYPE_CHECKING:
-    from fe_models.causes import Effect  # effects are defined on structures, which only carry them
 
 Direction = Literal["x", "y", "rz"]
 PLANE_FRAME: tuple[Direction, ...] = ("x", "y", "rz")
@@ -94,6 +92,20 @@ class Damping:
     modal_ratios: tuple[float, ...] = ()
 
 
+class Carried(ABC):
+    """What a structure carries beside its parts; `causes` says what there is, each of it an effect."""
+
+    kind: ClassVar[str]
+
+    @abstractmethod
+    def extend(self, structure: "Structure") -> "Structure":
+        """Return ``structure`` with what of this can be said in plain parts."""
+
+    @abstractmethod
+    def faults(self, structure: "Structure") -> list[str]:
+        """Return what does not fit ``structure``, a line each; places are checked against its nodes and elements."""
+
+
 @dataclass(frozen=True, repr=False)
 class Structure:
     """A plane frame, truss or chain.
@@ -110,7 +122,7 @@ class Structure:
     supports: tuple[Support, ...] = ()
     directions: tuple[Direction, ...] = PLANE_FRAME
     damping: Damping = field(default_factory=Damping)
-    effects: "tuple[Effect, ...]" = ()
+    effects: tuple[Carried, ...] = ()
     divisions: int = 1
 
     def __repr__(self) -> str:
@@ -126,7 +138,7 @@ class Structure:
         """Whether all is springs and masses in one direction."""
         return all(isinstance(element, Spring) for element in self.elements) and len(self.directions) == 1
 
-    def with_effects(self, *effects: "Effect") -> "Structure":
+    def with_effects(self, *effects: Carried) -> "Structure":
         """Return the structure with ``effects`` added to those it has."""
         return replace(self, effects=self.effects + effects)
 

@@ -4,14 +4,10 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import field, fields
 from math import isfinite
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 from fe_models.causes.wording import sentence
-from fe_models.structure import Direction, Structure
-
-if TYPE_CHECKING:  # both are made of causes
-    from fe_models.causes.candidate import Candidate
-    from fe_models.causes.known import Known
+from fe_models.structure import Carried, Direction, Structure
 
 
 def parameter(unit: str, turning: str = "", word: str = "", **options: Any) -> Any:
@@ -56,8 +52,11 @@ class Cause(ABC):
         CAUSES[cls.kind] = cls
 
     @classmethod
-    def candidates(cls, known: "Known") -> "Sequence[Candidate]":
-        """Return it at every place that it can have, with its prior; none of what is found in another way."""
+    def candidates(cls, known: Any) -> Sequence[Any]:
+        """Return it at every place that it can have, with its prior; none of what is found in another way.
+
+        ``known``: a `causes.known.Known`; what is returned are `causes.candidate.Candidate`. Both are made of causes.
+        """
         return ()
 
     def sentence(self, values: Mapping[str, str], structure: Structure) -> str:
@@ -99,7 +98,7 @@ class Cause(ABC):
         return faults
 
 
-class Effect(Cause):
+class Effect(Cause, Carried):
     """A cause that is part of a structure."""
 
     def extend(self, structure: Structure) -> Structure:
@@ -109,10 +108,6 @@ class Effect(Cause):
     def law(self, structure: Structure) -> "ForceLaw | None":
         """Return the force that this effect adds to the linear model of ``structure``, None for linear effects."""
         return None
-
-    @abstractmethod
-    def faults(self, structure: Structure) -> list[str]:
-        """Return what does not fit ``structure``, a line each; places are checked against its nodes and elements."""
 
 
 class Part(Effect):

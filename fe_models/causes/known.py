@@ -131,7 +131,7 @@ def candidates_of(known: Known) -> tuple[Candidate, ...]:
     """Return every cause at every place that it can have: by cause, but laws of a place and faults of a sensor go
     together.
     """
-    found = [candidate for cause in CAUSES.values() for candidate in cause.candidates(known)]
+    found: list[Candidate] = [candidate for cause in CAUSES.values() for candidate in cause.candidates(known)]
     first: dict[str, int] = {}
     for number, candidate in enumerate(found):
         first.setdefault(candidate.listed_with, number)

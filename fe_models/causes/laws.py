@@ -2,8 +2,13 @@
 
 from dataclasses import replace
 
-from fe_models.causes.base import ForceLaw, Part
+from fe_models.causes.base import Effect, ForceLaw, Part
 from fe_models.structure import Structure
+
+
+def effects_of(structure: Structure) -> tuple[Effect, ...]:
+    """Return the effects that a structure carries."""
+    return tuple(effect for effect in structure.effects if isinstance(effect, Effect))
 
 
 def with_parts(structure: Structure) -> Structure:
@@ -21,5 +26,5 @@ def with_parts(structure: Structure) -> Structure:
 def force_laws(structure: Structure) -> tuple[ForceLaw, ...]:
     """Return the forces that the structure's effects add to its linear model."""
     whole = with_parts(structure)
-    laws = (effect.law(whole) for effect in whole.effects)
+    laws = (effect.law(whole) for effect in effects_of(whole))
     return tuple(law for law in laws if law is not None)

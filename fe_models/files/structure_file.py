@@ -42,15 +42,17 @@ places, or a list holds one for each.
 """
 
 import tomllib
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, Literal, TypeVar
 
 from fe_models.causes import Effect
 from fe_models.causes.base import words
+from fe_models.causes.laws import effects_of
 from fe_models.errors import InputError, raise_faults
 from fe_models.files.atomic import write_text
-from fe_models.files.structure_parts import Placed, read_all, read_effects, read_elements, read_nodes
+from fe_models.files.structure_parts import read_all, read_effects, read_elements, read_nodes
 from fe_models.files.tables import Table, at, check_keys, read_table, read_toml, read_value
 from fe_models.files.toml_text import toml_text
 from fe_models.sections import Section
@@ -163,7 +165,7 @@ def structure_table(structure: Structure) -> Table:
         "dashpots": [_row(dashpot) for dashpot in structure.dashpots],
         "supports": [_row(support) for support in structure.supports],
         "damping": _row(structure.damping),
-        "effects": [_effect_row(effect) for effect in structure.effects],
+        "effects": [_effect_row(effect) for effect in effects_of(structure)],
     }
     return {key: value for key, value in table.items() if value not in ([], {})}
 
@@ -208,5 +210,5 @@ def _directions_alone(document: Table) -> tuple[Direction, ...]:
     return read_value(tuple[Direction, ...], document.get("directions"), "", []) or PLANE_FRAME
 
 
-def _those_read(placed: Placed[T]) -> tuple[T, ...]:
+def _those_read(placed: Sequence[tuple[str, T | None]]) -> tuple[T, ...]:
     return tuple(item for _, item in placed if item is not None)

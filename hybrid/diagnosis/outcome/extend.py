@@ -8,7 +8,7 @@ from fe_models.arrays import FloatArray
 from fe_models.causes import Effect, ModalDamping
 from fe_models.causes.modal_damping import replaced_ratios
 from fe_models.damping import ratios_of_modes
-from fe_models.structure import Structure
+from fe_models.structure import Carried, Structure
 from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.outcome.findings import Finding
 
@@ -39,7 +39,7 @@ def extended_structure(plant: Plant, theta: FloatArray, findings: tuple[Finding,
     return built.with_effects(*(f.cause for f in findings if isinstance(f.cause, Effect)))
 
 
-def _calibrated(effect: Effect, factors: FloatArray) -> Effect:
+def _calibrated(effect: Carried, factors: FloatArray) -> Carried:
     """Return an effect of a structure, damping ratios that it sets times the ``factors`` (mode,) of these modes."""
     if not isinstance(effect, ModalDamping):
         return effect
