@@ -30,6 +30,7 @@ from hybrid.diagnosis.recorded.batches import Batch, batches_of, columns_of, mea
 from hybrid.diagnosis.recorded.config import SPECTRA
 from hybrid.diagnosis.recorded.faulty_channels import usable
 from hybrid.diagnosis.recorded.filter_transients import without_ringing_ends
+from hybrid.diagnosis.recorded.motionless_channels import without_motionless
 from hybrid.diagnosis.recorded.noise import Band, noise_of_recordings, structure_band
 from hybrid.diagnosis.recorded.noise_levels import NoiseLevels
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
@@ -116,6 +117,7 @@ def setting_of(dataset: Dataset) -> Setting:
     dataset, rung = without_ringing_ends(dataset)
     dataset, unusable = usable(dataset)
     plant = plant_of(with_ratios_of_modal_model(dataset))
+    dataset, motionless = without_motionless(dataset, plant.dofs, plant.modes[1][:, : plant.below])
     modal = modal_plant(plant, dataset)
     dataset, at_rest = without_offsets(dataset, root(plant.modes[0], plant.own_ratios[: plant.size]))
     dataset, apart = as_recordings(dataset)
@@ -138,6 +140,7 @@ def setting_of(dataset: Dataset) -> Setting:
         *other_end,
         *rung,
         *unusable,
+        *motionless,
         *at_rest,
         *other_sizes(dataset),
         *apart,

@@ -34,6 +34,16 @@ class ChannelFaultConfig:
 
 
 @dataclass(frozen=True)
+class MotionlessConfig:
+    """Channels that hardly move."""
+
+    # of the largest motion: a sensor that is turned by a third of a degree shows as much of what moves across it
+    max_motion_share: float = 0.005
+    # of the largest entry of all mode shapes at these sensors: four times as much, as models are off themselves
+    max_shape_share: float = 0.02
+
+
+@dataclass(frozen=True)
 class FilterTransientConfig:
     """Ends of recordings that a low-pass spoils."""
 
@@ -121,6 +131,7 @@ class SpectraConfig:
 
 UNIT_CHECK = UnitCheckConfig()
 CHANNEL_FAULTS = ChannelFaultConfig()
+MOTIONLESS = MotionlessConfig()
 FILTER_TRANSIENTS = FilterTransientConfig()
 MOTION_FREE = MotionFreeConfig()
 OFFSETS = OffsetConfig()
