@@ -17,7 +17,7 @@ from fe_models.files.dataset_file import save_dataset
 from fe_models.recordings import Dataset, Recording
 from fe_models.simulation import FreeConfig, simulate_free
 from hybrid.config import Config, places_preset
-from hybrid.diagnosis.learned import gain
+from hybrid.diagnosis.learned import learning
 from hybrid.diagnosis.learned.forces import PlaceForce
 from hybrid.diagnosis.learned.learning import corrected, learn, learning_preset
 from hybrid.diagnosis.learned.projection import Projected, location_of, project
@@ -101,7 +101,7 @@ def test_hybrid_has_less_left_to_learn_on_the_extended_structure(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Through the script: scores, shares and what was learned where; the place and the law are those of the finding."""
-    monkeypatch.setattr(gain, "learning_preset", quick)
+    monkeypatch.setattr(learning, "learning_preset", quick)
     case = blind_case(14, BlindConfig(("stiffness_change",), size=0.8, train=3, test=1, duration=15.0)).dataset
     path = save_dataset(case, tmp_path, "four_dof")
     done = CliRunner().invoke(app, [str(path), "--out", str(tmp_path / "out"), "--hybrid"])
