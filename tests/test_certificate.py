@@ -143,6 +143,7 @@ def test_code_that_changes_while_it_runs_ends_the_run(tmp_path: Path) -> None:
     assert not list(tmp_path.glob("cases/*.json"))
 
 
+@pytest.mark.slow
 def test_a_diagnosis_is_counted_as_it_is_judged(tmp_path: Path) -> None:
     column = Column("four_dof", False, 2, FIRST)
     found = run((column,), tmp_path, jobs=2, code=of_code)

@@ -113,6 +113,7 @@ def test_the_demo_refuses_what_cannot_be_done(options: tuple[str, str], tmp_path
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_the_score_table_has_a_row_for_each_test_recording_and_model(authors_folder: Path, tmp_path: Path) -> None:
     result = CliRunner().invoke(scores, [str(authors_folder), "--out", str(tmp_path), "--epochs", "1"])
     assert result.exit_code == 0, result.output

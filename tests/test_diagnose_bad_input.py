@@ -91,6 +91,7 @@ def in_other_unit(sound: Dataset, sensor: str, factor: float) -> Dataset:
     return with_data(sound, {r.name: scale * r.data for r in sound.recordings})
 
 
+@pytest.mark.slow
 def test_sampling_rate_that_is_off_by_two_is_asked_for(tmp_path: Path) -> None:
     sound = blind_case(3, BlindConfig(train=3, test=1)).dataset
     report = diagnosed(replace(sound, sampling_rate=sound.sampling_rate / 2), tmp_path)

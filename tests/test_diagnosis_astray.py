@@ -17,6 +17,7 @@ from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.screening.screening import screen
 
 
+@pytest.mark.slow
 def test_a_machine_that_the_calibration_followed_is_found_from_the_structure_as_drawn() -> None:
     """A machine 2 % below the fourth mode, which moves more than the mode does."""
     config = BlindConfig(("harmonic_force",), structure="bridge", off=True, train=3, test=1, rich=False)
@@ -39,6 +40,7 @@ def test_a_machine_that_the_calibration_followed_is_found_from_the_structure_as_
     assert found.hypothesis.candidates[0].location == {"node": 38, "direction": "x"}
 
 
+@pytest.mark.slow
 def test_a_cable_that_is_mostly_slack_begins_so_in_the_structure_as_drawn() -> None:
     """The calibration has softened it and much else; from there, or hardly slack, no step leads down."""
     case = blind_case(950009, BlindConfig(("slack_cable",), structure="bridge", off=True, rich=False))

@@ -50,6 +50,7 @@ def test_value_that_is_far_off_is_told_with_its_place_and_side() -> None:
     assert "stiffness of element 3 had to go 5.0 of its stated standard deviations above" in note
 
 
+@pytest.mark.slow
 def test_element_that_is_far_off_by_itself_is_told() -> None:
     setting = setting_of(blind_case(7, BlindConfig(off=True, structure="bridge")).dataset)
     found, plant = setting.short, setting.plant

@@ -20,6 +20,7 @@ from hybrid.diagnosis.fitting.least_squares import fit
 from hybrid.diagnosis.outcome.verdict import Verdict
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kinds", "seed"),
     [
@@ -46,6 +47,7 @@ def test_a_cause_beside_a_change_is_named_with_it(kinds: tuple[str, str], seed: 
     assert len(set(comes.recordings) - set(case.recordings)) <= 1  # a weak law hardly shows in a quiet recording
 
 
+@pytest.mark.slow
 def test_a_faint_change_is_found_beside_a_law_that_forecasts_well_in_all_recordings() -> None:
     case = blind_case(860001, BlindConfig(("added_mass",), structure="bridge", off=True, changed=2))
     found = diagnose(case.dataset)
@@ -53,6 +55,7 @@ def test_a_faint_change_is_found_beside_a_law_that_forecasts_well_in_all_recordi
     assert judge(case, found).named == judge(case, found).truth
 
 
+@pytest.mark.slow
 def test_friction_that_comes_is_found_where_a_machine_in_one_recording_would_forecast_as_well() -> None:
     case = blind_case(860006, BlindConfig(("coulomb_friction",), structure="bridge", off=True, changed=2))
     found = diagnose(case.dataset)

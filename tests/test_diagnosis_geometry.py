@@ -233,6 +233,7 @@ def test_what_was_recorded_is_scored_not_what_was_fitted(bridge_setting: Setting
     assert found[0] == found[1]
 
 
+@pytest.mark.slow
 def test_geometry_is_taken_away_where_the_recordings_show_it_and_nowhere_else() -> None:
     """The same two cases: a bridge that is geometrically exact, and one that its user made linear."""
     for seed, rich in ((61000, True), (61000, False)):
