@@ -109,9 +109,8 @@ def test_sensors_at_a_node_in_one_direction_share_an_arrow() -> None:
     assert arrow.sensors == both
 
 
-def test_what_has_no_room_is_left_out_and_said(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("fe_models.pictures.structure_drawing.WIDTHS", (500,))
-    picture = structure_picture(grid(12, 12), ())
+def test_what_has_no_room_is_left_out_and_said() -> None:
+    picture = structure_picture(grid(12, 12), (), widths=(500,))
     left_out = 169 + 300 - len(numbers(picture, "node")) - len(numbers(picture, "element"))
     assert left_out > 50
     (note,) = (text.text for text in picture.texts if "no room for the numbers of" in text.text)

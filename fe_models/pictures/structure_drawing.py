@@ -39,7 +39,7 @@ from fe_models.structure import Beam, Cable, Structure
 MEMBER: Color = (95, 95, 95)
 CORE: Color = (205, 205, 205)  # of beams with edges
 BLUE: Color = (0, 70, 160)  # of elements' numbers, which stand in boxes besides: told apart in grey, too
-WIDTHS = (1600, 2200, 3000, 4000)  # px: the first at which all numbers have room, else the last
+WIDTHS = (1600, 2200, 3000, 4000)  # px
 TALLEST = 0.68  # of a picture's width: how high the structure is drawn at most
 MOST_FAR = 0.02  # of the numbers that a line joins to their places, where a larger picture has room for fewer
 GRID = 5.0  # px between the points by which numbers are kept off supports
@@ -62,12 +62,14 @@ class Drawn:
     far: int
 
 
-def structure_picture(model: Structure | LinearModel, sensors: tuple[Sensor, ...]) -> Picture:
-    """Return the drawing, as large as it takes for all numbers to have room."""
+def structure_picture(
+    model: Structure | LinearModel, sensors: tuple[Sensor, ...], widths: tuple[int, ...] = WIDTHS
+) -> Picture:
+    """Return the drawing, in the first of ``widths`` (px) in which all numbers have room, else in the last."""
     shape = outline(model)
     lines = members(model, shape)
     tried: list[tuple[Drawn, float, int]] = []
-    for width in WIDTHS:
+    for width in widths:
         drawn, factor = _at_width(model, shape, lines, sensors, width)
         tried.append((drawn, factor, width))
         most = MOST_FAR * (len(shape.coordinates) + len(lines))
