@@ -17,7 +17,7 @@ from fe_models.files.dataset_file import save_dataset
 from fe_models.recordings import Dataset, Recording
 from fe_models.simulation import FreeConfig, simulate_free
 from hybrid.config import Config, places_preset
-from hybrid.diagnosis.learned import learning
+from hybrid.diagnosis.learned import gain, learning
 from hybrid.diagnosis.learned.forces import PlaceForce
 from hybrid.diagnosis.learned.learning import corrected, learn, learning_preset
 from hybrid.diagnosis.learned.projection import Projected, location_of, project
