@@ -8,9 +8,9 @@ import pytest
 from fe_models.assembly import linearise
 from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset, Recording, Sensor
-from fe_models.structure import Beam, Damping, Structure, Support
+from fe_models.structure import Beam, Damping, Direction, Structure, Support
 from hybrid.diagnosis.recorded.motionless_channels import without_motionless
-from tests.frames import TUBE
+from tests.masts import TUBE
 
 PORTAL = Structure(
     name="portal",
@@ -19,10 +19,8 @@ PORTAL = Structure(
     supports=(Support(1, ("x", "y", "rz")), Support(4, ("x", "y"))),
     damping=Damping(modal_ratios=(0.01,)),
 ).refined(4)
-SENSORS = tuple(
-    Sensor(f"a{node}{direction}", node, direction, "acceleration", "m/s^2")
-    for node, direction in ((2, "x"), (3, "x"), (3, "y"))
-)
+PLACES: tuple[tuple[int, Direction], ...] = ((2, "x"), (3, "x"), (3, "y"))
+SENSORS = tuple(Sensor(f"a{node}{direction}", node, direction, "acceleration", "m/s^2") for node, direction in PLACES)
 
 
 def recorded(*sizes: float) -> Dataset:

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from fe_models.arrays import FloatArray
-from fe_models.dofs import DofMap
+from fe_models.dof_map import DofMap
 from fe_models.recordings import Dataset, Sensor
 from hybrid.diagnosis.recorded.config import MOTIONLESS
 
