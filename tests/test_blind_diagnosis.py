@@ -142,6 +142,7 @@ def test_a_change_between_recordings_is_dated() -> None:
     check_gain(found)
 
 
+@pytest.mark.slow
 def test_a_change_between_the_motions_of_one_file_is_told_by_their_number() -> None:
     case = blind_case(124, replace(CHAIN, kinds=("stiffness_change",), off=True, changed=2))
     train, test = case.dataset.select("train"), case.dataset.select("test")

@@ -42,6 +42,7 @@ def assert_added_mass(report: dict[str, Any]) -> None:
     assert report["findings"][0]["kind"] == "added_mass"
 
 
+@pytest.mark.slow
 def test_recordings_of_unequal_length(tmp_path: Path) -> None:
     lengths = {r.name: r.data[:, : 200 - 30 * i] for i, r in enumerate(CASE.recordings)}
     report = diagnosed(with_data(CASE, lengths), tmp_path)
@@ -57,6 +58,7 @@ def test_dead_channel_is_left_out_and_said(tmp_path: Path) -> None:
     assert any("sensor a3 never changes" in note and note.endswith("left out") for note in report["notes"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sensor", ["a1", "a4", "x4"])
 @pytest.mark.parametrize("factor", [1000.0, 1 / 9.81, 0.001])
 def test_channel_in_another_unit_is_told_by_the_others(sensor: str, factor: float) -> None:
@@ -73,6 +75,7 @@ def test_channels_whose_units_are_right_are_believed() -> None:
         assert with_other_units(setting.candidates(), setting.short, setting.searched) == setting.candidates()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("factor", [1000.0, 0.001])  # mm/s^2, and m/s^2 that says mm/s^2
 def test_channel_in_another_unit_is_named(factor: float, tmp_path: Path) -> None:
     """A prior of calibrations, which are off by tenths, would never believe a factor of a thousand."""

@@ -63,6 +63,7 @@ def test_friction_that_comes_is_found_where_a_machine_in_one_recording_would_for
     assert judge(case, found).named == judge(case, found).truth
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("seed", "kind"), [(861, "added_mass"), (862, "added_mass")])
 def test_a_change_is_no_machine_that_begins_anew_in_each_segment(seed: int, kind: str) -> None:
     """Its two entries of each segment's initial state take up noise: a machine (0.94, 1.00) was named for a mass."""
@@ -73,6 +74,7 @@ def test_a_change_is_no_machine_that_begins_anew_in_each_segment(seed: int, kind
     assert [finding.recordings for finding in found.findings] == [case.recordings]
 
 
+@pytest.mark.slow
 def test_a_change_of_a_structure_that_has_a_force_law_of_its_own_is_told() -> None:
     sensors = tuple(Sensor(f"x{node}", node, "x", "displacement", "m") for node in (1, 2, 3, 4))
     before = four_dof().with_effects(CubicSpring((2,), "x", 1.0))

@@ -125,6 +125,7 @@ def both_ways(own: Setting, kind: str, batch: Batch) -> tuple[Linearisation, Lin
     return by_samples, brief, hypothesis.width
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("kind", "uneven"), [*((kind, False) for kind in KINDS), (KINDS[0], True)])
 @pytest.mark.parametrize("segments", [0, -1], ids=["segments", "whole"])
 @pytest.mark.parametrize("structure", ["four_dof", "bridge"])

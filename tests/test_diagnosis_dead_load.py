@@ -86,6 +86,7 @@ def test_extended_structure_feels_its_weight() -> None:
     assert again < 0.97 * plant_of(recorded(9.81)).modes[0][0]
 
 
+@pytest.mark.slow
 def test_a_third_of_its_weight_is_another_cause() -> None:
     """A part stands for something else: here for compression, as by a push from above."""
     found = diagnose(recorded(9.81 / 3))
@@ -99,6 +100,7 @@ def test_mast_without_weight_is_not_said_to_feel_it() -> None:
     assert found.verdict is Verdict.NOTHING_WRONG
 
 
+@pytest.mark.slow
 def test_damper_beside_weight_is_named_with_it() -> None:
     found = diagnose(recorded(9.81, PointDamper((3,), "x", 100.0)))
     assert found.verdict is Verdict.EXPLAINED

@@ -79,6 +79,7 @@ def test_a_simulation_in_steps_of_ones_own_has_none(clean: Dataset) -> None:
     assert len(Hypothesis(plant_of(clean)).centre) == len(Hypothesis(plant_of(own)).centre) + 1
 
 
+@pytest.mark.slow
 def test_recordings_simulated_in_steps_show_nothing_wrong(clean: Dataset) -> None:
     found = diagnose(clean)
     assert found.verdict is Verdict.NOTHING_WRONG
@@ -88,6 +89,7 @@ def test_recordings_simulated_in_steps_show_nothing_wrong(clean: Dataset) -> Non
     assert f"steps of {told_step(found):.2g} s" in note
 
 
+@pytest.mark.slow
 def test_a_mass_is_found_in_a_bridge_simulated_in_steps() -> None:
     case = blind_case(1000001, BlindConfig((AddedMass.kind,), structure="bridge", step=STEP))
     found = diagnose(case.dataset)

@@ -47,6 +47,7 @@ def test_first_steps_beside_a_law_go_on_only_where_they_may_lead_low(seed: int, 
     assert (ended.cost == led.cost) is leads
 
 
+@pytest.mark.slow
 def test_first_steps_go_on_while_each_halves_the_cost_if_that_leads_low() -> None:
     """A support that has gone soft, begun at twice its compliance in the bridge as drawn: three steps stop half-way."""
     setting = setting_of(blind_case(890002, BlindConfig(("support_spring",), structure="bridge", off=True)).dataset)

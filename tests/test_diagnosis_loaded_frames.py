@@ -1,11 +1,14 @@
 """What is told of frames under known loads that were recorded behind a low-pass."""
 
+import pytest
+
 from fe_models.causes import StiffnessChange
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.outcome.verdict import Verdict
 from tests.shaken_mast import recorded
 
 
+@pytest.mark.slow
 def test_nothing_is_wrong_with_a_mast_whose_fast_modes_a_shaker_keeps_ringing() -> None:
     """With cubic splines, and without the mode beyond the low-pass, a machine at 47.8 Hz was named (0.85)."""
     found = diagnose(recorded())
@@ -13,6 +16,7 @@ def test_nothing_is_wrong_with_a_mast_whose_fast_modes_a_shaker_keeps_ringing() 
     assert found.findings == ()
 
 
+@pytest.mark.slow
 def test_a_soft_element_is_named_under_a_shaker() -> None:
     found = diagnose(recorded(StiffnessChange((2,), 0.85)))
     (finding,) = found.findings

@@ -26,6 +26,7 @@ def told(dataset: Dataset, factor: float) -> str | None:
     return loading_of(ground.whole, setting.noise_model)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("factor", [2.0, 0.5, -1.0, 1000.0])
 def test_loads_of_another_size_are_told(factor: float) -> None:
     sentence = told(recorded(), factor)

@@ -154,6 +154,7 @@ def test_a_body_that_moves_freely_is_pushed_away() -> None:
     assert np.abs(shown - truth).max() < 1e-4 * np.abs(truth).max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", [None, CubicSpring((8,), "y", 1e8)], ids=["linear", "cubic"])
 def test_bridge_under_a_load_moves_as_with_all_its_modes(law: CubicSpring | None) -> None:
     rate, samples, many = 100.0, 400, 120
@@ -227,16 +228,19 @@ def test_nothing_is_wrong_under_a_load_far_above_all_modes() -> None:
     assert all("names loads" in note for note in gain.notes)
 
 
+@pytest.mark.slow
 def test_a_lost_spring_is_named_from_loaded_and_free_recordings(tmp_path: Path) -> None:
     path = save_dataset(recorded(2, StiffnessChange((3,), 0.8), free=2), tmp_path, "four_dof")
     check_named(diagnose(load_dataset(path)), "stiffness_change", {"element": 3}, 0.8)
 
 
+@pytest.mark.slow
 def test_a_cubic_spring_is_named_from_recordings_that_begin_at_rest() -> None:
     found = diagnose(recorded(3, CubicSpring((1,), "x", 0.3)))
     check_named(found, "cubic_spring", {"node": 1, "direction": "x"}, 0.3)
 
 
+@pytest.mark.slow
 def test_added_mass_under_a_fast_load_is_not_taken_for_noise() -> None:
     dataset = recorded(4, AddedMass(3, 0.6), node=3, highest=4.9, count=40)
     setting = setting_of(dataset)

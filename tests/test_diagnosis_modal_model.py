@@ -235,6 +235,7 @@ def test_modal_model_off_by_no_more_than_is_normal_is_calibration() -> None:
     assert [finding.cause.kind for finding in found.findings] == ["stiffness_change"]
 
 
+@pytest.mark.slow
 def test_measured_modes_of_a_structure_that_is_wrong_are_not_called_wrong() -> None:
     measured = natural_modes(linearise(softened()), 4)
     found = diagnose(given(recorded(softened()), measured))

@@ -30,6 +30,7 @@ def hidden(case: BlindCase, candidates: tuple[Candidate, ...]) -> list[Candidate
     return [next(c for c in candidates if c.kind == t.kind and c.location == t.location) for t in case.truth]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("seed", "kind"), [(30, "added_mass"), (34, "added_mass"), (30, "stiffness_change")], ids=["tower", "deck", "cable"]
 )
@@ -45,6 +46,7 @@ def test_cause_that_led_a_calibration_astray_is_ranked_first_by_its_modes(seed: 
     assert np.abs(first.theta(item)[: setting.plant.values] / setting.plant.spread[: setting.plant.values]).max() < 5
 
 
+@pytest.mark.slow
 def test_modes_ask_for_no_cause_where_there_is_none() -> None:
     _, setting, candidates = case_of(3, off=False)
     item = fit_growing(setting.nominal, setting.nominal.centre, setting.lengths, setting.searched, setting.short)

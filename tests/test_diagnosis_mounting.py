@@ -29,6 +29,7 @@ def is_off(heavier: float) -> Dataset:
     return replace(recorded(replace(design, point_masses=masses)), model=design)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("heavier", [1.0, 1.02])
 @pytest.mark.parametrize(("one", "other"), [(0, 2), (0, 1), (1, 3)])
 def test_exchanged_sensors_are_told(heavier: float, one: int, other: int) -> None:

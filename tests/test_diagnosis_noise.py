@@ -125,6 +125,7 @@ def test_noise_that_came_after_a_lowpass_is_told_above_it() -> None:
     )  # 3 recordings of 200 frequencies above 40 Hz: 2.9 %
 
 
+@pytest.mark.slow
 def test_noise_that_came_after_a_lowpass_is_no_reason_to_call_a_simulation_wrong() -> None:
     found = diagnose(noise_after_the_lowpass(train=2, test=1, duration=10.0))
     assert found.verdict is Verdict.NOTHING_WRONG

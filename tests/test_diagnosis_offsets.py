@@ -107,6 +107,7 @@ def test_stop_on_one_side_moves_the_mean_of_displacements_only() -> None:
     assert not any(note.startswith(TAKEN_OFF) for note in setting_of(given).notes)
 
 
+@pytest.mark.slow
 def test_cause_is_named_beside_offsets_of_all_sensors() -> None:
     """Without them taken off, nothing on the list explains the recordings."""
     rng = np.random.default_rng(3)

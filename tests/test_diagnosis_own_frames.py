@@ -46,6 +46,7 @@ def fitted(setting: Setting, hypothesis: Hypothesis) -> Fit:
     return found
 
 
+@pytest.mark.slow
 def test_pin_that_resists_rotation_is_told() -> None:
     stiffness = 2e5  # N m/rad, a third of E I over a storey's height
     given = recorded(portal().with_effects(SupportSpring(1, "rz", stiffness)))
@@ -95,6 +96,7 @@ def test_what_one_sensor_cannot_tell_from_one_mode_is_all_told() -> None:
     assert finding.probability < 0.5
 
 
+@pytest.mark.slow
 def test_modes_of_a_support_gone_soft_keep_the_damping_ratios_of_their_numbers() -> None:
     """As in the extended structure. The matrix of the held structure's ratios damps another mode than that, which was
     mended by a negative damper.
@@ -112,6 +114,7 @@ def test_modes_of_a_support_gone_soft_keep_the_damping_ratios_of_their_numbers()
     np.testing.assert_allclose(found.shown.observed.frequencies[:2], true.frequencies, rtol=2e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stiffness", [2.5e5, 4e5])
 def test_support_that_gives_a_little_is_told_from_the_softer_element_beside_it(stiffness: float) -> None:
     """The mode that it brings hardly moves. Coordinates with a part of all modes do, and were charged for it: far more
@@ -124,6 +127,7 @@ def test_support_that_gives_a_little_is_told_from_the_softer_element_beside_it(s
     assert finding.probability > 0.9
 
 
+@pytest.mark.slow
 def test_tie_that_loses_half_its_stiffness_between_recordings_is_told() -> None:
     """First steps from what all recordings share, which is neither of the two structures, led nowhere."""
     x3, x5 = (Sensor(f"x{node}", node, "x", "acceleration", "m/s^2") for node in (3, 5))
@@ -139,6 +143,7 @@ def test_tie_that_loses_half_its_stiffness_between_recordings_is_told() -> None:
     assert finding.recordings == ("r1", "r2", "r3")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("reversed_one", range(3))
 def test_sensor_mounted_the_wrong_way_round_is_told(reversed_one: int) -> None:
     """What the others tell of it was tried beside a calibration that had gone far astray."""

@@ -14,6 +14,7 @@ SPRING = CubicSpring((3,), "x", 2e8)  # N/m^3: at 2 cm half as stiff as a mast
 LOST = StiffnessChange((2,), 0.1)
 
 
+@pytest.mark.slow
 def test_what_is_large_begins_beside_a_law_as_it_ended_alone() -> None:
     """No scan serves beside a law, and the score test of a storey all but lost leads elsewhere."""
     setting = setting_of(recorded(masts(middle=3.0), SPRING, LOST))

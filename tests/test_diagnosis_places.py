@@ -104,6 +104,7 @@ def test_deck_and_tower_of_the_bridge_are_a_pair_where_they_cross() -> None:
     assert {tuple(pair) for pair, _ in pairs_of(structure)} == {(7, 32), (23, 45)}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "effect", [GapStop((3, 6), "x", 0.005, 2e5, 1), CoulombFriction((3, 6), "x", 15.0, 1e-3)], ids=lambda e: e.kind
 )

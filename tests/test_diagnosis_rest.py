@@ -62,6 +62,7 @@ def test_a_recording_that_stands_out_is_named(setting: Setting) -> None:
     )
 
 
+@pytest.mark.slow
 def test_stiffness_of_a_whole_beam_may_be_its_mass() -> None:
     """All of it, as what is not known of free vibrations but their frequencies and shapes."""
     sensors = tuple(Sensor(f"a{node}", node, "y", "acceleration", "m/s^2") for node in (2, 4, 5))
@@ -74,6 +75,7 @@ def test_stiffness_of_a_whole_beam_may_be_its_mass() -> None:
     assert times == pytest.approx(1.25, rel=0.05)
 
 
+@pytest.mark.slow
 def test_unexplained_says_what_the_rest_looks_like_and_nothing_of_guesses() -> None:
     found = diagnose(blind_case(122, BlindConfig((OUTSIDE[1],), duration=30.0)).dataset)
     assert found.verdict in (Verdict.UNEXPLAINED, Verdict.PARTLY_EXPLAINED)

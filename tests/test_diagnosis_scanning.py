@@ -84,6 +84,7 @@ def recorded(effect: Effect, moving: int = MOVING) -> tuple[Fit, NoiseModel]:
     return found, noise_model
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("effect", "value"),
     [
@@ -183,6 +184,7 @@ def test_one_defective_variant_does_not_spoil_the_others() -> None:
         np.testing.assert_allclose(found[number], by_exponentials(one, start[number], 60), atol=1e-10)
 
 
+@pytest.mark.slow
 def test_large_loss_is_found_though_the_score_test_is_far_off() -> None:
     base, noise_model = recorded(StiffnessChange((9,), 0.33))
     lost = next(t for t in screen(base, linear_candidates(), noise_model) if t.candidate.location == {"element": 9})
@@ -193,6 +195,7 @@ def test_large_loss_is_found_though_the_score_test_is_far_off() -> None:
     assert best.log_evidence > second.log_evidence + 1000
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("node", "stiffness"), [(29, 4000.0), (26, 685.0)])  # N/m: the deck itself has 2 and 7 kN/m
 def test_a_support_that_gives_way_far_is_found(node: int, stiffness: float) -> None:
     base, noise_model = recorded(SupportSpring(node, "y", stiffness))
@@ -261,6 +264,7 @@ def test_a_lost_element_brings_the_mode_that_comes_down_into_the_band() -> None:
     assert left[0] > 2 * left[1]
 
 
+@pytest.mark.slow
 def test_a_cause_that_a_calibrated_factor_hides_takes_its_place() -> None:
     """Damping four times as large leaves nothing, the calibration fourteen of its deviations off."""
     base, noise_model = recorded(ModalDamping((3,), 4 * float(bridge_plant().own_ratios[2])))

@@ -160,6 +160,7 @@ def test_place_that_is_less_probable_beforehand_is_so_afterwards() -> None:
     assert known[id(found)] / known[id(none)] == pytest.approx(0.5 / 1.1 * weighed)  # a half, shared by 1 + 0.1 places
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kinds", "seed"), [(("sensor_gain", "stiffness_change"), 9001), (("harmonic_force", "stiffness_change"), 9300)]
 )

@@ -49,6 +49,7 @@ def test_what_only_test_recordings_feel_is_told(kinds: tuple[str, ...], words: s
     assert [f"{words} wrong, but test recordings do ({last.name})" in note for note in found.notes].count(True) == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("recordings", "samples", "sensors"), [(1, 501, 2), (2, 200, 2), (2, 501, 4)])
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_nothing_is_wrong_with_an_exact_model_of_few_recordings(

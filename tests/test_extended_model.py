@@ -37,6 +37,7 @@ def finding(cause: Effect) -> Finding:
     return Finding(cause, {}, 1.0, 1.0, (), (), "")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["stiffness_change", "cubic_spring"])
 def test_it_moves_as_the_diagnosis_forecasts(kind: str, tmp_path: Path) -> None:
     """From the fitted initial states, simulated in Exudyn: 0.3 % of each channel's range, a fifth of the noise.
