@@ -170,6 +170,7 @@ def test_two_causes_are_both_named(kinds: tuple[str, ...], seed: int) -> None:
     assert set(marks.named) == set(marks.truth)
 
 
+@pytest.mark.slow
 def test_what_is_rare_is_found_though_segments_hide_it() -> None:
     """A stop that is hit now and then beside a late sensor, which is the only one of them that a few seconds show."""
     case = blind_case(54017, BlindConfig(("sensor_delay", "gap_stop")))
@@ -191,6 +192,7 @@ def test_stiffness_is_known_no_better_than_its_uncertainty_allows() -> None:
     assert found.theta[-1] == pytest.approx(0.474, abs=3 * 0.01 * 0.474)
 
 
+@pytest.mark.slow
 def test_cable_that_is_slack_most_of_the_time_is_named_alone() -> None:
     case = blind_case(90016, BlindConfig(("slack_cable",), off=True))
     marks = judge(case, diagnose(case.dataset))

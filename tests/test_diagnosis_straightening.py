@@ -1,10 +1,13 @@
 """What geometry adds is taken along the motion of the right cause, once that is among those fitted."""
 
+import pytest
+
 from benchmarks.blind_cases import BlindConfig, blind_case
 from hybrid.diagnosis.contest.evidence import gather
 from hybrid.diagnosis.contest.setting import setting_of
 
 
+@pytest.mark.slow
 def test_geometry_is_taken_along_a_better_place() -> None:
     """Of the causes alone a stop two nodes on does best, beside whose motion geometry seems to add nothing; without
     geometry the node between does better than the right one.

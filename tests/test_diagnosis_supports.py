@@ -30,6 +30,7 @@ def candidate_of(setting: Setting, kind: str, location: dict[str, object]) -> Ca
     return next(c for c in setting.candidates() if c.kind == kind and c.location == location)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stiffness", [1e6, 5e6])
 def test_foot_of_a_mast_that_rocks_is_told(stiffness: float) -> None:
     given = recorded(masts().with_effects(SupportSpring(1, "rz", stiffness)))
@@ -41,6 +42,7 @@ def test_foot_of_a_mast_that_rocks_is_told(stiffness: float) -> None:
     assert finding.parameters["stiffness"].value == pytest.approx(stiffness, rel=0.1)  # the contract's bound
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("since", [1, 2])
 def test_foot_that_rocks_from_one_recording_on_is_told_with_these(since: int) -> None:
     """What all recordings ask for to first order leads to the storey above; what the last ones show does not."""

@@ -148,6 +148,7 @@ def test_scores_are_told_in_plain_words(dataset: Path, tmp_path: Path) -> None:
     assert scores["hybrid"]["measured"]["nrmse"] < 0.3 * scores["fe"]["measured"]["nrmse"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("options", [("--preset", "paper"), ("--integrator", "dopri5"), ("--integrator", "rk4")])
 def test_every_integrator_and_the_papers_preset_run(options: tuple[str, ...], dataset: Path, tmp_path: Path) -> None:
     small = ("--window", "40", "--epochs", "1", "--threads", "1", "--first-horizon", "12")
