@@ -135,7 +135,7 @@ def test_matrices_in_the_folder_of_an_older_structure_are_what_is_drawn(
     done("build", tmp_path / "mine.npz", "--out", tmp_path / "run", "--modes", "2")
     assert isinstance(load_run(tmp_path / "run").model, LinearModel)
     names = {path.name for path in (tmp_path / "run").iterdir()}
-    assert names == {LIST, "model.npz", "mode_01.png", "mode_02.png", "modes.png"}
+    assert names == {LIST, "model.npz", "mode_01.png", "mode_02.png", "modes.png", "structure.png"}
 
 
 def test_a_structure_left_beside_matrices_is_not_taken_for_them(tmp_path: Path) -> None:

@@ -37,8 +37,10 @@ class ChannelFaultConfig:
 class MotionlessConfig:
     """Channels that hardly move."""
 
-    # of the largest motion: a sensor that is turned by a third of a degree shows as much of what moves across it
-    max_motion_share: float = 0.005
+    # of the largest motion: a sensor that is turned by a twentieth of a degree shows as much of what moves across it,
+    # and a beam that sways by more than 2 mm a metre shows its shortening along it
+    max_motion_share: float = 0.001
+    min_others: int = 2  # channels to be compared with: where there are fewer, each is needed
     # of the largest entry of all mode shapes at these sensors: four times as much, as models are off themselves
     max_shape_share: float = 0.02
 

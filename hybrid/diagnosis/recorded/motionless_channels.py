@@ -28,7 +28,7 @@ def without_motionless(dataset: Dataset, dofs: DofMap, shapes: FloatArray) -> tu
     for alike in _alike(dataset.sensors):
         loudest = max(alike, key=lambda column: size[column])
         reach = {column: float(np.abs(shapes[rows[column]]).max()) for column in alike}
-        for column in alike:
+        for column in alike if len(alike) > MOTIONLESS.min_others else ():
             recorded = size[column] / size[loudest]
             modelled = reach[column] / max(reach.values())
             if recorded < MOTIONLESS.max_motion_share and modelled < MOTIONLESS.max_shape_share:
