@@ -43,6 +43,7 @@ def arrays(folder: Path) -> dict[str, np.ndarray[tuple[int, ...], np.dtype[np.fl
         return dict(file)
 
 
+@pytest.mark.slow
 def test_bridge_with_pictures(tmp_path: Path) -> None:
     result = build("bridge", "--out", str(tmp_path), "--modes", "3")
     assert result.exit_code == 0, result.output
@@ -60,6 +61,7 @@ def test_bridge_with_pictures(tmp_path: Path) -> None:
     assert (tmp_path / "structure.png").stat().st_size > 10_000
 
 
+@pytest.mark.slow
 def test_a_structure_with_effects_is_built_drawn_and_simulated_from_its_file(tmp_path: Path) -> None:
     effects = (
         StiffnessChange((5, 54), (0.7, 0.5)),

@@ -318,6 +318,7 @@ def quick_door(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path / "docs"
 
 
+@pytest.mark.slow
 def test_the_command_writes_the_page_and_prints_the_rates(quick_door: Path) -> None:
     ran = CliRunner().invoke(app, ["--certificate"])
     assert ran.exit_code == 0, ran.output

@@ -78,6 +78,7 @@ def test_the_demo_from_end_to_end(tmp_path: Path) -> None:
     assert str(tmp_path / "pictures" / "snapshots.png") in result.output
 
 
+@pytest.mark.slow
 def test_the_demo_on_recordings_of_ones_own(tmp_path: Path) -> None:
     save_dataset(chain_dataset(), tmp_path / "mine", "four_dof")
     result = demo("--out", tmp_path / "out", "--epochs", "1", "--data", tmp_path / "mine")

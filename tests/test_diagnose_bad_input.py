@@ -50,6 +50,7 @@ def test_recordings_of_unequal_length(tmp_path: Path) -> None:
     assert report["findings"][0]["recordings"][:3] == ["r01", "r02", "r03"]
 
 
+@pytest.mark.slow
 def test_dead_channel_is_left_out_and_said(tmp_path: Path) -> None:
     column = np.arange(5) == NAMES.index("a3")
     dead = with_data(CASE, {r.name: np.where(column, 0.0, r.data) for r in CASE.recordings})
@@ -129,6 +130,7 @@ def test_recording_in_another_unit_is_told() -> None:
     assert other_sizes(with_data(CASE, {one: 10 * CASE.recordings[1].data})) == []
 
 
+@pytest.mark.slow
 def test_saturated_channel_is_cut_out_and_said(tmp_path: Path) -> None:
     report = diagnosed(with_data(CASE, {"r01": clipped(CASE.recordings[0].data, "a1", 0.7)}), tmp_path)
     assert_added_mass(report)
@@ -136,6 +138,7 @@ def test_saturated_channel_is_cut_out_and_said(tmp_path: Path) -> None:
     assert any("sensor a1 is saturated" in note and "samples of r01" in note for note in report["notes"])
 
 
+@pytest.mark.slow
 def test_without_test_recordings_it_says_what_is_scored(tmp_path: Path) -> None:
     alone = tuple(replace(r, role="train") for r in CASE.recordings)
     report = diagnosed(replace(CASE, recordings=alone), tmp_path)

@@ -101,6 +101,7 @@ def test_what_only_test_recordings_show_is_unexplained() -> None:
     assert any("test recordings do (r05, r06)" in note for note in found.notes)
 
 
+@pytest.mark.slow
 def test_a_support_that_gives_way_between_recordings_is_forecast_with_and_without() -> None:
     config = BlindConfig(("support_spring",), structure="bridge", rich=False, train=2, test=1, duration=4.0)
     setting = setting_of(blind_case(0, config).dataset)
@@ -118,6 +119,7 @@ def test_a_support_that_gives_way_between_recordings_is_forecast_with_and_withou
     assert np.isfinite(found.nrmse).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("samples", [60, 501])
 def test_chance_hardly_leaves_recordings_unalike(samples: int) -> None:
     """Of nine recordings with 60 samples of four sensors 9 of 10 draws are more than a fifth apart."""

@@ -95,6 +95,7 @@ def test_a_third_of_its_weight_is_another_cause() -> None:
     assert all(rival.kind != "dead_load" for rival in finding.alternatives)
 
 
+@pytest.mark.slow
 def test_mast_without_weight_is_not_said_to_feel_it() -> None:
     found = diagnose(recorded(0.0))
     assert found.verdict is Verdict.NOTHING_WRONG

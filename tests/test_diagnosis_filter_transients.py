@@ -73,6 +73,7 @@ def test_a_load_that_has_not_passed_the_low_pass_does_so_whole() -> None:
     np.testing.assert_allclose(cut.recordings[0].loads[0].values, passed, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_drift_counts_from_where_a_recording_began() -> None:
     """What is not used of it had drifted already: 0.1094 +- 0.0003 was told."""
     rng, slope, sensors = np.random.default_rng(1), 0.1, tuple(s for s in CHAIN_SENSORS if s.role == "measured")
@@ -106,6 +107,7 @@ def test_ringing_of_a_release_is_over_where_recordings_are_used() -> None:
     assert off[ENDS:100].max() < 0.01
 
 
+@pytest.mark.slow
 def test_a_release_at_the_first_sample_is_no_damper() -> None:
     """It was told as a negative or huge damper beside the softer element, or as an axial force beyond yielding."""
     found = diagnose(released(masts(apart=3.0).with_effects(StiffnessChange((2,), 0.75))))

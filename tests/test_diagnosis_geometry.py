@@ -178,6 +178,7 @@ def made_linear(item: Fit) -> Fit:
     return replace(item, hypothesis=replace(item.hypothesis, plant=replace(item.hypothesis.plant, geometry=None)))
 
 
+@pytest.mark.slow
 def test_a_geometrically_exact_bridge_leaves_noise_alone_and_is_forecast(
     bridge_setting: Setting, bent_fit: Fit
 ) -> None:

@@ -87,6 +87,7 @@ def test_recordings_without_a_lowpass_show_all_up_to_half_their_rate() -> None:
     assert highest_shown(data, None) == RATE / 2
 
 
+@pytest.mark.slow
 def test_samples_that_are_not_used_show_nothing() -> None:
     """A saturated channel has steps in it, which are fast."""
     data = dataset(two_modes(0.0))

@@ -43,6 +43,7 @@ def test_tone_that_a_machine_would_make_as_well_is_no_sure_name() -> None:
     assert AS_WELL.format(sensor="a1", frequency=1.7) in found.notes
 
 
+@pytest.mark.slow
 def test_tone_that_no_other_sensor_shows_is_not_named() -> None:
     found = humming("a3", 0.6)
     assert found.verdict is Verdict.UNEXPLAINED
@@ -53,6 +54,7 @@ def test_tone_that_no_other_sensor_shows_is_not_named() -> None:
     assert not any("not felt in training" in note for note in found.notes)
 
 
+@pytest.mark.slow
 def test_tone_beyond_all_that_is_fitted_is_told_as_noise() -> None:
     found = humming("x4", 0.9)
     assert found.findings == ()
@@ -63,6 +65,7 @@ def test_tone_beyond_all_that_is_fitted_is_told_as_noise() -> None:
     assert not any(" has a line at " in note for note in clean.notes)
 
 
+@pytest.mark.slow
 def test_machine_that_other_sensors_show_is_a_sure_name() -> None:
     found = diagnose(blind_case(61001, BlindConfig(("harmonic_force",), off=True)).dataset)
     (finding,) = found.findings

@@ -88,6 +88,7 @@ def test_second_cause_may_matter_less_than_a_first() -> None:
     assert notes == []
 
 
+@pytest.mark.slow
 def test_recordings_demand_what_brings_the_calibration_back_or_takes_most_of_what_is_left() -> None:
     setting, stop, damping = stop_beside_damping()
     mass = candidate(setting, "added_mass {'node': 2}")

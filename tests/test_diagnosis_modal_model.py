@@ -223,6 +223,7 @@ def test_weak_cause_is_not_named_beside_a_wrong_modal_model() -> None:
     assert any(note.startswith("significant, but too weak") and "a1 shows" in note for note in found.notes)
 
 
+@pytest.mark.slow
 def test_modal_model_off_by_no_more_than_is_normal_is_calibration() -> None:
     near = contaminated(0.003)  # frequencies follow 1 % of stiffness by 0.5 %
     found = diagnose(given(recorded(CHAIN), near))

@@ -54,6 +54,7 @@ def test_modes_ask_for_no_cause_where_there_is_none() -> None:
     assert modal_scan(item, candidates, setting.searched, item)[0].gain < HOPEFUL
 
 
+@pytest.mark.slow
 def test_damping_turns_with_the_modes_where_the_recordings_say_so() -> None:
     """The hidden bridge's damping ratios are off in its own modes, which the mass in them has turned."""
     case, setting, candidates = case_of(20, "added_mass", size=1.0, duration=12.0)

@@ -48,6 +48,7 @@ def test_the_node_next_to_the_one_found_is_fitted_and_goes_on_to_the_right_one()
     assert found[0].theta[-1] == pytest.approx(STIFF, rel=0.1)  # the contract's bound
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("temper", "places"), [(1e-6, {2, 4}), (1e6, {2, 4, 5, 6, 7})])
 def test_places_that_do_as_well_are_fitted_one_after_the_other(temper: float, places: set[int]) -> None:
     """Where recordings tell little, the right one may be any number of nodes away, up to the roller."""
@@ -76,6 +77,7 @@ def test_no_cause_moves_to_where_another_one_of_its_kind_is() -> None:
     assert all(one != other for one, other in places)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("one", "other", "adjoins"), [(2, 3, True), (2, 4, False)])
 def test_causes_adjoin_at_nodes_that_an_element_joins(one: int, other: int, adjoins: bool) -> None:
     sensors = tuple(Sensor(f"a{node}", node, "y", "acceleration", "m/s^2") for node in (2, 4, 5))
@@ -120,6 +122,7 @@ def test_other_kinds_of_cause_sit_where_the_one_found_does() -> None:
     assert others_there(far, [promising], promising) == []  # all have been tried
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("noisy", "begun_at"), [(True, [[3], [4], [5]]), (False, [])])
 def test_a_law_begins_next_to_its_best_place_while_that_gets_better(noisy: bool, begun_at: list[list[int]]) -> None:
     """And not where it leaves noise alone."""

@@ -135,6 +135,7 @@ def test_damping_that_is_off_in_all_modes_is_told(found: Diagnosis) -> None:
     assert uniform_damping_error(with_ratios((0.015, 0.015, 0.05, 0.05), (0.05,) * 4), Uncertainty()) == []
 
 
+@pytest.mark.slow
 def test_mode_that_is_overdamped_is_in_no_table() -> None:
     """Of the others fewer are observed than there are nominal ones."""
     found = diagnose(motions(PointDamper((2,), "x", 10.0)))

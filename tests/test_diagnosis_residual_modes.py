@@ -95,6 +95,7 @@ def shown(plant: Plant, law: Candidate, values: tuple[float, ...], forget: bool 
     return lowpassed(y, RATE, 30.0)[20:-20]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "place", "values", "left"),
     [

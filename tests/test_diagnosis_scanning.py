@@ -103,6 +103,7 @@ def test_a_large_effect_ranks_first_at_about_its_size(effect: Effect, value: flo
     assert 0.4 < best.start[0] / value < 2.5  # the sizes tried are that far apart
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("effect", "value", "tolerance"),
     [

@@ -199,6 +199,7 @@ def test_cable_that_is_slack_most_of_the_time_is_named_alone() -> None:
     assert marks.named == marks.truth
 
 
+@pytest.mark.slow
 def test_second_cause_is_asked_for_on_a_frame_where_one_leaves_noise_but_a_calibration_gone_astray() -> None:
     config = BlindConfig(structure="bridge", rich=False, train=2, test=1, duration=4.0)
     setting = setting_of(blind_case(0, config).dataset)

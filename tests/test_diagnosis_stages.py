@@ -41,6 +41,7 @@ def searched(dataset: Dataset, effect: Effect, size: float) -> tuple[Search, lis
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("effect", "size"), [(SPRING, 5e7), (DAMPER, 400.0)])
 def test_small_fault_of_a_sensor_is_fitted_beside_a_cause(effect: Effect, size: float) -> None:
     right = recorded(masts(), effect)
@@ -61,6 +62,7 @@ def test_nothing_is_promised_beside_a_cause_that_is_all(effect: Effect, size: fl
     assert search.promised(fits) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("beside", [(), (DAMPER,)])
 def test_weak_law_is_promised_alone_and_beside_a_cause(beside: tuple[Effect, ...]) -> None:
     """Other recordings may reach ten times as far, where it matters a hundred times as much."""
@@ -72,6 +74,7 @@ def test_weak_law_is_promised_alone_and_beside_a_cause(beside: tuple[Effect, ...
     assert best.theta[-1] == pytest.approx(WEAK.stiffness, abs=3 * np.sqrt(best.covariance[-1, -1]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("effect", "size"), [(SPRING, 5e7), (DAMPER, 400.0)])
 def test_machine_is_promised_beside_a_cause(effect: Effect, size: float) -> None:
     """Near a natural frequency: segments, which begin anew, hide it, and whole recordings do not."""

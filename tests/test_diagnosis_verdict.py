@@ -38,6 +38,7 @@ def test_near_the_floor_is_within_fifteen_per_cent(extended: float, near: bool) 
     assert Errors(3.0, extended, 1.0, 0.01).near is near
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("kinds", "words"), [((), "show nothing"), (("sensor_gain",), "show nothing more")])
 def test_what_only_test_recordings_feel_is_told(kinds: tuple[str, ...], words: str) -> None:
     config = BlindConfig(kinds, size=0.8, train=4, test=2, duration=25.0)
@@ -108,6 +109,7 @@ def test_calibration_astray_may_stand_for_weak_causes_that_are_known() -> None:
     assert verdict(astray(one), fitted(mass, damping)) is Verdict.PARTLY_EXPLAINED  # which has not what is named
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("other", "listed"), [(3, LISTED), (4, 1.0)])
 def test_a_weak_cause_next_to_the_one_named_makes_it_less_sure(other: int, listed: float) -> None:
     """A hysteretic spring that hardly yields is a spring, and a little beside it that no forecast needs."""
@@ -123,6 +125,7 @@ def test_a_weak_cause_next_to_the_one_named_makes_it_less_sure(other: int, liste
     assert verdict_of(*fits, setting.noise_model, setting.band, errors) == (Verdict.EXPLAINED, listed)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("by_chance", "found"), [(True, Verdict.NOTHING_WRONG), (False, Verdict.UNEXPLAINED)])
 def test_errors_that_initial_states_may_make_by_chance_are_nothing_wrong(by_chance: bool, found: Verdict) -> None:
     sensors = tuple(Sensor(f"a{node}", node, "y", "acceleration", "m/s^2") for node in (2, 4, 5))

@@ -50,6 +50,7 @@ def experts_in(folder: Path) -> Experts:
     return model
 
 
+@pytest.mark.slow
 def test_each_member_trains_as_if_its_recording_were_the_only_one(folders: list[Path], dataset: Dataset) -> None:
     """Bit for bit, so that no window of another recording can have taken part."""
     for name, member in zip(("one", "other"), experts_in(folders[1]).members, strict=True):

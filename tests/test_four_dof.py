@@ -38,6 +38,7 @@ def test_cubic_spring_joins_the_first_mass_to_the_ground() -> None:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("cubic", "first", "last", "spread"),
     [

@@ -39,6 +39,7 @@ def test_what_a_cap_withholds_goes_to_what_is_not_on_the_list() -> None:
     assert remainder(0.999, [], listed=1.0) == []  # too little to be told
 
 
+@pytest.mark.slow
 def test_a_cause_that_spoils_forecasts_of_held_out_sensors_is_doubted(monkeypatch: pytest.MonkeyPatch) -> None:
     """Held-out sensors that are forecast the worse, the better the measured ones are: as one mounted elsewhere."""
     monkeypatch.setattr(Scorer, "held_out_error", lambda _, forecast: 1 / (1 + forecast.excess))

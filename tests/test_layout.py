@@ -69,6 +69,7 @@ def test_heavy_libraries_have_one_home(library: str) -> None:
     assert users <= HOMES[library]
 
 
+@pytest.mark.slow
 def test_importing_any_module_loads_neither_exudyn_nor_pyvista() -> None:
     """But for Exudyn's own homes; what only learns or reads files starts without either. fe_models loads no torch."""
     paths = [path for folder in ("fe_models", "hybrid") for path in sorted((ROOT / folder).rglob("*.py"))]
@@ -148,6 +149,7 @@ def test_packages_import_one_way() -> None:
     assert cycles(merged(module_graph(), lambda name: ".".join(name.split(".")[:2]))) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("package", "never"),
     [

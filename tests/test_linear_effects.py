@@ -245,6 +245,7 @@ def _supports(structure: Structure, effects: tuple[Effect, ...]) -> tuple[Suppor
     return tuple(s for s in structure.supports if (s.node, s.directions[0]) not in springs or len(s.directions) > 1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", BRIDGE_EFFECTS)
 def test_small_release_of_the_bridge_with_effects_is_that_of_its_tangent(name: str) -> None:
     structure = bridge().with_effects(*BRIDGE_EFFECTS[name])

@@ -174,6 +174,7 @@ def cubic() -> Dataset:
     return cubic_dataset()
 
 
+@pytest.mark.slow
 def test_the_missing_law_is_found_where_it_acts() -> None:
     """After a short training the law at node 1 bends like k u^3, and nothing of that size acts elsewhere."""
     config = replace(PLACES, training=replace(PLACES.training, epochs=30))

@@ -32,6 +32,7 @@ def _double() -> Iterator[None]:
         yield
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [*LAWS, *(name for name in LINEAR_EFFECTS if name != "damper")])
 def test_all_modes_of_the_extended_chain_move_as_exudyn_s_run(name: str) -> None:
     """A damper at one point couples the modes, which the modal model leaves out; the others here keep them apart."""

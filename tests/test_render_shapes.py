@@ -63,6 +63,7 @@ def write_prediction(folder: Path, **changes: object) -> None:
     np.savez(folder / "prediction.npz", **(content | changes))  # type: ignore[arg-type]  # savez types its flags too
 
 
+@pytest.mark.slow
 def test_script_draws_the_modes_of_a_model(tmp_path: Path) -> None:
     write_run(tmp_path)
     done = render_shapes(tmp_path, "--out", tmp_path / "pictures")

@@ -36,6 +36,7 @@ def motion(samples: int, seed: int) -> FloatArray:
     return np.asarray(clean + 0.005 * clean.std() * rng.standard_normal(clean.shape))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("samples", [250, 450])
 def test_a_short_recording_is_learned_from(samples: int, tmp_path: Path) -> None:
     """The model is exact: what is learned is the initial state, which one window cannot teach."""

@@ -109,6 +109,7 @@ def test_sensors_at_a_node_in_one_direction_share_an_arrow() -> None:
     assert arrow.sensors == both
 
 
+@pytest.mark.slow
 def test_what_has_no_room_is_left_out_and_said() -> None:
     picture = structure_picture(grid(12, 12), (), widths=(500,))
     left_out = 169 + 300 - len(numbers(picture, "node")) - len(numbers(picture, "element"))

@@ -107,6 +107,7 @@ def test_a_motion_is_predicted_from_a_state(trained: Path, tmp_path: Path) -> No
     np.testing.assert_allclose(run.prediction.fe[0], 0.5 * pulled / pulled[3], rtol=0, atol=1e-6)  # float32
 
 
+@pytest.mark.slow
 def test_matrices_in_the_folder_of_an_older_structure_are_the_model(trained: Path, tmp_path: Path) -> None:
     chain = save_dataset(chain_dataset(), tmp_path / "chain", "four_dof")
     for dataset in (chain, trained / "dataset.toml"):

@@ -85,6 +85,7 @@ def test_on_a_linear_chain_the_band_is_that_of_the_gaussian_posterior(whole: boo
     np.testing.assert_allclose(np.sqrt((ratio**2).mean(axis=(0, 1))), 1, atol=0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("whole", [False, True])
 def test_bands_of_90_percent_hold_87_to_93(whole: bool) -> None:
     """Of the motion, the channel that is never fitted too.
