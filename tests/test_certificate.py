@@ -68,6 +68,7 @@ def test_the_first_cases_of_a_run_stand_for_all_columns() -> None:
 # The run
 
 
+@pytest.mark.slow
 def test_a_case_whose_process_dies_or_raises_counts_as_wrong(tmp_path: Path) -> None:
     found = run(certificate_work.COLUMNS, tmp_path, jobs=2, code=of_code, work=breaking)
     exact, off = found.columns
@@ -81,6 +82,7 @@ def test_a_case_whose_process_dies_or_raises_counts_as_wrong(tmp_path: Path) -> 
     assert "process ended (-9) (1)" in page(found)
 
 
+@pytest.mark.slow
 def test_a_case_that_never_ends_counts_as_wrong(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(running, "LIMIT", 3.0)
     found = run((Column("four_dof", False, 2, FIRST),), tmp_path, jobs=1, code=of_code, work=endless)

@@ -25,6 +25,7 @@ def test_it_has_the_sub_commands_that_the_documents_name() -> None:
     assert listed == NAMES
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("arguments", [[], *([name] for name in NAMES)], ids=lambda names: " ".join(names) or "itself")
 def test_help_loads_nothing_heavy(arguments: list[str]) -> None:
     script = (

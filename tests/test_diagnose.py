@@ -59,6 +59,7 @@ def stiffer(percent: float, *others: Effect) -> Dataset:
     return Dataset(four_dof(), 10.0, SENSORS, recordings)
 
 
+@pytest.mark.slow
 def test_a_value_far_off_that_no_cause_explains_better_is_calibrated_and_told() -> None:
     """Among others that are off, one of some thousand is so far, and fewer have a cause there."""
     springs = (StiffnessChange((1,), 1.009), StiffnessChange((2,), 0.988), StiffnessChange((4,), 1.011))
@@ -70,6 +71,7 @@ def test_a_value_far_off_that_no_cause_explains_better_is_calibrated_and_told() 
     assert found.scores["baseline"]["measured"] > 3 * found.noise_floor  # type: ignore[operator]
 
 
+@pytest.mark.slow
 def test_a_value_far_off_where_all_others_are_as_drawn_has_a_cause() -> None:
     """A tenth of what the spring is off is left to what the others may be off."""
     (finding,) = diagnose(stiffer(3.5)).findings
@@ -79,6 +81,7 @@ def test_a_value_far_off_where_all_others_are_as_drawn_has_a_cause() -> None:
     assert finding.probability > 0.9
 
 
+@pytest.mark.slow
 def test_a_value_off_by_what_is_normal_is_no_cause_though_all_others_are_as_drawn() -> None:
     """The calibrated model forecasts as well; a note tells of it."""
     found = diagnose(stiffer(2.0))

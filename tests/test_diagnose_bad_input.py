@@ -70,6 +70,7 @@ def test_channel_in_another_unit_is_told_by_the_others(sensor: str, factor: floa
     assert abs(found / factor - 1) < 0.1  # the structure as drawn is off, too
 
 
+@pytest.mark.slow
 def test_channels_whose_units_are_right_are_believed() -> None:
     for seed in (3, 5):
         setting = setting_of(blind_case(seed, BlindConfig(off=True, kinds=("sensor_gain",))).dataset)
@@ -147,12 +148,14 @@ def test_without_test_recordings_it_says_what_is_scored(tmp_path: Path) -> None:
     assert any("no recording is for testing" in note for note in report["notes"])
 
 
+@pytest.mark.slow
 def test_one_recording(tmp_path: Path) -> None:
     report = diagnosed(replace(CASE, recordings=CASE.recordings[:1]), tmp_path)
     assert report["verdict"] != "nothing_wrong"
     assert any("one recording" in note for note in report["notes"])
 
 
+@pytest.mark.slow
 def test_one_sensor(tmp_path: Path) -> None:
     one = replace(
         CASE,

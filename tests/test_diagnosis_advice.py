@@ -128,6 +128,7 @@ def test_sentence_of_little_help() -> None:
     assert "would tell" in replace(little, then=0.01).sentence
 
 
+@pytest.mark.slow
 def test_diagnosis_carries_the_advice() -> None:
     case = blind_case(15, BlindConfig(("stiffness_change",), size=0.6, train=3, test=1, duration=20.0)).dataset
     one = (0,)

@@ -72,6 +72,7 @@ def test_modes_far_above_the_samples_stay_stable() -> None:
     assert np.linalg.eigvalsh(dispersed(M, K, np.array([3.0, -3.0]), RATE)).min() > 0
 
 
+@pytest.mark.slow
 def test_a_simulation_in_steps_of_ones_own_has_none(clean: Dataset) -> None:
     """What its user's own steps do to it is a cause: see `TimeIntegration`."""
     own = replace(clean, assumptions=Assumptions(integrator="newmark", step=STEP))

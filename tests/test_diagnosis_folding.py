@@ -1,5 +1,6 @@
 """Modes above half the sampling rate, which recordings show at other frequencies if no filter has kept them out."""
 
+import pytest
 from dataclasses import replace
 
 import numpy as np
@@ -54,6 +55,7 @@ def test_mode_that_folds_is_told_by_both_its_frequencies() -> None:
     assert f"near {line:.4g} Hz (no natural frequency)" in rest
 
 
+@pytest.mark.slow
 def test_nothing_folds_where_no_mode_is_so_fast_or_a_filter_is_stated() -> None:
     assert len(told(sampled(modes=3))) == 1  # the rest
     assert len(told(replace(sampled(modes=4), lowpass=19.0))) == 1

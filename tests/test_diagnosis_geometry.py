@@ -192,6 +192,7 @@ def test_a_geometrically_exact_bridge_leaves_noise_alone_and_is_forecast(
     assert whole < 1.15 * bent_fit.values < 1.3 * bent_fit.values < astray
 
 
+@pytest.mark.slow
 def test_forecasts_of_motions_larger_than_those_of_training_are_bent_where_their_first_fifth_asks_for_it(
     bridge_setting: Setting, bent_fit: Fit
 ) -> None:

@@ -80,6 +80,7 @@ def test_another_one_is_screened_for_beside_one_at_a_frequency_that_is_tried() -
     assert all(np.isfinite(trial.gain) for trial in found)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("amplitude", "told"), [(20.0, True), (5.0, False)])
 def test_it_is_told_at_a_difference_of_natural_frequencies_only_where_it_is_much(amplitude: float, told: bool) -> None:
     """A little of a frame's motion is there as it is, when its geometry shows; not as much as most of what is left."""

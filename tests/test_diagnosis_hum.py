@@ -33,6 +33,7 @@ def humming(sensor: str, frequency: float) -> Diagnosis:
     return diagnose(with_hum(clean, sensor, frequency))
 
 
+@pytest.mark.slow
 def test_tone_that_a_machine_would_make_as_well_is_no_sure_name() -> None:
     """Five times the highest natural frequency: the next mass would answer with a hundredth of it."""
     found = humming("a1", 1.7)

@@ -20,6 +20,7 @@ def test_modes_of_a_chain_beyond_its_low_pass_are_not_asked_for() -> None:
         assert len(ignored_assumptions(plant_of(given), given.assumptions)) == told
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("assumptions", "told"),
     [

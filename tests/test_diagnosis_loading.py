@@ -41,6 +41,7 @@ def test_loads_that_are_right_are_not_told() -> None:
     assert told(recorded(), 1.0) is None
 
 
+@pytest.mark.slow
 def test_a_soft_element_is_no_load() -> None:
     assert told(recorded(StiffnessChange((2,), 0.85)), 1.0) is None
 

@@ -218,6 +218,7 @@ def check_named(found: Diagnosis, kind: str, location: dict[str, object], value:
     assert extended < 1.1 * found.noise_floor
 
 
+@pytest.mark.slow
 def test_nothing_is_wrong_under_a_load_far_above_all_modes() -> None:
     dataset = recorded(1, highest=4.9, count=40)
     found = diagnose(dataset)

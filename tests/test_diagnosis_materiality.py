@@ -122,6 +122,7 @@ def test_second_cause_that_bends_the_calibration_goes_where_forecasts_are_good_w
     assert [note.startswith("fits only with nominal values beyond what is normal") for note in notes] == [True]
 
 
+@pytest.mark.slow
 def test_calibration_beyond_what_is_normal_gives_way_beside_a_cause_too() -> None:
     case = blind_case(55035, BlindConfig(("gap_stop", "modal_damping"), off=True))  # 1.5 times its ratio: 5 deviations
     setting = setting_of(case.dataset)

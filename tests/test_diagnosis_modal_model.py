@@ -204,6 +204,7 @@ def test_contaminated_modal_model_is_the_finding() -> None:
     assert found.extended.effects == ()
 
 
+@pytest.mark.slow
 def test_wrong_modal_model_and_hidden_stiffness_are_both_found() -> None:
     found = diagnose(given(recorded(softened()), contaminated(0.03)))
     assert found.verdict is Verdict.EXPLAINED
@@ -214,6 +215,7 @@ def test_wrong_modal_model_and_hidden_stiffness_are_both_found() -> None:
     assert found.scores["extended"]["measured"] == pytest.approx(found.noise_floor, rel=0.05)
 
 
+@pytest.mark.slow
 def test_weak_cause_is_not_named_beside_a_wrong_modal_model() -> None:
     case = recorded(CHAIN)
     faulty = SensorGain("a1", 1.029)  # tells in 1500 samples, but noise is 3 %

@@ -113,6 +113,7 @@ def test_noise_is_told_to_have_passed_a_lowpass_or_to_have_come_after_it() -> No
     assert [batches_of(data, "train")[0].share for data in (passed, after)] == [0.6, 1.0]  # of 50 Hz
 
 
+@pytest.mark.slow
 def test_noise_that_came_after_a_lowpass_is_told_above_it() -> None:
     after = noise_after_the_lowpass()
     setting = setting_of(after)

@@ -184,6 +184,7 @@ def test_a_test_recording_with_more_noise_is_no_reason_to_call_a_simulation_wron
     assert found.scores["extended"]["measured"] == pytest.approx(found.noise_floor, rel=0.05)
 
 
+@pytest.mark.slow
 def test_a_cause_is_named_in_recordings_with_unlike_noise() -> None:
     found = diagnosed(101, "added_mass")
     assert found.verdict is Verdict.EXPLAINED

@@ -94,6 +94,7 @@ def found() -> Diagnosis:
     return diagnose(blind_case(31, BlindConfig(("added_mass",), size=0.8, train=3, test=1, duration=20.0)).dataset)
 
 
+@pytest.mark.slow
 def test_observed_modes_are_those_of_the_truth(found: Diagnosis) -> None:
     """An added mass makes a mode slower than it is in the nominal model."""
     (cause,) = (finding.cause for finding in found.findings)

@@ -68,6 +68,7 @@ def test_spring_that_a_pin_has_as_an_effect_may_be_softer_than_drawn() -> None:
     assert bounds == {1: (-2e5,), 4: (0.0,)}
 
 
+@pytest.mark.slow
 def test_what_one_sensor_cannot_tell_from_one_mode_is_all_told() -> None:
     """A mass on top moves one frequency, as softer columns do. Supports that give way bring a mode of their own to each
     segment, which takes up noise: by that they were ahead, and what shares the mode's shape was given up.
@@ -160,6 +161,7 @@ def test_sensor_mounted_the_wrong_way_round_is_told(reversed_one: int) -> None:
     np.testing.assert_allclose(found.shown.observed.frequencies[:3], true, rtol=5e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ratios", [(0.01,), (0.01, 0.012), 0.01])
 def test_modes_that_the_recordings_show_are_followed_whatever_the_simulation_keeps(
     ratios: float | tuple[float],
@@ -175,6 +177,7 @@ def test_modes_that_the_recordings_show_are_followed_whatever_the_simulation_kee
     )
 
 
+@pytest.mark.slow
 def test_a_cable_goes_slack_by_the_stiffness_that_the_structures_effects_give_it() -> None:
     sensors = tuple(Sensor(f"x{node}", node, "x", "displacement", "m") for node in (1, 2, 3, 4))
     rng, half = np.random.default_rng(2), StiffnessChange((3,), 0.5)
@@ -233,6 +236,7 @@ def test_no_more_mass_is_taken_off_a_node_than_moves_with_it() -> None:
     assert -1.01 * most > taken.lower[0]  # so that the search would try it
 
 
+@pytest.mark.slow
 def test_nothing_is_told_of_a_cause_whose_shapes_have_no_mass_left() -> None:
     """A fit may have taken off as much as its own shapes bear; those that another cause adds bear less."""
     setting = setting_of(blind_case(1, BlindConfig(train=2, duration=3.0, structure="bridge", rich=False)).dataset)
@@ -257,6 +261,7 @@ def test_modes_are_scanned_where_hardly_any_mass_can_be_taken_off() -> None:
     assert np.isfinite([trial.gain for trial in found]).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("soft", [False, True])
 def test_support_is_a_hypothesis_only_where_it_is_told_from_a_rigid_one(soft: bool) -> None:
     spring = (SupportSpring(1, "rz", 5e6),) if soft else ()

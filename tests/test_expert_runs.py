@@ -62,6 +62,7 @@ def test_each_member_trains_as_if_its_recording_were_the_only_one(folders: list[
         assert same(learned(member), learned(alone.model))
 
 
+@pytest.mark.slow
 def test_resumed_it_ends_as_if_never_interrupted(folders: list[Path], dataset: Dataset, tmp_path: Path) -> None:
     folder = tmp_path / "run"
     shutil.copytree(folders[0], folder)
@@ -117,6 +118,7 @@ def test_predict_motion_takes_a_run_of_experts(folders: list[Path], dataset: Dat
     assert result.exit_code == 0, result.output
 
 
+@pytest.mark.slow
 def test_the_command_line_has_experts(dataset: Dataset, tmp_path: Path) -> None:
     path = save_dataset(dataset, tmp_path / "data", "four_dof")
     arguments = [str(path), "--out", str(tmp_path / "run"), "--preset", "experts", "--epochs", "1", "--window", "80"]

@@ -60,6 +60,7 @@ def test_it_moves_as_the_diagnosis_forecasts(kind: str, tmp_path: Path) -> None:
     assert error.max() < 3e-3
 
 
+@pytest.mark.slow
 def test_nothing_is_wrong_with_the_extended_structure() -> None:
     data = blind_case(14, replace(CONFIG, kinds=("stiffness_change",))).dataset
     again = diagnose(replace(data, model=diagnose(data).extended))

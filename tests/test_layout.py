@@ -166,6 +166,7 @@ def test_each_package_of_the_hybrid_stands_on_those_below_it_alone(package: str,
     assert not links & {f"hybrid.{name}" for name in never}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("package", ["identification", "diagnosis"])
 def test_what_identifies_and_diagnoses_loads_neither_torch_nor_matplotlib_but_to_learn(package: str) -> None:
     """Module by module; the one that trains hybrid models is loaded when it is asked to."""
