@@ -1,9 +1,9 @@
 """Modes above half the sampling rate, which recordings show at other frequencies if no filter has kept them out."""
 
-import pytest
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from fe_models.assembly import linearise
 from fe_models.modes import natural_modes

@@ -178,6 +178,7 @@ def test_what_is_rare_is_found_though_segments_hide_it() -> None:
     assert set(marks.named) == set(marks.truth)
 
 
+@pytest.mark.slow
 def test_stiffness_is_known_no_better_than_its_uncertainty_allows() -> None:
     case = blind_case(33016, BlindConfig(("coulomb_friction", "stiffness_change"), off=True))
     setting = setting_of(case.dataset)

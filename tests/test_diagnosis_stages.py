@@ -56,6 +56,7 @@ def test_small_fault_of_a_sensor_is_fitted_beside_a_cause(effect: Effect, size: 
     assert search.promised([*fits, *found]) == []  # two at once have been looked for
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("effect", "size"), [(SPRING, 5e7), (DAMPER, 400.0)])
 def test_nothing_is_promised_beside_a_cause_that_is_all(effect: Effect, size: float) -> None:
     search, fits = searched(recorded(masts(), effect), effect, size)

@@ -56,6 +56,7 @@ def test_foot_that_rocks_from_one_recording_on_is_told_with_these(since: int) ->
     assert finding.parameters["stiffness"].value == pytest.approx(SPRING.stiffness, rel=0.1)  # the contract's bound
 
 
+@pytest.mark.slow
 def test_support_that_gives_in_some_recordings_is_fitted_there() -> None:
     before, after = recorded(masts()), recorded(masts().with_effects(SPRING))
     parts = (*before.recordings[:2], *after.recordings[2:])

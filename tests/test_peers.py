@@ -19,6 +19,7 @@ def stiffness_case() -> BlindCase:
     return blind_case(14, replace(SHORT, kinds=("stiffness_change",)))
 
 
+@pytest.mark.slow
 def test_both_name_a_plain_stiffness_change() -> None:
     case = stiffness_case()
     truth = key_of(case.truth[0])

@@ -65,6 +65,7 @@ def table_of(out: Path) -> tuple[list[str], FloatArray]:
     return header, np.array(rows, dtype=float)
 
 
+@pytest.mark.slow
 def test_from_a_record_it_is_what_the_model_forecasts_of_that_window(run: Path, tmp_path: Path) -> None:
     """Of the second recording, from sample 7 on; hybrid and FE start where the encoder says."""
     options = ("--dataset", run.parent / "dataset.toml", "--record", "other", "--start", "3.5", "--duration", "39.5")
@@ -129,6 +130,7 @@ def test_the_duration_is_kept(run: Path, tmp_path: Path) -> None:
     np.testing.assert_array_equal(prediction.time, STEP * np.arange(26))
 
 
+@pytest.mark.slow
 def test_render_shapes_takes_the_folder(run: Path, tmp_path: Path) -> None:
     predicted(run, tmp_path / "motion", "--initial", state_file(tmp_path), "--duration", "5")
     arguments = [str(tmp_path / "motion"), "--out", str(tmp_path / "pictures"), "--frames", "2", "--format", "gif"]

@@ -48,6 +48,7 @@ def test_all_modes_of_the_extended_chain_move_as_exudyn_s_run(name: str) -> None
     np.testing.assert_allclose(z[:, 4:] @ modal.shapes.T, response.velocity[0], atol=3e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "effect", [GapStop((4,), "x", 0.2, 2e3, 1), CoulombFriction((2,), "x", 0.3, 2e-3), SlackCable(2, 0.1)]
 )

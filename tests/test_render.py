@@ -306,6 +306,7 @@ def test_comparison_shows_every_shape_even_where_they_coincide(tmp_path: Path) -
         assert count_color(above_legend, color) > 300, name
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:unclosed file:ResourceWarning")  # imageio's reader of films; its writer is clean
 @pytest.mark.parametrize("suffix", [".gif", ".mp4"])
 def test_animation_moves(tmp_path: Path, suffix: str) -> None:

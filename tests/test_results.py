@@ -134,6 +134,7 @@ def test_a_prediction_is_the_first_window_at_all_nodes() -> None:
     assert relative.unit == "1"
 
 
+@pytest.mark.slow
 def test_a_known_truth_is_scored_and_kept(dataset: Dataset, tmp_path: Path) -> None:
     """In all windows of the first realisation, the only one whose truth is known; the first window is kept."""
     run = finished(dataset, tmp_path)
@@ -165,6 +166,7 @@ def test_without_test_recordings_nothing_is_scored(dataset: Dataset, tmp_path: P
     assert load_run(tmp_path).prediction is None
 
 
+@pytest.mark.slow
 def test_no_older_prediction_is_left_beside_a_model_without_one(dataset: Dataset, tmp_path: Path) -> None:
     """It would be drawn, and belongs to another model."""
     finished(dataset, tmp_path)
@@ -216,6 +218,7 @@ def test_a_disk_that_fills_leaves_all_older_results(
     assert files(tmp_path)[DONE] != before[DONE]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("quick_curves")
 def test_a_curve_that_fails_loses_neither_model_nor_scores(
     dataset: Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

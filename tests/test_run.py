@@ -89,6 +89,7 @@ def test_a_finished_run_has_its_checkpoint_and_no_training_under_way(folders: li
     assert [name for name in names if name.startswith(".")] == [LIST]  # no temporary files
 
 
+@pytest.mark.slow
 def test_older_results_stay_while_a_new_training_is_under_way(
     folders: list[Path], dataset: Dataset, tmp_path: Path
 ) -> None:

@@ -38,6 +38,7 @@ def start(count: int, size: int) -> FloatArray:
     return np.random.default_rng(4).standard_normal((2, count, size))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("cubic", [0.0, 0.5, 1.0])
 def test_chain_follows_an_independent_integrator(cubic: float) -> None:
     structure, (x0, v0) = four_dof(cubic), start(3, 4)

@@ -133,6 +133,7 @@ def test_results_fit_each_other(whole: Path) -> None:
         assert (whole / f"{name}.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 def test_scores_are_told_in_plain_words(dataset: Path, tmp_path: Path) -> None:
     result = train(dataset, "--out", tmp_path, *TINY, "--epochs", "1")
     assert result.exit_code == 0, result.output
