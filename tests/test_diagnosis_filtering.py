@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from scipy.signal import convolve
 
-from hybrid.diagnosis.response.filtering import BLOCK, convolved
+from hybrid.diagnosis.response.filtering import BLOCK_VALUES, convolved
 
 
-@pytest.mark.parametrize("samples", [40, 3 * BLOCK])  # less than a block, and a few
+@pytest.mark.parametrize("samples", [40, 3 * BLOCK_VALUES])  # less than a block, and a few
 def test_each_channel_is_convolved_with_the_kernel(samples: int) -> None:
     rng = np.random.default_rng(1)
     long, kernel = rng.standard_normal((2, 3, samples, 4)), rng.standard_normal(7)

@@ -10,14 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from fe_models.arrays import BoolArray, FloatArray
+from hybrid.diagnosis.response.config import TRAILING
 from hybrid.diagnosis.response.eigenmodes import Eigenmodes, natural_frequencies
 from hybrid.diagnosis.response.system import is_defective
-
-ROUNDS = 2  # of roots and what trails them: 60 N s/m on the bridge are off by 8e-5 of a root after one, by
-# 2e-6 after two
-# Times the lowest natural frequency of what trails: roots that are faster, of a dashpot that all but holds its place,
-# take nothing along. What they would, no few modes show.
-FAST, STEEP = 2.0, 8
 
 
 @dataclass(frozen=True)
@@ -39,8 +34,9 @@ class Trailing:
         roots, vectors = np.linalg.eig(A)
         if is_defective(vectors):
             return None
-        fast = np.abs(roots) / (FAST * natural_frequencies(self.square)[:, :1])
-        pulled = self.coupling @ vectors[:, : self.coupling.shape[2]] * (-roots / (1 + fast**STEEP))[:, None]
+        fast = np.abs(roots) / (TRAILING.cutoff_ratio * natural_frequencies(self.square)[:, :1])
+        taking = -roots / (1 + fast**TRAILING.cutoff_order)
+        pulled = self.coupling @ vectors[:, : self.coupling.shape[2]] * taking[:, None]
         stiff = roots[:, :, None, None] * self.own[:, None]  # (variant, root, mode, mode)
         every = np.arange(self.square.shape[1])
         stiff[:, :, every, every] += self.square[:, None] + roots[:, :, None] ** 2
@@ -76,7 +72,7 @@ def with_trailing(A: FloatArray, trailing: Trailing) -> tuple[FloatArray, FloatA
     """
     n, alone = trailing.coupling.shape[2], A
     X = np.zeros((len(A), trailing.square.shape[1], A.shape[1]))
-    for _ in range(ROUNDS):
+    for _ in range(TRAILING.rounds):
         found = trailing.along(A)
         if found is None:
             return alone, np.zeros_like(X)

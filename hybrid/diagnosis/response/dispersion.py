@@ -8,8 +8,7 @@ would stand for it. Meshes and beam theories that are coarse where waves are sho
 import numpy as np
 
 from fe_models.arrays import FloatArray
-
-STEP = 0.1  # of the sampling interval: time steps of that length are normal
+from hybrid.diagnosis.response.config import DISPERSION
 
 
 def dispersed(M: FloatArray, K: FloatArray, amount: FloatArray, rate: float) -> FloatArray:
@@ -21,16 +20,16 @@ def dispersed(M: FloatArray, K: FloatArray, amount: FloatArray, rate: float) -> 
     """
     if not amount.any():
         return K
-    square = (STEP / rate) ** 2
+    square = (DISPERSION.normal_step_share / rate) ** 2
     return np.asarray(K - amount[:, None, None] / 6 * (K @ np.linalg.solve(M + square * K, square * K)))
 
 
 def shift(amount: float, omega: float, rate: float) -> float:
     """Return the relative shift of a natural frequency ``omega`` (rad/s) by a dispersion: see `dispersed`."""
-    x = (STEP * omega / rate) ** 2
+    x = (DISPERSION.normal_step_share * omega / rate) ** 2
     return float(np.sqrt(1 - amount * x / (6 + 6 * x)) - 1)
 
 
 def step_of(amount: float, rate: float) -> float:
     """Return the steps (s) in which recordings at ``rate`` (Hz) of that positive ``amount`` were simulated."""
-    return float(STEP / rate * np.sqrt(amount))
+    return float(DISPERSION.normal_step_share / rate * np.sqrt(amount))

@@ -14,8 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fe_models.arrays import TINY, FloatArray
-
-CLOSE = 1e-3  # largest entry of D of variants that hardly differ: what is left out is in proportion to its square
+from hybrid.diagnosis.response.config import EIGENMODES
 
 
 @dataclass(frozen=True)
@@ -37,7 +36,8 @@ class Eigenmodes:
 
 def natural_frequencies(omega2: FloatArray) -> FloatArray:
     """Return natural frequencies (variant, mode), rad/s, of their squares; next to nothing where it buckles."""
-    return np.asarray(np.sqrt(np.maximum(omega2, 1e-12 * np.abs(omega2).max(axis=1, keepdims=True))))
+    least = EIGENMODES.min_eigenvalue_share * np.abs(omega2).max(axis=1, keepdims=True)
+    return np.asarray(np.sqrt(np.maximum(omega2, least)))
 
 
 def eigenmodes(M: FloatArray, K: FloatArray, hardly_differ: bool = False) -> Eigenmodes:
@@ -78,7 +78,7 @@ def _near_the_first(M: FloatArray, K: FloatArray) -> Eigenmodes | None:
     with np.errstate(divide="ignore", invalid="ignore"):  # of modes whose frequencies are equal
         D = E / apart
     D[:, every, every] = -0.5 * dM[:, every, every]
-    if not np.abs(D).max() < CLOSE:
+    if not np.abs(D).max() < EIGENMODES.max_mixing:
         return None
     return Eigenmodes(omega2 + E[:, every, every], V + V @ D, hardly_differ=True)
 

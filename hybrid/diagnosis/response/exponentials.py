@@ -12,9 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from fe_models.arrays import ComplexArray, FloatArray
+from hybrid.diagnosis.response.config import STATE_SPACE
 from hybrid.diagnosis.response.system import ModalForm, System, is_defective
-
-TOGETHER = 1e-9  # of the largest root: roots so near count as one, of which phi is t exp(root t)
 
 
 @dataclass(frozen=True)
@@ -56,7 +55,7 @@ class Exponentials:
             for part in (system.A, self._gained, system.delay, system.slope)
         )
         apart = roots[:, None] - roots
-        near = np.abs(apart) <= TOGETHER * np.abs(roots).max()
+        near = np.abs(apart) <= STATE_SPACE.min_root_distance * np.abs(roots).max()
         E = self.inverse @ dA @ self.vectors  # (parameter, m, m)
         D, S = np.where(near, 0.0, E / np.where(near, 1.0, apart)), np.where(near, E, 0.0)
         a = self.inverse @ states.T  # (m, recording)

@@ -8,7 +8,7 @@ import numpy as np
 from fe_models.arrays import FloatArray
 from hybrid.diagnosis.response.compiled import compiled
 
-BLOCK = 1024  # values at a time, which stay near the processor
+BLOCK_VALUES = 1024  # values at a time, which stay near the processor
 
 
 def convolved(long: FloatArray, kernel: FloatArray) -> FloatArray:
@@ -28,8 +28,8 @@ def _weigh(values: FloatArray, weights: FloatArray, apart: int, to: FloatArray) 
     ``weights``.
     """
     for row in range(len(to)):
-        for begin in range(0, to.shape[1], BLOCK):
-            block = to[row, begin : begin + BLOCK]
+        for begin in range(0, to.shape[1], BLOCK_VALUES):
+            block = to[row, begin : begin + BLOCK_VALUES]
             block[:] = 0.0
             for number in range(len(weights)):
                 first, weight = begin + number * apart, weights[number]

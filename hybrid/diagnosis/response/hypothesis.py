@@ -18,6 +18,7 @@ from fe_models.causes.candidate import (
     SupportCandidate,
 )
 from hybrid.diagnosis.nominal.plant import Plant
+from hybrid.diagnosis.response.config import HYPOTHESIS
 from hybrid.diagnosis.response.damping import assumed_damping, more_damping
 from hybrid.diagnosis.response.dashpots import trailing_of
 from hybrid.diagnosis.response.dispersion import dispersed
@@ -25,9 +26,6 @@ from hybrid.diagnosis.response.eigenmodes import eigenmodes, turn
 from hybrid.diagnosis.response.reduced_model import ReducedModel
 from hybrid.diagnosis.response.reduction import Basis, basis_of
 from hybrid.diagnosis.response.residual_modes import ResidualModes, residual_modes_of
-
-WEIGHTLESS = 1e-12  # of the largest mass: rounding
-FARTHEST = 3.0  # of a log factor: twenty times as much or as little is no calibration
 
 
 @dataclass(frozen=True)
@@ -107,13 +105,14 @@ class Hypothesis:
     @property
     def lower(self) -> FloatArray:
         """The least values (parameter,)."""
-        return np.array([-FARTHEST] * self.nuisances + [value for c in self.candidates for value in c.lower])
+        own = [value for c in self.candidates for value in c.lower]
+        return np.array([-HYPOTHESIS.max_log_factor] * self.nuisances + own)
 
     @property
     def upper(self) -> FloatArray:
         """The largest values (parameter,)."""
         own = [value for c in self.candidates for value in c.upper or (np.inf,) * len(c.names)]
-        return np.array([FARTHEST] * self.nuisances + own)
+        return np.array([HYPOTHESIS.max_log_factor] * self.nuisances + own)
 
     @property
     def laws(self) -> tuple[LawCandidate, ...]:
@@ -191,7 +190,7 @@ class Hypothesis:
         M = self._drawn_mass(np.exp(theta[:, : len(self.plant.parts)]))
         for candidate, change, first in masses:
             M = M + candidate.amount(theta[:, first])[:, None, None] * change
-        return np.asarray(np.linalg.eigvalsh(M)[:, 0] > WEIGHTLESS * np.abs(M).max(axis=(1, 2)))
+        return np.asarray(np.linalg.eigvalsh(M)[:, 0] > HYPOTHESIS.min_mass_share * np.abs(M).max(axis=(1, 2)))
 
     @property
     def _matrix_candidates(self) -> list[tuple[MatrixCandidate, FloatArray, slice]]:

@@ -16,10 +16,11 @@ from scipy.signal import lfilter
 from fe_models.arrays import ComplexArray, FloatArray
 from hybrid.diagnosis.nominal.loads import ORDERS, Loads, courses_after
 from hybrid.diagnosis.recorded.batches import Batch
-from hybrid.diagnosis.response.system import MOST_GROWTH, System, drifted, free_form
+from hybrid.diagnosis.response.config import STATE_SPACE
+from hybrid.diagnosis.response.system import System, drifted, free_form
 
-NEAR = 1.0  # below it phi is summed as a series, beyond it by its recurrence, which near zero loses digits
-TERMS = 18  # of the series: 1 / 18! is rounding
+SERIES_RADIUS = 1.0  # below it phi is summed as a series, beyond it by its recurrence, which near zero loses digits
+SERIES_TERMS = 18  # of the series: 1 / 18! is rounding
 
 
 def given(system: System, batch: Batch) -> FloatArray:
@@ -47,7 +48,7 @@ def loaded_channels(system: System, loads: Loads) -> FloatArray:
     y = np.empty((len(gain), *courses.shape[1:3], gain.shape[1]))
     longest = courses.shape[2] * step
     for variant, grown in enumerate(form.roots):
-        roots = np.minimum(grown.real, MOST_GROWTH / longest) + 1j * grown.imag
+        roots = np.minimum(grown.real, STATE_SPACE.max_growth_nepers / longest) + 1j * grown.imag
         moved = form.left[variant] @ entry.feed[variant]  # (mode, place)
         x = _from_rest(roots, moved, courses, step)
         shown = form.right[variant], entry.direct[variant], entry.bent
@@ -125,7 +126,8 @@ def _moved(
     rest = (at - first) * step  # (time,)
     kicks = _kicks(roots[:, None], rest)  # (mode, time, order)
     known = courses[:, :, first]  # (order, recording, time, place)
-    then = np.exp(np.minimum(roots.real[:, None] * rest, MOST_GROWTH) + 1j * roots.imag[:, None] * rest)
+    growth = np.minimum(roots.real[:, None] * rest, STATE_SPACE.max_growth_nepers)
+    then = np.exp(growth + 1j * roots.imag[:, None] * rest)
     x = then[..., None] * x[:, first] + np.einsum("mto,ml,ortl->mtr", kicks, moved, known, optimize=True)
     return x, courses_after(known, rest)
 
@@ -133,11 +135,11 @@ def _moved(
 def _kicks(roots: ComplexArray, time: FloatArray | float) -> ComplexArray:
     """Return t^(p + 1) phi_(p + 1)(root t) of every order p, the last axis."""
     z = np.asarray(roots * time, dtype=complex)
-    near = np.abs(z) < NEAR
+    near = np.abs(z) < SERIES_RADIUS
     small, large = np.where(near, z, 0.0), np.where(near, 1.0, z)
-    found, phi = [], np.exp(np.minimum(large.real, MOST_GROWTH) + 1j * large.imag)
+    found, phi = [], np.exp(np.minimum(large.real, STATE_SPACE.max_growth_nepers) + 1j * large.imag)
     for order in range(ORDERS):
         phi = (phi - 1 / factorial(order)) / large
-        series = sum(small**term / factorial(term + order + 1) for term in range(TERMS))
+        series = sum(small**term / factorial(term + order + 1) for term in range(SERIES_TERMS))
         found.append(np.where(near, series, phi) * np.asarray(time) ** (order + 1))
     return np.stack(found, axis=-1)

@@ -15,30 +15,20 @@ from fe_models.arrays import FloatArray, IntArray
 from hybrid.diagnosis.nominal.loads import ORDERS, Loads
 from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.parallel import THREADS, parallel_map
+from hybrid.diagnosis.response.config import MARCHING
 from hybrid.diagnosis.response.loaded import loaded_channels, loaded_states
 from hybrid.diagnosis.response.residual_states import held, with_residual
 from hybrid.diagnosis.response.stepping import Scheme, scheme_of, step_through
 from hybrid.diagnosis.response.system import System, as_shown, drift, linear_channels, passed
 
-SUBSTEP = 1.0  # largest omega times substep where a force law acts: its pull on that mode is then off by 5e-4
-FEWEST_SUBSTEPS = 2  # contacts and friction set in between samples
-MOST_SUBSTEPS = 40
-FINE_ENOUGH = 8  # substeps of a sharp law, as friction that holds its place
-STABLE = 2.5  # largest rate times substep; the scheme is stable up to 2.79 (Runge and Kutta's on the real axis)
-MOST_OF_LAWS = 32  # substeps that keep a law stable: one sharper than that hunts about its place, within its own creep
-NODES = 8192  # of a table, an even number: its middle is at rest
-MARGIN = 2.0  # times what the linear motion can reach at most: how far tables go
-WIDER = 8.0  # times as far, where a motion leaves them
-ATTEMPTS = 4  # of that; a motion that goes further has exploded
-OFTEN = 2  # times the sampling rate: half of it folds where a low-pass leaves much, one and a half times where little
-SIZES = 10.0 ** np.arange(-12, 13)  # m, m/s: a law that answers to none of them does not depend on it
+PROBED_SIZES = 10.0 ** np.arange(-12, 13)  # m, m/s: a law that answers to none of them does not depend on it
 
 
 def is_too_fast(plant: Plant) -> bool:
     """Return whether between two samples the structure moves too fast to follow under force laws."""
-    often = 1 if plant.lowpass is None or plant.loaded else OFTEN  # see `respond`, and `state_space` of loads
-    step = 1 / plant.rate / often
-    return float(plant.modes[0][-1]) * step > MOST_SUBSTEPS * SUBSTEP
+    no_lowpass = plant.lowpass is None or plant.loaded  # see `respond`, and `state_space` of loads
+    step = 1 / plant.rate / (1 if no_lowpass else MARCHING.oversampling)
+    return float(plant.modes[0][-1]) * step > MARCHING.max_substeps * MARCHING.max_phase_per_substep
 
 
 @dataclass(frozen=True)
@@ -69,9 +59,9 @@ class _Tables:
 
 def _tables(system: System, reach: FloatArray) -> _Tables:
     """Return the tables of a system's laws for elongations and rates up to ``reach`` (2 law,)."""
-    felt = _values(system, np.append(-SIZES, SIZES), np.ones_like(reach))
+    felt = _values(system, np.append(-PROBED_SIZES, PROBED_SIZES), np.ones_like(reach))
     rows = np.flatnonzero(np.abs(felt).max(axis=(0, 2)))
-    values = _values(system, np.linspace(-1, 1, NODES + 1), reach)
+    values = _values(system, np.linspace(-1, 1, MARCHING.table_intervals + 1), reach)
     return _Tables(np.ascontiguousarray(values[:, rows]), reach[rows], rows)
 
 
@@ -108,15 +98,18 @@ def march(
     """
     start, system = held(system, start), with_residual(system)
     fastest = float(np.abs(np.linalg.eigvals(system.A[0])).max())
-    substeps = max(FEWEST_SUBSTEPS, ceil(fastest * system.step / (longer * SUBSTEP)))
-    if substeps > MOST_SUBSTEPS or not np.isfinite(start).all():  # no structure, but a search gone astray
+    substeps = max(MARCHING.min_substeps, ceil(fastest * system.step / (longer * MARCHING.max_phase_per_substep)))
+    if substeps > MARCHING.max_substeps or not np.isfinite(start).all():  # no structure, but a search gone astray
         return None
     reach = _reach(system, start, loads)
     tables = _tables(system, reach)
     sharp = _sharpest(system, tables) * system.step
     if not np.isfinite(sharp):  # forces beyond all bounds: likewise
         return None
-    fine = max(min(sharp, longer * FINE_ENOUGH), min(sharp / STABLE, longer * MOST_OF_LAWS))
+    fine = max(
+        min(sharp, longer * MARCHING.max_sharp_substeps),
+        min(sharp / MARCHING.max_rate_per_substep, longer * MARCHING.max_stabilising_substeps),
+    )
     substeps = max(substeps, ceil(fine))
     variants, recordings, states = start.shape
     watch = system.C if only_channels else np.broadcast_to(np.eye(states), (variants, states, states))
@@ -129,11 +122,11 @@ def march(
     scheme, coordinates = scheme_of(system, system.step / substeps, tables.rows, watch, apart=loads is None)
     begun = np.ascontiguousarray(whole @ coordinates.inverse.swapaxes(1, 2))
     final = np.empty_like(begun)
-    for _ in range(ATTEMPTS):
+    for _ in range(MARCHING.max_ranges):
         motion = begun, final, watched, applied
         if _all_stepped(scheme, tables, motion, tables.rows % len(system.forces), known, substeps):
             return Marched(watched, applied, start, (final @ coordinates.basis.swapaxes(1, 2))[..., :states])
-        reach = reach * WIDER
+        reach = reach * MARCHING.widening_ratio
         tables = _tables(system, reach)
     return None
 
@@ -188,15 +181,16 @@ def _sharpest(system: System, tables: _Tables) -> float:
     """
     laws = len(system.forces)
     mobility = np.abs(np.einsum("ls,sl->l", system.G[0, laws:], system.B[0]))  # acceleration by a unit force
-    reached = tables.values[0, :, NODES // 4 : -NODES // 4]  # without the tables' margin
+    intervals = MARCHING.table_intervals
+    reached = tables.values[0, :, intervals // 4 : -intervals // 4]  # half of the tables' range, as far as motions go
     with np.errstate(over="ignore", invalid="ignore"):
-        slopes = np.abs(np.diff(reached, axis=1)).max(axis=1) * NODES / (2 * tables.reach)
+        slopes = np.abs(np.diff(reached, axis=1)).max(axis=1) * intervals / (2 * tables.reach)
     square = slopes * mobility[tables.rows % laws]
     return float(np.where(tables.rows < laws, np.sqrt(square), square).max(initial=0.0))
 
 
 def respond(
-    system: System, start: FloatArray, samples: int, loads: Loads | None = None, often: int = OFTEN
+    system: System, start: FloatArray, samples: int, loads: Loads | None = None, often: int = MARCHING.oversampling
 ) -> FloatArray:
     """Return the channels (variant, recording, time, sensor) from initial states (variant, recording, state) under
     known ``loads``.
@@ -208,7 +202,7 @@ def respond(
     if system.is_linear:
         y = linear_channels(system, start, samples) + drift(system, samples)[:, None]
         return y if loads is None else y + loaded_channels(system, loads)
-    often, most = (1, 1) if system.lowpass is None else (often, OFTEN)
+    often, most = (1, 1) if system.lowpass is None else (often, MARCHING.oversampling)
     fine = replace(system, step=system.step / often)
     marched = march(fine, start, often * samples, loads, only_channels=True, longer=max(1, most // often))
     if marched is None:
@@ -263,4 +257,4 @@ def _reach(system: System, start: FloatArray, loads: Loads | None) -> FloatArray
         most = np.maximum(most, np.abs(system.G[0] @ start[0].T).max(axis=1))
         if loads is not None:
             most = most + np.abs(loaded_states(system, loads) @ system.G[0].T).max(axis=(0, 1))
-    return np.maximum(MARGIN * most, np.finfo(float).tiny ** 0.25)
+    return np.maximum(MARCHING.range_ratio * most, np.finfo(float).tiny ** 0.25)

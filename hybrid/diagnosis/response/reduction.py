@@ -8,11 +8,7 @@ from scipy.sparse import csr_array
 from fe_models.arrays import FloatArray
 from fe_models.causes.candidate import Candidate, MatrixCandidate, SupportCandidate
 from hybrid.diagnosis.nominal.plant import Plant
-
-SAME = 1e-6  # of its length: what must be left of a shape for it to add to the basis
-LEAST = 1e-12  # of the largest eigenvalue: what counts as a force that a change brings
-LOCAL = 6  # forces at most of a change that is local; one spread over a group of elements is served by the modes, ...
-SPREAD = 1e-6  # ... but for as many forces on single modes that others beyond give way to by this share of their energy
+from hybrid.diagnosis.response.config import REDUCTION
 
 
 @dataclass(frozen=True)
@@ -79,10 +75,11 @@ def _static_shapes(plant: Plant, candidate: Candidate) -> FloatArray:
         rows = np.unique(np.concatenate(change.nonzero()))
         if len(rows):
             values, vectors = np.linalg.eigh(change[rows][:, rows].toarray())
-            felt = np.abs(values) > LEAST * np.abs(values).max()
+            felt = np.abs(values) > REDUCTION.min_eigenvalue_share * np.abs(values).max()
             full = np.zeros((len(plant.dofs), int(felt.sum())))
             full[rows] = vectors[:, felt]
-            forces.append(full if full.shape[1] <= LOCAL else _spread(plant, change, candidate.width[0]))
+            local = full.shape[1] <= REDUCTION.max_local_forces
+            forces.append(full if local else _spread(plant, change, candidate.width[0]))
     return plant.static(np.hstack(forces)) if forces else np.zeros((len(plant.dofs), 0))
 
 
@@ -95,8 +92,8 @@ def _spread(plant: Plant, change: csr_array, amount: float) -> FloatArray:
     bent = plant.static(forces)
     bent = bent - plant.basis @ (plant.basis.T @ (plant.mass @ bent))
     energy = np.einsum("di,di->i", bent, plant.stiffness @ bent) / omega**2
-    worst = np.argsort(-energy)[:LOCAL]
-    return forces[:, worst[energy[worst] > SPREAD]]
+    worst = np.argsort(-energy)[: REDUCTION.max_local_forces]
+    return forces[:, worst[energy[worst] > REDUCTION.min_energy_share]]
 
 
 def _appended(shapes: FloatArray, shape: FloatArray, plant: Plant) -> FloatArray:
@@ -107,6 +104,6 @@ def _appended(shapes: FloatArray, shape: FloatArray, plant: Plant) -> FloatArray
         weighted = plant.mass @ shapes
         rest = rest - shapes @ np.linalg.solve(shapes.T @ weighted, weighted.T @ rest)
     left = float(np.sqrt(max(rest @ (plant.mass @ rest), 0.0)))
-    if length == 0 or left <= SAME * length:
+    if length == 0 or left <= REDUCTION.min_new_length_share * length:
         return shapes
     return np.column_stack([shapes, rest / left])

@@ -12,10 +12,7 @@ from scipy.linalg import eigh
 
 from fe_models.arrays import FloatArray
 from hybrid.diagnosis.nominal.plant import Plant
-
-FOLDED = 0.05  # of a motion: what a low-pass leaves where sampling folds the stiffest coordinates to
-NEGLIGIBLE = 1e-9  # of a place's flexibility: rounding
-SAME = 1e-9  # of the largest generalised mass: shapes of laws at one place, which are one
+from hybrid.diagnosis.response.config import RESIDUAL
 
 
 @dataclass(frozen=True)
@@ -42,12 +39,12 @@ def residual_modes_of(plant: Plant, pulls: list[FloatArray]) -> ResidualModes | 
         return None
     every = np.stack(pulls, axis=1)  # (dof, law)
     bent, whole = np.stack([plant.left_out(pull) for pull in pulls], axis=1), plant.static(every)
-    bent = bent[:, np.sum(every * bent, axis=0) > NEGLIGIBLE * np.sum(every * whole, axis=0)]
+    bent = bent[:, np.sum(every * bent, axis=0) > RESIDUAL.min_flexibility_share * np.sum(every * whole, axis=0)]
     if not bent.size:
         return None
     bent = bent / np.sqrt(np.sum(bent * (plant.mass @ bent), axis=0))
     weight, turned = eigh(bent.T @ (plant.mass @ bent))
-    felt = weight > SAME * weight[-1]
+    felt = weight > RESIDUAL.min_mass_share * weight[-1]
     white = turned[:, felt] / np.sqrt(weight[felt])
     square, own = eigh(white.T @ (bent.T @ (plant.stiffness @ bent)) @ white)
     shapes, omega = bent @ (white @ own), np.sqrt(square)
@@ -59,5 +56,5 @@ def residual_modes_of(plant: Plant, pulls: list[FloatArray]) -> ResidualModes | 
 
 def _fastest(plant: Plant) -> float:
     """Return the frequency (Hz) from which on a motion, once sampled, would look like one that the low-pass leaves."""
-    clear = plant.rate / 2 if plant.lowpass is None else plant.rate - plant.lowpass.reach(FOLDED)
+    clear = plant.rate / 2 if plant.lowpass is None else plant.rate - plant.lowpass.reach(RESIDUAL.folded_share)
     return max(clear, plant.highest)

@@ -5,9 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from fe_models.arrays import FloatArray
+from hybrid.diagnosis.response.config import RESIDUAL
 from hybrid.diagnosis.response.system import System
-
-SOFTENED = 0.5  # of a force: as much as a softening spring may gain by what gives way behind it
 
 
 def with_residual(system: System) -> System:
@@ -51,6 +50,6 @@ def held(system: System, start: FloatArray) -> FloatArray:
             stiff = force(u[law], still)
             fall = stiff - force(u[law] - flexibility[law] * stiff, still)
             share = np.divide(fall, stiff, out=np.zeros_like(fall), where=np.abs(stiff) > 0)
-            felt[law] = stiff / (1 + np.maximum(share, -SOFTENED))
+            felt[law] = stiff / (1 + np.maximum(share, -RESIDUAL.max_softening_share))
     bent = -np.einsum("lvr,cl->vrc", felt, residual.pulled) / residual.omega**2
     return np.concatenate([start, bent, np.zeros_like(bent)], axis=-1)

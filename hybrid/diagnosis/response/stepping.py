@@ -10,10 +10,10 @@ from scipy.linalg import expm
 
 from fe_models.arrays import FloatArray, IntArray
 from hybrid.diagnosis.response.compiled import compiled
+from hybrid.diagnosis.response.config import MARCHING
 from hybrid.diagnosis.response.system import System
 
 LANES = 8  # recordings that go side by side: the sums of a substep wait for each other, not for those of other lanes
-WORST = 1e6  # condition number of coordinates that are still known as well as slopes by finite differences need them
 
 
 class Scheme(NamedTuple):
@@ -81,7 +81,7 @@ def _carried(A: FloatArray, time: float) -> tuple[FloatArray, FloatArray, FloatA
     """
     roots, vectors = np.linalg.eig(A)
     basis = np.where(roots.imag[:, None] < 0, -vectors.imag, vectors.real)
-    if not np.isfinite(basis).all() or np.linalg.cond(basis).max() > WORST:
+    if not np.isfinite(basis).all() or np.linalg.cond(basis).max() > MARCHING.max_coordinate_condition:
         return _same(A, time)
     turned = np.exp(roots * time)
     carried = turned.real[:, None] * np.eye(A.shape[1])

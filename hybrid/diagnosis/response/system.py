@@ -11,16 +11,13 @@ from scipy.linalg import expm
 from fe_models.arrays import ComplexArray, FloatArray
 from fe_models.lowpass import LowPass
 from hybrid.diagnosis.nominal.loads import ForcePlace
+from hybrid.diagnosis.response.config import STATE_SPACE
 from hybrid.diagnosis.response.filtering import convolved
 from hybrid.diagnosis.response.residual_modes import ResidualModes
 from hybrid.observability import observability_by_doubling
 
 Force = Callable[[FloatArray, FloatArray], FloatArray]
 """Restoring force (variant, recording) of elongation and rate, each (variant, recording)."""
-
-MOST_GROWTH = 200.0  # in e-folds, of a motion without damping; more would overflow, and is as wrong
-DEFECTIVE = 1e9  # condition number of eigenvectors, beyond which matrix exponentials serve better
-SOFT = 1e-8  # of the highest eigenvalue: springs that hold a body that moves freely
 
 
 @dataclass(frozen=True)
@@ -108,7 +105,7 @@ class ModalForm:
 
     def waves(self, samples: int, step: float) -> FloatArray:
         """Return exp(root t) side by side as real and negative imaginary part, (variant, time, 2 m)."""
-        roots = np.minimum(self.roots.real, MOST_GROWTH / (step * samples)) + 1j * self.roots.imag
+        roots = np.minimum(self.roots.real, STATE_SPACE.max_growth_nepers / (step * samples)) + 1j * self.roots.imag
         block = ceil(sqrt(samples))  # exp of each block's beginning times exp within it: two short tables
         begin, within = (
             np.exp(roots[:, None] * (step * times)[:, None])
@@ -120,7 +117,7 @@ class ModalForm:
 
 def is_defective(vectors: ComplexArray) -> bool:
     """Return whether eigenvectors (..., state, mode) nearly fall together, so that no sum of exponentials serves."""
-    return not np.isfinite(vectors).all() or bool(np.linalg.cond(vectors).max() > DEFECTIVE)
+    return not np.isfinite(vectors).all() or bool(np.linalg.cond(vectors).max() > STATE_SPACE.max_condition)
 
 
 def modal_form(system: System) -> ModalForm | None:
@@ -149,7 +146,7 @@ def free_form(system: System, n: int) -> ModalForm:
     form = modal_form(free)
     if form is None:
         A = system.A.copy()
-        A[:, range(n, 2 * n), range(n)] -= SOFT * np.abs(np.linalg.eigvals(A)).max() ** 2
+        A[:, range(n, 2 * n), range(n)] -= STATE_SPACE.soft_spring_share * np.abs(np.linalg.eigvals(A)).max() ** 2
         form = modal_form(replace(free, A=A))
     assert form is not None  # nothing moves freely now
     return form
