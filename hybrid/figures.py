@@ -20,9 +20,9 @@ STYLES: dict[str, dict[str, Any]] = {  # colours of Okabe & Ito: distinguished b
     "hybrid": {"color": "#0072B2", "linewidth": 1.1},
 }
 PANEL_WIDTH, PANEL_HEIGHT = 6.2, 1.9  # inches
-WHOLE, ZOOM = 4.2, 2.6  # inches, of a long signal and of the part of it beside it
+WHOLE_WIDTH, ZOOM_WIDTH = 4.2, 2.6  # inches, of a long signal and of the part of it beside it
 ZOOM_PERIODS = 6.0  # of the strongest vibration: as many can be told apart, and followed by eye
-LONG = 3.0  # a signal so many times as long as that has a part shown larger
+MIN_ZOOM_RATIO = 3.0  # a signal so many times as long as that has a part shown larger
 Curves = Mapping[str, FloatArray]
 """A name of `STYLES` and values (time, panel)."""
 
@@ -71,7 +71,7 @@ def draw_channels(path: Path, time: FloatArray, curves: Curves, labels: Sequence
     if span is None:
         return draw_curves(path, time, curves, labels, title)
     beside = 2 if len(labels) > 1 else 1
-    with figure(path, 2 * len(labels), 2 * beside, title, [WHOLE, ZOOM] * beside) as (sheet, axes):
+    with figure(path, 2 * len(labels), 2 * beside, title, [WHOLE_WIDTH, ZOOM_WIDTH] * beside) as (sheet, axes):
         for panel, label in enumerate(labels):
             whole, part = axes[2 * panel : 2 * panel + 2]
             for name, values in curves.items():
@@ -103,7 +103,7 @@ def clearest_span(time: FloatArray, curves: Curves) -> tuple[float, float] | Non
     size = np.where(high > low, high - low, 1.0)
     power = power_spectrum((first - first.mean(axis=0)) / size).sum(axis=1)
     samples = round(ZOOM_PERIODS * len(time) / max(1, int(np.argmax(power[1:])) + 1))
-    if samples * LONG > len(time):
+    if samples * MIN_ZOOM_RATIO > len(time):
         return None
     inside = np.stack([np.clip(values, low, high) for values in curves.values()]) / size  # (curve, time, panel)
     apart = np.concatenate([[0.0], np.cumsum(np.ptp(inside, axis=0).sum(axis=1))])

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 import torch
 
+from hybrid.neural_modal_ode.config import BACKBONE_RESIDUAL
 from hybrid.neural_modal_ode.dynamics import ModalDynamics
 from hybrid.neural_modal_ode.integrators import integrate
-from hybrid.neural_modal_ode.residuals.backbone_residual import LEVELS, RATE, BackboneResidual, level_weights
+from hybrid.neural_modal_ode.residuals.backbone_residual import BackboneResidual, level_weights
 from hybrid.neural_modal_ode.residuals.free_residual import FreeResidual
 from hybrid.neural_modal_ode.scaling import StateScale
 from hybrid.training.preparation import prepare
@@ -50,7 +51,7 @@ def test_the_force_by_hand() -> None:
     """At a state of rms 10^-0.5, half way between the levels -2/3 and -1/3 of four from -1 to 0."""
     residual, z = bent(), torch.randn(1, 2 * MODES)
     z = z / z.square().mean().sqrt() * 10**-0.5
-    rates = RATE * (residual.table[1] + residual.table[2]) / 2
+    rates = BACKBONE_RESIDUAL.rate_per_unit * (residual.table[1] + residual.table[2]) / 2
     expected = -(rates[:MODES] * z[0, :MODES] + rates[MODES:] * z[0, MODES:])
     assert torch.allclose(residual(z)[0], expected, rtol=1e-9)  # 1e-12 of the square keeps rest finite
 
@@ -72,7 +73,7 @@ def test_slopes_are_those_of_finite_differences() -> None:
         assert torch.allclose(residual.slopes(z), torch.stack(columns, dim=-1), atol=1e-8)
 
 
-@pytest.mark.parametrize("level", [0, LEVELS - 1])
+@pytest.mark.parametrize("level", [0, BACKBONE_RESIDUAL.levels - 1])
 def test_frequency_and_damping_depend_on_the_size_as_the_table_says(level: int) -> None:
     """Mode 1 alone, beyond the last levels, where the equation is linear: poles of s^2 + (c + d) s + w (w + k) = 0."""
     modal = chain_modes()
@@ -86,8 +87,8 @@ def test_frequency_and_damping_depend_on_the_size_as_the_table_says(level: int) 
     step, samples = 0.002, 2001
     with torch.no_grad():
         q = integrate(dynamics, z0, samples, step, "propagator")[0, :, 0].numpy()
-    stiffness = omega[0] * (omega[0] + RATE * 0.02)
-    s = modal.damping_ratio[0] * omega[0] + RATE * 0.01 / 2
+    stiffness = omega[0] * (omega[0] + BACKBONE_RESIDUAL.rate_per_unit * 0.02)
+    s = modal.damping_ratio[0] * omega[0] + BACKBONE_RESIDUAL.rate_per_unit * 0.01 / 2
     wd, t = np.sqrt(stiffness - s**2), step * np.arange(samples)
     exact = float(z0[0, 0]) * np.exp(-s * t) * (np.cos(wd * t) + s / wd * np.sin(wd * t))
     np.testing.assert_allclose(q, exact, rtol=0, atol=1e-5 * np.abs(exact).max())  # second order in the step: 1e-6

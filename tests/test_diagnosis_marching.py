@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 from fe_models.arrays import FloatArray
 from fe_models.lowpass import LowPass
 from fe_models.measurement import lowpassed
-from hybrid.diagnosis.parallel import THREADS
+from hybrid.diagnosis.config import THREADS
 from hybrid.diagnosis.response.marching import march, respond
 from hybrid.diagnosis.response.stepping import LANES
 from hybrid.diagnosis.response.system import Force, System
@@ -156,7 +156,7 @@ def test_every_variant_and_recording_moves_on_its_own() -> None:
     system = two_masses(lambda u, v: strengths * u**3)
     A, B, C, D, G = (np.repeat(part, 2, axis=0) for part in (system.A, system.B, system.C, system.D, system.G))
     system = replace(system, A=A, B=B, C=C, D=D, G=G)
-    recordings = THREADS * LANES + 3  # more than go side by side in all threads
+    recordings = THREADS.motions * LANES + 3  # more than go side by side in all threads
     start = np.random.default_rng(0).standard_normal((2, recordings, 4))
     marched, one = march(system, start, 50), march(two_masses(cubic), start[1:], 50)
     assert marched is not None

@@ -13,7 +13,13 @@ from fe_models.recordings import Dataset, Recording, Sensor
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.outcome.verdict import Verdict
-from hybrid.diagnosis.recorded.offsets import DIFFERING, DISPLACED, HELD_OUT, TAKEN_OFF, without_offsets
+from hybrid.diagnosis.recorded.offsets import (
+    NOTE_DIFFERING,
+    NOTE_DISPLACED,
+    NOTE_HELD_OUT,
+    NOTE_TAKEN_OFF,
+    without_offsets,
+)
 from tests.frames import portal
 from tests.masts import recorded
 
@@ -55,7 +61,7 @@ def test_offset_is_taken_off_to_within_its_own_error_and_a_drift_is_left(size: f
     rest = left(found, clean)
     assert np.ptp(rest) < 1e-12  # one value of all recordings, the test recording's too
     assert abs(rest[0, 0]) < 4 * error  # the averages do not use a recording's ends in full
-    assert note.startswith(f"{TAKEN_OFF}: a ")
+    assert note.startswith(f"{NOTE_TAKEN_OFF}: a ")
     assert float(note.split()[-2]) == pytest.approx(size, abs=4 * error + 0.005 * abs(size))  # three digits are told
 
 
@@ -71,7 +77,7 @@ def test_recordings_without_noise_have_no_offsets_by_rounding_and_show_small_one
     given = dataset(decays(noise=0.0))
     assert without_offsets(given, POLES) == (given, [])
     found, (note,) = without_offsets(dataset(decays(noise=0.0) + 0.05), POLES)
-    assert note.startswith(TAKEN_OFF)
+    assert note.startswith(NOTE_TAKEN_OFF)
     rest = np.abs(left(found, decays(noise=0.0))).max()
     assert rest < 1e-6  # the rounding of poles that are told by squares of the motion
 
@@ -80,11 +86,11 @@ def test_offsets_that_differ_are_told_and_left() -> None:
     given = dataset(decays() + np.array([[0.1], [-0.1], [0.2], [0.0]]))
     found, (note,) = without_offsets(given, POLES)
     assert found is given
-    assert note == f"{DIFFERING}: a -0.1 to 0.2 m/s^2"
+    assert note == f"{NOTE_DIFFERING}: a -0.1 to 0.2 m/s^2"
     # Nearly alike, they are one: what is left is far less than what was there.
     clean = decays()
     found, (note,) = without_offsets(dataset(clean + np.array([[1.0], [1.1], [1.0], [1.05]])), POLES)
-    assert note.startswith(TAKEN_OFF)
+    assert note.startswith(NOTE_TAKEN_OFF)
     assert np.abs(left(found, clean)).max() < 0.1  # as far as the offsets are apart
 
 
@@ -92,11 +98,11 @@ def test_held_out_sensors_displacements_and_short_recordings_are_left() -> None:
     held_out = dataset(decays() + 0.5, replace(SENSOR, role="held_out"))
     found, (note,) = without_offsets(held_out, POLES)
     assert found is held_out
-    assert note.startswith(f"{HELD_OUT}: a 0.5")
+    assert note.startswith(f"{NOTE_HELD_OUT}: a 0.5")
     settled = dataset(decays() + 0.5, replace(SENSOR, quantity="displacement"))
     found, (note,) = without_offsets(settled, POLES)
     assert found is settled
-    assert note.startswith(f"{DISPLACED}: a 0.5")
+    assert note.startswith(f"{NOTE_DISPLACED}: a 0.5")
     short = dataset(decays(samples=60) + 0.5)  # 1.2 periods
     assert without_offsets(short, POLES) == (short, [])
 
@@ -104,7 +110,7 @@ def test_held_out_sensors_displacements_and_short_recordings_are_left() -> None:
 def test_stop_on_one_side_moves_the_mean_of_displacements_only() -> None:
     """A frame that knocks at a stop is on its other side more often; its mean acceleration is zero all the same."""
     given = recorded(portal().with_effects(GapStop((2,), "x", gap=0.0, stiffness=2e6, side=1)))
-    assert not any(note.startswith(TAKEN_OFF) for note in setting_of(given).notes)
+    assert not any(note.startswith(NOTE_TAKEN_OFF) for note in setting_of(given).notes)
 
 
 @pytest.mark.slow
@@ -119,4 +125,4 @@ def test_cause_is_named_beside_offsets_of_all_sensors() -> None:
     assert found.verdict is Verdict.EXPLAINED
     (finding,) = found.findings
     assert (finding.cause.kind, finding.cause.location) == ("support_spring", {"node": 1, "direction": "rz"})
-    assert any(note.startswith(TAKEN_OFF) for note in found.notes)
+    assert any(note.startswith(NOTE_TAKEN_OFF) for note in found.notes)

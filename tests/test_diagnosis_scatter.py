@@ -17,7 +17,7 @@ from fe_models.structure import Beam, Cable, Structure
 from hybrid.diagnosis.fitting.least_squares import fit
 from hybrid.diagnosis.nominal.config import SCATTER
 from hybrid.diagnosis.nominal.plant import Plant, plant_of
-from hybrid.diagnosis.nominal.scatter import NONE
+from hybrid.diagnosis.nominal.scatter import NO_SCATTER
 from hybrid.diagnosis.outcome.extend import extended_structure
 from hybrid.diagnosis.recorded.batches import Batch
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
@@ -27,7 +27,7 @@ from tests.test_diagnosis_left_out import FITTED, MOVING, RATE, SAMPLES, chosen,
 
 def without_patterns(plant: Plant) -> Plant:
     plant = plant.undispersed
-    return replace(plant, scatter=NONE, spread=plant.spread[: plant.factors], turns=False)
+    return replace(plant, scatter=NO_SCATTER, spread=plant.spread[: plant.factors], turns=False)
 
 
 def frequencies(structure: Structure, count: int) -> FloatArray:
@@ -109,6 +109,6 @@ def test_stated_deviation_holds_where_elements_are_off_by_themselves() -> None:
 
 
 def test_a_chain_and_a_certain_stiffness_have_none() -> None:
-    assert plant_of(Dataset(four_dof(), 10.0, (), ())).scatter is NONE
+    assert plant_of(Dataset(four_dof(), 10.0, (), ())).scatter is NO_SCATTER
     certain = Assumptions(modes=3, uncertainty=Uncertainty(stiffness=0.0))
-    assert plant_of(Dataset(bridge(), RATE, FITTED, (), 30.0, certain)).scatter is NONE
+    assert plant_of(Dataset(bridge(), RATE, FITTED, (), 30.0, certain)).scatter is NO_SCATTER

@@ -7,7 +7,8 @@ import pytest
 import torch
 from torch import Tensor
 
-from hybrid.neural_modal_ode.encoder import START_LOG_VARIANCE, PaperEncoder, WindowEncoder
+from hybrid.neural_modal_ode.config import ENCODER
+from hybrid.neural_modal_ode.encoder import PaperEncoder, WindowEncoder
 from tests.hybrid_problems import double_precision
 
 CHANNELS, MODES, SAMPLES = 3, 2, 10
@@ -64,7 +65,7 @@ def test_a_vibration_of_twice_the_size_starts_from_twice_the_state() -> None:
 def test_the_first_draws_are_within_five_percent() -> None:
     encoder = WindowEncoder(CHANNELS, MODES, SAMPLES)
     _, log_variance = encoder(torch.ones(1, SAMPLES, CHANNELS))  # rms one
-    assert torch.allclose(log_variance, torch.full((1, 2 * MODES), START_LOG_VARIANCE), atol=1e-5)
+    assert torch.allclose(log_variance, torch.full((1, 2 * MODES), ENCODER.initial_log_variance), atol=1e-5)
     assert log_variance[0, 0].mul(0.5).exp().item() == pytest.approx(0.05, abs=0.001)
 
 

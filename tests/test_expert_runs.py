@@ -18,7 +18,7 @@ from hybrid.estimation.experts import Experts
 from hybrid.estimation.forecast import forecast_windows
 from hybrid.training.checkpoint import load_checkpoint
 from hybrid.training.results import write_results
-from hybrid.training.run import DONE, UNDER_WAY, begin, resume
+from hybrid.training.run import CHECKPOINT, PARTIAL_CHECKPOINT, begin, resume
 from scripts import predict_motion, train_hybrid
 from tests.hybrid_problems import TINY, learned, same, trained
 from tests.test_experts import EXPERTS, two_days
@@ -39,13 +39,13 @@ def folders(dataset: Dataset, tmp_path_factory: pytest.TempPathFactory) -> list[
     run = begin(dataset, CONFIG, whole)
     for result in run.epochs():
         if result.epoch == 1:
-            shutil.copy(whole / UNDER_WAY, first / UNDER_WAY)
+            shutil.copy(whole / PARTIAL_CHECKPOINT, first / PARTIAL_CHECKPOINT)
     write_results(run, dataset)
     return [first, whole]
 
 
 def experts_in(folder: Path) -> Experts:
-    model = load_checkpoint(folder / DONE).model
+    model = load_checkpoint(folder / CHECKPOINT).model
     assert isinstance(model, Experts)
     return model
 
@@ -69,7 +69,7 @@ def test_resumed_it_ends_as_if_never_interrupted(folders: list[Path], dataset: D
     run = resume(dataset, CONFIG, folder)
     assert [result.epoch for result in run.epochs()] == [2]
     write_results(run, dataset)
-    one, other = load_checkpoint(folder / DONE), load_checkpoint(folders[1] / DONE)
+    one, other = load_checkpoint(folder / CHECKPOINT), load_checkpoint(folders[1] / CHECKPOINT)
     assert same(one.model.state_dict(), other.model.state_dict())
     assert one.history == other.history
 
@@ -86,7 +86,7 @@ def test_the_loss_is_the_mean_over_all_windows(dataset: Dataset, tmp_path: Path)
 
 def test_a_loaded_model_forecasts_the_same_bits(folders: list[Path], dataset: Dataset, tmp_path: Path) -> None:
     run = resume(dataset, CONFIG, folders[0])
-    shutil.copy(folders[0] / UNDER_WAY, tmp_path / DONE)
+    shutil.copy(folders[0] / PARTIAL_CHECKPOINT, tmp_path / CHECKPOINT)
     windows = np.concatenate([recording.data for recording in dataset.select("test")])
     before, after = (forecast_windows(model, windows) for model in (run.trainer.model, experts_in(tmp_path)))
     np.testing.assert_array_equal(after.channels, before.channels)
@@ -110,7 +110,7 @@ def test_predict_motion_takes_a_run_of_experts(folders: list[Path], dataset: Dat
     prediction = load_run(tmp_path / "out").prediction
     assert prediction is not None
     q = forecast_windows(experts_in(folders[1]), dataset.recordings[3].data[:1]).q[0]
-    shapes = load_checkpoint(folders[1] / DONE).origin.modal.shapes
+    shapes = load_checkpoint(folders[1] / CHECKPOINT).origin.modal.shapes
     np.testing.assert_allclose(prediction.hybrid, q @ shapes.T, rtol=0, atol=2e-5)  # float32 over 80 steps
     (tmp_path / "state.csv").write_text("node,direction,displacement,velocity\n4,x,0.4,0.25\n")
     state = ["--initial", str(tmp_path / "state.csv")]

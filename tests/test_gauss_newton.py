@@ -23,7 +23,7 @@ from hybrid.training.checkpoint import load_checkpoint
 from hybrid.training.gauss_newton import GaussNewtonTrainer
 from hybrid.training.gradient_training import EpochResult, Trainer, TrainingDivergedError
 from hybrid.training.preparation import prepare
-from hybrid.training.run import UNDER_WAY, begin, resume
+from hybrid.training.run import PARTIAL_CHECKPOINT, begin, resume
 from hybrid.training.trainers import trainer_for
 from tests.hybrid_problems import MEASURED, STEP, TINY, chain_dataset, chain_modes, double_precision, learned, same
 from tests.places_problems import (
@@ -262,7 +262,7 @@ def folders(dataset: Dataset, tmp_path_factory: pytest.TempPathFactory) -> list[
     left = []
     for result in begin(dataset, PLACES, whole, device="cpu").epochs():
         left.append(tmp_path_factory.mktemp(f"after_{result.epoch}"))
-        shutil.copy(whole / UNDER_WAY, left[-1] / UNDER_WAY)
+        shutil.copy(whole / PARTIAL_CHECKPOINT, left[-1] / PARTIAL_CHECKPOINT)
     return left
 
 
@@ -275,7 +275,7 @@ def test_resumed_after_any_epoch_it_ends_as_if_never_interrupted(
     shutil.copytree(folders[done - 1], folder)
     run = resume(dataset, PLACES, folder, device="cpu")
     assert [result.epoch for result in run.epochs()] == list(range(done + 1, len(folders) + 1))
-    one, other = load_checkpoint(folder / UNDER_WAY), load_checkpoint(folders[-1] / UNDER_WAY)
+    one, other = load_checkpoint(folder / PARTIAL_CHECKPOINT), load_checkpoint(folders[-1] / PARTIAL_CHECKPOINT)
     assert same(one.model.state_dict(), other.model.state_dict())
     assert one.history == other.history
     assert torch.equal(one.trainer["states"], other.trainer["states"])

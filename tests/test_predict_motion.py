@@ -17,7 +17,7 @@ from hybrid.estimation.forecast import forecast_windows
 from hybrid.estimation.uncertainty import banded_forecast
 from hybrid.training.checkpoint import load_checkpoint
 from hybrid.training.results import write_results
-from hybrid.training.run import DONE, begin
+from hybrid.training.run import CHECKPOINT, begin
 from scripts import render_shapes
 from scripts.predict_motion import app
 from tests.hybrid_problems import SENSORS, STEP, TINY, chain_dataset, chain_modes, channels, decay
@@ -70,7 +70,7 @@ def test_from_a_record_it_is_what_the_model_forecasts_of_that_window(run: Path, 
     """Of the second recording, from sample 7 on; hybrid and FE start where the encoder says."""
     options = ("--dataset", run.parent / "dataset.toml", "--record", "other", "--start", "3.5", "--duration", "39.5")
     prediction = predicted(run, tmp_path, *options)
-    model = load_checkpoint(run / DONE).model
+    model = load_checkpoint(run / CHECKPOINT).model
     window = chain_dataset().recordings[1].data[:1, 7:87]
     header, table = table_of(tmp_path)
     assert header == ["time", *(f"{name} {what}" for what in ("hybrid", "FE", "std") for name in NAMES)]

@@ -24,7 +24,7 @@ from hybrid.training.checkpoint import Origin
 from hybrid.training.forecast_comparison import Comparison, compare, field_scores
 from hybrid.training.gradient_training import TrainingDivergedError
 from hybrid.training.results import fe_initial_state, prediction_of, write_results
-from hybrid.training.run import DONE, UNDER_WAY, Run, begin, resume
+from hybrid.training.run import CHECKPOINT, PARTIAL_CHECKPOINT, Run, begin, resume
 from tests.hybrid_problems import (
     SENSORS,
     STEP,
@@ -162,7 +162,7 @@ def test_without_test_recordings_nothing_is_scored(dataset: Dataset, tmp_path: P
     assert metrics["test"] is None
     assert metrics["training"]["epochs"] == 1
     names = {path.name for path in tmp_path.iterdir()}
-    assert names == {DONE, "metrics.json", "model.npz", "training.png", LIST}
+    assert names == {CHECKPOINT, "metrics.json", "model.npz", "training.png", LIST}
     assert load_run(tmp_path).prediction is None
 
 
@@ -194,7 +194,7 @@ def another(dataset: Dataset, folder: Path) -> Run:
 
 
 def files(folder: Path) -> dict[str, bytes]:
-    return {path.name: path.read_bytes() for path in folder.iterdir() if path.name != UNDER_WAY}
+    return {path.name: path.read_bytes() for path in folder.iterdir() if path.name != PARTIAL_CHECKPOINT}
 
 
 @pytest.mark.usefixtures("quick_curves")
@@ -215,7 +215,7 @@ def test_a_disk_that_fills_leaves_all_older_results(
     assert files(tmp_path) == before
     write_results(resume(dataset, run.config, tmp_path), dataset)
     assert files(tmp_path).keys() == before.keys()
-    assert files(tmp_path)[DONE] != before[DONE]
+    assert files(tmp_path)[CHECKPOINT] != before[CHECKPOINT]
 
 
 @pytest.mark.slow
@@ -238,8 +238,8 @@ def test_a_curve_that_fails_loses_neither_model_nor_scores(
         caught.value.__notes__
     )
     left = files(tmp_path)
-    assert left.keys() == {DONE, "metrics.json", "model.npz", "prediction.npz", LIST}
-    assert all(left[name] != before[name] for name in (DONE, "metrics.json", "prediction.npz"))
+    assert left.keys() == {CHECKPOINT, "metrics.json", "model.npz", "prediction.npz", LIST}
+    assert all(left[name] != before[name] for name in (CHECKPOINT, "metrics.json", "prediction.npz"))
     write_results(resume(dataset, run.config, tmp_path), dataset)
     assert files(tmp_path).keys() == before.keys()
     assert files(tmp_path)["prediction.npz"] == left["prediction.npz"]

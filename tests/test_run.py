@@ -19,7 +19,7 @@ from hybrid.estimation.forecast import forecast_windows
 from hybrid.training.checkpoint import Checkpoint, load_checkpoint
 from hybrid.training.gradient_training import TrainingDivergedError
 from hybrid.training.results import write_results
-from hybrid.training.run import DONE, UNDER_WAY, begin, resume
+from hybrid.training.run import CHECKPOINT, PARTIAL_CHECKPOINT, begin, resume
 from tests.hybrid_problems import HELD_OUT, TINY, chain_dataset, chain_modes, learned, same, with_column
 
 EPOCHS = TINY.training.epochs
@@ -38,7 +38,7 @@ def folders(dataset: Dataset, tmp_path_factory: pytest.TempPathFactory) -> list[
     left = []
     for result in run.epochs():
         left.append(tmp_path_factory.mktemp(f"after_{result.epoch}"))
-        shutil.copy(whole / UNDER_WAY, left[-1] / UNDER_WAY)
+        shutil.copy(whole / PARTIAL_CHECKPOINT, left[-1] / PARTIAL_CHECKPOINT)
     write_results(run, dataset)
     return [*left, whole]
 
@@ -73,19 +73,21 @@ def test_resumed_after_any_epoch_it_ends_as_if_never_interrupted(
     run = resume(dataset, TINY, folder)
     assert [result.epoch for result in run.epochs()] == list(range(done + 1, EPOCHS + 1))
     write_results(run, dataset)
-    assert_equal(load_checkpoint(folder / DONE), load_checkpoint(folders[-1] / DONE))
+    assert_equal(load_checkpoint(folder / CHECKPOINT), load_checkpoint(folders[-1] / CHECKPOINT))
     assert metrics_of(folder) == metrics_of(folders[-1])
 
 
 def test_each_epoch_is_on_disk_before_the_next_begins(folders: list[Path]) -> None:
     for epoch, folder in enumerate(folders[:-1], start=1):
-        assert [result.epoch for result in load_checkpoint(folder / UNDER_WAY).history] == list(range(1, epoch + 1))
+        assert [result.epoch for result in load_checkpoint(folder / PARTIAL_CHECKPOINT).history] == list(
+            range(1, epoch + 1)
+        )
 
 
 def test_a_finished_run_has_its_checkpoint_and_no_training_under_way(folders: list[Path]) -> None:
     names = {path.name for path in folders[-1].iterdir()}
-    assert {DONE, "metrics.json", "prediction.npz", "model.npz"} <= names
-    assert UNDER_WAY not in names
+    assert {CHECKPOINT, "metrics.json", "prediction.npz", "model.npz"} <= names
+    assert PARTIAL_CHECKPOINT not in names
     assert [name for name in names if name.startswith(".")] == [LIST]  # no temporary files
 
 
@@ -99,7 +101,7 @@ def test_older_results_stay_while_a_new_training_is_under_way(
     for _ in run.epochs():
         assert {name: (folder / name).read_bytes() for name in before} == before
     write_results(run, dataset)
-    assert (folder / DONE).read_bytes() != before[DONE]
+    assert (folder / CHECKPOINT).read_bytes() != before[CHECKPOINT]
 
 
 def test_files_that_no_training_wrote_are_refused_before_it_begins(
@@ -112,7 +114,7 @@ def test_files_that_no_training_wrote_are_refused_before_it_begins(
         with pytest.raises(InputError, match=r"metrics\.json would be replaced"):
             start(dataset, TINY, folder)
         assert (folder / "metrics.json").read_text() == "mine"
-    torch.save({"weights": torch.ones(3)}, tmp_path / UNDER_WAY)
+    torch.save({"weights": torch.ones(3)}, tmp_path / PARTIAL_CHECKPOINT)
     with pytest.raises(InputError, match="was not written by this program"):
         begin(dataset, TINY, tmp_path)
     begin(dataset, TINY, copy_of(folders[0], tmp_path / "fresh"))  # its state is a training's own
@@ -126,10 +128,10 @@ def test_a_divergence_keeps_the_last_sound_epoch(dataset: Dataset, tmp_path: Pat
     run.trainer.windows[:] = float("inf")
     with pytest.raises(TrainingDivergedError):
         next(epochs)
-    kept = load_checkpoint(tmp_path / UNDER_WAY)
+    kept = load_checkpoint(tmp_path / PARTIAL_CHECKPOINT)
     assert same(learned(kept.model), weights)
     assert all(bool(torch.isfinite(value).all()) for value in weights.values())
-    assert not (tmp_path / DONE).exists()
+    assert not (tmp_path / CHECKPOINT).exists()
 
 
 def refusal(dataset: Dataset, config: Config, folder: Path) -> str:
@@ -189,7 +191,7 @@ def test_nothing_is_begun_without_training_recordings_or_with_loads(dataset: Dat
 def test_scores_in_the_metrics_are_those_of_the_checkpoint(folders: list[Path], dataset: Dataset) -> None:
     """Recomputed by hand from what the loaded model forecasts."""
     metrics = metrics_of(folders[-1])
-    model = load_checkpoint(folders[-1] / DONE).model
+    model = load_checkpoint(folders[-1] / CHECKPOINT).model
     data = dataset.recordings[-1].data
     windows = np.concatenate([data[r : r + 1, start : start + 80] for r in range(3) for start in (0, 20)])
     for name, dynamics in (("hybrid", model), ("fe", fe_counterpart(model))):

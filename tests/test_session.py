@@ -12,7 +12,7 @@ from tqdm import tqdm
 from fe_models.recordings import Dataset, Recording
 from hybrid.training import session
 from hybrid.training.gradient_training import EpochResult, TrainingDivergedError
-from hybrid.training.run import UNDER_WAY, Run
+from hybrid.training.run import PARTIAL_CHECKPOINT, Run
 from hybrid.training.session import divergence_exits, open_run, train
 from tests.hybrid_problems import TINY, chain_dataset, chain_modes, recorded
 
@@ -70,7 +70,7 @@ def test_training_goes_to_the_end(dataset: Dataset, tmp_path: Path) -> None:
     run = open_run(dataset, TINY, tmp_path, "cpu")
     train(run)
     assert [result.epoch for result in run.history] == [1, 2, 3, 4]
-    assert (tmp_path / UNDER_WAY).exists()  # until the results are written
+    assert (tmp_path / PARTIAL_CHECKPOINT).exists()  # until the results are written
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,7 @@ from fe_models.files.run_folder import load_run
 from hybrid.estimation.experts import fe_counterpart
 from hybrid.estimation.forecast import forecast_windows
 from hybrid.training.checkpoint import load_checkpoint
-from hybrid.training.run import DONE, UNDER_WAY
+from hybrid.training.run import CHECKPOINT, PARTIAL_CHECKPOINT
 from scripts.train_hybrid import app
 from tests.hybrid_problems import chain_dataset, chain_modes
 
@@ -60,8 +60,8 @@ def interrupted(dataset: Path, out: Path, how: signal.Signals, *arguments: str) 
     finally:
         signal.signal(signal.SIGINT, before)
     until = time.monotonic() + PATIENCE
-    known = mtime(out / UNDER_WAY)
-    while mtime(out / UNDER_WAY) == known and process.poll() is None and time.monotonic() < until:
+    known = mtime(out / PARTIAL_CHECKPOINT)
+    while mtime(out / PARTIAL_CHECKPOINT) == known and process.poll() is None and time.monotonic() < until:
         time.sleep(0.005)
     process.send_signal(how)
     output, _ = process.communicate(timeout=PATIENCE)
@@ -79,14 +79,14 @@ def test_after_kill_9_the_same_command_ends_with_the_same_scores(dataset: Path, 
     status, _ = interrupted(dataset, tmp_path, signal.SIGKILL, *LONG)
     assert status == -signal.SIGKILL
     assert not (tmp_path / "metrics.json").exists()
-    done = len(load_checkpoint(tmp_path / UNDER_WAY).history)
+    done = len(load_checkpoint(tmp_path / PARTIAL_CHECKPOINT).history)
     assert 1 <= done < 30
     result = train(dataset, "--out", tmp_path, *LONG)
     assert result.exit_code == 0, result.output
     assert f"Going on with the training interrupted after epoch {done}" in result.output
     assert metrics_of(tmp_path)["scores"] == metrics_of(whole)["scores"]
     assert metrics_of(tmp_path)["training"]["epochs"] == 30
-    assert not (tmp_path / UNDER_WAY).exists()
+    assert not (tmp_path / PARTIAL_CHECKPOINT).exists()
 
 
 def test_ctrl_c_ends_with_130_and_says_how_to_go_on(dataset: Path, whole: Path, tmp_path: Path) -> None:
@@ -103,16 +103,16 @@ def test_killed_over_older_results_it_leaves_them_whole(dataset: Path, tmp_path:
     assert train(dataset, "--out", tmp_path, *TINY, "--epochs", "1").exit_code == 0
     before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
     interrupted(dataset, tmp_path, signal.SIGKILL, *LONG, "--seed", "3")
-    assert (tmp_path / UNDER_WAY).exists()
+    assert (tmp_path / PARTIAL_CHECKPOINT).exists()
     assert {name: (tmp_path / name).read_bytes() for name in before} == before
     refused = train(dataset, "--out", tmp_path, *TINY, "--epochs", "1")
     assert refused.exit_code == 2
     assert "other settings: epochs was 30, now 1; seed was 3, now 0" in refused.output
-    assert (tmp_path / DONE).read_bytes() == before[DONE]
+    assert (tmp_path / CHECKPOINT).read_bytes() == before[CHECKPOINT]
     fresh = train(dataset, "--out", tmp_path, *TINY, "--epochs", "1", "--fresh")
     assert fresh.exit_code == 0, fresh.output
     assert "Going on" not in fresh.output
-    assert not (tmp_path / UNDER_WAY).exists()
+    assert not (tmp_path / PARTIAL_CHECKPOINT).exists()
     assert metrics_of(tmp_path)["scores"] == json.loads(before["metrics.json"])["scores"]
 
 
@@ -121,7 +121,7 @@ def test_results_fit_each_other(whole: Path) -> None:
 
     1e-5 of a motion near three: float32, in which the sums of a batch of one and of six differ.
     """
-    model = load_checkpoint(whole / DONE).model
+    model = load_checkpoint(whole / CHECKPOINT).model
     window = chain_dataset().select("test")[0].data[:1, :80]
     prediction = load_run(whole).prediction
     assert prediction is not None
@@ -155,7 +155,7 @@ def test_every_integrator_and_the_papers_preset_run(options: tuple[str, ...], da
     small = ("--window", "40", "--epochs", "1", "--threads", "1", "--first-horizon", "12")
     result = train(dataset, "--out", tmp_path, *small, *options)
     assert result.exit_code == 0, result.output
-    config = load_checkpoint(tmp_path / DONE).config
+    config = load_checkpoint(tmp_path / CHECKPOINT).config
     assert config.model.integrator == {"paper": "rk4"}.get(options[1], options[1])
     assert config.model.encoder == ("paper" if options[1] == "paper" else "window")
     assert config.training.window == 40
@@ -232,5 +232,5 @@ def test_a_divergence_is_one_line_with_the_remedy(epochs: str, dataset: Path, tm
     assert result.exit_code == 1, result.output
     assert "diverged" in result.output
     assert "--learning-rate" in result.output
-    assert not (tmp_path / DONE).exists()
+    assert not (tmp_path / CHECKPOINT).exists()
     assert not (tmp_path / "metrics.json").exists()

@@ -17,7 +17,7 @@ from fe_models.files.run_folder import load_run
 from fe_models.linear import LinearModel
 from fe_models.recordings import Assumptions, Dataset
 from hybrid.training.checkpoint import load_checkpoint
-from hybrid.training.run import DONE, begin
+from hybrid.training.run import CHECKPOINT, begin
 from scripts.predict_motion import app as predict
 from scripts.train_hybrid import app
 from tests.hybrid_problems import MASS, STIFFNESS, TINY, chain_dataset, chain_modes
@@ -56,7 +56,7 @@ def trained(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_the_model_is_that_of_the_matrices(trained: Path) -> None:
     """Frequencies by scipy's dense solver; xi = omega beta / 2 for C = beta K."""
-    origin = load_checkpoint(trained / "run" / DONE).origin
+    origin = load_checkpoint(trained / "run" / CHECKPOINT).origin
     assert origin.structure is None
     omega = chain_modes().omega
     np.testing.assert_allclose(origin.modal.omega, omega, rtol=1e-10)
@@ -70,7 +70,7 @@ def test_the_model_is_that_of_the_matrices(trained: Path) -> None:
 
 def test_scores_are_those_of_the_same_modes_of_a_structure(trained: Path, tmp_path: Path) -> None:
     """Where a model comes from makes no difference, only its modes do."""
-    modal = load_checkpoint(trained / "run" / DONE).origin.modal
+    modal = load_checkpoint(trained / "run" / CHECKPOINT).origin.modal
     same = replace(chain_dataset(), assumptions=Assumptions(modal_model=modal))
     result = train(save_dataset(same, tmp_path, "four_dof"), tmp_path / "run")
     assert result.exit_code == 0, result.output

@@ -18,7 +18,8 @@ from benchmarks.peers.answer import Peer, PeerMark, mark
 from benchmarks.peers.exhaustive import name_by_aic
 from benchmarks.peers.sparse import name_by_regression
 from fe_models.errors import InputError
-from hybrid.diagnosis.diagnosis import THREADS, diagnose
+from hybrid.diagnosis.config import THREADS
+from hybrid.diagnosis.diagnosis import diagnose
 
 NOTHING = "nothing"  # the word for a clean case
 CERTIFICATE_SEED = 20_000_000  # seeds from here on are the certificate's alone, so that nobody works towards them
@@ -96,7 +97,7 @@ def done(task: Task, peers: tuple[str, ...] = ()) -> BlindResult:
     """Return the result of a task, with as many threads for the peers as for the diagnosis."""
     hidden = () if task.hidden == NOTHING else tuple(task.hidden.split("+"))
     marks = {}
-    with threadpool_limits(THREADS, "blas"):
+    with threadpool_limits(THREADS.linear_algebra, "blas"):
         case = blind_case(task.seed, replace(task.config, kinds=hidden))
         try:
             judgement = judge(case, diagnose(case.dataset))

@@ -54,18 +54,18 @@ def predict(
     from hybrid.training.checkpoint import load_checkpoint
     from hybrid.training.prediction import CHANNELS, from_record, from_state, prediction_in, write_channels
     from hybrid.training.results import prediction_of
-    from hybrid.training.run import DONE
+    from hybrid.training.run import CHECKPOINT
     from hybrid.training.session import check_device
 
     with command_line(quiet) as result:
         if (dataset is None) == (initial is None):
             raise InputError("give either --dataset, to start from a record, or --initial, to start from a state")
         results, faults = prediction_in(out), list[str]()
-        read = [path for path in (run / DONE, dataset, initial) if path is not None]
+        read = [path for path in (run / CHECKPOINT, dataset, initial) if path is not None]
         noting(faults, "--out", results.check, [*run_files(run), *files_read(*read)])
         noting(faults, "", check_device, device)
         raise_faults(faults)
-        checkpoint = load_checkpoint(run / DONE)
+        checkpoint = load_checkpoint(run / CHECKPOINT)
         checkpoint.model.to(device)
         model = load_run(run).model
         samples = round(duration * checkpoint.origin.sampling_rate) + 1

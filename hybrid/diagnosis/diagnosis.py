@@ -7,11 +7,10 @@ from time import perf_counter
 from threadpoolctl import threadpool_limits
 
 from fe_models.recordings import Dataset
+from hybrid.diagnosis.config import THREADS
 from hybrid.diagnosis.contest.evidence import gather
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.outcome.conclusion import Diagnosis, concluded
-
-THREADS = 1  # of linear algebra: the matrices are small, and more threads only wait for each other
 
 
 def diagnose(dataset: Dataset, advance: Callable[[str], object] | None = None) -> Diagnosis:
@@ -21,7 +20,7 @@ def diagnose(dataset: Dataset, advance: Callable[[str], object] | None = None) -
     """
     begun = perf_counter()
     tell: Callable[[str], object] = advance or (lambda _: None)
-    with threadpool_limits(THREADS, "blas"):
+    with threadpool_limits(THREADS.linear_algebra, "blas"):
         setting = setting_of(dataset)
         evidence = gather(setting, tell)
         tell("forecasts")

@@ -6,11 +6,10 @@ from contextvars import copy_context
 from typing import TypeVar
 
 from fe_models.progress import nothing
+from hybrid.diagnosis.config import THREADS
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
-
-THREADS = 2  # each holds a core only while it works
 
 
 def parallel_map(
@@ -25,7 +24,7 @@ def parallel_map(
         found.append(function(known[0]))
         advance()
         return found
-    with ThreadPoolExecutor(THREADS) as pool:
+    with ThreadPoolExecutor(THREADS.motions) as pool:
         for task in [pool.submit(copy_context().run, function, item) for item in known]:
             found.append(task.result())
             advance()
@@ -34,5 +33,5 @@ def parallel_map(
 
 def in_chunks(items: Sequence[Item]) -> Iterator[Sequence[Item]]:
     """Yield the items as many at a time as go side by side."""
-    for first in range(0, len(items), THREADS):
-        yield items[first : first + THREADS]
+    for first in range(0, len(items), THREADS.motions):
+        yield items[first : first + THREADS.motions]

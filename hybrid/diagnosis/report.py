@@ -3,6 +3,7 @@
 from typing import Any
 
 from fe_models.causes.wording import at_place
+from hybrid.diagnosis.config import REPORT
 from hybrid.diagnosis.learned.gain import Gain, Trained
 from hybrid.diagnosis.observed.observation_report import describe_observations, observations_table
 from hybrid.diagnosis.outcome.advice import Advice
@@ -10,29 +11,24 @@ from hybrid.diagnosis.outcome.conclusion import Diagnosis
 from hybrid.diagnosis.outcome.findings import NOT_ON_THE_LIST, OTHER_CAUSES, Alternative, Finding
 from hybrid.diagnosis.outcome.verdict import MATERIAL, Verdict
 
-WORDS = {
+HEADLINES = {
     Verdict.NOTHING_WRONG: "Nothing is wrong: calibrated within its uncertainty, the simulation forecasts {reach}.",
     Verdict.EXPLAINED: "The simulation is wrong, and {causes} named below.",
     Verdict.PARTLY_EXPLAINED: "The simulation is wrong; what is named may be part of it, or stand for something else.",
     Verdict.UNEXPLAINED: "The simulation is wrong, and nothing on the list of causes explains it.",
 }
-ALIKE = {
+ONE_STRUCTURE = {
     True: "  All recordings are of one structure, as far as they tell.",
     False: "  The recordings are not all alike: see below.",
 }
-UNSURE = "The simulation is wrong. These sensors cannot tell which of several causes it is; the likeliest is below."
-UNSURE_PLACE = "The simulation is wrong. The kind of its cause is probably the one below; sensors leave its place open."
-LIKELY = 0.5  # least probability of a cause that a headline calls named
+KIND_OPEN = "The simulation is wrong. These sensors cannot tell which of several causes it is; the likeliest is below."
+PLACE_OPEN = "The simulation is wrong. The kind of its cause is probably the one below; sensors leave its place open."
 REMAINDERS = {
     OTHER_CAUSES: "Other causes, each less probable, or several at once",
     NOT_ON_THE_LIST: "Something that is not on the list of causes",
 }
-REACHED = "as well as the noise lets it"
-NEARLY = "nearly as well as the noise lets it, and leaves nothing but noise of the training recordings"
-RIVALS = 5  # of a finding, listed on the terminal
-LEARNED_PLACES = 3  # where most was learned, listed on the terminal
-HARDLY = 0.005  # of what was wrong: what a finding takes away of it is reported as none
-CALIBRATED = 1e-4  # a smaller change of a factor is not worth a line
+FORECAST_AT_NOISE = "as well as the noise lets it"
+FORECAST_NEAR_NOISE = "nearly as well as the noise lets it, and leaves nothing but noise of the training recordings"
 
 
 def report_table(diagnosis: Diagnosis, gain: Gain | None = None) -> dict[str, Any]:
@@ -67,7 +63,7 @@ def _table(diagnosis: Diagnosis) -> dict[str, Any]:
         "calibration": [
             {"what": item.quantity, "location": item.location, "factor": {"value": item.factor, "std": item.std}}
             for item in diagnosis.calibration
-            if abs(item.factor - 1) > CALIBRATED
+            if abs(item.factor - 1) > REPORT.min_factor_change
         ],
         "unexplained_fraction": diagnosis.unexplained,
         "scores": dict(diagnosis.scores),
@@ -91,7 +87,7 @@ def _advice(advice: Advice) -> dict[str, Any]:
 
 
 def _explained(finding: Finding) -> str:
-    if finding.explains < HARDLY:
+    if finding.explains < REPORT.min_explained_share:
         return "recordings for training show it, those for testing hardly"
     return f"explains {finding.explains:.0%} of what was wrong"
 
@@ -111,7 +107,7 @@ def _finding(finding: Finding) -> dict[str, Any]:
 
 def describe_diagnosis(diagnosis: Diagnosis, gain: Gain | None = None) -> str:
     """Return the report in a few lines, after tables of what the nominal simulation shows."""
-    alike = [] if diagnosis.alike is None else [ALIKE[diagnosis.alike]]
+    alike = [] if diagnosis.alike is None else [ONE_STRUCTURE[diagnosis.alike]]
     return "\n".join([*describe_observations(diagnosis.shown), *alike, "", summary(diagnosis, gain)])
 
 
@@ -140,12 +136,13 @@ def summary(diagnosis: Diagnosis, gain: Gain | None = None) -> str:
 def headline(diagnosis: Diagnosis) -> str:
     """Return the answer in one sentence, no surer than the probabilities of what it names."""
     error = diagnosis.scores["extended"]["measured"]
-    reach = REACHED if error is None or error <= (1 + MATERIAL) * diagnosis.noise_floor else NEARLY
-    unsure = [finding for finding in diagnosis.findings if finding.probability < LIKELY]
+    at_noise = error is None or error <= (1 + MATERIAL) * diagnosis.noise_floor
+    reach = FORECAST_AT_NOISE if at_noise else FORECAST_NEAR_NOISE
+    unsure = [finding for finding in diagnosis.findings if finding.probability < REPORT.min_named_probability]
     if diagnosis.verdict is Verdict.EXPLAINED and unsure:
-        return UNSURE_PLACE if all(_of_kind(finding) >= LIKELY for finding in unsure) else UNSURE
+        return PLACE_OPEN if all(_of_kind(finding) >= REPORT.min_named_probability for finding in unsure) else KIND_OPEN
     causes = "the causes are" if len(diagnosis.findings) > 1 else "the cause is"
-    return WORDS[diagnosis.verdict].format(causes=causes, reach=reach)
+    return HEADLINES[diagnosis.verdict].format(causes=causes, reach=reach)
 
 
 def _of_kind(finding: Finding) -> float:
@@ -160,16 +157,17 @@ def _rival_lines(finding: Finding) -> list[str]:
     """
     rivals = [item for item in finding.alternatives if not item.is_remainder]
     lines = [
-        f"  These sensors cannot rule out: {rival_words(item)} ({item.probability:.2f})." for item in rivals[:RIVALS]
+        f"  These sensors cannot rule out: {rival_words(item)} ({item.probability:.2f})."
+        for item in rivals[: REPORT.max_rivals_listed]
     ]
-    if len(rivals) > RIVALS:
+    if len(rivals) > REPORT.max_rivals_listed:
         places = sum(item.kind == finding.cause.kind for item in rivals)
         of_kind = (
             f" That it is a {finding.cause.kind}, here or at one of {places} other places: {_of_kind(finding):.2f}."
             if places
             else ""
         )
-        lines.append(f"  And {len(rivals) - RIVALS} more.{of_kind}")
+        lines.append(f"  And {len(rivals) - REPORT.max_rivals_listed} more.{of_kind}")
     rest = [item for item in finding.alternatives if item.is_remainder]
     return lines + [f"  {rival_words(item)}: {item.probability:.2f}." for item in rest]
 
@@ -187,7 +185,7 @@ def _hybrid_lines(gain: Gain) -> list[str]:
             continue
         apart = "" if trained.held_out is None else f", held-out {trained.held_out:.4f}"
         lines.append(f"Hybrid model on the {name} structure: NRMSE {trained.measured:.4f}{apart}.")
-        for place in trained.places[:LEARNED_PLACES]:
+        for place in trained.places[: REPORT.max_learned_places_listed]:
             laws = ", ".join(f"{word} {part:.0%}" for word, part in list(place.laws.items())[:3])
             lines.append(
                 f"  learned {at_place(place.location)}: {place.share:.0%} of it; of that explain {laws};"

@@ -51,6 +51,18 @@ class UncertaintyConfig:
     seed: int = 0  # the same draws for the same prediction
 
 
+@dataclass(frozen=True)
+class WindowConfig:
+    """Stretches of a recording that are forecast from their first samples."""
+
+    default_samples: int = 500  # as in the paper
+    # a window gives one initial state: as many as the states of ten modes, for an encoder that estimates all of them
+    min_windows: int = 20
+    # of the shortest recording: a window that is shorter still shows too little of a slow decay
+    min_recording_share: float = 0.5
+
+
 LINEAR_CALIBRATION = LinearCalibrationConfig()
 STATE = StateConfig()
 UNCERTAINTY = UncertaintyConfig()
+WINDOWS = WindowConfig()

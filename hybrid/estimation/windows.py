@@ -9,11 +9,7 @@ from fe_models.arrays import BoolArray, FloatArray
 from fe_models.errors import InputError
 from fe_models.recordings import Dataset, Recording
 from hybrid.config import Config
-
-DEFAULT_WINDOW = 500  # samples, as in the paper
-FEWEST_WINDOWS = 20
-"""A window gives one initial state: as many as the states of ten modes, for an encoder that estimates all of them."""
-SHORTEST_SHARE = 0.5  # of the shortest recording: a window that is shorter still shows too little of a slow decay
+from hybrid.estimation.config import WINDOWS
 
 
 def cut(recording: Recording, length: int, stride: int) -> FloatArray:
@@ -70,7 +66,7 @@ def window_length(dataset: Dataset, config: Config) -> int:
     the shortest recording. `InputError` where windows would be too short for the encoder.
     """
     seen = config.model.encoder_samples
-    wanted = DEFAULT_WINDOW if config.training.window is None else config.training.window
+    wanted = WINDOWS.default_samples if config.training.window is None else config.training.window
     if wanted < 4 * seen:
         raise InputError(
             f"a window of {wanted} samples is too short: at least {4 * seen} are needed, four times the"
@@ -86,13 +82,13 @@ def window_length(dataset: Dataset, config: Config) -> int:
     longest = min(wanted, available)
     if config.training.window is not None:
         return longest
-    floor = max(4 * seen, round(SHORTEST_SHARE * available))
+    floor = max(4 * seen, round(WINDOWS.min_recording_share * available))
     learners = [[each] for each in dataset.select("train")] if config.model.experts else [dataset.select("train")]
     return next(
         (
             length
             for length in range(longest, floor, -1)
-            if min(_count(recordings, length, config.training.stride) for recordings in learners) >= FEWEST_WINDOWS
+            if min(_count(recordings, length, config.training.stride) for recordings in learners) >= WINDOWS.min_windows
         ),
         min(floor, longest),
     )

@@ -16,7 +16,7 @@ from hybrid.identification.recording_comparison import Compared, Observed
 # of Okabe & Ito: distinguished by everyone
 COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00")
 MARKERS = "osD^vP"  # beside colours, for those who print in black
-WIDE, HIGH = 5.2, 1.45  # inches of a panel: spectra make large pictures
+PANEL_WIDTH, PANEL_HEIGHT = 5.2, 1.45  # inches of a panel: spectra make large pictures
 
 
 def describe_compared(compared: Compared) -> str:
@@ -150,7 +150,7 @@ def draw_spectra(path: Path, dataset: Dataset, compared: Compared) -> Path:
     singles = [data for recording in dataset.recordings for data in recording.data]
     highest = min(dataset.lowpass or np.inf, dataset.sampling_rate / 2)
     with figure(path, len(singles), 1, "Power of all channels together, over its largest value") as (sheet, axes):
-        sheet.set_size_inches(WIDE, HIGH * len(singles))
+        sheet.set_size_inches(PANEL_WIDTH, PANEL_HEIGHT * len(singles))
         for axis, data, observed in zip(axes, singles, compared.recordings, strict=True):
             frequencies, power = _power(data, dataset.sampling_rate)
             axis.semilogy(frequencies, power, color="#555555", linewidth=0.8)

@@ -63,7 +63,16 @@ class ComparisonConfig:
     min_reported_energy_share: float = 0.003
 
 
+@dataclass(frozen=True)
+class RealisationConfig:
+    """Linear models that recordings realise."""
+
+    block_rows: int = 20  # samples a column; of 11 to 60, on the bridge's recordings, 20 forecast best on average
+    order: int = 20  # states: ten modes, as the hybrid model has
+
+
 FREE_DECAY = FreeDecayConfig()
 BACKBONE = BackboneConfig()
 AGREEMENT = AgreementConfig()
 COMPARISON = ComparisonConfig()
+REALISATION = RealisationConfig()

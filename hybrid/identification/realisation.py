@@ -14,9 +14,7 @@ import numpy as np
 
 from fe_models.arrays import FloatArray
 from fe_models.errors import InputError
-
-BLOCK_ROWS = 20  # samples a column; 11 to 60 were compared on the bridge's recordings, and 20 forecasts best on average
-ORDER = 20  # states: ten modes, as the hybrid model has
+from hybrid.identification.config import REALISATION
 
 
 @dataclass(frozen=True)
@@ -35,7 +33,11 @@ class StateSpace:
 
 
 def realise(
-    recordings: Sequence[FloatArray], order: int = ORDER, rows: int = BLOCK_ROWS, spacing: int = 1, stride: int = 1
+    recordings: Sequence[FloatArray],
+    order: int = REALISATION.order,
+    rows: int = REALISATION.block_rows,
+    spacing: int = 1,
+    stride: int = 1,
 ) -> StateSpace:
     """Return the model of free decays (realisation, time, channel), a column for every ``stride``-th sample.
 

@@ -11,12 +11,10 @@ from fe_models.arrays import FloatArray
 from fe_models.causes import ForceLaw
 from fe_models.errors import raise_faults
 from fe_models.linear import ModalModel
+from hybrid.neural_modal_ode.config import DYNAMICS
 from hybrid.neural_modal_ode.local_slopes import place_slopes
 from hybrid.neural_modal_ode.residuals import Residual
 from hybrid.neural_modal_ode.scaling import StateScale
-
-EXPLICIT_REACH = 0.25
-"""Largest step times rate of an effect's force; at 1 the explicit propagator is at its limit of stability."""
 
 
 def effect_shape(modal: ModalModel, law: ForceLaw) -> FloatArray:
@@ -88,7 +86,7 @@ class ModalDynamics(nn.Module):
         for effect, shape in zip(self.effects, self.effect_shapes.square().sum(dim=1).tolist(), strict=True):
             stiffness, damping = effect.largest_slopes
             rates += [math.sqrt(stiffness * shape), damping * shape]
-        return max(1, math.ceil(step * max(rates) / EXPLICIT_REACH))
+        return max(1, math.ceil(step * max(rates) / DYNAMICS.max_phase_per_step))
 
     def _effect_force(self, q: Tensor, q_dot: Tensor) -> Tensor:
         return self._effect_laws(q @ self.effect_shapes.T, q_dot @ self.effect_shapes.T) @ self.effect_shapes

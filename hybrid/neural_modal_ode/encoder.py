@@ -3,10 +3,8 @@
 import torch
 from torch import Tensor, nn
 
+from hybrid.neural_modal_ode.config import ENCODER
 from hybrid.neural_modal_ode.networks import mlp
-
-START_LOG_VARIANCE = -6.0  # a standard deviation of 5 % of the samples' size, so that early draws of z0 are useful
-LEAST_SIZE = 1e-3  # of the samples, relative to their channels: keeps the logarithm of silence finite
 
 
 class PaperEncoder(nn.Module):
@@ -36,10 +34,10 @@ class WindowEncoder(nn.Module):
     def __init__(self, channels: int, modes: int, samples: int) -> None:
         super().__init__()
         self.linear = nn.Linear(channels * samples, 2 * modes, bias=False)
-        self.log_variance = nn.Parameter(torch.full((2 * modes,), START_LOG_VARIANCE))
+        self.log_variance = nn.Parameter(torch.full((2 * modes,), ENCODER.initial_log_variance))
 
     def forward(self, samples: Tensor) -> tuple[Tensor, Tensor]:
         """Return mean and log-variance of z0, each (batch, 2 mode), from normalised samples (batch, time, channel)."""
         flat = samples.flatten(1)  # (batch, time * channel)
-        size = flat.square().mean(dim=1, keepdim=True) + LEAST_SIZE**2  # (batch, 1)
+        size = flat.square().mean(dim=1, keepdim=True) + ENCODER.min_size**2  # (batch, 1)
         return self.linear(flat), self.log_variance + torch.log(size)

@@ -8,7 +8,7 @@ from typing import Any
 from fe_models.html import html_paragraph, html_table
 from hybrid.estimation.experts import Hybrid
 from hybrid.training.checkpoint import Checkpoint, load_checkpoint, save_checkpoint
-from hybrid.training.run import DONE, METRICS
+from hybrid.training.run import CHECKPOINT, METRICS
 from hybrid.training.summary import describe
 
 ROLES = {"measured": "measured channels", "held_out": "channels never fitted"}
@@ -60,7 +60,7 @@ def load_trained(path: str | Path) -> TrainedModel:
 
     `InputError` where there is none.
     """
-    file = Path(path) / DONE if Path(path).is_dir() else Path(path)
+    file = Path(path) / CHECKPOINT if Path(path).is_dir() else Path(path)
     metrics = file.parent / METRICS
-    with_scores = file.name == DONE and metrics.is_file()
+    with_scores = file.name == CHECKPOINT and metrics.is_file()
     return TrainedModel(load_checkpoint(file), json.loads(metrics.read_text(encoding="utf-8")) if with_scores else {})

@@ -34,7 +34,7 @@ CONTENT = {
     "left_out", "unexplained", "data_digest",
     "connectors", "model", "trainer", "history", "seconds",
 }  # fmt: skip
-UNREADABLE = (pickle.UnpicklingError, RuntimeError, EOFError, OSError, LookupError, ValueError, struct.error)
+READING_ERRORS = (pickle.UnpicklingError, RuntimeError, EOFError, OSError, LookupError, ValueError, struct.error)
 """What torch.load raises on other files, and on those that were cut short or damaged."""
 
 
@@ -168,7 +168,7 @@ def _read(path: Path) -> dict[str, Any]:
         raise InputError(
             f"{path}: no such file; give the folder or checkpoint that 'hybrid-modal train' wrote"
         ) from None
-    except UNREADABLE as error:
+    except READING_ERRORS as error:
         raise InputError(f"{path}: is not a checkpoint of this program ({type(error).__name__})") from error
     if not isinstance(content, dict):
         raise InputError(f"{path}: is not a checkpoint of this program (holds a {type(content).__name__})")

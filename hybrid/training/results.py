@@ -23,7 +23,7 @@ from hybrid.figures import channel_labels, draw_channels, draw_curves, draw_late
 from hybrid.training.checkpoint import Origin, save_checkpoint
 from hybrid.training.evaluation import score_table
 from hybrid.training.forecast_comparison import Comparison, band_scores, compare, field_scores
-from hybrid.training.run import DONE, LOOP, METRICS, Run, results_in
+from hybrid.training.run import CHECKPOINT, LOOP, METRICS, Run, results_in
 from hybrid.training.training_figure import draw_history
 
 RESULT_STEPS = 4  # of `write_results`: forecasts, and three figures that take a while
@@ -52,7 +52,7 @@ def write_results(
         prediction = prediction_of(comparison.hybrid.forecast, comparison.fe, run.origin, initial, first)
     results = results_in(run.folder)
     with results.replacing() as new:
-        save_checkpoint(run.checkpoint(), new / DONE)
+        save_checkpoint(run.checkpoint(), new / CHECKPOINT)
         write_json(new / METRICS, metrics)
         save_run_model(dataset.model, modal, new)
         if prediction is not None:

@@ -31,8 +31,8 @@ from hybrid.training.gradient_training import EpochResult
 from hybrid.training.preparation import Prepared, prepare
 from hybrid.training.trainers import AnyTrainer, trainer_for
 
-UNDER_WAY = "training.pt"
-DONE = "checkpoint.pt"
+PARTIAL_CHECKPOINT = "training.pt"
+CHECKPOINT = "checkpoint.pt"
 METRICS = "metrics.json"
 LOOP = "force_displacement.png"
 CURVES = ("training.png", "channels.png", "latent.png", "displacement.png", LOOP)
@@ -55,7 +55,7 @@ class Run:
         for result in self.trainer.epochs():
             self.history += (result,)
             self.seconds = before + time.perf_counter() - started
-            save_checkpoint(self.checkpoint(), self.folder / UNDER_WAY)
+            save_checkpoint(self.checkpoint(), self.folder / PARTIAL_CHECKPOINT)
             yield result
 
     def checkpoint(self) -> Checkpoint:
@@ -66,17 +66,17 @@ class Run:
     def finish(self) -> None:
         """Leave the trained model alone, without scores or curves."""
         with results_in(self.folder).replacing() as new:
-            save_checkpoint(self.checkpoint(), new / DONE)
+            save_checkpoint(self.checkpoint(), new / CHECKPOINT)
         self.forget_state()
 
     def forget_state(self) -> None:
         """Remove the training's state: all its results are written."""
-        (self.folder / UNDER_WAY).unlink(missing_ok=True)
+        (self.folder / PARTIAL_CHECKPOINT).unlink(missing_ok=True)
 
 
 def results_in(folder: Path) -> ResultSet:
     """Return what a training leaves in ``folder``."""
-    return ResultSet(folder, "train", (DONE, METRICS, MODEL, PREDICTION, *CURVES))
+    return ResultSet(folder, "train", (CHECKPOINT, METRICS, MODEL, PREDICTION, *CURVES))
 
 
 def begin(
@@ -88,7 +88,7 @@ def begin(
 ) -> Run:
     """Start a new training; `InputError` where dataset or ``folder`` do not allow one. ``advance``: see `prepare`."""
     results_in(folder).check()
-    require_own(folder / UNDER_WAY)
+    require_own(folder / PARTIAL_CHECKPOINT)
     torch.set_num_threads(config.training.threads)
     started = time.perf_counter()
     prepared: Prepared[NeuralModalODE] | Prepared[Experts]
@@ -116,18 +116,21 @@ def resume(dataset: Dataset, config: Config, folder: Path, device: str = "cpu") 
     """
     results_in(folder).check()
     torch.set_num_threads(config.training.threads)
-    found = load_checkpoint(folder / UNDER_WAY)
+    found = load_checkpoint(folder / PARTIAL_CHECKPOINT)
     windows = _windows(dataset, config, found.origin)
     faults = []
     if found.config != config:
         faults.append(
-            f"{folder / UNDER_WAY} is an interrupted training with other settings: {_differences(found, config)}"
+            f"{folder / PARTIAL_CHECKPOINT} is an interrupted training with other settings:"
+            f" {_differences(found, config)}"
         )
     if windows is None or digest(windows) != found.origin.data_digest:
-        faults.append(f"{folder / UNDER_WAY} is an interrupted training on other recordings than the dataset's")
+        faults.append(
+            f"{folder / PARTIAL_CHECKPOINT} is an interrupted training on other recordings than the dataset's"
+        )
     if not _made_from(found.origin, dataset, config):
         faults.append(
-            f"{folder / UNDER_WAY} is an interrupted training of another model, other sensors or another rate"
+            f"{folder / PARTIAL_CHECKPOINT} is an interrupted training of another model, other sensors or another rate"
         )
     if faults:
         raise InputError([*faults, "give the same settings and data to go on with it, or --fresh to start anew"])

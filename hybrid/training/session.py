@@ -16,7 +16,7 @@ from hybrid.config import Config
 from hybrid.training.gradient_training import TrainingDivergedError
 from hybrid.training.preparation import calibration_steps
 from hybrid.training.results import RESULT_STEPS, write_results
-from hybrid.training.run import UNDER_WAY, Run, begin, resume
+from hybrid.training.run import PARTIAL_CHECKPOINT, Run, begin, resume
 from hybrid.training.summary import window_notes
 
 INTERRUPTED_STATUS = 130  # as shells report Ctrl-C
@@ -25,7 +25,7 @@ DIVERGED_STATUS = 1
 
 def open_run(data: Dataset, config: Config, out: Path, device: str, fresh: bool = False) -> Run:
     """Go on with the training that was interrupted in ``out``, or begin a new one."""
-    if (out / UNDER_WAY).exists() and not fresh:
+    if (out / PARTIAL_CHECKPOINT).exists() and not fresh:
         run = resume(data, config, out, device)
         print(f"Going on with the training interrupted after epoch {len(run.history)} (--fresh starts anew).")
         return run

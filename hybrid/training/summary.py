@@ -3,7 +3,7 @@
 from typing import Any
 
 from hybrid.config import Config
-from hybrid.estimation.windows import DEFAULT_WINDOW
+from hybrid.estimation.config import WINDOWS
 
 MEANING = """\
 NRMSE is the root mean square error over the range (maximum - minimum) of the window; 0 is perfect.
@@ -26,9 +26,9 @@ def window_notes(windows: int, samples: int, modes: int, config: Config) -> list
     An encoder starts at what calibration says of the windows' initial states: it needs as many as a state has parts.
     """
     notes = []
-    if config.training.window is None and samples < DEFAULT_WINDOW:
+    if config.training.window is None and samples < WINDOWS.default_samples:
         notes.append(
-            f"the recordings are short: windows of {samples} samples instead of {DEFAULT_WINDOW},"
+            f"the recordings are short: windows of {samples} samples instead of {WINDOWS.default_samples},"
             f" {windows} of them to train on (--window sets their length)"
         )
     if windows < 2 * modes and config.model.encoder == "window":

@@ -6,11 +6,12 @@ from functools import partial
 
 from fe_models.arrays import FloatArray
 from fe_models.causes.candidate import Candidate
+from hybrid.diagnosis.config import THREADS
 from hybrid.diagnosis.contest.bounds import bound_of
 from hybrid.diagnosis.contest.starts import best_start
 from hybrid.diagnosis.fitting.calibration_deviation import goes_far, within
 from hybrid.diagnosis.fitting.least_squares import Fit, fit
-from hybrid.diagnosis.parallel import THREADS, in_chunks, parallel_map
+from hybrid.diagnosis.parallel import in_chunks, parallel_map
 from hybrid.diagnosis.recorded.batches import count_of
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.screening.force_screening import screen_forces
@@ -98,7 +99,7 @@ def _fit_best(
     least = FORCES if is_chain or linear else 1  # beside a frame's law each takes five seconds, and they are alike
     trials = forces[: FORCES if is_chain or not linear else MOST_NEIGHBOURS]
     for number, two in enumerate(in_chunks(trials)):
-        tried = number * THREADS
+        tried = number * THREADS.motions
         if tried >= least and not _lead(found, rivals):
             break
         behind = forces[0].gain - two[0].gain

@@ -19,7 +19,7 @@ from hybrid.diagnosis.outcome.findings import Finding
 from hybrid.diagnosis.recorded.faulty_channels import usable
 from hybrid.diagnosis.recorded.filter_transients import without_ringing_ends
 
-SAME = {  # causes that a linear law's word stands for
+CAUSES_OF_LAW = {  # causes that a linear law's word stands for
     "spring": (StiffnessChange.kind, SupportSpring.kind, SlackCable.kind),
     "dashpot": (PointDamper.kind, ModalDamping.kind),
 }
@@ -109,7 +109,7 @@ def _evidence(places: tuple[Projected, ...], findings: tuple[Finding, ...], stru
     placed = [finding for finding in findings if finding.cause.location]  # no place speaks for what is wrong everywhere
     if not placed:
         return said
-    same = [finding for finding in placed if finding.cause.kind in SAME.get(law, (law,))]
+    same = [finding for finding in placed if finding.cause.kind in CAUSES_OF_LAW.get(law, (law,))]
     if any(finding.cause.location in _locations(first, structure) for finding in same):
         return f"{said}: this speaks for the finding"
     return f"{said}: this does not speak for the findings" + (", but for their kind" if same else "")

@@ -14,6 +14,7 @@ from fe_models.recordings import Dataset, Recording
 from fe_models.structure import Structure
 from hybrid.config import Config, ModelConfig, places_preset
 from hybrid.diagnosis.fitting.forecast_score import shown_of
+from hybrid.diagnosis.learned.config import LEARNING
 from hybrid.diagnosis.learned.forces import Learned, PlaceForce
 from hybrid.diagnosis.outcome.findings import Finding
 from hybrid.estimation.linear_parameters import ConnectorParameters
@@ -24,8 +25,7 @@ from hybrid.neural_modal_ode.state_prior import StatePrior
 from hybrid.training.preparation import Prepared, modal_damping_matrix, prepare
 from hybrid.training.trainers import trainer_for
 
-LAST_FIRST = (SensorDrift, SensorGain, SensorDelay)  # faults of one sensor, as they are undone
-LEAST_VARIANCE = 0.1  # of the mean over a state's entries: few recordings may hardly move one that others do
+UNDOING_ORDER = (SensorDrift, SensorGain, SensorDelay)  # faults of one sensor, as they are undone
 
 
 def learning_preset(structure: object) -> Config:
@@ -43,7 +43,7 @@ def corrected(dataset: Dataset, findings: tuple[Finding, ...]) -> Dataset:
     names = [sensor.name for sensor in dataset.sensors]
     faults = [(finding.cause, finding.recordings) for finding in findings if isinstance(finding.cause, SensorEffect)]
     recordings = dataset.recordings
-    for fault, acting in sorted(faults, key=lambda item: LAST_FIRST.index(type(item[0]))):
+    for fault, acting in sorted(faults, key=lambda item: UNDOING_ORDER.index(type(item[0]))):
         undone = fault.inverse()
         recordings = tuple(
             replace(r, data=_whole(undone, r, names, dataset.sampling_rate)) if r.name in acting else r
@@ -90,7 +90,7 @@ def _prior(model: NeuralModalODE, windows: FloatArray) -> StatePrior:
         span = 2 * model.config.encoder_samples
         error = (model.forecast(states, span).channels - seen[:, :span])[..., model.measured]
         variance, noise = states.square().mean(dim=0), error.square().mean(dim=(0, 1)).sqrt()
-    return StatePrior(torch.diag(1 / variance.clamp(min=LEAST_VARIANCE * float(variance.mean()))), noise)
+    return StatePrior(torch.diag(1 / variance.clamp(min=LEARNING.min_variance_share * float(variance.mean()))), noise)
 
 
 @torch.no_grad()

@@ -10,9 +10,10 @@ from fe_models.causes import CoulombFriction, CubicSpring, ForceLaw, GapStop, Qu
 from fe_models.causes.coulomb_friction import CREEP
 from fe_models.causes.places import REACHES
 from fe_models.structure import Direction
+from hybrid.diagnosis.learned.config import LEARNING
 from hybrid.diagnosis.learned.forces import PlaceForce
 
-ANYWHERE: tuple[tuple[int], Direction] = (1,), "x"  # a law's place, of which its force knows nothing
+PLACEHOLDER: tuple[tuple[int], Direction] = (1,), "x"  # a law's place, of which its force knows nothing
 
 
 @dataclass(frozen=True)
@@ -43,10 +44,10 @@ def law_shapes(u: FloatArray, v: FloatArray) -> dict[str, list[FloatArray]]:
     most, rate = float(np.abs(u).max()), float(np.sqrt(np.mean(v**2)))
     usual = CREEP[1] * rate or 1.0  # at rest nothing rubs, whatever it is
     laws: dict[str, list[ForceLaw]] = {
-        CubicSpring.kind: [CubicSpring(*ANYWHERE, 1.0)],
-        QuadraticDamper.kind: [QuadraticDamper(*ANYWHERE, 1.0)],
-        CoulombFriction.kind: [CoulombFriction(*ANYWHERE, 1.0, usual)],
-        GapStop.kind: [GapStop(*ANYWHERE, reach * most, 1.0, side) for side in (1, -1) for reach in REACHES],
+        CubicSpring.kind: [CubicSpring(*PLACEHOLDER, 1.0)],
+        QuadraticDamper.kind: [QuadraticDamper(*PLACEHOLDER, 1.0)],
+        CoulombFriction.kind: [CoulombFriction(*PLACEHOLDER, 1.0, usual)],
+        GapStop.kind: [GapStop(*PLACEHOLDER, reach * most, 1.0, side) for side in (1, -1) for reach in REACHES],
     }
     forces = {word: [np.asarray(law.force(u, v)) for law in tried] for word, tried in laws.items()}
     forces |= {"spring": [u], "dashpot": [v]}
@@ -67,5 +68,5 @@ def _explained(force: FloatArray, columns: FloatArray) -> float:
     if total == 0:
         return 0.0
     scaled = columns / np.maximum(np.linalg.norm(columns, axis=0), TINY)
-    left = force - scaled @ np.linalg.lstsq(scaled, force, rcond=1e-10)[0]
+    left = force - scaled @ np.linalg.lstsq(scaled, force, rcond=LEARNING.rank_tolerance)[0]
     return float(np.clip(1 - left @ left / total, 0.0, 1.0))

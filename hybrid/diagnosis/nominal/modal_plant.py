@@ -16,7 +16,7 @@ from fe_models.recordings import Dataset
 from fe_models.structure import Structure
 from hybrid.diagnosis.nominal.config import NOMINAL
 from hybrid.diagnosis.nominal.plant import Plant
-from hybrid.diagnosis.nominal.scatter import NONE
+from hybrid.diagnosis.nominal.scatter import NO_SCATTER
 
 
 def modal_plant(plant: Plant, dataset: Dataset) -> Plant | None:
@@ -49,7 +49,7 @@ def modal_plant(plant: Plant, dataset: Dataset) -> Plant | None:
         basis=shapes,
         kept=None,
         ratios=(modal.damping_ratio - as_matrix)[np.argsort(modal.omega)],
-        scatter=NONE,
+        scatter=NO_SCATTER,
         spread=np.concatenate(asked),
     )
     T = standing_for(plant, modal_alone)

@@ -30,7 +30,7 @@ from hybrid.diagnosis.nominal.config import NOMINAL, SCATTER
 from hybrid.diagnosis.nominal.geometry import Geometry
 from hybrid.diagnosis.nominal.loads import LoadPlace, load_places
 from hybrid.diagnosis.nominal.lowpass import highest_shown, lowpass_of
-from hybrid.diagnosis.nominal.scatter import NONE, Scatter, scatter_of
+from hybrid.diagnosis.nominal.scatter import NO_SCATTER, Scatter, scatter_of
 
 
 @dataclass(frozen=True)
@@ -297,7 +297,7 @@ def plant_of(dataset: Dataset) -> Plant:
         parts=parts,
         part_changes=changes,
         ratios=ratios,
-        scatter=NONE,
+        scatter=NO_SCATTER,
         spread=np.maximum(spread, NOMINAL.least_std),
         laws=force_laws(structure),
         integration=None if own_step is None else TimeIntegration(float(own_step)),

@@ -37,7 +37,7 @@ class Scatter:
         return structure
 
 
-NONE = Scatter((), np.zeros((0, 0)), ())
+NO_SCATTER = Scatter((), np.zeros((0, 0)), ())
 
 
 def scatter_of(
@@ -51,7 +51,7 @@ def scatter_of(
     groups = [part.elements for part in parts if part.quantity == "stiffness" and len(part.elements) > 1]
     elements = tuple(number for group in groups for number in group)
     if not elements:
-        return NONE
+        return NO_SCATTER
     changes = [matrix_changes(structure, StiffnessChange((number,), 2.0)).stiffness for number in elements]
     square, modes = omega**2, np.arange(len(omega))
     apart = square[:, None] - square

@@ -28,5 +28,15 @@ class ObservationConfig:
     min_change_sigma: float = 3.0  # standard deviations: a change with amplitude beyond is called one
 
 
+@dataclass(frozen=True)
+class ExampleConfig:
+    """The picture of a recording and its forecasts."""
+
+    max_channels: int = 5  # drawn
+    padding_share: float = 0.25  # of a channel's range, free above and below it
+    max_frequency_ratio: float = 4.0  # times the highest natural frequency: how far the spectra go
+
+
 UNIFORM_ERRORS = UniformErrorConfig()
 OBSERVATION = ObservationConfig()
+EXAMPLE = ExampleConfig()

@@ -9,15 +9,13 @@ from fe_models.arrays import FloatArray
 from fe_models.recordings import Sensor
 from fe_models.spectra import line_frequencies, windowed_spectrum
 from hybrid.diagnosis.fitting.forecast_score import ForecastModel, predicted, shown_of
+from hybrid.diagnosis.observed.config import EXAMPLE
 from hybrid.diagnosis.recorded.batches import Batch
 from hybrid.diagnosis.recorded.noise_model import SensorRoles
-from hybrid.figures import PANEL_WIDTH, ZOOM, channel_labels, clearest_span, figure, show_part
+from hybrid.figures import PANEL_WIDTH, ZOOM_WIDTH, channel_labels, clearest_span, figure, show_part
 
 COLOURS = {"nominal": "#E69F00", "extended": "#0072B2"}  # of Okabe & Ito: distinguished by everyone
-WIDTHS = {"nominal": 2.2, "extended": 1.0}  # so that where both are the same both are seen
-CHANNELS = 5  # drawn at most
-ROOM = 0.25  # of a channel's range, above and below it
-WIDTH = 4.0  # times the highest natural frequency: how far the spectra go
+LINE_WIDTHS = {"nominal": 2.2, "extended": 1.0}  # so that where both are the same both are seen
 
 
 @dataclass(frozen=True)
@@ -65,13 +63,13 @@ def example_of(
 
 def draw_example(path: Path, example: Example) -> Path:
     """Draw the channels over time, and below them the spectra of the errors with the natural frequencies."""
-    shown = example.most_wrong(CHANNELS)
+    shown = example.most_wrong(EXAMPLE.max_channels)
     labels = channel_labels([example.sensors[i] for i in shown])
     time = example.first + np.arange(len(example.measured)) / example.rate
     title = f"{example.recording}, forecast from its first fifth"
     curves = {name: getattr(example, name)[:, shown] for name in ("measured", *COLOURS)}
     span = clearest_span(time, curves)
-    widths = [PANEL_WIDTH] if span is None else [PANEL_WIDTH, ZOOM]
+    widths = [PANEL_WIDTH] if span is None else [PANEL_WIDTH, ZOOM_WIDTH]
     columns = len(widths)
     with figure(path, (len(shown) + 1) * columns, columns, title, widths) as (sheet, every):
         axes = every[::columns]
@@ -82,11 +80,12 @@ def draw_example(path: Path, example: Example) -> Path:
                     time, curves["measured"][:, row], label="measured", color="#555555", linewidth=3.2, alpha=0.45
                 )
                 for name, colour in COLOURS.items():
-                    axis.plot(time, curves[name][:, row], label=name, color=colour, linewidth=WIDTHS[name])
+                    axis.plot(time, curves[name][:, row], label=name, color=colour, linewidth=LINE_WIDTHS[name])
             drawn[0].set_ylabel(label)
             drawn[0].margins(x=0)
             low, high = example.measured[:, column].min(), example.measured[:, column].max()
-            drawn[0].set_ylim(low - ROOM * (high - low), high + ROOM * (high - low))  # a forecast may run away
+            padding = EXAMPLE.padding_share * (high - low)
+            drawn[0].set_ylim(low - padding, high + padding)  # a forecast may run away
             if span is not None:
                 show_part(drawn[0], drawn[1], span)
         if span is not None:
@@ -94,11 +93,11 @@ def draw_example(path: Path, example: Example) -> Path:
             every[-1].remove()
         axes[-2].set_xlabel("time (s)")
         for name, colour in COLOURS.items():
-            axes[-1].semilogy(*(part[1:] for part in example.spectrum(name)), color=colour, linewidth=WIDTHS[name])
+            axes[-1].semilogy(*(part[1:] for part in example.spectrum(name)), color=colour, linewidth=LINE_WIDTHS[name])
         for frequency in example.frequencies:
             axes[-1].axvline(frequency, color="#999999", linewidth=0.7, linestyle=":")
         axes[-1].set(xlabel="frequency (Hz); dotted: natural frequencies", ylabel="error / size")
-        widest = WIDTH * example.frequencies.max() if len(example.frequencies) else example.rate
+        widest = EXAMPLE.max_frequency_ratio * example.frequencies.max() if len(example.frequencies) else example.rate
         axes[-1].set_xlim(0, min(widest, example.rate / 2))
         sheet.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3, frameon=False)
     return path

@@ -10,9 +10,9 @@ from hybrid.diagnosis.nominal.plant import Plant
 from hybrid.diagnosis.recorded.batches import Batch
 from hybrid.diagnosis.recorded.config import NOISE
 
-QUARTER = -np.log(1 - NOISE.quantile)  # that of white noise's power over its mean
+WHITE_QUANTILE = -np.log(1 - NOISE.quantile)  # that of white noise's power over its mean
 QUARTILE_LOSS = (
-    NOISE.quantile / (1 - NOISE.quantile) / QUARTER**2
+    NOISE.quantile / (1 - NOISE.quantile) / WHITE_QUANTILE**2
 )  # variance of the density estimated so over that by the mean
 
 
@@ -122,7 +122,7 @@ def _quiet_density(parts: tuple[FloatArray, ...], rate: float, band: Band) -> Fl
         window = np.hanning(end.shape[1])
         density = power_spectrum(end, window) / np.sum(window**2)
         powers.append(density[:, _lines(end.shape[1], rate, band)].reshape(-1, part.shape[2]))
-    return np.asarray(np.quantile(np.concatenate(powers), NOISE.quantile, axis=0) / QUARTER)
+    return np.asarray(np.quantile(np.concatenate(powers), NOISE.quantile, axis=0) / WHITE_QUANTILE)
 
 
 @dataclass(frozen=True)

@@ -10,10 +10,10 @@ from fe_models.recordings import Dataset, Sensor
 from hybrid.diagnosis.recorded.config import OFFSETS
 from hybrid.diagnosis.recorded.motion_free_channels import motion_free_channels
 
-TAKEN_OFF = "sensors do not show zero at rest, which was taken off"
-HELD_OUT = "held-out sensors do not show zero at rest, which spoils their score (subtract it)"
-DISPLACED = "displacements do not swing about zero (subtract it if it is the sensor's and not the structure's)"
-DIFFERING = "sensors show another value at rest in each recording (subtract each recording's own)"
+NOTE_TAKEN_OFF = "sensors do not show zero at rest, which was taken off"
+NOTE_HELD_OUT = "held-out sensors do not show zero at rest, which spoils their score (subtract it)"
+NOTE_DISPLACED = "displacements do not swing about zero (subtract it if it is the sensor's and not the structure's)"
+NOTE_DIFFERING = "sensors show another value at rest in each recording (subtract each recording's own)"
 
 
 def without_offsets(dataset: Dataset, poles: ComplexArray) -> tuple[Dataset, list[str]]:
@@ -25,19 +25,21 @@ def without_offsets(dataset: Dataset, poles: ComplexArray) -> tuple[Dataset, lis
     their mean. Means say something of sensors of which that says nothing.
     """
     known, silent = np.zeros(len(dataset.sensors)), set(range(len(dataset.sensors)))
-    by_message: dict[str, list[str]] = {what: [] for what in (TAKEN_OFF, HELD_OUT, DISPLACED, DIFFERING)}
+    by_message: dict[str, list[str]] = {
+        what: [] for what in (NOTE_TAKEN_OFF, NOTE_HELD_OUT, NOTE_DISPLACED, NOTE_DIFFERING)
+    }
     for column, channel in enumerate(motion_free_channels(dataset, poles)):
         sensor, size = dataset.sensors[column], _size(dataset, column)
         offset, differing = channel.offset(), channel.differing()
         if differing is not None and np.ptp(differing) > OFFSETS.max_relative_change * np.abs(differing).max():
             if np.ptp(differing) > OFFSETS.min_difference_share * size:
-                by_message[DIFFERING].append(
+                by_message[NOTE_DIFFERING].append(
                     f"{sensor.name} {differing.min():.2g} to {_formatted(differing.max(), sensor, 2)}"
                 )
                 silent.discard(column)
         elif offset is not None and abs(offset) > OFFSETS.min_share_of_std * size:
-            what = _kept(sensor) or TAKEN_OFF
-            known[column] = offset if what == TAKEN_OFF else 0.0
+            what = _kept(sensor) or NOTE_TAKEN_OFF
+            known[column] = offset if what == NOTE_TAKEN_OFF else 0.0
             by_message[what].append(f"{sensor.name} {_formatted(offset, sensor)}")
             silent.discard(column)
     notes = [f"{what}: {', '.join(sensors)}" for what, sensors in by_message.items() if sensors]
@@ -70,8 +72,8 @@ def offsets(dataset: Dataset, columns: Collection[int]) -> list[str]:
 def _kept(sensor: Sensor) -> str:
     """Return why an offset of a sensor is not taken off; nothing where it is."""
     if sensor.role == "held_out":
-        return HELD_OUT
-    return DISPLACED if sensor.quantity == "displacement" else ""
+        return NOTE_HELD_OUT
+    return NOTE_DISPLACED if sensor.quantity == "displacement" else ""
 
 
 def _size(dataset: Dataset, column: int) -> float:

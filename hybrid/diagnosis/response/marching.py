@@ -12,9 +12,10 @@ import numpy as np
 from scipy.linalg import expm
 
 from fe_models.arrays import FloatArray, IntArray
+from hybrid.diagnosis.config import THREADS
 from hybrid.diagnosis.nominal.loads import ORDERS, Loads
 from hybrid.diagnosis.nominal.plant import Plant
-from hybrid.diagnosis.parallel import THREADS, parallel_map
+from hybrid.diagnosis.parallel import parallel_map
 from hybrid.diagnosis.response.config import MARCHING
 from hybrid.diagnosis.response.loaded import loaded_channels, loaded_states
 from hybrid.diagnosis.response.residual_states import held, with_residual
@@ -147,7 +148,7 @@ def _all_stepped(
         own, parts = Scheme(*(part[v] for part in scheme)), (part[v, r] for part in motion)
         return bool(step_through(own, tables.values[v], *parts, tables.reach, law_of, known[r], substeps))
 
-    bounds = np.unique(np.linspace(0, variants if variants > 1 else recordings, THREADS + 1).astype(int))
+    bounds = np.unique(np.linspace(0, variants if variants > 1 else recordings, THREADS.motions + 1).astype(int))
     return all(parallel_map(stepped, pairwise(bounds.tolist())))
 
 

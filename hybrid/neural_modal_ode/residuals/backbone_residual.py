@@ -10,13 +10,8 @@ recordings it learns it less well than two curves a mode, of a few numbers each.
 import torch
 from torch import Tensor, nn
 
+from hybrid.neural_modal_ode.config import BACKBONE_RESIDUAL
 from hybrid.neural_modal_ode.residuals.free_residual import FreeResidual
-
-LEVELS = 4  # of size, between which the curves are straight
-RATE = 3.0  # 1/s a unit of the table: 280 steps of Adam at 1e-3 then bend a curve by some 0.1 Hz, as the bridge's do
-LEAST = 1e-12  # of the mean square of a scaled state, near one: keeps the logarithm of rest finite
-RANGE = (0.03, 0.95)  # quantiles of the windows' sizes that the levels span
-DECAY = 0.3  # decades below: a window's motion halves before it ends
 
 
 class BackboneResidual(nn.Module):
@@ -25,15 +20,15 @@ class BackboneResidual(nn.Module):
     def __init__(self, modes: int, hidden: int, zero_at_rest: bool) -> None:
         super().__init__()
         self.free = FreeResidual(modes, hidden, zero_at_rest)
-        self.table = nn.Parameter(torch.zeros(LEVELS, 2 * modes))
+        self.table = nn.Parameter(torch.zeros(BACKBONE_RESIDUAL.levels, 2 * modes))
         self.levels: Tensor
-        self.register_buffer("levels", torch.linspace(-1.0, 0.0, LEVELS))
+        self.register_buffer("levels", torch.linspace(-1.0, 0.0, BACKBONE_RESIDUAL.levels))
 
     def set_levels(self, states: Tensor) -> None:
         """Spread the levels over the sizes of scaled initial states (window, 2 mode)."""
-        span = torch.tensor(RANGE, dtype=states.dtype, device=states.device)
+        span = torch.tensor(BACKBONE_RESIDUAL.size_quantiles, dtype=states.dtype, device=states.device)
         low, high = torch.quantile(_size(states), span).tolist()
-        self.levels.copy_(torch.linspace(low - DECAY, high, LEVELS))
+        self.levels.copy_(torch.linspace(low - BACKBONE_RESIDUAL.decay_decades, high, BACKBONE_RESIDUAL.levels))
 
     def linear(self, physical: Tensor) -> Tensor:
         """Return the learned linear map (mode, 2 mode), which comes on top of the physical part."""
@@ -41,7 +36,8 @@ class BackboneResidual(nn.Module):
 
     def forward(self, z: Tensor) -> Tensor:
         """Return what is not linear, (..., mode), at scaled states (..., 2 mode)."""
-        rates = RATE * level_weights(_size(z), self.levels) @ self.table  # (..., 2 mode), 1/s
+        weights = BACKBONE_RESIDUAL.rate_per_unit * level_weights(_size(z), self.levels)  # (..., level), 1/s
+        rates = weights @ self.table  # (..., 2 mode), 1/s
         of_q, of_q_dot = (rates * z).chunk(2, dim=-1)
         return self.free(z) - of_q - of_q_dot
 
@@ -52,7 +48,7 @@ class BackboneResidual(nn.Module):
 
 def _size(z: Tensor) -> Tensor:
     """Return log10 of the rms (...) of scaled states (..., 2 mode)."""
-    return 0.5 * torch.log10(z.square().mean(dim=-1) + LEAST)
+    return 0.5 * torch.log10(z.square().mean(dim=-1) + BACKBONE_RESIDUAL.min_mean_square)
 
 
 def level_weights(x: Tensor, levels: Tensor) -> Tensor:
