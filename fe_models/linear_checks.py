@@ -10,9 +10,9 @@ from fe_models.dof_map import DofMap
 from fe_models.errors import InputError
 from fe_models.linear import LinearModel
 
-SYMMETRY = 1e-6
+SYMMETRY_TOLERANCE = 1e-6
 """Largest |A - A^T| over the largest |A|; matrices printed with seven digits pass."""
-NEGATIVE = 1e-9
+NEGATIVE_TOLERANCE = 1e-9
 """Smallest negative eigenvalue of K scaled to a unit diagonal that is no rounding; a mechanism has one of 1e-16."""
 LARGEST_EIGENVALUE_CHECK = 1000
 """Free degrees of freedom up to which M is checked by its eigenvalues (0.1 s), beyond it only by its diagonal."""
@@ -64,7 +64,7 @@ def negative_stiffness_faults(model: LinearModel) -> list[str]:
         return []
     scale = 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
     values, shapes = eigh(model.stiffness.toarray() * np.outer(scale, scale), subset_by_index=[0, 0])
-    if values[0] >= -NEGATIVE:
+    if values[0] >= -NEGATIVE_TOLERANCE:
         return []
     most = dof_name(model.dofs, int(np.argmax(np.abs(shapes[:, 0] * scale))))
     return [
@@ -97,7 +97,7 @@ def _check_dof_map(model: LinearModel) -> list[str]:
 def _check_symmetry(name: str, matrix: csr_array, dofs: DofMap) -> list[str]:
     difference = abs(matrix - matrix.T).tocoo()
     largest = abs(matrix).max() if matrix.nnz else 0.0
-    if not difference.nnz or difference.data.max() <= SYMMETRY * largest:
+    if not difference.nnz or difference.data.max() <= SYMMETRY_TOLERANCE * largest:
         return []
     worst = int(np.argmax(difference.data))
     i, j = int(difference.coords[0][worst]), int(difference.coords[1][worst])
@@ -140,6 +140,6 @@ def _check_mass(model: LinearModel) -> list[str]:
         return [f"M has a negative mass, {diagonal[row]:.6g}, at {dof_name(model.dofs, row)}" for row in negative[:5]]
     if len(diagonal) <= LARGEST_EIGENVALUE_CHECK:
         lowest, highest = eigvalsh(model.mass.toarray())[[0, -1]]
-        if lowest < -SYMMETRY * highest:
+        if lowest < -SYMMETRY_TOLERANCE * highest:
             return [f"M is not positive: its lowest eigenvalue is {lowest:.6g}, so some motion has negative energy"]
     return []

@@ -9,9 +9,10 @@ import numpy as np
 from fe_models.arrays import ComplexArray, FloatArray
 from fe_models.measurement import FILTER_ORDER
 
-USUAL = 2 * FILTER_ORDER  # steepness of the filter of `measurement.lowpassed`, which runs forwards and backwards
-SETTLED = 30.0  # steepness times periods of the cutoff until the impulse response is 1e-4 of its area
-FINE = 4096  # frequencies at which a kernel is computed
+# steepness of the filter of `measurement.lowpassed`, which runs forwards and backwards
+USUAL_STEEPNESS = 2 * FILTER_ORDER
+SETTLING_PERIODS = 30.0  # steepness times periods of the cutoff until the impulse response is 1e-4 of its area
+KERNEL_FREQUENCIES = 4096  # frequencies at which a kernel is computed
 
 
 @dataclass(frozen=True)
@@ -19,7 +20,7 @@ class LowPass:
     """Leaves 1 / (1 + (f / ``cutoff``)^``steepness``) of a motion at f (Hz); steepness a multiple of 8."""
 
     cutoff: float
-    steepness: int = USUAL
+    steepness: int = USUAL_STEEPNESS
 
     def gain(self, roots: ComplexArray) -> ComplexArray:
         """Return what is left of motions exp(root t); ``roots`` in 1/s, any shape.
@@ -42,7 +43,8 @@ class LowPass:
 
     def settled(self, sampling_rate: float) -> int:
         """Return the number of samples before and after one that the filter reaches to."""
-        return min(ceil(SETTLED * self.steepness / USUAL**2 * sampling_rate / self.cutoff), FINE // 2 - 1)
+        samples = ceil(SETTLING_PERIODS * self.steepness / USUAL_STEEPNESS**2 * sampling_rate / self.cutoff)
+        return min(samples, KERNEL_FREQUENCIES // 2 - 1)
 
     def reach(self, left: float) -> float:
         """Return the frequency (Hz) at which a share ``left`` of a motion is left."""
@@ -51,7 +53,7 @@ class LowPass:
 
 @lru_cache(maxsize=8)
 def _kernel(lowpass: LowPass, sampling_rate: float) -> FloatArray:
-    roots = np.asarray(2j * np.pi * np.fft.fftfreq(FINE, 1 / sampling_rate), dtype=np.complex128)
+    roots = np.asarray(2j * np.pi * np.fft.fftfreq(KERNEL_FREQUENCIES, 1 / sampling_rate), dtype=np.complex128)
     response = np.fft.ifft(lowpass.gain(roots)).real
     half = lowpass.settled(sampling_rate)
     kernel = np.concatenate([response[-half:], response[: half + 1]])

@@ -15,7 +15,7 @@ from fe_models.linear import LinearModel
 
 ROUNDING_MARGIN = 10.0
 """Strain energy, over that of rounding, that a shape must have; a bridge refined to 100,000 dofs still has 65."""
-BLOCK = 8
+MAX_MOTIONS = 8
 """Independent motions looked for at once; a free body in the plane has three."""
 REGULARISATION = 1e-13
 """Stiffness added to each degree of freedom, relative to its own, to solve with a singular K."""
@@ -66,7 +66,7 @@ def describe_mechanism(model: LinearModel) -> list[str]:
 
 
 def free_motions(stiffness: csr_array) -> FloatArray:
-    """Return a basis (free, motion) of at most `BLOCK` motions that K does not resist.
+    """Return a basis (free, motion) of at most `MAX_MOTIONS` motions that K does not resist.
 
     Inverse iteration with K scaled to a unit diagonal and slightly regularised, then Rayleigh-Ritz.
     """
@@ -75,7 +75,7 @@ def free_motions(stiffness: csr_array) -> FloatArray:
     scaled = csr_array(diags_array(scale) @ stiffness @ diags_array(scale))
     size = len(diagonal)
     factors = factorise(csr_array(scaled + REGULARISATION * diags_array(np.ones(size))))
-    block = np.random.default_rng(0).standard_normal((size, min(BLOCK, size)))
+    block = np.random.default_rng(0).standard_normal((size, min(MAX_MOTIONS, size)))
     for _ in range(3):
         block, _ = np.linalg.qr(factors.solve(block))
     extended = block.astype(np.longdouble)  # as in `energy`, to tell free motions from merely soft ones

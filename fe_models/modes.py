@@ -22,7 +22,7 @@ LARGEST_DENSE_SOLVE = 400
 """Free degrees of freedom up to which all modes at once take no longer than a few by shift and invert (0.1 s)."""
 USUAL_COUNT = 10
 """Modes, where nothing is said of how many: as many as the bridge has below its low-pass."""
-MASSLESS = 1e-14
+MASS_TOLERANCE = 1e-14
 """1 / omega^2, relative to that of the first mode, below which a mode has no mass."""
 
 
@@ -72,7 +72,7 @@ def _all_modes(model: LinearModel, count: int) -> tuple[FloatArray, FloatArray]:
     except LinAlgError:
         raise InputError(describe_mechanism(model)) from None
     mu, shapes = mu[::-1], shapes[:, ::-1]
-    _refuse_massless(count, int(np.sum(mu > MASSLESS * mu[0])))
+    _refuse_massless(count, int(np.sum(mu > MASS_TOLERANCE * mu[0])))
     return 1 / mu[:count], shapes[:, :count] / np.sqrt(mu[:count])  # eigh scales to Phi^T K Phi = I
 
 

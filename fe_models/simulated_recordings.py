@@ -18,8 +18,8 @@ from fe_models.synthetic import Acquisition, free_dataset, release_dataset
 
 QUANTITY_LETTERS: dict[str, Quantity] = {"x": "displacement", "v": "velocity", "a": "acceleration"}
 SENSOR_NAME = re.compile(r"([xva])(\d+)(x|y|rz)?")
-MOTIONS = 10  # of a chain: enough to train on and to test with, simulated in a second
-STEP_REACH = 0.15  # omega times step: the integrator of order 6 is then off by 4e-6 after a hundred periods
+DEFAULT_MOTIONS = 10  # of a chain: enough to train on and to test with, simulated in a second
+MAX_PHASE_PER_STEP = 0.15  # omega times step: the integrator of order 6 is then off by 4e-6 after a hundred periods
 OVERSAMPLING = 5  # samples of a frame's motion to one that is recorded, so that the low-pass acts before
 LOWPASS_SHARE = 0.3  # of a frame's sampling rate: that of the laboratory bridge
 
@@ -30,7 +30,7 @@ def simulate(
     *,
     held_out: Iterable[str | Sensor] = (),
     pulls: Sequence[PointLoad | Sequence[PointLoad]] = (),
-    motions: int = MOTIONS,
+    motions: int = DEFAULT_MOTIONS,
     duration: float | None = None,
     sampling_rate: float | None = None,
     lowpass: float | None = None,
@@ -81,7 +81,7 @@ def simulate(
 
 
 def chain_step(structure: Structure, sampling_rate: float) -> float:
-    """Return the integrator's step (s) for a chain: `STEP_REACH` over its highest natural frequency, at most 0.05 s.
+    """Return the integrator's step (s) for a chain: `MAX_PHASE_PER_STEP` over its highest frequency, at most 0.05 s.
 
     `InputError` where that frequency is above half the ``sampling_rate`` (Hz): recordings would show it folded down.
     """
@@ -93,7 +93,7 @@ def chain_step(structure: Structure, sampling_rate: float) -> float:
             f"natural frequencies go up to {frequency:.4g} Hz, above half the sampling_rate of {sampling_rate:g} Hz:"
             f" sample at {2.5 * frequency:.3g} Hz or more"
         )
-    return min(FreeConfig.step, STEP_REACH / highest)
+    return min(FreeConfig.step, MAX_PHASE_PER_STEP / highest)
 
 
 def sensor_at(sensor: str | Sensor, structure: Structure) -> Sensor:

@@ -97,7 +97,7 @@ class FreeConfig:
     integrator: Literal["rk67", "newmark"] = "rk67"
 
 
-RK67_REACH = 1.0
+RK67_MAX_PHASE = 1.0
 """Largest omega times step of the explicit integrator: beyond it is inaccurate, soon after unstable."""
 
 
@@ -207,15 +207,15 @@ def _check_explicit(mass: FloatArray, stiffness: FloatArray, laws: "Joined", ste
     except np.linalg.LinAlgError:
         raise InputError("some degrees of freedom have no mass: choose the integrator newmark") from None
     step = steps.interval / steps.per_output
-    if highest * step > RK67_REACH:
+    if highest * step > RK67_MAX_PHASE:
         raise InputError(
             f"a step of {step:.3g} s is too long for the highest mode ({highest / (2 * np.pi):.4g} Hz): "
-            f"choose at most {RK67_REACH / highest:.2g} s, or the integrator newmark"
+            f"choose at most {RK67_MAX_PHASE / highest:.2g} s, or the integrator newmark"
         )
-    if fastest * step > RK67_REACH:
+    if fastest * step > RK67_MAX_PHASE:
         raise InputError(
             f"a step of {step:.3g} s is too long for an effect that at rest damps within {1 / fastest:.2g} s: choose "
-            f"at most {RK67_REACH / fastest:.2g} s, a larger regularisation, or the integrator newmark"
+            f"at most {RK67_MAX_PHASE / fastest:.2g} s, a larger regularisation, or the integrator newmark"
         )
 
 

@@ -12,7 +12,7 @@ from fe_models.arrays import FloatArray, IntArray
 from fe_models.structure import Beam, Direction, Spring, Structure
 
 MOTION_NAMES = {"x": "sway in x", "y": "move in y", "rz": "turn"}
-NODES_NAMED = 6  # in one fault line; more would hide what it says
+MAX_NODES_NAMED = 6  # in one fault line; more would hide what it says
 
 
 def connection_faults(structure: Structure) -> list[str]:
@@ -92,6 +92,6 @@ def _free_rotation_faults(structure: Structure) -> list[str]:
 
 
 def _name_nodes(nodes: list[int]) -> str:
-    shown = ", ".join(map(str, nodes[:NODES_NAMED]))
-    more = len(nodes) - NODES_NAMED
+    shown = ", ".join(map(str, nodes[:MAX_NODES_NAMED]))
+    more = len(nodes) - MAX_NODES_NAMED
     return f"node{'s' if len(nodes) > 1 else ''} {shown}" + (f" and {more} more" if more > 0 else "")

@@ -19,7 +19,7 @@ from fe_models.structure import Structure
 from fe_models.structure_checks import require_structure
 from fe_models.time_step import time_step
 
-PASSED = 0.1  # share that a low-pass leaves of a mode: what is left of higher ones never misled a diagnosis
+MIN_PASSED_SHARE = 0.1  # share that a low-pass leaves of a mode: what is left of higher ones never misled a diagnosis
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class Acquisition:
     def band(self) -> float:
         """Up to which frequency (Hz) recordings hold motion: half the sampling rate, less where a low-pass acts."""
         nyquist = self.sampling_rate / 2
-        return nyquist if self.lowpass is None else min(nyquist, LowPass(self.lowpass).reach(PASSED))
+        return nyquist if self.lowpass is None else min(nyquist, LowPass(self.lowpass).reach(MIN_PASSED_SHARE))
 
 
 def release_dataset(

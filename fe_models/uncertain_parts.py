@@ -11,7 +11,8 @@ from typing import Any, Literal
 
 from fe_models.structure import Beam, Cable, Element, Spring, Structure
 
-ALONG = 0.5  # of the nodes of a group of beams: where as many carry point masses these are its own mass, lumped
+# of the nodes of a group of beams: where as many carry point masses these are its own mass, lumped
+MIN_LUMPED_SHARE = 0.5
 
 
 @dataclass(frozen=True)
@@ -71,7 +72,7 @@ def uncertain_parts(structure: Structure) -> tuple[UncertainPart, ...]:
     loose = set(carrying)
     for numbers in groups:
         nodes = _nodes(structure, numbers)
-        along = nodes & loose if len(nodes & carrying) >= ALONG * len(nodes) else set()
+        along = nodes & loose if len(nodes & carrying) >= MIN_LUMPED_SHARE * len(nodes) else set()
         loose -= along
         masses.append(UncertainPart("mass", numbers, tuple(sorted(along))))
     return (

@@ -13,7 +13,7 @@ from benchmarks.blind_cases import BRIDGE_KINDS, KINDS, OUTSIDE, BlindCase, Blin
 from benchmarks.blind_cases import case as blind_cases
 from fe_models.arrays import FloatArray
 from fe_models.causes import SensorEffect
-from fe_models.lowpass import USUAL, LowPass
+from fe_models.lowpass import USUAL_STEEPNESS, LowPass
 from fe_models.recordings import Recording
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.nominal.config import LOWPASS
@@ -179,7 +179,7 @@ def test_a_low_pass_that_cuts_off_sharply_hides_no_force(
     if is_told:
         monkeypatch.setattr(blind_cases, "lowpassed", cut_off)
     hidden = blind_case(seed, replace(BRIDGE, kinds=(kind,), off=True))
-    assert lowpass_of(hidden.dataset) == LowPass(30.0, LOWPASS.sharp_steepness if is_told else USUAL)
+    assert lowpass_of(hidden.dataset) == LowPass(30.0, LOWPASS.sharp_steepness if is_told else USUAL_STEEPNESS)
     found, marks = diagnosed(hidden)
     assert marks.first, marks
     assert not marks.confidently_wrong

@@ -13,7 +13,7 @@ from fe_models.causes import CoulombFriction, CubicSpring, GapStop, SupportSprin
 from fe_models.causes.candidate import Candidate, HarmonicCandidate, LawCandidate
 from fe_models.causes.known import Known, candidates_of
 from fe_models.causes.places import Motion, places_of
-from fe_models.causes.support_spring import ECHOED
+from fe_models.causes.support_spring import PARALLEL_SPRING_WEIGHT
 from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.structure import Beam, Spring, Structure
 from hybrid.diagnosis.contest.growing import fit_growing, passed_by, reference_fits_of, shortened
@@ -50,7 +50,12 @@ def test_spring_beside_one_to_the_ground_is_less_probable_than_that_one_off() ->
     plant = plant_of(CHAIN)
     motion = Motion(*np.random.default_rng(0).standard_normal((2, 50, 4)))
     springs = SupportSpring.candidates(Known(plant, motion))
-    assert [(c.location["node"], c.weight) for c in springs] == [(1, ECHOED), (2, 1.0), (3, 1.0), (4, 1.0)]
+    assert [(c.location["node"], c.weight) for c in springs] == [
+        (1, PARALLEL_SPRING_WEIGHT),
+        (2, 1.0),
+        (3, 1.0),
+        (4, 1.0),
+    ]
 
 
 def test_no_force_law_is_looked_for_where_nothing_moves() -> None:

@@ -25,7 +25,7 @@ from fe_models.causes.candidate import (
     SupportCandidate,
 )
 from fe_models.causes.places import Motion
-from fe_models.causes.stiffness_change import REMAINING
+from fe_models.causes.stiffness_change import REMAINING_SHARES
 from fe_models.modes import natural_modes
 from fe_models.recordings import Assumptions, Dataset, Recording
 from hybrid.diagnosis.contest.growing import Lengths, ReferenceFits
@@ -214,7 +214,7 @@ def test_an_element_that_is_all_but_lost_is_begun_as_such_where_much_is_wrong() 
     lost = [trial for trial in trials if not isinstance(trial.candidate, SupportCandidate)]
     elements = sorted(trial.candidate.location["element"] for trial in lost)
     assert elements == list(range(1, len(bridge().elements) + 1))
-    assert all(trial.is_drawn and trial.start[0] in REMAINING for trial in lost)
+    assert all(trial.is_drawn and trial.start[0] in REMAINING_SHARES for trial in lost)
     assert (trials[0].candidate.location, trials[0].start) == ({"element": 9}, (0.05,))
     assert unseen(*recorded(AddedMass(12, 1e-4))[:1], linear_candidates(), noise_model) == []  # little is left
 

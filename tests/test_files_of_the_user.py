@@ -11,7 +11,7 @@ from fe_models.built_in.four_dof import four_dof
 from fe_models.files.array_files import load_arrays
 from fe_models.files.dataset_file import load_dataset, save_dataset
 from fe_models.files.matrices_file import save_linear_model
-from fe_models.files.result_list import LIST
+from fe_models.files.result_list import LIST_FILE
 from fe_models.files.run_folder import load_run
 from fe_models.files.structure_file import save_structure
 from fe_models.linear import LinearModel, ModalModel
@@ -135,7 +135,7 @@ def test_matrices_in_the_folder_of_an_older_structure_are_what_is_drawn(
     done("build", tmp_path / "mine.npz", "--out", tmp_path / "run", "--modes", "2")
     assert isinstance(load_run(tmp_path / "run").model, LinearModel)
     names = {path.name for path in (tmp_path / "run").iterdir()}
-    assert names == {LIST, "model.npz", "mode_01.png", "mode_02.png", "modes.png", "structure.png"}
+    assert names == {LIST_FILE, "model.npz", "mode_01.png", "mode_02.png", "modes.png", "structure.png"}
 
 
 def test_a_structure_left_beside_matrices_is_not_taken_for_them(tmp_path: Path) -> None:
@@ -168,5 +168,5 @@ def test_a_picture_that_fails_leaves_the_new_model_and_no_older_pictures(
     monkeypatch.setattr(render, "draw_modes", failing)
     result = command("build", "four_dof", "--out", tmp_path, "--modes", "2")
     assert isinstance(result.exception, ZeroDivisionError)
-    assert {path.name for path in tmp_path.iterdir()} == {LIST, "model.npz", "structure.toml"}
+    assert {path.name for path in tmp_path.iterdir()} == {LIST_FILE, "model.npz", "structure.toml"}
     assert len(load_arrays(tmp_path / "model.npz")["frequencies"]) == 2

@@ -14,7 +14,7 @@ from fe_models.arrays import FloatArray
 from fe_models.dofs import structure_dofs
 from fe_models.errors import InputError
 from fe_models.files.atomic import write_npz
-from fe_models.files.result_list import LIST
+from fe_models.files.result_list import LIST_FILE
 from fe_models.files.run_folder import load_run
 from fe_models.files.structure_file import save_structure
 from fe_models.pictures import render
@@ -80,7 +80,7 @@ def test_script_draws_a_training(tmp_path: Path) -> None:
     write_prediction(tmp_path)
     done = render_shapes(tmp_path, "--out", tmp_path / "pictures", "--format", "gif", "--frames", "3")
     assert done.returncode == 0, done.stderr
-    drawn = {path.name for path in (tmp_path / "pictures").iterdir()} - {LIST}
+    drawn = {path.name for path in (tmp_path / "pictures").iterdir()} - {LIST_FILE}
     assert {"snapshots.png", "initial_deformation.png", "animation.gif", "modes.png"} <= drawn
     assert all(name in done.stdout for name in drawn)
     assert len(imageio.v3.imread(tmp_path / "pictures" / "animation.gif")) == 3

@@ -8,7 +8,7 @@ from typing import Any, NoReturn, cast
 import pytest
 
 from fe_models.built_in.four_dof import four_dof
-from fe_models.files.result_list import LIST
+from fe_models.files.result_list import LIST_FILE
 from fe_models.files.structure_file import load_structure
 from hybrid.diagnosis import report_files
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
@@ -34,7 +34,7 @@ def failing(*arguments: object) -> NoReturn:
 
 
 def names(folder: Path) -> set[str]:
-    return {path.name for path in folder.iterdir()} - {LIST}
+    return {path.name for path in folder.iterdir()} - {LIST_FILE}
 
 
 def report(folder: Path) -> dict[str, Any]:

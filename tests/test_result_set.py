@@ -10,7 +10,7 @@ import pytest
 
 from fe_models.errors import InputError, bad_input_exits
 from fe_models.files.atomic import write_text
-from fe_models.files.result_list import LIST
+from fe_models.files.result_list import LIST_FILE
 from fe_models.files.result_set import ResultSet, finish_exchanges
 
 
@@ -27,7 +27,7 @@ def write(folder: Path, **texts: str) -> None:
 
 def content(folder: Path) -> dict[str, str]:
     """All files of a folder but the list, hidden ones and those in folders among them."""
-    files = [path for path in folder.rglob("*") if path.is_file() and path.name != LIST]
+    files = [path for path in folder.rglob("*") if path.is_file() and path.name != LIST_FILE]
     return {path.relative_to(folder).as_posix(): path.read_text() for path in files}
 
 
@@ -95,7 +95,7 @@ def test_an_input_is_refused_although_the_command_itself_wrote_it(tmp_path: Path
 
 def test_a_failure_leaves_the_older_results_whole(tmp_path: Path) -> None:
     write(tmp_path, scores_json="old", model_npz="old")
-    before = {**content(tmp_path), LIST: (tmp_path / LIST).read_text()}
+    before = {**content(tmp_path), LIST_FILE: (tmp_path / LIST_FILE).read_text()}
 
     def failing(error: Exception) -> None:
         with results(tmp_path).replacing() as new:
@@ -108,7 +108,7 @@ def test_a_failure_leaves_the_older_results_whole(tmp_path: Path) -> None:
     (fault,) = refusal(lambda: failing(OSError(28, "No space left on device")))
     assert "not all results of train could be written" in fault
     assert "No space left on device" in fault
-    assert {**content(tmp_path), LIST: (tmp_path / LIST).read_text()} == before
+    assert {**content(tmp_path), LIST_FILE: (tmp_path / LIST_FILE).read_text()} == before
 
 
 def test_a_failing_addition_leaves_what_was_written_before_and_says_so(
@@ -241,7 +241,7 @@ def test_a_file_changed_after_an_interruption_is_not_written_over(
 )
 def test_a_list_that_is_none_of_ours_is_refused(text: str, tmp_path: Path) -> None:
     """Above all one that reaches into other folders: what it names is removed."""
-    write_text(tmp_path / "run" / LIST, text)
+    write_text(tmp_path / "run" / LIST_FILE, text)
     (fault,) = refusal(lambda: results(tmp_path / "run").check())
     assert "is not the list of results" in fault
 

@@ -12,7 +12,7 @@ from fe_models.arrays import FloatArray
 from fe_models.built_in.four_dof import four_dof
 from fe_models.dofs import structure_dofs
 from fe_models.errors import InputError
-from fe_models.files.result_list import LIST
+from fe_models.files.result_list import LIST_FILE
 from fe_models.files.run_folder import load_run
 from fe_models.linear import ModalModel
 from fe_models.recordings import Dataset, Recording, Sensor
@@ -162,7 +162,7 @@ def test_without_test_recordings_nothing_is_scored(dataset: Dataset, tmp_path: P
     assert metrics["test"] is None
     assert metrics["training"]["epochs"] == 1
     names = {path.name for path in tmp_path.iterdir()}
-    assert names == {CHECKPOINT, "metrics.json", "model.npz", "training.png", LIST}
+    assert names == {CHECKPOINT, "metrics.json", "model.npz", "training.png", LIST_FILE}
     assert load_run(tmp_path).prediction is None
 
 
@@ -238,7 +238,7 @@ def test_a_curve_that_fails_loses_neither_model_nor_scores(
         caught.value.__notes__
     )
     left = files(tmp_path)
-    assert left.keys() == {CHECKPOINT, "metrics.json", "model.npz", "prediction.npz", LIST}
+    assert left.keys() == {CHECKPOINT, "metrics.json", "model.npz", "prediction.npz", LIST_FILE}
     assert all(left[name] != before[name] for name in (CHECKPOINT, "metrics.json", "prediction.npz"))
     write_results(resume(dataset, run.config, tmp_path), dataset)
     assert files(tmp_path).keys() == before.keys()

@@ -11,7 +11,7 @@ import pytest
 import torch
 
 from fe_models.errors import InputError
-from fe_models.files.result_list import LIST
+from fe_models.files.result_list import LIST_FILE
 from fe_models.recordings import Assumptions, Dataset, Load, Recording
 from hybrid.config import Config
 from hybrid.estimation.experts import fe_counterpart
@@ -88,7 +88,7 @@ def test_a_finished_run_has_its_checkpoint_and_no_training_under_way(folders: li
     names = {path.name for path in folders[-1].iterdir()}
     assert {CHECKPOINT, "metrics.json", "prediction.npz", "model.npz"} <= names
     assert PARTIAL_CHECKPOINT not in names
-    assert [name for name in names if name.startswith(".")] == [LIST]  # no temporary files
+    assert [name for name in names if name.startswith(".")] == [LIST_FILE]  # no temporary files
 
 
 @pytest.mark.slow

@@ -18,7 +18,7 @@ from fe_models.pictures.geometry import outline
 from fe_models.pictures.numbering import members
 from fe_models.pictures.render import draw_structure
 from fe_models.pictures.sensor_arrows import arrows_of
-from fe_models.pictures.structure_drawing import BLUE, structure_picture
+from fe_models.pictures.structure_drawing import ELEMENT_COLOR, structure_picture
 from fe_models.recordings import Sensor
 from fe_models.sections import Section
 from fe_models.structure import Beam, Spring, Structure, Support
@@ -38,7 +38,9 @@ def grid(bays: int, storeys: int) -> Structure:
 
 
 def numbers(picture: Picture, kind: str) -> list[Text]:
-    found = [text for text in picture.texts if text.text.isdigit() and (text.color == BLUE) == (kind == "element")]
+    found = [
+        text for text in picture.texts if text.text.isdigit() and (text.color == ELEMENT_COLOR) == (kind == "element")
+    ]
     return [text for text in found if text.bold == (kind == "node")]
 
 

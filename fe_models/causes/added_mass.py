@@ -12,9 +12,9 @@ from fe_models.causes.candidate import ChangeCandidate
 from fe_models.causes.known import Known, NominalModel
 from fe_models.structure import PointMass, Structure
 
-MEAN_SHARE = 0.5  # of a chain's mean mass: the prior standard deviation of an added one
-WHOLE_SHARE = 0.05  # of a frame's whole mass: the same
-REMOVABLE = 0.95  # of what a node weighs: as much may be missing there
+PRIOR_STD_SHARE_OF_MEAN = 0.5  # of a chain's mean mass: the prior standard deviation of an added one
+PRIOR_STD_SHARE_OF_WHOLE = 0.05  # of a frame's whole mass: the same
+MAX_REMOVED_SHARE = 0.95  # of what a node weighs: as much may be missing there
 
 
 @dataclass(frozen=True)
@@ -39,8 +39,10 @@ class AddedMass(Part):
         """Return a mass at each node that moves."""
         nominal, nothing = known.nominal, known.zeros
         masses = _masses(nominal)
-        whole = sum(masses.values())
-        usual = MEAN_SHARE * float(np.mean(list(masses.values()))) if nominal.is_chain else WHOLE_SHARE * whole
+        if nominal.is_chain:
+            width = PRIOR_STD_SHARE_OF_MEAN * float(np.mean(list(masses.values())))
+        else:
+            width = PRIOR_STD_SHARE_OF_WHOLE * sum(masses.values())
         return [
             ChangeCandidate(
                 kind=cls.kind,
@@ -48,8 +50,8 @@ class AddedMass(Part):
                 names=("mass",),
                 build=partial(cls, node),
                 neutral=(0.0,),
-                width=(usual,),
-                lower=(-REMOVABLE * mass,),
+                width=(width,),
+                lower=(-MAX_REMOVED_SHARE * mass,),
                 changes=(known.diagonal(_translations(nominal, node)), nothing, nothing),
             )
             for node, mass in masses.items()

@@ -15,11 +15,12 @@ from fe_models.causes.equilibrium import is_borne, line_of
 from fe_models.causes.known import Known
 from fe_models.structure import Beam, Direction, Element, Spring, Structure
 
-BUCKLING = 0.3  # of a squared frequency: what the usual axial force takes from it
-UNBORNE = 0.1  # how probable an axial force is that nothing takes off where its element ends, to one that is borne:
+PRIOR_FREQUENCY_SHARE = 0.3  # of a squared frequency: what the usual axial force takes from it
+# how probable an axial force is that nothing takes off where its element ends, to one that is borne:
 # possible, for weights and friction are not drawn, but of two that sensors hardly distinguish not the first to think of
-YIELDING = 2e-3  # the strain that no metal of a structure bears for long ...
-WORKING = 5e-4  # ... and that which structures are designed for, 100 N/mm^2 in steel
+UNBALANCED_WEIGHT = 0.1
+YIELD_STRAIN = 2e-3  # the strain that no metal of a structure bears for long ...
+DESIGN_STRAIN = 5e-4  # ... and that which structures are designed for, 100 N/mm^2 in steel
 
 
 @dataclass(frozen=True)
@@ -64,9 +65,9 @@ class AxialForce(Effect):
                         names=("force",),
                         build=partial(cls, numbers),
                         neutral=(0.0,),
-                        width=(min(_felt_force(known, changes[2]), WORKING * stretch),),
-                        lower=(-YIELDING * stretch,),
-                        upper=(YIELDING * stretch,),
+                        width=(min(_felt_force(known, changes[2]), DESIGN_STRAIN * stretch),),
+                        lower=(-YIELD_STRAIN * stretch,),
+                        upper=(YIELD_STRAIN * stretch,),
                         changes=changes,
                         weight=_weight(known.nominal.built, own),
                     )
@@ -143,7 +144,7 @@ def axial_forces(structure: Structure) -> dict[int, float]:
 
 def _weight(built: Structure, elements: list[Element]) -> float:
     """Return how probable an axial force in these elements is, to another; several are what the user calls a member."""
-    return 1.0 if len(elements) > 1 or is_borne(built, elements[0]) else UNBORNE
+    return 1.0 if len(elements) > 1 or is_borne(built, elements[0]) else UNBALANCED_WEIGHT
 
 
 def _axial_stiffness(element: Element) -> float:
@@ -155,4 +156,4 @@ def _felt_force(known: Known, stiffness: csr_array) -> float:
     """Return the axial force (N) that changes the square of some mode's frequency by 30 %: a third of buckling."""
     omega, shapes = known.nominal.modes
     softened = np.abs(np.einsum("di,di->i", shapes, stiffness @ shapes))
-    return BUCKLING * float(np.min(omega**2 / np.maximum(softened, 1e-12 * omega**2)))
+    return PRIOR_FREQUENCY_SHARE * float(np.min(omega**2 / np.maximum(softened, 1e-12 * omega**2)))

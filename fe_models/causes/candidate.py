@@ -15,7 +15,8 @@ from scipy.sparse import csr_array
 from fe_models.arrays import FloatArray
 from fe_models.causes.base import Cause
 
-SMALL = 1e-5  # of a prior width: the step at which a response counts as of first order, however long a recording is
+# of a prior width: the step at which a response counts as of first order, however long a recording is
+FIRST_ORDER_STEP = 1e-5
 UNBOUNDED = (-np.inf,)
 
 Changes = tuple[csr_array, csr_array, csr_array]
@@ -62,7 +63,7 @@ class Candidate(ABC):
         """The ``starts``; where none are given, a small step away from doing nothing."""
         if self.starts or not self.names:
             return self.starts or ((),)
-        return (tuple(a + SMALL * b for a, b in zip(self.neutral, self.width, strict=True)),)
+        return (tuple(a + FIRST_ORDER_STEP * b for a, b in zip(self.neutral, self.width, strict=True)),)
 
     @property
     def without(self) -> tuple[float, ...]:

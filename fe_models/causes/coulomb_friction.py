@@ -7,16 +7,17 @@ from typing import Any, ClassVar
 import numpy as np
 
 from fe_models.causes.base import negative_faults, parameter, setting
-from fe_models.causes.candidate import SMALL, LawCandidate
+from fe_models.causes.candidate import FIRST_ORDER_STEP, LawCandidate
 from fe_models.causes.connector import ConnectorEffect, law_at
 from fe_models.causes.known import Known
 from fe_models.causes.places import MovingPlace
 from fe_models.one_node import node_or_nodes
 from fe_models.structure import Structure
 
-CREEP = (0.005, 0.01, 0.1)  # of the rms rate at its place: below it friction is a dashpot; at least (less would need
+# of the rms rate at its place: below it friction is a dashpot; at least (less would need
 # steps finer than a search can afford), usual, at most
-RUBBING = 0.3  # of a usual dashpot's force: the usual friction
+CREEP_SHARES = (0.005, 0.01, 0.1)
+PRIOR_STD_SHARE = 0.3  # of a usual dashpot's force: the usual friction
 
 
 @node_or_nodes
@@ -58,7 +59,7 @@ class CoulombFriction(ConnectorEffect):
 
 def _friction_at(moving: MovingPlace) -> LawCandidate:
     place, rate = moving.place, moving.speed
-    rubbing, (least, usual, most) = RUBBING * place.coefficient * rate, (share * rate for share in CREEP)
+    rubbing, (least, usual, most) = PRIOR_STD_SHARE * place.coefficient * rate, (share * rate for share in CREEP_SHARES)
     return law_at(
         place,
         ("force", "regularisation"),
@@ -67,5 +68,5 @@ def _friction_at(moving: MovingPlace) -> LawCandidate:
         lower=(0.0, least),
         upper=(np.inf, most),
         neutral=(0.0, usual),
-        starts=((SMALL * rubbing, usual),),
+        starts=((FIRST_ORDER_STEP * rubbing, usual),),
     )

@@ -11,8 +11,9 @@ from fe_models.causes.known import Known
 from fe_models.errors import InputError
 from fe_models.structure import Structure
 
-HARDLY = 1e-4  # of squared frequencies: a dead load that changes none by more is not felt
-LEAST_WEIGHT, MOST_WEIGHT = 0.5, 1.5  # times what is drawn: no less weight than that, and no more, goes unnoticed
+MIN_FREQUENCY_CHANGE = 1e-4  # of squared frequencies: a dead load that changes none by more is not felt
+# times what is drawn: no less weight than that, and no more, goes unnoticed
+MIN_WEIGHT_FACTOR, MAX_WEIGHT_FACTOR = 0.5, 1.5
 
 
 @dataclass(frozen=True)
@@ -52,7 +53,8 @@ class DeadLoad(Effect):
             changes, loaded = nominal.changes_of(effect), nominal.frequencies_with(effect)
         except InputError:  # no state at rest, or none that stands
             return []
-        if np.all(np.abs(loaded**2 - omega**2) < HARDLY * omega**2):  # all modes give way to it, as a roller does
+        # All modes give way to it, as a roller does.
+        if np.all(np.abs(loaded**2 - omega**2) < MIN_FREQUENCY_CHANGE * omega**2):
             return []
         return [
             ChangeCandidate(
@@ -62,8 +64,8 @@ class DeadLoad(Effect):
                 build=cls,
                 neutral=(0.0,),
                 width=(1.0,),
-                lower=(LEAST_WEIGHT,),
-                upper=(MOST_WEIGHT,),
+                lower=(MIN_WEIGHT_FACTOR,),
+                upper=(MAX_WEIGHT_FACTOR,),
                 changes=changes,
             )
         ]

@@ -8,7 +8,8 @@ import numpy as np
 from fe_models.arrays import FloatArray
 from fe_models.structure import Element, Spring, Structure
 
-BEND = 0.2  # sine of 11.5 degrees: up to such a kink the next element takes it on, and no support holds along it
+# sine of 11.5 degrees: up to such a kink the next element takes it on, and no support holds along it
+MAX_KINK_SINE = 0.2
 
 
 def is_borne(structure: Structure, element: Element) -> bool:
@@ -23,10 +24,10 @@ def _is_taken_off(structure: Structure, element: Element, node: int) -> bool:
     held = {direction for support in structure.supports if support.node == node for direction in support.directions}
     others = [other for other in structure.elements if node in other.nodes and other is not element]
     held |= {other.direction for other in others if isinstance(other, Spring)}
-    if any(abs(share) > BEND for share, direction in zip(along, "xy", strict=True) if direction in held):
+    if any(abs(share) > MAX_KINK_SINE for share, direction in zip(along, "xy", strict=True) if direction in held):
         return True
     beside = [_direction(structure, other) for other in others if not isinstance(other, Spring)]
-    return any(abs(along[0] * line[1] - along[1] * line[0]) > BEND for line in beside)
+    return any(abs(along[0] * line[1] - along[1] * line[0]) > MAX_KINK_SINE for line in beside)
 
 
 def _direction(structure: Structure, element: Element) -> FloatArray:

@@ -8,10 +8,10 @@ import numpy as np
 
 from fe_models.causes.arithmetic import SMOOTHING, smooth_ramp
 from fe_models.causes.base import Cause, negative_faults, parameter
-from fe_models.causes.candidate import SMALL, LawCandidate
+from fe_models.causes.candidate import FIRST_ORDER_STEP, LawCandidate
 from fe_models.causes.connector import ConnectorEffect, law_at
 from fe_models.causes.known import Known
-from fe_models.causes.places import LARGEST, LEAST_SHARE, REACHES, MovingPlace, Place
+from fe_models.causes.places import LARGEST_QUANTILE, MIN_ELONGATION_SHARE, STARTING_SHARES, MovingPlace, Place
 from fe_models.causes.wording import sentence
 from fe_models.one_node import node_or_nodes
 from fe_models.structure import Structure
@@ -62,14 +62,14 @@ class GapStop(ConnectorEffect):
 
 def _stop_at(moving: MovingPlace, side: Literal[1, -1]) -> LawCandidate:
     place, size = moving.place, moving.size
-    farthest = max(float(np.quantile(side * moving.elongation, LARGEST)), LEAST_SHARE * size)
+    farthest = max(float(np.quantile(side * moving.elongation, LARGEST_QUANTILE)), MIN_ELONGATION_SHARE * size)
     return law_at(
         place,
         ("stiffness", "gap"),
         _stop(place, side),
         width=(place.stiffness, size),
-        lower=(0.0, LEAST_SHARE * size),
-        starts=tuple((SMALL * place.stiffness, reach * farthest) for reach in REACHES),
+        lower=(0.0, MIN_ELONGATION_SHARE * size),
+        starts=tuple((FIRST_ORDER_STEP * place.stiffness, reach * farthest) for reach in STARTING_SHARES),
         side=side,
     )
 

@@ -11,7 +11,7 @@ from scipy.sparse import csr_array
 from fe_models.arrays import FloatArray, IntArray
 from fe_models.causes.base import CAUSES, Cause, Effect, ForceLaw
 from fe_models.causes.candidate import Candidate, Changes
-from fe_models.causes.places import IMMOBILE, Motion, MovingPlace, NominalStructure, Place, places_of
+from fe_models.causes.places import MIN_MOTION_SHARE, Motion, MovingPlace, NominalStructure, Place, places_of
 from fe_models.structure import Structure
 
 
@@ -88,7 +88,7 @@ class Known:
     def least_elongation(self) -> float:
         """The rms elongation (m) of a place that hardly moves beside the others."""
         sizes = [float(np.std(self.motion.displacement @ place.pull)) for place in self.places]
-        return IMMOBILE * max(sizes, default=0.0)
+        return MIN_MOTION_SHARE * max(sizes, default=0.0)
 
     @cached_property
     def moving_places(self) -> list[MovingPlace]:

@@ -9,8 +9,8 @@ from fe_models.causes.candidate import ModeCandidate
 from fe_models.causes.known import Known
 from fe_models.structure import Structure
 
-USUAL = 0.05  # the prior standard deviation of a damping ratio
-MOST = 0.99  # an effect's ratio is below one
+PRIOR_STD = 0.05  # the prior standard deviation of a damping ratio
+MAX_RATIO = 0.99  # an effect's ratio is below one
 
 
 @dataclass(frozen=True)
@@ -52,9 +52,9 @@ class ModalDamping(Effect):
                 names=("ratio",),
                 build=partial(cls, (mode + 1,)),
                 neutral=(float(ratio),),
-                width=(USUAL,),
+                width=(PRIOR_STD,),
                 lower=(0.0,),
-                upper=(max(MOST, float(ratio)),),
+                upper=(max(MAX_RATIO, float(ratio)),),
                 mode=mode,
             )
             for mode, ratio in enumerate(known.nominal.own_ratios[: known.nominal.below])

@@ -12,13 +12,14 @@ from fe_models.arrays import FloatArray
 from fe_models.dof_map import DofMap
 from fe_models.structure import Direction, Spring, Structure
 
-IMMOBILE = 1e-4  # of the largest entry of the mode shapes, or motion: a place that moves less feels no force
-NEAR = 0.5  # of the shortest element there: nearer nodes that no element joins are of two parts side by side
-ALIKE = 0.01  # of its motion in the modes: how far apart two places may be to count as one
-REACHES = (0.1, 0.25, 0.45, 0.65, 0.85)  # of the largest elongation: where a search for a gap, or slackness, starts
-LARGEST = 0.999  # quantile of an elongation that counts as its largest
-LEAST_SHARE = 1e-3  # of the rms elongation: what a gap, or the largest elongation of one side, is at least
-DAMPED = 0.2  # of the dashpot whose force is as large as a spring's at the usual rate
+MIN_MOTION_SHARE = 1e-4  # of the largest entry of the mode shapes, or motion: a place that moves less feels no force
+MAX_GAP_SHARE = 0.5  # of the shortest element there: nearer nodes that no element joins are of two parts side by side
+MAX_TWIN_DIFFERENCE = 0.01  # of its motion in the modes: how far apart two places may be to count as one
+# of the largest elongation: where a search for a gap, or slackness, starts
+STARTING_SHARES = (0.1, 0.25, 0.45, 0.65, 0.85)
+LARGEST_QUANTILE = 0.999  # quantile of an elongation that counts as its largest
+MIN_ELONGATION_SHARE = 1e-3  # of the rms elongation: what a gap, or the largest elongation of one side, is at least
+DASHPOT_SHARE = 0.2  # of the dashpot whose force is as large as a spring's at the usual rate
 
 
 Nodes = tuple[int] | tuple[int, int]  # against the ground, or against one another
@@ -121,9 +122,9 @@ def places_of(nominal: NominalStructure, motion: Motion) -> list[Place]:
     for location, nodes, direction, pull in _elongations(nominal):
         move = pull @ shapes
         size = float(np.linalg.norm(move))
-        if size < IMMOBILE * np.abs(shapes).max():
+        if size < MIN_MOTION_SHARE * np.abs(shapes).max():
             continue
-        alike = [i for i, other in enumerate(moves) if np.linalg.norm(move - other) < ALIKE * size]
+        alike = [i for i, other in enumerate(moves) if np.linalg.norm(move - other) < MAX_TWIN_DIFFERENCE * size]
         if alike and not nominal.is_chain:
             first = found[alike[0]]
             found[alike[0]] = replace(first, twins=(*first.twins, location))
@@ -161,8 +162,8 @@ def _pairs(structure: Structure, direction: Direction) -> list[tuple[int, int]]:
         shortest[[node - 1 for node in element.nodes]] = structure.length(element)
     points = np.array(structure.nodes)
     tree, ends = cKDTree(points), {frozenset(element.nodes) for element in lines}
-    for i, j in sorted(tree.query_pairs(NEAR * float(shortest.max()))) if lines else ():
-        near = np.linalg.norm(points[i] - points[j]) <= NEAR * min(shortest[i], shortest[j])
+    for i, j in sorted(tree.query_pairs(MAX_GAP_SHARE * float(shortest.max()))) if lines else ():
+        near = np.linalg.norm(points[i] - points[j]) <= MAX_GAP_SHARE * min(shortest[i], shortest[j])
         if near and {i + 1, j + 1} not in ends:
             joined.append((i + 1, j + 1))
     return list(dict.fromkeys(joined))
@@ -173,8 +174,8 @@ def _felt(nominal: NominalStructure, pull: FloatArray, motion: Motion) -> tuple[
     free = nominal.dofs.free
     if nominal.is_chain:
         mass, stiffness = (float(np.mean(matrix.diagonal()[free])) for matrix in (nominal.mass, nominal.stiffness))
-        return stiffness / 2, DAMPED * float(np.sqrt(mass * stiffness / 2))
+        return stiffness / 2, DASHPOT_SHARE * float(np.sqrt(mass * stiffness / 2))
     stiffness = 1 / float(pull @ nominal.static(pull[:, None])[:, 0])
     moved = float(np.std(motion.displacement @ pull))
     omega = float(np.std(motion.velocity @ pull)) / moved if moved > 0 else float(nominal.modes[0][0])
-    return stiffness, DAMPED * stiffness / omega
+    return stiffness, DASHPOT_SHARE * stiffness / omega

@@ -11,7 +11,7 @@ from fe_models.causes.candidate import SensorCandidate
 from fe_models.causes.known import Known
 from fe_models.causes.sensor_fault import SensorEffect
 
-USUAL = 0.03  # of a period: the prior standard deviation of a delay
+PRIOR_STD_PERIODS = 0.03  # of a period: the prior standard deviation of a delay
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class SensorDelay(SensorEffect):
     def candidates(cls, known: Known) -> list[SensorCandidate]:
         """Return it at each measured sensor."""
         return [
-            cls.at_sensor(position, channel, neutral=0.0, width=USUAL * known.period)
+            cls.at_sensor(position, channel, neutral=0.0, width=PRIOR_STD_PERIODS * known.period)
             for position, channel in enumerate(known.channels)
         ]
 

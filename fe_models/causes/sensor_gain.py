@@ -11,8 +11,8 @@ from fe_models.causes.candidate import SensorCandidate
 from fe_models.causes.known import Known
 from fe_models.causes.sensor_fault import SensorEffect
 
-USUAL = 0.3  # the prior standard deviation of a gain about one
-REVERSED = -1.0  # the gain of a sensor that is mounted the wrong way round
+PRIOR_STD = 0.3  # the prior standard deviation of a gain about one
+REVERSED_GAIN = -1.0  # the gain of a sensor that is mounted the wrong way round
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class SensorGain(SensorEffect):
     def candidates(cls, known: Known) -> list[SensorCandidate]:
         """Return it at each measured sensor."""
         return [
-            cls.at_sensor(position, channel, neutral=1.0, width=USUAL, far=(REVERSED,))
+            cls.at_sensor(position, channel, neutral=1.0, width=PRIOR_STD, far=(REVERSED_GAIN,))
             for position, channel in enumerate(known.channels)
         ]
 

@@ -12,10 +12,10 @@ from fe_models.causes.arithmetic import SMOOTHING, smooth_ramp
 from fe_models.causes.base import Effect, ForceLaw, element_faults, negative_faults, parameter
 from fe_models.causes.candidate import LawCandidate
 from fe_models.causes.known import Known
-from fe_models.causes.places import LARGEST, LEAST_SHARE, REACHES
+from fe_models.causes.places import LARGEST_QUANTILE, MIN_ELONGATION_SHARE, STARTING_SHARES
 from fe_models.structure import Beam, Cable, Direction, Spring, Structure
 
-HARDLY = 0.8  # of the pretension with which a cable never goes slack
+MIN_PRETENSION_SHARE = 0.8  # of the pretension with which a cable never goes slack
 
 
 @dataclass(frozen=True)
@@ -118,7 +118,7 @@ class SlackLaw(ForceLaw):
 
 def _slack_at(number: int, stiffness: float, pull: FloatArray, u: FloatArray, part: int | None) -> LawCandidate:
     """Return an element, by its number, that may go slack in a motion with its elongation ``u`` (m)."""
-    most = max(float(np.quantile(-u, LARGEST)), LEAST_SHARE * float(np.std(u))) * stiffness
+    most = max(float(np.quantile(-u, LARGEST_QUANTILE)), MIN_ELONGATION_SHARE * float(np.std(u))) * stiffness
     taut = 2.0 * most  # never slack
     return LawCandidate(
         kind=SlackCable.kind,
@@ -127,10 +127,10 @@ def _slack_at(number: int, stiffness: float, pull: FloatArray, u: FloatArray, pa
         build=partial(SlackCable, number),
         neutral=(taut,),
         width=(most,),
-        lower=(LEAST_SHARE * most,),
-        starts=tuple((reach * most,) for reach in REACHES),
+        lower=(MIN_ELONGATION_SHARE * most,),
+        starts=tuple((reach * most,) for reach in STARTING_SHARES),
         scalable=False,
-        hardly=(HARDLY * taut,),
+        hardly=(MIN_PRETENSION_SHARE * taut,),
         pull=pull,
         part=part,
     )

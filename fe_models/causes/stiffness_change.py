@@ -9,8 +9,8 @@ from fe_models.causes.candidate import ChangeCandidate
 from fe_models.causes.known import Known
 from fe_models.structure import Cable, Element, Spring, Structure
 
-USUAL = 0.5  # of an element's stiffness: the prior standard deviation
-REMAINING = (0.02, 0.05, 0.12, 0.25)  # of a stiffness: what may be left of an element that is all but lost; its
+PRIOR_STD_SHARE = 0.5  # of an element's stiffness: the prior standard deviation
+REMAINING_SHARES = (0.02, 0.05, 0.12, 0.25)  # of a stiffness: what may be left of an element that is all but lost; its
 # compliance, which is felt, goes to infinity
 
 
@@ -55,9 +55,9 @@ class StiffnessChange(Part):
                 names=("factor",),
                 build=partial(cls, numbers),
                 neutral=(1.0,),
-                width=(USUAL,),
+                width=(PRIOR_STD_SHARE,),
                 lower=(0.0,),
-                far=REMAINING,
+                far=REMAINING_SHARES,
                 changes=known.nominal.changes_of(cls(numbers, 2.0)),
                 part=known.part_of(numbers),
             )

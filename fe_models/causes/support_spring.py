@@ -15,13 +15,16 @@ from fe_models.causes.places import Place
 from fe_models.causes.wording import sentence
 from fe_models.structure import Direction, Spring, Structure, Support
 
-TOO_SOFT = "{place} is held by {stiffness} only, where the model holds it rigidly"
-USUAL = 0.5  # of what is felt at a place: the prior standard deviation of a spring's stiffness
-FAR = (-20.0, -5.0, 5.0, 20.0)  # prior standard deviations: as far as a scan looks for a spring
-ECHOED = 0.1  # how probable a spring to the ground is beside one that the structure has: that one would be off instead
-RIGID = 1e-4  # of a structure's own compliance at a support: as good as rigid
-SOFT = 5.0  # of it: the prior standard deviation of a support's own; at ten times as much it is as good as lost
-MECHANISM = 1e-9  # of the stiffness at a support: what rounding leaves of a structure's own where nothing else holds it
+SOFT_SUPPORT_TEMPLATE = "{place} is held by {stiffness} only, where the model holds it rigidly"
+PRIOR_STD_SHARE = 0.5  # of what is felt at a place: the prior standard deviation of a spring's stiffness
+SCANNED_SIGMAS = (-20.0, -5.0, 5.0, 20.0)  # prior standard deviations: as far as a scan looks for a spring
+# how probable a spring to the ground is beside one that the structure has: that one would be off instead
+PARALLEL_SPRING_WEIGHT = 0.1
+MIN_COMPLIANCE_SHARE = 1e-4  # of a structure's own compliance at a support: as good as rigid
+# of it: the prior standard deviation of a support's own; at ten times as much it is as good as lost
+PRIOR_STD_COMPLIANCE_SHARE = 5.0
+# of the stiffness at a support: what rounding leaves of a structure's own where nothing else holds it
+MIN_STIFFNESS_SHARE = 1e-9
 
 
 @dataclass(frozen=True)
@@ -63,7 +66,8 @@ class SupportSpring(Part):
 
     def sentence(self, values: Mapping[str, str], structure: Structure) -> str:
         """Return the sentence: of a support that is too soft, or of a spring that the model lacks."""
-        return sentence(TOO_SOFT if self.is_support_of(structure) else self.template, self.location, **values)
+        template = SOFT_SUPPORT_TEMPLATE if self.is_support_of(structure) else self.template
+        return sentence(template, self.location, **values)
 
     def is_support_of(self, structure: Structure) -> bool:
         """Return whether it takes the place of a support of a structure."""
@@ -74,7 +78,7 @@ def _spring_at(place: Place, known: Known, lower: float = -np.inf) -> ChangeCand
     """Return a spring to the ground at a place, of a stiffness of ``lower`` at least."""
     structure, spring, own = known.nominal.structure, outer(place.pull), (*place.nodes, place.direction)
     drawn = [(*e.nodes, e.direction) for e in structure.elements if isinstance(e, Spring)]
-    width = USUAL * place.stiffness
+    width = PRIOR_STD_SHARE * place.stiffness
     return ChangeCandidate(
         kind=SupportSpring.kind,
         location=place.location,
@@ -83,10 +87,10 @@ def _spring_at(place: Place, known: Known, lower: float = -np.inf) -> ChangeCand
         neutral=(0.0,),
         width=(width,),
         lower=(lower,),
-        far=tuple(size * width for size in FAR),
+        far=tuple(size * width for size in SCANNED_SIGMAS),
         changes=(known.zeros, csr_array(structure.damping.stiffness_factor * spring), spring),
         twins=place.twins,
-        weight=ECHOED if own in drawn else 1.0,
+        weight=PARALLEL_SPRING_WEIGHT if own in drawn else 1.0,
     )
 
 
@@ -106,9 +110,9 @@ def _soft_supports(known: Known) -> list[SupportCandidate]:
                 names=("stiffness",),
                 build=_by_compliance(node, direction),
                 neutral=(0.0,),
-                width=(SOFT * soft,),
-                lower=(RIGID * soft,),
-                starts=((10 * RIGID * soft,),),
+                width=(PRIOR_STD_COMPLIANCE_SHARE * soft,),
+                lower=(MIN_COMPLIANCE_SHARE * soft,),
+                starts=((10 * MIN_COMPLIANCE_SHARE * soft,),),
                 changes=(known.zeros, damped, here),
                 row=int(row),
                 brings=1,
@@ -141,7 +145,7 @@ def _softness(nominal: NominalModel, row: int) -> float:
     """
     shape = nominal.released(row)
     stiffness = float(shape @ (nominal.stiffness @ shape))
-    if stiffness < MECHANISM * float(nominal.stiffness[row, row]):
+    if stiffness < MIN_STIFFNESS_SHARE * float(nominal.stiffness[row, row]):
         stiffness = float(nominal.modes[0][0] ** 2 * (shape @ (nominal.mass @ shape)))
     return 1 / stiffness
 

@@ -34,8 +34,8 @@ LOAD_STEPS = 5
 STATIC_TOLERANCE = 1e-6  # of Newton's first residual in each load step
 # Of the accelerations at a step and the two before and after it: their sum takes away what changes sign at every step
 # and leaves polynomials as they are up to order 3; at an end and the step before it, from there inwards, up to order 2.
-CALMED = np.array([-1, 4, 10, 4, -1]) / 16
-CALMED_AT_END = np.array([[14, 6, -6, 2], [2, 10, 6, -2]]) / 16
+SMOOTHING_WEIGHTS = np.array([-1, 4, 10, 4, -1]) / 16
+END_SMOOTHING_WEIGHTS = np.array([[14, 6, -6, 2], [2, 10, 6, -2]]) / 16
 SMALLEST_TOLERANCE = 1e-10  # N, Exudyn's own, for structures of springs alone
 
 
@@ -105,9 +105,9 @@ def motion_after_release(
     """Return displacement, velocity and acceleration, (3, time, dof), from rest at ``start`` under the dead ``load``.
 
     Trapezoidal rule (Newmark, constant average acceleration), which damps nothing itself, so that what a release starts
-    of the highest modes goes on as accelerations that change sign with every step: see `CALMED`. ``modal_damping``
-    (dof, dof) is added as it is. ``advance`` is called once an output, for a progress bar. The force ``laws`` act on
-    elongations from the displacement ``reference`` (dof,).
+    of the highest modes goes on as accelerations that change sign with every step: see `SMOOTHING_WEIGHTS`.
+    ``modal_damping`` (dof, dof) is added as it is. ``advance`` is called once an output, for a progress bar. The force
+    ``laws`` act on elongations from the displacement ``reference`` (dof,).
     """
     system = whole_system(structure, mesh, Options(structure.damping), laws, reference)
     _add_loads(system, structure, mesh, load)
@@ -147,7 +147,7 @@ def _calmed_by(step: int, steps: Steps) -> list[tuple[int, float]]:
     The first, before any step is taken, is as it is; so are all of so few steps that nothing can be distinguished from
     others.
     """
-    last, reach = steps.outputs * steps.per_output, len(CALMED_AT_END[0]) - 1
+    last, reach = steps.outputs * steps.per_output, len(END_SMOOTHING_WEIGHTS[0]) - 1
     centres = range(max(step - reach, 0), min(step + reach, last) + 1) if step <= last else ()
     weights = {centre: _calming(centre, last).get(step, 0.0) for centre in centres if centre % steps.per_output == 0}
     return [(centre // steps.per_output, weight) for centre, weight in weights.items() if weight]
@@ -155,14 +155,14 @@ def _calmed_by(step: int, steps: Steps) -> list[tuple[int, float]]:
 
 def _calming(centre: int, last: int) -> dict[int, float]:
     """Return the weights, by step, of the accelerations that estimate those at the step ``centre`` of 0 to ``last``."""
-    if centre == 0 or last < len(CALMED_AT_END[0]) - 1:
+    if centre == 0 or last < len(END_SMOOTHING_WEIGHTS[0]) - 1:
         return {centre: 1.0}
-    for number, weights in enumerate(CALMED_AT_END.tolist()):
+    for number, weights in enumerate(END_SMOOTHING_WEIGHTS.tolist()):
         if centre == number:
             return dict(enumerate(weights))
         if centre == last - number:
             return {last - away: weight for away, weight in enumerate(weights)}
-    return dict(enumerate(CALMED.tolist(), start=centre - 2))
+    return dict(enumerate(SMOOTHING_WEIGHTS.tolist(), start=centre - 2))
 
 
 class FreeMotion:

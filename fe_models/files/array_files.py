@@ -15,8 +15,8 @@ from scipy.io.matlab import MatReadError
 from fe_models.arrays import FloatArray
 from fe_models.errors import InputError, raise_faults
 
-READABLE = (".npz", ".mat", ".csv")
-MOST_LINES = 5  # of a file, each with its fault
+READABLE_SUFFIXES = (".npz", ".mat", ".csv")
+MAX_FAULTY_LINES = 5  # of a file, each with its fault
 BROKEN_FILE = (
     BadZipFile,
     MatReadError,
@@ -113,7 +113,7 @@ def _filled(row: list[str]) -> int:
 
 def _raise_faults_of_lines(path: Path, faults: list[str]) -> None:
     """Raise those of a file's lines, a whole column of which may have one: the first few, and how many more."""
-    lines = [f"{path}: {fault}" for fault in faults[:MOST_LINES]]
+    lines = [f"{path}: {fault}" for fault in faults[:MAX_FAULTY_LINES]]
     more = len(faults) - len(lines)
     raise_faults(lines + ([f"{path}: and {more} more of that kind"] if more else []))
 
@@ -142,8 +142,8 @@ def _is_number(cell: str) -> bool:
 
 def check_exists(path: Path) -> None:
     """Raise `InputError` unless ``path`` is a file of a readable kind."""
-    if path.suffix not in READABLE:
-        raise InputError(f"{path}: unknown kind of file {path.suffix!r}; expected {', '.join(READABLE)}")
+    if path.suffix not in READABLE_SUFFIXES:
+        raise InputError(f"{path}: unknown kind of file {path.suffix!r}; expected {', '.join(READABLE_SUFFIXES)}")
     if not path.is_file():
         raise InputError(f"{path}: {'is a folder' if path.is_dir() else 'no such file'}{_neighbours(path)}")
 

@@ -9,15 +9,15 @@ from fe_models.dof_map import DofMap
 from fe_models.recordings import Quantity, Sensor
 from fe_models.spectra import line_frequencies, power_spectrum
 
-FEWEST_SAMPLES = 32
+MIN_SAMPLES = 32
 """Six samples in the first fifth, from which initial states are found, is the least that distinguishes two modes."""
 
 READS_ZERO = "the sensor would read zero"  # at a place that a support holds
 
 FLAT_TOLERANCE = 1e-12  # of a channel's largest value: only rounding moves it
-TRANSITION = 1.1
-LARGEST_SHARE = 0.1
-"""A fourth-order Butterworth low-pass leaves 6 % of white noise above `TRANSITION` times its corner frequency."""
+TRANSITION_RATIO = 1.1
+MAX_ENERGY_SHARE = 0.1
+"""A fourth-order Butterworth low-pass leaves 6 % of white noise above `TRANSITION_RATIO` times its corner frequency."""
 
 UNITS: dict[tuple[Quantity, bool], str] = {
     ("displacement", False): "m",
@@ -89,8 +89,8 @@ def check_data(
     realisations, samples, _ = data.shape
     if realisations == 0:
         return ["holds no recording at all"]
-    if samples < FEWEST_SAMPLES:
-        return [f"only {samples} samples; at least {FEWEST_SAMPLES} are needed"]
+    if samples < MIN_SAMPLES:
+        return [f"only {samples} samples; at least {MIN_SAMPLES} are needed"]
     faults = []
     for index, name in enumerate(sensors):
         channel = data[:, :, index]  # (realisation, time)
@@ -127,12 +127,12 @@ def energy_above(channel: FloatArray, sampling_rate: float, frequency: float) ->
 
 
 def _lowpass_faults(channel: FloatArray, name: str, sampling_rate: float, lowpass: float) -> list[str]:
-    share = energy_above(channel, sampling_rate, TRANSITION * lowpass)
-    if share <= LARGEST_SHARE:
+    share = energy_above(channel, sampling_rate, TRANSITION_RATIO * lowpass)
+    if share <= MAX_ENERGY_SHARE:
         return []
     return [
         f"channel {name!r}: {share:.0%} of its energy lies well above the lowpass of {lowpass:g} Hz "
-        f"(at most {LARGEST_SHARE:.0%} is expected): a wrong sampling rate for its low-pass, a wrong low-pass, "
+        f"(at most {MAX_ENERGY_SHARE:.0%} is expected): a wrong sampling rate for its low-pass, a wrong low-pass, "
         "a spike, or nothing but noise"
     ]
 

@@ -10,8 +10,8 @@ from pathlib import Path
 from fe_models.errors import InputError
 from fe_models.files.atomic import write_json
 
-LIST = ".hybrid-modal.json"
-UNFINISHED = ".unfinished.json"
+LIST_FILE = ".hybrid-modal.json"
+UNFINISHED_FILE = ".unfinished.json"
 
 Files = dict[str, str]
 """Names of files in a folder, each with the SHA-256 digest of its content."""
@@ -19,7 +19,7 @@ Files = dict[str, str]
 
 def read_list(folder: Path) -> dict[str, Files]:
     """Return the files that each command wrote into ``folder``; `InputError` where its list is none of ours."""
-    path = folder / LIST
+    path = folder / LIST_FILE
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
@@ -34,8 +34,8 @@ def read_list(folder: Path) -> dict[str, Files]:
 
 def write_list(folder: Path, sets: dict[str, Files], beside: Path) -> None:
     """Write the list of ``folder``, whole, by way of a file in ``beside``, where an interruption may leave it."""
-    write_json(beside / UNFINISHED, {"schema": 1, "results": sets})
-    (beside / UNFINISHED).replace(folder / LIST)
+    write_json(beside / UNFINISHED_FILE, {"schema": 1, "results": sets})
+    (beside / UNFINISHED_FILE).replace(folder / LIST_FILE)
 
 
 def digest(path: Path) -> str:

@@ -22,8 +22,8 @@ from fe_models.errors import InputError, raise_faults
 from fe_models.files.atomic import check_folder
 from fe_models.files.result_list import Files, digest, read_list, write_list
 
-NEW = ".new-"
-EXCHANGE = ".exchange-"
+NEW_PREFIX = ".new-"
+EXCHANGE_PREFIX = ".exchange-"
 
 
 @dataclass(frozen=True)
@@ -63,11 +63,11 @@ class ResultSet:
         check_folder(self.folder)
         finish_exchanges(self.folder)
         kept = read_list(self.folder).get(self.command, {}) if adding else {}
-        new = self.folder / f"{NEW}{self.command}-{token_hex(4)}"
+        new = self.folder / f"{NEW_PREFIX}{self.command}-{token_hex(4)}"
         whole = f"those written before are whole ({', '.join(kept)})" if kept else "older ones are as they were"
         outcome = f"{self.folder}: not all results of {self.command} could be written; {whole}"
         try:
-            for left in self.folder.glob(f"{NEW}{self.command}-*"):  # by a run that was killed
+            for left in self.folder.glob(f"{NEW_PREFIX}{self.command}-*"):  # by a run that was killed
                 shutil.rmtree(left)
             new.mkdir(parents=True)
             yield new
@@ -91,7 +91,7 @@ class ResultSet:
             rescued = new.rename(self.folder / f"{self.command}-{token_hex(4)}")
             raise InputError([*faults, f"the new results of {self.command} are in {rescued}"])
         write_list(new, {self.command: kept | made}, new)
-        new.rename(self.folder / f"{EXCHANGE}{self.command}")
+        new.rename(self.folder / f"{EXCHANGE_PREFIX}{self.command}")
         finish_exchanges(self.folder)
 
     def _makes(self, name: str) -> bool:
@@ -134,7 +134,7 @@ def finish_exchanges(folder: Path) -> None:
 
     `InputError` where a file has been changed since that would be written over.
     """
-    for exchange in sorted(folder.glob(f"{EXCHANGE}*")):
+    for exchange in sorted(folder.glob(f"{EXCHANGE_PREFIX}*")):
         for command, new in read_list(exchange).items():  # one; none where only the end was interrupted
             sets = read_list(folder)
             old = sets.get(command, {})

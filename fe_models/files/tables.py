@@ -20,7 +20,7 @@ from fe_models.errors import InputError
 
 T = TypeVar("T")
 Table = dict[str, Any]
-LONGEST_VALUE_SHOWN = 60
+MAX_VALUE_CHARACTERS = 60
 
 
 def read_toml(path: Path) -> Table:
@@ -117,7 +117,7 @@ def at(where: str, key: str) -> str:
 def show(value: object) -> str:
     """Return ``value`` for a message, shortened."""
     text = json.dumps(value, default=str, ensure_ascii=False)
-    return text if len(text) <= LONGEST_VALUE_SHOWN else text[: LONGEST_VALUE_SHOWN - 3] + "..."
+    return text if len(text) <= MAX_VALUE_CHARACTERS else text[: MAX_VALUE_CHARACTERS - 3] + "..."
 
 
 def describe(annotation: Any) -> str:

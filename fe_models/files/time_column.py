@@ -12,10 +12,10 @@ NAMES = ("time", "t", "time (s)", "time [s]", "t (s)", "t [s]", "time_s", "secon
 """What loggers call it, in small letters or capitals; the first is the one that our documents name."""
 
 MAX_SCATTER = 0.5  # of a step: a time further from its place is nearer to another sample's
-LEAST_SHIFT = 0.75  # of a step: between that scatter and one lost sample
+MIN_SHIFT = 0.75  # of a step: between that scatter and one lost sample
 MEAN_SAMPLES = 20  # on both sides of a jump, whose times are averaged: scatter of half a step leaves 0.1 of one
 USUAL_SPAN = 1 / 8  # of a recording, over which steps are measured: few of them have a jump in them ...
-LEAST_USUAL_SPAN = 10  # samples, or a quarter of a recording, ... while scatter matters little
+MIN_USUAL_SPAN = 10  # samples, or a quarter of a recording, ... while scatter matters little
 RATE_TOLERANCE = 0.01  # relative: stated rates are often rounded to two or three digits
 MAX_JUMPS_NAMED = 3
 MILLISECONDS = 1000.0  # in a second
@@ -47,7 +47,7 @@ def time_faults(time: FloatArray, sampling_rate: float | None, what: str) -> lis
         return [*_rate_faults(time, usual, sampling_rate, what), f"{what} jumps {places}{more}: {remedy}"]
     step = (time[-1] - time[0]) / (len(time) - 1)
     scatter = float(np.ptp(_off_a_steady_rate(time)) / 2)
-    if scatter > LEAST_SHIFT * step:
+    if scatter > MIN_SHIFT * step:
         remedy = "resample the recording to a constant rate"
         return [f"{what} leaves a steady rate by up to {scatter / step:.1f} samples: {remedy}"]
     return _rate_faults(time, step, sampling_rate, what)
@@ -66,7 +66,7 @@ def _rate_faults(time: FloatArray, step: float, sampling_rate: float | None, wha
 
 def _usual_step(time: FloatArray) -> float:
     """Return the step that most samples have, whatever jumps there are."""
-    span = max(1, round(USUAL_SPAN * len(time)), min(LEAST_USUAL_SPAN, len(time) // 4))
+    span = max(1, round(USUAL_SPAN * len(time)), min(MIN_USUAL_SPAN, len(time) // 4))
     return float(np.median(time[span:] - time[:-span])) / span
 
 
@@ -78,7 +78,7 @@ def _jumps(time: FloatArray, step: float) -> BoolArray:
     first, last = np.maximum(now - MEAN_SAMPLES, 0), np.minimum(now + MEAN_SAMPLES, len(time))
     moved = (sums[last] - sums[now]) / (last - now) - (sums[now] - sums[first]) / (now - first)
     apart = np.abs(np.diff(off)) > MAX_SCATTER * step
-    return np.asarray(apart & (np.abs(moved) > LEAST_SHIFT * step))
+    return np.asarray(apart & (np.abs(moved) > MIN_SHIFT * step))
 
 
 def _off_a_steady_rate(time: FloatArray) -> FloatArray:

@@ -20,8 +20,8 @@ CONNECTION = "stiffness between nodes"  # what is drawn of imported matrices, wh
 Kind = Literal["beam", "cable", "spring", "point"]
 
 STRAIGHT_SHARE = 1 / 120  # of the structure's size: pieces of a curve, of a dozen pixels, that look like it
-MOST_PIECES = 60  # of one beam: enough where it is as long as the structure and bends three times
-MOST_CONNECTIONS = 4  # a node, of imported matrices: frames and trusses have up to that, condensed matrices more
+MAX_PIECES = 60  # of one beam: enough where it is as long as the structure and bends three times
+MAX_CONNECTIONS = 4  # a node, of imported matrices: frames and trusses have up to that, condensed matrices more
 DRAWN_SHARE = 0.08  # of the structure's size: a largest displacement that is plain to see and hides nothing
 
 
@@ -65,7 +65,7 @@ class Outline:
         """Return in how many straight pieces each beam of ``group`` is drawn, so that its curve looks smooth."""
         ends = self.coordinates[group.ends]  # (line, 2, 2)
         longest = float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).max(initial=0.0))
-        return int(np.clip(np.ceil(longest / (STRAIGHT_SHARE * self.size)), 2, MOST_PIECES))
+        return int(np.clip(np.ceil(longest / (STRAIGHT_SHARE * self.size)), 2, MAX_PIECES))
 
     def is_right(self, node: int) -> bool:
         """Whether the node (row) lies right of the middle, so that what holds it sideways is drawn on its right."""
@@ -123,7 +123,7 @@ def _matrix_outline(model: LinearModel) -> Outline:
     pairs = dofs.node[of_row] - 1
     turning = (dofs.direction[of_row] == "rz").all(axis=1)
     lines = np.unique(pairs[pairs[:, 0] < pairs[:, 1]], axis=0)
-    if 0 < len(lines) <= MOST_CONNECTIONS * len(rows):
+    if 0 < len(lines) <= MAX_CONNECTIONS * len(rows):
         code = np.array([len(rows), 1])  # one number a pair
         bending = np.isin(lines @ code, pairs[turning] @ code)
         kinds: tuple[tuple[Kind, BoolArray], ...] = (("cable", ~bending), ("beam", bending))

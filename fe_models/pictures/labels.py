@@ -8,10 +8,11 @@ from scipy.spatial import cKDTree
 
 from fe_models.arrays import BoolArray, FloatArray, IntArray
 
-GAP = 3.0  # px, free between two labels
-FEW = 12  # choices that are weighed at a time: one of the first is nearly always taken
-ROWS = 6  # how many rows of text a name may stand off where there is no room beside its place
-ON_LABEL, ON_LINE, A_STEP = 1e6, 30.0, 10.0  # paid for lying on a label, on a point of a line, for a later choice
+LABEL_GAP = 3.0  # px, free between two labels
+CHOICES_AT_ONCE = 12  # choices that are weighed at a time: one of the first is nearly always taken
+MAX_ROWS = 6  # how many rows of text a name may stand off where there is no room beside its place
+# paid for lying on a label, on a point of a line, for a later choice
+LABEL_COST, LINE_COST, CHOICE_COST = 1e6, 30.0, 10.0
 
 
 @dataclass(frozen=True)
@@ -43,10 +44,10 @@ def around(size: FloatArray, clear: float, sides: str) -> FloatArray:
     corners = [a + b for i, a in enumerate(straight) for b in straight[i + 1 :] if a @ b == 0]
     near = [clear * way + size / 2 * way for way in straight]
     near += [(0.6 * clear + size / 2) * way for way in corners]
-    row = size[1] + GAP
+    row = size[1] + LABEL_GAP
     far = [
         np.array([shift * size[0], way[1] * (clear + size[1] / 2 + row * step)])
-        for step in range(1, ROWS)
+        for step in range(1, MAX_ROWS)
         for way in straight
         if way[1]
         for shift in (0.0, 0.55, -0.55)
@@ -66,12 +67,12 @@ def place(labels: Sequence[Label], lines: FloatArray, frames: IntArray) -> Float
     taken = np.zeros((2, len(labels), *labels[0].at.shape)) if labels else np.zeros((2, 0, 1, 2))
     for row, label in enumerate(labels):
         best, least = 0, np.inf
-        for first in range(0, len(label.choices), FEW):
-            boxes = label.boxes(label.choices[first : first + FEW])
-            cost = _cost(boxes, taken[:, :row], lines, trees, frames, label) + A_STEP * first
+        for first in range(0, len(label.choices), CHOICES_AT_ONCE):
+            boxes = label.boxes(label.choices[first : first + CHOICES_AT_ONCE])
+            cost = _cost(boxes, taken[:, :row], lines, trees, frames, label) + CHOICE_COST * first
             if cost.min() < least:
                 best, least = first + int(np.argmin(cost)), float(cost.min())
-            if least <= A_STEP * (first + FEW):  # what a later choice costs at least
+            if least <= CHOICE_COST * (first + CHOICES_AT_ONCE):  # what a later choice costs at least
                 break
         chosen[row] = label.choices[best]
         taken[:, row] = label.boxes(label.choices[best : best + 1])[:, 0]
@@ -82,14 +83,14 @@ def _cost(
     boxes: FloatArray, taken: FloatArray, lines: FloatArray, trees: list[cKDTree], frames: IntArray, label: Label
 ) -> FloatArray:
     """Return what each of the boxes (2, choice, frame, 2) costs beside those ``taken`` (2, label, frame, 2)."""
-    low, high = boxes[0].min(axis=0) - GAP, boxes[1].max(axis=0) + GAP  # (frame, 2): all that it may cover
+    low, high = boxes[0].min(axis=0) - LABEL_GAP, boxes[1].max(axis=0) + LABEL_GAP  # (frame, 2): all that it may cover
     close = ((taken[0] < high) & (taken[1] > low)).all(axis=2).any(axis=1)
-    cost = A_STEP * np.arange(boxes.shape[1]) + ON_LABEL * _overlap(boxes, taken[:, close]).sum(axis=1)
+    cost = CHOICE_COST * np.arange(boxes.shape[1]) + LABEL_COST * _overlap(boxes, taken[:, close]).sum(axis=1)
     near = _within(trees, (low + high)[frames] / 2, float((high - low).max()) / 2, label.own)
     (x, y), corners = np.moveaxis(lines[:, near], 2, 0), boxes[:, :, frames, None]  # corners: (2, choice, seen, 1, 2)
     left, bottom, right, top = corners[0, ..., 0], corners[0, ..., 1], corners[1, ..., 0], corners[1, ..., 1]
     inside = (x > left) & (x < right) & (y > bottom) & (y < top)  # (choice, seen, point)
-    return np.asarray(cost + ON_LINE * inside.sum(axis=(1, 2)) / len(frames))
+    return np.asarray(cost + LINE_COST * inside.sum(axis=(1, 2)) / len(frames))
 
 
 def _within(trees: list[cKDTree], at: FloatArray, reach: float, own: tuple[int, int]) -> IntArray:
@@ -117,5 +118,5 @@ def leader(at: FloatArray, low: FloatArray, high: FloatArray, near: float) -> Fl
 def _overlap(boxes: FloatArray, others: FloatArray) -> FloatArray:
     """Return in which share of frames boxes (2, choice, frame, 2) come too near others (2, other, frame, 2)."""
     low, high = boxes[:, :, None]
-    apart = (low >= others[1] + GAP) | (others[0] >= high + GAP)  # (choice, other, frame, 2)
+    apart = (low >= others[1] + LABEL_GAP) | (others[0] >= high + LABEL_GAP)  # (choice, other, frame, 2)
     return np.asarray((~apart.any(axis=3)).mean(axis=2))

@@ -15,12 +15,12 @@ from fe_models.pictures.panels import MASS_SHARE, ground_point, structure_patche
 from fe_models.pictures.sensor_names import Placed, placed_names, sensor_marks, sweep
 from fe_models.recordings import Sensor
 
-HEAD = 84  # px, for title and note
+HEAD_HEIGHT = 84  # px, for title and note
 LABEL_SIZE = 24  # px
-LABEL = 34  # px, for the labels of panels, where there are any
-GAP = 28.0  # px, beside a panel, for supports and sensors at its ends
-FREE = 16.0  # px, above and below a panel
-ROUNDS = 6  # of looking for room: the second suffices but where names are as wide as the panel
+LABEL_HEIGHT = 34  # px, for the labels of panels, where there are any
+SIDE_GAP = 28.0  # px, beside a panel, for supports and sensors at its ends
+ROW_GAP = 16.0  # px, above and below a panel
+MAX_ROUNDS = 6  # of looking for room: the second suffices but where names are as wide as the panel
 
 
 @dataclass(frozen=True)
@@ -74,11 +74,11 @@ def arranged(figure: Figure, panels: Sequence[Panel]) -> Arrangement:
     """Return the arrangement that shows the panels, their labels and the names of sensors largest."""
     count = len(panels)
     widest = max(Text(panel.label, 0, 0, LABEL_SIZE).width for panel in panels)
-    label = LABEL if any(panel.label for panel in panels) else 0
+    label = LABEL_HEIGHT if any(panel.label for panel in panels) else 0
     options = []
     for columns in range(1, min(count, 4) + 1):
         cell = (figure.width - 2 * MARGIN) / columns
-        if columns > 1 and cell - GAP < widest:
+        if columns > 1 and cell - SIDE_GAP < widest:
             break
         option = _in_columns(figure, columns, cell, label)
         tall = ceil(count / columns) * option.height
@@ -96,8 +96,8 @@ def _in_columns(figure: Figure, columns: int, cell: float, label: float) -> Arra
     turn: the room is taken as found at the last scale, until it suffices.
     """
     span = np.maximum(figure.reach[1] - figure.reach[0], 1e-3 * figure.outline.size)
-    beside = np.full((2, 2), GAP)
-    for _ in range(ROUNDS):
+    beside = np.full((2, 2), SIDE_GAP)
+    for _ in range(MAX_ROUNDS):
         room = max(cell - beside[:, 0].sum(), 0.3 * cell)
         factor = float(min(room / span[0], 0.42 * figure.width / span[1]))
         placed = placed_names(figure, factor)
@@ -115,13 +115,13 @@ def compose(figure: Figure, panels: tuple[Panel, ...], arrangement: Arrangement 
     weight = 1.0 if plan.columns == 1 else 0.75
     rows = ceil(len(panels) / plan.columns)
     foot, patches, texts = footer(figure, plan.factor)
-    height = ceil(MARGIN + foot + rows * plan.height + HEAD + MARGIN)
+    height = ceil(MARGIN + foot + rows * plan.height + HEAD_HEIGHT + MARGIN)
     height += height % 2  # films want even sizes
     texts.append(Text(figure.title, MARGIN, height - MARGIN - 16, 30, bold=True))
     texts.append(Text(figure.note, MARGIN, height - MARGIN - 54, 21, (90, 90, 90)))
     for number, panel in enumerate(panels):
         row, column = divmod(number, plan.columns)
-        left, top = MARGIN + column * plan.cell, height - MARGIN - HEAD - row * plan.height
+        left, top = MARGIN + column * plan.cell, height - MARGIN - HEAD_HEIGHT - row * plan.height
         spare = plan.cell - plan.inner[0] - plan.beside[:, 0].sum()
         corner = np.array([left + plan.beside[0, 0] + spare / 2, top - plan.label - plan.beside[1, 1] - plan.inner[1]])
         view = View(figure.reach[0], corner, plan.factor, plan.sign, weight)
@@ -137,9 +137,9 @@ def compose(figure: Figure, panels: tuple[Panel, ...], arrangement: Arrangement 
 def _beside(figure: Figure, factor: float, placed: Placed) -> FloatArray:
     """Return the room (2, 2) px to the left and below, to the right and above, that supports and names need."""
     sign = _sign(figure, factor)
-    below = 1.6 * sign + 8 if figure.outline.supports else FREE
+    below = 1.6 * sign + 8 if figure.outline.supports else ROW_GAP
     names = np.stack([-placed.reach[0], placed.reach[1] - factor * (figure.reach[1] - figure.reach[0])]) + 6
-    return np.maximum(np.array([[GAP, below], [GAP, FREE]]), names if placed.names else 0.0)
+    return np.maximum(np.array([[SIDE_GAP, below], [SIDE_GAP, ROW_GAP]]), names if placed.names else 0.0)
 
 
 def _sign(figure: Figure, factor: float) -> float:

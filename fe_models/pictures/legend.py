@@ -12,28 +12,28 @@ from fe_models.pictures.drawing import GREY, INK, LIGHT, PALE, Color, Patch, Tex
 from fe_models.pictures.figure import MARGIN, Figure
 from fe_models.pictures.geometry import Outline
 from fe_models.pictures.panels import family, line_styles
-from fe_models.pictures.sensor_names import HELD_OUT, MEASURED
+from fe_models.pictures.sensor_names import HELD_OUT_COLOR, MEASURED_COLOR
 
 Icon = Callable[[FloatArray], list[Patch]]  # draws a sample, 44 px wide, centred at a place
 Entry = tuple[str, Icon]
 
-ROW = 40  # px, of the legend
+ROW_HEIGHT = 40  # px, of the legend
 BAR_HEIGHT = 84  # px, of the row with colour bar and scale of lengths
 BAR_WIDTH = 460
-ICON = 44  # px, width of a sample
-HALF: FloatArray = np.array([19.0, 0.0])
-RISE: FloatArray = np.array([0.0, 12.0])  # px, of a support above the middle of its sign
+ICON_WIDTH = 44  # px, width of a sample
+HALF_ICON: FloatArray = np.array([19.0, 0.0])
+SUPPORT_RISE: FloatArray = np.array([0.0, 12.0])  # px, of a support above the middle of its sign
 TEXT_SIZE = 20
 
 
 def footer(figure: Figure, factor: float) -> tuple[float, list[Patch], list[Text]]:
     """Return the height (px) of the foot, and what is in it; ``factor`` is the scale of the panels (px/m)."""
     rows, patches, texts = legend_rows(_entries(figure), figure.width)
-    base = float(MARGIN + ROW * rows)
+    base = float(MARGIN + ROW_HEIGHT * rows)
     if not figure.named:
         _color_bar(figure, base, patches, texts)
     length_scale(figure.width, factor, base + 40, patches, texts)
-    return ROW * rows + BAR_HEIGHT, patches, texts
+    return ROW_HEIGHT * rows + BAR_HEIGHT, patches, texts
 
 
 def legend_rows(entries: Sequence[Entry], width: float) -> tuple[int, list[Patch], list[Text]]:
@@ -41,7 +41,7 @@ def legend_rows(entries: Sequence[Entry], width: float) -> tuple[int, list[Patch
     placed: list[tuple[float, int, str, Icon]] = []
     left, row = float(MARGIN), 0
     for name, icon in entries:
-        taken = ICON + 12 + Text(name, 0, 0, TEXT_SIZE).width
+        taken = ICON_WIDTH + 12 + Text(name, 0, 0, TEXT_SIZE).width
         if left + taken > width - MARGIN and left > MARGIN:
             left, row = float(MARGIN), row + 1
         placed.append((left, row, name, icon))
@@ -49,9 +49,9 @@ def legend_rows(entries: Sequence[Entry], width: float) -> tuple[int, list[Patch
     patches: list[Patch] = []
     texts: list[Text] = []
     for left, line, name, icon in placed:
-        y = MARGIN + ROW * (row - line) + ROW / 2
-        patches.extend(icon(np.array([left + ICON / 2, y])))
-        texts.append(Text(name, left + ICON + 12, y, TEXT_SIZE))
+        y = MARGIN + ROW_HEIGHT * (row - line) + ROW_HEIGHT / 2
+        patches.extend(icon(np.array([left + ICON_WIDTH / 2, y])))
+        texts.append(Text(name, left + ICON_WIDTH + 12, y, TEXT_SIZE))
     return row + 1, patches, texts
 
 
@@ -99,7 +99,7 @@ def _entries(figure: Figure) -> list[Entry]:
     entries += member_entries(outline, GREY, beams=not figure.named)  # named shapes have no edges
     entries.append(("undeformed", _undeformed(outline)))
     entries += support_entries(outline)
-    for role, text, color in (("measured", "sensor", MEASURED), ("held_out", "sensor held out", HELD_OUT)):
+    for role, text, color in (("measured", "sensor", MEASURED_COLOR), ("held_out", "sensor held out", HELD_OUT_COLOR)):
         if any(sensor.role == role for sensor in figure.sensors):
             entries.append((text, _dot(color)))
     return entries
@@ -136,7 +136,7 @@ def support_entries(outline: Outline) -> list[Entry]:
 
 def _line(width: float, color: Color, edged: bool = False) -> Icon:
     def draw(at: FloatArray) -> list[Patch]:
-        line = np.stack([at - HALF, at + HALF])[None]
+        line = np.stack([at - HALF_ICON, at + HALF_ICON])[None]
         edge = [stroke(line, width + 4, INK)] if edged else []
         return [*edge, stroke(line, width, color)]
 
@@ -148,12 +148,12 @@ def _dot(color: Color) -> Icon:
 
 
 def _support(name: str) -> Icon:
-    rise = RISE / 2 if name in ("clamped", "held", "rotation held") else RISE
+    rise = SUPPORT_RISE / 2 if name in ("clamped", "held", "rotation held") else SUPPORT_RISE
     return lambda at: symbols.support(name, at + rise, 24)
 
 
 def _spring(at: FloatArray) -> list[Patch]:
-    return [stroke(symbols.zigzag(at - HALF, at + HALF, 9, 4), 3, GREY)]
+    return [stroke(symbols.zigzag(at - HALF_ICON, at + HALF_ICON, 9, 4), 3, GREY)]
 
 
 def _undeformed(outline: Outline) -> Icon:

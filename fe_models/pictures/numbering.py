@@ -15,11 +15,13 @@ from fe_models.pictures.labels import Label, around
 from fe_models.pictures.panels import ground_point
 from fe_models.structure import Beam, Spring, Structure
 
-NODE_CLEAR = 8.0  # px, from the middle of a node to its number
-BEAM, THIN = 5.0, 15.0  # px between points along beams and thinner elements, which numbers are kept off: most off beams
-ON_LINE = 1.8  # elements so many times as long as the widest number carry theirs; beside shorter ones they stand
+NODE_CLEARANCE = 8.0  # px, from the middle of a node to its number
+# px between points along beams and thinner elements, which numbers are kept off: most off beams
+# elements so many times as long as the widest number carry theirs; beside shorter ones they stand
+BEAM_POINT_SPACING, THIN_POINT_SPACING = 5.0, 15.0
+MIN_LENGTH_RATIO = 1.8
 SHIFTS = (0.0, 3.0, -3.0, 6.0, -6.0, 9.0, -9.0)  # px, up and down, of numbers beside an upright member
-SHORT = 10  # percent: of the elements' lengths, by which the size of numbers goes
+SHORT_PERCENTILE = 10  # percent: of the elements' lengths, by which the size of numbers goes
 SHARES = (0.5, 0.42, 0.58, 0.34, 0.66, 0.26, 0.74, 0.18, 0.82, 0.1, 0.9)  # along an element, where its number may be
 
 
@@ -65,7 +67,8 @@ def drawn_points(lines: tuple[Member, ...], view: View) -> list[FloatArray]:
     points = []
     for member in lines:
         start, end = view(member.ends)
-        count = max(2, ceil(float(np.linalg.norm(end - start)) / (THIN if member.thin else BEAM)))
+        spacing = THIN_POINT_SPACING if member.thin else BEAM_POINT_SPACING
+        count = max(2, ceil(float(np.linalg.norm(end - start)) / spacing))
         points.append(start + np.linspace(0.0, 1.0, count)[:, None] * (end - start))
     return points
 
@@ -73,7 +76,7 @@ def drawn_points(lines: tuple[Member, ...], view: View) -> list[FloatArray]:
 def text_size(outline: Outline, lines: tuple[Member, ...], view: View) -> int:
     """Return the height (px) of numbers: as large as the space between nodes allows, within what reads well."""
     lengths = [float(np.linalg.norm(member.ends[1] - member.ends[0])) for member in lines]
-    short = np.percentile(lengths, SHORT) if lengths else outline.spacing
+    short = np.percentile(lengths, SHORT_PERCENTILE) if lengths else outline.spacing
     return int(np.clip(0.42 * short * view.factor, 15, 22))
 
 
@@ -91,11 +94,11 @@ def node_numbers(nodes: list[int], outline: Outline, lines: tuple[Member, ...], 
         if outline.masses:
             choices = np.zeros((1, 2))  # in the square of the mass
         elif upright[node, 1] > 2 * upright[node, 0]:
-            row = np.array([NODE_CLEAR + box[0] / 2, 0.0]) * (1 if outer == "r" else -1)
+            row = np.array([NODE_CLEARANCE + box[0] / 2, 0.0]) * (1 if outer == "r" else -1)
             column = [side * row + np.array([0.0, shift]) for side in (1, -1) for shift in SHIFTS]
-            choices = np.vstack([column, around(box, NODE_CLEAR, f"ab{outer}{inner}")])
+            choices = np.vstack([column, around(box, NODE_CLEARANCE, f"ab{outer}{inner}")])
         else:
-            choices = around(box, NODE_CLEAR, f"a{outer}{inner}b")
+            choices = around(box, NODE_CLEARANCE, f"a{outer}{inner}b")
         at = view(outline.coordinates[node])[None]
         numbers.append(Number("node", text.text, size, Label(at, box, choices)))
     return numbers
@@ -123,7 +126,7 @@ def element_numbers(outline: Outline, lines: tuple[Member, ...], along: list[Flo
         beside = [step + side * off * across for step in steps for side in (1.0, -1.0)]
         far = off + box[0] * np.array([0.8, 1.6, 2.4])
         beside += [step + side * reach * across for reach in far for step in steps for side in (1.0, -1.0)]
-        on_line = length > ON_LINE * float(abs(way) @ widest) and not outline.masses
+        on_line = length > MIN_LENGTH_RATIO * float(abs(way) @ widest) and not outline.masses
         choices = np.array([*steps, *beside] if on_line else beside)
         own = (first, first + len(points)) if on_line else (0, 0)
         at = (start + end)[None] / 2

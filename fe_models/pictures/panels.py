@@ -128,5 +128,5 @@ def ground_point(outline: Outline, node: int, direction: Direction) -> FloatArra
     at = outline.coordinates[node]
     reach = outline.spacing if outline.masses else min(outline.spacing, 0.12 * outline.size)
     beside = np.array([reach if outline.is_right(node) else -reach, 0.0])
-    point: FloatArray = at + {"x": beside, "y": reach * symbols.BELOW, "rz": np.zeros(2)}[direction]
+    point: FloatArray = at + {"x": beside, "y": reach * symbols.DOWNWARDS, "rz": np.zeros(2)}[direction]
     return point

@@ -14,7 +14,7 @@ from fe_models.files.run_folder import Prediction, Run, load_run, run_files
 from fe_models.pictures import render
 
 FRAMES_PER_SECOND = 25.0
-FRAMES = 250  # of a film, at most, where nothing else is asked for: ten seconds
+MAX_FRAMES = 250  # of a film, at most, where nothing else is asked for: ten seconds
 
 
 class FilmFormat(Enum):
@@ -155,7 +155,7 @@ def film_rows(time: FloatArray, frames: int | None, speed: float | None) -> tupl
     allow; the film ends where ``frames`` are used up. Without one it shows all of the time in so many frames.
     """
     if speed is None or len(time) < 2:
-        return np.arange(0, len(time), -(-len(time) // (frames or FRAMES))), FRAMES_PER_SECOND
+        return np.arange(0, len(time), -(-len(time) // (frames or MAX_FRAMES))), FRAMES_PER_SECOND
     step = float(time[-1] - time[0]) / (len(time) - 1)
     stride = max(1, round(speed / (step * FRAMES_PER_SECOND)))
     return np.arange(0, len(time), stride)[:frames], speed / (step * stride)

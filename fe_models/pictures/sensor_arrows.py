@@ -12,15 +12,15 @@ from fe_models.pictures.geometry import Outline
 from fe_models.pictures.labels import Label, around
 from fe_models.pictures.legend import Entry
 from fe_models.pictures.panels import mass_side
-from fe_models.pictures.sensor_names import HELD_OUT, LINE, MEASURED, SIZE
+from fe_models.pictures.sensor_names import HELD_OUT_COLOR, LINE_HEIGHT, MEASURED_COLOR, NAME_SIZE
 from fe_models.recordings import Sensor
 from fe_models.structure import Direction
 
-LENGTH = 50.0  # px, of an arrow
-CLEAR = 9.0  # px, between a node and the arrow
-ASIDE = 16.0  # px, from a member along which the arrow would lie
-RADIUS = 20.0  # px, of the arrow that turns
-WAYS: dict[Direction, FloatArray] = {"x": np.array([1.0, 0.0]), "y": np.array([0.0, 1.0])}
+ARROW_LENGTH = 50.0  # px, of an arrow
+NODE_CLEARANCE = 9.0  # px, between a node and the arrow
+MEMBER_CLEARANCE = 16.0  # px, from a member along which the arrow would lie
+TURN_RADIUS = 20.0  # px, of the arrow that turns
+AXES: dict[Direction, FloatArray] = {"x": np.array([1.0, 0.0]), "y": np.array([0.0, 1.0])}
 
 
 @dataclass(frozen=True)
@@ -38,15 +38,15 @@ class SensorArrow:
         """Points (point, 2) px that other labels are kept off."""
         if self.direction == "rz":
             angle = np.linspace(0, 2 * np.pi, 16)
-            return np.asarray(self.tail + RADIUS * np.stack([np.cos(angle), np.sin(angle)], axis=1))
+            return np.asarray(self.tail + TURN_RADIUS * np.stack([np.cos(angle), np.sin(angle)], axis=1))
         return np.asarray(self.tail + np.linspace(0, 1, 8)[:, None] * (self.tip - self.tail))
 
     def texts(self, offset: FloatArray) -> list[Text]:
         """Return the names, one above the other, about the place ``offset`` (2,) px from the label's own."""
         x, y = (self.label.at[0] + offset).tolist()
-        top = y + LINE * (len(self.sensors) - 1) / 2
+        top = y + LINE_HEIGHT * (len(self.sensors) - 1) / 2
         return [
-            Text(sensor.name, x, top - LINE * row, SIZE, _color(sensor), "center", bold=True)
+            Text(sensor.name, x, top - LINE_HEIGHT * row, NAME_SIZE, _color(sensor), "center", bold=True)
             for row, sensor in enumerate(self.sensors)
         ]
 
@@ -60,24 +60,24 @@ def arrows_of(sensors: tuple[Sensor, ...], outline: Outline, view: View, lines: 
     for (node, direction), own in together.items():
         at = view(outline.coordinates[node])
         if direction == "rz":
-            tail, tip, sides, clear = at, at, "rlab", RADIUS + 4
+            tail, tip, sides, clear = at, at, "rlab", TURN_RADIUS + 4
         else:
-            tail, tip = _freest(at, WAYS[direction], outline, view, lines)
+            tail, tip = _freest(at, AXES[direction], outline, view, lines)
             sides, clear = ("arl" if outline.masses or direction == "y" else "rab"), 5.0
             if np.linalg.norm(tip - at) < np.linalg.norm(tail - at):  # it points at its node: the name is at its tail
                 sides = {"rab": "lab", "arl": "brl"}[sides]
         end = tail if np.linalg.norm(tip - at) < np.linalg.norm(tail - at) else tip
-        width = max(Text(sensor.name, 0, 0, SIZE, bold=True).width for sensor in own)
-        size = np.array([width, LINE * len(own)])
+        width = max(Text(sensor.name, 0, 0, NAME_SIZE, bold=True).width for sensor in own)
+        size = np.array([width, LINE_HEIGHT * len(own)])
         arrows.append(SensorArrow(tuple(own), direction, tail, tip, Label(end[None], size, around(size, clear, sides))))
     return arrows
 
 
 def arrow_patches(arrow: SensorArrow) -> list[Patch]:
     """Return what is drawn of an arrow; orange where all its sensors are held out."""
-    color = HELD_OUT if all(sensor.role == "held_out" for sensor in arrow.sensors) else MEASURED
+    color = HELD_OUT_COLOR if all(sensor.role == "held_out" for sensor in arrow.sensors) else MEASURED_COLOR
     if arrow.direction == "rz":
-        return symbols.turn(arrow.tail, RADIUS, color)
+        return symbols.turn(arrow.tail, TURN_RADIUS, color)
     return symbols.arrow(arrow.tail, arrow.tip, color)
 
 
@@ -86,7 +86,10 @@ def sensor_entries(sensors: tuple[Sensor, ...]) -> list[Entry]:
     half = np.array([20.0, 0.0])
     return [
         (text, lambda at, color=color: symbols.arrow(at - half, at + half, color))  # type: ignore[misc]
-        for role, text, color in (("measured", "sensor", MEASURED), ("held_out", "sensor held out", HELD_OUT))
+        for role, text, color in (
+            ("measured", "sensor", MEASURED_COLOR),
+            ("held_out", "sensor held out", HELD_OUT_COLOR),
+        )
         if any(sensor.role == role for sensor in sensors)
     ]
 
@@ -98,12 +101,12 @@ def _freest(
     across = np.array([-way[1], way[0]])
     if outline.masses:
         above = (mass_side(outline, view.factor) / 2 + 12) * across
-        return at + above - LENGTH / 2 * way, at + above + LENGTH / 2 * way
+        return at + above - ARROW_LENGTH / 2 * way, at + above + ARROW_LENGTH / 2 * way
     options = [
-        (at + CLEAR * way, at + (CLEAR + LENGTH) * way),
-        (at - (CLEAR + LENGTH) * way, at - CLEAR * way),
-        (at + ASIDE * across, at + ASIDE * across + LENGTH * way),
-        (at - ASIDE * across, at - ASIDE * across + LENGTH * way),
+        (at + NODE_CLEARANCE * way, at + (NODE_CLEARANCE + ARROW_LENGTH) * way),
+        (at - (NODE_CLEARANCE + ARROW_LENGTH) * way, at - NODE_CLEARANCE * way),
+        (at + MEMBER_CLEARANCE * across, at + MEMBER_CLEARANCE * across + ARROW_LENGTH * way),
+        (at - MEMBER_CLEARANCE * across, at - MEMBER_CLEARANCE * across + ARROW_LENGTH * way),
     ]
     crossed = []
     for tail, tip in options:
@@ -114,4 +117,4 @@ def _freest(
 
 
 def _color(sensor: Sensor) -> tuple[int, int, int]:
-    return HELD_OUT if sensor.role == "held_out" else MEASURED
+    return HELD_OUT_COLOR if sensor.role == "held_out" else MEASURED_COLOR

@@ -13,13 +13,13 @@ from fe_models.pictures.labels import Label, around, leader, overlapping, place
 from fe_models.pictures.panels import mass_side
 from fe_models.recordings import Sensor
 
-MEASURED: Color = (0, 120, 95)
-HELD_OUT: Color = (205, 75, 0)
-DOT = 10.0  # px, its radius with the white rim
-SIZE = 18  # px of names
-LINE = 21.0  # px from one name of a node to the next
-MOST_SEEN = 8  # pictures in which names are kept off the lines: more take time and show little else
-MOST_POINTS = 600  # of the lines of one picture
+MEASURED_COLOR: Color = (0, 120, 95)
+HELD_OUT_COLOR: Color = (205, 75, 0)
+DOT_RADIUS = 10.0  # px, its radius with the white rim
+NAME_SIZE = 18  # px of names
+LINE_HEIGHT = 21.0  # px from one name of a node to the next
+MAX_FRAMES = 8  # pictures in which names are kept off the lines: more take time and show little else
+MAX_LINE_POINTS = 600  # of the lines of one picture
 
 
 @dataclass(frozen=True)
@@ -50,12 +50,12 @@ def sweep(outline: Outline, frames: Sequence[FloatArray], scale: float, sensors:
         return None
     rows = [sensor.node - 1 for sensor in sensors]
     paths = [outline.coordinates[rows] + scale * nodal_motion(outline, frame)[rows, :2] for frame in frames]
-    seen = np.unique(np.linspace(0, len(frames) - 1, min(MOST_SEEN, len(frames))).round().astype(int))
+    seen = np.unique(np.linspace(0, len(frames) - 1, min(MAX_FRAMES, len(frames))).round().astype(int))
     lines = []
     for row in seen:
         drawn = [group.points.reshape(-1, 2) for group in deformed_lines(outline, frames[row], scale)]
         points = np.vstack([outline.coordinates, *drawn])
-        lines.append(points[:: -(-len(points) // MOST_POINTS)])
+        lines.append(points[:: -(-len(points) // MAX_LINE_POINTS)])
     return Sweep(np.array(paths), np.array(lines), seen)
 
 
@@ -69,8 +69,8 @@ def placed_names(figure: Figure, factor: float) -> Placed:
     clear = _clear(outline, factor)
     for node, own in nodes.items():
         sensors = [figure.sensors[number] for number in own]
-        width = max(Text(sensor.name, 0, 0, SIZE, bold=True).width for sensor in sensors)
-        size = np.array([width, LINE * len(own)])
+        width = max(Text(sensor.name, 0, 0, NAME_SIZE, bold=True).width for sensor in sensors)
+        size = np.array([width, LINE_HEIGHT * len(own)])
         sideways = not outline.masses and all(sensor.direction == "x" for sensor in sensors)
         outer, inner = ("r", "l") if outline.is_right(node) else ("l", "r")
         sides = "ab" if outline.masses else f"{outer}{inner}ab" if sideways else f"a{outer}{inner}b"
@@ -101,16 +101,16 @@ def sensor_marks(figure: Figure, view: View, panel: Panel, placed: Placed) -> tu
         if line is not None:
             lines.append(stroke(line[None], 1.2, GREY, caps=False))
         held_out = all(sensor.role == "held_out" for sensor in name.sensors)
-        dots.append(disc(at[None], DOT * view.weight, WHITE))
-        dots.append(disc(at[None], 0.75 * DOT * view.weight, HELD_OUT if held_out else MEASURED))
-        top = centre[1] + LINE * (len(name.sensors) - 1) / 2
+        dots.append(disc(at[None], DOT_RADIUS * view.weight, WHITE))
+        dots.append(disc(at[None], 0.75 * DOT_RADIUS * view.weight, HELD_OUT_COLOR if held_out else MEASURED_COLOR))
+        top = centre[1] + LINE_HEIGHT * (len(name.sensors) - 1) / 2
         for row, sensor in enumerate(name.sensors):
-            color = HELD_OUT if sensor.role == "held_out" else MEASURED
-            y = float(top - LINE * row)
-            texts.append(Text(sensor.name, float(centre[0]), y, SIZE, color, "center", bold=True, boxed=True))
+            color = HELD_OUT_COLOR if sensor.role == "held_out" else MEASURED_COLOR
+            y = float(top - LINE_HEIGHT * row)
+            texts.append(Text(sensor.name, float(centre[0]), y, NAME_SIZE, color, "center", bold=True, boxed=True))
     return [*lines, *dots], texts
 
 
 def _clear(outline: Outline, factor: float) -> float:
     """Return how far (px) from its node a name begins: clear of the dot, and of a mass."""
-    return mass_side(outline, factor) / 2 + 5 if outline.masses else DOT + 2
+    return mass_side(outline, factor) / 2 + 5 if outline.masses else DOT_RADIUS + 2

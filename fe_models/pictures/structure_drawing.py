@@ -12,10 +12,10 @@ from fe_models.pictures.drawing import GREY, INK, WHITE, Color, Patch, Picture, 
 from fe_models.pictures.figure import MARGIN, View
 from fe_models.pictures.geometry import Outline, deformed_lines, outline
 from fe_models.pictures.labels import Label, leader, overlapping, place
-from fe_models.pictures.layout import FREE, GAP, HEAD, reach_of
+from fe_models.pictures.layout import HEAD_HEIGHT, ROW_GAP, SIDE_GAP, reach_of
 from fe_models.pictures.legend import (
     BAR_HEIGHT,
-    ROW,
+    ROW_HEIGHT,
     Entry,
     legend_rows,
     length_scale,
@@ -23,7 +23,7 @@ from fe_models.pictures.legend import (
     support_entries,
 )
 from fe_models.pictures.numbering import (
-    NODE_CLEAR,
+    NODE_CLEARANCE,
     Member,
     Number,
     drawn_points,
@@ -36,15 +36,15 @@ from fe_models.pictures.sensor_arrows import SensorArrow, arrow_patches, arrows_
 from fe_models.recordings import Sensor
 from fe_models.structure import Beam, Cable, Structure
 
-MEMBER: Color = (95, 95, 95)
-CORE: Color = (205, 205, 205)  # of beams with edges
-BLUE: Color = (0, 70, 160)  # of elements' numbers, which stand in boxes besides: told apart in grey, too
+MEMBER_COLOR: Color = (95, 95, 95)
+BEAM_COLOR: Color = (205, 205, 205)  # of beams with edges
+ELEMENT_COLOR: Color = (0, 70, 160)  # of elements' numbers, which stand in boxes besides: told apart in grey, too
 WIDTHS = (1600, 2200, 3000, 4000)  # px
-TALLEST = 0.68  # of a picture's width: how high the structure is drawn at most
-MOST_FAR = 0.02  # of the numbers that a line joins to their places, where a larger picture has room for fewer
-GRID = 5.0  # px between the points by which numbers are kept off supports
-TRIES = 3  # of placing numbers, those first that found no room the time before
-ROUNDS = 3  # of looking for the room that labels need beside the structure, which follows from its scale
+MAX_HEIGHT_SHARE = 0.68  # of a picture's width: how high the structure is drawn at most
+MAX_LEADER_SHARE = 0.02  # of the numbers that a line joins to their places, where a larger picture has room for fewer
+GRID_SPACING = 5.0  # px between the points by which numbers are kept off supports
+MAX_PLACINGS = 3  # of placing numbers, those first that found no room the time before
+MAX_ROUNDS = 3  # of looking for the room that labels need beside the structure, which follows from its scale
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ def structure_picture(
     for width in widths:
         drawn, factor = _at_width(model, shape, lines, sensors, width)
         tried.append((drawn, factor, width))
-        most = MOST_FAR * (len(shape.coordinates) + len(lines))
+        most = MAX_LEADER_SHARE * (len(shape.coordinates) + len(lines))
         if not drawn.left_out and drawn.far <= most:
             break
     best = min(tried, key=lambda one: (len(one[0].left_out), max(one[0].far, most)))
@@ -85,9 +85,9 @@ def _at_width(
     """Return the drawing on a sheet ``width`` px wide, and its scale (px/m)."""
     reach = reach_of(shape, [np.zeros(len(shape.dofs))], 0.0)
     span = np.maximum(reach[1] - reach[0], 1e-3 * shape.size)
-    room = width - 2 * MARGIN - 2 * GAP
-    for _ in range(ROUNDS):
-        factor = float(min(room / span[0], TALLEST * width / span[1]))
+    room = width - 2 * MARGIN - 2 * SIDE_GAP
+    for _ in range(MAX_ROUNDS):
+        factor = float(min(room / span[0], MAX_HEIGHT_SHARE * width / span[1]))
         sign = float(np.clip(0.028 * shape.size * factor, 20, 34))
         drawn = _drawn(model, shape, lines, sensors, View(reach[0], np.zeros(2), factor, sign, 1.0))
         over = drawn.high[0] - drawn.low[0] - (width - 2 * MARGIN)
@@ -140,12 +140,12 @@ def _placed(
 
     Numbers that found no room are placed before the others, which have more freedom, in the next try.
     """
-    for attempt in range(TRIES):
+    for attempt in range(MAX_PLACINGS):
         labels = [*(arrow.label for arrow in arrows), *(number.label for number in numbers)]
         offsets = place(labels, obstacles, np.zeros(1, dtype=int))
         hidden = overlapping(labels, offsets)
         out = hidden[len(arrows) :]
-        if attempt < TRIES - 1 and out.any():
+        if attempt < MAX_PLACINGS - 1 and out.any():
             pairs = list(zip(numbers, out, strict=True))
             numbers = [number for wanted in (True, False) for number, lost in pairs if lost == wanted]
         else:
@@ -162,14 +162,14 @@ def _members(shape: Outline, view: View) -> tuple[list[Patch], list[Patch]]:
         points = view(group.points)
         ends = points[:, [0, -1]]
         if group.kind == "spring":
-            thin += [stroke(symbols.zigzag(line[0], line[-1], coil(shape, view)), 3, MEMBER) for line in points]
+            thin += [stroke(symbols.zigzag(line[0], line[-1], coil(shape, view)), 3, MEMBER_COLOR) for line in points]
         elif group.kind == "cable":
-            thin.append(stroke(ends, width, MEMBER))
+            thin.append(stroke(ends, width, MEMBER_COLOR))
         elif group.kind == "beam":
             thick += [stroke(ends, width + 1, INK)] if edged else []
-            thick.append(stroke(ends, width - 2, CORE if edged else MEMBER))
+            thick.append(stroke(ends, width - 2, BEAM_COLOR if edged else MEMBER_COLOR))
     for node, direction in shape.grounded:
-        thin += ground_spring(shape, view, node, direction, view(shape.coordinates[node]), 1.0, MEMBER)
+        thin += ground_spring(shape, view, node, direction, view(shape.coordinates[node]), 1.0, MEMBER_COLOR)
     return thin, thick
 
 
@@ -223,7 +223,7 @@ def _number(number: Number, offset: FloatArray) -> tuple[list[Patch], list[Patch
     line = _line(number, offset)
     signs = [] if line is None else [stroke(line[None], 1.2, GREY, caps=False)]
     if number.kind == "element":
-        text = Text(number.text, x, y, number.size, BLUE, "center")
+        text = Text(number.text, x, y, number.size, ELEMENT_COLOR, "center")
         return [], [*signs, *_box(centre, number.label.size)], text
     text = Text(number.text, x, y, number.size, INK, "center", bold=True)
     return [polygon(_corners(centre, number.label.size), WHITE)], signs, text
@@ -232,13 +232,13 @@ def _number(number: Number, offset: FloatArray) -> tuple[list[Patch], list[Patch
 def _line(number: Number, offset: FloatArray) -> FloatArray | None:
     """Return the line (2, 2) that joins a number to its place where it stands far off."""
     at, half = number.label.at[0], number.label.size / 2
-    return None if number.on_line else leader(at, at + offset - half, at + offset + half, NODE_CLEAR + 10)
+    return None if number.on_line else leader(at, at + offset - half, at + offset + half, NODE_CLEARANCE + 10)
 
 
 def _filled(patch: Patch) -> FloatArray:
     """Return points (point, 2) all over the rectangle about a sign."""
     low, high = patch.points.min(axis=0), patch.points.max(axis=0)
-    sides = [np.arange(a, b + GRID, GRID) for a, b in zip(low, high, strict=True)]
+    sides = [np.arange(a, b + GRID_SPACING, GRID_SPACING) for a, b in zip(low, high, strict=True)]
     return np.stack(np.meshgrid(*sides), axis=-1).reshape(-1, 2)
 
 
@@ -253,13 +253,13 @@ def _sheet(
 ) -> Picture:
     """Return the drawing with title and foot."""
     rows, patches, texts = legend_rows(_entries(model, shape, lines, sensors), width)
-    base = float(MARGIN + ROW * rows)
+    base = float(MARGIN + ROW_HEIGHT * rows)
     length_scale(width, factor, base + 40, patches, texts)
     _axes(np.array([MARGIN + 12.0, base + 22.0]), patches, texts)
-    foot = base + BAR_HEIGHT + FREE
+    foot = base + BAR_HEIGHT + ROW_GAP
     spare = width - 2 * MARGIN - (drawn.high[0] - drawn.low[0])
     shift = np.array([MARGIN + spare / 2, foot]) - drawn.low
-    height = ceil(foot + drawn.high[1] - drawn.low[1] + FREE + HEAD + MARGIN)
+    height = ceil(foot + drawn.high[1] - drawn.low[1] + ROW_GAP + HEAD_HEIGHT + MARGIN)
     height += height % 2
     name = model.name if isinstance(model, Structure) else "Imported matrices"
     texts.append(
@@ -303,7 +303,7 @@ def _axes(at: FloatArray, patches: list[Patch], texts: list[Text]) -> None:
 def _entries(
     model: Structure | LinearModel, shape: Outline, lines: tuple[Member, ...], sensors: tuple[Sensor, ...]
 ) -> list[Entry]:
-    entries = [entry for entry in member_entries(shape, MEMBER) if entry[0] not in ("node", "mass")]
+    entries = [entry for entry in member_entries(shape, MEMBER_COLOR) if entry[0] not in ("node", "mass")]
     heavy = _massive(model)
     if shape.masses:
         entries.append(("mass, node number in it", lambda at: symbols.mass(at, 24, WHITE)))
@@ -321,7 +321,7 @@ def _entries(
 def _box(centre: FloatArray, size: FloatArray) -> list[Patch]:
     """Return the box in which an element's number stands."""
     corners = _corners(centre, size)
-    return [polygon(corners, WHITE), stroke(np.vstack([corners, corners[:1]])[None], 1.2, BLUE)]
+    return [polygon(corners, WHITE), stroke(np.vstack([corners, corners[:1]])[None], 1.2, ELEMENT_COLOR)]
 
 
 def _corners(centre: FloatArray, size: FloatArray) -> FloatArray:

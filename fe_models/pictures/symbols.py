@@ -8,7 +8,7 @@ import numpy as np
 from fe_models.arrays import FloatArray
 from fe_models.pictures.drawing import INK, WHITE, Color, Patch, disc, polygon, stroke
 
-BELOW: FloatArray = np.array([0.0, -1.0])
+DOWNWARDS: FloatArray = np.array([0.0, -1.0])
 
 
 @dataclass(frozen=True)
@@ -40,10 +40,10 @@ def support_name(held: Collection[str], carried: Collection[str]) -> str:
 
 def support_side(held: Collection[str], right: bool) -> FloatArray:
     """Return the direction (2,) from the node to the ground: down; beside, to its outer side, where only x is held."""
-    return BELOW if "y" in held or "x" not in held else np.array([1.0 if right else -1.0, 0.0])
+    return DOWNWARDS if "y" in held or "x" not in held else np.array([1.0 if right else -1.0, 0.0])
 
 
-def support(name: str, at: FloatArray, size: float, away: FloatArray = BELOW) -> list[Patch]:
+def support(name: str, at: FloatArray, size: float, away: FloatArray = DOWNWARDS) -> list[Patch]:
     """Return the sign of a support called ``name`` (see `support_name`) at a node, ``size`` px large."""
     place = Place(at, size, away)
     if name == "rotation held":

@@ -62,8 +62,8 @@ def window_length(dataset: Dataset, config: Config) -> int:
     """Return the samples of a window: those of ``config``, or fewer where a recording is shorter.
 
     Where ``config`` leaves them open and recordings are so short that they would give only a few windows, these are
-    shorter: `FEWEST_WINDOWS` of all training recordings (of each one, for experts), if they keep `SHORTEST_SHARE` of
-    the shortest recording. `InputError` where windows would be too short for the encoder.
+    shorter: `min_windows` of all training recordings (of each one, for experts), if they keep `min_recording_share`
+    of the shortest recording. `InputError` where windows would be too short for the encoder.
     """
     seen = config.model.encoder_samples
     wanted = WINDOWS.default_samples if config.training.window is None else config.training.window

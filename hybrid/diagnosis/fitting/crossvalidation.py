@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fe_models.arrays import FloatArray
-from fe_models.files.recording_checks import FEWEST_SAMPLES
+from fe_models.files.recording_checks import MIN_SAMPLES
 from fe_models.recordings import Dataset, Recording, Sensor
 from hybrid.diagnosis.fitting.config import FORECAST
 from hybrid.diagnosis.fitting.forecast_score import ForecastModel, ForecastScore, forecast
@@ -60,7 +60,7 @@ def as_recordings(dataset: Dataset) -> tuple[Dataset, list[str]]:
     if len(single) == 1:
         (only,) = single
         half = only.data.shape[1] // 2
-        if half < FEWEST_SAMPLES:
+        if half < MIN_SAMPLES:
             note = "one short recording and none for testing: the forecasts are scored on what was fitted"
             return replace(dataset, recordings=(only, replace(only, role="test"))), [*twice, note]
         single = [only.part(begin, begin + half) for begin in (0, half)]

@@ -7,8 +7,8 @@ import numpy as np
 
 from fe_models.arrays import TINY, FloatArray
 from fe_models.causes import CoulombFriction, CubicSpring, ForceLaw, GapStop, QuadraticDamper
-from fe_models.causes.coulomb_friction import CREEP
-from fe_models.causes.places import REACHES
+from fe_models.causes.coulomb_friction import CREEP_SHARES
+from fe_models.causes.places import STARTING_SHARES
 from fe_models.structure import Direction
 from hybrid.diagnosis.learned.config import LEARNING
 from hybrid.diagnosis.learned.forces import PlaceForce
@@ -42,12 +42,12 @@ def project(place: PlaceForce) -> Projected:
 def law_shapes(u: FloatArray, v: FloatArray) -> dict[str, list[FloatArray]]:
     """Return for each law its force at elongations ``u`` and rates ``v`` (n,), of any size: columns (n, 1) to try."""
     most, rate = float(np.abs(u).max()), float(np.sqrt(np.mean(v**2)))
-    usual = CREEP[1] * rate or 1.0  # at rest nothing rubs, whatever it is
+    usual = CREEP_SHARES[1] * rate or 1.0  # at rest nothing rubs, whatever it is
     laws: dict[str, list[ForceLaw]] = {
         CubicSpring.kind: [CubicSpring(*PLACEHOLDER, 1.0)],
         QuadraticDamper.kind: [QuadraticDamper(*PLACEHOLDER, 1.0)],
         CoulombFriction.kind: [CoulombFriction(*PLACEHOLDER, 1.0, usual)],
-        GapStop.kind: [GapStop(*PLACEHOLDER, reach * most, 1.0, side) for side in (1, -1) for reach in REACHES],
+        GapStop.kind: [GapStop(*PLACEHOLDER, reach * most, 1.0, side) for side in (1, -1) for reach in STARTING_SHARES],
     }
     forces = {word: [np.asarray(law.force(u, v)) for law in tried] for word, tried in laws.items()}
     forces |= {"spring": [u], "dashpot": [v]}

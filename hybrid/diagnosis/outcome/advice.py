@@ -13,7 +13,7 @@ import numpy as np
 
 from fe_models.arrays import FloatArray
 from fe_models.causes.candidate import Candidate
-from fe_models.causes.places import IMMOBILE
+from fe_models.causes.places import MIN_MOTION_SHARE
 from fe_models.causes.wording import at_place
 from fe_models.files.recording_checks import UNITS
 from fe_models.recordings import Quantity, Sensor
@@ -100,7 +100,7 @@ def possible_sensors(plant: Plant, present: tuple[Sensor, ...]) -> tuple[Sensor,
     found = []
     moved = np.abs(plant.modes[1]).max(axis=1)
     own = plant.dofs.node <= len(plant.structure.nodes)  # finer meshes have more, which no file can name
-    for row in np.flatnonzero(own & (moved > IMMOBILE * moved.max())):
+    for row in np.flatnonzero(own & (moved > MIN_MOTION_SHARE * moved.max())):
         node, direction = int(plant.dofs.node[row]), plant.dofs.direction[row]
         for quantity in OFFERED:
             if direction != "rz" and (node, direction, quantity) not in have:

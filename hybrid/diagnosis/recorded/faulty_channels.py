@@ -12,7 +12,7 @@ import numpy as np
 
 from fe_models.arrays import BoolArray, FloatArray, IntArray
 from fe_models.errors import InputError
-from fe_models.files.recording_checks import FEWEST_SAMPLES, FLAT_TOLERANCE
+from fe_models.files.recording_checks import FLAT_TOLERANCE, MIN_SAMPLES
 from fe_models.recordings import Dataset, Recording
 from hybrid.diagnosis.recorded.config import CHANNEL_FAULTS
 from hybrid.diagnosis.recorded.motions import in_words, motions_of
@@ -58,7 +58,7 @@ def usable(dataset: Dataset) -> tuple[Dataset, list[str]]:
         by_cutting = int((cut - first).sum()) * len(dataset.sensors)
         spared = dataset.sensors[column].role != "measured" or len(set(measured) - dropped) > 1
         trained = any(
-            size - b >= FEWEST_SAMPLES and r.role == "train" for r, size, b in zip(single, sizes, cut, strict=True)
+            size - b >= MIN_SAMPLES and r.role == "train" for r, size, b in zip(single, sizes, cut, strict=True)
         )
         leave_out = (spared and by_cutting >= sizes.sum()) or not trained
         if leave_out:
@@ -75,7 +75,7 @@ def usable(dataset: Dataset) -> tuple[Dataset, list[str]]:
     recordings = tuple(
         _from(recording, int(begin), kept)
         for recording, begin, size in zip(single, first, sizes, strict=True)
-        if size - begin >= FEWEST_SAMPLES
+        if size - begin >= MIN_SAMPLES
     )
     return replace(dataset, sensors=tuple(dataset.sensors[i] for i in kept), recordings=recordings), notes
 
@@ -198,6 +198,6 @@ def _note(sensor: str, fault: _Fault, recordings: list[Recording], first: IntArr
         return f"sensor {sensor} {fault.word} ({where}): it is left out"
     gone, cut = dict[str, None](), dict[str, None]()  # several motions in one file share its name
     for recording, _, begin in spoilt:
-        (gone if recording.data.shape[1] - begin < FEWEST_SAMPLES else cut)[recording.name] = None
+        (gone if recording.data.shape[1] - begin < MIN_SAMPLES else cut)[recording.name] = None
     ends = [f"{', '.join(gone)} left out"] * bool(gone) + [f"{', '.join(cut)} used from there on"] * bool(cut)
     return f"sensor {sensor} {fault.word} ({where}): {'; '.join(ends)}"

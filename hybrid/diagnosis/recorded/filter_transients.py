@@ -7,7 +7,7 @@ the filter never saw. A fit takes such ringing for dampers and axial forces that
 from dataclasses import replace
 from math import ceil
 
-from fe_models.files.recording_checks import FEWEST_SAMPLES
+from fe_models.files.recording_checks import MIN_SAMPLES
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.nominal.loads import behind
 from hybrid.diagnosis.recorded.config import FILTER_TRANSIENTS
@@ -24,7 +24,7 @@ def without_ringing_ends(dataset: Dataset) -> tuple[Dataset, list[str]]:
     wanted, recordings, left_out = ceil(FILTER_TRANSIENTS.ringing_periods * rate / lowpass), [], set[int]()
     for recording in dataset.recordings:
         samples = recording.data.shape[1]
-        count = max(min(wanted, int(FILTER_TRANSIENTS.max_cut_share * samples), (samples - FEWEST_SAMPLES) // 2), 0)
+        count = max(min(wanted, int(FILTER_TRANSIENTS.max_cut_share * samples), (samples - MIN_SAMPLES) // 2), 0)
         loads = tuple(replace(load, values=behind(load.values, rate, lowpass)) for load in recording.loads)
         recordings.append(replace(recording, loads=loads).part(count, samples - count))
         left_out.add(count)

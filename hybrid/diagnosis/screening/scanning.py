@@ -7,7 +7,7 @@ import numpy as np
 from fe_models.arrays import FloatArray
 from fe_models.causes import SensorGain, StiffnessChange
 from fe_models.causes.candidate import Candidate, ChangeCandidate, ForceCandidate, SupportCandidate
-from fe_models.causes.stiffness_change import REMAINING
+from fe_models.causes.stiffness_change import REMAINING_SHARES
 from hybrid.diagnosis.fitting.calibration_deviation import goes_far, within
 from hybrid.diagnosis.fitting.config import LINEARISATION
 from hybrid.diagnosis.fitting.least_squares import Fit
@@ -57,7 +57,9 @@ def unseen(fit: Fit, candidates: tuple[Candidate, ...], noise_model: NoiseModel)
     trials = [(candidate, sizes_of(candidate)) for candidate in resembled]
     changes = [c for c in candidates if much and isinstance(c, ChangeCandidate)]
     weakened = [c for c in changes if c.kind == StiffnessChange.kind and "element" in c.location]
-    trials += [trial for c in weakened for trial in _bringing(c, np.array(REMAINING)[:, None], fit.hypothesis.plant)]
+    trials += [
+        trial for c in weakened for trial in _bringing(c, np.array(REMAINING_SHARES)[:, None], fit.hypothesis.plant)
+    ]
     best: dict[str, Screened] = {}
     for found in sorted(_best_of(trials, fit, noise_model), key=lambda trial: -trial.gain):
         best.setdefault(found.candidate.key, found)
