@@ -204,8 +204,8 @@ def test_recordings_too_slow_for_force_laws_are_told_as_such_and_not_as_a_motion
     assert any("too few to follow force laws" in note for note in setting.notes)
     assert not any(isinstance(candidate, LawCandidate) for candidate in setting.candidates())
     assert setting_of(CASE).notes == ()
-    assert is_too_fast(setting.plant)
-    passing = replace(setting.plant, lowpass=LowPass(0.02))  # then it is stepped twice as often ...
+    assert is_too_fast(setting.nominal)
+    passing = replace(setting.nominal, lowpass=LowPass(0.02))  # then it is stepped twice as often ...
     assert not is_too_fast(passing)
     assert is_too_fast(replace(passing, loaded=((1, "x"),)))  # ... but not under known loads, which have passed it
     with pytest.raises(InputError, match="sample more often"):

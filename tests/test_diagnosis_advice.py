@@ -15,7 +15,7 @@ from hybrid.diagnosis.contest.posterior import Posterior
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.fitting.least_squares import Fit, fit
 from hybrid.diagnosis.nominal.candidates import all_candidates
-from hybrid.diagnosis.nominal.plant import plant_of
+from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
 from hybrid.diagnosis.outcome.advice import Advice, advise, noise_of, possible_sensors
 from hybrid.diagnosis.outcome.too_few import BETTER, MANY
 from hybrid.diagnosis.recorded.batches import batches_of
@@ -40,16 +40,16 @@ def two_fits(
     dataset: Dataset, keys: tuple[str, str], alike: dict[str, int] | None = None
 ) -> tuple[Posterior, NoiseModel]:
     """Return a posterior that cannot tell the causes of two keys apart; ``alike``: their twins' node, by key."""
-    plant = plant_of(dataset)
+    nominal = nominal_model_of(dataset)
     measured = tuple(range(len(dataset.sensors)))
     batches = batches_of(dataset, "train")
     noise_model = NoiseModel(dataset.sensors, dataset.sampling_rate, np.full(len(measured), NOISE))
     unit = Motion(np.eye(4), np.eye(4))
-    candidates = {c.key: c for c in all_candidates(plant, dataset, unit, measured)}
+    candidates = {c.key: c for c in all_candidates(nominal, dataset, unit, measured)}
     fits: list[Fit] = []
     for key in keys:
         twins = tuple({**candidates[key].location, "node": (alike or {})[own]} for own in {key} & set(alike or {}))
-        hypothesis = Hypothesis(plant).adding(replace(candidates[key], twins=twins))
+        hypothesis = Hypothesis(nominal).adding(replace(candidates[key], twins=twins))
         found = fit(hypothesis, hypothesis.centre, batches, noise_model)
         assert found is not None
         fits.append(found)
@@ -61,7 +61,7 @@ X1 = Sensor("x1", 1, "x", "displacement", "m")
 
 def test_possible_sensors_are_those_that_are_not_there() -> None:
     dataset = chain((X1,), AddedMass(4, 1.0), 100)
-    places = [(s.node, s.quantity) for s in possible_sensors(plant_of(dataset), dataset.sensors)]
+    places = [(s.node, s.quantity) for s in possible_sensors(nominal_model_of(dataset), dataset.sensors)]
     assert len(places) == 7
     assert (1, "displacement") not in places
     assert (1, "acceleration") in places
@@ -147,7 +147,7 @@ def test_diagnosis_carries_the_advice() -> None:
 def test_added_sensors_are_as_noisy_as_the_present_ones_and_stand_where_something_moves() -> None:
     """One beside a support would else tell everything: its noise, in proportion to what it shows, would be nothing."""
     dataset = chain((X1,), AddedMass(4, 0.5), 100)
-    stiff = plant_of(replace(dataset, model=four_dof().with_effects(SupportSpring(4, "x", 1e9))))
+    stiff = nominal_model_of(replace(dataset, model=four_dof().with_effects(SupportSpring(4, "x", 1e9))))
     moving = replace(stiff, kept=3)  # without the mode of node 4 alone
     assert {sensor.node for sensor in possible_sensors(moving, ())} == {1, 2, 3}
     tilt = replace(X1, name="tilt", direction="rz")  # in radians, of which nothing follows for a displacement

@@ -27,7 +27,9 @@ def test_a_machine_that_the_calibration_followed_is_found_from_the_structure_as_
     assert truth.node == 38
     setting = setting_of(case.dataset)
     noise_model = setting.searched
-    ground = reference_fits_of(setting.nominal, setting.nominal.centre, setting.lengths, noise_model, setting.short)
+    ground = reference_fits_of(
+        setting.nominal_hypothesis, setting.nominal_hypothesis.centre, setting.lengths, noise_model, setting.short
+    )
     assert ground is not None
     base = ground.whole
     assert deviation_of(base) > 10 * CALIBRATION.max_deviation_sigma
@@ -48,7 +50,9 @@ def test_a_cable_that_is_mostly_slack_begins_so_in_the_structure_as_drawn() -> N
     assert isinstance(truth, SlackCable)
     setting = setting_of(case.dataset)
     noise_model = setting.searched
-    ground = reference_fits_of(setting.nominal, setting.nominal.centre, setting.lengths, noise_model, setting.short)
+    ground = reference_fits_of(
+        setting.nominal_hypothesis, setting.nominal_hypothesis.centre, setting.lengths, noise_model, setting.short
+    )
     assert ground is not None
     cables = tuple(c for c in setting.candidates() if c.kind == truth.kind and c.location == truth.location)
     (trial,) = screen(ground.whole, cables, noise_model)

@@ -106,7 +106,7 @@ def test_a_support_that_gives_way_between_recordings_is_forecast_with_and_withou
     config = BlindConfig(("support_spring",), structure="bridge", rich=False, train=2, test=1, duration=4.0)
     setting = setting_of(blind_case(0, config).dataset)
     soft = next(c for c in setting.candidates() if isinstance(c, SupportCandidate))
-    hypothesis = setting.nominal.adding(soft)
+    hypothesis = setting.nominal_hypothesis.adding(soft)
     batches = tuple(
         replace(batch.take([number]), off=(0,) * number) for batch in setting.lengths.whole for number in (0, 1)
     )
@@ -124,7 +124,12 @@ def test_a_support_that_gives_way_between_recordings_is_forecast_with_and_withou
 def test_chance_hardly_leaves_recordings_unalike(samples: int) -> None:
     """Of nine recordings with 60 samples of four sensors 9 of 10 draws are more than a fifth apart."""
     setting = setting_of(blind_case(0, BlindConfig((), train=9, test=1)).dataset)
-    item = fit(setting.nominal, np.zeros(setting.nominal.nuisances), setting.lengths.whole, setting.noise_model)
+    item = fit(
+        setting.nominal_hypothesis,
+        np.zeros(setting.nominal_hypothesis.nuisances),
+        setting.lengths.whole,
+        setting.noise_model,
+    )
     assert item is not None
     rng = np.random.default_rng(0)
     drawn = [replace(item, residuals=(rng.standard_normal((9, samples, 4)),)) for _ in range(1000)]
@@ -134,7 +139,12 @@ def test_chance_hardly_leaves_recordings_unalike(samples: int) -> None:
 def test_a_fit_that_leaves_more_of_one_recording_than_of_the_others_fits_unalike() -> None:
     case = blind_case(0, BlindConfig((), train=9, test=1))
     setting = setting_of(case.dataset)
-    item = fit(setting.nominal, np.zeros(setting.nominal.nuisances), setting.lengths.whole, setting.noise_model)
+    item = fit(
+        setting.nominal_hypothesis,
+        np.zeros(setting.nominal_hypothesis.nuisances),
+        setting.lengths.whole,
+        setting.noise_model,
+    )
     assert item is not None
     assert not fits_unalike(item)  # noise alone, nine recordings
     (part,) = item.residuals

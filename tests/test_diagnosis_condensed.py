@@ -106,7 +106,7 @@ def setting(structure: Built) -> Setting:
 def trial(own: Setting, kind: str) -> tuple[Hypothesis, FloatArray]:
     """Return a hypothesis with a cause of one kind, and a theta that is off in everything."""
     of_kind = [c for c in own.candidates() if c.kind == kind]
-    hypothesis = own.nominal.adding(of_kind[len(of_kind) // 2])
+    hypothesis = own.nominal_hypothesis.adding(of_kind[len(of_kind) // 2])
     (cause,) = hypothesis.candidates
     rng = np.random.default_rng(5)
     theta = 0.5 * hypothesis.width * rng.standard_normal(len(hypothesis.width))

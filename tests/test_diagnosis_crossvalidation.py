@@ -12,7 +12,7 @@ from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.fitting.crossvalidation import as_recordings, folds_of
 from hybrid.diagnosis.fitting.forecast_score import ForecastModel, ForecastScore
 from hybrid.diagnosis.fitting.least_squares import fit
-from hybrid.diagnosis.nominal.plant import plant_of
+from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
 from hybrid.diagnosis.outcome.noisier import with_own_noise
 from hybrid.diagnosis.outcome.scorer import Scorer
 from hybrid.diagnosis.outcome.verdict import NEAR
@@ -27,7 +27,7 @@ NOISE_MODEL = NoiseModel(tuple(CASE.sensors[i] for i in MEASURED), CASE.sampling
 
 def test_every_recording_is_forecast_by_a_fit_to_the_others() -> None:
     batches = columns_of(batches_of(CASE, "train"), MEASURED)
-    hypothesis = Hypothesis(plant_of(CASE))
+    hypothesis = Hypothesis(nominal_model_of(CASE))
     whole = fit(hypothesis, hypothesis.centre, batches, NOISE_MODEL)
     assert whole is not None
     searched = replace(NOISE_MODEL, sigma=10 * NOISE_MODEL.sigma)
@@ -52,7 +52,7 @@ def test_a_recording_that_alone_a_cause_spares_is_forecast_without_it() -> None:
     setting = setting_of(case.dataset)
     places = {c.key: c for c in setting.candidates()}
     (truth,) = case.truth
-    hypothesis = setting.nominal.adding(places[f"{truth.kind} {truth.location}"])
+    hypothesis = setting.nominal_hypothesis.adding(places[f"{truth.kind} {truth.location}"])
     (batch,) = setting.lengths.whole
     batches = (replace(batch.take([0]), off=(0,)), batch.take([1, 2, 3]))
     item = fit(hypothesis, hypothesis.centre, batches, setting.noise_model)
@@ -104,7 +104,9 @@ def test_single_recording_is_halved_and_a_short_one_scored_as_it_is() -> None:
 def test_a_test_recording_that_is_only_noisier_holds_nothing_that_training_does_not_show() -> None:
     case = blind_case(5, BlindConfig(train=4, test=2, duration=20.0)).dataset
     setting = setting_of(case)
-    base = fit(setting.nominal, setting.nominal.centre, setting.lengths.whole, setting.noise_model)
+    base = fit(
+        setting.nominal_hypothesis, setting.nominal_hypothesis.centre, setting.lengths.whole, setting.noise_model
+    )
     assert base is not None
     (tests,) = setting.test_recordings()
     first, second = tests.names

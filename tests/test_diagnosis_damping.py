@@ -14,30 +14,30 @@ from fe_models.causes.candidate import Candidate, SupportCandidate
 from fe_models.causes.places import Motion
 from fe_models.recordings import Dataset, Recording
 from hybrid.diagnosis.nominal.candidates import all_candidates
-from hybrid.diagnosis.nominal.plant import Plant, plant_of
+from hybrid.diagnosis.nominal.nominal_model import NominalModel, nominal_model_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.reduced_model import ReducedModel
 
-WHITE = np.random.default_rng(0).standard_normal((1, 200, 8))  # a plant only asks for sensors and rates
+WHITE = np.random.default_rng(0).standard_normal((1, 200, 8))  # a nominal model only asks for sensors and rates
 CHAIN = Dataset(four_dof(), 10.0, CHAIN_SENSORS, (Recording("r", WHITE[..., :5]),))
 BRIDGE = Dataset(bridge(), 100.0, SENSORS, (Recording("r", WHITE),), 30.0)
 MORE = 1.3  # times the first mode's damping ratio
 LOST = 0.4  # of a spring's stiffness
 
 
-def candidate(plant: Plant, dataset: Dataset, kind: str, **where: object) -> Candidate:
-    q = np.random.default_rng(1).standard_normal((2, 10, plant.size))
-    shapes = plant.basis[:, : plant.size]
+def candidate(nominal: NominalModel, dataset: Dataset, kind: str, **where: object) -> Candidate:
+    q = np.random.default_rng(1).standard_normal((2, 10, nominal.size))
+    shapes = nominal.basis[:, : nominal.size]
     measured = tuple(i for i, sensor in enumerate(dataset.sensors) if sensor.role == "measured")
-    found = all_candidates(plant, dataset, Motion(q[0] @ shapes.T, q[1] @ shapes.T), measured)
+    found = all_candidates(nominal, dataset, Motion(q[0] @ shapes.T, q[1] @ shapes.T), measured)
     return next(c for c in found if c.kind == kind and where.items() <= c.location.items())
 
 
 def reduced(hypothesis: Hypothesis, factor: float, *values: float, turning: float = -1.0) -> ReducedModel:
     """With a factor of the first mode's damping ratio, which stays or turns, and the candidates' parameters."""
     theta = np.concatenate([np.zeros(hypothesis.nuisances), values])
-    theta[len(hypothesis.plant.parts)] = np.log(factor)
-    theta[hypothesis.plant.values] = turning
+    theta[len(hypothesis.nominal.parts)] = np.log(factor)
+    theta[hypothesis.nominal.values] = turning
     return hypothesis.reduced(theta[None])
 
 
@@ -48,13 +48,13 @@ def own_damping(found: ReducedModel) -> FloatArray:
 
 
 def test_damping_beyond_the_nominal_stays_where_a_cause_turns_the_modes() -> None:
-    plant = plant_of(CHAIN)
-    spring = Hypothesis(plant, (candidate(plant, CHAIN, "stiffness_change", element=2),))
+    nominal = nominal_model_of(CHAIN)
+    spring = Hypothesis(nominal, (candidate(nominal, CHAIN, "stiffness_change", element=2),))
     added = [
         reduced(h, MORE, *v).damping - reduced(h, 1.0, *v).damping
-        for h, v in ((Hypothesis(plant), ()), (spring, (LOST,)))
+        for h, v in ((Hypothesis(nominal), ()), (spring, (LOST,)))
     ]
-    usual = reduced(Hypothesis(plant), 1.0)
+    usual = reduced(Hypothesis(nominal), 1.0)
     M, phi = usual.mass[0], eigh(usual.stiffness[0], usual.mass[0])[1][:, :1]
     wanted = (MORE - 1) * own_damping(usual)[0] * M @ phi @ phi.T @ M
     for found in added:
@@ -69,8 +69,8 @@ def test_damping_beyond_the_nominal_stays_where_a_cause_turns_the_modes() -> Non
 def test_damping_beyond_the_nominal_may_turn_with_the_modes_in_part_or_wholly(
     kind: str, where: dict[str, int], amount: float
 ) -> None:
-    plant = plant_of(CHAIN)
-    cause = Hypothesis(plant, (candidate(plant, CHAIN, kind, **where),))
+    nominal = nominal_model_of(CHAIN)
+    cause = Hypothesis(nominal, (candidate(nominal, CHAIN, kind, **where),))
     turning, half, staying = (reduced(cause, MORE, amount, turning=share).damping for share in (1.0, 0.0, -1.0))
     np.testing.assert_allclose(half, (turning + staying) / 2, atol=1e-12)  # rounding
     usual, more = (own_damping(reduced(cause, factor, amount, turning=1.0)) for factor in (1.0, MORE))
@@ -78,18 +78,18 @@ def test_damping_beyond_the_nominal_may_turn_with_the_modes_in_part_or_wholly(
 
 
 def test_ratio_that_a_cause_replaces_is_what_it_says_whatever_the_factor() -> None:
-    plant = plant_of(CHAIN)
-    mode = Hypothesis(plant, (candidate(plant, CHAIN, "modal_damping", modes=[1]),))
+    nominal = nominal_model_of(CHAIN)
+    mode = Hypothesis(nominal, (candidate(nominal, CHAIN, "modal_damping", modes=[1]),))
     found = reduced(mode, MORE, 0.05)
     omega = np.sqrt(eigh(found.stiffness[0], found.mass[0], eigvals_only=True)[0])
     assert own_damping(found)[0] == pytest.approx(2 * 0.05 * omega)
 
 
 def test_support_that_gives_way_has_its_own_modes_damped() -> None:
-    plant = plant_of(BRIDGE)
-    support = candidate(plant, BRIDGE, "support_spring", node=7, direction="y")
+    nominal = nominal_model_of(BRIDGE)
+    support = candidate(nominal, BRIDGE, "support_spring", node=7, direction="y")
     assert isinstance(support, SupportCandidate)
-    loose = Hypothesis(plant, (support,))
+    loose = Hypothesis(nominal, (support,))
     values = (1 / 2e4,)  # m/N: so soft that a mode more comes into the band
     usual, more = (own_damping(reduced(loose, factor, *values)) for factor in (1.0, MORE))
     np.testing.assert_allclose(more / usual, [MORE] + [1.0] * (len(usual) - 1), rtol=1e-3)  # the basis has more modes
@@ -97,6 +97,6 @@ def test_support_that_gives_way_has_its_own_modes_damped() -> None:
 
 def test_no_search_ends_at_a_damping_that_no_effect_may_have() -> None:
     """Where nothing fits, more damping may always do a little better."""
-    hypothesis = Hypothesis(plant_of(CHAIN))
-    most = hypothesis.adding(candidate(hypothesis.plant, CHAIN, "modal_damping", modes=[1])).upper[-1]
+    hypothesis = Hypothesis(nominal_model_of(CHAIN))
+    most = hypothesis.adding(candidate(hypothesis.nominal, CHAIN, "modal_damping", modes=[1])).upper[-1]
     assert ModalDamping((1,), float(most)).faults(four_dof()) == []

@@ -14,11 +14,11 @@ from fe_models.causes import AxialForce, PointDamper
 from fe_models.damping import full_damping
 from fe_models.recordings import QUANTITIES
 from fe_models.structure import Structure
-from hybrid.diagnosis.nominal.plant import Plant, plant_of
+from hybrid.diagnosis.nominal.nominal_model import NominalModel, nominal_model_of
 from hybrid.diagnosis.recorded.sensor_outputs import SensorOutputs
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.state_space import system_of
-from tests.test_diagnosis_reduction import BRIDGE, bridge_candidates, bridge_plant, chosen
+from tests.test_diagnosis_reduction import BRIDGE, bridge_candidates, bridge_model, chosen
 
 PLACE = PointDamper((9,), "y", 15.0)  # N s/m: damping ratios of up to 3 %
 SHOWN = tuple(
@@ -45,10 +45,10 @@ def of_the_whole(structure: Structure) -> tuple[ComplexArray, ComplexArray]:
     return roots, q[rows] * np.array([roots ** QUANTITIES.index(sensor.quantity) for sensor in SHOWN])
 
 
-def of_few_modes(plant: Plant, damper: PointDamper | None) -> tuple[ComplexArray, ComplexArray]:
+def of_few_modes(nominal: NominalModel, damper: PointDamper | None) -> tuple[ComplexArray, ComplexArray]:
     """Return the same of the diagnosis' own system: all its roots."""
     causes = () if damper is None else (chosen(bridge_candidates(), damper),)
-    own = Hypothesis(plant, causes)
+    own = Hypothesis(nominal, causes)
     theta = np.append(np.zeros(own.nuisances), [] if damper is None else damper.coefficient)[None]
     system = system_of(own, theta, SensorOutputs.faultless(SHOWN, 100.0))
     roots, vectors = np.linalg.eig(system.A[0])
@@ -73,7 +73,7 @@ def errors(few: tuple[ComplexArray, ComplexArray], whole: tuple[ComplexArray, Co
 def test_a_damper_shows_what_it_does_to_the_whole_bridge(coefficient: float, of_roots: float, of_shapes: float) -> None:
     """Measured: 3e-9 and 9e-7 at 15 N s/m, 2e-6 and 1e-5 at 60; rounding leaves 1e-10 of a root."""
     damper = replace(PLACE, coefficient=coefficient)
-    found = errors(of_few_modes(bridge_plant(), damper), of_the_whole(bridge().with_effects(damper)))
+    found = errors(of_few_modes(bridge_model(), damper), of_the_whole(bridge().with_effects(damper)))
     assert found[0] < of_roots
     assert found[1] < of_shapes
 
@@ -81,20 +81,20 @@ def test_a_damper_shows_what_it_does_to_the_whole_bridge(coefficient: float, of_
 def test_the_structures_own_dashpots_are_felt_alike() -> None:
     """Ten times as well as without (measured: twenty); the basis holds nothing bent by them, as it does by a cause."""
     own = bridge().with_effects(PLACE)
-    found = of_few_modes(plant_of(replace(BRIDGE, model=own)), None)
+    found = of_few_modes(nominal_model_of(replace(BRIDGE, model=own)), None)
     assert max(errors(found, of_the_whole(own))) < 7e-4
 
 
 @pytest.mark.parametrize("coefficient", [300.0, 3e3, 3e5])
 def test_a_damper_that_all_but_holds_its_place_stays_stable(coefficient: float) -> None:
-    roots, _ = of_few_modes(bridge_plant(), replace(PLACE, coefficient=coefficient))
+    roots, _ = of_few_modes(bridge_model(), replace(PLACE, coefficient=coefficient))
     assert roots.real.max() < 0
 
 
 def test_a_step_of_a_search_into_buckling_is_of_numbers_still() -> None:
     """The deck pressed so hard that more modes buckle than are followed: no motion, but a sum of squares too large."""
     pressed = AxialForce(tuple(range(1, 29)), -1e6)  # N
-    own = Hypothesis(bridge_plant(), tuple(chosen(bridge_candidates(), cause) for cause in (PLACE, pressed)))
+    own = Hypothesis(bridge_model(), tuple(chosen(bridge_candidates(), cause) for cause in (PLACE, pressed)))
     theta = np.append(np.zeros(own.nuisances), [PLACE.coefficient, pressed.force])[None]
     reduced = own.reduced(theta)
     assert reduced.trailing is not None

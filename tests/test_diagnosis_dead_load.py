@@ -16,7 +16,7 @@ from fe_models.simulation import ReleaseConfig, simulate_release
 from fe_models.statics import PointLoad
 from fe_models.structure import Beam, Damping, PointMass, Structure, Support
 from hybrid.diagnosis.diagnosis import diagnose
-from hybrid.diagnosis.nominal.plant import plant_of
+from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
 from hybrid.diagnosis.outcome.verdict import Verdict
 
@@ -80,10 +80,10 @@ def test_weight_that_modes_lack_is_named_with_its_share() -> None:
 def test_extended_structure_feels_its_weight() -> None:
     (effect,) = under_gravity().extended.effects
     assert isinstance(effect, DeadLoad)
-    again = plant_of(replace(recorded(9.81), model=under_gravity().extended)).modes[0][0]
+    again = nominal_model_of(replace(recorded(9.81), model=under_gravity().extended)).modes[0][0]
     shown = under_gravity().shown.observed.frequencies[0] * 2 * np.pi
     assert again == pytest.approx(shown, rel=1e-3)
-    assert again < 0.97 * plant_of(recorded(9.81)).modes[0][0]
+    assert again < 0.97 * nominal_model_of(recorded(9.81)).modes[0][0]
 
 
 @pytest.mark.slow
@@ -113,9 +113,9 @@ def test_damper_beside_weight_is_named_with_it() -> None:
 
 def dead_loads(structure: Structure) -> list[str]:
     given = replace(recorded(0.0), model=structure)
-    plant = plant_of(given)
-    still = Motion(np.zeros((2, len(plant.dofs))), np.zeros((2, len(plant.dofs))))
-    return [c.kind for c in DeadLoad.candidates(Known(plant, still))]
+    nominal = nominal_model_of(given)
+    still = Motion(np.zeros((2, len(nominal.dofs))), np.zeros((2, len(nominal.dofs))))
+    return [c.kind for c in DeadLoad.candidates(Known(nominal, still))]
 
 
 def test_dead_load_is_asked_where_it_may_be_felt() -> None:

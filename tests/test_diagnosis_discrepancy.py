@@ -15,7 +15,7 @@ from hybrid.diagnosis.contest.posterior import posterior_of
 from hybrid.diagnosis.fitting.harmonic_amplitude import harmonic_amplitude
 from hybrid.diagnosis.fitting.least_squares import fit
 from hybrid.diagnosis.nominal.candidates import all_candidates
-from hybrid.diagnosis.nominal.plant import plant_of
+from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
 from hybrid.diagnosis.recorded.batches import batches_of, columns_of, measured_columns
 from hybrid.diagnosis.recorded.noise import noise_of_recordings, structure_band
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
@@ -35,22 +35,22 @@ def test_noise_repeats_nothing_and_a_tone_does() -> None:
 def test_noise_stays_where_noise_counts_and_grows_where_the_model_is_far_off() -> None:
     case = blind_case(5, BlindConfig(("stiffness_change",), size=1.0, train=3, test=1, duration=30.0))
     dataset = case.dataset
-    plant, measured = plant_of(dataset), measured_columns(dataset)
+    nominal, measured = nominal_model_of(dataset), measured_columns(dataset)
     batches = columns_of(batches_of(dataset, "train"), measured)
-    band = structure_band(plant, dataset.sampling_rate)
+    band = structure_band(nominal, dataset.sampling_rate)
     sigma = noise_of_recordings(batches, dataset.sampling_rate, band)
     noise_model = NoiseModel(tuple(dataset.sensors[i] for i in measured), dataset.sampling_rate, sigma)
-    lengths = lengths_of(batches, Hypothesis(plant).states)
-    short = short_fit(plant, lengths, noise_model)
-    assert search_noise_model(plant, lengths, noise_model, short) == (noise_model, lengths, short)
+    lengths = lengths_of(batches, Hypothesis(nominal).states)
+    short = short_fit(nominal, lengths, noise_model)
+    assert search_noise_model(nominal, lengths, noise_model, short) == (noise_model, lengths, short)
     cleaner = replace(
         noise_model, sigma=sigma / 1000
     )  # as if the sensors had hardly any noise, and the model were as wrong
-    begun = short_fit(plant, lengths, cleaner)
-    searched, _, found = search_noise_model(plant, lengths, cleaner, begun)
+    begun = short_fit(nominal, lengths, cleaner)
+    searched, _, found = search_noise_model(nominal, lengths, cleaner, begun)
     assert np.all(searched.sigma > 100 * cleaner.sigma)
     # what is known of the springs counts again: they stay nearer to what their owner knows
-    assert np.abs(found.theta / plant.spread).max() < 0.5 * np.abs(begun.theta / plant.spread).max()
+    assert np.abs(found.theta / nominal.spread).max() < 0.5 * np.abs(begun.theta / nominal.spread).max()
     back = in_units_of(cleaner, found, searched)
     np.testing.assert_allclose(back.chi2, found.chi2 * (searched.sigma[0] / cleaner.sigma[0]) ** 2, rtol=1e-9)
     assert np.isclose(back.cost - back.chi2, found.cost - found.chi2, rtol=1e-6, atol=1e-3)
@@ -59,16 +59,16 @@ def test_noise_stays_where_noise_counts_and_grows_where_the_model_is_far_off() -
 def test_forces_are_told_alike_in_either_unit() -> None:
     """How large a harmonic force is and where it acts does not depend on the unit in which what is left is counted."""
     dataset = blind_case(2).dataset
-    plant, measured = plant_of(dataset), measured_columns(dataset)
+    nominal, measured = nominal_model_of(dataset), measured_columns(dataset)
     batches = columns_of(batches_of(dataset, "train"), measured)
     noise_model = NoiseModel(
         tuple(dataset.sensors[i] for i in measured), dataset.sampling_rate, np.full(len(measured), 0.03)
     )
     searched = replace(noise_model, sigma=10 * noise_model.sigma)
-    candidates = all_candidates(plant, dataset, Motion(np.eye(4), np.eye(4)), measured)
+    candidates = all_candidates(nominal, dataset, Motion(np.eye(4), np.eye(4)), measured)
     force = next(candidate for candidate in candidates if isinstance(candidate, HarmonicCandidate))
-    hypothesis = Hypothesis(plant).adding(force)
-    found = fit(hypothesis, np.append(np.zeros(len(plant.spread)), 0.3), batches, searched)
+    hypothesis = Hypothesis(nominal).adding(force)
+    found = fit(hypothesis, np.append(np.zeros(len(nominal.spread)), 0.3), batches, searched)
     assert found is not None
     told = in_units_of(noise_model, found, searched)
     assert np.isclose(energy_over(noise_model, searched), 100.0)
@@ -82,15 +82,15 @@ def test_some_of_the_fits_are_as_probable_among_themselves_as_among_all() -> Non
     """Though these are told in units of the recordings' noise, in which the prior would hardly count."""
     case = blind_case(5, BlindConfig(("stiffness_change",), size=0.3, train=3, test=1, duration=30.0))
     dataset = case.dataset
-    plant, measured = plant_of(dataset), measured_columns(dataset)
+    nominal, measured = nominal_model_of(dataset), measured_columns(dataset)
     batches = columns_of(batches_of(dataset, "train"), measured)
     noise_model = NoiseModel(
         tuple(dataset.sensors[i] for i in measured), dataset.sampling_rate, np.full(len(measured), 0.003)
     )
     searched = replace(noise_model, sigma=100 * noise_model.sigma)
-    candidates = all_candidates(plant, dataset, Motion(np.eye(4), np.eye(4)), measured)
+    candidates = all_candidates(nominal, dataset, Motion(np.eye(4), np.eye(4)), measured)
     springs = [candidate for candidate in candidates if candidate.kind == "stiffness_change"][:4]
-    hypotheses = [Hypothesis(plant), *(Hypothesis(plant).adding(spring) for spring in springs)]
+    hypotheses = [Hypothesis(nominal), *(Hypothesis(nominal).adding(spring) for spring in springs)]
     fits = [fit(h, h.centre, batches, searched) for h in hypotheses]
     known = tuple(item for item in fits if item is not None)
     whole = posterior_of(known, candidates, is_astray=True)

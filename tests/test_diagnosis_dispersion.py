@@ -17,7 +17,7 @@ from fe_models.measurement import lowpassed
 from fe_models.modes import natural_modes
 from fe_models.recordings import Assumptions, Dataset, Recording
 from hybrid.diagnosis.diagnosis import diagnose
-from hybrid.diagnosis.nominal.plant import plant_of
+from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
 from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.diagnosis.response.dispersion import dispersed, shift, step_of
@@ -76,8 +76,8 @@ def test_modes_far_above_the_samples_stay_stable() -> None:
 def test_a_simulation_in_steps_of_ones_own_has_none(clean: Dataset) -> None:
     """What its user's own steps do to it is a cause: see `TimeIntegration`."""
     own = replace(clean, assumptions=Assumptions(integrator="newmark", step=STEP))
-    assert not plant_of(own).disperses
-    assert len(Hypothesis(plant_of(clean)).centre) == len(Hypothesis(plant_of(own)).centre) + 1
+    assert not nominal_model_of(own).disperses
+    assert len(Hypothesis(nominal_model_of(clean)).centre) == len(Hypothesis(nominal_model_of(own)).centre) + 1
 
 
 @pytest.mark.slow
@@ -102,4 +102,4 @@ def test_a_mass_is_found_in_a_bridge_simulated_in_steps() -> None:
 
 def told_step(found: Diagnosis) -> float:
     best = found.posterior.fits[0]
-    return step_of(float(best.theta[best.hypothesis.plant.dispersion]), RATE)
+    return step_of(float(best.theta[best.hypothesis.nominal.dispersion]), RATE)

@@ -13,7 +13,7 @@ from fe_models.causes.places import Motion
 from fe_models.recordings import Assumptions, Dataset
 from fe_models.sections import round_wire, square_tube
 from fe_models.structure import Beam, Cable, Element, Spring, Structure, Support
-from hybrid.diagnosis.nominal.plant import plant_of
+from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
 
 TUBE = square_tube("tube", 2.1e11, 7850.0, 0.1, 0.004)
 WIRE = round_wire("wire", 2.1e11, 7850.0, 0.01)
@@ -56,9 +56,9 @@ def test_element_bears_an_axial_force_where_both_ends_are_held(structure: Struct
 
 def test_axial_forces_are_weighed_by_what_bears_them() -> None:
     structure = bridge()
-    plant = plant_of(Dataset(structure, 100.0, (), (), assumptions=Assumptions()))
-    still = Motion(np.zeros((2, len(plant.dofs))), np.zeros((2, len(plant.dofs))))
-    found = {tuple(c.location["elements"]): c.weight for c in AxialForce.candidates(Known(plant, still))}
+    nominal = nominal_model_of(Dataset(structure, 100.0, (), (), assumptions=Assumptions()))
+    still = Motion(np.zeros((2, len(nominal.dofs))), np.zeros((2, len(nominal.dofs))))
+    found = {tuple(c.location["elements"]): c.weight for c in AxialForce.candidates(Known(nominal, still))}
     assert {numbers for numbers, weight in found.items() if len(numbers) == 1 and weight == 1.0} == {
         (number,)
         for number in range(53, 61)  # the cables: deck and towers carry theirs on from element to element

@@ -14,7 +14,7 @@ from fe_models.simulation import FreeConfig, simulate_free
 from hybrid.diagnosis.contest.exactness import SCALES, tightened
 from hybrid.diagnosis.contest.posterior import posterior_of
 from hybrid.diagnosis.fitting.least_squares import Fit, fit
-from hybrid.diagnosis.nominal.plant import plant_of
+from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from tests.chain_fits import RATE, candidate, gauge_of, nominal_fit
 
@@ -36,7 +36,7 @@ def linear_fit(hypothesis: Hypothesis, J: np.ndarray, y: np.ndarray) -> Fit:
 def marginal(hypothesis: Hypothesis, J: np.ndarray, y: np.ndarray, scale: float) -> float:
     """The log density of y, theta integrated out; nominal values are uncertain by ``scale`` times what was stated."""
     width = hypothesis.precision**-0.5
-    width[: hypothesis.plant.values] *= scale
+    width[: hypothesis.nominal.values] *= scale
     return float(multivariate_normal(cov=np.eye(len(y)) + (J * width**2) @ J.T).logpdf(y))
 
 
@@ -44,7 +44,7 @@ def marginal(hypothesis: Hypothesis, J: np.ndarray, y: np.ndarray, scale: float)
 def test_a_linear_model_has_its_closed_form(scale: float) -> None:
     """Evidence at one scale over that at another is that of the data's own normal distribution."""
     dataset = chain(False)
-    hypothesis = Hypothesis(plant_of(dataset)).adding(candidate(dataset, "added_mass", node=2))
+    hypothesis = Hypothesis(nominal_model_of(dataset)).adding(candidate(dataset, "added_mass", node=2))
     rng = np.random.default_rng(1)
     J = rng.standard_normal((40, len(hypothesis.centre))) * hypothesis.precision**0.5 * rng.uniform(0, 3, 40)[:, None]
     y = 3 * rng.standard_normal(40)

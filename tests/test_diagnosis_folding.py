@@ -37,9 +37,11 @@ def sampled(modes: int) -> Dataset:
 
 def told(dataset: Dataset) -> list[str]:
     setting = setting_of(dataset)
-    ground = reference_fits_of(setting.nominal, setting.nominal.centre, setting.lengths, setting.noise_model)
+    ground = reference_fits_of(
+        setting.nominal_hypothesis, setting.nominal_hypothesis.centre, setting.lengths, setting.noise_model
+    )
     assert ground is not None
-    natural = setting.plant.modes[0] / (2 * np.pi)
+    natural = setting.nominal.modes[0] / (2 * np.pi)
     return [
         *folding_of(ground.whole, setting, setting.noise_model),
         rest_of(ground.whole, natural, setting.noise_model),

@@ -11,7 +11,7 @@ from fe_models.built_in.four_dof import four_dof
 from fe_models.causes import CubicSpring
 from fe_models.recordings import Dataset, Load, Recording
 from hybrid.diagnosis.fitting.linearisation import linearise_batch
-from hybrid.diagnosis.nominal.plant import plant_of
+from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
 from hybrid.diagnosis.recorded.batches import Batch, batches_of
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.response.hypothesis import Hypothesis
@@ -30,7 +30,7 @@ def case(loaded: bool) -> tuple[Hypothesis, FloatArray, Batch, NoiseModel, Float
     recordings = tuple(Recording(f"r{i}", data[i], loads=loads) for i, loads in enumerate(pushes))
     structure = four_dof().with_effects(CubicSpring((1,), "x", 0.5))
     dataset = Dataset(structure, RATE, SENSORS, recordings)
-    hypothesis = Hypothesis(plant_of(dataset))
+    hypothesis = Hypothesis(nominal_model_of(dataset))
     (batch,) = batches_of(dataset, "train")
     noise_model = NoiseModel(FITTED, RATE, np.ones(len(FITTED)))
     batch = Batch(batch.data[..., : len(FITTED)], batch.names, loads=batch.loads)
@@ -62,7 +62,7 @@ def test_a_small_step_leaves_what_the_linearisation_says(loaded: bool) -> None:
 
 def test_without_slopes_the_same_is_left() -> None:
     hypothesis, theta, batch, noise_model, states = case(loaded=False)
-    linear = replace(hypothesis, plant=replace(hypothesis.plant, laws=()))
+    linear = replace(hypothesis, nominal=replace(hypothesis.nominal, laws=()))
     uneven = replace(batch, noise=np.random.default_rng(4).uniform(0.5, 2.0, (3, len(FITTED))))
     for own, begin in ((hypothesis, states), (linear, None)):
         for brief in (False, True):

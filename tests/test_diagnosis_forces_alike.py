@@ -49,7 +49,11 @@ def pushed() -> Dataset:
 def test_harmonic_forces_at_all_nodes_that_promise_alike_are_fitted() -> None:
     setting = setting_of(pushed())
     ground = reference_fits_of(
-        setting.nominal, setting.nominal.centre, setting.lengths, setting.noise_model, setting.short
+        setting.nominal_hypothesis,
+        setting.nominal_hypothesis.centre,
+        setting.lengths,
+        setting.noise_model,
+        setting.short,
     )
     assert ground is not None
     forces = tuple(c for c in setting.candidates() if isinstance(c, HarmonicCandidate))

@@ -27,7 +27,7 @@ from hybrid.diagnosis.fitting.forecast_score import (
 from hybrid.diagnosis.fitting.initial_states import initial_states, precision_of
 from hybrid.diagnosis.fitting.least_squares import fit, residuals_at
 from hybrid.diagnosis.nominal.candidates import all_candidates
-from hybrid.diagnosis.nominal.plant import plant_of
+from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
 from hybrid.diagnosis.recorded.batches import Batch, batches_of
 from hybrid.diagnosis.recorded.noise_model import NoiseModel, SensorRoles
 from hybrid.diagnosis.response.hypothesis import Hypothesis
@@ -54,9 +54,9 @@ def chain(*effects: Effect, size: float = 1.0) -> Dataset:
 
 
 def with_causes(dataset: Dataset, *keys: str) -> Hypothesis:
-    candidates = all_candidates(plant_of(dataset), dataset, Motion(np.eye(4), np.eye(4)), MEASURED)
+    candidates = all_candidates(nominal_model_of(dataset), dataset, Motion(np.eye(4), np.eye(4)), MEASURED)
     known = {candidate.key: candidate for candidate in candidates}
-    hypothesis = Hypothesis(plant_of(dataset))
+    hypothesis = Hypothesis(nominal_model_of(dataset))
     for key in keys:
         hypothesis = hypothesis.adding(known[key])
     return hypothesis
@@ -111,11 +111,11 @@ def test_forecasts_of_a_linear_model_reach_the_floor_that_is_told() -> None:
 def test_floor_is_that_of_the_structure_whatever_the_model_has_more() -> None:
     """A support that gives way brings a coordinate in the middle of each state, of which the floor knows nothing."""
     dataset = recorded(masts())
-    plant, measured = plant_of(dataset), tuple(range(len(dataset.sensors)))
+    nominal, measured = nominal_model_of(dataset), tuple(range(len(dataset.sensors)))
     noise_model = NoiseModel(dataset.sensors, dataset.sampling_rate, np.full(len(measured), NOISE))
-    motion = Motion.of_states(np.random.default_rng(0).standard_normal((50, 2 * plant.size)), plant.followed_shapes)
-    soft = next(c for c in all_candidates(plant, dataset, motion, measured) if c.brings)
-    plain = Hypothesis(plant)
+    motion = Motion.of_states(np.random.default_rng(0).standard_normal((50, 2 * nominal.size)), nominal.followed_shapes)
+    soft = next(c for c in all_candidates(nominal, dataset, motion, measured) if c.brings)
+    plain = Hypothesis(nominal)
     size = np.geomspace(1.0, 100.0, plain.states)  # of each entry another
     more = np.insert(size, [plain.size, 2 * plain.size], 1e3)
     theta = np.zeros(plain.nuisances)
@@ -190,7 +190,7 @@ def test_what_is_left_elsewhere_is_that_of_the_best_initial_states_there() -> No
     """Without its law a fit leaves what the linear model does, whose initial states are solved for."""
     dataset = chain(CubicSpring((2,), "x", 1.0))
     hypothesis = with_causes(dataset, CUBIC)
-    plain = Hypothesis(hypothesis.plant)
+    plain = Hypothesis(hypothesis.nominal)
     batches = batches_of(dataset, "train")
     linear = fit(plain, plain.centre, batches, NOISE_MODEL)
     assert linear is not None

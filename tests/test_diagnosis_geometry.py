@@ -21,7 +21,7 @@ from hybrid.diagnosis.fitting.forecast_score import begun_from, forecast, is_ben
 from hybrid.diagnosis.fitting.geometry_response import added, straightened
 from hybrid.diagnosis.fitting.least_squares import Fit, fit
 from hybrid.diagnosis.nominal.geometry_forces import geometries_of
-from hybrid.diagnosis.nominal.plant import Plant, plant_of
+from hybrid.diagnosis.nominal.nominal_model import NominalModel, nominal_model_of
 from hybrid.diagnosis.outcome.scorer import Scorer
 from hybrid.diagnosis.recorded.batches import Batch, batches_of, columns_of
 from hybrid.diagnosis.recorded.sensor_outputs import SensorOutputs
@@ -38,12 +38,12 @@ def rng() -> np.random.Generator:
     return np.random.default_rng(1)
 
 
-def plant_below(structure: Structure, lowpass: float, kept: int) -> Plant:
-    """Return the plant of a structure in whose recordings ``kept`` modes show."""
+def model_below(structure: Structure, lowpass: float, kept: int) -> NominalModel:
+    """Return the nominal model of a structure in whose recordings ``kept`` modes show."""
     sensors = (Sensor("w", 2, "y", "displacement", "m"),)
-    plant = plant_of(Dataset(structure, 400.0, sensors, (Recording("r", np.zeros((1, 10, 1))),), lowpass))
-    assert plant.kept == kept
-    return plant
+    nominal = nominal_model_of(Dataset(structure, 400.0, sensors, (Recording("r", np.zeros((1, 10, 1))),), lowpass))
+    assert nominal.kept == kept
+    return nominal
 
 
 def hinged(pieces: int, *held_at_the_end: Direction) -> Structure:
@@ -56,12 +56,12 @@ def hinged(pieces: int, *held_at_the_end: Direction) -> Structure:
     )
 
 
-def forces_at(plant: Plant) -> list[float]:
+def forces_at(nominal: NominalModel) -> list[float]:
     """The force (N) of half a sine wave's work at its middle, on top of the elastic one, as each geometry tells it."""
-    shape = plant.modes[1][:, 0]
-    middle = shape[plant.dofs.row(1 + len(plant.structure.elements) // 2, "y")]
+    shape = nominal.modes[1][:, 0]
+    middle = shape[nominal.dofs.row(1 + len(nominal.structure.elements) // 2, "y")]
     motion = np.outer([-DEFLECTION, DEFLECTION], shape / middle)
-    found = geometries_of(plant, motion, rng())
+    found = geometries_of(nominal, motion, rng())
     return [float(geometry.at(np.array([DEFLECTION / middle]))[0] / middle) for geometry in found]
 
 
@@ -72,7 +72,7 @@ def test_a_hinged_beam_that_cannot_slide_stiffens_as_its_middle_line_stretches(p
     On any mesh; that of long elements is told beside it.
     """
     expected = -TIMBER.youngs_modulus * TIMBER.area * np.pi**4 * DEFLECTION**3 / (8 * LENGTH**3)
-    beam, *drawn = forces_at(plant_below(hinged(pieces, "x", "y"), 30.0, kept=1))
+    beam, *drawn = forces_at(model_below(hinged(pieces, "x", "y"), 30.0, kept=1))
     # Straight elements stretch by (pi / 16)^2 / 6 = 0.6 % less than the sine wave does, and four of them by a tenth.
     assert beam == pytest.approx(expected, rel=1e-2)
     assert len(drawn) == (pieces == 4)
@@ -81,13 +81,13 @@ def test_a_hinged_beam_that_cannot_slide_stiffens_as_its_middle_line_stretches(p
 
 def test_one_that_can_slide_hardly_does() -> None:
     beams = hinged(PIECES, "x", "y"), hinged(PIECES, "y")
-    held, sliding = (abs(forces_at(plant_below(beam, 30.0, kept=1))[0]) for beam in beams)
+    held, sliding = (abs(forces_at(model_below(beam, 30.0, kept=1))[0]) for beam in beams)
     assert sliding < 1e-3 * held  # the ends draw together; what is left is (pi w / L)^2 of the elastic force
 
 
 def test_a_mode_that_hardly_moves_meets_itself_in_products_of_two_alone() -> None:
-    plant = plant_below(hinged(PIECES, "x", "y"), 50.0, kept=2)
-    (geometry,) = geometries_of(plant, np.diag([1e-3, 1e-6]) @ plant.modes[1].T, rng())
+    nominal = model_below(hinged(PIECES, "x", "y"), 50.0, kept=2)
+    (geometry,) = geometries_of(nominal, np.diag([1e-3, 1e-6]) @ nominal.modes[1].T, rng())
     assert geometry.powers.tolist() == [[2, 0], [1, 1], [0, 2], [3, 0], [2, 1]]
 
 
@@ -95,16 +95,16 @@ def test_a_mode_that_hardly_moves_meets_itself_in_products_of_two_alone() -> Non
 def test_a_column_that_sways_is_shortened_as_a_sensor_shows(quantity: Quantity) -> None:
     """Its end draws back by x = 1/2 int w'^2 ds: with w ~ cos(omega t), x ~ (1 + cos(2 omega t)) / 2."""
     column = cantilever(LENGTH, 8)
-    plant = plant_below(column, 20.0, kept=1)  # 4.0 Hz; the second is at 25 Hz
-    (omega,), shape = plant.modes[0], plant.modes[1][:, 0]
-    (geometry,) = geometries_of(plant, SWAY * np.array([shape, -shape]), rng())
-    hypothesis, sensors = Hypothesis(replace(plant, geometry=geometry)), (Sensor("x", 2, "x", quantity, "-"),)
+    nominal = model_below(column, 20.0, kept=1)  # 4.0 Hz; the second is at 25 Hz
+    (omega,), shape = nominal.modes[0], nominal.modes[1][:, 0]
+    (geometry,) = geometries_of(nominal, SWAY * np.array([shape, -shape]), rng())
+    hypothesis, sensors = Hypothesis(replace(nominal, geometry=geometry)), (Sensor("x", 2, "x", quantity, "-"),)
     batch = Batch(np.zeros((1, 400, 1)), ("r",))
     shown = added(
         hypothesis, hypothesis.centre, np.array([[SWAY, 0.0]]), batch, SensorOutputs.measured(sensors, 400.0)
     )[0, :, 0]
     root = CANTILEVER_ROOTS[0] / LENGTH
-    bend = 0.5 * SWAY * shape[plant.dofs.row(2, "y")]  # half of what the end does, as its shape is 2 there
+    bend = 0.5 * SWAY * shape[nominal.dofs.row(2, "y")]  # half of what the end does, as its shape is 2 there
     sigma = (np.cosh(root * LENGTH) + np.cos(root * LENGTH)) / (np.sinh(root * LENGTH) + np.sin(root * LENGTH))
     slope, _ = quad(
         lambda s: (root * (np.sinh(root * s) + np.sin(root * s) - sigma * (np.cosh(root * s) - np.cos(root * s)))) ** 2,
@@ -128,10 +128,10 @@ def test_the_mesh_that_recordings_come_from_is_told_by_them(mesh: int) -> None:
     column, rate = cantilever(LENGTH, 1), 400.0
     sensors = Sensor("x", 2, "x", "displacement", "m"), Sensor("y", 2, "y", "displacement", "m")
     outputs = SensorOutputs.measured(sensors, rate)
-    plant = plant_below(column, 20.0, kept=1)
-    (omega,), shapes = plant.modes
-    geometries = geometries_of(plant, SWAY * np.array([[1.0], [-1.0]]) @ shapes.T, rng())
-    hypothesis = Hypothesis(replace(plant, geometry=geometries[mesh]))
+    nominal = model_below(column, 20.0, kept=1)
+    (omega,), shapes = nominal.modes
+    geometries = geometries_of(nominal, SWAY * np.array([[1.0], [-1.0]]) @ shapes.T, rng())
+    hypothesis = Hypothesis(replace(nominal, geometry=geometries[mesh]))
     batch, start = Batch(np.zeros((2, 400, 2)), ("a", "b")), SWAY * np.array([[1.0, 0.0], [0.0, omega]])
     system = system_of(hypothesis, hypothesis.centre[None], outputs)
     clean = linear_channels(system, start[None], 400)[0]
@@ -140,16 +140,20 @@ def test_the_mesh_that_recordings_come_from_is_told_by_them(mesh: int) -> None:
     recordings = tuple(Recording(name, own[None]) for name, own in zip("ab", data, strict=True))
     setting = setting_of(Dataset(column, rate, sensors, recordings, 20.0))
     begun = reference_fits_of(
-        setting.nominal, setting.nominal.centre, setting.lengths, setting.noise_model, setting.short
+        setting.nominal_hypothesis,
+        setting.nominal_hypothesis.centre,
+        setting.lengths,
+        setting.noise_model,
+        setting.short,
     )
     assert begun is not None
     ground, _ = straighten(begun, begun.whole, setting.lengths, setting.noise_model, setting.geometries)
-    assert ground.hypothesis.plant.geometry is setting.geometries[mesh]
+    assert ground.hypothesis.nominal.geometry is setting.geometries[mesh]
 
 
 def test_a_chain_has_none() -> None:
-    plant = plant_of(Dataset(four_dof(), 10.0, (), ()))
-    assert not geometries_of(plant, np.ones((3, 4)), rng())
+    nominal = nominal_model_of(Dataset(four_dof(), 10.0, (), ()))
+    assert not geometries_of(nominal, np.ones((3, 4)), rng())
 
 
 @pytest.fixture(scope="module")
@@ -162,7 +166,7 @@ def bridge_setting() -> Setting:
 def bent_fit(bridge_setting: Setting) -> Fit:
     """The fit of a geometrically exact bridge less what geometry adds to its motion."""
     setting, noise_model = bridge_setting, bridge_setting.noise_model
-    hypothesis = replace(setting.nominal, plant=replace(setting.plant, geometry=setting.geometries[0]))
+    hypothesis = replace(setting.nominal_hypothesis, nominal=replace(setting.nominal, geometry=setting.geometries[0]))
     bent = fit_growing(hypothesis, hypothesis.centre, setting.lengths, noise_model, setting.short)
     assert bent is not None
     straight = straightened(bent, noise_model)
@@ -175,7 +179,7 @@ def bent_fit(bridge_setting: Setting) -> Fit:
 
 
 def made_linear(item: Fit) -> Fit:
-    return replace(item, hypothesis=replace(item.hypothesis, plant=replace(item.hypothesis.plant, geometry=None)))
+    return replace(item, hypothesis=replace(item.hypothesis, nominal=replace(item.hypothesis.nominal, geometry=None)))
 
 
 @pytest.mark.slow
@@ -198,8 +202,12 @@ def test_forecasts_of_motions_larger_than_those_of_training_are_bent_where_their
 ) -> None:
     """As where those of training are too quiet to tell; a recording from a linear model stays so."""
     setting, quiet = bridge_setting, made_linear(bent_fit)
-    motion = Motion.of_states(states_along(setting.short, setting.searched), setting.plant.followed_shapes).displacement
-    setting = replace(setting, geometries=geometries_of(setting.plant, 0.4 * motion, rng()))  # as told by quieter ones
+    motion = Motion.of_states(
+        states_along(setting.short, setting.searched), setting.nominal.followed_shapes
+    ).displacement
+    setting = replace(
+        setting, geometries=geometries_of(setting.nominal, 0.4 * motion, rng())
+    )  # as told by quieter ones
     evidence = Evidence(quiet, posterior_of((quiet,), ()), setting.noise_model, setting.noise_model, ())
     model, roles = Scorer.of(setting, evidence).model(quiet), setting.noise_model.roles
     (batch,) = bent_fit.batches
@@ -242,11 +250,15 @@ def test_geometry_is_taken_away_where_the_recordings_show_it_and_nowhere_else() 
         config = BlindConfig(structure="bridge", noise=0.01, train=2, test=1, duration=7.99, rich=rich)
         setting = setting_of(blind_case(seed, config).dataset)
         begun = reference_fits_of(
-            setting.nominal, setting.nominal.centre, setting.lengths, setting.noise_model, setting.short
+            setting.nominal_hypothesis,
+            setting.nominal_hypothesis.centre,
+            setting.lengths,
+            setting.noise_model,
+            setting.short,
         )
         assert begun is not None
         ground, lengths = straighten(begun, begun.whole, setting.lengths, setting.noise_model, setting.geometries)
-        assert any(ground.hypothesis.plant.geometry is geometry for geometry in setting.geometries) == rich
+        assert any(ground.hypothesis.nominal.geometry is geometry for geometry in setting.geometries) == rich
         assert (lengths is setting.lengths) != rich
         # Noise as the recordings tell it is right to some 5 %.
         assert ground.whole.chi2 < 1.15 * ground.whole.values

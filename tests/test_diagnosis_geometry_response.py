@@ -13,7 +13,7 @@ from fe_models.measurement import lowpassed
 from fe_models.recordings import Dataset, Recording
 from hybrid.diagnosis.fitting.geometry_response import added
 from hybrid.diagnosis.nominal.geometry import Geometry
-from hybrid.diagnosis.nominal.plant import plant_of
+from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
 from hybrid.diagnosis.recorded.batches import batches_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from tests.test_diagnosis_loads import OUTPUTS, RATE, SAMPLES, START, Waves, chain_motion, load_of, waves
@@ -42,7 +42,7 @@ def told(
     parts = tuple(Recording(f"r{i}", np.zeros((1, SAMPLES, len(SENSORS))), loads=loads) for i in range(len(starts)))
     dataset = Dataset(four_dof().with_effects(*laws), RATE, SENSORS, parts, lowpass)
     (batch,) = batches_of(dataset, "train")
-    hypothesis = Hypothesis(replace(plant_of(dataset), geometry=geometry))
+    hypothesis = Hypothesis(replace(nominal_model_of(dataset), geometry=geometry))
     return added(hypothesis, hypothesis.centre, starts.reshape(len(starts), -1), batch, OUTPUTS)
 
 

@@ -14,7 +14,7 @@ from fe_models.recordings import Dataset
 from hybrid.diagnosis.contest.growing import reference_fits_of
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.fitting.least_squares import Fit, fit
-from hybrid.diagnosis.nominal.plant import plant_of
+from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
 from hybrid.diagnosis.recorded.sensor_outputs import SensorOutputs
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.state_space import system_of
@@ -34,7 +34,7 @@ def machine() -> HarmonicForce:
 def fitted(dataset: Dataset, begun: float) -> Fit:
     """Return the fit of a harmonic force where it acts, from a frequency that is ``begun`` (Hz)."""
     batches, noise_model = gauge_of(dataset)
-    hypothesis = Hypothesis(plant_of(dataset), (candidate(dataset, "harmonic_force", node=machine().node),))
+    hypothesis = Hypothesis(nominal_model_of(dataset), (candidate(dataset, "harmonic_force", node=machine().node),))
     found = fit(hypothesis, np.append(np.zeros(hypothesis.nuisances), begun), batches, noise_model)
     assert found is not None
     return found
@@ -44,7 +44,7 @@ def test_its_frequency_costs_nothing_in_any_unit_of_time() -> None:
     """Its prior was as wide as 1 Hz: of a stiff structure's machine it took (108 Hz)^2 off."""
     force = candidate(FORCED.dataset, "harmonic_force", node=machine().node)
     assert force.width == (RATE / 2,)  # without a low-pass
-    hypothesis = Hypothesis(plant_of(FORCED.dataset), (force,))
+    hypothesis = Hypothesis(nominal_model_of(FORCED.dataset), (force,))
     assert hypothesis.precision[-1] * (RATE / 2) ** 2 <= 1  # at the highest that recordings show
 
 
@@ -53,7 +53,7 @@ def test_it_keeps_its_frequency_in_a_simulation_by_time_steps() -> None:
     own = replace(FORCED.dataset.assumptions, integrator="newmark", step=0.08)
     force = candidate(FORCED.dataset, "harmonic_force", node=machine().node)
     exact, stepped = (
-        Hypothesis(plant_of(replace(FORCED.dataset, assumptions=assumptions)), (force,))
+        Hypothesis(nominal_model_of(replace(FORCED.dataset, assumptions=assumptions)), (force,))
         for assumptions in (FORCED.dataset.assumptions, own)
     )
     roots = []
@@ -86,7 +86,9 @@ def test_it_is_told_at_a_difference_of_natural_frequencies_only_where_it_is_much
     """A little of a frame's motion is there as it is, when its geometry shows; not as much as most of what is left."""
     first, _, third, _ = natural_modes(linearise(masts()), 4).frequencies
     setting = setting_of(recorded(masts(), HarmonicForce(3, "x", amplitude, third - first, 0.3)))
-    ground = reference_fits_of(setting.nominal, setting.nominal.centre, setting.lengths, setting.noise_model)
+    ground = reference_fits_of(
+        setting.nominal_hypothesis, setting.nominal_hypothesis.centre, setting.lengths, setting.noise_model
+    )
     assert ground is not None
     best = screen_forces(ground.whole, setting.candidates(), setting.noise_model)[0]
     assert (best.start[0] == pytest.approx(third - first, abs=1 / DURATION / 2)) == told
@@ -103,7 +105,7 @@ def test_a_machine_that_was_found_is_none_of_the_modes_whose_multiples_a_frame_m
         for c in setting.candidates()
         if isinstance(c, HarmonicCandidate) and c.location["direction"] == "x"
     }
-    hypothesis = setting.nominal.adding(forces[3])
+    hypothesis = setting.nominal_hypothesis.adding(forces[3])
     found = reference_fits_of(
         hypothesis, np.append(np.zeros(hypothesis.nuisances), 7.4), setting.lengths, setting.noise_model
     )

@@ -13,7 +13,7 @@ from fe_models.measurement import lowpassed
 from fe_models.recordings import Dataset, Load, Recording
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.nominal.lowpass import highest_shown, lowpass_of
-from hybrid.diagnosis.nominal.plant import plant_of
+from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
 
 RATE, SAMPLES, CUTOFF, NOISE = 100.0, 2000, 30.0, 0.03
 FITTED = tuple(sensor for sensor in SENSORS if sensor.role == "measured")
@@ -46,8 +46,10 @@ def two_modes(amplitude: float) -> FloatArray:
 def test_a_mode_beyond_the_lowpass_is_followed_where_it_is_larger_than_noise(amplitude: float, highest: float) -> None:
     data = dataset(two_modes(amplitude))
     assert highest_shown(data, lowpass_of(data)) == pytest.approx(highest, rel=1e-12)
-    plant = plant_of(data)
-    assert np.sum(plant.modes[0] < 2 * np.pi * highest) == plant.size == (14 if amplitude else 11)  # as the bridge has
+    nominal = nominal_model_of(data)
+    assert (
+        np.sum(nominal.modes[0] < 2 * np.pi * highest) == nominal.size == (14 if amplitude else 11)
+    )  # as the bridge has
 
 
 @pytest.mark.parametrize(("ringing", "highest"), [(0.01, USUAL), (0.08, RATE / 2)])
@@ -97,4 +99,4 @@ def test_samples_that_are_not_used_show_nothing() -> None:
     assert highest_shown(spoilt, lowpass_of(spoilt)) == RATE / 2
     setting = setting_of(spoilt)
     assert any("is saturated" in note for note in setting.notes)
-    assert setting.plant.highest == pytest.approx(USUAL, rel=1e-12)
+    assert setting.nominal.highest == pytest.approx(USUAL, rel=1e-12)

@@ -8,7 +8,7 @@ import pytest
 from fe_models.built_in.four_dof import four_dof
 from fe_models.recordings import Assumptions, Dataset, Recording, Sensor
 from hybrid.diagnosis.nominal.ignored_assumptions import ignored_assumptions
-from hybrid.diagnosis.nominal.plant import plant_of
+from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
 from tests.masts import masts, recorded
 
 
@@ -17,7 +17,7 @@ def test_modes_of_a_chain_beyond_its_low_pass_are_not_asked_for() -> None:
     data = np.random.default_rng(0).standard_normal((1, 300, 1))
     for lowpass, told in ((None, 1), (0.25, 0)):
         given = Dataset(four_dof(), 10.0, (sensor,), (Recording("r", data),), lowpass, Assumptions(modes=2))
-        assert len(ignored_assumptions(plant_of(given), given.assumptions)) == told
+        assert len(ignored_assumptions(nominal_model_of(given), given.assumptions)) == told
 
 
 @pytest.mark.slow
@@ -33,7 +33,7 @@ def test_modes_of_a_chain_beyond_its_low_pass_are_not_asked_for() -> None:
 )
 def test_what_is_not_followed_is_told(assumptions: Assumptions, told: list[str]) -> None:
     dataset = recorded(masts())
-    plant = plant_of(replace(dataset, assumptions=assumptions))
-    notes = ignored_assumptions(plant, assumptions)
+    nominal = nominal_model_of(replace(dataset, assumptions=assumptions))
+    notes = ignored_assumptions(nominal, assumptions)
     assert len(notes) == len(told)
     assert all(words in note for words, note in zip(told, notes, strict=True))

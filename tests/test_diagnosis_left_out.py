@@ -15,7 +15,7 @@ from fe_models.causes.places import Motion
 from fe_models.recordings import Assumptions, Dataset, Recording
 from hybrid.diagnosis.fitting.linearisation import linearise_batch
 from hybrid.diagnosis.nominal.candidates import all_candidates
-from hybrid.diagnosis.nominal.plant import Plant, plant_of
+from hybrid.diagnosis.nominal.nominal_model import NominalModel, nominal_model_of
 from hybrid.diagnosis.recorded.batches import Batch
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.recorded.sensor_outputs import SensorOutputs
@@ -30,19 +30,19 @@ OUTPUTS = SensorOutputs(FITTED, RATE, EVERY)
 
 
 @cache
-def plant_with(modes: int | None) -> Plant:
+def model_with(modes: int | None) -> NominalModel:
     recording = Recording("r", np.ones((1, SAMPLES, len(FITTED))))
-    return plant_of(Dataset(bridge(), RATE, FITTED, (recording,), 30.0, Assumptions(modes=modes)))
+    return nominal_model_of(Dataset(bridge(), RATE, FITTED, (recording,), 30.0, Assumptions(modes=modes)))
 
 
 @cache
 def candidates(modes: int | None = None) -> tuple[Candidate, ...]:
-    plant = plant_with(modes)
+    nominal = model_with(modes)
     data = np.random.default_rng(1).standard_normal((1, SAMPLES, len(FITTED)))
     dataset = Dataset(bridge(), RATE, FITTED, (Recording("r", data),), 30.0)
-    q = np.random.default_rng(2).standard_normal((2, 10, MOVING)) / [[plant.modes[0][:MOVING]], [np.ones(MOVING)]]
-    shapes = plant.modes[1][:, :MOVING]
-    return all_candidates(plant, dataset, Motion(q[0] @ shapes.T, q[1] @ shapes.T), EVERY)
+    q = np.random.default_rng(2).standard_normal((2, 10, MOVING)) / [[nominal.modes[0][:MOVING]], [np.ones(MOVING)]]
+    shapes = nominal.modes[1][:, :MOVING]
+    return all_candidates(nominal, dataset, Motion(q[0] @ shapes.T, q[1] @ shapes.T), EVERY)
 
 
 def chosen(kind: str, modes: int | None = None, **location: object) -> Candidate:
@@ -52,14 +52,14 @@ def chosen(kind: str, modes: int | None = None, **location: object) -> Candidate
 
 @pytest.mark.parametrize(("frequency", "left"), [(6.0, 0.05), (11.0, 0.25)])  # (f / 30 Hz)^2, and a margin
 def test_steady_motion_under_a_harmonic_force_is_that_of_the_whole_bridge(frequency: float, left: float) -> None:
-    plant, omega = plant_with(None), 2 * np.pi * frequency
+    nominal, omega = model_with(None), 2 * np.pi * frequency
     whole = linearise(bridge())
     dynamic = whole.stiffness - omega**2 * whole.mass + 1j * omega * whole.damping
-    load = np.zeros(len(plant.dofs))
-    load[plant.dofs.row(8, "y")] = 1.0
-    moved = np.zeros(len(plant.dofs), dtype=complex)
-    moved[plant.dofs.free] = np.linalg.solve(dynamic.toarray(), load[plant.dofs.free])
-    expected = -(omega**2) * plant.rows(FITTED) @ moved
+    load = np.zeros(len(nominal.dofs))
+    load[nominal.dofs.row(8, "y")] = 1.0
+    moved = np.zeros(len(nominal.dofs), dtype=complex)
+    moved[nominal.dofs.free] = np.linalg.solve(dynamic.toarray(), load[nominal.dofs.free])
+    expected = -(omega**2) * nominal.rows(FITTED) @ moved
 
     def shown(hypothesis: Hypothesis) -> FloatArray:
         """Accelerations (sensor,), complex, of the steady motion: the system's mode at the force's own frequency."""
@@ -71,16 +71,16 @@ def test_steady_motion_under_a_harmonic_force_is_that_of_the_whole_bridge(freque
         return np.asarray(system.C[0] @ np.concatenate([motion, force]))
 
     force = chosen(HarmonicForce.kind, node=8, direction="y")
-    felt, cut = Hypothesis(plant, (force,)), Hypothesis(plant, (force,))
-    vars(cut)["left_out"] = [np.zeros(len(plant.dofs))]  # what is bent besides is forgotten
+    felt, cut = Hypothesis(nominal, (force,)), Hypothesis(nominal, (force,))
+    vars(cut)["left_out"] = [np.zeros(len(nominal.dofs))]  # what is bent besides is forgotten
     error, without = (np.abs(shown(h) - expected).max() for h in (felt, cut))
     assert error < left * without
     assert error < 0.01 * np.abs(expected).max()
 
 
 def test_slow_force_is_as_large_as_it_was_beside_the_displacements_of_high_modes() -> None:
-    plant, samples = plant_with(None), 5 * SAMPLES
-    hypothesis = Hypothesis(plant, (chosen(HarmonicForce.kind, node=47, direction="x"),))
+    nominal, samples = model_with(None), 5 * SAMPLES
+    hypothesis = Hypothesis(nominal, (chosen(HarmonicForce.kind, node=47, direction="x"),))
     theta = np.append(np.zeros(hypothesis.nuisances), 1.1)  # Hz, below all modes
     states = np.zeros((1, hypothesis.states))
     states[0, hypothesis.size : -2] = 0.01  # m kg^0.5 / s

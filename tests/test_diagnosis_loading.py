@@ -21,7 +21,9 @@ def told(dataset: Dataset, factor: float) -> str | None:
         for r in dataset.recordings
     )
     setting = setting_of(replace(dataset, recordings=recordings))
-    ground = reference_fits_of(setting.nominal, setting.nominal.centre, setting.lengths, setting.noise_model)
+    ground = reference_fits_of(
+        setting.nominal_hypothesis, setting.nominal_hypothesis.centre, setting.lengths, setting.noise_model
+    )
     assert ground is not None
     return loading_of(ground.whole, setting.noise_model)
 

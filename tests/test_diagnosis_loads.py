@@ -33,7 +33,7 @@ from hybrid.diagnosis.fitting.least_squares import fit
 from hybrid.diagnosis.learned.gain import hybrid_gain
 from hybrid.diagnosis.nominal.candidates import all_candidates
 from hybrid.diagnosis.nominal.loads import Loads, courses_of, loads_of
-from hybrid.diagnosis.nominal.plant import plant_of
+from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
 from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.diagnosis.recorded.batches import batches_of
@@ -76,9 +76,9 @@ def chain_dataset(*parts: Recording) -> Dataset:
     return Dataset(four_dof(), RATE, SENSORS, parts)
 
 
-def nominal(dataset: Dataset, *laws: Effect) -> System:
-    plant = plant_of(replace(dataset, model=four_dof().with_effects(*laws)))
-    hypothesis = Hypothesis(plant)
+def system_with(dataset: Dataset, *laws: Effect) -> System:
+    nominal = nominal_model_of(replace(dataset, model=four_dof().with_effects(*laws)))
+    hypothesis = Hypothesis(nominal)
     return system_of(hypothesis, np.zeros((1, hypothesis.nuisances)), OUTPUTS)
 
 
@@ -92,7 +92,7 @@ def test_chain_under_a_load_moves_as_in_exudyn(laws: tuple[Effect, ...]) -> None
     truth = chain_motion(forces, START, *laws)[:, :4]
     dataset = chain_dataset(Recording("r", truth[None], loads=(load_of(forces),)))
     (batch,) = batches_of(dataset, "train")
-    system = nominal(dataset, *laws)
+    system = system_with(dataset, *laws)
     states = START.reshape(1, 1, -1)
     error, without = (
         np.abs(respond(system, states, SAMPLES, loads)[0, 0] - truth).max() for loads in (batch.loads, None)
@@ -107,7 +107,7 @@ def test_segments_continue_each_other() -> None:
     dataset = chain_dataset(Recording("r", NOTHING, loads=(load_of(waves(1)), load_of(waves(2, 4)))))
     (batch,) = batches_of(dataset, "train")
     assert batch.loads is not None
-    system, start = nominal(dataset), START.reshape(1, -1)
+    system, start = system_with(dataset), START.reshape(1, -1)
     whole = respond(system, start[None], SAMPLES, batch.loads)[0, 0]
     motion, cut = fitted_motion(system, start, batch), batch.cut(60)
     pieces = respond(system, motion.now[:300:60].transpose(1, 0, 2), 60, cut.loads)[0]
@@ -127,7 +127,7 @@ def test_late_and_scaled_sensors_show_the_load_late_and_scaled() -> None:
     dataset = chain_dataset(Recording("r", NOTHING, loads=(load_of(forces),)))
     (batch,) = batches_of(dataset, "train")
     a1 = np.eye(4)[[FITTED.index(SENSORS[1])]]
-    faulty = replace(nominal(dataset), delay=delay * a1, gain=1 + (gain - 1) * a1)
+    faulty = replace(system_with(dataset), delay=delay * a1, gain=1 + (gain - 1) * a1)
     shown = respond(faulty, np.zeros((1, 1, 8)), SAMPLES, batch.loads)[0, 0] @ a1[0]
     # Two samples later the load had begun; a spline is off by more at its ends.
     assert np.abs(shown - expected)[2:].max() < 1e-6 * np.abs(expected).max()
@@ -139,14 +139,14 @@ def test_a_body_that_moves_freely_is_pushed_away() -> None:
     truth = chain_motion(forces, START, StiffnessChange((1,), 0.0))[:, :4]
     dataset = chain_dataset(Recording("r", NOTHING, loads=(load_of(forces),)))
     (batch,) = batches_of(dataset, "train")
-    plant = plant_of(dataset)
+    nominal = nominal_model_of(dataset)
     motion = Motion(START, START)
     (lost,) = (
         c
-        for c in all_candidates(plant, dataset, motion, EVERY)
+        for c in all_candidates(nominal, dataset, motion, EVERY)
         if c.kind == "stiffness_change" and c.location == {"element": 1}
     )
-    hypothesis = Hypothesis(plant, (lost,))
+    hypothesis = Hypothesis(nominal, (lost,))
     theta = np.zeros((1, hypothesis.nuisances + 1))
     system = system_of(hypothesis, theta, OUTPUTS)
     shown = respond(system, START.reshape(1, 1, -1), SAMPLES, batch.loads)[0, 0]
@@ -172,7 +172,7 @@ def test_bridge_under_a_load_moves_as_with_all_its_modes(law: CubicSpring | None
     def error(modes: int | None = None, forget: bool = False) -> float:
         dataset = Dataset(model, rate, BRIDGE_SENSORS, (recording,), 30.0, Assumptions(modes=modes))
         (batch,) = batches_of(dataset, "train")
-        hypothesis = Hypothesis(plant_of(dataset))
+        hypothesis = Hypothesis(nominal_model_of(dataset))
         theta = np.zeros((1, hypothesis.nuisances))
         system = system_of(hypothesis, theta, SensorOutputs.faultless(BRIDGE_SENSORS, rate))
         assert system.loads is not None
@@ -262,7 +262,9 @@ def test_a_load_of_the_wrong_sign_fits_nothing() -> None:
             for r in dataset.recordings
         ]
         setting = setting_of(replace(dataset, recordings=tuple(turned)))
-        found = fit(setting.nominal, setting.nominal.centre, setting.lengths.whole, setting.noise_model)
+        found = fit(
+            setting.nominal_hypothesis, setting.nominal_hypothesis.centre, setting.lengths.whole, setting.noise_model
+        )
         assert found is not None
         return found.chi2 / found.values
 
@@ -274,7 +276,9 @@ def test_a_free_recording_is_forecast_by_what_was_fitted_from_rest() -> None:
     loaded, free = recorded(6), recorded(7, free=5)
     recordings = (*loaded.select("train"), replace(free.recordings[0], name="free", role="test"))
     setting = setting_of(replace(loaded, recordings=recordings))
-    item = fit(setting.nominal, setting.nominal.centre, setting.lengths.whole, setting.noise_model)
+    item = fit(
+        setting.nominal_hypothesis, setting.nominal_hypothesis.centre, setting.lengths.whole, setting.noise_model
+    )
     assert item is not None
     batches = batches_of(setting.dataset, "test")
     found = forecast(model_of(item, setting.noise_model), batches, SensorRoles(SENSORS, EVERY, setting.noise_model))

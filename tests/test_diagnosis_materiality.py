@@ -29,7 +29,7 @@ def two_causes() -> tuple[BlindCase, Setting]:
 
 
 def fitted(setting: Setting, *candidates: Candidate) -> Fit:
-    hypothesis = Hypothesis(setting.plant, candidates)
+    hypothesis = Hypothesis(setting.nominal, candidates)
     found = fit_growing(hypothesis, hypothesis.centre, setting.lengths, setting.noise_model, setting.short)
     assert found is not None
     return found
@@ -114,9 +114,9 @@ def test_second_cause_that_bends_the_calibration_goes_where_forecasts_are_good_w
     setting = setting_of(case.dataset)
     gain, spring = (candidate(setting, key_of(cause)) for cause in case.truth)
     base, one, both = fitted(setting), fitted(setting, gain), fitted(setting, gain, spring)
-    spread = setting.plant.spread.copy()
+    spread = setting.nominal.spread.copy()
     spread[0] = abs(both.theta[0]) / 5  # as if that value had been stated so exactly
-    bent = replace(both, hypothesis=replace(both.hypothesis, plant=replace(setting.plant, spread=spread)))
+    bent = replace(both, hypothesis=replace(both.hypothesis, nominal=replace(setting.nominal, spread=spread)))
     found, notes = named(setting, base, one, bent)
     assert found[0] == {gain.key}
     assert [note.startswith("fits only with nominal values beyond what is normal") for note in notes] == [True]
@@ -156,7 +156,7 @@ def test_values_are_as_far_off_as_the_kinder_reading_of_their_uncertainty_has_it
     """A standard deviation of 10 % may be of a damping ratio or of its logarithm."""
     _, setting = two_causes()
     item = fitted(setting)
-    damping = len(setting.plant.parts)
+    damping = len(setting.nominal.parts)
     for factor, deviation in ((0.7, -3.0), (np.exp(0.3), 3.0), (1.0, 0.0)):
         theta = np.zeros_like(item.theta)
         theta[damping] = np.log(factor)
@@ -165,7 +165,7 @@ def test_values_are_as_far_off_as_the_kinder_reading_of_their_uncertainty_has_it
         np.testing.assert_allclose(within(off, 3.01), theta)
         clipped = replace(off, theta=within(off, 2.0)).deviations[damping]
         assert clipped == pytest.approx(np.clip(deviation, -2.0, 2.0))
-    assert not within(item, 0.0)[: setting.plant.values].any()
+    assert not within(item, 0.0)[: setting.nominal.values].any()
     np.testing.assert_array_equal(within(item, np.inf), item.theta)
 
 

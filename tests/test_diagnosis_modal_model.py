@@ -1,4 +1,4 @@
-"""A modal model that stands for the structure in the user's simulation: its plant, and when it is called wrong."""
+"""A modal model that stands for the structure in the user's simulation, and when it is called wrong."""
 
 import json
 from dataclasses import replace
@@ -30,8 +30,8 @@ from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.fitting.forecast_score import ForecastModel, predicted
 from hybrid.diagnosis.learned.gain import hybrid_gain
 from hybrid.diagnosis.learned.learning import learning_preset
-from hybrid.diagnosis.nominal.modal_plant import modal_plant
-from hybrid.diagnosis.nominal.plant import Plant, plant_of
+from hybrid.diagnosis.nominal.modal_model import modal_model_of
+from hybrid.diagnosis.nominal.nominal_model import NominalModel, nominal_model_of
 from hybrid.diagnosis.observed.observations import modes_of
 from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.diagnosis.recorded.batches import batches_of
@@ -74,15 +74,15 @@ def softened() -> Structure:
     return CHAIN.with_effects(StiffnessChange((2,), 0.7))
 
 
-def both_plants(dataset: Dataset, modal: ModalModel) -> tuple[Plant, Plant]:
-    plant = plant_of(dataset)
-    found = modal_plant(plant, given(dataset, modal))
+def both_models(dataset: Dataset, modal: ModalModel) -> tuple[NominalModel, NominalModel]:
+    nominal = nominal_model_of(dataset)
+    found = modal_model_of(nominal, given(dataset, modal))
     assert found is not None
-    return plant, found
+    return nominal, found
 
 
-def forecast_of(plant: Plant, dataset: Dataset, theta: FloatArray | None = None) -> FloatArray:
-    hypothesis = Hypothesis(plant)
+def forecast_of(nominal: NominalModel, dataset: Dataset, theta: FloatArray | None = None) -> FloatArray:
+    hypothesis = Hypothesis(nominal)
     noise_model = NoiseModel(dataset.sensors, dataset.sampling_rate, np.ones(len(dataset.sensors)))
     model = ForecastModel(
         hypothesis, hypothesis.centre if theta is None else theta, FREE**2 * np.eye(hypothesis.states)
@@ -99,19 +99,19 @@ def noise(model: Structure, rate: float, sensors: tuple[Sensor, ...], lowpass: f
 def test_own_modal_model_of_the_chain_forecasts_as_the_chain_does_however_calibrated(order: tuple[int, ...]) -> None:
     dataset, which = noise(CHAIN, RATE, SENSORS), list(order)
     modal = replace(OWN, omega=OWN.omega[which], damping_ratio=OWN.damping_ratio[which], shapes=OWN.shapes[:, which])
-    plant, own = both_plants(dataset, modal)
-    theta = 0.1 * np.random.default_rng(2).standard_normal(len(plant.spread))
+    nominal, own = both_models(dataset, modal)
+    theta = 0.1 * np.random.default_rng(2).standard_normal(len(nominal.spread))
     for factors in (np.zeros_like(theta), theta):
-        wanted, found = (forecast_of(each, dataset, factors) for each in (plant, own))
+        wanted, found = (forecast_of(each, dataset, factors) for each in (nominal, own))
         np.testing.assert_allclose(found, wanted, atol=1e-7 * np.abs(wanted).max())
-    np.testing.assert_array_equal(plant.spread, own.spread)
+    np.testing.assert_array_equal(nominal.spread, own.spread)
 
 
 def test_own_modal_model_of_the_bridge_forecasts_as_the_bridge_does() -> None:
     dataset = noise(bridge(), BRIDGE_RATE, BRIDGE_SENSORS, LOWPASS)
-    plant, own = both_plants(dataset, natural_modes(linearise(bridge()), 20))
-    assert own.size == plant.size < 20  # modes far above the low-pass are not followed
-    wanted, found = (forecast_of(each, dataset) for each in (plant, own))
+    nominal, own = both_models(dataset, natural_modes(linearise(bridge()), 20))
+    assert own.size == nominal.size < 20  # modes far above the low-pass are not followed
+    wanted, found = (forecast_of(each, dataset) for each in (nominal, own))
     np.testing.assert_allclose(
         found, wanted, atol=1e-5 * np.abs(wanted).max()
     )  # ill-conditioned: six sensors, eleven modes
@@ -122,18 +122,18 @@ def test_scale_and_sign_of_shapes_mean_nothing_also_under_force_laws() -> None:
     dataset = noise(stiffened, RATE, SENSORS)
     wrong = contaminated(0.03)
     scaled = replace(wrong, shapes=wrong.shapes * [2.0, -0.1, 1e3, 5.0])
-    (_, one), (_, other) = (both_plants(dataset, modal) for modal in (wrong, scaled))
+    (_, one), (_, other) = (both_models(dataset, modal) for modal in (wrong, scaled))
     assert one.laws
     np.testing.assert_allclose(np.abs(one.basis), np.abs(other.basis), rtol=1e-12)
-    wanted, found = (modes_of(Hypothesis(plant), np.zeros(len(plant.spread)), RATE) for plant in (one, other))
+    wanted, found = (modes_of(Hypothesis(nominal), np.zeros(len(nominal.spread)), RATE) for nominal in (one, other))
     np.testing.assert_allclose(found.frequencies, wanted.frequencies, rtol=1e-9)
     np.testing.assert_allclose(np.abs(found.shapes), np.abs(wanted.shapes), rtol=1e-6, atol=1e-9)
 
 
 def test_modes_are_those_of_the_file() -> None:
     wrong = replace(contaminated(0.03), damping_ratio=np.array([0.01, 0.02, 0.03, 0.04]))
-    _, plant = both_plants(noise(CHAIN, RATE, SENSORS), wrong)
-    found = modes_of(Hypothesis(plant), np.zeros(len(plant.spread)), RATE)
+    _, nominal = both_models(noise(CHAIN, RATE, SENSORS), wrong)
+    found = modes_of(Hypothesis(nominal), np.zeros(len(nominal.spread)), RATE)
     np.testing.assert_allclose(found.frequencies, wrong.frequencies, rtol=1e-6)
     np.testing.assert_allclose(found.ratios, wrong.damping_ratio, rtol=1e-6)
     shapes = wrong.shapes[wrong.dofs.free]
@@ -143,9 +143,9 @@ def test_modes_are_those_of_the_file() -> None:
 def test_stiffness_moves_frequencies_of_a_frame_by_its_half_however_rough_the_shapes() -> None:
     own = natural_modes(linearise(bridge()), 10)
     rough = own.shapes * (1 + 0.05 * np.random.default_rng(0).standard_normal(own.shapes.shape))
-    plant, modal = both_plants(noise(bridge(), BRIDGE_RATE, BRIDGE_SENSORS, LOWPASS), replace(own, shapes=rough))
+    nominal, modal = both_models(noise(bridge(), BRIDGE_RATE, BRIDGE_SENSORS, LOWPASS), replace(own, shapes=rough))
     theta = np.zeros((2, len(modal.spread)))
-    theta[1, [i for i, part in enumerate(plant.parts) if part.quantity == "stiffness"]] = np.log(1.01)
+    theta[1, [i for i, part in enumerate(nominal.parts) if part.quantity == "stiffness"]] = np.log(1.01)
     before, after = (modes_of(Hypothesis(modal), one, BRIDGE_RATE).frequencies for one in theta)
     np.testing.assert_allclose(after / before, np.sqrt(1.01), rtol=1e-3)  # the whole structure is 1 % stiffer
 
@@ -169,9 +169,9 @@ def test_shapes_that_depend_on_each_other_are_refused(change: str) -> None:
 def test_damping_ratios_stand_for_a_structure_that_says_nothing_of_damping() -> None:
     data = recorded(CHAIN)
     bare = replace(data, model=replace(CHAIN, damping=Damping()))
-    np.testing.assert_allclose(setting_of(given(bare, OWN)).plant.own_ratios, OWN.damping_ratio, rtol=1e-9)
+    np.testing.assert_allclose(setting_of(given(bare, OWN)).nominal.own_ratios, OWN.damping_ratio, rtol=1e-9)
     wrong = replace(OWN, damping_ratio=np.full(4, 0.5))
-    np.testing.assert_allclose(setting_of(given(data, wrong)).plant.own_ratios, OWN.damping_ratio, rtol=1e-9)
+    np.testing.assert_allclose(setting_of(given(data, wrong)).nominal.own_ratios, OWN.damping_ratio, rtol=1e-9)
 
 
 def test_own_modal_model_changes_nothing() -> None:

@@ -37,19 +37,25 @@ def hidden(case: BlindCase, candidates: tuple[Candidate, ...]) -> list[Candidate
 def test_cause_that_led_a_calibration_astray_is_ranked_first_by_its_modes(seed: int, kind: str) -> None:
     case, setting, candidates = case_of(seed, kind)
     (cause,), (right,) = case.truth, hidden(case, candidates)
-    item = fit_growing(setting.nominal, setting.nominal.centre, setting.lengths, setting.searched, setting.short)
+    item = fit_growing(
+        setting.nominal_hypothesis, setting.nominal_hypothesis.centre, setting.lengths, setting.searched, setting.short
+    )
     assert item is not None
     assert np.abs(item.deviations).max() > 5
     first = modal_scan(item, candidates, setting.searched, item)[0]
     assert first.candidate.key == right.key
     assert first.start[0] == pytest.approx(cause.parameters[right.names[0]], rel=0.35)  # of first order in the factors
-    assert np.abs(first.theta(item)[: setting.plant.values] / setting.plant.spread[: setting.plant.values]).max() < 5
+    assert (
+        np.abs(first.theta(item)[: setting.nominal.values] / setting.nominal.spread[: setting.nominal.values]).max() < 5
+    )
 
 
 @pytest.mark.slow
 def test_modes_ask_for_no_cause_where_there_is_none() -> None:
     _, setting, candidates = case_of(3, off=False)
-    item = fit_growing(setting.nominal, setting.nominal.centre, setting.lengths, setting.searched, setting.short)
+    item = fit_growing(
+        setting.nominal_hypothesis, setting.nominal_hypothesis.centre, setting.lengths, setting.searched, setting.short
+    )
     assert item is not None
     assert modal_scan(item, candidates, setting.searched, item)[0].gain < HOPEFUL
 
@@ -61,11 +67,11 @@ def test_damping_turns_with_the_modes_where_the_recordings_say_so() -> None:
     (cause,) = case.truth
     assert isinstance(cause, AddedMass)
     (right,) = hidden(case, candidates)
-    hypothesis, noise_model, lengths = setting.nominal.adding(right), setting.searched, setting.lengths
+    hypothesis, noise_model, lengths = setting.nominal_hypothesis.adding(right), setting.searched, setting.lengths
     item = fit_growing(hypothesis, np.append(setting.short.theta, cause.mass), lengths, noise_model, setting.short)
     assert item is not None
     std = np.sqrt(np.diag(item.covariance))
-    turning = hypothesis.plant.values
+    turning = hypothesis.nominal.values
     assert item.theta[-1] == pytest.approx(cause.mass, abs=3 * std[-1])
     assert item.theta[turning] > 3 * std[turning]  # 1: turns, -1: stays
 
@@ -73,8 +79,8 @@ def test_damping_turns_with_the_modes_where_the_recordings_say_so() -> None:
 def test_what_recordings_do_not_tell_stays_as_uncertain_as_it_was() -> None:
     """Though a value of a frame tells a quarter of what it does alone, what is known of it is no less certain."""
     _, setting, _ = case_of(3, off=False)
-    item = fit(setting.nominal, setting.nominal.centre, setting.lengths.cut[0], setting.searched)
+    item = fit(setting.nominal_hypothesis, setting.nominal_hypothesis.centre, setting.lengths.cut[0], setting.searched)
     assert item is not None
-    plant = setting.plant
-    spare = plant.factors - 1  # the damping of a mode that only a cause would bring
-    assert plant.alike * item.covariance[spare, spare] == pytest.approx(plant.spread[spare] ** 2)
+    nominal = setting.nominal
+    spare = nominal.factors - 1  # the damping of a mode that only a cause would bring
+    assert nominal.alike * item.covariance[spare, spare] == pytest.approx(nominal.spread[spare] ** 2)

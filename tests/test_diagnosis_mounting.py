@@ -17,7 +17,9 @@ from tests.masts import SENSORS, masts, recorded
 def told(dataset: Dataset) -> str | None:
     """What is said of the mounting of a dataset's sensors."""
     setting = setting_of(dataset)
-    ground = reference_fits_of(setting.nominal, setting.nominal.centre, setting.lengths, setting.noise_model)
+    ground = reference_fits_of(
+        setting.nominal_hypothesis, setting.nominal_hypothesis.centre, setting.lengths, setting.noise_model
+    )
     assert ground is not None
     return mounting_of(ground.whole, setting.noise_model)
 

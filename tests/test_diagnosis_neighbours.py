@@ -39,7 +39,7 @@ def test_the_node_next_to_the_one_found_is_fitted_and_goes_on_to_the_right_one()
         next(c for c in candidates if c.kind == "cubic_spring" and c.location == {"node": node, "direction": "x"})
         for node in (2, 3)
     )
-    hypothesis = setting.nominal.adding(here)
+    hypothesis = setting.nominal_hypothesis.adding(here)
     best = fit(hypothesis, np.append(base.theta, 0.1 * here.width[0]), base.batches, setting.noise_model, base.states)
     assert best is not None
     found = fits_beside(best, base, candidates, setting.noise_model, lambda: None, ())
@@ -57,7 +57,7 @@ def test_places_that_do_as_well_are_fitted_one_after_the_other(temper: float, pl
     candidates = tuple(c for c in setting.candidates() if c.kind == "added_mass")
     base = fitted(setting.short, setting.lengths.whole, setting.noise_model)
     (here,) = (c for c in candidates if c.location == {"node": 3})
-    best = fit(setting.nominal.adding(here), np.append(base.theta, 0.0), base.batches, setting.noise_model)
+    best = fit(setting.nominal_hypothesis.adding(here), np.append(base.theta, 0.0), base.batches, setting.noise_model)
     assert best is not None
     found = fits_tied([best], temper, candidates, setting.noise_model, nothing)
     assert {item.hypothesis.candidates[0].location["node"] for item in found} == places
@@ -68,7 +68,7 @@ def test_no_cause_moves_to_where_another_one_of_its_kind_is() -> None:
     sensors = tuple(Sensor(f"a{node}", node, "y", "acceleration", "m/s^2") for node in (2, 4, 5))
     setting = setting_of(vibrations(beam(), beam(), sensors, 3))
     masses = {c.location["node"]: c for c in setting.candidates() if c.kind == "added_mass"}
-    both, short = Hypothesis(setting.plant, (masses[3], masses[4])), setting.short
+    both, short = Hypothesis(setting.nominal, (masses[3], masses[4])), setting.short
     best = fit(both, np.append(short.theta, (0.0, 0.0)), short.batches, setting.noise_model)
     assert best is not None
     found = fits_tied([best], 1e-6, tuple(masses.values()), setting.noise_model, nothing)
@@ -83,7 +83,7 @@ def test_causes_adjoin_at_nodes_that_an_element_joins(one: int, other: int, adjo
     sensors = tuple(Sensor(f"a{node}", node, "y", "acceleration", "m/s^2") for node in (2, 4, 5))
     setting = setting_of(vibrations(beam(), beam(), sensors, 3))
     masses = {c.location["node"]: c for c in setting.candidates() if c.kind == "added_mass"}
-    both = replace(setting.short, hypothesis=Hypothesis(setting.plant, (masses[one], masses[other])))
+    both = replace(setting.short, hypothesis=Hypothesis(setting.nominal, (masses[one], masses[other])))
     assert adjoin(both) == adjoins
 
 
@@ -95,7 +95,7 @@ def test_causes_adjoin_on_a_chain_at_one_place_only(one: int, other: int, adjoin
         next(c for c in setting.candidates() if c.kind == kind and c.location == {"node": node, "direction": "x"})
         for kind, node in (("coulomb_friction", one), ("point_damper", other))
     ]
-    assert adjoin(replace(setting.short, hypothesis=Hypothesis(setting.plant, tuple(found)))) == adjoins
+    assert adjoin(replace(setting.short, hypothesis=Hypothesis(setting.nominal, tuple(found)))) == adjoins
 
 
 def test_other_kinds_of_cause_sit_where_the_one_found_does() -> None:
@@ -104,7 +104,9 @@ def test_other_kinds_of_cause_sit_where_the_one_found_does() -> None:
     setting = setting_of(vibrations(beam(), beam(), sensors, 3))
     softer = next(c for c in setting.candidates() if c.kind == "stiffness_change" and c.location == {"element": 2})
     short = setting.short
-    best = fit(setting.nominal.adding(softer), np.append(short.theta, 1.0), short.batches, setting.noise_model)
+    best = fit(
+        setting.nominal_hypothesis.adding(softer), np.append(short.theta, 1.0), short.batches, setting.noise_model
+    )
     assert best is not None
     trials = [Screened(c, c.neutral, 0.0, np.zeros_like(best.theta)) for c in setting.candidates()]
     there = [trial.candidate for trial in of_other_kinds(best, trials)]
@@ -134,7 +136,7 @@ def test_a_law_begins_next_to_its_best_place_while_that_gets_better(noisy: bool,
     def left_at(stop: Candidate) -> Fit:
         cost = short.values * (energy[stop.location["node"]] if noisy else 1.0)
         theta = np.append(short.theta, stop.first_starts[0])
-        return replace(short, hypothesis=setting.nominal.adding(stop), theta=theta, cost=cost, chi2=cost)
+        return replace(short, hypothesis=setting.nominal_hypothesis.adding(stop), theta=theta, cost=cost, chi2=cost)
 
     seen = []
 
@@ -154,6 +156,8 @@ def test_the_places_next_to_what_explains_little_are_not_fitted() -> None:
     candidates = setting.candidates()
     base = fitted(setting.short, setting.lengths.whole, setting.noise_model)
     (damper,) = (c for c in candidates if c.kind == "point_damper" and c.location == {"node": 2, "direction": "x"})
-    guess = fit(setting.nominal.adding(damper), np.append(base.theta, 0.0), base.batches, setting.noise_model)
+    guess = fit(
+        setting.nominal_hypothesis.adding(damper), np.append(base.theta, 0.0), base.batches, setting.noise_model
+    )
     assert guess is not None
     assert fits_beside(guess, base, candidates, setting.noise_model, lambda: None, ()) == []

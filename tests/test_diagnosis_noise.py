@@ -14,7 +14,7 @@ from fe_models.simulation import FreeConfig, simulate_free
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.nominal.lowpass import noise_is_lowpassed
-from hybrid.diagnosis.nominal.plant import plant_of
+from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
 from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.diagnosis.recorded.batches import Batch, batches_of, columns_of, measured_columns
 from hybrid.diagnosis.recorded.noise import (
@@ -59,7 +59,7 @@ def test_noise_is_told_from_recordings_with_motion() -> None:
     (batch,) = columns_of(batches_of(case.dataset, "train"), columns)
     (without,) = columns_of(batches_of(clean.dataset, "train"), columns)
     truth = (batch.data - without.data).std(axis=(0, 1))
-    band = structure_band(plant_of(case.dataset), RATE)
+    band = structure_band(nominal_model_of(case.dataset), RATE)
     found = noise_of_recordings((batch,), RATE, band)
     assert found == pytest.approx(truth, rel=0.06)  # 6 recordings, half of 250 frequencies: 2.6 % and the signal's rest
 
@@ -91,7 +91,7 @@ def test_bridge_noise_is_told_between_the_lines_of_its_motion() -> None:
     columns = measured_columns(case.dataset)
     (batch,) = columns_of(batches_of(case.dataset, "train"), columns)
     (without,) = columns_of(batches_of(clean.dataset, "train"), columns)
-    band = structure_band(plant_of(case.dataset), 100.0, case.dataset.lowpass)
+    band = structure_band(nominal_model_of(case.dataset), 100.0, case.dataset.lowpass)
     assert not band.room
     found = noise_of_recordings((batch,), 100.0, band)
     # the low-pass leaves 30 of 50 Hz, so that white noise as dense is stronger than what is left
@@ -153,6 +153,6 @@ def test_noise_is_told_whether_or_not_modes_reach_up_to_half_the_rate(rate: floa
     sigma = 0.01 * clean.std(axis=(0, 1))
     data = clean + sigma * rng.standard_normal(clean.shape)
     dataset = Dataset(four_dof(), rate, sensors, tuple(Recording(f"r{i}", part[None]) for i, part in enumerate(data)))
-    band = structure_band(plant_of(dataset), rate, white=True)
+    band = structure_band(nominal_model_of(dataset), rate, white=True)
     told = noise_of_recordings(batches_of(dataset, "train"), rate, band)
     np.testing.assert_allclose(told, sigma, rtol=0.15)  # four recordings tell it to a twentieth

@@ -109,13 +109,17 @@ def test_a_fit_weighs_each_recording_by_its_own_noise() -> None:
     setting = setting_of(in_proportion(blind_case(3, BlindConfig(noise=0.0, train=4, test=1)), 0.03).dataset)
     (batch,) = setting.lengths.whole
     assert batch.noise is not None
-    theta, noise_model = setting.nominal.centre, setting.noise_model
-    whole = linearise_batch(setting.nominal, theta, batch, noise_model, None)
+    theta, noise_model = setting.nominal_hypothesis.centre, setting.noise_model
+    whole = linearise_batch(setting.nominal_hypothesis, theta, batch, noise_model, None)
     assert whole is not None
     for number in range(len(batch.names)):
         alone = replace(batch.take([number]), noise=None)
         part = linearise_batch(
-            setting.nominal, theta, alone, replace(noise_model, sigma=noise_model.sigma * batch.noise[number]), None
+            setting.nominal_hypothesis,
+            theta,
+            alone,
+            replace(noise_model, sigma=noise_model.sigma * batch.noise[number]),
+            None,
         )
         assert part is not None
         np.testing.assert_allclose(whole.residual[number], part.residual[0], rtol=1e-7, atol=1e-9)
@@ -145,7 +149,7 @@ def test_harmonic_forces_are_ranked_by_the_noise_of_each_recording() -> None:
     usual = batch, replace(noise_model, sigma=times * noise_model.sigma)
     promised = []
     for recorded, measured_with in (own, usual):
-        found = fit(setting.nominal, setting.nominal.centre, (recorded,), measured_with)
+        found = fit(setting.nominal_hypothesis, setting.nominal_hypothesis.centre, (recorded,), measured_with)
         assert found is not None
         promised.append(screen_forces(found, forces, measured_with))
     for by_recording, by_gauge in zip(*promised, strict=True):
@@ -155,7 +159,9 @@ def test_harmonic_forces_are_ranked_by_the_noise_of_each_recording() -> None:
 
 def test_what_a_fit_leaves_is_noise_of_one_in_every_recording() -> None:
     setting = setting_of(in_proportion(blind_case(3, BlindConfig(noise=0.0)), 0.03).dataset)
-    found = fit(setting.nominal, setting.nominal.centre, setting.lengths.whole, setting.noise_model)
+    found = fit(
+        setting.nominal_hypothesis, setting.nominal_hypothesis.centre, setting.lengths.whole, setting.noise_model
+    )
     assert found is not None
     left = np.concatenate([part.std(axis=1) for part in found.residuals])  # (recording, sensor)
     assert left == pytest.approx(np.ones_like(left), rel=0.1)  # by 1/sqrt(1000) each, 36 of them

@@ -16,7 +16,7 @@ from fe_models.recordings import Dataset, Recording, Uncertainty
 from fe_models.simulation import FreeConfig, simulate_free
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.fitting.least_squares import fit
-from hybrid.diagnosis.nominal.plant import plant_of
+from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
 from hybrid.diagnosis.observed.amplitude_dependence import amplitude_dependence
 from hybrid.diagnosis.observed.example import Example, draw_example
 from hybrid.diagnosis.observed.observation_report import describe_observations, observations_table
@@ -45,7 +45,7 @@ def motions(*effects: Effect) -> Dataset:
 
 def test_modes_are_the_structures_own() -> None:
     own = natural_modes(linearise(four_dof()), 4)
-    hypothesis = Hypothesis(plant_of(Dataset(four_dof(), 10.0, SENSORS, ())))
+    hypothesis = Hypothesis(nominal_model_of(Dataset(four_dof(), 10.0, SENSORS, ())))
     found = modes_of(hypothesis, hypothesis.centre, 10.0)
     np.testing.assert_allclose(found.frequencies, own.frequencies, rtol=1e-3)  # coupled by damping, which they are not
     np.testing.assert_allclose(found.ratios, own.damping_ratio, rtol=1e-2)
@@ -76,8 +76,8 @@ def test_change_with_amplitude_has_the_sign_of_its_cause(
     dataset = motions(*effects)
     batches = columns_of(batches_of(dataset, "train"), MEASURED)
     noise_model = NoiseModel(SENSORS[:4], 10.0, np.full(4, NOISE))
-    plant = plant_of(dataset)
-    free = Hypothesis(replace(plant, spread=np.full_like(plant.spread, 0.5)))
+    nominal = nominal_model_of(dataset)
+    free = Hypothesis(replace(nominal, spread=np.full_like(nominal.spread, 0.5)))
     linear = fit(free, free.centre, batches, noise_model)
     assert linear is not None
     found = amplitude_dependence(linear, noise_model)

@@ -23,7 +23,7 @@ from hybrid.diagnosis.contest.setting import Setting, setting_of
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.fitting.least_squares import Fit, fit
 from hybrid.diagnosis.nominal.mesh_error import coarse_mesh
-from hybrid.diagnosis.nominal.plant import plant_of
+from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
 from hybrid.diagnosis.outcome.advice import possible_sensors
 from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.diagnosis.response.hypothesis import Hypothesis
@@ -170,8 +170,8 @@ def test_modes_that_the_recordings_show_are_followed_whatever_the_simulation_kee
     count = len(ratios) if isinstance(ratios, tuple) else 2
     given = replace(recorded(portal()), assumptions=Assumptions(damping_ratio=ratios, modes=count))
     setting = setting_of(given)
-    assert setting.plant.size == 3
-    assert setting.plant.ratios[2] == (ratios[-1] if isinstance(ratios, tuple) else ratios)
+    assert setting.nominal.size == 3
+    assert setting.nominal.ratios[2] == (ratios[-1] if isinstance(ratios, tuple) else ratios)
     assert any(
         note.startswith(f"the simulation keeps {count} modes, and the recordings can show 3") for note in setting.notes
     )
@@ -200,7 +200,7 @@ def test_nodes_of_a_chain_that_have_no_mass_are_refused() -> None:
     light = replace(four_dof(), point_masses=tuple(m for m in four_dof().point_masses if m.node != 2))
     sensors = (Sensor("x1", 1, "x", "displacement", "m"),)
     with pytest.raises(InputError, match="node 2 has no mass"):
-        plant_of(Dataset(light, 10.0, sensors, (Recording("r", np.ones((1, 100, 1))),)))
+        nominal_model_of(Dataset(light, 10.0, sensors, (Recording("r", np.ones((1, 100, 1))),)))
 
 
 def test_end_of_a_cable_that_is_held_from_turning_is_no_support_that_gives() -> None:
@@ -224,7 +224,7 @@ def test_no_more_mass_is_taken_off_a_node_than_moves_with_it() -> None:
     """M - m e e' has mass in every motion while m < 1 / (e' M^-1 e)."""
     setting = setting_of(recorded(bare_masts(), step=1e-4))
     taken = next(c for c in setting.candidates() if c.kind == "added_mass" and c.location == {"node": 2})
-    hypothesis = setting.nominal.adding(taken)
+    hypothesis = setting.nominal_hypothesis.adding(taken)
     (change,) = hypothesis.basis.changes
     assert change is not None
     rows = np.linalg.eigh(change[0])  # two directions
@@ -242,9 +242,11 @@ def test_nothing_is_told_of_a_cause_whose_shapes_have_no_mass_left() -> None:
     setting = setting_of(blind_case(1, BlindConfig(train=2, duration=3.0, structure="bridge", rich=False)).dataset)
     causes = {(c.kind, str(c.location)): c for c in setting.candidates()}
     taken, force = (causes[key] for key in (("added_mass", "{'node': 54}"), ("axial_force", "{'elements': [52]}")))
-    hypothesis = setting.nominal.adding(taken)
+    hypothesis = setting.nominal_hypothesis.adding(taken)
     thetas = np.repeat(hypothesis.centre[None], 1000, axis=0)
-    thetas[:, [i for i, part in enumerate(setting.plant.parts) if part.quantity == "mass"]] = -0.1  # and lighter beams
+    thetas[
+        :, [i for i, part in enumerate(setting.nominal.parts) if part.quantity == "mass"]
+    ] = -0.1  # and lighter beams
     thetas[:, -1] = np.linspace(taken.lower[0], 0, 1000)
     borne = hypothesis.weighs(thetas) & ~hypothesis.adding(force).weighs(np.pad(thetas, ((0, 0), (0, 1))))
     start = setting.short
@@ -255,7 +257,7 @@ def test_nothing_is_told_of_a_cause_whose_shapes_have_no_mass_left() -> None:
 
 def test_modes_are_scanned_where_hardly_any_mass_can_be_taken_off() -> None:
     setting = setting_of(recorded(bare_masts(), step=1e-4))
-    item = fitted(setting, setting.nominal)
+    item = fitted(setting, setting.nominal_hypothesis)
     found = modal_scan(item, setting.candidates(), setting.searched, item)
     assert any(trial.candidate.kind == "added_mass" for trial in found)
     assert np.isfinite([trial.gain for trial in found]).all()
@@ -268,25 +270,25 @@ def test_support_is_a_hypothesis_only_where_it_is_told_from_a_rigid_one(soft: bo
     setting = setting_of(replace(recorded(masts().with_effects(*spring)), model=masts()))
     foot = {"node": 1, "direction": "rz"}
     gives = next(c for c in setting.candidates() if c.kind == "support_spring" and c.location == foot)
-    hypothesis = setting.nominal.adding(gives)
+    hypothesis = setting.nominal_hypothesis.adding(gives)
     theta = hypothesis.centre
     theta[-1] = gives.first_starts[0][0]
     item = fit_growing(hypothesis, theta, setting.lengths, setting.searched)
     assert item is not None
-    kept = posterior_of((fitted(setting, setting.nominal), item), setting.candidates()).fits
+    kept = posterior_of((fitted(setting, setting.nominal_hypothesis), item), setting.candidates()).fits
     assert (item in kept) is soft
 
 
 def test_coarse_mesh_is_told_with_one_that_is_fine_enough() -> None:
     dataset = recorded(bare_masts(), step=1e-4)
-    coarse = plant_of(dataset)
+    coarse = nominal_model_of(dataset)
     all_moved = np.ones(coarse.size, dtype=bool)
     (note,) = coarse_mesh(coarse, all_moved)
     assert coarse_mesh(coarse, ~all_moved) == []
     enough = int(note.split("divisions = ")[1].split()[0])
-    fine = plant_of(replace(dataset, model=bare_masts().refined(enough)))
+    fine = nominal_model_of(replace(dataset, model=bare_masts().refined(enough)))
     assert coarse_mesh(fine, all_moved) == []
-    assert coarse_mesh(plant_of(replace(dataset, model=masts().refined(8))), all_moved) == []
+    assert coarse_mesh(nominal_model_of(replace(dataset, model=masts().refined(8))), all_moved) == []
 
 
 def test_bars_of_a_group_with_a_name_are_off_together_and_cables_without_one_each_by_itself() -> None:
@@ -312,7 +314,7 @@ def test_lone_mass_is_uncertain_by_itself_and_masses_along_beams_with_them() -> 
 
 def test_sensors_are_offered_at_nodes_that_the_user_has() -> None:
     dataset = replace(recorded(masts()), model=masts().refined(3))
-    nodes = {sensor.node for sensor in possible_sensors(plant_of(dataset), dataset.sensors)}
+    nodes = {sensor.node for sensor in possible_sensors(nominal_model_of(dataset), dataset.sensors)}
     assert nodes == {2, 3, 5, 6}
 
 
@@ -326,7 +328,7 @@ def test_motion_that_no_sensor_feels_stays_at_rest(law: bool) -> None:
     supports = tuple(Support(node, ("x", "rz")) for node in (1, 4))
     bouncing = replace(masts(), elements=(*masts().elements, *springs), supports=supports)
     setting = setting_of(replace(recorded(bouncing), assumptions=Assumptions(damping_ratio=0.01)))
-    hypothesis, plain = setting.nominal, fitted(setting, setting.nominal)
+    hypothesis, plain = setting.nominal_hypothesis, fitted(setting, setting.nominal_hypothesis)
     theta, states = hypothesis.centre, plain.states
     if law:
         across = (c for c in setting.candidates() if c.kind == "cubic_spring" and c.location["direction"] == "x")
@@ -337,6 +339,6 @@ def test_motion_that_no_sensor_feels_stays_at_rest(law: bool) -> None:
     moved = np.abs(np.concatenate(item.states)[:, : hypothesis.size]).max(axis=0)
     assert np.sum(moved < 1e-9 * moved.max()) == len(springs)
     alike = np.zeros(len(item.theta))
-    alike[: len(setting.plant.parts)] = 1.0
+    alike[: len(setting.nominal.parts)] = 1.0
     told = alike @ np.linalg.solve(item.covariance, alike)
     assert told == pytest.approx(alike @ (hypothesis.precision * alike), rel=0.1)  # differences leave a hundredth

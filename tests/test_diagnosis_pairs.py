@@ -23,9 +23,14 @@ def test_what_is_large_begins_beside_a_law_as_it_ended_alone() -> None:
         next(c for c in candidates if (c.kind, c.location) == (kind, place))
         for kind, place in ((SPRING.kind, {"node": 3, "direction": "x"}), (LOST.kind, {"element": 2}))
     )
-    begun = np.append(setting.nominal.centre, SPRING.stiffness)
-    ground = reference_fits_of(setting.nominal.adding(first), begun, lengths, noise_model, setting.short)
-    alone = fit_growing(setting.nominal.adding(second), np.append(setting.nominal.centre, 0.3), lengths, noise_model)
+    begun = np.append(setting.nominal_hypothesis.centre, SPRING.stiffness)
+    ground = reference_fits_of(setting.nominal_hypothesis.adding(first), begun, lengths, noise_model, setting.short)
+    alone = fit_growing(
+        setting.nominal_hypothesis.adding(second),
+        np.append(setting.nominal_hypothesis.centre, 0.3),
+        lengths,
+        noise_model,
+    )
     assert ground is not None
     assert alone is not None
     linear = tuple(candidate for candidate in candidates if isinstance(candidate, MatrixCandidate))

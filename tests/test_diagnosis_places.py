@@ -22,7 +22,7 @@ from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.contest.stages import Search
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.fitting.least_squares import fit
-from hybrid.diagnosis.nominal.plant import plant_of
+from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
 from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.diagnosis.screening.force_screening import screen_forces
 from tests.frames import beam
@@ -37,9 +37,9 @@ def pairs_of(structure: Structure) -> list[Any]:
     """The pairs of nodes between which forces are looked for."""
     rng = np.random.default_rng(0)
     recording = Recording("r", rng.standard_normal((1, 200, len(SENSORS))))
-    plant = plant_of(Dataset(structure, RATE, SENSORS, (recording,)))
-    motion = Motion.of_states(rng.standard_normal((50, 2 * plant.size)), plant.followed_shapes)
-    return [(place.location["nodes"], place.direction) for place in places_of(plant, motion) if len(place.nodes) == 2]
+    nominal = nominal_model_of(Dataset(structure, RATE, SENSORS, (recording,)))
+    motion = Motion.of_states(rng.standard_normal((50, 2 * nominal.size)), nominal.followed_shapes)
+    return [(place.location["nodes"], place.direction) for place in places_of(nominal, motion) if len(place.nodes) == 2]
 
 
 def force_laws_of(known: Known) -> list[Candidate]:
@@ -47,9 +47,9 @@ def force_laws_of(known: Known) -> list[Candidate]:
 
 
 def test_spring_beside_one_to_the_ground_is_less_probable_than_that_one_off() -> None:
-    plant = plant_of(CHAIN)
+    nominal = nominal_model_of(CHAIN)
     motion = Motion(*np.random.default_rng(0).standard_normal((2, 50, 4)))
-    springs = SupportSpring.candidates(Known(plant, motion))
+    springs = SupportSpring.candidates(Known(nominal, motion))
     assert [(c.location["node"], c.weight) for c in springs] == [
         (1, PARALLEL_SPRING_WEIGHT),
         (2, 1.0),
@@ -63,18 +63,21 @@ def test_no_force_law_is_looked_for_where_nothing_moves() -> None:
     rng = np.random.default_rng(0)
     across = tuple(Sensor(f"a{node}", node, "y", "acceleration", "m/s^2") for node in (2, 3, 5))
     structure = beam()
-    plant = plant_of(Dataset(structure, 600.0, across, (Recording("r", rng.standard_normal((1, 200, 3))),)))
-    most = {word: np.abs(plant.modes[1][plant.dofs.direction == word, : plant.size]).max(axis=0) for word in ("x", "y")}
+    nominal = nominal_model_of(Dataset(structure, 600.0, across, (Recording("r", rng.standard_normal((1, 200, 3))),)))
+    most = {
+        word: np.abs(nominal.modes[1][nominal.dofs.direction == word, : nominal.size]).max(axis=0)
+        for word in ("x", "y")
+    }
     along = most["x"] > most["y"]
     assert along.any()
-    states = rng.standard_normal((50, 2, plant.size)) * np.where(along, 1e-12, 1.0)
-    motion = Motion.of_states(states.reshape(50, -1), plant.followed_shapes)
-    known = Known(plant, motion)
+    states = rng.standard_normal((50, 2, nominal.size)) * np.where(along, 1e-12, 1.0)
+    motion = Motion.of_states(states.reshape(50, -1), nominal.followed_shapes)
+    known = Known(nominal, motion)
     assert {place.direction for place in known.places} == {"x", "y"}
     laws = force_laws_of(known)
     assert {law.location["direction"] for law in laws} == {"y"}
-    still = Motion(np.zeros((50, len(plant.dofs))), np.zeros((50, len(plant.dofs))))
-    assert force_laws_of(Known(plant, still)) == []
+    still = Motion(np.zeros((50, len(nominal.dofs))), np.zeros((50, len(nominal.dofs))))
+    assert force_laws_of(Known(nominal, still)) == []
 
 
 def test_harmonic_forces_turn_once_in_a_recording_at_least() -> None:
@@ -82,7 +85,9 @@ def test_harmonic_forces_turn_once_in_a_recording_at_least() -> None:
     forces = tuple(c for c in setting.candidates() if isinstance(c, HarmonicCandidate))
     slowest = 10.0 / setting.lengths.whole[0].samples  # Hz
     assert [c.lower for c in forces] == [(slowest,)] * 4
-    base = fit(setting.nominal, setting.nominal.centre, setting.lengths.whole, setting.noise_model)
+    base = fit(
+        setting.nominal_hypothesis, setting.nominal_hypothesis.centre, setting.lengths.whole, setting.noise_model
+    )
     assert base is not None
     assert min(trial.start[0] for trial in screen_forces(base, forces, setting.noise_model)) >= slowest
 
@@ -127,7 +132,9 @@ def test_masts_that_knock_or_rub_are_told(effect: GapStop | CoulombFriction) -> 
 
 def test_frame_that_forecasts_well_is_searched_further_where_it_leaves_half_as_much_again_as_noise() -> None:
     setting = setting_of(recorded(masts()))
-    ground = reference_fits_of(setting.nominal, setting.nominal.centre, setting.lengths, setting.noise_model)
+    ground = reference_fits_of(
+        setting.nominal_hypothesis, setting.nominal_hypothesis.centre, setting.lengths, setting.noise_model
+    )
     assert ground is not None
     search = Search(ground, setting.lengths, (), setting.noise_model, setting.noise_model, setting.band, str)
     base = ground.whole
@@ -139,7 +146,9 @@ def test_frame_that_forecasts_well_is_searched_further_where_it_leaves_half_as_m
 @pytest.mark.parametrize(("rest", "asks"), [(0.75, True), (0.85, False)])
 def test_second_cause_is_looked_for_unless_the_first_leaves_most_of_what_is_wrong(rest: float, asks: bool) -> None:
     setting = setting_of(recorded(masts()))
-    ground = reference_fits_of(setting.nominal, setting.nominal.centre, setting.lengths, setting.noise_model)
+    ground = reference_fits_of(
+        setting.nominal_hypothesis, setting.nominal_hypothesis.centre, setting.lengths, setting.noise_model
+    )
     assert ground is not None
     base = ground.whole
     loud = tuple(part + 10 * np.sin(0.3 * np.arange(part.shape[1]))[:, None] for part in base.residuals)  # 5 Hz
@@ -154,8 +163,12 @@ def test_short_segments_begin_where_the_motion_of_whole_recordings_passes() -> N
     setting = setting_of(recorded(masts(middle=3.0), CubicSpring((3,), "x", 4 * STIFF)))
     place = {"node": 3, "direction": "x"}
     (spring,) = (c for c in setting.candidates() if c.kind == "cubic_spring" and c.location == place)
-    hypothesis, noise_model, segments = setting.nominal.adding(spring), setting.noise_model, setting.lengths.cut[0]
-    theta = np.append(setting.nominal.centre, 4 * STIFF)
+    hypothesis, noise_model, segments = (
+        setting.nominal_hypothesis.adding(spring),
+        setting.noise_model,
+        setting.lengths.cut[0],
+    )
+    theta = np.append(setting.nominal_hypothesis.centre, 4 * STIFF)
     whole = fit_growing(hypothesis, theta, setting.lengths, noise_model, setting.short)
     assert whole is not None
     own = fit(hypothesis, whole.theta, segments, noise_model, passed_by(whole, segments, noise_model))

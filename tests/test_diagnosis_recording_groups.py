@@ -15,7 +15,7 @@ from hybrid.diagnosis.contest.odds import log_of_groups
 from hybrid.diagnosis.contest.recording_groups import BY_CHANCE, Asked, asked_for, clear_share
 from hybrid.diagnosis.fitting.least_squares import fit
 from hybrid.diagnosis.nominal.candidates import all_candidates
-from hybrid.diagnosis.nominal.plant import plant_of
+from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
 from hybrid.diagnosis.recorded.batches import as_made, batches_of, columns_of
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.response.hypothesis import Hypothesis
@@ -43,9 +43,9 @@ def gap_stop() -> tuple[Dataset, Candidate]:
     data = np.stack([motion.channel(s.node, s.direction, s.quantity) for s in SENSORS], axis=-1)
     data = data + NOISE * rng.standard_normal(data.shape)
     dataset = Dataset(four_dof(), 10.0, SENSORS, tuple(Recording(f"r{i}", part[None]) for i, part in enumerate(data)))
-    plant = plant_of(dataset)
+    nominal = nominal_model_of(dataset)
     moved = Motion(*(motion.displacement.reshape(-1, 4), motion.velocity.reshape(-1, 4)))
-    stops = all_candidates(plant, dataset, moved, MEASURED)
+    stops = all_candidates(nominal, dataset, moved, MEASURED)
     return dataset, next(c for c in stops if c.kind == "gap_stop" and c.location.get("node") == 2)
 
 
@@ -53,7 +53,7 @@ def test_a_stop_that_most_recordings_do_not_touch_tells_no_groups() -> None:
     dataset, stop = gap_stop()
     batches = columns_of(batches_of(dataset, "train"), MEASURED)
     noise_model = NoiseModel(SENSORS[:4], 10.0, np.full(4, NOISE))
-    nominal = Hypothesis(plant_of(dataset))
+    nominal = Hypothesis(nominal_model_of(dataset))
     base = fit(nominal, nominal.centre, batches, noise_model)
     assert base is not None
     assert asked_for(base, (stop,), noise_model) == ()

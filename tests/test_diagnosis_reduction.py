@@ -22,12 +22,12 @@ from fe_models.recordings import Dataset, Recording
 from hybrid.diagnosis.nominal import basis as bases
 from hybrid.diagnosis.nominal.candidates import all_candidates
 from hybrid.diagnosis.nominal.config import NOMINAL
-from hybrid.diagnosis.nominal.plant import Plant, plant_of
+from hybrid.diagnosis.nominal.nominal_model import NominalModel, nominal_model_of
 from hybrid.diagnosis.response.eigenmodes import eigenmodes, turn
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.reduction import basis_of
 
-WHITE = np.random.default_rng(0).standard_normal((1, 200, 8))  # the plant only asks for sensors and rates
+WHITE = np.random.default_rng(0).standard_normal((1, 200, 8))  # the nominal model only asks for sensors and rates
 BRIDGE = Dataset(bridge(), 100.0, SENSORS, (Recording("r", 0 * WHITE),), 30.0)  # nothing fast behind its low-pass
 CHAIN = Dataset(four_dof(), 10.0, CHAIN_SENSORS, (Recording("r", WHITE[..., :5]),))
 MODES, KEPT, MORE = 10, 11, 15  # below the low-pass, up to where something passes it, and beyond them in the basis
@@ -50,23 +50,23 @@ LOCAL = tuple(name for name in EFFECTS if name not in ("whole deck", "axial forc
 ROUNDING = 5e-11  # of a frequency, in eigenvalues of such matrices: one machine leaves 9e-12, another less
 
 
-def candidates_of(dataset: Dataset, plant: Plant) -> tuple[Candidate, ...]:
-    q = np.random.default_rng(1).standard_normal((2, 10, plant.size))
-    shapes = plant.modes[1]
+def candidates_of(dataset: Dataset, nominal: NominalModel) -> tuple[Candidate, ...]:
+    q = np.random.default_rng(1).standard_normal((2, 10, nominal.size))
+    shapes = nominal.modes[1]
     measured = tuple(i for i, sensor in enumerate(dataset.sensors) if sensor.role == "measured")
-    return all_candidates(plant, dataset, Motion(q[0] @ shapes.T, q[1] @ shapes.T), measured)
+    return all_candidates(nominal, dataset, Motion(q[0] @ shapes.T, q[1] @ shapes.T), measured)
 
 
 @cache
-def bridge_plant(more: int = MORE) -> Plant:
+def bridge_model(more: int = MORE) -> NominalModel:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(bases, "NOMINAL", replace(NOMINAL, extra_modes=more))
-        return plant_of(BRIDGE)
+        return nominal_model_of(BRIDGE)
 
 
 @cache
 def bridge_candidates() -> tuple[Candidate, ...]:
-    return candidates_of(BRIDGE, bridge_plant())
+    return candidates_of(BRIDGE, bridge_model())
 
 
 @cache
@@ -79,9 +79,9 @@ def chosen(found: tuple[Candidate, ...], effect: Effect) -> Candidate:
     return candidate
 
 
-def reduced_modes(plant: Plant, candidate: Candidate, amount: float) -> tuple[FloatArray, FloatArray]:
-    """Return natural frequencies (rad/s) and shapes (dof, mode) of the plant with a candidate."""
-    hypothesis = Hypothesis(plant, (candidate,))
+def reduced_modes(nominal: NominalModel, candidate: Candidate, amount: float) -> tuple[FloatArray, FloatArray]:
+    """Return natural frequencies (rad/s) and shapes (dof, mode) of the nominal model with a candidate."""
+    hypothesis = Hypothesis(nominal, (candidate,))
     reduced = hypothesis.reduced(np.array([[0.0] * hypothesis.nuisances + [amount]]))
     omega2, vectors = eigh(reduced.stiffness[0], reduced.mass[0])
     return np.sqrt(omega2), reduced.shapes[0] @ vectors
@@ -89,20 +89,20 @@ def reduced_modes(plant: Plant, candidate: Candidate, amount: float) -> tuple[Fl
 
 def frequency_error(name: str, more: int = MORE) -> float:
     effect, amount, _ = EFFECTS[name]
-    omega, _ = reduced_modes(bridge_plant(more), chosen(bridge_candidates(), effect), amount)
+    omega, _ = reduced_modes(bridge_model(more), chosen(bridge_candidates(), effect), amount)
     return float(np.abs(omega[:MODES] / whole(name).omega - 1).max())
 
 
 @pytest.mark.parametrize("name", EFFECTS)
 def test_frequencies_and_shapes_are_those_of_the_whole_bridge(name: str) -> None:
     effect, amount, error = EFFECTS[name]
-    plant = bridge_plant()
-    assert plant.size == KEPT
-    omega, shapes = reduced_modes(plant, chosen(bridge_candidates(), effect), amount)
-    assert np.abs(whole(name).omega / plant.modes[0][:MODES] - 1).max() > 0.04  # the effect is large
+    nominal = bridge_model()
+    assert nominal.size == KEPT
+    omega, shapes = reduced_modes(nominal, chosen(bridge_candidates(), effect), amount)
+    assert np.abs(whole(name).omega / nominal.modes[0][:MODES] - 1).max() > 0.04  # the effect is large
     assert len(omega) == KEPT + (name == "soft support")  # which brings one more below the low-pass
     assert np.abs(omega[:MODES] / whole(name).omega - 1).max() < error
-    rows = plant.rows(SENSORS)
+    rows = nominal.rows(SENSORS)
     found, true = rows @ shapes[:, :MODES], rows @ whole(name).shapes  # (sensor, mode), both normalised by mass
     found = found * np.sign(np.sum(found * true, axis=0))
     assert np.abs(found - true).max() < np.sqrt(error) * np.abs(true).max()
@@ -125,12 +125,12 @@ def test_error_falls_with_the_modes_in_the_basis(name: str) -> None:
 @pytest.mark.parametrize("name", LOCAL)
 def test_modes_without_static_responses_are_far_worse(name: str) -> None:
     effect, amount, _ = EFFECTS[name]
-    plant, candidate = bridge_plant(), chosen(bridge_candidates(), effect)
+    nominal, candidate = bridge_model(), chosen(bridge_candidates(), effect)
     assert isinstance(candidate, MatrixCandidate)
     size = float(candidate.amount(np.array([amount]))[0])
     M, K = (
-        plant.basis.T @ ((matrix + size * change) @ plant.basis)
-        for matrix, change in ((plant.mass, candidate.changes[0]), (plant.stiffness, candidate.changes[2]))
+        nominal.basis.T @ ((matrix + size * change) @ nominal.basis)
+        for matrix, change in ((nominal.mass, candidate.changes[0]), (nominal.stiffness, candidate.changes[2]))
     )
     omega = np.sqrt(eigh(K, M, eigvals_only=True)[:MODES])
     bare = float(np.abs(omega / whole(name).omega - 1).max())
@@ -141,7 +141,7 @@ def test_modes_without_static_responses_are_far_worse(name: str) -> None:
 @pytest.mark.parametrize("name", ["cable", "restraint", "soft support"])
 def test_what_an_effect_stiffens_it_damps_as_exudyn_does(name: str) -> None:
     effect, amount, _ = EFFECTS[name]
-    hypothesis = Hypothesis(bridge_plant(), (chosen(bridge_candidates(), effect),))
+    hypothesis = Hypothesis(bridge_model(), (chosen(bridge_candidates(), effect),))
     reduced = hypothesis.reduced(np.array([[0.0] * hypothesis.nuisances + [amount]]))
     omega2, vectors = eigh(reduced.stiffness[0], reduced.mass[0])
     ratios = np.einsum("vm,vw,wm->m", vectors, reduced.damping[0], vectors) / (2 * np.sqrt(omega2))
@@ -165,15 +165,15 @@ def test_frequencies_and_damping_of_an_off_structure_are_those_that_exudyn_gives
     """Every part off by several times the usual, and each damping ratio: of the modes without the effect or with it,
     which they are for a support that gives way in any case.
     """
-    plant = bridge_plant()
+    nominal = bridge_model()
     candidate = chosen(bridge_candidates(), effect)
     lost = replace(candidate, brings=1) if effect.kind == StiffnessChange.kind else candidate  # as the search has it
-    hypothesis = Hypothesis(plant, (lost,))
+    hypothesis = Hypothesis(nominal, (lost,))
     rng, theta = np.random.default_rng(5), np.append(np.zeros(hypothesis.nuisances), amount)
-    theta[: plant.factors] = 3 * plant.spread[: plant.factors] * rng.standard_normal(plant.factors)
-    theta[plant.values] = 1.0 if turning else -1.0
+    theta[: nominal.factors] = 3 * nominal.spread[: nominal.factors] * rng.standard_normal(nominal.factors)
+    theta[nominal.values] = 1.0 if turning else -1.0
     built = bridge()
-    for part, factor in zip(plant.parts, np.exp(theta[: plant.factors]), strict=False):
+    for part, factor in zip(nominal.parts, np.exp(theta[: nominal.factors]), strict=False):
         built = part.scaled(built, float(factor))
     reduced = hypothesis.reduced(theta[None])
     omega2, vectors = eigh(reduced.stiffness[0], reduced.mass[0])
@@ -182,7 +182,7 @@ def test_frequencies_and_damping_of_an_off_structure_are_those_that_exudyn_gives
     assert np.abs(np.sqrt(omega2) / true.omega - 1).max() < error
     ratios = np.einsum("vm,vw,wm->m", vectors, reduced.damping[0], vectors) / (2 * np.sqrt(omega2))
     before = true if turning or isinstance(lost, SupportCandidate) else natural_modes(linearise(built), len(omega2))
-    factors = np.exp(theta[len(plant.parts) : plant.factors])[: len(before.omega)]
+    factors = np.exp(theta[len(nominal.parts) : nominal.factors])[: len(before.omega)]
     more = np.where(before.frequencies[: len(factors)] < 30, factors - 1, 0.0)  # beyond the low-pass as drawn
     added = 2 * before.damping_ratio[: len(factors)] * before.omega[: len(factors)] * more
     now, then = (modes.shapes[model.dofs.free] for modes in (true, before))
@@ -193,14 +193,14 @@ def test_frequencies_and_damping_of_an_off_structure_are_those_that_exudyn_gives
 
 def varied_deck(part: int, grid: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return M and K (variant, vector, vector) with one uncertain part's log stiffness on a grid."""
-    basis = Hypothesis(bridge_plant()).basis
+    basis = Hypothesis(bridge_model()).basis
     K = basis.stiffness + (np.exp(grid) - 1)[:, None, None] * basis.parts[part]
     return np.repeat(basis.mass[None], len(grid), axis=0), K
 
 
 @pytest.mark.parametrize("elements", [29, 57], ids=["left tower", "cable 57"])
 def test_coordinates_keep_their_meaning_while_modes_mix(elements: int) -> None:
-    parts = bridge_plant().parts
+    parts = bridge_model().parts
     (part,) = (i for i, p in enumerate(parts) if p.quantity == "stiffness" and elements in p.elements)
     grid = np.linspace(-0.1, 0.1, 41)
     M, K = varied_deck(part, grid)
@@ -218,7 +218,7 @@ def test_coordinates_keep_their_meaning_while_modes_mix(elements: int) -> None:
 
 
 def test_turned_modes_follow_the_nearly_equal_frequencies() -> None:
-    omega, _ = bridge_plant().modes
+    omega, _ = bridge_model().modes
     first, last = omega[list(TWINS)] / (2 * np.pi)
     assert (first, last) == pytest.approx((20.007, 20.288), abs=1e-3)
 
@@ -227,10 +227,10 @@ def test_turned_modes_follow_the_nearly_equal_frequencies() -> None:
     "effect", [StiffnessChange((2,), 0.3), AddedMass(3, 2.0), SupportSpring(4, "x", 0.5)], ids=lambda item: item.kind
 )
 def test_chain_is_taken_as_it_is(effect: Effect) -> None:
-    plant = plant_of(CHAIN)
-    candidate = chosen(candidates_of(CHAIN, plant), effect)
-    assert basis_of(plant, (candidate,)).shapes is plant.basis
+    nominal = nominal_model_of(CHAIN)
+    candidate = chosen(candidates_of(CHAIN, nominal), effect)
+    assert basis_of(nominal, (candidate,)).shapes is nominal.basis
     (amount,) = (value for value in effect.parameters.values() if isinstance(value, float))
-    omega, _ = reduced_modes(plant, candidate, amount)
+    omega, _ = reduced_modes(nominal, candidate, amount)
     exact = natural_modes(linearise(four_dof().with_effects(effect)), 4).omega
     assert omega == pytest.approx(exact, rel=1e-10)  # rounding: nothing is left out

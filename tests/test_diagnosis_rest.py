@@ -31,7 +31,7 @@ def with_rest(setting: Setting, rest: FloatArray) -> Fit:
     """
     (batch,) = setting.lengths.whole
     spoilt = replace(batch, data=batch.data + rest * setting.noise_model.sigma)
-    found = fit(setting.nominal, setting.nominal.centre, (spoilt,), setting.noise_model)
+    found = fit(setting.nominal_hypothesis, setting.nominal_hypothesis.centre, (spoilt,), setting.noise_model)
     assert found is not None
     return found
 

@@ -33,7 +33,7 @@ from hybrid.diagnosis.contest.search import contest
 from hybrid.diagnosis.fitting.config import CALIBRATION
 from hybrid.diagnosis.fitting.least_squares import Fit, fit
 from hybrid.diagnosis.nominal.candidates import all_candidates
-from hybrid.diagnosis.nominal.plant import Plant, plant_of
+from hybrid.diagnosis.nominal.nominal_model import NominalModel, nominal_model_of
 from hybrid.diagnosis.recorded.batches import Batch
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.recorded.sensor_outputs import SensorOutputs
@@ -51,20 +51,20 @@ NOISE = 0.01  # of each channel's rms
 
 
 @cache
-def bridge_plant() -> Plant:
+def bridge_model() -> NominalModel:
     recording = Recording("r", np.ones((1, SAMPLES, len(FITTED))))
-    return plant_of(Dataset(bridge(), RATE, FITTED, (recording,), 30.0, Assumptions(modes=MOVING)))
+    return nominal_model_of(Dataset(bridge(), RATE, FITTED, (recording,), 30.0, Assumptions(modes=MOVING)))
 
 
 @cache
 def linear_candidates() -> tuple[Candidate, ...]:
     """Causes of the matrices; with the laws a test would take several times as long."""
-    plant = bridge_plant()
+    nominal = bridge_model()
     data = np.random.default_rng(1).standard_normal((1, SAMPLES, len(FITTED)))
     dataset = Dataset(bridge(), RATE, FITTED, (Recording("r", data),), 30.0)
-    q = np.random.default_rng(2).standard_normal((2, 10, plant.size)) / [[plant.modes[0]], [np.ones(plant.size)]]
-    motion = Motion(q[0] @ plant.modes[1].T, q[1] @ plant.modes[1].T)
-    found = all_candidates(plant, dataset, motion, tuple(range(len(FITTED))))
+    q = np.random.default_rng(2).standard_normal((2, 10, nominal.size)) / [[nominal.modes[0]], [np.ones(nominal.size)]]
+    motion = Motion(q[0] @ nominal.modes[1].T, q[1] @ nominal.modes[1].T)
+    found = all_candidates(nominal, dataset, motion, tuple(range(len(FITTED))))
     return tuple(c for c in found if isinstance(c, MatrixCandidate | ModeCandidate | SensorCandidate))
 
 
@@ -78,7 +78,7 @@ def recorded(effect: Effect, moving: int = MOVING) -> tuple[Fit, NoiseModel]:
     sigma = NOISE * data.std(axis=(0, 1))
     batch = Batch(data + sigma * rng.standard_normal(data.shape), ("a", "b", "c"))
     noise_model = NoiseModel(FITTED, RATE, sigma)
-    nominal = Hypothesis(bridge_plant())
+    nominal = Hypothesis(bridge_model())
     found = fit(nominal, nominal.centre, (batch,), noise_model)
     assert found is not None
     return found, noise_model
@@ -131,8 +131,8 @@ def test_a_support_that_gives_way_is_scanned_within_a_fifth_of_any_compliance() 
 
 def chain_system() -> System:
     """Return the chain with a gain, a delay and a drift in its sensors."""
-    plant = plant_of(Dataset(four_dof(), 10.0, CHAIN_SENSORS, (Recording("r", np.ones((1, 20, 5))),)))
-    hypothesis = Hypothesis(plant)
+    nominal = nominal_model_of(Dataset(four_dof(), 10.0, CHAIN_SENSORS, (Recording("r", np.ones((1, 20, 5))),)))
+    hypothesis = Hypothesis(nominal)
     plain = system_of(hypothesis, np.zeros((1, hypothesis.nuisances)), SensorOutputs.measured(CHAIN_SENSORS, 10.0))
     gain, delay, slope = np.array([[1.0, 0.7, 1.0, 1.3, 1.0], [0.0, 0.03, -0.25, 0.0, 0.1], [0.0, 0.0, 0.2, 0.0, -0.1]])
     return replace(plain, gain=gain[None], delay=delay[None], slope=slope[None])
@@ -237,8 +237,8 @@ def test_supports_that_give_way_and_time_steps_are_begun_where_calibrated_factor
     assert begun.is_drawn and begun.gain == 0
     places = [trial.candidate.location for trial in trials.values()]
     assert {(place["node"], place["direction"]) for place in places} == {
-        (int(bridge_plant().dofs.node[row]), str(bridge_plant().dofs.direction[row]))
-        for row in np.flatnonzero(~bridge_plant().dofs.free)
+        (int(bridge_model().dofs.node[row]), str(bridge_model().dofs.direction[row]))
+        for row in np.flatnonzero(~bridge_model().dofs.free)
     }
 
 
@@ -257,7 +257,7 @@ def test_a_lost_element_brings_the_mode_that_comes_down_into_the_band() -> None:
     begun = {more: replace(trials[3].candidate, brings=more) for more in (0, 1)}
     left = {}
     for more, candidate in begun.items():
-        hypothesis = Hypothesis(bridge_plant(), (candidate,))
+        hypothesis = Hypothesis(bridge_model(), (candidate,))
         found = fit(hypothesis, np.append(np.zeros(hypothesis.nuisances), 0.05), base.batches, noise_model)
         assert found is not None
         left[more] = found.chi2 / found.values
@@ -268,10 +268,10 @@ def test_a_lost_element_brings_the_mode_that_comes_down_into_the_band() -> None:
 @pytest.mark.slow
 def test_a_cause_that_a_calibrated_factor_hides_takes_its_place() -> None:
     """Damping four times as large leaves nothing, the calibration fourteen of its deviations off."""
-    base, noise_model = recorded(ModalDamping((3,), 4 * float(bridge_plant().own_ratios[2])))
+    base, noise_model = recorded(ModalDamping((3,), 4 * float(bridge_model().own_ratios[2])))
     first = confounded_candidates(base, linear_candidates())[0]
     assert first.candidate.key == "modal_damping {'modes': [3]}"
-    assert first.start[0] == pytest.approx(4 * bridge_plant().own_ratios[2], rel=0.05)  # noise of 1 % for a second
+    assert first.start[0] == pytest.approx(4 * bridge_model().own_ratios[2], rel=0.05)  # noise of 1 % for a second
     tested = next(t for t in screen(base, linear_candidates(), noise_model) if t.candidate.key == first.candidate.key)
     assert tested.gain < 0.2 * first.gain  # to first order the factor does the same, and hides it
     best = contest(ReferenceFits(base, base), linear_candidates(), Lengths((base.batches,)), noise_model, kept=4)[0]

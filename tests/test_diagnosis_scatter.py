@@ -16,18 +16,18 @@ from fe_models.recordings import Assumptions, Dataset, Uncertainty
 from fe_models.structure import Beam, Cable, Structure
 from hybrid.diagnosis.fitting.least_squares import fit
 from hybrid.diagnosis.nominal.config import SCATTER
-from hybrid.diagnosis.nominal.plant import Plant, plant_of
+from hybrid.diagnosis.nominal.nominal_model import NominalModel, nominal_model_of
 from hybrid.diagnosis.nominal.scatter import NO_SCATTER
 from hybrid.diagnosis.outcome.extend import extended_structure
 from hybrid.diagnosis.recorded.batches import Batch
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.response.hypothesis import Hypothesis
-from tests.test_diagnosis_left_out import FITTED, MOVING, RATE, SAMPLES, chosen, plant_with
+from tests.test_diagnosis_left_out import FITTED, MOVING, RATE, SAMPLES, chosen, model_with
 
 
-def without_patterns(plant: Plant) -> Plant:
-    plant = plant.undispersed
-    return replace(plant, scatter=NO_SCATTER, spread=plant.spread[: plant.factors], turns=False)
+def without_patterns(nominal: NominalModel) -> NominalModel:
+    nominal = nominal.undispersed
+    return replace(nominal, scatter=NO_SCATTER, spread=nominal.spread[: nominal.factors], turns=False)
 
 
 def frequencies(structure: Structure, count: int) -> FloatArray:
@@ -55,7 +55,7 @@ def recorded(structure: Structure, rng: np.random.Generator) -> tuple[Batch, Noi
 
 
 def test_patterns_are_as_independent_as_the_elements() -> None:
-    scatter = plant_with(None).scatter
+    scatter = model_with(None).scatter
     np.testing.assert_allclose(scatter.weights @ scatter.weights.T, np.eye(len(scatter.weights)), atol=1e-12)
     assert len(scatter.weights) >= MOVING  # as many as frequencies, and what shapes feel besides
     assert scatter.elements == tuple(range(1, 53))  # the beams; each cable is uncertain by itself
@@ -63,8 +63,8 @@ def test_patterns_are_as_independent_as_the_elements() -> None:
 
 def test_what_patterns_leave_moves_no_frequency() -> None:
     """To first order: 2 % at random, less its patterns, moves frequencies by some (2 %)^2."""
-    plant, rng = plant_with(None), np.random.default_rng(3)
-    scatter, before = plant.scatter, frequencies(bridge(), MOVING)
+    nominal, rng = model_with(None), np.random.default_rng(3)
+    scatter, before = nominal.scatter, frequencies(bridge(), MOVING)
     amounts = 0.02 * rng.standard_normal(len(scatter.elements))
     rest = amounts - amounts @ scatter.weights.T @ scatter.weights
     whole, orthogonal = (
@@ -76,13 +76,15 @@ def test_what_patterns_leave_moves_no_frequency() -> None:
 
 
 def test_the_extended_structure_has_the_frequencies_of_the_fit() -> None:
-    plant = plant_with(None)
-    theta = np.zeros(len(plant.spread))
-    theta[plant.factors : plant.values] = 0.01 * np.random.default_rng(4).standard_normal(len(plant.scatter.weights))
-    reduced = Hypothesis(plant).reduced(theta[None])
+    nominal = model_with(None)
+    theta = np.zeros(len(nominal.spread))
+    theta[nominal.factors : nominal.values] = 0.01 * np.random.default_rng(4).standard_normal(
+        len(nominal.scatter.weights)
+    )
+    reduced = Hypothesis(nominal).reduced(theta[None])
     omega2 = np.linalg.eigvals(np.linalg.solve(reduced.mass[0], reduced.stiffness[0])).real
     omega2 = np.sort(omega2)[:MOVING]
-    built = frequencies(extended_structure(plant, theta, ()), MOVING)
+    built = frequencies(extended_structure(nominal, theta, ()), MOVING)
     moved = np.abs(built / frequencies(bridge(), MOVING) - 1).max()
     # The basis has 25 modes of the drawn bridge; what the others would change is of second order.
     np.testing.assert_allclose(np.sqrt(omega2) / (2 * np.pi), built, rtol=0.01 * moved)
@@ -90,14 +92,14 @@ def test_the_extended_structure_has_the_frequencies_of_the_fit() -> None:
 
 def test_stated_deviation_holds_where_elements_are_off_by_themselves() -> None:
     mass, found = chosen(AddedMass.kind, node=12), []
-    plants = without_patterns(plant_with(None)), plant_with(None)
+    models = without_patterns(model_with(None)), model_with(None)
     for seed in range(12):
         rng = np.random.default_rng(seed)
         batch, noise_model = recorded(
             scattered(rng, SCATTER.element_std_share * 0.01).with_effects(AddedMass(12, 0.1)), rng
         )
-        for plant in plants:
-            hypothesis = Hypothesis(plant, (mass,))
+        for nominal in models:
+            hypothesis = Hypothesis(nominal, (mass,))
             item = fit(hypothesis, np.append(np.zeros(hypothesis.nuisances), 0.1), (batch,), noise_model)
             assert item is not None
             found.append((item.theta[-1] - 0.1) / np.sqrt(item.covariance[-1, -1]))
@@ -109,6 +111,6 @@ def test_stated_deviation_holds_where_elements_are_off_by_themselves() -> None:
 
 
 def test_a_chain_and_a_certain_stiffness_have_none() -> None:
-    assert plant_of(Dataset(four_dof(), 10.0, (), ())).scatter is NO_SCATTER
+    assert nominal_model_of(Dataset(four_dof(), 10.0, (), ())).scatter is NO_SCATTER
     certain = Assumptions(modes=3, uncertainty=Uncertainty(stiffness=0.0))
-    assert plant_of(Dataset(bridge(), RATE, FITTED, (), 30.0, certain)).scatter is NO_SCATTER
+    assert nominal_model_of(Dataset(bridge(), RATE, FITTED, (), 30.0, certain)).scatter is NO_SCATTER

@@ -28,7 +28,7 @@ from hybrid.diagnosis.fitting.least_squares import Step, fit
 from hybrid.diagnosis.fitting.linearisation import linearise_batch
 from hybrid.diagnosis.nominal.candidates import all_candidates
 from hybrid.diagnosis.nominal.loads import Loads
-from hybrid.diagnosis.nominal.plant import plant_of
+from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.marching import respond
 from hybrid.diagnosis.response.system import System
@@ -41,7 +41,9 @@ def test_harmonic_force_has_its_amplitude_where_it_acts() -> None:
     (cause,) = case.truth
     assert isinstance(cause, HarmonicForce)
     batches, noise_model = gauge_of(case.dataset)
-    hypothesis = Hypothesis(plant_of(case.dataset), (candidate(case.dataset, "harmonic_force", node=cause.node),))
+    hypothesis = Hypothesis(
+        nominal_model_of(case.dataset), (candidate(case.dataset, "harmonic_force", node=cause.node),)
+    )
     found = fit(hypothesis, np.append(np.zeros(hypothesis.nuisances), cause.frequency + 0.003), batches, noise_model)
     assert found is not None
     seen = harmonic_amplitude(found, 0)
@@ -97,7 +99,9 @@ def test_drift_goes_on_from_segment_to_segment() -> None:
     case = blind_case(5, BlindConfig(("sensor_drift",), size=0.8, train=3, test=1, duration=30.0))
     (cause,) = case.truth
     batches, noise_model = gauge_of(case.dataset)
-    hypothesis = Hypothesis(plant_of(case.dataset), (candidate(case.dataset, "sensor_drift", **cause.location),))
+    hypothesis = Hypothesis(
+        nominal_model_of(case.dataset), (candidate(case.dataset, "sensor_drift", **cause.location),)
+    )
     short = lengths_of(batches, hypothesis.states).cut[0]
     assert short[0].pieces > 1
     found = fit(hypothesis, hypothesis.centre, short, noise_model)
@@ -127,7 +131,7 @@ def test_force_law_that_comes_is_found_in_its_recordings() -> None:
 def test_nothing_comes_where_recordings_hardly_ask_for_amounts_of_their_own() -> None:
     """A stiffness that drifts in each of them: sorting the recordings by force laws would take longest."""
     setting = setting_of(blind_case(75501, BlindConfig(("drifting_stiffness",), off=True)).dataset)
-    nominal, noise_model, lengths = setting.nominal, setting.searched, setting.lengths
+    nominal, noise_model, lengths = setting.nominal_hypothesis, setting.searched, setting.lengths
     ground = reference_fits_of(nominal, nominal.centre, lengths, noise_model, setting.short)
     assert ground is not None
     asked = asked_for(ground.short, setting.candidates(), noise_model)
@@ -138,7 +142,7 @@ def test_nothing_comes_where_recordings_hardly_ask_for_amounts_of_their_own() ->
 def test_one_hypothesis_reached_twice_counts_once() -> None:
     dataset = blind_case(3, BlindConfig(train=2, test=1, duration=15.0)).dataset
     base = nominal_fit(dataset, *gauge_of(dataset))
-    found = posterior_of((base, base), all_candidates(plant_of(dataset), dataset, MOTION, MEASURED))
+    found = posterior_of((base, base), all_candidates(nominal_model_of(dataset), dataset, MOTION, MEASURED))
     assert len(found.fits) == 1
     assert found.probability[0] == 1.0
 
@@ -147,7 +151,7 @@ def test_place_that_is_less_probable_beforehand_is_so_afterwards() -> None:
     dataset = blind_case(3, BlindConfig(train=2, test=1, duration=15.0)).dataset
     batches, noise_model = gauge_of(dataset)
     usual = candidate(dataset, "added_mass", node=2)
-    hypothesis = Hypothesis(plant_of(dataset), (usual,))
+    hypothesis = Hypothesis(nominal_model_of(dataset), (usual,))
     found = fit(hypothesis, hypothesis.centre, batches, noise_model)
     assert found is not None
     rare = replace(usual, location={"node": 9}, weight=0.1)  # as good in every other way
@@ -184,7 +188,7 @@ def test_stiffness_is_known_no_better_than_its_uncertainty_allows() -> None:
     setting = setting_of(case.dataset)
     friction = candidate(case.dataset, "coulomb_friction", node=1)
     factor = candidate(case.dataset, "stiffness_change", element=2)
-    hypothesis = Hypothesis(setting.plant, (friction, factor))
+    hypothesis = Hypothesis(setting.nominal, (friction, factor))
     begun = np.concatenate([np.zeros(hypothesis.nuisances), [0.15, friction.neutral[1], 0.5]])
     found = fit_growing(hypothesis, begun, setting.lengths, setting.searched, setting.short)
     assert found is not None
@@ -232,7 +236,7 @@ def test_each_of_two_causes_is_tried_alone() -> None:
     setting = setting_of(case.dataset)
     force = candidate(case.dataset, "harmonic_force", node=2)
     spring = candidate(case.dataset, "cubic_spring", **cause.location)
-    pair = Hypothesis(setting.plant, (force, spring))
+    pair = Hypothesis(setting.nominal, (force, spring))
     start = np.concatenate([np.zeros(pair.nuisances), [0.3, cause.parameters["stiffness"]]])
     states = padded(setting.short, pair)
     both = fit(pair, start, setting.lengths.cut[0], setting.searched, states)
@@ -264,13 +268,13 @@ def begun(cause: Candidate, **marks: bool) -> Screened:
 
 def test_one_kind_of_law_does_not_crowd_out_the_others() -> None:
     dataset = blind_case(33021, BlindConfig()).dataset
-    plant = plant_of(dataset)
+    nominal = nominal_model_of(dataset)
     nodes = (1, 2, 3, 4)
     cubic, drag = (
         [candidate(dataset, kind, node=node) for node in nodes] for kind in ("cubic_spring", "quadratic_damper")
     )
     laws = [*cubic, *drag, candidate(dataset, "gap_stop", node=2)]
-    steps = [(begun(law), Step(Hypothesis(plant, (law,)), np.zeros(1), (), float(i))) for i, law in enumerate(laws)]
+    steps = [(begun(law), Step(Hypothesis(nominal, (law,)), np.zeros(1), (), float(i))) for i, law in enumerate(laws)]
     kept = [step.hypothesis.candidates[0].key for step in foremost(steps, Odds.among(laws, 1.0))]
     assert kept == [law.key for law in (*cubic[:2], *drag[:2], laws[-1])]
 
@@ -288,18 +292,18 @@ def test_kind_that_has_but_improbable_places_is_as_improbable() -> None:
 @pytest.mark.parametrize("more", [10.0, 30.0])
 def test_of_causes_that_promise_nearly_the_same_both_go_on(more: float) -> None:
     dataset = blind_case(33021, BlindConfig()).dataset
-    plant = plant_of(dataset)
+    nominal = nominal_model_of(dataset)
     rare, usual = (candidate(dataset, "added_mass", node=node) for node in (2, 4))
     rare = replace(rare, weight=0.1)
     odds = Odds.among((rare, usual), alike=4.0)  # four values tell as much as one: log(10) is worth 2 x 4 x 2.3 = 18
     gains = ((rare, 50.0 + more), (usual, 50.0))
-    trials = [Screened(item, (1.0,), gain, np.zeros(plant.values)) for item, gain in gains]
+    trials = [Screened(item, (1.0,), gain, np.zeros(nominal.values)) for item, gain in gains]
     assert len(promising([trials], [], 1, odds)) == 2  # 8 and 12 apart: whole recordings may decide
 
 
 def test_beside_a_law_of_each_kind_the_most_promising_go_on() -> None:
     dataset = blind_case(33021, BlindConfig()).dataset
-    still = np.zeros(plant_of(dataset).values)
+    still = np.zeros(nominal_model_of(dataset).values)
     mass, stiff = candidate(dataset, "added_mass", node=2), candidate(dataset, "stiffness_change", element=3)
     few = [Screened(mass, (1.0,), gain, still) for gain in (3.0, 1.0)]
     many = [Screened(stiff, (1.0,), float(gain), still, leads=gain == 5) for gain in range(20)]
@@ -310,7 +314,7 @@ def test_beside_a_law_of_each_kind_the_most_promising_go_on() -> None:
 
 def test_twice_as_many_go_on_of_those_that_are_ranked_by_their_modes() -> None:
     dataset = blind_case(33021, BlindConfig()).dataset
-    nuisances = np.zeros(plant_of(dataset).values)
+    nuisances = np.zeros(nominal_model_of(dataset).values)
     causes = [candidate(dataset, "stiffness_change", element=element) for element in (1, 2, 3, 4)]
     gains = 1e4 * np.arange(4, 0, -1)  # far apart: none goes on for being near another
     by_modes, tested = (

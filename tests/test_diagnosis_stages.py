@@ -27,12 +27,18 @@ NAMES = [sensor.name for sensor in SENSORS]
 def searched(dataset: Dataset, effect: Effect, size: float) -> tuple[Search, list[Fit]]:
     """Return the search of a dataset, and the fits without any cause and with an ``effect`` of that ``size``."""
     setting = setting_of(dataset)
-    ground = reference_fits_of(setting.nominal, setting.nominal.centre, setting.lengths, setting.noise_model)
+    ground = reference_fits_of(
+        setting.nominal_hypothesis, setting.nominal_hypothesis.centre, setting.lengths, setting.noise_model
+    )
     assert ground is not None
     base, candidates = ground.whole, setting.candidates()
     (cause,) = (c for c in candidates if c.kind == effect.kind and c.location == effect.location)
     best = fit(
-        setting.nominal.adding(cause), np.append(base.theta, size), base.batches, setting.noise_model, base.states
+        setting.nominal_hypothesis.adding(cause),
+        np.append(base.theta, size),
+        base.batches,
+        setting.noise_model,
+        base.states,
     )
     assert best is not None
     return Search(ground, setting.lengths, candidates, setting.noise_model, setting.noise_model, setting.band, str), [

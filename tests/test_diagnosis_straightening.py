@@ -17,7 +17,7 @@ def test_geometry_is_taken_along_a_better_place() -> None:
     evidence = gather(setting_of(case.dataset), lambda _: None)
     best, *others = evidence.posterior.fits
     (found,) = best.hypothesis.candidates
-    assert best.hypothesis.plant.geometry is not None
+    assert best.hypothesis.nominal.geometry is not None
     assert (found.kind, found.location["node"]) == (cause.kind, cause.location["node"])
     next_best = min(other.cost for other in others if other.hypothesis.candidates)
     assert best.cost + 500 < next_best  # measured: 1238 behind, of a sum of squares that is 24 000 of noise alone

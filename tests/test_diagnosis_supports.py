@@ -62,7 +62,7 @@ def test_support_that_gives_in_some_recordings_is_fitted_there() -> None:
     parts = (*before.recordings[:2], *after.recordings[2:])
     setting = setting_of(replace(before, recordings=parts))
     ground = reference_fits_of(
-        setting.nominal, setting.nominal.centre, setting.lengths, setting.searched, setting.short
+        setting.nominal_hypothesis, setting.nominal_hypothesis.centre, setting.lengths, setting.searched, setting.short
     )
     assert ground is not None
     asked = Asked(
@@ -81,10 +81,10 @@ def test_harmonic_force_is_told_beside_a_support_that_gives_in_some_recordings()
         candidate_of(setting, kind, place)
         for kind, place in (("support_spring", FOOT), ("harmonic_force", {"node": 2, "direction": "x"}))
     )
-    hypothesis = setting.nominal.adding(support).adding(shaken)
+    hypothesis = setting.nominal_hypothesis.adding(support).adding(shaken)
     (batch,) = setting.lengths.whole
     batches = (replace(batch.take([0, 1]), off=(0,)), batch.take([2]))
-    theta = np.array([*setting.nominal.centre, *support.lower, force.frequency])
+    theta = np.array([*setting.nominal_hypothesis.centre, *support.lower, force.frequency])
     item = fit(hypothesis, theta, batches, setting.noise_model)
     assert item is not None
     assert harmonic_amplitude(item, 1).amplitude == pytest.approx(force.amplitude, rel=0.1)  # the contract's bound
@@ -96,11 +96,11 @@ def test_entries_of_a_mode_that_a_support_brings_count_up_to_a_low_pass() -> Non
     setting = setting_of(replace(given, model=masts()))
     foot = candidate_of(setting, "support_spring", FOOT)
     machine = next(c for c in setting.candidates() if isinstance(c, HarmonicCandidate))
-    modes = setting.plant.modes[0] / (2 * np.pi)
+    modes = setting.nominal.modes[0] / (2 * np.pi)
     for lowpass, counted in ((None, 2), (LowPass(1e6), 2), (LowPass(0.8 * modes[-1]), 0)):
-        plant = replace(setting.plant, lowpass=lowpass)
+        nominal = replace(setting.nominal, lowpass=lowpass)
         for candidates, more in (((foot,), counted), ((machine,), 2), ((foot, machine), 2 + counted)):
-            hypothesis = Hypothesis(plant, candidates)
+            hypothesis = Hypothesis(nominal, candidates)
             theta = hypothesis.centre.copy()
             theta[hypothesis.slices[0]] = 1 / SPRING.stiffness if candidates[0] is foot else 3.0
             states = (np.zeros((5, hypothesis.states)),)
@@ -114,8 +114,8 @@ def test_what_a_support_brings_is_the_highest_mode_whatever_the_coordinates_hold
     tied = masts(apart=3.0)
     tied = replace(tied, elements=(*tied.elements, Beam((3, 6), TUBE)))
     setting = setting_of(recorded(tied))
-    hypothesis = setting.nominal.adding(candidate_of(setting, "support_spring", FOOT))
-    theta = np.append(setting.nominal.centre, 1 / 2e5)
+    hypothesis = setting.nominal_hypothesis.adding(candidate_of(setting, "support_spring", FOOT))
+    theta = np.append(setting.nominal_hypothesis.centre, 1 / 2e5)
     reduced = hypothesis.reduced(theta[None])
     shapes = eigenmodes(reduced.mass, reduced.stiffness).shapes[0]
     n = hypothesis.size

@@ -27,7 +27,7 @@ from fe_models.recordings import Assumptions, Dataset, Recording
 from fe_models.simulation import FreeConfig, simulate_free
 from hybrid.diagnosis.fitting.least_squares import Fit, fit
 from hybrid.diagnosis.nominal.candidates import all_candidates
-from hybrid.diagnosis.nominal.plant import Plant, plant_of
+from hybrid.diagnosis.nominal.nominal_model import NominalModel, nominal_model_of
 from hybrid.diagnosis.recorded.batches import Batch
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.recorded.sensor_outputs import SensorOutputs
@@ -44,8 +44,8 @@ EXACT = Dataset(four_dof(), RATE, SENSORS, (Recording("r", np.random.default_rng
 START = np.random.default_rng(0).standard_normal((2, 3, 4))  # displacement and velocity of three motions
 
 
-def candidates(plant: Plant) -> tuple[Candidate, ...]:
-    return all_candidates(plant, EXACT, Motion(START[0], START[1]), (0, 1, 2, 3))
+def candidates(nominal: NominalModel) -> tuple[Candidate, ...]:
+    return all_candidates(nominal, EXACT, Motion(START[0], START[1]), (0, 1, 2, 3))
 
 
 def shown_by_exudyn(*effects: Effect) -> FloatArray:
@@ -69,8 +69,8 @@ LAWS: list[tuple[Effect, list[float], float]] = [  # the last number: largest er
 ]
 
 
-def chosen(plant: Plant, effect: Effect) -> Candidate:
-    found = [c for c in candidates(plant) if c.kind == effect.kind and effect.location.items() <= c.location.items()]
+def chosen(nominal: NominalModel, effect: Effect) -> Candidate:
+    found = [c for c in candidates(nominal) if c.kind == effect.kind and effect.location.items() <= c.location.items()]
     if isinstance(effect, GapStop):
         found = [c for c in found if c.location["side"] == effect.side]
     (candidate,) = found
@@ -78,8 +78,8 @@ def chosen(plant: Plant, effect: Effect) -> Candidate:
 
 
 def shown_here(effect: Effect, values: list[float]) -> FloatArray:
-    plant = plant_of(EXACT)
-    hypothesis = Hypothesis(plant, (chosen(plant, effect),))
+    nominal = nominal_model_of(EXACT)
+    hypothesis = Hypothesis(nominal, (chosen(nominal, effect),))
     theta = np.array([[0.0] * hypothesis.nuisances + values])
     system = system_of(hypothesis, theta, OUTPUTS)
     return respond(system, np.concatenate([START[0], START[1]], axis=1)[None], SAMPLES)[0]
@@ -106,10 +106,10 @@ def test_friction_moves_as_in_exudyn_but_for_its_creep() -> None:
 
 def test_the_users_own_newmark_steps_are_shown() -> None:
     dataset = replace(EXACT, assumptions=Assumptions(integrator="newmark", step=0.1))
-    plant = plant_of(dataset)
-    hypothesis = Hypothesis(plant)
+    nominal = nominal_model_of(dataset)
+    hypothesis = Hypothesis(nominal)
     system = system_of(hypothesis, np.zeros((1, hypothesis.nuisances)), OUTPUTS)
-    drawn = Hypothesis(plant_of(EXACT))
+    drawn = Hypothesis(nominal_model_of(EXACT))
     exact = system_of(drawn, np.zeros((1, drawn.nuisances)), OUTPUTS)
     half = 0.05 * exact.A[0]
     step = np.linalg.solve(np.eye(8) - half, np.eye(8) + half)  # the trapezoidal rule
@@ -123,11 +123,11 @@ def weak() -> tuple[Fit, NoiseModel, tuple[Candidate, ...]]:
     """The nominal fit to a motion without noise in which a cubic spring is barely felt."""
     data = shown_by_exudyn(CubicSpring((1,), "x", 1e-3))
     noise_model = NoiseModel(FITTED, RATE, np.full(4, 1e-3))
-    plant = plant_of(EXACT)
-    nominal = Hypothesis(plant)
-    found = fit(nominal, nominal.centre, (Batch(data, ("a", "b", "c")).cut(60),), noise_model)
+    nominal = nominal_model_of(EXACT)
+    hypothesis = Hypothesis(nominal)
+    found = fit(hypothesis, hypothesis.centre, (Batch(data, ("a", "b", "c")).cut(60),), noise_model)
     assert found is not None
-    return found, noise_model, candidates(plant)
+    return found, noise_model, candidates(nominal)
 
 
 def test_score_test_finds_kind_place_and_size(weak: tuple[Fit, NoiseModel, tuple[Candidate, ...]]) -> None:
@@ -174,10 +174,10 @@ def test_responses_of_laws_equal_differences(weak: tuple[Fit, NoiseModel, tuple[
 
 def test_fit_returns_hidden_factors() -> None:
     case = blind_case(5, BlindConfig(("stiffness_change",), noise=0.0, train=3, test=1, duration=20.0))
-    plant = plant_of(case.dataset)
+    nominal = nominal_model_of(case.dataset)
     (cause,) = case.truth
     assert isinstance(cause, StiffnessChange)
-    hypothesis = Hypothesis(plant, (chosen(plant, cause),))
+    hypothesis = Hypothesis(nominal, (chosen(nominal, cause),))
     data = np.concatenate([recording.data[..., :4] for recording in case.dataset.select("train")])
     noise_model = NoiseModel(FITTED, RATE, 1e-4 * np.ones(4))  # small enough for the prior to have no say
     found = fit(hypothesis, hypothesis.centre, (Batch(data, ("a", "b", "c")).cut(60),), noise_model, iterations=30)

@@ -81,14 +81,14 @@ def test_calibration_astray_may_stand_for_weak_causes_that_are_known() -> None:
     )
 
     def fitted(*candidates: Candidate) -> Fit:
-        hypothesis = Hypothesis(setting.plant, candidates)
+        hypothesis = Hypothesis(setting.nominal, candidates)
         found = fit_growing(hypothesis, hypothesis.centre, setting.lengths, setting.noise_model, setting.short)
         assert found is not None
         return found
 
     def astray(item: Fit) -> Fit:
         off = np.zeros_like(item.theta)
-        last = item.hypothesis.plant.factors - 1
+        last = item.hypothesis.nominal.factors - 1
         off[last] = 5 * item.hypothesis.width[last]
         return replace(item, theta=item.theta + off)
 
@@ -118,7 +118,7 @@ def test_a_weak_cause_next_to_the_one_named_makes_it_less_sure(other: int, liste
     masses = {c.location["node"]: c for c in setting.candidates() if c.kind == "added_mass"}
 
     def with_masses(*nodes: int) -> Fit:
-        hypothesis = Hypothesis(setting.plant, tuple(masses[node] for node in nodes))
+        hypothesis = Hypothesis(setting.nominal, tuple(masses[node] for node in nodes))
         return replace(setting.short, hypothesis=hypothesis, theta=hypothesis.centre)
 
     errors, fits = Errors(3.0, 1.0, 1.0, 0.0), (with_masses(2), with_masses(2, other), with_masses())

@@ -20,7 +20,7 @@ from fe_models.recordings import Assumptions, Dataset, Recording
 from fe_models.simulation import FreeConfig, simulate_free
 from fe_models.structure import Damping, Structure
 from hybrid.diagnosis.diagnosis import diagnose
-from hybrid.diagnosis.nominal.plant import plant_of
+from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
 from hybrid.diagnosis.outcome.extend import extended_structure
 from hybrid.diagnosis.outcome.findings import Finding
 from hybrid.diagnosis.outcome.verdict import Verdict
@@ -69,19 +69,19 @@ def test_nothing_is_wrong_with_the_extended_structure() -> None:
 
 def test_calibrated_damping_is_written_exactly_where_the_modes_stay() -> None:
     """C of the chain couples the modes, more so than calibration changes it; only each mode's own part is scaled."""
-    plant = plant_of(Dataset(four_dof(), 10.0, (), ()))
+    nominal = nominal_model_of(Dataset(four_dof(), 10.0, (), ()))
     factors = np.array([0.7, 1.2, 1.0, 0.9])
-    built = extended_structure(plant, np.append(np.zeros(len(plant.parts)), np.log(factors)), ())
-    nominal = linearise(four_dof())
-    shapes = natural_modes(nominal, 4).shapes
-    before, after = (shapes.T @ full_damping(linear) @ shapes for linear in (nominal, linearise(built)))
+    built = extended_structure(nominal, np.append(np.zeros(len(nominal.parts)), np.log(factors)), ())
+    drawn = linearise(four_dof())
+    shapes = natural_modes(drawn, 4).shapes
+    before, after = (shapes.T @ full_damping(linear) @ shapes for linear in (drawn, linearise(built)))
     np.testing.assert_allclose(after, before * (1 + np.diag(factors - 1)), atol=1e-12)
 
 
 def test_assumed_damping_is_written_into_it_in_place_of_the_structures_own() -> None:
     data = Dataset(four_dof(), 10.0, (), (), assumptions=Assumptions(damping_ratio=0.03))
-    plant = plant_of(data)
-    built = extended_structure(plant, np.zeros(plant.factors), ())
+    nominal = nominal_model_of(data)
+    built = extended_structure(nominal, np.zeros(nominal.factors), ())
     np.testing.assert_allclose(natural_modes(linearise(built), 4).damping_ratio, 0.03, rtol=1e-9)
     assert built.dashpots == ()
 
@@ -89,18 +89,18 @@ def test_assumed_damping_is_written_into_it_in_place_of_the_structures_own() -> 
 def test_damping_that_was_found_outlives_an_assumed_ratio() -> None:
     """The extended structure as the model of the same dataset, whose simulation assumes its ratios again."""
     data = Dataset(four_dof(), 10.0, (), (), assumptions=Assumptions(damping_ratio=0.03))
-    plant = plant_of(data)
+    nominal = nominal_model_of(data)
     found = (finding(ModalDamping((2,), 0.08)), finding(PointDamper((1,), "x", 0.2)))
-    built = extended_structure(plant, np.zeros(plant.factors), found)
-    own = plant_of(replace(data, model=built)).own_ratios
+    built = extended_structure(nominal, np.zeros(nominal.factors), found)
+    own = nominal_model_of(replace(data, model=built)).own_ratios
     shapes, omega = natural_modes(linearise(four_dof()), 4).shapes, natural_modes(linearise(four_dof()), 4).omega
     expected = np.where(np.arange(4) == 1, 0.08, 0.03 + 0.2 * shapes[0] ** 2 / (2 * omega))
     np.testing.assert_allclose(own, expected, rtol=1e-6)
 
 
 def test_it_is_simulated_and_diagnosed_as_a_model(tmp_path: Path) -> None:
-    plant = plant_of(Dataset(four_dof(), 10.0, (), ()))
-    built = extended_structure(plant, np.zeros(plant.factors), (finding(CubicSpring((1,), "x", 0.4)),))
+    nominal = nominal_model_of(Dataset(four_dof(), 10.0, (), ()))
+    built = extended_structure(nominal, np.zeros(nominal.factors), (finding(CubicSpring((1,), "x", 0.4)),))
     save_structure(built, tmp_path / "extended_model.toml")
     options = ["--out", str(tmp_path / "out"), "--no-pictures", "--simulate", "--realisations", "3"]
     sensors = ["--sensor", "4:x:displacement", "--sensor", "1:x"]
@@ -111,16 +111,16 @@ def test_it_is_simulated_and_diagnosed_as_a_model(tmp_path: Path) -> None:
     assert [effect.kind for effect in simulated.model.effects] == ["cubic_spring"]
     recording = Recording("r", simulated.recordings[0].data[:1])
     path = save_dataset(replace(simulated, recordings=(recording,)), tmp_path / "again")
-    assert plant_of(load_dataset(path)).laws
+    assert nominal_model_of(load_dataset(path)).laws
 
 
 def test_calibrated_damping_of_a_mode_that_an_effect_sets_is_written_into_the_effect(tmp_path: Path) -> None:
     """As a modal ratio on top it was negative, and the file refused: nothing was written at all."""
     structure = masts().with_effects(ModalDamping((2,), 0.02))
-    plant = plant_of(recorded(structure))
-    theta, factor = np.zeros(len(plant.spread)), np.exp(-0.05)
-    theta[len(plant.parts) : plant.factors] = -0.05
-    extended = extended_structure(plant, theta, ())
+    nominal = nominal_model_of(recorded(structure))
+    theta, factor = np.zeros(len(nominal.spread)), np.exp(-0.05)
+    theta[len(nominal.parts) : nominal.factors] = -0.05
+    extended = extended_structure(nominal, theta, ())
     save_structure(extended, tmp_path / "extended_model.toml")
     found, drawn = (natural_modes(linearise(s), 4).damping_ratio for s in (extended, structure))
     np.testing.assert_allclose(found, factor * drawn, rtol=1e-6)
@@ -129,6 +129,6 @@ def test_calibrated_damping_of_a_mode_that_an_effect_sets_is_written_into_the_ef
 def test_modes_that_causes_bring_have_the_ratios_of_their_numbers_in_the_list() -> None:
     ratios = (0.01, 0.012, 0.014, 0.016, 0.018, 0.05, 0.06)
     structure = replace(masts(), damping=Damping(modal_ratios=ratios))
-    plant = plant_of(recorded(structure))
-    np.testing.assert_array_equal(plant.ratios_of(8), [*ratios, ratios[-1]])
-    assert len(plant.ratios) < 6
+    nominal = nominal_model_of(recorded(structure))
+    np.testing.assert_array_equal(nominal.ratios_of(8), [*ratios, ratios[-1]])
+    assert len(nominal.ratios) < 6

@@ -27,7 +27,7 @@ SHORT_ITERATIONS = 3  # of each candidate over segments, from a start that has t
 def name_by_aic(dataset: Dataset) -> Answer:
     """Return the cause with the least AIC among all and none, with its Akaike weight."""
     certain = certain_of(dataset)
-    base = fit_growing(certain.nominal, certain.short.theta, certain.lengths, certain.noise_model, certain.short)
+    base = fit_growing(certain.hypothesis, certain.short.theta, certain.lengths, certain.noise_model, certain.short)
     assert base is not None  # a linear system always answers
     fits = [base, *(found for trial in _first(certain) if (found := _whole(trial, certain)) is not None)]
     fits += _forced(base, certain)
@@ -52,7 +52,7 @@ def _first(certain: Certain) -> list[Fit]:
     """Return every candidate's fit over the shortest segments, but harmonic forces', and of those the best."""
     short, found = certain.short, []
     for trial in screen(short, certain.candidates, certain.noise_model):
-        extended = certain.nominal.adding(trial.candidate)
+        extended = certain.hypothesis.adding(trial.candidate)
         theta = np.append(short.theta, trial.start)
         item = fit(extended, theta, short.batches, certain.noise_model, short.states, SHORT_ITERATIONS, CLOSE_ENOUGH)
         if item is not None:
@@ -85,7 +85,7 @@ def _forced(base: Fit, certain: Certain) -> list[Fit]:
         best.setdefault(trial.candidate.key, trial)
     fits = []
     for trial in best.values():
-        extended = certain.nominal.adding(trial.candidate)
+        extended = certain.hypothesis.adding(trial.candidate)
         states = tuple(np.concatenate([part, np.full((len(part), 2), 1e-3)], axis=1) for part in base.states)
         item = fit(extended, np.append(base.theta, trial.start), base.batches, certain.noise_model, states)
         if item is not None:

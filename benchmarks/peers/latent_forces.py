@@ -57,7 +57,7 @@ def latent_forces(certain: Certain) -> LatentForces:
     """Return the forces that the nominal model lacks in the recordings; of several lengths, in those with most data."""
     noise_model = certain.noise_model
     batch = max(certain.lengths.whole, key=lambda item: item.data.size)
-    n = certain.nominal.size
+    n = certain.hypothesis.size
     size = float(np.sqrt(np.mean(np.concatenate(certain.short.states)[:, :n] ** 2)))  # rms
     trials = [_process(certain, size, share) for share in QUICKNESS]
     best = max(trials, key=lambda process: _filtered(process, batch.data, noise_model.sigma)[0])
@@ -66,7 +66,7 @@ def latent_forces(certain: Certain) -> LatentForces:
 
 
 def _process(certain: Certain, size: float, share: float) -> Process:
-    n, dt, sensors = certain.nominal.size, 1 / certain.noise_model.rate, certain.noise_model.sensors
+    n, dt, sensors = certain.hypothesis.size, 1 / certain.noise_model.rate, certain.noise_model.sensors
     M, C, K, shapes = certain.matrices
     accelerations = np.linalg.inv(M) @ np.hstack([-K, -C, np.eye(n)])  # (coordinate, state)
     A = np.zeros((3 * n, 3 * n))
@@ -78,7 +78,7 @@ def _process(certain: Certain, size: float, share: float) -> Process:
     rate = float(np.sqrt(np.diag(K).mean() / np.diag(M).mean()))  # rad/s
     spread = np.repeat([size, size * rate, np.sqrt(share) * elastic], n)
     rows = {"displacement": np.eye(3 * n)[:n], "velocity": np.eye(3 * n)[n : 2 * n], "acceleration": accelerations}
-    picked = certain.nominal.plant.rows(sensors) @ shapes  # (sensor, coordinate)
+    picked = certain.hypothesis.nominal.rows(sensors) @ shapes  # (sensor, coordinate)
     seen = np.array([row @ rows[sensor.quantity] for row, sensor in zip(picked, sensors, strict=True)])
     return Process(step, step @ block[: 3 * n, 3 * n :], seen, np.diag((LOOSE * spread) ** 2))
 

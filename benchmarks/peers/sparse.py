@@ -19,7 +19,7 @@ from fe_models.arrays import TINY, FloatArray
 from fe_models.causes.candidate import Candidate, ForceCandidate, LawCandidate, MatrixCandidate, ModeCandidate
 from fe_models.errors import InputError
 from fe_models.recordings import Dataset
-from hybrid.diagnosis.nominal.plant import Plant
+from hybrid.diagnosis.nominal.nominal_model import NominalModel
 from hybrid.diagnosis.response.forces import force_of
 
 THRESHOLDS = (0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)  # of the residual's norm
@@ -49,7 +49,7 @@ def name_by_regression(dataset: Dataset) -> Answer:
 
 def library(certain: Certain, learned: LatentForces) -> list[Term]:
     """Return the terms: the force at all masses of every candidate that is a force; linear, laws, waves."""
-    plant = certain.nominal.plant
+    nominal = certain.hypothesis.nominal
     M, C, K, shapes = certain.matrices
     x, v = learned.displacement, learned.velocity
     a = -(x @ K + v @ C) @ np.linalg.inv(M)  # as the nominal model has it
@@ -69,8 +69,8 @@ def library(certain: Certain, learned: LatentForces) -> list[Term]:
                 terms += [
                     Term(
                         name,
-                        _law_force(plant, candidate, start, x @ pull, v @ pull) * pull,
-                        _slackness(plant, candidate),
+                        _law_force(nominal, candidate, start, x @ pull, v @ pull) * pull,
+                        _slackness(nominal, candidate),
                     )
                     for start in candidate.first_starts
                 ]
@@ -92,19 +92,19 @@ def _modal_damping(M: FloatArray, K: FloatArray, mode: int) -> FloatArray:
 
 
 def _law_force(
-    plant: Plant, candidate: LawCandidate, start: tuple[float, ...], u: FloatArray, rate: FloatArray
+    nominal: NominalModel, candidate: LawCandidate, start: tuple[float, ...], u: FloatArray, rate: FloatArray
 ) -> FloatArray:
     """Return a law's force (recording, time, 1) along elongation and rate (recording, time)."""
-    law = force_of(candidate, plant, np.array([start]), np.ones((1, len(plant.parts))))
+    law = force_of(candidate, nominal, np.array([start]), np.ones((1, len(nominal.parts))))
     return np.asarray(-law(u.reshape(1, -1), rate.reshape(1, -1)).reshape(*u.shape, 1))
 
 
-def _slackness(plant: Plant, candidate: Candidate) -> str | None:
+def _slackness(nominal: NominalModel, candidate: Candidate) -> str | None:
     """Return the slack cable that is a stop in compression with a negative stiffness, None where there is none."""
     if candidate.kind != "gap_stop" or candidate.location.get("side") != -1:
         return None
     nodes = candidate.location.get("nodes", [candidate.location.get("node")])
-    for number, element in enumerate(plant.structure.elements, start=1):
+    for number, element in enumerate(nominal.structure.elements, start=1):
         if sorted(element.nodes) == sorted(nodes):
             return f"slack_cable { {'element': number} }"
     return None

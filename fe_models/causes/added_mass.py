@@ -9,7 +9,7 @@ import numpy as np
 from fe_models.arrays import IntArray
 from fe_models.causes.base import Part, node_faults, parameter
 from fe_models.causes.candidate import ChangeCandidate
-from fe_models.causes.known import Known, NominalModel
+from fe_models.causes.known import Known, ModelForCauses
 from fe_models.structure import PointMass, Structure
 
 PRIOR_STD_SHARE_OF_MEAN = 0.5  # of a chain's mean mass: the prior standard deviation of an added one
@@ -58,7 +58,7 @@ class AddedMass(Part):
         ]
 
 
-def _masses(nominal: NominalModel) -> dict[int, float]:
+def _masses(nominal: ModelForCauses) -> dict[int, float]:
     """Return what each node weighs, kg, in the direction in which it moves most; none of nodes that do not move."""
     dofs, diagonal, shapes = nominal.dofs, nominal.mass.diagonal(), nominal.modes[1]
     masses: dict[int, float] = {}
@@ -71,5 +71,5 @@ def _masses(nominal: NominalModel) -> dict[int, float]:
     return masses
 
 
-def _translations(nominal: NominalModel, node: int) -> IntArray:
+def _translations(nominal: ModelForCauses, node: int) -> IntArray:
     return np.flatnonzero((nominal.dofs.node == node) & (nominal.dofs.direction != "rz"))

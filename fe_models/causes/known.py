@@ -11,7 +11,7 @@ from scipy.sparse import csr_array
 from fe_models.arrays import FloatArray, IntArray
 from fe_models.causes.base import CAUSES, Cause, Effect, ForceLaw
 from fe_models.causes.candidate import Candidate, Changes
-from fe_models.causes.places import MIN_MOTION_SHARE, Motion, MovingPlace, NominalStructure, Place, places_of
+from fe_models.causes.places import MIN_MOTION_SHARE, ModelForPlaces, Motion, MovingPlace, Place, places_of
 from fe_models.structure import Structure
 
 
@@ -24,7 +24,7 @@ class UncertainStiffnessOrMass(Protocol):
     def elements(self) -> tuple[int, ...]: ...  # noqa: D102
 
 
-class NominalModel(NominalStructure, Protocol):
+class ModelForCauses(ModelForPlaces, Protocol):
     """The nominal model, as far as causes ask for it.
 
     ``built``: the structure with its effects that are plain parts built in; ``parts``: what of it is uncertain as a
@@ -74,7 +74,7 @@ class Known:
     ``slowest`` (Hz): one cycle in the longest recording.
     """
 
-    nominal: NominalModel
+    nominal: ModelForCauses
     motion: Motion
     channels: tuple[Channel, ...] = ()
     slowest: float = 0.0

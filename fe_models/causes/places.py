@@ -26,7 +26,7 @@ Nodes = tuple[int] | tuple[int, int]  # against the ground, or against one anoth
 Elongation = tuple[dict[str, Any], Nodes, Direction, FloatArray]  # location, nodes, direction, coefficients (dof,)
 
 
-class NominalStructure(Protocol):
+class ModelForPlaces(Protocol):
     """A structure as places ask for it.
 
     ``is_chain``: whether all is springs and masses in one direction; ``mass`` and ``stiffness``: sparse (dof, dof), as
@@ -110,7 +110,7 @@ class MovingPlace:
         return float(np.std(self.rate))
 
 
-def places_of(nominal: NominalStructure, motion: Motion) -> list[Place]:
+def places_of(nominal: ModelForPlaces, motion: Motion) -> list[Place]:
     """Return where forces can act: each free translation, and between two nodes that springs join, or nothing does
     though they are near.
 
@@ -134,7 +134,7 @@ def places_of(nominal: NominalStructure, motion: Motion) -> list[Place]:
     return found
 
 
-def _elongations(nominal: NominalStructure) -> list[Elongation]:
+def _elongations(nominal: ModelForPlaces) -> list[Elongation]:
     """Return every elongation that a force can act along."""
     structure, dofs = nominal.structure, nominal.dofs
     units = np.eye(len(dofs))
@@ -169,7 +169,7 @@ def _pairs(structure: Structure, direction: Direction) -> list[tuple[int, int]]:
     return list(dict.fromkeys(joined))
 
 
-def _felt(nominal: NominalStructure, pull: FloatArray, motion: Motion) -> tuple[float, float]:
+def _felt(nominal: ModelForPlaces, pull: FloatArray, motion: Motion) -> tuple[float, float]:
     """Return stiffness and damping coefficient: a chain's mean spring, elsewhere what the structure resists there."""
     free = nominal.dofs.free
     if nominal.is_chain:

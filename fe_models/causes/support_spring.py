@@ -10,7 +10,7 @@ from scipy.sparse import csr_array
 
 from fe_models.causes.base import Cause, Part, negative_faults, node_faults, parameter
 from fe_models.causes.candidate import ChangeCandidate, SupportCandidate
-from fe_models.causes.known import Known, NominalModel, outer
+from fe_models.causes.known import Known, ModelForCauses, outer
 from fe_models.causes.places import Place
 from fe_models.causes.wording import sentence
 from fe_models.structure import Direction, Spring, Structure, Support
@@ -138,7 +138,7 @@ def _stiff_pins(known: Known) -> list[ChangeCandidate]:
     return found
 
 
-def _softness(nominal: NominalModel, row: int) -> float:
+def _softness(nominal: ModelForCauses, row: int) -> float:
     """Return the compliance (m/N, rad/(N m)) of a structure where a support gives, by which to size the support's own.
 
     What stands on this support alone has none, as a mast: then that at which it rocks as slowly as it sways.

@@ -12,7 +12,7 @@ import numpy as np
 from fe_models.arrays import FloatArray
 from hybrid.diagnosis.contest.growing import Lengths, short_fit
 from hybrid.diagnosis.fitting.least_squares import Fit
-from hybrid.diagnosis.nominal.plant import Plant
+from hybrid.diagnosis.nominal.nominal_model import NominalModel
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
 
 ASTRAY = 3e3  # times the energy of noise: 0.3 of that of the motion where noise is 1 % of its amplitude; one cause,
@@ -21,7 +21,7 @@ ROUNDS = 3  # of taking the noise from the fit, which takes it from the noise
 
 
 def search_noise_model(
-    plant: Plant, lengths: Lengths, noise_model: NoiseModel, short: Fit
+    nominal: NominalModel, lengths: Lengths, noise_model: NoiseModel, short: Fit
 ) -> tuple[NoiseModel, Lengths, Fit]:
     """Return the noise model to search with, the segments, and the nominal fit of the shortest; mostly as they are.
 
@@ -35,7 +35,7 @@ def search_noise_model(
         left = factor * short.chi2 / short.values  # over the energy of noise as the recordings tell it
         factor = left * repeated(short.residuals)
         found = replace(noise_model, sigma=noise_model.sigma * np.sqrt(factor))
-        short = short_fit(plant, lengths, found)
+        short = short_fit(nominal, lengths, found)
     return found, lengths, short
 
 

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from hybrid.diagnosis.nominal.plant import Plant
+from hybrid.diagnosis.nominal.nominal_model import NominalModel
 
 
 @dataclass(frozen=True)
@@ -25,6 +25,6 @@ CHAIN = Effort(contests=3, beside_law=1.0, thorough=True)
 FRAME = Effort(contests=2, beside_law=0.5, thorough=False)  # a contest takes half a minute
 
 
-def effort_of(plant: Plant) -> Effort:
-    """Return how far the search goes on the structure of a plant."""
-    return CHAIN if plant.is_chain else FRAME
+def effort_of(nominal: NominalModel) -> Effort:
+    """Return how far the search goes on the structure of a nominal model."""
+    return CHAIN if nominal.is_chain else FRAME

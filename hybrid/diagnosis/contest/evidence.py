@@ -84,7 +84,7 @@ def gather(setting: Setting, tell: Callable[[str], object]) -> Evidence:
         fits = [*fits, *stage(search, fits)]
         search, fits = _straightened_anew(search, fits, known, setting.geometries)
     candidates, noise_model, own = search.candidates, search.noise_model, search.own
-    notes = () if search.reference.hypothesis.plant.geometry is None else (GEOMETRIC,)
+    notes = () if search.reference.hypothesis.nominal.geometry is None else (GEOMETRIC,)
     if setting.is_astray:
         posterior = search.posterior(fits)
         energy = energy_over(own, noise_model)
@@ -100,7 +100,9 @@ def gather(setting: Setting, tell: Callable[[str], object]) -> Evidence:
 def _single_causes(setting: Setting, tell: Callable[[str], object]) -> tuple[Search, list[Fit]]:
     """Return the search, and the fits without any cause and of each alone, in recordings less what geometry adds."""
     noise_model, lengths, geometries = setting.searched, setting.lengths, setting.geometries
-    reference = reference_fits_of(setting.nominal, setting.nominal.centre, lengths, noise_model, setting.short)
+    reference = reference_fits_of(
+        setting.nominal_hypothesis, setting.nominal_hypothesis.centre, lengths, noise_model, setting.short
+    )
     if reference is None:
         raise InputError("model: with its own force laws these recordings' motion grows beyond all bounds; check them")
     reference, lengths = straighten(reference, reference.whole, lengths, noise_model, geometries)

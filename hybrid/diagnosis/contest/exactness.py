@@ -44,7 +44,7 @@ def tightened(item: Fit, scale: float) -> Tightened:
     d (1/X + C)^-1 d of their deviation d, and C becomes (1/C + X)^-1.
     """
     hypothesis, C = item.hypothesis, item.covariance
-    values, first = hypothesis.plant.values, hypothesis.nuisances
+    values, first = hypothesis.nominal.values, hypothesis.nuisances
     root = np.sqrt(hypothesis.precision[:values] * (1 / scale**2 - 1))
     inner = np.eye(values) + root[:, None] * C[:values, :values] * root
     factor = cho_factor(inner, lower=True)

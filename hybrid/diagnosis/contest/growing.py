@@ -6,7 +6,7 @@ from fe_models.arrays import FloatArray
 from hybrid.diagnosis.fitting.config import LEAST_SQUARES
 from hybrid.diagnosis.fitting.driven import fitted_motion
 from hybrid.diagnosis.fitting.least_squares import Fit, fit
-from hybrid.diagnosis.nominal.plant import Plant
+from hybrid.diagnosis.nominal.nominal_model import NominalModel
 from hybrid.diagnosis.recorded.batches import Batch
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.response.hypothesis import Hypothesis
@@ -78,15 +78,14 @@ def fit_growing(
     return present
 
 
-def short_fit(plant: Plant, lengths: Lengths, noise_model: NoiseModel) -> Fit:
+def short_fit(nominal: NominalModel, lengths: Lengths, noise_model: NoiseModel) -> Fit:
     """Return the nominal fit of the shortest segments; force laws of the nominal model are left out where they fail."""
-    linear = Hypothesis(replace(plant, laws=()))
+    linear = Hypothesis(replace(nominal, laws=()))
     begun = fit(linear, linear.centre, lengths.cut[0], noise_model)
     assert begun is not None  # a linear system always answers
-    if not plant.laws:
+    if not nominal.laws:
         return begun
-    nominal = Hypothesis(plant)
-    return fit(nominal, begun.theta, lengths.cut[0], noise_model, begun.states) or begun
+    return fit(Hypothesis(nominal), begun.theta, lengths.cut[0], noise_model, begun.states) or begun
 
 
 @dataclass(frozen=True)

@@ -95,7 +95,7 @@ def _fit_best(
     of all that promise so nearly as much as the first that their fits may be as good.
     """
     found: list[Fit] = []
-    is_chain, linear = base.hypothesis.plant.is_chain, base.hypothesis.is_linear
+    is_chain, linear = base.hypothesis.nominal.is_chain, base.hypothesis.is_linear
     least = FORCES if is_chain or linear else 1  # beside a frame's law each takes five seconds, and they are alike
     trials = forces[: FORCES if is_chain or not linear else MOST_NEIGHBOURS]
     for number, two in enumerate(in_chunks(trials)):

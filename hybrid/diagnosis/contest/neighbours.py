@@ -33,7 +33,7 @@ def fits_beside(
     On frames, and where the best leaves little of what the ``base`` does; ``known`` ones are not fitted again.
     """
     found: list[Fit] = []
-    if best.hypothesis.plant.is_chain or looks_wrong(best, base):
+    if best.hypothesis.nominal.is_chain or looks_wrong(best, base):
         return found
     tried = {item.claim for item in (best, *known)}
     for _ in range(STEPS):
@@ -57,7 +57,7 @@ def fits_tied(
     those that are known to, and so on. One of them may be the right one. ``temper``: what log evidences are divided by.
     """
     best, found, tried = fits[0], list[Fit](), {item.claim for item in fits}
-    if best.hypothesis.plant.is_chain:
+    if best.hypothesis.nominal.is_chain:
         return found
     least, kinds = best.log_evidence - AS_GOOD * temper, _kinds(best)
     edge = [item for item in fits if item.log_evidence >= least and _kinds(item) == kinds]
@@ -77,7 +77,7 @@ def of_other_kinds(best: Fit, trials: Sequence[Screened]) -> list[Screened]:
 
     A mass does what a softer beam next to it does, but for what the calibration must go along with.
     """
-    structure, own = best.hypothesis.plant.structure, best.hypothesis.candidates[-1]
+    structure, own = best.hypothesis.nominal.structure, best.hypothesis.candidates[-1]
     here = _nodes_at(own.location, structure)
     return [
         trial
@@ -98,7 +98,7 @@ def laws_beside(
     itself. ``begin``: returns fits of trials.
     """
     found, best = list[Fit](), min(present, key=lambda item: item.charged)
-    if best.hypothesis.plant.is_chain:
+    if best.hypothesis.nominal.is_chain:
         return found
     done = {item.hypothesis.candidates[-1].key for item in present}
     for _ in range(STEPS):
@@ -118,9 +118,9 @@ def adjoin(item: Fit) -> bool:
 
     By chance few do: what is one cause, and none of the list, may look like both.
     """
-    structure = item.hypothesis.plant.structure
+    structure = item.hypothesis.nominal.structure
     places = [_nodes_at(candidate.location, structure) for candidate in item.hypothesis.candidates]
-    if item.hypothesis.plant.is_chain:  # where most places adjoin
+    if item.hypothesis.nominal.is_chain:  # where most places adjoin
         return any(one == other != set() for one, other in combinations(places, 2))
     joined = [set(element.nodes) for element in structure.elements]
     return any(
@@ -144,7 +144,11 @@ def _moved(item: Fit, candidates: tuple[Candidate, ...]) -> list[Fit]:
     for number, own in enumerate(hypothesis.candidates):
         for other in candidates:
             alike = other.kind == own.kind and type(other) is type(own)
-            if alike and other.key not in taken and _is_next(own.location, other.location, hypothesis.plant.structure):
+            if (
+                alike
+                and other.key not in taken
+                and _is_next(own.location, other.location, hypothesis.nominal.structure)
+            ):
                 moved_there = replace(other, brings=own.brings)
                 causes = (*hypothesis.candidates[:number], moved_there, *hypothesis.candidates[number + 1 :])
                 theta, part = item.theta.copy(), hypothesis.slices[number]
@@ -156,7 +160,7 @@ def _moved(item: Fit, candidates: tuple[Candidate, ...]) -> list[Fit]:
 
 def _next_to(best: Fit, trials: Sequence[Screened]) -> list[Screened]:
     """Return those trials of the kind of a fit's last cause that are at places next to its own."""
-    structure, own = best.hypothesis.plant.structure, best.hypothesis.candidates[-1]
+    structure, own = best.hypothesis.nominal.structure, best.hypothesis.candidates[-1]
     alike = [trial for trial in trials if trial.candidate.kind == own.kind]
     return [trial for trial in alike if _is_next(own.location, trial.candidate.location, structure)]
 

@@ -36,7 +36,7 @@ def asks_for_more(item: Fit, base: Fit, noise_model: NoiseModel, band: Band) -> 
     """
     if not item.hypothesis.candidates:
         return False
-    astray, effort = factors_off(item), effort_of(item.hypothesis.plant)
+    astray, effort = factors_off(item), effort_of(item.hypothesis.nominal)
     if explains_change(item, base) and not (effort.thorough and astray):
         return False
     if not excess_energy(item, noise_model, band).significant:
@@ -61,7 +61,7 @@ def pair_fits(
     singles = [
         item for item in posterior.fits if item.hypothesis.candidates and not any(batch.off for batch in item.batches)
     ]
-    effort, bound = effort_of(posterior.fits[0].hypothesis.plant), bound_of(singles)
+    effort, bound = effort_of(posterior.fits[0].hypothesis.nominal), bound_of(singles)
     starts = [item for item in singles[:FIRSTS] if effort.thorough or item.charged <= bound]
     nominal = next((item for item in posterior.fits if not item.hypothesis.candidates), None)
     found: list[Fit] = []
@@ -120,7 +120,7 @@ def reference_fits_with(
     others = tuple(range(len(start.hypothesis.candidates) - 1))
     hypothesis, theta = start.hypothesis.less(others), start.theta[start.hypothesis.parameters_of(others)]
     lengths = lengths_of(batches, hypothesis.states)
-    plain = short_fit(hypothesis.plant, lengths, noise_model)
+    plain = short_fit(hypothesis.nominal, lengths, noise_model)
     quiet = replace(plain, states=padded(plain, hypothesis))
     return reference_fits_of(hypothesis, theta, lengths, noise_model, quiet), lengths, plain
 

@@ -52,7 +52,7 @@ def posterior_of(fits: tuple[Fit, ...], candidates: tuple[Candidate, ...], is_as
     fits = _distinct(
         tuple(fit for fit in fits if _forces_detected(fit) and _compliance_detected(fit) and _sizes_detected(fit))
     )
-    odds = Odds.among(candidates, fits[0].hypothesis.plant.alike)
+    odds = Odds.among(candidates, fits[0].hypothesis.nominal.alike)
     prior = np.array([_log_prior(fit, odds) for fit in fits])
     evidence = np.array([fit.log_evidence for fit in fits])
     best = fits[int(np.argmax(evidence + prior))]

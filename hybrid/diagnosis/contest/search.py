@@ -66,10 +66,10 @@ def contest(
     ``alone``: fits of single causes, each of which may begin here as it ended there.
     """
     short, base = reference.short, reference.whole
-    odds = Odds.among(candidates, reference.hypothesis.plant.alike)
+    odds = Odds.among(candidates, reference.hypothesis.nominal.alike)
     taken = {candidate.key for candidate in reference.hypothesis.candidates}
     others = tuple(candidate for candidate in candidates if candidate.key not in taken)
-    is_frame = short.hypothesis.plant.kept is not None
+    is_frame = short.hypothesis.nominal.kept is not None
     by_modes = modal_scan(base, others, noise_model, short) if is_frame else []
     beside_law = is_frame and not base.hypothesis.is_linear  # where each takes a march of whole recordings
     tested = screen(base, tuple(c for c in others if not (beside_law and isinstance(c, ChangeCandidate))), noise_model)
@@ -171,7 +171,7 @@ def rivals_contest(
     again = shortened(best, lengths.cut[0], noise_model, padded(plain, best.hypothesis))
     if short is None or again is None:
         return ()
-    odds = Odds.among(candidates, hypothesis.plant.alike)
+    odds = Odds.among(candidates, hypothesis.nominal.alike)
     taken = {candidate.key for candidate in causes}
     others = tuple(candidate for candidate in candidates if candidate.key not in taken)
     trials = promising([screen(short, others, noise_model)], scan(short, others, noise_model), RIVALS, odds)

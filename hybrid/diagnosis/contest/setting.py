@@ -23,8 +23,8 @@ from hybrid.diagnosis.nominal.geometry_forces import geometries_of
 from hybrid.diagnosis.nominal.ignored_assumptions import ignored_assumptions
 from hybrid.diagnosis.nominal.lowpass import noise_is_lowpassed
 from hybrid.diagnosis.nominal.mesh_error import coarse_mesh
-from hybrid.diagnosis.nominal.modal_plant import modal_plant, with_ratios_of_modal_model
-from hybrid.diagnosis.nominal.plant import Plant, plant_of
+from hybrid.diagnosis.nominal.modal_model import modal_model_of, with_ratios_of_modal_model
+from hybrid.diagnosis.nominal.nominal_model import NominalModel, nominal_model_of
 from hybrid.diagnosis.nominal.unstated_lowpass import unstated_lowpass
 from hybrid.diagnosis.recorded.batches import Batch, batches_of, columns_of, measured_columns
 from hybrid.diagnosis.recorded.config import SPECTRA
@@ -48,7 +48,7 @@ SEED = 0  # of the states at which geometric forces are taken: the same of the s
 
 @dataclass(frozen=True)
 class Setting:
-    """A ``dataset`` less what is unusable in it, and its nominal ``plant``.
+    """A ``dataset`` less what is unusable in it, and its ``nominal`` model.
 
     ``geometries``: what the structure may exert beyond its linear model; whether it does, the recordings tell.
     ``modal``: the modal model that stands for the structure in the user's simulation, None where the structure does.
@@ -59,9 +59,9 @@ class Setting:
     """
 
     dataset: Dataset
-    plant: Plant
+    nominal: NominalModel
     geometries: tuple[Geometry, ...]
-    modal: Plant | None
+    modal: NominalModel | None
     measured: tuple[int, ...]
     noise_model: NoiseModel
     searched: NoiseModel
@@ -77,9 +77,9 @@ class Setting:
         return self.searched is not self.noise_model
 
     @property
-    def nominal(self) -> Hypothesis:
+    def nominal_hypothesis(self) -> Hypothesis:
         """The nominal structure, whose uncertain factors may move."""
-        return Hypothesis(self.plant)
+        return Hypothesis(self.nominal)
 
     def test_recordings(self) -> tuple[Batch, ...]:
         """Return the recordings for testing, all channels of them, with their noise."""
@@ -87,26 +87,30 @@ class Setting:
 
     def with_noise(self, batches: tuple[Batch, ...]) -> tuple[Batch, ...]:
         """Return batches of all channels with the noise of each recording, where these are not alike."""
-        return tuple(_with_noise(batch, self.measured, self.plant, self.noise_model, self.levels) for batch in batches)
+        return tuple(
+            _with_noise(batch, self.measured, self.nominal, self.noise_model, self.levels) for batch in batches
+        )
 
     def candidates(self) -> tuple[Candidate, ...]:
         """Return every cause at every place that it can have."""
-        motion = Motion.of_states(states_along(self.short, self.searched), self.plant.followed_shapes)
-        found = all_candidates(self.plant, self.dataset, motion, self.measured)
+        motion = Motion.of_states(states_along(self.short, self.searched), self.nominal.followed_shapes)
+        found = all_candidates(self.nominal, self.dataset, motion, self.measured)
         found = with_other_units(found, self.short, self.searched)
-        return tuple(c for c in found if not isinstance(c, LawCandidate)) if is_too_fast(self.plant) else found
+        return tuple(c for c in found if not isinstance(c, LawCandidate)) if is_too_fast(self.nominal) else found
 
 
-def _too_fast(plant: Plant) -> list[str]:
+def _too_fast(nominal: NominalModel) -> list[str]:
     """Return a note where the recordings are sampled too rarely to follow force laws.
 
     `InputError` where the nominal structure has some.
     """
-    if not is_too_fast(plant):
+    if not is_too_fast(nominal):
         return []
-    highest = float(plant.modes[0][-1]) / (2 * np.pi)
-    told = f"the recordings' {plant.rate:.4g} samples a second are too few to follow force laws up to {highest:.4g} Hz"
-    if plant.laws:
+    highest = float(nominal.modes[0][-1]) / (2 * np.pi)
+    told = (
+        f"the recordings' {nominal.rate:.4g} samples a second are too few to follow force laws up to {highest:.4g} Hz"
+    )
+    if nominal.laws:
         raise InputError(f"sampling_rate: {told}, which the model has: sample more often, or make the model coarser")
     return [f"{told}: stops, friction and other nonlinear causes were not looked for"]
 
@@ -116,25 +120,27 @@ def setting_of(dataset: Dataset) -> Setting:
     other_end = unstated_lowpass(dataset)
     dataset, rung = without_ringing_ends(dataset)
     dataset, unusable = usable(dataset)
-    plant = plant_of(with_ratios_of_modal_model(dataset))
-    dataset, motionless = without_motionless(dataset, plant.dofs, plant.modes[1][:, : plant.below])
-    modal = modal_plant(plant, dataset)
-    dataset, at_rest = without_offsets(dataset, root(plant.modes[0], plant.own_ratios[: plant.size]))
+    nominal = nominal_model_of(with_ratios_of_modal_model(dataset))
+    dataset, motionless = without_motionless(dataset, nominal.dofs, nominal.modes[1][:, : nominal.below])
+    modal = modal_model_of(nominal, dataset)
+    dataset, at_rest = without_offsets(dataset, root(nominal.modes[0], nominal.own_ratios[: nominal.size]))
     dataset, apart = as_recordings(dataset)
-    fast = _too_fast(plant)
+    fast = _too_fast(nominal)
     measured = measured_columns(dataset)
     rate = dataset.sampling_rate
-    band = structure_band(plant, rate, dataset.lowpass, white=not noise_is_lowpassed(dataset))
-    noise_model, levels = _noise(plant, dataset, measured, band)
-    recorded = tuple(_with_noise(batch, measured, plant, noise_model, levels) for batch in batches_of(dataset, "train"))
-    lengths = lengths_of(columns_of(recorded, measured), Hypothesis(plant).states)
-    short = short_fit(plant, lengths, noise_model)
+    band = structure_band(nominal, rate, dataset.lowpass, white=not noise_is_lowpassed(dataset))
+    noise_model, levels = _noise(nominal, dataset, measured, band)
+    recorded = tuple(
+        _with_noise(batch, measured, nominal, noise_model, levels) for batch in batches_of(dataset, "train")
+    )
+    lengths = lengths_of(columns_of(recorded, measured), Hypothesis(nominal).states)
+    short = short_fit(nominal, lengths, noise_model)
     if _disperses_too_far(short):
-        plant, modal = plant.undispersed, modal and modal.undispersed
-        short = short_fit(plant, lengths, noise_model)
-    searched, lengths, short = search_noise_model(plant, lengths, noise_model, short)
-    motion = Motion.of_states(states_along(short, searched), plant.followed_shapes).displacement
-    geometries = geometries_of(plant, motion, np.random.default_rng(SEED))
+        nominal, modal = nominal.undispersed, modal and modal.undispersed
+        short = short_fit(nominal, lengths, noise_model)
+    searched, lengths, short = search_noise_model(nominal, lengths, noise_model, short)
+    motion = Motion.of_states(states_along(short, searched), nominal.followed_shapes).displacement
+    geometries = geometries_of(nominal, motion, np.random.default_rng(SEED))
     unlike = () if levels.are_alike or searched is not noise_model else (UNLIKE.format(pattern=levels.pattern.value),)
     notes = (
         *other_end,
@@ -146,34 +152,36 @@ def setting_of(dataset: Dataset) -> Setting:
         *apart,
         *fast,
         *unlike,
-        *ignored_assumptions(plant, dataset.assumptions),
-        *coarse_mesh(plant, _moved(plant, lengths.whole, noise_model)),
+        *ignored_assumptions(nominal, dataset.assumptions),
+        *coarse_mesh(nominal, _moved(nominal, lengths.whole, noise_model)),
     )
     return Setting(
-        dataset, plant, geometries, modal, measured, noise_model, searched, levels, band, lengths, short, notes
+        dataset, nominal, geometries, modal, measured, noise_model, searched, levels, band, lengths, short, notes
     )
 
 
-def _moved(plant: Plant, batches: tuple[Batch, ...], noise_model: NoiseModel) -> BoolArray:
+def _moved(nominal: NominalModel, batches: tuple[Batch, ...], noise_model: NoiseModel) -> BoolArray:
     """Return in which nominal modes (mode,) the recordings have motion."""
     motion = tuple(batch.recorded / batch.sigma(noise_model) for batch in batches)
-    return energy_near(plant.modes[0] / (2 * np.pi), motion, noise_model.rate) >= SPECTRA.min_energy_share
+    return energy_near(nominal.modes[0] / (2 * np.pi), motion, noise_model.rate) >= SPECTRA.min_energy_share
 
 
 def _disperses_too_far(short: Fit) -> bool:
     """Return whether a fit takes up by dispersion what is wrong otherwise: a search would begin astray."""
-    plant = short.hypothesis.plant
-    return plant.disperses and bool(
-        abs(short.theta[plant.dispersion]) > CALIBRATION.max_deviation_sigma * plant.spread[plant.dispersion]
+    nominal = short.hypothesis.nominal
+    return nominal.disperses and bool(
+        abs(short.theta[nominal.dispersion]) > CALIBRATION.max_deviation_sigma * nominal.spread[nominal.dispersion]
     )
 
 
-def _noise(plant: Plant, dataset: Dataset, measured: tuple[int, ...], band: Band) -> tuple[NoiseModel, NoiseLevels]:
+def _noise(
+    nominal: NominalModel, dataset: Dataset, measured: tuple[int, ...], band: Band
+) -> tuple[NoiseModel, NoiseLevels]:
     """Return the noise model with the noise of the training recordings, and how it differs between all recordings."""
     sensors, rate = tuple(dataset.sensors[i] for i in measured), dataset.sampling_rate
     outputs = SensorOutputs.measured(sensors, rate)
     train, test = (
-        without_load_response(plant, columns_of(batches_of(dataset, role), measured), outputs)
+        without_load_response(nominal, columns_of(batches_of(dataset, role), measured), outputs)
         for role in ("train", "test")
     )
     levels = NoiseLevels.of((*train, *test), rate, band)
@@ -182,12 +190,12 @@ def _noise(plant: Plant, dataset: Dataset, measured: tuple[int, ...], band: Band
 
 
 def _with_noise(
-    batch: Batch, measured: tuple[int, ...], plant: Plant, noise_model: NoiseModel, levels: NoiseLevels
+    batch: Batch, measured: tuple[int, ...], nominal: NominalModel, noise_model: NoiseModel, levels: NoiseLevels
 ) -> Batch:
     """Return a batch of all channels with the noise of each recording, as its ``measured`` sensors tell it."""
     if levels.are_alike:
         return batch
     noise = np.ones((len(batch.names), batch.data.shape[2]))
-    (free,) = without_load_response(plant, columns_of((batch,), measured), noise_model.outputs)
+    (free,) = without_load_response(nominal, columns_of((batch,), measured), noise_model.outputs)
     noise[:, list(measured)] = levels.of_recordings(free)
     return replace(batch, noise=noise)

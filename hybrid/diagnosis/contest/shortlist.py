@@ -86,7 +86,9 @@ def foremost(begun: list[tuple[Screened, Step]], odds: Odds) -> list[Step]:
     The best are so with their ``odds``, as in `promising`; what leads a ranking goes on in any case.
     """
     ranked = sorted(begun, key=lambda item: item[1].charged + odds.price(item[1].hypothesis.candidates[-1]))
-    share = min((effort_of(s.hypothesis.plant).beside_law for _, s in begun if s.hypothesis.is_beside_law), default=1.0)
+    share = min(
+        (effort_of(s.hypothesis.nominal).beside_law for _, s in begun if s.hypothesis.is_beside_law), default=1.0
+    )
     laws = _first_of_each_kind([step for trial, step in ranked if isinstance(trial.candidate, LawCandidate)])[
         :KEPT_LAWS
     ]

@@ -86,7 +86,7 @@ class Search:
             groups = groups_in(after)
             found += changed(self.reference, groups, self.candidates, self.noise_model, hears)
             best = self.posterior([*fits, *found]).fits[0]
-            thorough = effort_of(best.hypothesis.plant).thorough
+            thorough = effort_of(best.hypothesis.nominal).thorough
             if self._is_settled(best) or (explains_change(best, fits[0]) and not thorough):
                 return found
         else:
@@ -135,7 +135,7 @@ class Search:
             return []
         taken = _keys(best)
         others = tuple(candidate for candidate in self.candidates if candidate.key not in taken)
-        odds = Odds.among(self.candidates, best.hypothesis.plant.alike)
+        odds = Odds.among(self.candidates, best.hypothesis.nominal.alike)
 
         def ahead(trial: Screened) -> float:
             return trial.gain - odds.price(trial.candidate)
@@ -165,7 +165,7 @@ class Search:
         if groups is None or is_hopeless(best, fits[0]) or self.is_enough(best):
             return []
         alone = next((item for item in posterior.fits if len(item.hypothesis.candidates) == 1), best)
-        if not (effort_of(best.hypothesis.plant).thorough or any(batch.off for batch in alone.batches)):
+        if not (effort_of(best.hypothesis.nominal).thorough or any(batch.off for batch in alone.batches)):
             return []
         hears = self._hears("recordings apart")
         return changes_beside(self.reference, groups, (), self.candidates, self.noise_model, self.band, hears)
@@ -235,7 +235,7 @@ class Search:
 
     def is_ample(self, item: Fit) -> bool:
         """Return whether what may be wrong beside a fit is not worth a search, which takes a minute of a frame."""
-        thorough = effort_of(item.hypothesis.plant).thorough
+        thorough = effort_of(item.hypothesis.nominal).thorough
         return not thorough and temper_of(self.judged(item)) < LITTLE_LEFT and self.is_enough(item)
 
     def _may_change(self, best: Fit) -> bool:

@@ -22,18 +22,18 @@ def straighten(
     """
     trials, own = [], best.hypothesis
     for geometry in geometries:
-        bent = replace(own, plant=replace(own.plant, geometry=geometry))
+        bent = replace(own, nominal=replace(own.nominal, geometry=geometry))
         straight = straightened(replace(best, hypothesis=bent), noise_model)
         if straight is not None:
             trials.append(fit(bent, best.theta, straight, noise_model, best.states))
-    if own.plant.geometry is not None:
-        plain = replace(own, plant=replace(own.plant, geometry=None))
+    if own.nominal.geometry is not None:
+        plain = replace(own, nominal=replace(own.nominal, geometry=None))
         recorded = tuple(batch.restored for batch in best.batches)
         trials.append(fit(plain, best.theta, recorded, noise_model, best.states))
     better = min((item for item in trials if item is not None), key=lambda item: item.cost, default=best)
     if better.cost >= best.cost:
         return reference, lengths
-    hypothesis = replace(reference.hypothesis, plant=better.hypothesis.plant)
+    hypothesis = replace(reference.hypothesis, nominal=better.hypothesis.nominal)
     cut = lengths_of(better.batches, hypothesis.states)
     again = reference_fits_of(hypothesis, reference.whole.theta, cut, noise_model, reference.short)
     return (reference, lengths) if again is None else (again, cut)
@@ -43,10 +43,10 @@ def fitted_as(reference: Fit, fits: list[Fit], noise_model: NoiseModel) -> list[
     """Return the fits to the same recordings as the ``reference``; what is far behind the best is left out."""
     if all(_alike(item.batches, reference.batches) for item in fits):
         return fits
-    plant, bound = reference.hypothesis.plant, bound_of(fits)
+    nominal, bound = reference.hypothesis.nominal, bound_of(fits)
 
     def anew(item: Fit) -> Fit | None:
-        return fit(replace(item.hypothesis, plant=plant), item.theta, reference.batches, noise_model, item.states)
+        return fit(replace(item.hypothesis, nominal=nominal), item.theta, reference.batches, noise_model, item.states)
 
     again = parallel_map(anew, [item for item in fits if item.charged <= bound])
     return [item for item in again if item is not None]

@@ -73,7 +73,7 @@ def fit_everywhere(item: Fit, whole: tuple[Batch, ...], noise_model: NoiseModel)
 def _asks_little(short: Fit, asked: tuple[Asked, ...]) -> bool:
     """Return whether the recordings of a chain hardly ask for any candidate in amounts of their own."""
     misfitting = short.misfit - NOISE * np.sqrt(2 * short.values)
-    return short.hypothesis.plant.is_chain and max(item.gain for item in asked) < ASKING * misfitting
+    return short.hypothesis.nominal.is_chain and max(item.gain for item in asked) < ASKING * misfitting
 
 
 def _trials(asked: tuple[Asked, ...], mixed: float) -> list[tuple[Candidate, BoolArray]]:
@@ -166,7 +166,7 @@ def _sorted_anew(
     ``whole``: its batches before they were split. Longer segments tell more than those by which they were sorted. Not
     of a frame's force laws, which would take too long.
     """
-    if not (item.hypothesis.is_linear or effort_of(item.hypothesis.plant).thorough):
+    if not (item.hypothesis.is_linear or effort_of(item.hypothesis.nominal).thorough):
         return item, acting
     better = _preference(item, whole, states_in(whole, item), number, noise_model)
     if better.all() or not better.any() or (better == acting).all():

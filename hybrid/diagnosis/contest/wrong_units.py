@@ -42,7 +42,7 @@ def shown_otherwise(short: Fit, noise_model: NoiseModel) -> tuple[int, float]:
 
     The initial states of each segment of a fit are those that the sensors ask for, of the linear structure as drawn.
     """
-    drawn = Hypothesis(replace(short.hypothesis.plant, laws=()))
+    drawn = Hypothesis(replace(short.hypothesis.nominal, laws=()))
     system = system_of(drawn, drawn.centre[None], noise_model.outputs)
     count = len(noise_model.sensors)
     along, size, left = np.zeros(count), np.zeros(count), np.zeros(count + 1)

@@ -14,7 +14,7 @@ def within(item: Fit, most: float) -> FloatArray:
 
     As far as its ``deviations`` measure them.
     """
-    count, factors = item.hypothesis.nuisances, item.hypothesis.plant.factors
+    count, factors = item.hypothesis.nuisances, item.hypothesis.nominal.factors
     farthest = most * item.hypothesis.width[:count]
     least, whole = -farthest, farthest[:factors] >= 1  # which no factor can be below nominal
     least[:factors] = np.where(whole, -np.inf, np.log1p(-np.where(whole, 0.0, farthest[:factors])))
@@ -30,8 +30,8 @@ def deviation_of_groups(item: Fit) -> float:
     """Return how far it goes where an element by itself may be as far off as its group: nobody stated how far one
     differs from it, and the quarter of the group's uncertainty that a search takes is a guess.
     """
-    plant, off = item.hypothesis.plant, np.abs(item.deviations)
-    return float(np.append(off[: plant.factors], SCATTER.element_std_share * off[plant.factors :]).max())
+    nominal, off = item.hypothesis.nominal, np.abs(item.deviations)
+    return float(np.append(off[: nominal.factors], SCATTER.element_std_share * off[nominal.factors :]).max())
 
 
 def goes_far(item: Fit) -> bool:

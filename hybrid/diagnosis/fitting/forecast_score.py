@@ -231,7 +231,7 @@ def begun_from(
     (own,) = columns_of((batch.first(shown),), roles.measured)
     states: FloatArray | None = None
     geometric = np.zeros(batch.recorded.shape)
-    for _ in range(1 if hypothesis.plant.geometry is None else FORECAST.geometry_rounds):
+    for _ in range(1 if hypothesis.nominal.geometry is None else FORECAST.geometry_rounds):
         straight = own.less(geometric[:, :shown][..., list(roles.measured)])
         states, cost = initial_states(hypothesis, theta, spread, straight, roles.noise_model, states)
         geometric = added(hypothesis, theta, states, batch, roles.outputs)

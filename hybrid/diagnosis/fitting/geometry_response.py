@@ -34,10 +34,10 @@ def added(
 ) -> FloatArray:
     """Return what geometry adds to the channels (recording, time, sensor) of motions.
 
-    ``states`` (recording, state): where they begin; ``batch``: of which recordings. Zero where the plant has no
+    ``states`` (recording, state): where they begin; ``batch``: of which recordings. Zero where the nominal model has no
     geometry, where the motion explodes, and where the forces do not settle.
     """
-    nothing, geometry = np.zeros((len(states), batch.samples, len(outputs.sensors))), hypothesis.plant.geometry
+    nothing, geometry = np.zeros((len(states), batch.samples, len(outputs.sensors))), hypothesis.nominal.geometry
     if geometry is None:
         return nothing
     whole, reduced = system_of(hypothesis, theta[None], outputs), hypothesis.reduced(theta[None])
@@ -82,15 +82,15 @@ def _with_entry(system: System, hypothesis: Hypothesis, reduced: ReducedModel, s
 
     What gives way to them at once is treated apart, by `_given_way`; force laws do not answer to that.
     """
-    plant, geometry = hypothesis.plant, hypothesis.plant.geometry
+    nominal, geometry = hypothesis.nominal, hypothesis.nominal.geometry
     assert geometry is not None  # its caller has seen to that
     pulls = geometry.weighted.T
     places, laws = (
         tuple(OnMode(mode + 1) for mode in range(len(pulls))),
-        np.zeros((len(system.forces), len(plant.dofs))),
+        np.zeros((len(system.forces), len(nominal.dofs))),
     )
     inverse = np.linalg.inv(reduced.mass)
-    own = entry_of(places, pulls, np.zeros((0, *geometry.weighted.shape)), laws, reduced, inverse, plant, sensors)
+    own = entry_of(places, pulls, np.zeros((0, *geometry.weighted.shape)), laws, reduced, inverse, nominal, sensors)
     return replace(system, loads=own if system.loads is None else system.loads.and_at(own))
 
 
@@ -115,7 +115,7 @@ def _given_way(
     """Return what the channels (recording, time, sensor) show of modes that give way at once, as a column shortens, at
     modal ``coordinates`` (time, recording, mode).
     """
-    given = geometry.bent_at(coordinates, hypothesis.plant.rows(sensors))
+    given = geometry.bent_at(coordinates, hypothesis.nominal.rows(sensors))
     times, shown = system.step * np.arange(len(given)), []
     for position, (sensor, delay) in enumerate(zip(sensors, system.delay[0], strict=True)):
         curve = make_interp_spline(

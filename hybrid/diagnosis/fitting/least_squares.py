@@ -76,10 +76,12 @@ class Fit:
         """How far nominal values are off, (value,), in stated standard deviations: of a value or of its logarithm,
         whichever makes less of it, as its owner did not say which. At 10 %, 0.7 times as much is 3 off, not 3.6.
         """
-        plant = self.hypothesis.plant
-        off = self.theta[: plant.values].copy()
-        off[: plant.factors] = np.where(off[: plant.factors] < 0, np.expm1(off[: plant.factors]), off[: plant.factors])
-        return np.asarray(off / self.hypothesis.width[: plant.values])
+        nominal = self.hypothesis.nominal
+        off = self.theta[: nominal.values].copy()
+        off[: nominal.factors] = np.where(
+            off[: nominal.factors] < 0, np.expm1(off[: nominal.factors]), off[: nominal.factors]
+        )
+        return np.asarray(off / self.hypothesis.width[: nominal.values])
 
     @property
     def log_evidence(self) -> float:

@@ -1,4 +1,4 @@
-"""All causes at all places of a plant and of its sensors."""
+"""All causes at all places of a nominal model and of its sensors."""
 
 import numpy as np
 
@@ -6,14 +6,16 @@ from fe_models.causes.candidate import Candidate
 from fe_models.causes.known import Channel, Known, candidates_of
 from fe_models.causes.places import Motion
 from fe_models.recordings import Dataset
-from hybrid.diagnosis.nominal.plant import Plant
+from hybrid.diagnosis.nominal.nominal_model import NominalModel
 
 
-def all_candidates(plant: Plant, dataset: Dataset, motion: Motion, measured: tuple[int, ...]) -> tuple[Candidate, ...]:
+def all_candidates(
+    nominal: NominalModel, dataset: Dataset, motion: Motion, measured: tuple[int, ...]
+) -> tuple[Candidate, ...]:
     """Return every cause at every place that it can have; ``measured``: columns of the sensors that are fitted."""
     longest = max(recording.data.shape[-2] for recording in dataset.select("train"))  # samples
     channels = tuple(_channel(dataset, column) for column in measured)
-    return candidates_of(Known(plant, motion, channels, dataset.sampling_rate / longest))
+    return candidates_of(Known(nominal, motion, channels, dataset.sampling_rate / longest))
 
 
 def _channel(dataset: Dataset, column: int) -> Channel:

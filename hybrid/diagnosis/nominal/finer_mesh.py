@@ -17,14 +17,14 @@ from fe_models.mesh import nodes_in_finer
 from fe_models.modes import natural_modes
 from fe_models.structure import Structure
 from hybrid.diagnosis.nominal.config import GEOMETRY
-from hybrid.diagnosis.nominal.plant import Plant
+from hybrid.diagnosis.nominal.nominal_model import NominalModel
 
 
 @dataclass(frozen=True)
 class ElasticMesh:
-    """A mesh of a plant's ``structure``: its ``stiffness`` (dof, dof) over all degrees of freedom ``dofs``, as if no
-    support held it, the ``shapes`` (dof, mode) of the modes that are followed, mass-normalised, and ``weighted`` (dof,
-    mode), M phi. ``rows``: where the plant's degrees of freedom are among its own.
+    """A mesh of a ``structure``: its ``stiffness`` (dof, dof) over all degrees of freedom ``dofs``, as if no support
+    held it, the ``shapes`` (dof, mode) of the modes that are followed, mass-normalised, and ``weighted`` (dof, mode), M
+    phi. ``rows``: where the nominal model's degrees of freedom are among its own.
     """
 
     structure: Structure
@@ -35,23 +35,24 @@ class ElasticMesh:
     rows: IntArray
 
 
-def times_finer(plant: Plant) -> int:
-    """Return how many times each element of a plant is to be split for what its geometry adds."""
+def times_finer(nominal: NominalModel) -> int:
+    """Return how many times each element of a nominal model is to be split for what its geometry adds."""
     return max(
-        min(ceil(GEOMETRY.min_elements_per_beam / plant.structure.divisions), GEOMETRY.max_dofs // len(plant.dofs)), 1
+        min(ceil(GEOMETRY.min_elements_per_beam / nominal.structure.divisions), GEOMETRY.max_dofs // len(nominal.dofs)),
+        1,
     )
 
 
-def finer_mesh(plant: Plant, times: int) -> ElasticMesh:
-    """Return a frame with each element split ``times``; its modes are as many, turned to look like the plant's."""
-    drawn = plant.structure
+def finer_mesh(nominal: NominalModel, times: int) -> ElasticMesh:
+    """Return a frame with each element split ``times``; its modes are as many, turned like the nominal model's."""
+    drawn = nominal.structure
     structure = drawn.refined(times * drawn.divisions)
     linear = linearise(structure)
     mass, _, stiffness = unsupported(structure)
     each = np.arange(len(drawn.directions))
     rows = ((nodes_in_finer(drawn, times)[:, None] - 1) * len(each) + each).ravel()
-    shapes = natural_modes(linear, plant.size).shapes
+    shapes = natural_modes(linear, nominal.size).shapes
     # Modes of nearly the same frequency may be mixed otherwise: the rotation that fits best undoes that.
-    left, _, right = np.linalg.svd((plant.mass @ plant.modes[1]).T @ shapes[rows])
+    left, _, right = np.linalg.svd((nominal.mass @ nominal.modes[1]).T @ shapes[rows])
     shapes = shapes @ (left @ right).T
     return ElasticMesh(structure, linear.dofs, stiffness, shapes, np.asarray(mass @ shapes), rows)

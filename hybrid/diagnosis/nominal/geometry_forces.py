@@ -13,25 +13,25 @@ from fe_models.mechanisms import factorise
 from hybrid.diagnosis.nominal.config import GEOMETRY
 from hybrid.diagnosis.nominal.finer_mesh import ElasticMesh, finer_mesh, times_finer
 from hybrid.diagnosis.nominal.geometry import Geometry, products
-from hybrid.diagnosis.nominal.plant import Plant
+from hybrid.diagnosis.nominal.nominal_model import NominalModel
 
 
-def geometries_of(plant: Plant, motion: FloatArray, rng: np.random.Generator) -> tuple[Geometry, ...]:
+def geometries_of(nominal: NominalModel, motion: FloatArray, rng: np.random.Generator) -> tuple[Geometry, ...]:
     """Return the geometric forces about motions like ``motion`` (..., dof): what a beam exerts and, where that is not
-    alike, what the plant's own elements do, on which recordings may have been simulated.
+    alike, what the nominal model's own elements do, on which recordings may have been simulated.
 
     None of a chain, which has none; without motion; and where they do not settle, as of what buckles.
     """
-    omega, shapes = plant.modes
-    weighted = np.asarray(plant.mass @ shapes)
+    omega, shapes = nominal.modes
+    weighted = np.asarray(nominal.mass @ shapes)
     size = np.sqrt(np.mean((motion @ weighted).reshape(-1, len(omega)) ** 2, axis=0))
-    if plant.kept is None or not size.all():
+    if nominal.kept is None or not size.all():
         return ()
     powers = _powers(size * np.abs(shapes).max(axis=0))
     coordinates = GEOMETRY.reach_rms * size * rng.uniform(-1, 1, (GEOMETRY.states_per_product * len(powers), len(size)))
     scaled, found = products(coordinates / size, powers), list[Geometry]()
-    for times in sorted({times_finer(plant), 1}, reverse=True):
-        mesh = finer_mesh(plant, times)
+    for times in sorted({times_finer(nominal), 1}, reverse=True):
+        mesh = finer_mesh(nominal, times)
         found_forces = _forces_and_bends(mesh, omega, coordinates)
         if found_forces is None:
             return ()

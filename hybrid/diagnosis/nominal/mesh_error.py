@@ -9,15 +9,15 @@ from fe_models.assembly import linearise
 from fe_models.modes import natural_modes
 from fe_models.structure import Beam, Structure
 from hybrid.diagnosis.nominal.config import MESH_ERROR
-from hybrid.diagnosis.nominal.plant import Plant
+from hybrid.diagnosis.nominal.nominal_model import NominalModel
 
 
-def coarse_mesh(plant: Plant, moved: BoolArray) -> list[str]:
+def coarse_mesh(nominal: NominalModel, moved: BoolArray) -> list[str]:
     """Return a note where elements half as long move a natural frequency of modes that are ``moved`` (mode,)."""
-    structure = plant.structure
-    if plant.kept is None or not any(isinstance(element, Beam) for element in structure.elements):
+    structure = nominal.structure
+    if nominal.kept is None or not any(isinstance(element, Beam) for element in structure.elements):
         return []
-    coarse, fine = (_omega(one, plant.kept) for one in (structure, structure.refined(2 * structure.divisions)))
+    coarse, fine = (_omega(one, nominal.kept) for one in (structure, structure.refined(2 * structure.divisions)))
     off = np.where(moved, np.abs(coarse / fine - 1), 0.0)
     worst = int(np.argmax(off))
     if off[worst] <= MESH_ERROR.min_reported_shift:

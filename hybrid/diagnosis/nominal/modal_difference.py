@@ -4,16 +4,16 @@ import numpy as np
 
 from fe_models.arrays import TINY, FloatArray
 from hybrid.diagnosis.nominal.config import MODAL_DIFFERENCE
-from hybrid.diagnosis.nominal.modal_plant import pairs
-from hybrid.diagnosis.nominal.plant import Plant
+from hybrid.diagnosis.nominal.modal_model import pairs
+from hybrid.diagnosis.nominal.nominal_model import NominalModel
 
 
-def difference(plant: Plant, modal: Plant) -> str:
-    """Return how far the modes of ``modal`` are from the ``plant``'s own, each beside the one most like it."""
-    (own_omega, own_shapes), (omega, shapes) = plant.modes, modal.modes
-    own, given, alike = pairs(own_shapes, shapes, plant)
+def difference(nominal: NominalModel, modal: NominalModel) -> str:
+    """Return how far the modes of ``modal`` are from the ``nominal``'s own, each beside the one most like it."""
+    (own_omega, own_shapes), (omega, shapes) = nominal.modes, modal.modes
+    own, given, alike = pairs(own_shapes, shapes, nominal)
     frequency = omega[given] / own_omega[own] - 1
-    ratios, own_ratios = modal.own_ratios[given], plant.own_ratios[own]
+    ratios, own_ratios = modal.own_ratios[given], nominal.own_ratios[own]
     words = []
     if len(omega) != len(own_omega):
         words.append(f"{len(omega)} modes instead of {len(own_omega)}")
@@ -23,16 +23,16 @@ def difference(plant: Plant, modal: Plant) -> str:
         words.append(f"damping ratios {_range(ratios)} instead of {_range(own_ratios)}")
     if alike.min() < 1 - MODAL_DIFFERENCE.min_reported_difference:
         words.append(f"shapes with a MAC down to {alike.min():.3f}")
-    if _coupling(plant) > MODAL_DIFFERENCE.min_coupling_share:
+    if _coupling(nominal) > MODAL_DIFFERENCE.min_coupling_share:
         words.append("no damping between modes, which the structure's dashpots couple")
     return ", ".join(words) or "by little in each mode"
 
 
-def _coupling(plant: Plant) -> float:
-    """Return the largest C_ij^2 / (C_ii C_jj) of two of a plant's modes, C_ii with all the damping that a mode has."""
-    omega, shapes = plant.modes
-    C = shapes.T @ (plant.damping @ shapes)
-    whole = 2 * plant.own_ratios[: len(omega)] * omega
+def _coupling(nominal: NominalModel) -> float:
+    """Return the largest C_ij^2 / (C_ii C_jj) of two nominal modes, C_ii with all the damping that a mode has."""
+    omega, shapes = nominal.modes
+    C = shapes.T @ (nominal.damping @ shapes)
+    whole = 2 * nominal.own_ratios[: len(omega)] * omega
     own = np.sqrt(np.maximum(whole, max(MODAL_DIFFERENCE.undamped_ratio_share * float(whole.max()), TINY)))
     return float(np.max(((C - np.diag(np.diag(C))) / own / own[:, None]) ** 2))
 

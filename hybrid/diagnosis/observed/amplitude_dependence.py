@@ -31,15 +31,15 @@ class Amplitude:
 
 def amplitude_dependence(item: Fit, noise_model: NoiseModel) -> Amplitude | None:
     """Return it for a linear fit; None where force laws act, or the recordings are too short to be cut."""
-    hypothesis, plant = item.hypothesis, item.hypothesis.plant
+    hypothesis, nominal = item.hypothesis, item.hypothesis.nominal
     batches = lengths_of(item.batches, hypothesis.states).cut[0]
     if (
         not hypothesis.is_linear
         or sum(len(batch.data) for batch in batches) < OBSERVATION.amplitude_levels * OBSERVATION.min_segments_per_level
     ):
         return None
-    springs = [i for i, part in enumerate(plant.parts) if part.quantity == "stiffness"]
-    ratios = range(len(plant.parts), plant.factors)
+    springs = [i for i, part in enumerate(nominal.parts) if part.quantity == "stiffness"]
+    ratios = range(len(nominal.parts), nominal.factors)
     sizes, normals, slopes, squares, counts = [], [], [], [], []
     for batch in batches:
         part = linearise_batch(hypothesis, item.theta, batch, noise_model, None)

@@ -11,7 +11,7 @@ from fe_models.recordings import Dataset, Sensor
 from hybrid.diagnosis.contest.growing import fit_growing, lengths_of
 from hybrid.diagnosis.fitting.forecast_score import ForecastScore
 from hybrid.diagnosis.fitting.least_squares import Fit, fit, residuals_at
-from hybrid.diagnosis.nominal.plant import Plant
+from hybrid.diagnosis.nominal.nominal_model import NominalModel
 from hybrid.diagnosis.observed.amplitude_dependence import Amplitude, amplitude_dependence
 from hybrid.diagnosis.observed.config import OBSERVATION
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
@@ -100,7 +100,7 @@ def observe(
 
 def modes_of(hypothesis: Hypothesis, theta: FloatArray, rate: float) -> Modes:
     """Return the modes that a hypothesis has at ``theta`` (parameter,), force laws left out."""
-    sensors = every_translation(hypothesis.plant)
+    sensors = every_translation(hypothesis.nominal)
     system = system_of(hypothesis, theta[None], SensorOutputs.faultless(sensors, rate))
     roots, vectors = np.linalg.eig(system.A[0])
     order = [i for i in np.argsort(np.abs(roots)) if roots[i].imag > 0]
@@ -117,13 +117,15 @@ def _below_lowpass(*models: Modes, below: float) -> list[Modes]:
 
 def _following(hypothesis: Hypothesis, more: int) -> Hypothesis:
     """Return the hypothesis with so many ``more`` modes followed."""
-    plant = hypothesis.plant
-    return hypothesis if plant.kept is None else replace(hypothesis, plant=replace(plant, kept=plant.kept + more))
+    nominal = hypothesis.nominal
+    return (
+        hypothesis if nominal.kept is None else replace(hypothesis, nominal=replace(nominal, kept=nominal.kept + more))
+    )
 
 
-def every_translation(plant: Plant) -> tuple[Sensor, ...]:
+def every_translation(nominal: NominalModel) -> tuple[Sensor, ...]:
     """Return a displacement sensor for each translation that can move."""
-    places = [(int(plant.dofs.node[row]), plant.dofs.direction[row]) for row in plant.dofs.free_rows]
+    places = [(int(nominal.dofs.node[row]), nominal.dofs.direction[row]) for row in nominal.dofs.free_rows]
     return tuple(
         Sensor(f"{node} {direction}", node, direction, "displacement", "m")
         for node, direction in places
@@ -138,16 +140,16 @@ def _free_fit(own: Fit, base: Fit, noise_model: NoiseModel) -> Fit | None:
     bring a mode of its own. Calibrated values beside a cause that is left out may be far from those without it: then
     from where the ``base`` is, too.
     """
-    plant, known = own.hypothesis.plant, own.hypothesis.candidates
+    nominal, known = own.hypothesis.nominal, own.hypothesis.candidates
     off = {number for batch in own.batches for number in batch.off}
     stays = [isinstance(c, SensorCandidate) or (c.is_structural and not isinstance(c, SupportCandidate)) for c in known]
     kept = [i for i in range(len(known)) if stays[i] and i not in off]
-    spread = np.where(np.arange(len(plant.spread)) < plant.factors, OBSERVATION.free_factor_std, plant.spread)
-    free = Hypothesis(replace(plant, laws=(), spread=spread), tuple(known[i] for i in kept))
+    spread = np.where(np.arange(len(nominal.spread)) < nominal.factors, OBSERVATION.free_factor_std, nominal.spread)
+    free = Hypothesis(replace(nominal, laws=(), spread=spread), tuple(known[i] for i in kept))
     theta = np.concatenate([own.theta[: free.nuisances], *(own.theta[own.hypothesis.slices[i]] for i in kept)])
     batches = tuple(replace(batch, off=()) for batch in own.batches)
     with np.errstate(over="ignore", invalid="ignore"):  # a step that goes too far is taken back
         found = [fit_growing(free, theta, lengths_of(batches, free.states), noise_model)]
-        if base.hypothesis.plant is plant and len(kept) < len(known):
+        if base.hypothesis.nominal is nominal and len(kept) < len(known):
             found.append(fit(free, np.append(base.theta, theta[free.nuisances :]), batches, noise_model))
     return min((item for item in found if item is not None), key=lambda item: item.cost, default=None)

@@ -20,7 +20,7 @@ from fe_models.recordings import Quantity, Sensor
 from hybrid.diagnosis.contest.posterior import Posterior, rivals_of, twins_of
 from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.fitting.linearisation import linearise_batch
-from hybrid.diagnosis.nominal.plant import Plant
+from hybrid.diagnosis.nominal.nominal_model import NominalModel
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.recorded.sensor_outputs import SensorOutputs
 from hybrid.diagnosis.response.marching import respond
@@ -73,7 +73,7 @@ def advise(posterior: Posterior, searched: NoiseModel, present: tuple[Sensor, ..
     are never fitted.
     """
     best = posterior.fits[0]
-    added = possible_sensors(best.hypothesis.plant, present)
+    added = possible_sensors(best.hypothesis.nominal, present)
     found = []
     for candidate in best.hypothesis.candidates:
         for rival, probability in _rivals(posterior, candidate)[:RIVALS]:
@@ -94,14 +94,14 @@ def advise(posterior: Posterior, searched: NoiseModel, present: tuple[Sensor, ..
     return tuple(found)
 
 
-def possible_sensors(plant: Plant, present: tuple[Sensor, ...]) -> tuple[Sensor, ...]:
+def possible_sensors(nominal: NominalModel, present: tuple[Sensor, ...]) -> tuple[Sensor, ...]:
     """Return a displacement and an acceleration sensor for each translation that moves and has none yet."""
     have = {(s.node, s.direction, s.quantity) for s in present}
     found = []
-    moved = np.abs(plant.modes[1]).max(axis=1)
-    own = plant.dofs.node <= len(plant.structure.nodes)  # finer meshes have more, which no file can name
+    moved = np.abs(nominal.modes[1]).max(axis=1)
+    own = nominal.dofs.node <= len(nominal.structure.nodes)  # finer meshes have more, which no file can name
     for row in np.flatnonzero(own & (moved > MIN_MOTION_SHARE * moved.max())):
-        node, direction = int(plant.dofs.node[row]), plant.dofs.direction[row]
+        node, direction = int(nominal.dofs.node[row]), nominal.dofs.direction[row]
         for quantity in OFFERED:
             if direction != "rz" and (node, direction, quantity) not in have:
                 name = f"{quantity} {node} {direction}"

@@ -56,7 +56,7 @@ class Diagnosis:
 def concluded(setting: Setting, evidence: Evidence) -> Diagnosis:
     """Return the diagnosis that the evidence amounts to."""
     ruling = ruling_of(setting, evidence)
-    found, posterior, plant = ruling.found, ruling.posterior, setting.plant
+    found, posterior, nominal = ruling.found, ruling.posterior, setting.nominal
     findings = named_by(ruling)
     advice = advise(posterior, evidence.searched, setting.dataset.sensors) if ruling.is_named else ()
     shown = observe(
@@ -66,11 +66,11 @@ def concluded(setting: Setting, evidence: Evidence) -> Diagnosis:
     return Diagnosis(
         verdict=ruling.verdict,
         findings=findings,
-        calibration=calibration_of(plant, ruling.theta, posterior.widened * ruling.final.covariance),
+        calibration=calibration_of(nominal, ruling.theta, posterior.widened * ruling.final.covariance),
         unexplained=0.0 if ruling.verdict is Verdict.NOTHING_WRONG else found.unexplained,
         scores=_scores(ruling),
         noise_floor=ruling.errors.floor,
-        extended=extended_structure(plant, ruling.theta[: evidence.base.hypothesis.nuisances], findings),
+        extended=extended_structure(nominal, ruling.theta[: evidence.base.hypothesis.nuisances], findings),
         shown=shown,
         example=_example(ruling, shown),
         advice=advice,

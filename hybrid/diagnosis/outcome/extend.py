@@ -9,11 +9,11 @@ from fe_models.causes import Effect, ModalDamping
 from fe_models.causes.modal_damping import replaced_ratios
 from fe_models.damping import ratios_of_modes
 from fe_models.structure import Carried, Structure
-from hybrid.diagnosis.nominal.plant import Plant
+from hybrid.diagnosis.nominal.nominal_model import NominalModel
 from hybrid.diagnosis.outcome.findings import Finding
 
 
-def extended_structure(plant: Plant, theta: FloatArray, findings: tuple[Finding, ...]) -> Structure:
+def extended_structure(nominal: NominalModel, theta: FloatArray, findings: tuple[Finding, ...]) -> Structure:
     """Return the nominal structure, calibrated by ``theta`` (nuisance,), and the findings that are effects.
 
     Parts get their own factors, and elements what they are off by themselves. What the factors of the damping ratios
@@ -21,16 +21,16 @@ def extended_structure(plant: Plant, theta: FloatArray, findings: tuple[Finding,
     as it was, as in the search. A damping ratio that the dataset assumes stands in place of the structure's own
     damping, and is written into it.
     """
-    factors, structure = np.exp(theta[: plant.factors]), plant.structure
-    for part, factor in zip(plant.parts, factors, strict=False):
+    factors, structure = np.exp(theta[: nominal.factors]), nominal.structure
+    for part, factor in zip(nominal.parts, factors, strict=False):
         structure = part.scaled(structure, float(factor))
-    structure = plant.scatter.applied(structure, theta[plant.factors : plant.values])
-    ratios = factors[len(plant.parts) :]
-    own, given = plant.own_ratios - plant.ratios, structure.damping.modal_ratios
-    modal = own * (ratios - 1) + plant.ratios * ratios
+    structure = nominal.scatter.applied(structure, theta[nominal.factors : nominal.values])
+    ratios = factors[len(nominal.parts) :]
+    own, given = nominal.own_ratios - nominal.ratios, structure.damping.modal_ratios
+    modal = own * (ratios - 1) + nominal.ratios * ratios
     settled = [mode - 1 for mode, _ in replaced_ratios(structure) if mode <= len(modal)]
     modal[settled] = ratios_of_modes(given, len(modal))[settled]  # an effect's ratio stands in its place
-    if given or not plant.ratios.any():
+    if given or not nominal.ratios.any():
         rest = given[len(modal) :] or given[-1:] or (0.0,)
         modal = np.append(modal, rest)  # modes beyond those that are followed keep what they have
     damping = replace(structure.damping, modal_ratios=tuple(float(ratio) for ratio in modal))

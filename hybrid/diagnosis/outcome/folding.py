@@ -19,13 +19,13 @@ def folding_of(item: Fit, setting: Setting, noise_model: NoiseModel) -> list[str
     """Return a line on the drawn structure's mode above half the sampling rate that a fit seems to leave; none where
     a low-pass has kept such modes out, or nothing stands out.
     """
-    rate, plant = noise_model.rate, setting.plant
+    rate, nominal = noise_model.rate, setting.nominal
     if setting.dataset.lowpass is not None:
         return []
-    line = elsewhere(rests(item, noise_model), plant.modes[0] / (2 * np.pi), rate)
+    line = elsewhere(rests(item, noise_model), nominal.modes[0] / (2 * np.pi), rate)
     if line is None:
         return []
-    fast = plant.all_frequencies / (2 * np.pi)
+    fast = nominal.all_frequencies / (2 * np.pi)
     fast = fast[fast > rate / 2]
     off = np.abs(np.abs(fast - rate * np.round(fast / rate)) - line) / fast
     return [FOLDS.format(line=line, mode=fast[off.argmin()])] if np.any(off < KNOWN) else []

@@ -86,7 +86,7 @@ def verdict_with(hums: tuple[Hum, ...], causes: int, verdict: Verdict) -> Verdic
 
 def line_of(item: Fit, noise_model: NoiseModel) -> str | None:
     """Return a note on the clearest line of what a fit leaves, None where noise makes all of them."""
-    found = clearest_line(rests(item, noise_model), noise_model.rate, item.hypothesis.plant.cutoff)
+    found = clearest_line(rests(item, noise_model), noise_model.rate, item.hypothesis.nominal.cutoff)
     return None if found is None else LINE.format(sensor=noise_model.sensors[found[0]].name, frequency=found[1])
 
 

@@ -155,7 +155,7 @@ def weak(item: Fit, number: int, widened: float) -> str:
 def note_unnamed(item: Fit, number: int, widened: float, words: str) -> str:
     """Return a note on candidate ``number`` of a fit, which is not named: why, in ``words``."""
     cause, parameters = cause_of(item, number, widened)
-    sentence = sentence_of(cause, parameters, item.hypothesis.plant.structure)
+    sentence = sentence_of(cause, parameters, item.hypothesis.nominal.structure)
     acting, every = (Counter(names) for names in (acting_recordings(item, number), item.names))
     where = "" if acting == every else f" (in {in_words(acting, every)} only)"
     return f"{words}: {sentence.rstrip('.')}{where}"

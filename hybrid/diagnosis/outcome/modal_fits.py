@@ -12,12 +12,12 @@ from hybrid.diagnosis.contest.evidence import Evidence
 from hybrid.diagnosis.contest.growing import lengths_of, padded, reference_fits_of, short_fit
 from hybrid.diagnosis.contest.setting import Setting
 from hybrid.diagnosis.fitting.least_squares import Fit
-from hybrid.diagnosis.nominal.modal_plant import standing_for
-from hybrid.diagnosis.nominal.plant import Plant
+from hybrid.diagnosis.nominal.modal_model import standing_for
+from hybrid.diagnosis.nominal.nominal_model import NominalModel
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 
 
-def fits_in_modal_model(item: Fit, modal: Plant, setting: Setting, evidence: Evidence) -> list[Fit]:
+def fits_in_modal_model(item: Fit, modal: NominalModel, setting: Setting, evidence: Evidence) -> list[Fit]:
     """Return the fits of a modal model with some or all of the causes of a fit, from where that is.
 
     Some: a modal model that was measured may have in it already what the structure lacks. What a mode does not say (of
@@ -33,7 +33,7 @@ def fits_in_modal_model(item: Fit, modal: Plant, setting: Setting, evidence: Evi
     return [found for found in fits if found is not None]
 
 
-def _is_said(cause: Candidate, modal: Plant) -> bool:
+def _is_said(cause: Candidate, modal: NominalModel) -> bool:
     """Return whether the modes of a modal model can have a cause."""
     if isinstance(cause, ModeCandidate):
         return cause.mode < modal.size
@@ -41,12 +41,12 @@ def _is_said(cause: Candidate, modal: Plant) -> bool:
 
 
 def fit_in_modal_model(
-    item: Fit, chosen: tuple[int, ...], modal: Plant, setting: Setting, evidence: Evidence
+    item: Fit, chosen: tuple[int, ...], modal: NominalModel, setting: Setting, evidence: Evidence
 ) -> Fit | None:
     """Return the fit of a modal model with the ``chosen`` causes of a fit; None where it fails."""
-    T = standing_for(setting.plant, modal)
+    T = standing_for(setting.nominal, modal)
     own = item.hypothesis
-    modal = replace(modal, geometry=own.plant.geometry)
+    modal = replace(modal, geometry=own.nominal.geometry)
     hypothesis = Hypothesis(modal, tuple(_standing_for(own.candidates[i], T) for i in chosen))
     parts = len(modal.parts)
     damping = np.zeros(hypothesis.nuisances - parts)

@@ -91,8 +91,8 @@ def _moved(item: Fit, theta: FloatArray, noise_model: NoiseModel) -> list[_Mount
 
 def _places(item: Fit, sensor: Sensor) -> list[Sensor]:
     """Return a sensor at each node of the structure in each direction that a displacement may have there."""
-    plant = item.hypothesis.plant
-    dofs, nodes = plant.dofs, len(plant.structure.nodes)
+    nominal = item.hypothesis.nominal
+    dofs, nodes = nominal.dofs, len(nominal.structure.nodes)
     rows = [row for row in dofs.free_rows if dofs.node[row] <= nodes and dofs.direction[row] != "rz"]
     return [_at(sensor, int(dofs.node[row]), str(dofs.direction[row])) for row in rows]
 

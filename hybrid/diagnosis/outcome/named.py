@@ -64,7 +64,7 @@ def _finding(ruling: Ruling, number: int, taken: float, model: ForecastModel) ->
         share(taken, ruling.found.nominal.excess),
         tuple(name for name in motions_of(setting.dataset) for _ in range(acting[name])),
         (*rivals, *remainder(probability, rivals, listed)),
-        sentence_of(cause, parameters, setting.plant.structure),
+        sentence_of(cause, parameters, setting.nominal.structure),
     )
 
 

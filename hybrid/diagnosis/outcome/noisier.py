@@ -42,7 +42,7 @@ def _only_noisier(scorer: Scorer, item: Fit, batch: Batch) -> tuple[FloatArray, 
     noise_model, (measured,) = scorer.noise_model, columns_of((batch,), scorer.setting.measured)
     cost = least_cost(scorer.model(item), (), measured, noise_model.roles)
     usual = np.broadcast_to(measured.sigma(noise_model)[:, 0], (len(batch.names), len(noise_model.sensors)))
-    (free,) = without_load_response(scorer.setting.plant, (replace(measured, noise=None),), noise_model.outputs)
+    (free,) = without_load_response(scorer.setting.nominal, (replace(measured, noise=None),), noise_model.outputs)
     own = np.stack(
         [
             noise_of_recordings((free.take([number]),), noise_model.rate, scorer.setting.band)

@@ -91,11 +91,11 @@ class Scorer:
 
         Where there are no others, all have been for training.
         """
-        plant = item.hypothesis.plant
-        if self.folds is not None or plant.geometry is not None:
+        nominal = item.hypothesis.nominal
+        if self.folds is not None or nominal.geometry is not None:
             return ()
-        plants = (replace(plant, geometry=geometry) for geometry in self.setting.geometries)
-        return tuple(replace(item.hypothesis, plant=own) for own in plants)
+        models = (replace(nominal, geometry=geometry) for geometry in self.setting.geometries)
+        return tuple(replace(item.hypothesis, nominal=own) for own in models)
 
     def error(self, found: ForecastScore) -> float:
         """Return the NRMSE, mean over the measured channels."""

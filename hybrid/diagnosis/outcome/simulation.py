@@ -62,7 +62,7 @@ def simulation_of(setting: Setting, evidence: Evidence, posterior: Posterior, sc
         raise InputError("[simulation] modal_model: under the structure's own force laws its motion grows for ever")
     if not _forecasts_differ(base, plain, evidence.noise_model):
         return Simulation(base)
-    differs = difference(setting.plant, modal)
+    differs = difference(setting.nominal, modal)
     causes = best.hypothesis.candidates
     fits = [plain, *fits_in_modal_model(best, modal, setting, evidence)]
     same = max(fits, key=lambda item: item.log_evidence)
@@ -92,7 +92,7 @@ def modal_finding(
 
     ``nominal``: its forecast; ``whole``: that by the extended structure.
     """
-    cause, structure = WrongModalModel(), simulation.fit.hypothesis.plant.structure
+    cause, structure = WrongModalModel(), simulation.fit.hypothesis.nominal.structure
     return Finding(
         cause,
         {},

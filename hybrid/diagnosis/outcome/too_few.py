@@ -30,8 +30,8 @@ def too_few(item: Fit, scorer: Scorer, floor: float) -> list[str]:
     over = _over(model, batch, roles, own)
     if over <= MANY:
         return []
-    plant, noise_model = item.hypothesis.plant, scorer.noise_model
-    added = possible_sensors(plant, scorer.setting.dataset.sensors)
+    nominal, noise_model = item.hypothesis.nominal, scorer.noise_model
+    added = possible_sensors(nominal, scorer.setting.dataset.sensors)
     sigma = noise_of(
         added,
         size_of(shown_by(item, added, noise_model)),

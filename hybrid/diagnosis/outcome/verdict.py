@@ -89,7 +89,7 @@ def verdict_of(
     certain = errors.reached and not (significant and share > WHOLLY / 3) and not beside
     if errors.nothing_to_gain:
         return Verdict.NOTHING_WRONG, LISTED
-    if not best.hypothesis.candidates and best.hypothesis.plant is base.hypothesis.plant:
+    if not best.hypothesis.candidates and best.hypothesis.nominal is base.hypothesis.nominal:
         calm = errors.by_chance or errors.without <= NEAR * errors.floor  # in recordings that were never fitted
         return Verdict.NOTHING_WRONG if calm and not significant else Verdict.UNEXPLAINED, LISTED
     wholly = min(share, errors.unexplained) < WHOLLY

@@ -6,7 +6,7 @@ import numpy as np
 
 from fe_models.arrays import BoolArray, ComplexArray, FloatArray
 from fe_models.spectra import line_frequencies, power_spectrum, windowed_spectrum
-from hybrid.diagnosis.nominal.plant import Plant
+from hybrid.diagnosis.nominal.nominal_model import NominalModel
 from hybrid.diagnosis.recorded.batches import Batch
 from hybrid.diagnosis.recorded.config import NOISE
 
@@ -28,15 +28,15 @@ class Band:
     room: bool
 
 
-def structure_band(plant: Plant, rate: float, lowpass: float | None = None, white: bool = False) -> Band:
+def structure_band(nominal: NominalModel, rate: float, lowpass: float | None = None, white: bool = False) -> Band:
     """Return the band of a structure in recordings with a sampling ``rate`` and a ``lowpass`` (Hz).
 
     ``white``: whether noise came after the low-pass, beyond which it is alone then, or there is no low-pass.
     """
-    half, highest = rate / 2, float(plant.modes[0][-1]) / (2 * np.pi)
+    half, highest = rate / 2, float(nominal.modes[0][-1]) / (2 * np.pi)
     passed = half if lowpass is None else min(lowpass, half)
     if (
-        plant.kept is None
+        nominal.kept is None
         and (white or passed == half)
         and NOISE.close_over_highest * highest < NOISE.max_band_share * half
     ):

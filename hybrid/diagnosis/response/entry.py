@@ -7,7 +7,7 @@ import numpy as np
 from fe_models.arrays import FloatArray
 from fe_models.recordings import Sensor, of_each_quantity
 from hybrid.diagnosis.nominal.loads import ORDERS, ForcePlace
-from hybrid.diagnosis.nominal.plant import Plant
+from hybrid.diagnosis.nominal.nominal_model import NominalModel
 from hybrid.diagnosis.response.reduced_model import ReducedModel
 from hybrid.diagnosis.response.system import Entry
 
@@ -28,7 +28,7 @@ def entry_of(
     laws: FloatArray,
     reduced: ReducedModel,
     inverse: Any,
-    plant: Plant,
+    nominal: NominalModel,
     sensors: tuple[Sensor, ...],
 ) -> Entry:
     """Return how forces along ``pulls`` (place, dof) enter a ``reduced`` system, and what ``sensors`` show at once.
@@ -36,7 +36,7 @@ def entry_of(
     ``bent`` (term, dof, place): how modes that are not followed move under each force, its second derivative and so on;
     ``laws`` (law, dof): pulls of the force laws, which answer to that; ``inverse`` of the mass.
     """
-    n, rows = reduced.mass.shape[1], plant.rows(sensors)
+    n, rows = reduced.mass.shape[1], nominal.rows(sensors)
     feed = np.zeros((len(inverse), 2 * n, len(pulls)))
     feed[:, n:] = reduced.feed(list(pulls), inverse)
     direct = at_once(rows @ reduced.shapes, feed[:, n:], sensors)

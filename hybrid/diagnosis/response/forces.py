@@ -4,7 +4,7 @@ from typing import Any
 
 from fe_models.arrays import FloatArray
 from fe_models.causes.candidate import LawCandidate
-from hybrid.diagnosis.nominal.plant import Plant
+from hybrid.diagnosis.nominal.nominal_model import NominalModel
 from hybrid.diagnosis.response.system import Force
 
 
@@ -13,8 +13,8 @@ def law_in_motion(law: Any) -> Force:
     return lambda u, v: law.force(u, v)
 
 
-def force_of(candidate: LawCandidate, plant: Plant, values: FloatArray, stiffnesses: FloatArray) -> Force:
+def force_of(candidate: LawCandidate, nominal: NominalModel, values: FloatArray, stiffnesses: FloatArray) -> Force:
     """Return the force of a law of ``values`` (variant, parameter); ``stiffnesses`` (variant, part): factors."""
     cause: Any = candidate.build(*(values[:, i, None] for i in range(values.shape[1])))
-    law = cause.law(plant.built)
+    law = cause.law(nominal.built)
     return law_in_motion(law if candidate.part is None else law.with_stiffness(stiffnesses[:, candidate.part, None]))

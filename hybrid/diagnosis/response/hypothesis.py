@@ -1,4 +1,4 @@
-"""A hypothesis: the plant, its uncertain factors and a few candidates; what each parameter vector stands for."""
+"""A hypothesis: nominal model, its uncertain factors and a few candidates; what each parameter vector stands for."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -17,7 +17,7 @@ from fe_models.causes.candidate import (
     ModeCandidate,
     SupportCandidate,
 )
-from hybrid.diagnosis.nominal.plant import Plant
+from hybrid.diagnosis.nominal.nominal_model import NominalModel
 from hybrid.diagnosis.response.config import HYPOTHESIS
 from hybrid.diagnosis.response.damping import assumed_damping, more_damping
 from hybrid.diagnosis.response.dashpots import trailing_of
@@ -30,9 +30,9 @@ from hybrid.diagnosis.response.residual_modes import ResidualModes, residual_mod
 
 @dataclass(frozen=True)
 class Hypothesis:
-    """Parameter vectors theta (..., parameter): those of the plant (see its ``spread``), then the candidates'."""
+    """Parameter vectors theta (..., parameter): of the ``nominal`` model (see its ``spread``), then the candidates'."""
 
-    plant: Plant
+    nominal: NominalModel
     candidates: tuple[Candidate, ...] = ()
 
     def adding(self, candidate: Candidate) -> "Hypothesis":
@@ -72,7 +72,7 @@ class Hypothesis:
     @property
     def nuisances(self) -> int:
         """Number of uncertain factors, the first entries of theta."""
-        return len(self.plant.spread)
+        return len(self.nominal.spread)
 
     @cached_property
     def slices(self) -> tuple[slice, ...]:
@@ -89,7 +89,7 @@ class Hypothesis:
     @property
     def width(self) -> FloatArray:
         """The prior standard deviation (parameter,)."""
-        return np.array([*self.plant.spread, *(value for c in self.candidates for value in c.width)])
+        return np.array([*self.nominal.spread, *(value for c in self.candidates for value in c.width)])
 
     @property
     def precision(self) -> FloatArray:
@@ -99,7 +99,7 @@ class Hypothesis:
         value. The scatter is why these are alike, and how damping turns nobody stated: both count once.
         """
         counts = np.ones(len(self.centre))
-        counts[: self.plant.factors] = self.plant.alike
+        counts[: self.nominal.factors] = self.nominal.alike
         return np.asarray(counts / self.width**2)
 
     @property
@@ -122,7 +122,7 @@ class Hypothesis:
     @property
     def is_linear(self) -> bool:
         """Whether the channels are linear in the initial state."""
-        return not self.plant.laws and not self.laws
+        return not self.nominal.laws and not self.laws
 
     @property
     def is_beside_law(self) -> bool:
@@ -132,17 +132,17 @@ class Hypothesis:
     @cached_property
     def basis(self) -> Basis:
         """The shapes in which the hypothesis moves, and its matrices there."""
-        return basis_of(self.plant, self.candidates)
+        return basis_of(self.nominal, self.candidates)
 
     @property
     def size(self) -> int:
         """Number of coordinates whose motion is followed."""
         whole = self.basis.mass.shape[0]
-        return whole if self.plant.kept is None else min(self.plant.kept + self.brought, whole)
+        return whole if self.nominal.kept is None else min(self.nominal.kept + self.brought, whole)
 
     @property
     def brought(self) -> int:
-        """Number of modes that are followed beyond the plant's own: see `Candidate`."""
+        """Number of modes that are followed beyond the nominal model's own: see `Candidate`."""
         return sum(c.brings for c in self.candidates)
 
     @property
@@ -165,7 +165,7 @@ class Hypothesis:
         """Return how many of the entries of initial ``states`` (recording, state), a batch each, others do not have and
         take up noise at ``theta`` (parameter,): of a mode beyond a low-pass they take none, as none is left there.
         """
-        silent = int(np.sum(self._modes_brought(theta)[0] > self.plant.cutoff))
+        silent = int(np.sum(self._modes_brought(theta)[0] > self.nominal.cutoff))
         common = 2 * (self.size - self.brought + silent)
         return sum(len(part) * max(part.shape[1] - common, 0) for part in states)
 
@@ -187,7 +187,7 @@ class Hypothesis:
         masses = [(c, change[0], part.start) for c, change, part in self._matrix_candidates if change[0].any()]
         if not masses:
             return np.ones(len(theta), dtype=bool)
-        M = self._drawn_mass(np.exp(theta[:, : len(self.plant.parts)]))
+        M = self._drawn_mass(np.exp(theta[:, : len(self.nominal.parts)]))
         for candidate, change, first in masses:
             M = M + candidate.amount(theta[:, first])[:, None, None] * change
         return np.asarray(np.linalg.eigvalsh(M)[:, 0] > HYPOTHESIS.min_mass_share * np.abs(M).max(axis=(1, 2)))
@@ -210,19 +210,19 @@ class Hypothesis:
 
     @property
     def _of_mass(self) -> BoolArray:
-        """Which of the plant's parts (part,) are masses; the others are stiffnesses."""
-        return np.array([part.quantity == "mass" for part in self.plant.parts], dtype=bool)
+        """Which of the nominal model's parts (part,) are masses; the others are stiffnesses."""
+        return np.array([part.quantity == "mass" for part in self.nominal.parts], dtype=bool)
 
     def reduced(self, theta: FloatArray, hardly_differ: bool = False) -> ReducedModel:
         """Return M, C, K and the shapes of ``theta`` (variant, parameter); ``hardly_differ``: see `eigenmodes`."""
-        plant, basis = self.plant, self.basis
-        parts, variants = len(plant.parts), len(theta)
-        factor, of_mass = np.exp(theta[:, : plant.factors]), self._of_mass
+        nominal, basis = self.nominal, self.basis
+        parts, variants = len(nominal.parts), len(theta)
+        factor, of_mass = np.exp(theta[:, : nominal.factors]), self._of_mass
         M = self._drawn_mass(factor[:, :parts])
         C, K = (np.repeat(matrix[None], variants, axis=0) for matrix in (basis.damping, basis.stiffness))
         K += np.einsum("pe,eij->pij", factor[:, :parts][:, ~of_mass] - 1, basis.parts[~of_mass])
-        K += np.einsum("pe,eij->pij", theta[:, plant.factors : plant.values], basis.scattered)
-        rayleigh = plant.structure.damping
+        K += np.einsum("pe,eij->pij", theta[:, nominal.factors : nominal.values], basis.scattered)
+        rayleigh = nominal.structure.damping
         C += rayleigh.mass_factor * (M - basis.mass) + rayleigh.stiffness_factor * (K - basis.stiffness)
         before, altered = (M, C, K), False  # without the causes that turn the modes
         dashpots = np.zeros_like(C)
@@ -241,31 +241,31 @@ class Hypothesis:
                 altered = True
         modes = eigenmodes(M, K, hardly_differ)
         drawn = eigenmodes(before[0], before[2], hardly_differ) if altered else modes
-        more = more_damping(plant, drawn, *before[:2], factor[:, parts:])
-        if plant.turns and any(isinstance(candidate, ChangeCandidate) for candidate in self.candidates):
-            turned = 0.5 * (1 + theta[:, plant.values, None, None])
-            more = (1 - turned) * more + turned * more_damping(plant, modes, M, C, factor[:, parts:])
+        more = more_damping(nominal, drawn, *before[:2], factor[:, parts:])
+        if nominal.turns and any(isinstance(candidate, ChangeCandidate) for candidate in self.candidates):
+            turned = 0.5 * (1 + theta[:, nominal.values, None, None])
+            more = (1 - turned) * more + turned * more_damping(nominal, modes, M, C, factor[:, parts:])
         shapes, trailing = np.broadcast_to(basis.shapes, (variants, *basis.shapes.shape)), None
         if self.size < M.shape[1]:
             T = turn(modes, self.size)
-            if plant.has_dashpots or any(isinstance(c, DashpotCandidate) for c in self.candidates):
+            if nominal.has_dashpots or any(isinstance(c, DashpotCandidate) for c in self.candidates):
                 trailing = trailing_of(modes, T, C + more + dashpots, basis.shapes)
             M, C, K, more, dashpots = (T.transpose(0, 2, 1) @ matrix @ T for matrix in (M, C, K, more, dashpots))
             shapes = basis.shapes @ T
         C = C + more
-        C = C + assumed_damping(plant, M, C, K, factor[:, parts:], self._replaced(theta), hardly_differ) + dashpots
-        if plant.disperses:
-            K = dispersed(M, K, theta[:, plant.dispersion], plant.rate)
+        C = C + assumed_damping(nominal, M, C, K, factor[:, parts:], self._replaced(theta), hardly_differ) + dashpots
+        if nominal.disperses:
+            K = dispersed(M, K, theta[:, nominal.dispersion], nominal.rate)
         return ReducedModel(M, C, K, shapes, trailing)
 
     @cached_property
     def residual(self) -> ResidualModes | None:
-        """What gives way to the plant's laws and the candidates' in the modes that are not followed."""
-        plant = self.plant
-        return residual_modes_of(plant, [plant.pull(law) for law in plant.laws] + [law.pull for law in self.laws])
+        """What gives way to the nominal model's laws and the candidates' in the modes that are not followed."""
+        nominal = self.nominal
+        return residual_modes_of(nominal, [nominal.pull(law) for law in nominal.laws] + [law.pull for law in self.laws])
 
     @cached_property
     def left_out(self) -> list[FloatArray]:
         """How far a unit of each candidate's harmonic force bends modes that are not followed (dof,)."""
-        plant, nothing = self.plant, np.zeros(len(self.plant.dofs))
-        return [plant.left_out(c.pull) if isinstance(c, HarmonicCandidate) else nothing for c in self.candidates]
+        nominal, nothing = self.nominal, np.zeros(len(self.nominal.dofs))
+        return [nominal.left_out(c.pull) if isinstance(c, HarmonicCandidate) else nothing for c in self.candidates]

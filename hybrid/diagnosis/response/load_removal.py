@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from hybrid.diagnosis.nominal.plant import Plant
+from hybrid.diagnosis.nominal.nominal_model import NominalModel
 from hybrid.diagnosis.recorded.batches import Batch
 from hybrid.diagnosis.recorded.sensor_outputs import SensorOutputs
 from hybrid.diagnosis.response.hypothesis import Hypothesis
@@ -12,11 +12,13 @@ from hybrid.diagnosis.response.loaded import loaded_channels
 from hybrid.diagnosis.response.state_space import system_of
 
 
-def without_load_response(plant: Plant, batches: tuple[Batch, ...], outputs: SensorOutputs) -> tuple[Batch, ...]:
+def without_load_response(
+    nominal: NominalModel, batches: tuple[Batch, ...], outputs: SensorOutputs
+) -> tuple[Batch, ...]:
     """Return the batches without the response to their loads from rest, but with the loads; force laws are left out."""
-    if not plant.loaded:
+    if not nominal.loaded:
         return batches
-    linear = Hypothesis(replace(plant, laws=()))
+    linear = Hypothesis(replace(nominal, laws=()))
     system = system_of(linear, np.zeros((1, linear.nuisances)), outputs)
     return tuple(
         batch if batch.loads is None else batch.less(loaded_channels(system, batch.loads)[0]) for batch in batches

@@ -39,7 +39,7 @@ def loaded_channels(system: System, loads: Loads) -> FloatArray:
     before as they begin.
     """
     entry = system.loads
-    assert entry is not None  # a plant knows its dataset's loads
+    assert entry is not None  # a nominal model knows its dataset's loads
     own = entry.feed.shape[1]  # loads do not move harmonic forces
     gain, delay = np.ones_like(system.gain), np.zeros_like(system.delay)  # they come at the end
     still = replace(system, A=system.A[:, :own, :own], C=system.C[..., :own], gain=gain, delay=delay)

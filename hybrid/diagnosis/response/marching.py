@@ -14,7 +14,7 @@ from scipy.linalg import expm
 from fe_models.arrays import FloatArray, IntArray
 from hybrid.diagnosis.config import THREADS
 from hybrid.diagnosis.nominal.loads import ORDERS, Loads
-from hybrid.diagnosis.nominal.plant import Plant
+from hybrid.diagnosis.nominal.nominal_model import NominalModel
 from hybrid.diagnosis.parallel import parallel_map
 from hybrid.diagnosis.response.config import MARCHING
 from hybrid.diagnosis.response.loaded import loaded_channels, loaded_states
@@ -25,11 +25,11 @@ from hybrid.diagnosis.response.system import System, as_shown, drift, linear_cha
 PROBED_SIZES = 10.0 ** np.arange(-12, 13)  # m, m/s: a law that answers to none of them does not depend on it
 
 
-def is_too_fast(plant: Plant) -> bool:
+def is_too_fast(nominal: NominalModel) -> bool:
     """Return whether between two samples the structure moves too fast to follow under force laws."""
-    no_lowpass = plant.lowpass is None or plant.loaded  # see `respond`, and `state_space` of loads
-    step = 1 / plant.rate / (1 if no_lowpass else MARCHING.oversampling)
-    return float(plant.modes[0][-1]) * step > MARCHING.max_substeps * MARCHING.max_phase_per_substep
+    no_lowpass = nominal.lowpass is None or nominal.loaded  # see `respond`, and `state_space` of loads
+    step = 1 / nominal.rate / (1 if no_lowpass else MARCHING.oversampling)
+    return float(nominal.modes[0][-1]) * step > MARCHING.max_substeps * MARCHING.max_phase_per_substep
 
 
 @dataclass(frozen=True)
@@ -160,7 +160,7 @@ def _repeated(loads: Loads, recordings: int) -> Loads:
 def _with_loads(system: System, loads: Loads) -> tuple[System, FloatArray]:
     """Return a system whose states end with the loads' courses, and what these are, (recording, time, course)."""
     entry = system.loads
-    assert entry is not None  # a plant knows its dataset's loads
+    assert entry is not None  # a nominal model knows its dataset's loads
     courses = loads.at(entry.places)
     variants, states, laws = system.B.shape
     own, places = entry.feed.shape[1], len(entry.places)

@@ -7,7 +7,7 @@ from scipy.sparse import csr_array
 
 from fe_models.arrays import FloatArray
 from fe_models.causes.candidate import Candidate, MatrixCandidate, SupportCandidate
-from hybrid.diagnosis.nominal.plant import Plant
+from hybrid.diagnosis.nominal.nominal_model import NominalModel
 from hybrid.diagnosis.response.config import REDUCTION
 
 
@@ -27,36 +27,36 @@ class Basis:
     changes: tuple[FloatArray | None, ...]
 
 
-def basis_of(plant: Plant, candidates: tuple[Candidate, ...]) -> Basis:
-    """Return the plant's basis with the static response to each linear candidate, mass-orthogonal to all before it.
+def basis_of(nominal: NominalModel, candidates: tuple[Candidate, ...]) -> Basis:
+    """Return the nominal basis with the static response to each linear candidate, mass-orthogonal to all before it.
 
     Exact in the limit of many modes, and already with few for a change that few forces make (Craig and Bampton's
     fixed-interface modes and constraint modes, where a support is released).
     """
-    shapes = plant.basis
+    shapes = nominal.basis
     for candidate in candidates:
-        bent = _static_shapes(plant, candidate)
+        bent = _static_shapes(nominal, candidate)
         if candidate.brings:  # so large a change that the inertia of these shapes bends them, too
-            bent = np.hstack([bent, plant.static(plant.mass @ bent)])
+            bent = np.hstack([bent, nominal.static(nominal.mass @ bent)])
         for shape in bent.T:
-            shapes = _appended(shapes, shape, plant)
+            shapes = _appended(shapes, shape, nominal)
     changes = tuple(
         np.array([shapes.T @ (part @ shapes) for part in c.changes]) if isinstance(c, MatrixCandidate) else None
         for c in candidates
     )
-    M, C, K, *others = _projected(plant, shapes)
-    first, size = len(plant.parts), shapes.shape[1]
+    M, C, K, *others = _projected(nominal, shapes)
+    first, size = len(nominal.parts), shapes.shape[1]
     parts, scattered = (np.array(group).reshape(-1, size, size) for group in (others[:first], others[first:]))
     return Basis(shapes, M, C, K, parts, scattered, changes)
 
 
-def _projected(plant: Plant, shapes: FloatArray) -> FloatArray:
-    """Return the plant's matrices, all symmetric, in ``shapes`` (dof, vector), the first of which are its own."""
-    known = plant.projected
+def _projected(nominal: NominalModel, shapes: FloatArray) -> FloatArray:
+    """Return the nominal matrices, all symmetric, in ``shapes`` (dof, vector), the first of which are its own."""
+    known = nominal.projected
     own, size = known.shape[1], shapes.shape[1]
     if size == own:
         return known
-    added = (plant.stacked @ shapes[:, own:]).reshape(len(known), len(shapes), size - own)
+    added = (nominal.stacked @ shapes[:, own:]).reshape(len(known), len(shapes), size - own)
     full = np.empty((len(known), size, size))
     full[:, :own, :own] = known
     full[:, :, own:] = shapes.T @ added
@@ -64,46 +64,46 @@ def _projected(plant: Plant, shapes: FloatArray) -> FloatArray:
     return full
 
 
-def _static_shapes(plant: Plant, candidate: Candidate) -> FloatArray:
-    """Return the shapes (dof, load) that a candidate needs beyond the plant's own."""
+def _static_shapes(nominal: NominalModel, candidate: Candidate) -> FloatArray:
+    """Return the shapes (dof, load) that a candidate needs beyond the nominal model's own."""
     if isinstance(candidate, SupportCandidate):
-        return plant.released(candidate.row)[:, None]
-    if plant.kept is None or not isinstance(candidate, MatrixCandidate):
-        return np.zeros((len(plant.dofs), 0))
+        return nominal.released(candidate.row)[:, None]
+    if nominal.kept is None or not isinstance(candidate, MatrixCandidate):
+        return np.zeros((len(nominal.dofs), 0))
     forces = []
     for change in candidate.changes:
         rows = np.unique(np.concatenate(change.nonzero()))
         if len(rows):
             values, vectors = np.linalg.eigh(change[rows][:, rows].toarray())
             felt = np.abs(values) > REDUCTION.min_eigenvalue_share * np.abs(values).max()
-            full = np.zeros((len(plant.dofs), int(felt.sum())))
+            full = np.zeros((len(nominal.dofs), int(felt.sum())))
             full[rows] = vectors[:, felt]
             local = full.shape[1] <= REDUCTION.max_local_forces
-            forces.append(full if local else _spread(plant, change, candidate.width[0]))
-    return plant.static(np.hstack(forces)) if forces else np.zeros((len(plant.dofs), 0))
+            forces.append(full if local else _spread(nominal, change, candidate.width[0]))
+    return nominal.static(np.hstack(forces)) if forces else np.zeros((len(nominal.dofs), 0))
 
 
-def _spread(plant: Plant, change: csr_array, amount: float) -> FloatArray:
+def _spread(nominal: NominalModel, change: csr_array, amount: float) -> FloatArray:
     """Return the forces (dof, load) of a spread change on those followed modes that bend most under them beyond the
-    plant's basis, where an ``amount`` of it is felt at all: a sagging beam's bending goes with its stretching.
+    nominal model's basis, where an ``amount`` of it is felt at all: a sagging beam's bending goes with its stretching.
     """
-    omega, shapes = plant.modes
+    omega, shapes = nominal.modes
     forces = np.asarray(amount * (change @ shapes))
-    bent = plant.static(forces)
-    bent = bent - plant.basis @ (plant.basis.T @ (plant.mass @ bent))
-    energy = np.einsum("di,di->i", bent, plant.stiffness @ bent) / omega**2
+    bent = nominal.static(forces)
+    bent = bent - nominal.basis @ (nominal.basis.T @ (nominal.mass @ bent))
+    energy = np.einsum("di,di->i", bent, nominal.stiffness @ bent) / omega**2
     worst = np.argsort(-energy)[: REDUCTION.max_local_forces]
     return forces[:, worst[energy[worst] > REDUCTION.min_energy_share]]
 
 
-def _appended(shapes: FloatArray, shape: FloatArray, plant: Plant) -> FloatArray:
+def _appended(shapes: FloatArray, shape: FloatArray, nominal: NominalModel) -> FloatArray:
     """Return ``shapes`` (dof, vector) with one more, made orthogonal to them and normalised by mass."""
-    length = float(np.sqrt(shape @ (plant.mass @ shape)))
+    length = float(np.sqrt(shape @ (nominal.mass @ shape)))
     rest = shape
     for _ in range(2):  # once leaves rounding errors of what was taken away
-        weighted = plant.mass @ shapes
+        weighted = nominal.mass @ shapes
         rest = rest - shapes @ np.linalg.solve(shapes.T @ weighted, weighted.T @ rest)
-    left = float(np.sqrt(max(rest @ (plant.mass @ rest), 0.0)))
+    left = float(np.sqrt(max(rest @ (nominal.mass @ rest), 0.0)))
     if length == 0 or left <= REDUCTION.min_new_length_share * length:
         return shapes
     return np.column_stack([shapes, rest / left])

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.linalg import eigh
 
 from fe_models.arrays import FloatArray
-from hybrid.diagnosis.nominal.plant import Plant
+from hybrid.diagnosis.nominal.nominal_model import NominalModel
 from hybrid.diagnosis.response.config import RESIDUAL
 
 
@@ -29,32 +29,32 @@ class ResidualModes:
     pulled: FloatArray
 
 
-def residual_modes_of(plant: Plant, pulls: list[FloatArray]) -> ResidualModes | None:
-    """Return the residual coordinates of laws with ``pulls`` (dof,) on the nominal plant; None where it needs none.
+def residual_modes_of(nominal: NominalModel, pulls: list[FloatArray]) -> ResidualModes | None:
+    """Return the residual coordinates of laws with ``pulls`` (dof,) on the nominal model; None where it needs none.
 
     Those too fast for the recordings' sampling are slowed, by more mass, and as soft as before: what they add hardly
     moves then.
     """
-    if plant.kept is None or not pulls:
+    if nominal.kept is None or not pulls:
         return None
     every = np.stack(pulls, axis=1)  # (dof, law)
-    bent, whole = np.stack([plant.left_out(pull) for pull in pulls], axis=1), plant.static(every)
+    bent, whole = np.stack([nominal.left_out(pull) for pull in pulls], axis=1), nominal.static(every)
     bent = bent[:, np.sum(every * bent, axis=0) > RESIDUAL.min_flexibility_share * np.sum(every * whole, axis=0)]
     if not bent.size:
         return None
-    bent = bent / np.sqrt(np.sum(bent * (plant.mass @ bent), axis=0))
-    weight, turned = eigh(bent.T @ (plant.mass @ bent))
+    bent = bent / np.sqrt(np.sum(bent * (nominal.mass @ bent), axis=0))
+    weight, turned = eigh(bent.T @ (nominal.mass @ bent))
     felt = weight > RESIDUAL.min_mass_share * weight[-1]
     white = turned[:, felt] / np.sqrt(weight[felt])
-    square, own = eigh(white.T @ (bent.T @ (plant.stiffness @ bent)) @ white)
+    square, own = eigh(white.T @ (bent.T @ (nominal.stiffness @ bent)) @ white)
     shapes, omega = bent @ (white @ own), np.sqrt(square)
-    slowed = np.minimum(omega, 2 * np.pi * _fastest(plant))
+    slowed = np.minimum(omega, 2 * np.pi * _fastest(nominal))
     shapes = shapes * (slowed / omega)
-    ratio = np.einsum("dr,dr->r", shapes, plant.damping @ shapes) / (2 * slowed) + plant.ratios[-1]
+    ratio = np.einsum("dr,dr->r", shapes, nominal.damping @ shapes) / (2 * slowed) + nominal.ratios[-1]
     return ResidualModes(slowed, np.asarray(ratio), shapes, np.asarray(shapes.T @ every))
 
 
-def _fastest(plant: Plant) -> float:
+def _fastest(nominal: NominalModel) -> float:
     """Return the frequency (Hz) from which on a motion, once sampled, would look like one that the low-pass leaves."""
-    clear = plant.rate / 2 if plant.lowpass is None else plant.rate - plant.lowpass.reach(RESIDUAL.folded_share)
-    return max(clear, plant.highest)
+    clear = nominal.rate / 2 if nominal.lowpass is None else nominal.rate - nominal.lowpass.reach(RESIDUAL.folded_share)
+    return max(clear, nominal.highest)

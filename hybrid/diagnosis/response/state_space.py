@@ -24,14 +24,14 @@ def system_of(hypothesis: Hypothesis, theta: FloatArray, outputs: SensorOutputs,
 
     ``hardly_differ``: whether variants are a Jacobian's, so that they follow from the first one to first order.
     """
-    plant, n, variants = hypothesis.plant, hypothesis.size, len(theta)
+    nominal, n, variants = hypothesis.nominal, hypothesis.size, len(theta)
     reduced = hypothesis.reduced(theta, hardly_differ)
     laws, waves = _laws(hypothesis, theta), _waves(hypothesis, theta)
     inverse = np.linalg.inv(reduced.mass)
     A = np.zeros((variants, hypothesis.states, hypothesis.states))
     A[:, :n, n : 2 * n] = np.eye(n)
     A[:, n : 2 * n, : 2 * n] = -inverse @ np.concatenate([reduced.stiffness, reduced.damping], axis=2)
-    steps = None if any(isinstance(c, StepCandidate) for c in hypothesis.candidates) else plant.integration
+    steps = None if any(isinstance(c, StepCandidate) for c in hypothesis.candidates) else nominal.integration
     for number, (pull, _, frequency) in enumerate(waves):
         first, omega = 2 * n + 2 * number, 2 * np.pi * frequency
         omega = omega if steps is None else steps.shown_as(omega)  # a force keeps its frequency
@@ -47,7 +47,7 @@ def system_of(hypothesis: Hypothesis, theta: FloatArray, outputs: SensorOutputs,
     B[:, n : 2 * n] = feed = reduced.feed([pull for pull, _ in laws], inverse)
     for number, (pull, _) in enumerate(laws):
         G[:, number, :n] = G[:, len(laws) + number, n : 2 * n] = pull @ reduced.shapes
-    rows = plant.rows(outputs.sensors)
+    rows = nominal.rows(outputs.sensors)
     picked = rows @ reduced.shapes  # (variant, sensor, mode)
     seen = np.zeros((variants, len(outputs.sensors), hypothesis.states))
     kinds = of_each_quantity(outputs.sensors)
@@ -67,7 +67,7 @@ def system_of(hypothesis: Hypothesis, theta: FloatArray, outputs: SensorOutputs,
     forces = tuple(force for _, force in laws)
     gain, delay, slope = _faults(hypothesis, theta, outputs.positions)
     loads = _loads(hypothesis, reduced, inverse, outputs.sensors, [pull for pull, _ in laws])
-    lowpass = plant.lowpass if loads is None else None  # known loads have passed it before they act
+    lowpass = nominal.lowpass if loads is None else None  # known loads have passed it before they act
     residual = hypothesis.residual
     behind = None if residual is None else ResidualFlexibility(residual, kinds[..., None] * (rows @ residual.shapes))
     return System(A, B, seen, direct, G, forces, gain, delay, slope, 1 / outputs.rate, behind, loads, lowpass)
@@ -76,22 +76,22 @@ def system_of(hypothesis: Hypothesis, theta: FloatArray, outputs: SensorOutputs,
 def _loads(
     hypothesis: Hypothesis, reduced: ReducedModel, inverse: Any, sensors: tuple[Sensor, ...], laws: list[FloatArray]
 ) -> Entry | None:
-    """Return how the plant's known loads enter, beside ``laws`` with their pulls (dof,); None where there are none."""
-    plant = hypothesis.plant
-    if not plant.loaded:
+    """Return how known loads enter, beside ``laws`` with their pulls (dof,); None where there are none."""
+    nominal = hypothesis.nominal
+    if not nominal.loaded:
         return None
-    pulls, bent = plant.load_pulls, plant.load_shapes
+    pulls, bent = nominal.load_pulls, nominal.load_shapes
     beside = np.array(laws).reshape(len(laws), pulls.shape[1])
-    return entry_of(plant.loaded, pulls, bent, beside, reduced, inverse, plant, sensors)
+    return entry_of(nominal.loaded, pulls, bent, beside, reduced, inverse, nominal, sensors)
 
 
 def _laws(hypothesis: Hypothesis, theta: FloatArray) -> list[tuple[FloatArray, Force]]:
-    """Return pull (dof,) and force of each law: the plant's, then the candidates'."""
-    plant, stiffnesses = hypothesis.plant, np.exp(theta[:, : len(hypothesis.plant.parts)])
-    found = [(plant.pull(law), law_in_motion(law)) for law in plant.laws]
+    """Return pull (dof,) and force of each law: the nominal model's, then the candidates'."""
+    nominal, stiffnesses = hypothesis.nominal, np.exp(theta[:, : len(hypothesis.nominal.parts)])
+    found = [(nominal.pull(law), law_in_motion(law)) for law in nominal.laws]
     for candidate, part in zip(hypothesis.candidates, hypothesis.slices, strict=True):
         if isinstance(candidate, LawCandidate):
-            found.append((candidate.pull, force_of(candidate, plant, theta[:, part], stiffnesses)))
+            found.append((candidate.pull, force_of(candidate, nominal, theta[:, part], stiffnesses)))
     return found
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from fe_models.causes import StiffnessChange
 from fe_models.causes.candidate import Candidate, ModeCandidate
 from hybrid.diagnosis.fitting.least_squares import Fit
-from hybrid.diagnosis.nominal.plant import Plant
+from hybrid.diagnosis.nominal.nominal_model import NominalModel
 from hybrid.diagnosis.screening.screening import Screened
 
 
@@ -18,7 +18,7 @@ def confounded_candidates(fit: Fit, candidates: tuple[Candidate, ...]) -> list[S
     """
     found = []
     for candidate in candidates:
-        number = _factor_of(candidate, fit.hypothesis.plant)
+        number = _factor_of(candidate, fit.hypothesis.nominal)
         if number is not None:
             amount, shift = float(fit.theta[number]), np.zeros_like(fit.theta)
             shift[number] = -amount
@@ -27,12 +27,12 @@ def confounded_candidates(fit: Fit, candidates: tuple[Candidate, ...]) -> list[S
     return sorted(found, key=lambda trial: -trial.gain)
 
 
-def _factor_of(candidate: Candidate, plant: Plant) -> int | None:
+def _factor_of(candidate: Candidate, nominal: NominalModel) -> int | None:
     """Return the number of the uncertain factor that does the same as a candidate, None without one."""
     if isinstance(candidate, ModeCandidate):
-        return len(plant.parts) + candidate.mode if candidate.mode < len(plant.ratios) else None
+        return len(nominal.parts) + candidate.mode if candidate.mode < len(nominal.ratios) else None
     if candidate.kind == StiffnessChange.kind:
-        for number, part in enumerate(plant.parts):
+        for number, part in enumerate(nominal.parts):
             if part.quantity == "stiffness" and part.location == candidate.location:
                 return number
     return None

@@ -35,7 +35,7 @@ def screen_forces(fit: Fit, candidates: tuple[Candidate, ...], noise_model: Nois
     feed = np.stack([reduced.fed(force.pull, inverse)[0] for force in forces], axis=1)  # (mode, place)
     B = np.zeros((2 * n, len(forces)))  # the structure's own states: at another force's frequency its own are singular
     B[n:] = feed
-    D = at_once(hypothesis.plant.rows(noise_model.sensors) @ reduced.shapes[0], feed, noise_model.sensors)
+    D = at_once(hypothesis.nominal.rows(noise_model.sensors) @ reduced.shapes[0], feed, noise_model.sensors)
     omega = 2j * np.pi * trials[:, None, None]
     pushed = np.broadcast_to(B, (len(trials), *B.shape))
     A, C = system.A[0, : 2 * n, : 2 * n], system.C[0, :, : 2 * n]
@@ -49,7 +49,7 @@ def screen_forces(fit: Fit, candidates: tuple[Candidate, ...], noise_model: Nois
         for number, residual in enumerate(np.array_split(part.residual, len(sigma))):
             basis = part.basis[number] if part.basis.ndim == 3 else part.basis  # of laws: the first one's
             gains += _wave_gains(residual, basis, transfer / sigma[number][:, None], trials / noise_model.rate)
-    if hypothesis.plant.kept is not None:
+    if hypothesis.nominal.kept is not None:
         least = min(
             SCREENING.min_combination_share * _energy(fit, noise_model),
             max(SCREENING.min_residual_share * fit.misfit, fit.values),

@@ -96,10 +96,10 @@ def observed_modes(item: Fit, noise_model: NoiseModel) -> ObservedModes:
         sensors,
         1 / (1 / (of_omega + TINY) + (MODAL_SCAN.frequency_error * omega) ** 2),
         1 / (1 / (of_sensors + TINY) + (MODAL_SCAN.shape_error * np.abs(sensors).max(axis=0)) ** 2),
-        hypothesis.plant.mass @ shapes,
+        hypothesis.nominal.mass @ shapes,
     )
 
 
 def _picked(hypothesis: Hypothesis, omega2: FloatArray, shapes: FloatArray, noise_model: NoiseModel) -> PickedModes:
-    sensors = hypothesis.plant.rows(noise_model.sensors) @ shapes
+    sensors = hypothesis.nominal.rows(noise_model.sensors) @ shapes
     return PickedModes(np.sqrt(np.maximum(omega2, 0.0)), shapes, sensors)

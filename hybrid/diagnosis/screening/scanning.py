@@ -12,7 +12,7 @@ from hybrid.diagnosis.fitting.calibration_deviation import goes_far, within
 from hybrid.diagnosis.fitting.config import LINEARISATION
 from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.fitting.linearisation import orthonormal
-from hybrid.diagnosis.nominal.plant import Plant
+from hybrid.diagnosis.nominal.nominal_model import NominalModel
 from hybrid.diagnosis.parallel import parallel_map
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.response.eigenmodes import eigenmodes
@@ -58,7 +58,7 @@ def unseen(fit: Fit, candidates: tuple[Candidate, ...], noise_model: NoiseModel)
     changes = [c for c in candidates if much and isinstance(c, ChangeCandidate)]
     weakened = [c for c in changes if c.kind == StiffnessChange.kind and "element" in c.location]
     trials += [
-        trial for c in weakened for trial in _bringing(c, np.array(REMAINING_SHARES)[:, None], fit.hypothesis.plant)
+        trial for c in weakened for trial in _bringing(c, np.array(REMAINING_SHARES)[:, None], fit.hypothesis.nominal)
     ]
     best: dict[str, Screened] = {}
     for found in sorted(_best_of(trials, fit, noise_model), key=lambda trial: -trial.gain):
@@ -71,16 +71,16 @@ def leaves_much(fit: Fit) -> bool:
     return fit.chi2 > SCAN.min_unexplained_ratio * fit.values
 
 
-def _bringing(candidate: ChangeCandidate, sizes: FloatArray, plant: Plant) -> list[Trial]:
+def _bringing(candidate: ChangeCandidate, sizes: FloatArray, nominal: NominalModel) -> list[Trial]:
     """Return the ``sizes`` of a candidate by the number of modes that come down into the recordings' band there."""
-    if plant.kept is None:
+    if nominal.kept is None:
         return [(candidate, sizes)]
-    basis = basis_of(plant, (candidate,))
+    basis = basis_of(nominal, (candidate,))
     (change,) = basis.changes
     assert change is not None  # of a stiffness
     amounts = np.append(candidate.amount(sizes[:, 0]), 0.0)[:, None, None]
     omega2 = eigenmodes(basis.mass + amounts * change[0], basis.stiffness + amounts * change[2]).omega2
-    inside = np.sum(omega2 < (2 * np.pi * plant.highest) ** 2, axis=1)
+    inside = np.sum(omega2 < (2 * np.pi * nominal.highest) ** 2, axis=1)
     more = np.maximum(inside[:-1] - inside[-1], 0)
     return [(replace(candidate, brings=int(count)), sizes[more == count]) for count in np.unique(more)]
 

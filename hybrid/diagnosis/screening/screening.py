@@ -103,7 +103,7 @@ def screen(fit: Fit, candidates: tuple[Candidate, ...], noise_model: NoiseModel)
 def _present(fit: Fit, noise_model: NoiseModel) -> _Present:
     stretches = []
     system = system_of(fit.hypothesis, fit.theta[None], noise_model.outputs)
-    given = fit.hypothesis.plant.kept is not None and not system.is_linear  # too many modes to march for each
+    given = fit.hypothesis.nominal.kept is not None and not system.is_linear  # too many modes to march for each
     for batch, states in zip(fit.batches, fit.states, strict=True):
         part = linearise_batch(fit.hypothesis, fit.theta, batch, noise_model, states, brief=True)
         assert part is not None  # it was fitted
@@ -231,14 +231,14 @@ def _law_response(
     hypothesis, theta = fit.hypothesis, fit.theta[None]
     n = hypothesis.size
     pull = law.pull @ reduced.shapes[0]
-    force_at = force_of(law, hypothesis.plant, np.array([start]), np.exp(theta[:, : len(hypothesis.plant.parts)]))
+    force_at = force_of(law, hypothesis.nominal, np.array([start]), np.exp(theta[:, : len(hypothesis.nominal.parts)]))
     force = History(
         *(-force_at(part[..., :n] @ pull, part[..., n : 2 * n] @ pull) for part in (motion.now, motion.between))
     )
     moved = np.linalg.solve(reduced.mass[0], pull)
     feed = np.zeros(hypothesis.states)
     feed[n : 2 * n] = moved
-    picked = hypothesis.plant.rows(noise_model.sensors) @ reduced.shapes[0]
+    picked = hypothesis.nominal.rows(noise_model.sensors) @ reduced.shapes[0]
     direct = at_once(picked, moved[:, None], noise_model.sensors)[:, 0] * system.gain[0]
     return driven(form, 0, feed, direct, force, system)
 

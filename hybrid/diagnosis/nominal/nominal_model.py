@@ -34,7 +34,7 @@ from hybrid.diagnosis.nominal.scatter import NO_SCATTER, Scatter, scatter_of
 
 
 @dataclass(frozen=True)
-class Plant:
+class NominalModel:
     """A structure and the basis in which it is searched.
 
     ``mass``, ``damping``, ``stiffness``: sparse (dof, dof) over all degrees of freedom, as if no support held it.
@@ -115,8 +115,8 @@ class Plant:
         return self.values + self.turns
 
     @property
-    def undispersed(self) -> "Plant":
-        """The plant without dispersion."""
+    def undispersed(self) -> "NominalModel":
+        """The nominal model without dispersion."""
         if not self.disperses:
             return self
         return replace(self, spread=np.delete(self.spread, self.dispersion), disperses=False)
@@ -246,10 +246,10 @@ class Plant:
         return factorise(self.stiffness[free][:, free])
 
 
-def plant_of(dataset: Dataset) -> Plant:
-    """Return the nominal plant of a dataset's structure; `InputError` where that is none that a diagnosis can take.
+def nominal_model_of(dataset: Dataset) -> NominalModel:
+    """Return the nominal model of a dataset's structure; `InputError` where that is none that a diagnosis can take.
 
-    Its modal model, where it has one, is another plant: see `modal_plant`.
+    Its modal model, where it has one, is another nominal model: see `modal_model`.
     """
     structure = dataset.model
     if not isinstance(structure, Structure):
@@ -286,7 +286,7 @@ def plant_of(dataset: Dataset) -> Plant:
     normal = assumed.uncertainty
     spread = [getattr(normal, part.quantity) for part in parts] + [normal.damping] * modes
     own_step = assumed.step if assumed.integrator == "newmark" else None
-    plant = Plant(
+    nominal = NominalModel(
         structure=structure,
         mass=mass,
         damping=damping,
@@ -306,21 +306,21 @@ def plant_of(dataset: Dataset) -> Plant:
         lowpass=lowpass,
         rate=dataset.sampling_rate,
     )
-    plant = _scattered(plant, normal.stiffness)
+    nominal = _scattered(nominal, normal.stiffness)
     turns = assumed.damping_ratio is None and bool(damping.count_nonzero())
     disperses = own_step is None
-    spread = [*plant.spread, *[NOMINAL.damping_turn_std] * turns, *[NOMINAL.dispersion_std] * disperses]
-    return replace(plant, spread=np.array(spread), turns=turns, disperses=disperses)
+    spread = [*nominal.spread, *[NOMINAL.damping_turn_std] * turns, *[NOMINAL.dispersion_std] * disperses]
+    return replace(nominal, spread=np.array(spread), turns=turns, disperses=disperses)
 
 
-def _scattered(plant: Plant, stiffness: float) -> Plant:
-    """Return a frame's plant with elements off by themselves; ``stiffness``: stated relative standard deviation."""
-    if plant.kept is None or not stiffness:
-        return plant
-    omega, shapes = plant.modes
-    scatter = scatter_of(plant.structure, plant.parts, shapes, omega, plant.own_ratios[: plant.size])
+def _scattered(nominal: NominalModel, stiffness: float) -> NominalModel:
+    """Return a frame's model with elements off by themselves; ``stiffness``: stated relative standard deviation."""
+    if nominal.kept is None or not stiffness:
+        return nominal
+    omega, shapes = nominal.modes
+    scatter = scatter_of(nominal.structure, nominal.parts, shapes, omega, nominal.own_ratios[: nominal.size])
     own = np.full(len(scatter.changes), max(SCATTER.element_std_share * stiffness, NOMINAL.least_std))
-    return replace(plant, scatter=scatter, spread=np.append(plant.spread, own))
+    return replace(nominal, scatter=scatter, spread=np.append(nominal.spread, own))
 
 
 def _settled(structure: Structure) -> tuple[tuple[int, float], ...]:

@@ -1,4 +1,4 @@
-"""The modal model that a user simulates with instead of the structure's own, as a plant of its own."""
+"""The modal model that a user simulates with instead of the structure's own, as the nominal model."""
 
 from dataclasses import replace
 
@@ -15,12 +15,12 @@ from fe_models.nominal import nominal_modes
 from fe_models.recordings import Dataset
 from fe_models.structure import Structure
 from hybrid.diagnosis.nominal.config import NOMINAL
-from hybrid.diagnosis.nominal.plant import Plant
+from hybrid.diagnosis.nominal.nominal_model import NominalModel
 from hybrid.diagnosis.nominal.scatter import NO_SCATTER
 
 
-def modal_plant(plant: Plant, dataset: Dataset) -> Plant | None:
-    """Return the plant of a dataset's modal model, None without one; ``plant`` is that of its structure.
+def modal_model_of(nominal: NominalModel, dataset: Dataset) -> NominalModel | None:
+    """Return the nominal model of a dataset's modal model, None without one; ``nominal`` is that of its structure.
 
     With a left inverse P of the shapes Phi (dof, mode), M = P^T P, C = P^T diag(2 xi omega) P and
     K = P^T diag(omega^2) P have these modes, and no others. What the user is uncertain of changes it as it changes the
@@ -31,18 +31,18 @@ def modal_plant(plant: Plant, dataset: Dataset) -> Plant | None:
     if given is None:
         return None
     if dataset.lowpass is not None:  # as the structure, a chain in all its modes, a frame up to where something passes
-        dataset = replace(dataset, lowpass=None if plant.is_chain else plant.highest)
+        dataset = replace(dataset, lowpass=None if nominal.is_chain else nominal.highest)
     modal = nominal_modes(dataset, len(given.omega))
-    shapes = _normalised(modal.shapes, plant)
+    shapes = _normalised(modal.shapes, nominal)
     P = _left_inverse(shapes)
     count = len(modal.omega)
-    as_matrix = modal.damping_ratio if plant.turns else np.zeros(count)  # else each mode has its ratio, as there
+    as_matrix = modal.damping_ratio if nominal.turns else np.zeros(count)  # else each mode has its ratio, as there
     diagonals = np.ones(count), 2 * as_matrix * modal.omega, modal.omega**2
     mass, damping, stiffness = (P.T @ diags_array(values) @ P for values in diagonals)
     normal = np.maximum(dataset.assumptions.uncertainty.damping, NOMINAL.least_std)
-    asked = plant.spread[: len(plant.parts)], np.full(count, normal), plant.spread[plant.values :]
+    asked = nominal.spread[: len(nominal.parts)], np.full(count, normal), nominal.spread[nominal.values :]
     modal_alone = replace(
-        plant,
+        nominal,
         mass=csr_array(mass),
         damping=csr_array(damping),
         stiffness=csr_array(stiffness),
@@ -52,21 +52,21 @@ def modal_plant(plant: Plant, dataset: Dataset) -> Plant | None:
         scatter=NO_SCATTER,
         spread=np.concatenate(asked),
     )
-    T = standing_for(plant, modal_alone)
-    return replace(modal_alone, part_changes=tuple(csr_array(T.T @ change @ T) for change in plant.part_changes))
+    T = standing_for(nominal, modal_alone)
+    return replace(modal_alone, part_changes=tuple(csr_array(T.T @ change @ T) for change in nominal.part_changes))
 
 
-def standing_for(plant: Plant, modal: Plant) -> csr_array:
+def standing_for(nominal: NominalModel, modal: NominalModel) -> csr_array:
     """Return T (dof, dof) from a motion in the modal model's shapes to the same in those of the structure's own modes.
 
     T^T dK T is what a changed part of a frame does to the modal model, its modes standing for the structure's.
     Phi^T dK Phi with its own shapes is not: errors of a shape from one node to the next bend a beam far more than the
     mode does. A chain's springs stretch by as much as its nodes move, and take the shapes as they are.
     """
-    if plant.is_chain:
-        return csr_array(eye_array(len(plant.dofs)))
-    own_shapes, shapes = plant.modes[1], modal.basis
-    own, given, _ = pairs(own_shapes, shapes, plant)
+    if nominal.is_chain:
+        return csr_array(eye_array(len(nominal.dofs)))
+    own_shapes, shapes = nominal.modes[1], modal.basis
+    own, given, _ = pairs(own_shapes, shapes, nominal)
     sign = np.sign(np.einsum("di,di->i", own_shapes[:, own], shapes[:, given]))
     matched = np.zeros_like(shapes)
     matched[:, given] = own_shapes[:, own] * sign
@@ -87,22 +87,22 @@ def with_ratios_of_modal_model(dataset: Dataset) -> Dataset:
     return replace(dataset, assumptions=assumptions)
 
 
-def pairs(own: FloatArray, given: FloatArray, plant: Plant) -> tuple[FloatArray, FloatArray, FloatArray]:
+def pairs(own: FloatArray, given: FloatArray, nominal: NominalModel) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return which of the shapes ``own`` (dof, i) and ``given`` (dof, j) belong together, (pair,) each, and their MAC.
 
     All in all as alike as can be: a modal model may have its modes in any order, and fewer or more of them.
     """
-    moving = plant.dofs.free & (plant.dofs.direction != "rz")  # rotations are no lengths
+    moving = nominal.dofs.free & (nominal.dofs.direction != "rz")  # rotations are no lengths
     alike = mac(own[moving], given[moving])
     first, second = linear_sum_assignment(-alike)
     return first, second, alike[first, second]
 
 
-def _normalised(shapes: FloatArray, plant: Plant) -> FloatArray:
+def _normalised(shapes: FloatArray, nominal: NominalModel) -> FloatArray:
     """Return the shapes (dof, mode) normalised by the structure's mass, whatever they were normalised by."""
-    shapes = shapes * plant.dofs.free[:, None]  # what is all but zero at the supports
+    shapes = shapes * nominal.dofs.free[:, None]  # what is all but zero at the supports
     count = shapes.shape[1]
-    size = np.sqrt(np.einsum("di,di->i", shapes, plant.mass @ shapes))
+    size = np.sqrt(np.einsum("di,di->i", shapes, nominal.mass @ shapes))
     length = np.linalg.norm(shapes, axis=0)
     R = qr(shapes.T / np.maximum(length, TINY)[:, None], mode="r", pivoting=True)[0]
     if (
@@ -112,7 +112,7 @@ def _normalised(shapes: FloatArray, plant: Plant) -> FloatArray:
     ):
         raise InputError(
             f"[simulation] modal_model: the {count} shapes that are used depend on each other: each mode must be given"
-            f" once, move masses, and there are {len(plant.dofs.free_rows)} modes at most"
+            f" once, move masses, and there are {len(nominal.dofs.free_rows)} modes at most"
         )
     return np.asarray(shapes / size)
 
