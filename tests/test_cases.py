@@ -32,7 +32,7 @@ def test_one_mode_is_compared() -> None:
     compared = compare_recordings(load_dataset(CASES / "compare_one_mode" / "exact.toml"))
     assert compared.followed == (0,)
     for observed in compared.recordings:  # the model is exact
-        assert observed.lines.frequencies[observed.chosen[0]] == pytest.approx(compared.nominal[0], rel=5e-3)
+        assert observed.identified.frequencies[observed.chosen[0]] == pytest.approx(compared.nominal[0], rel=5e-3)
 
 
 def test_a_rising_frequency_is_one_line() -> None:
@@ -40,9 +40,10 @@ def test_a_rising_frequency_is_one_line() -> None:
     rises = []
     for number, observed in enumerate(compared.recordings, start=1):
         mean = 0.0025 * number  # of the recording: half of what the frequency rises by in all
-        found = observed.lines.frequencies[observed.chosen[0]] / compared.nominal[0] - 1
+        found = observed.identified.frequencies[observed.chosen[0]] / compared.nominal[0] - 1
         assert found == pytest.approx(mean, abs=3e-3)  # whole millimetres, three periods
-        assert observed.lines.ratios[observed.chosen[0]] > 0.001  # 0.0028 was put in; none was what a split pole had
+        ratio = observed.identified.ratios[observed.chosen[0]]
+        assert ratio > 0.001  # 0.0028 was put in; none was what a split pole had
         rises.append(observed.backbones[0].frequency[-1] / observed.backbones[0].frequency[0] - 1)
     # the first and the last span lie half of the recording apart
     np.testing.assert_allclose(rises, 0.0025 * np.arange(1, 13), atol=6e-3)

@@ -1,4 +1,4 @@
-"""Comparisons of small structures: one mode is enough, and a mode whose frequency rises as it decays is one line."""
+"""Comparisons of small structures: one mode is enough, and a mode whose frequency rises as it decays is one."""
 
 from pathlib import Path
 
@@ -60,13 +60,13 @@ def test_a_mode_whose_frequency_rises_is_one_line_and_its_rise_in_the_table(rise
     recordings = tuple(Recording(f"s{seed}", rising(rise, seed)[None]) for seed in range(4))
     compared = compare_recordings(Dataset(CARTS, RATE, sensors(2), recordings))
     for observed in compared.recordings:
-        frequencies = observed.lines.frequencies
+        frequencies = observed.identified.frequencies
         # the mean over the recording; whole millimetres leave 0.1 % of a frequency seen for three periods
         assert frequencies[observed.chosen[0]] * 2 * np.pi == pytest.approx(OMEGA[0] * (1 + rise / 2), rel=3e-3)
         assert frequencies[observed.chosen[1]] * 2 * np.pi == pytest.approx(OMEGA[1], rel=2e-3)
         near_first = np.abs(frequencies / frequencies[observed.chosen[0]] - 1) < 0.5
         assert near_first.sum() == 1
-        assert observed.lines.ratios[observed.chosen[0]] > 0.001  # 0.0028 is right, none where a pole is split
+        assert observed.identified.ratios[observed.chosen[0]] > 0.001  # 0.0028 is right, none where a pole is split
         curve = observed.backbones[0]
         # spans of one and a half of the three periods: their middles are half of the recording apart
         assert curve.frequency[-1] / curve.frequency[0] - 1 == pytest.approx(rise / 2, abs=2e-3 + 0.1 * rise)
@@ -84,8 +84,8 @@ def test_one_mode_is_enough() -> None:
     assert compared.followed == (0,)
     for observed in compared.recordings:
         # seven periods, noise of a thousandth: Cramer and Rao allow 1e-4 of a frequency and 2 % of this damping
-        assert observed.lines.frequencies[observed.chosen[0]] == pytest.approx(omega / (2 * np.pi), rel=5e-4)
-        assert observed.lines.ratios[observed.chosen[0]] == pytest.approx(0.003, rel=0.1)
+        assert observed.identified.frequencies[observed.chosen[0]] == pytest.approx(omega / (2 * np.pi), rel=5e-4)
+        assert observed.identified.ratios[observed.chosen[0]] == pytest.approx(0.003, rel=0.1)
     assert compared.left.max() < 1e-3
     text = describe_compared(compared)
     assert "Multiples of f1" in text

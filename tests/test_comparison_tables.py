@@ -13,7 +13,7 @@ from hybrid.identification.comparison_tables import comparison_csv, comparison_t
 from hybrid.identification.free_decay_modes import IdentifiedModes
 from hybrid.identification.recording_comparison import Compared, Observed
 
-LINES = IdentifiedModes(
+IDENTIFIED = IdentifiedModes(
     frequencies=np.array([2.2, 3.1, 5.0]),
     ratios=np.array([0.01, 0.02, 0.03]),
     shapes=np.array([[1.0, 0.4, -0.5], [0.2, 1.0, 1.0]]),
@@ -26,7 +26,7 @@ CURVES = (
 )
 OBSERVED = Observed(
     name="monday, early",
-    lines=LINES,
+    identified=IDENTIFIED,
     criterion=np.array([[0.99, 0.5, 0.1], [0.2, 0.3, 0.97], [0.1, 0.1, 0.1]]),
     chosen=(0, 2, -1),
     backbones=CURVES,

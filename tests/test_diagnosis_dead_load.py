@@ -81,7 +81,7 @@ def test_extended_structure_feels_its_weight() -> None:
     (effect,) = under_gravity().extended.effects
     assert isinstance(effect, DeadLoad)
     again = nominal_model_of(replace(recorded(9.81), model=under_gravity().extended)).modes[0][0]
-    shown = under_gravity().shown.observed.frequencies[0] * 2 * np.pi
+    shown = under_gravity().observations.observed.frequencies[0] * 2 * np.pi
     assert again == pytest.approx(shown, rel=1e-3)
     assert again < 0.97 * nominal_model_of(recorded(9.81)).modes[0][0]
 

@@ -16,7 +16,16 @@ from hybrid.diagnosis.nominal.geometry import Geometry
 from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
 from hybrid.diagnosis.recorded.batches import batches_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
-from tests.test_diagnosis_loads import OUTPUTS, RATE, SAMPLES, START, Waves, chain_motion, load_of, waves
+from tests.test_diagnosis_loads import (
+    OUTPUTS,
+    RATE,
+    SAMPLES,
+    START,
+    HarmonicForces,
+    chain_motion,
+    harmonic_forces,
+    load_of,
+)
 
 STIFFNESS = 0.004  # N/m^3
 GEOMETRY = Geometry(np.eye(4)[:, [2]], np.ones(1), np.array([[3]]), np.array([[-STIFFNESS]]), np.zeros((1, 4)))
@@ -24,7 +33,7 @@ SPRING = CubicSpring((3,), "x", STIFFNESS)  # exerts the same
 LAWS = {"linear": (), "stiff": (CubicSpring((1,), "x", 0.5),), "soft": (CubicSpring((1,), "x", -0.02),)}
 
 
-def difference(laws: tuple[Effect, ...], pushed: Waves = ()) -> FloatArray:
+def difference(laws: tuple[Effect, ...], pushed: HarmonicForces = ()) -> FloatArray:
     """Return what Exudyn shows with the spring less what it shows without, (time, sensor)."""
     with_it, without = (chain_motion(pushed, START, *effects) for effects in ((*laws, SPRING), laws))
     return (with_it - without)[:, :4]
@@ -32,7 +41,7 @@ def difference(laws: tuple[Effect, ...], pushed: Waves = ()) -> FloatArray:
 
 def told(
     laws: tuple[Effect, ...],
-    pushed: Waves = (),
+    pushed: HarmonicForces = (),
     lowpass: float | None = None,
     geometry: Geometry = GEOMETRY,
     starts: FloatArray = START[None],
@@ -51,9 +60,13 @@ def assert_close(found: FloatArray, expected: FloatArray, tolerance: float) -> N
     assert (np.abs(found - expected).max(axis=0) < tolerance * np.abs(expected).max(axis=0)).all()
 
 
-@pytest.mark.parametrize("pushed", [(), waves(1, node=3), waves(1, node=3, highest=2.0)], ids=["free", "slow", "fast"])
+@pytest.mark.parametrize(
+    "pushed", [(), harmonic_forces(1, node=3), harmonic_forces(1, node=3, highest=2.0)], ids=["free", "slow", "fast"]
+)
 @pytest.mark.parametrize("laws", LAWS.values(), ids=LAWS)
-def test_geometry_adds_what_a_spring_that_exerts_the_same_does(laws: tuple[Effect, ...], pushed: Waves) -> None:
+def test_geometry_adds_what_a_spring_that_exerts_the_same_does(
+    laws: tuple[Effect, ...], pushed: HarmonicForces
+) -> None:
     """Beside force laws, which answer to it, and under known loads up to a fifth of the sampling rate."""
     # What the last round changes of the forces, 1 %, changes the motion by a tenth of that.
     assert_close(told(laws, pushed)[0], difference(laws, pushed), 2e-3)

@@ -49,22 +49,24 @@ RATE, SAMPLES = 10.0, 301
 FITTED = tuple(sensor for sensor in SENSORS if sensor.role == "measured")
 EVERY = tuple(range(len(FITTED)))
 OUTPUTS = SensorOutputs(FITTED, RATE, EVERY)
-Waves = tuple[HarmonicForce, ...]  # of which known loads are made, so that other solvers know them as effects
+HarmonicForces = tuple[HarmonicForce, ...]  # of which known loads are made, so that other solvers know them as effects
 
 
-def waves(seed: int, node: int = 2, size: float = 0.3, highest: float = 0.6, count: int = 8) -> Waves:
+def harmonic_forces(
+    seed: int, node: int = 2, size: float = 0.3, highest: float = 0.6, count: int = 8
+) -> HarmonicForces:
     """Return harmonic forces (N) between zero and the ``highest`` frequency (Hz), random in phase."""
     rng = np.random.default_rng(seed)
     frequencies = highest * (np.arange(count) + rng.uniform(0.1, 0.9, count)) / count
     return tuple(HarmonicForce(node, "x", size, float(f), float(rng.uniform(0, 2 * np.pi))) for f in frequencies)
 
 
-def load_of(forces: Waves, samples: int = SAMPLES, rate: float = RATE) -> Load:
+def load_of(forces: HarmonicForces, samples: int = SAMPLES, rate: float = RATE) -> Load:
     time = np.arange(samples) / rate
     return Load(forces[0].node, forces[0].direction, np.sum([-wave.force(0, 0, time) for wave in forces], axis=0))
 
 
-def chain_motion(forces: Waves, start: FloatArray, *effects: Effect) -> FloatArray:
+def chain_motion(forces: HarmonicForces, start: FloatArray, *effects: Effect) -> FloatArray:
     """Return what Exudyn shows (time, sensor) from a ``start`` (2, dof): displacement and velocity."""
     config = FreeConfig((SAMPLES - 1) / RATE, RATE, 0.01)
     structure = four_dof().with_effects(*effects, *forces)
@@ -88,7 +90,7 @@ NOTHING = np.zeros((1, SAMPLES, len(SENSORS)))
 
 @pytest.mark.parametrize("laws", [(), (CubicSpring((1,), "x", 0.5),)], ids=["linear", "cubic"])
 def test_chain_under_a_load_moves_as_in_exudyn(laws: tuple[Effect, ...]) -> None:
-    forces = waves(1, node=3)
+    forces = harmonic_forces(1, node=3)
     truth = chain_motion(forces, START, *laws)[:, :4]
     dataset = chain_dataset(Recording("r", truth[None], loads=(load_of(forces),)))
     (batch,) = batches_of(dataset, "train")
@@ -104,7 +106,9 @@ def test_chain_under_a_load_moves_as_in_exudyn(laws: tuple[Effect, ...]) -> None
 
 
 def test_segments_continue_each_other() -> None:
-    dataset = chain_dataset(Recording("r", NOTHING, loads=(load_of(waves(1)), load_of(waves(2, 4)))))
+    dataset = chain_dataset(
+        Recording("r", NOTHING, loads=(load_of(harmonic_forces(1)), load_of(harmonic_forces(2, 4))))
+    )
     (batch,) = batches_of(dataset, "train")
     assert batch.loads is not None
     system, start = system_with(dataset), START.reshape(1, -1)
@@ -118,7 +122,7 @@ def test_segments_continue_each_other() -> None:
 
 
 def test_late_and_scaled_sensors_show_the_load_late_and_scaled() -> None:
-    forces, delay, gain = waves(3, node=1), 0.13, 1.2
+    forces, delay, gain = harmonic_forces(3, node=1), 0.13, 1.2
     config = FreeConfig((SAMPLES - 1) / RATE, 100.0, 0.01)
     rest = np.zeros((1, 4))
     motion = simulate_free(four_dof().with_effects(*forces), rest, rest, config, progress=False)
@@ -135,7 +139,7 @@ def test_late_and_scaled_sensors_show_the_load_late_and_scaled() -> None:
 
 
 def test_a_body_that_moves_freely_is_pushed_away() -> None:
-    forces = waves(4, node=3)
+    forces = harmonic_forces(4, node=3)
     truth = chain_motion(forces, START, StiffnessChange((1,), 0.0))[:, :4]
     dataset = chain_dataset(Recording("r", NOTHING, loads=(load_of(forces),)))
     (batch,) = batches_of(dataset, "train")
@@ -196,7 +200,7 @@ def recorded(
     rng = np.random.default_rng(seed)
     recordings, level = [], np.zeros(len(SENSORS))
     for number in range(5):
-        forces = () if number < free else waves(10 * seed + number, node, highest=highest, count=count)
+        forces = () if number < free else harmonic_forces(10 * seed + number, node, highest=highest, count=count)
         states = (1.0 if number < free else 0.0) * rng.standard_normal((2, 4))
         data = chain_motion(forces, states, *effects)
         level = level if number else 0.03 * data.std(axis=0)
@@ -245,7 +249,7 @@ def test_a_cubic_spring_is_named_from_recordings_that_begin_at_rest() -> None:
 def test_added_mass_under_a_fast_load_is_not_taken_for_noise() -> None:
     dataset = recorded(4, AddedMass(3, 0.6), node=3, highest=4.9, count=40)
     setting = setting_of(dataset)
-    data = chain_motion(waves(40, 3, highest=4.9, count=40), np.zeros((2, 4)), AddedMass(3, 0.6))
+    data = chain_motion(harmonic_forces(40, 3, highest=4.9, count=40), np.zeros((2, 4)), AddedMass(3, 0.6))
     level = 0.03 * data.std(axis=0)[list(setting.measured)]
     assert setting.noise_model.sigma == pytest.approx(
         level, rel=0.15
@@ -287,7 +291,7 @@ def test_a_free_recording_is_forecast_by_what_was_fitted_from_rest() -> None:
 
 
 def test_loads_are_batched_cut_and_halved_with_their_recordings() -> None:
-    first, second = (load_of(waves(seed, node)) for seed, node in ((1, 2), (2, 4)))
+    first, second = (load_of(harmonic_forces(seed, node)) for seed, node in ((1, 2), (2, 4)))
     data = np.random.default_rng(0).standard_normal((3, SAMPLES, 5))
     several = Recording("several", data[:2], loads=(first,))
     dataset = chain_dataset(several, Recording("free", data[:1]), Recording("both", data[2:], loads=(first, second)))
@@ -326,7 +330,7 @@ def test_a_load_of_few_samples_has_the_orders_that_these_tell() -> None:
 
 def test_peers_refuse_loads() -> None:
     with pytest.raises(InputError, match="free vibrations only"):
-        certain_of(chain_dataset(Recording("r", NOTHING, loads=(load_of(waves(1)),))))
+        certain_of(chain_dataset(Recording("r", NOTHING, loads=(load_of(harmonic_forces(1)),))))
 
 
 def test_a_load_passes_the_low_pass_of_recordings_that_it_has_not_passed_however_little_lies_above() -> None:

@@ -197,8 +197,8 @@ def test_contaminated_modal_model_is_the_finding() -> None:
     assert baseline is not None
     assert extended is not None
     assert extended < 1.05 * found.noise_floor < 0.5 * baseline
-    np.testing.assert_allclose(found.shown.nominal.frequencies, wrong.frequencies, rtol=1e-6)
-    np.testing.assert_allclose(found.shown.observed.frequencies, OWN.frequencies, rtol=3e-3)
+    np.testing.assert_allclose(found.observations.nominal.frequencies, wrong.frequencies, rtol=1e-6)
+    np.testing.assert_allclose(found.observations.observed.frequencies, OWN.frequencies, rtol=3e-3)
     before, after = (np.std(found.example.measured - y) for y in (found.example.nominal, found.example.extended))
     assert before > 5 * after  # the picture shows the modal model's forecast
     assert found.extended.effects == ()

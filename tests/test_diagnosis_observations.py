@@ -100,17 +100,17 @@ def test_observed_modes_are_those_of_the_truth(found: Diagnosis) -> None:
     (cause,) = (finding.cause for finding in found.findings)
     assert isinstance(cause, AddedMass)
     true = natural_modes(linearise(four_dof().with_effects(cause)), 4)
-    np.testing.assert_allclose(found.shown.observed.frequencies, true.frequencies, rtol=0.01)
-    off = np.abs(found.shown.nominal.frequencies / true.frequencies - 1)
+    np.testing.assert_allclose(found.observations.observed.frequencies, true.frequencies, rtol=0.01)
+    off = np.abs(found.observations.nominal.frequencies / true.frequencies - 1)
     assert off.max() > 0.02
-    assert found.shown.mac.shape == (4,)
-    assert found.shown.motion_energy.sum() == pytest.approx(1)
-    assert found.shown.error_energy.sum() == pytest.approx(1)
+    assert found.observations.mac.shape == (4,)
+    assert found.observations.motion_energy.sum() == pytest.approx(1)
+    assert found.observations.error_energy.sum() == pytest.approx(1)
 
 
 def test_frequencies_that_are_all_off_alike_are_told(found: Diagnosis) -> None:
     """Not those of one mode, which a cause at a place moves, nor by what its owner thinks normal."""
-    shown, f = found.shown, found.shown.nominal.frequencies
+    shown, f = found.observations, found.observations.nominal.frequencies
     alike, one = (replace(shown, observed=replace(shown.observed, frequencies=f * (0.8, b, b, b))) for b in (0.8, 1.0))
     seen = replace(alike, motion_energy=np.full(4, 0.25), mac=np.ones(4))
     (note,) = uniform_frequency_error(seen, Uncertainty())
@@ -121,7 +121,7 @@ def test_frequencies_that_are_all_off_alike_are_told(found: Diagnosis) -> None:
 
 def test_damping_that_is_off_in_all_modes_is_told(found: Diagnosis) -> None:
     """Not that of one mode, nor what its owner thinks normal; from none at all it is infinitely far."""
-    shown = replace(found.shown, motion_energy=np.full(4, 0.25), mac=np.ones(4))
+    shown = replace(found.observations, motion_energy=np.full(4, 0.25), mac=np.ones(4))
 
     def with_ratios(observed: tuple[float, ...], nominal: tuple[float, ...]) -> Observations:
         two = (np.array(ratios) for ratios in (observed, nominal))
@@ -140,16 +140,16 @@ def test_damping_that_is_off_in_all_modes_is_told(found: Diagnosis) -> None:
 def test_mode_that_is_overdamped_is_in_no_table() -> None:
     """Of the others fewer are observed than there are nominal ones."""
     found = diagnose(motions(PointDamper((2,), "x", 10.0)))
-    assert len(found.shown.observed.frequencies) < len(found.shown.nominal.frequencies)
-    assert observations_table(found.shown)
+    assert len(found.observations.observed.frequencies) < len(found.observations.nominal.frequencies)
+    assert observations_table(found.observations)
 
 
 def test_tables_tell_channels_and_modes(found: Diagnosis) -> None:
-    lines = describe_observations(found.shown)
+    lines = describe_observations(found.observations)
     assert max(len(line) for line in lines) <= 110
     assert [line.split()[0] for line in lines[2:7]] == ["x4", "a1", "a3", "a4", "a2"]
     assert lines[6].endswith("held out")
-    table = json.loads(json.dumps(observations_table(found.shown)))
+    table = json.loads(json.dumps(observations_table(found.observations)))
     assert table["channels"][4]["noise_std"] is None
     assert len(table["modes"]["observed"]["frequencies"]) == 4
 

@@ -112,7 +112,7 @@ def test_modes_of_a_support_gone_soft_keep_the_damping_ratios_of_their_numbers()
     true = natural_modes(linearise(beam().with_effects(SupportSpring(7, "y", stiffness))), 2)
     extended = natural_modes(linearise(found.extended), 2)
     np.testing.assert_allclose(extended.damping_ratio, true.damping_ratio, rtol=0.03)  # its nominal ones are certain
-    np.testing.assert_allclose(found.shown.observed.frequencies[:2], true.frequencies, rtol=2e-3)
+    np.testing.assert_allclose(found.observations.observed.frequencies[:2], true.frequencies, rtol=2e-3)
 
 
 @pytest.mark.slow
@@ -158,7 +158,7 @@ def test_sensor_mounted_the_wrong_way_round_is_told(reversed_one: int) -> None:
     assert (finding.cause.kind, finding.cause.location) == ("sensor_gain", {"sensor": sensors[reversed_one].name})
     assert finding.parameters["factor"].value == pytest.approx(-1, abs=0.03)
     true = natural_modes(linearise(frame), 3).frequencies
-    np.testing.assert_allclose(found.shown.observed.frequencies[:3], true, rtol=5e-3)
+    np.testing.assert_allclose(found.observations.observed.frequencies[:3], true, rtol=5e-3)
 
 
 @pytest.mark.slow

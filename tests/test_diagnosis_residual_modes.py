@@ -122,8 +122,8 @@ def test_residual_coordinates_begin_where_a_spring_holds_them() -> None:
     system = system_of(hypothesis, theta, OUTPUTS)
     states[..., : len(STARTS)] = np.sign(system.G[0, 0, : len(STARTS)]) * STARTS  # against the stop
     u, r = (float(x) for x in (system.G[0, 0] @ states[0, 0], held(system, states)[0, 0, 2 * nominal.size]))
-    assert system.behind is not None
-    residual = system.behind.residual
+    assert system.residual_flexibility is not None
+    residual = system.residual_flexibility.residual
     pulled, omega = float(residual.pulled[0, 0]), float(residual.omega[0])
     force = 10 * SPRING * (u + pulled * r - gap)
     assert force * pulled == pytest.approx(-(omega**2) * r, rel=1e-4)  # the stop sets in smoothly

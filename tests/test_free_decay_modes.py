@@ -1,4 +1,4 @@
-"""What recordings tell by themselves: lines, backbones, combinations, and whether they are of one structure."""
+"""What recordings show by themselves: modes, backbones, combinations, and whether they are of one structure."""
 
 import csv
 import json
@@ -31,7 +31,7 @@ SHAPES = np.array([[1.0, 0.5, -0.2], [-0.3, 1.0, -0.4], [0.1, 0.6, 1.0]])
 
 
 def decay(frequencies: list[float], ratios: list[float], sizes: list[float], shapes: FloatArray) -> FloatArray:
-    """Return damped cosines (time, sensor) with ``shapes`` (line, sensor) and a little noise."""
+    """Return damped cosines (time, sensor) with ``shapes`` (mode, sensor) and a little noise."""
     omega = 2 * np.pi * np.array(frequencies)
     waves = np.exp(-np.array(ratios) * omega * TIME[:, None]) * np.cos(omega * TIME[:, None] + 0.3)
     noise = 1e-3 * np.random.default_rng(0).standard_normal((SAMPLES, shapes.shape[1]))
@@ -39,14 +39,14 @@ def decay(frequencies: list[float], ratios: list[float], sizes: list[float], sha
 
 
 def test_lines_come_back_with_frequency_damping_and_shape() -> None:
-    lines = identify_modes(
+    identified = identify_modes(
         decay([3.9, 6.3, 7.1], [0.004, 0.003, 0.01], [1.0, 0.6, 0.2], SHAPES), RATE, 3.9, 30.0, count=3
     )
-    # 2000 samples of noise a thousandth as large as the strongest line leave errors near 1e-5 (Cramer and Rao)
-    np.testing.assert_allclose(lines.frequencies, [3.9, 6.3, 7.1], rtol=1e-4)
-    np.testing.assert_allclose(lines.ratios, [0.004, 0.003, 0.01], rtol=0.02)
-    np.testing.assert_allclose(lines.shapes.T, SHAPES, atol=0.02)
-    assert lines.left < 1e-3
+    # 2000 samples of noise a thousandth as large as the strongest mode leave errors near 1e-5 (Cramer and Rao)
+    np.testing.assert_allclose(identified.frequencies, [3.9, 6.3, 7.1], rtol=1e-4)
+    np.testing.assert_allclose(identified.ratios, [0.004, 0.003, 0.01], rtol=0.02)
+    np.testing.assert_allclose(identified.shapes.T, SHAPES, atol=0.02)
+    assert identified.left < 1e-3
 
 
 def test_the_standard_deviation_of_a_frequency_is_that_of_many_recordings() -> None:
@@ -87,7 +87,7 @@ def test_backbone_shows_how_frequency_falls_with_amplitude(softening: float) -> 
 def test_a_force_that_is_not_linear_leaves_sums_and_differences() -> None:
     linear = decay([3.9, 6.3], [0.004, 0.003], [1.0, 0.6], SHAPES[:2])
     bent = linear + 0.02 * linear**2
-    assert max(item.over for item in combinations_of(linear, RATE, (3.9, 6.3))) < 20  # noise, and feet of the lines
+    assert max(item.over for item in combinations_of(linear, RATE, (3.9, 6.3))) < 20  # noise, and feet of the peaks
     found = {(item.first, item.second): item for item in combinations_of(bent, RATE, (3.9, 6.3))}
     for pair in ((-1, 1), (2, 0), (1, 1)):
         assert found[pair].over > 100
@@ -98,8 +98,8 @@ def test_another_structure_leaves_most_unexplained() -> None:
     same = [decay([3.9, 6.3], [0.004, 0.003], sizes, SHAPES[:2]) for sizes in ([1.0, 0.6], [0.3, -0.9])]
     other = decay([3.7, 5.9], [0.004, 0.003], [1.0, 0.6], SHAPES[1:])
     recordings = [*same, other]
-    lines = [identify_modes(data, RATE, 3.9, 30.0, count=2) for data in recordings]
-    left = shares_unexplained(lines, recordings, RATE, window_of(lines, recordings, RATE))
+    identified = [identify_modes(data, RATE, 3.9, 30.0, count=2) for data in recordings]
+    left = shares_unexplained(identified, recordings, RATE, window_of(identified, recordings, RATE))
     assert left[:2, :2].max() < 0.01
     assert left[2, 2] < 0.01
     assert min(left[2, :2].min(), left[:2, 2].min()) > 0.5
@@ -126,7 +126,7 @@ def test_modes_are_found_by_shape_and_the_odd_recording_stands_out(dataset: Data
     compared = compare_recordings(dataset)
     assert compared.followed == (1, 2)
     for observed, third in zip(compared.recordings, (1.0, 1.0, 0.93), strict=True):
-        seen = [observed.lines.frequencies[observed.chosen[mode]] for mode in compared.followed]
+        seen = [observed.identified.frequencies[observed.chosen[mode]] for mode in compared.followed]
         np.testing.assert_allclose(seen / compared.nominal[1:3], [1.12, third], rtol=1e-3)
         assert min(observed.criterion[mode, observed.chosen[mode]] for mode in compared.followed) > 0.999
     assert max(compared.left[0, 1], compared.left[1, 0]) < 0.05 < 0.1 < min(compared.left[2, :2])

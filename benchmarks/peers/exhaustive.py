@@ -43,9 +43,9 @@ def name_by_aic(dataset: Dataset) -> Answer:
 def aic_of(item: Fit) -> float:
     """Return Akaike's criterion of a fit; the initial states, the same for all but a harmonic force, are left out."""
     free = sum(len(candidate.names) for candidate in item.hypothesis.candidates)
-    waves = sum(isinstance(candidate, HarmonicCandidate) for candidate in item.hypothesis.candidates)
+    harmonics = sum(isinstance(candidate, HarmonicCandidate) for candidate in item.hypothesis.candidates)
     recordings = sum(len(batch.data) for batch in item.batches)
-    return item.chi2 + 2 * (free + 2 * waves * recordings)
+    return item.chi2 + 2 * (free + 2 * harmonics * recordings)
 
 
 def _first(certain: Certain) -> list[Fit]:

@@ -48,7 +48,7 @@ def name_by_regression(dataset: Dataset) -> Answer:
 
 
 def library(certain: Certain, learned: LatentForces) -> list[Term]:
-    """Return the terms: the force at all masses of every candidate that is a force; linear, laws, waves."""
+    """Return the terms: the force at all masses of every candidate that is a force; linear, laws, harmonic."""
     nominal = certain.hypothesis.nominal
     M, C, K, shapes = certain.matrices
     x, v = learned.displacement, learned.velocity
@@ -64,7 +64,7 @@ def library(certain: Certain, learned: LatentForces) -> list[Term]:
         elif isinstance(candidate, ForceCandidate) and candidate.kind != "slack_cable":
             pull = candidate.pull @ shapes
             if not isinstance(candidate, LawCandidate):
-                terms += [Term(name, wave * pull) for wave in _waves(learned.force @ pull)]
+                terms += [Term(name, harmonic * pull) for harmonic in _harmonics(learned.force @ pull)]
             else:
                 terms += [
                     Term(
@@ -110,12 +110,12 @@ def _slackness(nominal: NominalModel, candidate: Candidate) -> str | None:
     return None
 
 
-def _waves(force: FloatArray) -> list[FloatArray]:
+def _harmonics(force: FloatArray) -> list[FloatArray]:
     """Return sine and cosine (1, time, 1) at the frequency that a force (recording, time) has most of in common."""
     samples = force.shape[1]
     spectrum = np.abs(np.fft.rfft(force.mean(axis=0) * np.hanning(samples), 8 * samples))
     turn = 2 * np.pi * int(np.argmax(spectrum)) / (8 * samples) * np.arange(samples)
-    return [np.tile(wave(turn)[None, :, None], (len(force), 1, 1)) for wave in (np.sin, np.cos)]
+    return [np.tile(harmonic(turn)[None, :, None], (len(force), 1, 1)) for harmonic in (np.sin, np.cos)]
 
 
 def _chosen(terms: list[Term], learned: LatentForces) -> FloatArray:

@@ -9,7 +9,7 @@ def compare(dataset: DatasetFile, out: Out, quiet: Quiet = False) -> None:
 
     Nothing is fitted but damped cosines, to all channels of each recording, those held out elsewhere included. Prints
     frequencies, damping and shapes of each recording beside the model's, how far the modes of one explain the others,
-    how frequencies change while the motion decays, and lines at sums and differences of frequencies.
+    how frequencies change while the motion decays, and peaks at sums and differences of frequencies.
 
     \b
     OUT/comparison.txt   what is printed
@@ -39,7 +39,7 @@ def compare(dataset: DatasetFile, out: Out, quiet: Quiet = False) -> None:
         assert data is not None  # else there were faults
         print_notes(data)
         motions = sum(len(recording.data) for recording in data.recordings)
-        with progress_bar("lines of each motion", motions, "motion") as bar:
+        with progress_bar("modes of each motion", motions, "motion") as bar:
             compared = compare_recordings(data, bar.update)
         save_comparison(compared, data, out)
         print(describe_compared(compared))

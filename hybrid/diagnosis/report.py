@@ -69,7 +69,7 @@ def _table(diagnosis: Diagnosis) -> dict[str, Any]:
         "scores": dict(diagnosis.scores),
         "noise_floor": diagnosis.noise_floor,
         "seconds": round(diagnosis.seconds, 2),
-        "shown": observations_table(diagnosis.shown) | {"one_structure": diagnosis.alike},
+        "shown": observations_table(diagnosis.observations) | {"one_structure": diagnosis.alike},
         "advice": [_advice(advice) for advice in diagnosis.advice],
         "notes": list(diagnosis.notes),
     }
@@ -108,7 +108,7 @@ def _finding(finding: Finding) -> dict[str, Any]:
 def describe_diagnosis(diagnosis: Diagnosis, gain: Gain | None = None) -> str:
     """Return the report in a few lines, after tables of what the nominal simulation shows."""
     alike = [] if diagnosis.alike is None else [ONE_STRUCTURE[diagnosis.alike]]
-    return "\n".join([*describe_observations(diagnosis.shown), *alike, "", summary(diagnosis, gain)])
+    return "\n".join([*describe_observations(diagnosis.observations), *alike, "", summary(diagnosis, gain)])
 
 
 def summary(diagnosis: Diagnosis, gain: Gain | None = None) -> str:

@@ -9,16 +9,16 @@ from hybrid.identification.damped_cosines import columns_of
 from hybrid.identification.free_decay_modes import IdentifiedModes
 
 
-def window_of(lines: list[IdentifiedModes], recordings: list[FloatArray], rate: float) -> int:
-    """Return how many samples of ``recordings`` (time, sensor) one set of ``lines`` is to explain at once."""
-    slowest = min(float(model.frequencies[0]) for model in lines)
+def window_of(models: list[IdentifiedModes], recordings: list[FloatArray], rate: float) -> int:
+    """Return how many samples of ``recordings`` (time, sensor) one of the ``models`` is to explain at once."""
+    slowest = min(float(model.frequencies[0]) for model in models)
     return min(
         round(max(AGREEMENT.window_s, AGREEMENT.min_periods / slowest) * rate), *(len(data) for data in recordings)
     )
 
 
 def shares_unexplained(
-    lines: list[IdentifiedModes], recordings: list[FloatArray], rate: float, samples: int
+    models: list[IdentifiedModes], recordings: list[FloatArray], rate: float, samples: int
 ) -> FloatArray:
     """Return the share of each recording's energy that the modes of each one leave, (model, recording).
 
@@ -26,10 +26,10 @@ def shares_unexplained(
     shapes, frequencies and damping, take the amplitudes and phases that fit best. The energy is that of all windows
     together.
     """
-    shares = np.empty((len(lines), len(recordings)))
-    for i, model in enumerate(lines):
-        waves = columns_of(model.roots, samples, rate).reshape(samples, 2, -1)  # (time, part, line)
-        columns = np.einsum("tpl,sl->tspl", waves, model.shapes).reshape(samples * len(model.shapes), -1)
+    shares = np.empty((len(models), len(recordings)))
+    for i, model in enumerate(models):
+        decays = columns_of(model.roots, samples, rate).reshape(samples, 2, -1)  # (time, part, mode)
+        columns = np.einsum("tpl,sl->tspl", decays, model.shapes).reshape(samples * len(model.shapes), -1)
         basis, _ = np.linalg.qr(columns)
         for j, data in enumerate(recordings):
             count = len(data) // samples

@@ -59,7 +59,7 @@ def frequency_deviation(data: FloatArray, root: complex, others: ComplexArray, r
 
     Of least squares with white residuals, of a variance v_c in each channel c: with J_c (time, 2), the slopes for Re s
     and Im s less what the linear amplitudes take up, cov = H^-1 (sum_c v_c J_c^T J_c) H^-1, H = sum_c J_c^T J_c.
-    ``others`` (line,) are held; ``data`` (time, sensor) is sampled at ``rate`` Hz.
+    ``others`` (pole,) are held; ``data`` (time, sensor) is sampled at ``rate`` Hz.
     """
     roots, time = np.concatenate([[root], others]), np.arange(len(data)) / rate
     columns = np.hstack([columns_of(roots, len(data), rate), np.ones((len(data), 1))])

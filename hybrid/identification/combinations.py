@@ -1,4 +1,4 @@
-"""Sums and differences of modes' frequencies: lines there are the mark of a force that is not linear."""
+"""Sums and differences of modes' frequencies: peaks there are the mark of a force that is not linear."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,14 +9,14 @@ from fe_models.arrays import FloatArray
 from fe_models.spectra import line_frequencies, power_spectrum
 from hybrid.identification.config import COMPARISON
 
-COMBINATIONS = ((-1, 1), (2, 0), (-1, 2), (1, 1))  # of two modes: those that lie between no other lines
+COMBINATIONS = ((-1, 1), (2, 0), (-1, 2), (1, 1))  # of two modes: those that lie between no other peaks
 HARMONICS = ((2, 0), (3, 0))  # of a single mode
 
 
 @dataclass(frozen=True)
 class Combination:
     """``first`` f_a + ``second`` f_b = ``expected`` Hz; ``found`` (Hz) the highest value near it, its ``level`` over
-    the recording's highest line and over the median of what is round it (``over``), all of power; NaN where the
+    the recording's highest peak and over the median of what is round it (``over``), all of power; NaN where the
     recording does not go that high.
     """
 

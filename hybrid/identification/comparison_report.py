@@ -23,8 +23,8 @@ def describe_compared(compared: Compared) -> str:
     """Return what is seen, as tables in Markdown."""
     names = [observed.name for observed in compared.recordings]
     lines = [
-        "Modes: frequency (Hz) of the nominal model and of each recording's strongest line of that shape, its",
-        "deviation, damping ratio, MAC of the shapes at the sensors; -: no such line among the strongest",
+        "Modes: frequency (Hz) of the nominal model and of each recording's strongest mode of that shape, its",
+        "deviation, damping ratio, MAC of the shapes at the sensors; -: no such mode among the strongest",
         "",
         f"| mode | nominal | {' | '.join(names)} |",
         f"|---|---|{'---|' * len(names)}",
@@ -32,14 +32,14 @@ def describe_compared(compared: Compared) -> str:
     for mode, frequency in enumerate(compared.nominal):
         cells = [_cell(observed, mode, float(frequency)) for observed in compared.recordings]
         lines.append(f"| {mode + 1} | {frequency:.3f} | {' | '.join(cells)} |")
-    lines += ["", "Other lines (Hz, share of the recording's energy, where it moves most):"]
+    lines += ["", "Other modes (Hz, share of the recording's energy, where it moves most):"]
     for observed in compared.recordings:
         lines.append(f"- {observed.name}: {'; '.join(_others(observed, compared.sensors)) or 'none'}")
     lines += [
         "",
-        "Energy that all lines together leave of a recording: noise, and what changes while the motion decays",
+        "Energy that all modes together leave of a recording: noise, and what changes while the motion decays",
     ]
-    lines += [f"- {observed.name}: {observed.lines.left:.1%}" for observed in compared.recordings]
+    lines += [f"- {observed.name}: {observed.identified.left:.1%}" for observed in compared.recordings]
     caption = "Share of energy that the modes of one recording (row) leave of another (column)"
     lines += ["", f"{caption}, windows of {compared.window:.3g} s", ""]
     lines += [f"| | {' | '.join(names)} |", f"|---|{'---|' * len(names)}"]
@@ -49,7 +49,7 @@ def describe_compared(compared: Compared) -> str:
     lines += [f"| mode | recording | {' | '.join(compared.sensors)} |", f"|---|---|{'---|' * len(compared.sensors)}"]
     for mode in compared.followed:
         rows = [("nominal", compared.shapes[:, mode])]
-        rows += [(each.name, each.lines.shapes[:, each.chosen[mode]]) for each in compared.recordings]
+        rows += [(each.name, each.identified.shapes[:, each.chosen[mode]]) for each in compared.recordings]
         for name, shape in rows:
             lines.append(f"| {mode + 1} | {name} | {' | '.join(f'{value:.2f}' for value in _upright(shape))} |")
     lines += ["", "While the motion decays (first and last span of time: amplitude, Hz, damping ratio)", ""]
@@ -81,22 +81,22 @@ def _upright(shape: FloatArray) -> FloatArray:
 
 
 def _cell(observed: Observed, mode: int, nominal: float) -> str:
-    line = observed.chosen[mode]
-    if line < 0:
+    own = observed.chosen[mode]
+    if own < 0:
         return "-"
-    frequency = observed.lines.frequencies[line]
-    ratio, criterion = observed.lines.ratios[line], observed.criterion[mode, line]
+    frequency = observed.identified.frequencies[own]
+    ratio, criterion = observed.identified.ratios[own], observed.criterion[mode, own]
     return f"{frequency:.3f} ({frequency / nominal - 1:+.1%}), {ratio:.2%}, {criterion:.3f}"
 
 
 def _others(observed: Observed, sensors: tuple[str, ...]) -> list[str]:
-    """Return the strong lines whose shape is none of the nominal ones."""
+    """Return the strong modes whose shape is none of the nominal ones."""
     taken = set(observed.chosen)
     return [
-        f"{observed.lines.frequencies[i]:.2f} ({observed.lines.energy[i]:.1%}, "
-        f"{sensors[int(np.argmax(np.abs(observed.lines.shapes[:, i])))]})"
-        for i in range(len(observed.lines.energy))
-        if i not in taken and observed.lines.energy[i] >= COMPARISON.min_reported_energy_share
+        f"{observed.identified.frequencies[i]:.2f} ({observed.identified.energy[i]:.1%}, "
+        f"{sensors[int(np.argmax(np.abs(observed.identified.shapes[:, i])))]})"
+        for i in range(len(observed.identified.energy))
+        if i not in taken and observed.identified.energy[i] >= COMPARISON.min_reported_energy_share
     ]
 
 

@@ -23,7 +23,7 @@ COLUMNS = (
 def comparison_table(compared: Compared) -> dict[str, Any]:
     """Return all that was found, for JSON: frequencies in Hz, damping ratios and shares of energy as fractions.
 
-    Modes are numbered from 1, as the model has them; a line that is none of these has the mode null.
+    Modes are numbered from 1, as the model has them; an identified mode that is none of these has null.
     """
     return {
         "schema": 1,
@@ -40,42 +40,42 @@ def comparison_table(compared: Compared) -> dict[str, Any]:
 
 
 def comparison_csv(compared: Compared) -> str:
-    """Return the modes of all recordings as comma-separated text, one row each; a line that is no mode's lacks some."""
+    """Return the modes of all recordings as comma-separated text, one row each; those not of the model lack some."""
     text = io.StringIO()
     rows = csv.DictWriter(text, COLUMNS, lineterminator="\n")
     rows.writeheader()
     for observed in compared.recordings:
-        for line in range(len(observed.lines.frequencies)):
-            rows.writerow({"recording": observed.name, **_row(observed, compared, line)})
+        for number in range(len(observed.identified.frequencies)):
+            rows.writerow({"recording": observed.name, **_row(observed, compared, number)})
     return text.getvalue()
 
 
-def _row(observed: Observed, compared: Compared, line: int) -> dict[str, Any]:
-    """Return what is known of a line, under the names of `COLUMNS`."""
-    frequency = float(observed.lines.frequencies[line])
+def _row(observed: Observed, compared: Compared, number: int) -> dict[str, Any]:
+    """Return what is known of an identified mode, under the names of `COLUMNS`."""
+    frequency = float(observed.identified.frequencies[number])
     row: dict[str, Any] = {
         "mode": None,
         "frequency_hz": frequency,
-        "damping_ratio": float(observed.lines.ratios[line]),
+        "damping_ratio": float(observed.identified.ratios[number]),
         "nominal_frequency_hz": None,
         "deviation": None,
         "mac": None,
-        "energy_share": float(observed.lines.energy[line]),
+        "energy_share": float(observed.identified.energy[number]),
     }
-    if line in observed.chosen:
-        mode = observed.chosen.index(line)
+    if number in observed.chosen:
+        mode = observed.chosen.index(number)
         nominal = float(compared.nominal[mode])
         row |= {"mode": mode + 1, "nominal_frequency_hz": nominal, "deviation": frequency / nominal - 1}
-        row["mac"] = float(observed.criterion[mode, line])
+        row["mac"] = float(observed.criterion[mode, number])
     return row
 
 
 def _recording(observed: Observed, compared: Compared) -> dict[str, Any]:
-    shapes = observed.lines.shapes.T.tolist()
+    shapes = observed.identified.shapes.T.tolist()
     return {
         "name": observed.name,
-        "unexplained_energy": observed.lines.left,
-        "modes": [{**_row(observed, compared, line), "shape": shape} for line, shape in enumerate(shapes)],
+        "unexplained_energy": observed.identified.left,
+        "modes": [{**_row(observed, compared, number), "shape": shape} for number, shape in enumerate(shapes)],
         "while_it_decays": [
             {
                 "mode": mode + 1,

@@ -10,13 +10,13 @@ class FreeDecayConfig:
     # Hz, or of the lowest natural frequency where that is less than 1 Hz: below are drifts
     min_frequency_hz: float = 0.5
     min_phase_collinearity: float = 0.7  # sensors move nearly in phase in a mode (Pappa 1993); in noise they do not
-    min_energy_share: float = 1e-4  # of a recording's: what a line adds to the others; less is noise
-    min_mac_of_one_mode: float = 0.9  # MAC of lines at the sensors, from which on they are one mode ...
+    min_energy_share: float = 1e-4  # of a recording's: what a pole adds to the others; less is noise
+    min_mac_of_one_mode: float = 0.9  # MAC of poles' shapes at the sensors, from which on they are one mode ...
     # ... if they lie that close together, relative, or closer than the recording can resolve
     max_relative_separation: float = 0.05
-    spare_line_ratio: float = 1.5  # times the modes that are asked for: some of these are several lines
-    max_joins: int = 3  # fits, after each of which lines that have come together are joined
-    order: int = 40  # states of the realisation: twenty lines, noise among them
+    spare_pole_ratio: float = 1.5  # times the modes that are asked for: some of these are several poles
+    max_joins: int = 3  # fits, after each of which poles that have come together are joined
+    order: int = 40  # states of the realisation: twenty poles, noise among them
     block_rows: int = 60
     min_row_periods: float = 1.5  # of the slowest mode, which the block rows span at least
     max_columns: int = 1500  # more cost time and add little
@@ -43,7 +43,7 @@ class AgreementConfig:
     """Whether recordings are of one structure."""
 
     window_s: float = 5.0  # s: longer ones would ask for the phase of a frequency that moves by thousandths ...
-    min_periods: float = 2.0  # ... but no less than so many of the slowest line, or the shortest recording
+    min_periods: float = 2.0  # ... but no less than so many of the slowest mode, or the shortest recording
     max_unexplained_share: float = 0.5  # of a recording's energy by another's model; the same structure stays below 0.2
 
 
@@ -51,15 +51,15 @@ class AgreementConfig:
 class ComparisonConfig:
     """Recordings beside one another and beside the model."""
 
-    min_mac: float = 0.9  # MAC at the sensors, from which on a line is a mode's
+    min_mac: float = 0.9  # MAC at the sensors, from which on an identified mode is a nominal one
     max_frequency_difference: float = 0.2  # of its frequency: how far off a nominal mode may be
     max_modes: int = 12  # of a recording at most; those beyond carry little
-    extra_modes: int = 2  # lines than modes: what a recording shows beside them
+    extra_modes: int = 2  # identified than nominal ones: what a recording shows beside these
     backbone_modes: int = 2  # modes, the strongest, whose backbones are identified
-    max_distance_hz: float = 0.06  # Hz: how far from its place a line may be
-    background_hz: float = 0.6  # Hz on both sides: what a line is held against, less the middle of it
+    max_distance_hz: float = 0.06  # Hz: how far from its place a peak may be
+    background_hz: float = 0.6  # Hz on both sides: what a peak is held against, less the middle of it
     same_sign_share: float = 0.8  # of the largest entry of a shape: as large, where its sign is set
-    # of a recording's energy: a line that is no mode's is reported from there on
+    # of a recording's energy: one that is no nominal mode is reported from there on
     min_reported_energy_share: float = 0.003
 
 

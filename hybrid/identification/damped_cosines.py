@@ -17,44 +17,44 @@ NO_ROOTS: ComplexArray = np.zeros(0, dtype=complex)
 
 
 def columns_of(roots: ComplexArray, samples: int, rate: float) -> FloatArray:
-    """Return what real and imaginary parts of each line's amplitude do, (time, 2 line)."""
-    waves = np.exp(np.outer(np.arange(samples) / rate, roots))
-    return np.hstack([waves.real, -waves.imag])
+    """Return what real and imaginary parts of each pole's amplitude do, (time, 2 pole)."""
+    decays = np.exp(np.outer(np.arange(samples) / rate, roots))
+    return np.hstack([decays.real, -decays.imag])
 
 
 def amplitudes_of(data: FloatArray, roots: ComplexArray, rate: float) -> tuple[ComplexArray, FloatArray]:
-    """Return the amplitudes (line, sensor) at the first sample and the offset (sensor,) that fit best."""
+    """Return the amplitudes (pole, sensor) at the first sample and the offset (sensor,) that fit best."""
     columns = np.hstack([columns_of(roots, len(data), rate), np.ones((len(data), 1))])
     found = np.linalg.lstsq(columns, data, rcond=None)[0]
-    lines = len(roots)
-    return found[:lines] + 1j * found[lines : 2 * lines], found[-1]
+    poles = len(roots)
+    return found[:poles] + 1j * found[poles : 2 * poles], found[-1]
 
 
 def fit_roots(data: FloatArray, roots: ComplexArray, rate: float, held: ComplexArray = NO_ROOTS) -> ComplexArray:
-    """Return the ``roots`` (line,) after least squares over all of them, beside those ``held`` as they are.
+    """Return the ``roots`` (pole,) after least squares over all of them, beside those ``held`` as they are.
 
     ``data`` (time, sensor) is sampled at ``rate`` Hz; the roots stay within 50 % of their frequencies.
     """
     if not len(roots):
         return roots
-    lines, linear = len(roots), 1 + 2 * len(held) + 2 * len(roots)
+    poles, linear = len(roots), 1 + 2 * len(held) + 2 * len(roots)
     time = np.arange(len(data))[:, None] / rate
     fixed = np.hstack([np.ones_like(time), columns_of(held, len(data), rate)])
 
     def residual_and_slopes(parameters: FloatArray) -> tuple[FloatArray, FloatArray]:
         """In coordinates of all that is orthogonal to the columns; any change of these leaves a step as it is."""
-        columns = columns_of(parameters[:lines] + 1j * parameters[lines:], len(data), rate)
+        columns = columns_of(parameters[:poles] + 1j * parameters[poles:], len(data), rate)
         R: FloatArray = np.linalg.qr(np.hstack([fixed, columns, time * columns, data])).R
         channels = R[:, -data.shape[1] :]
-        real, imaginary = np.linalg.lstsq(R[:linear, :linear], channels[:linear], rcond=None)[0][-2 * lines :].reshape(
-            2, lines, -1
+        real, imaginary = np.linalg.lstsq(R[:linear, :linear], channels[:linear], rcond=None)[0][-2 * poles :].reshape(
+            2, poles, -1
         )
-        first, second = R[linear:, linear : linear + lines], R[linear:, linear + lines : linear + 2 * lines]
+        first, second = R[linear:, linear : linear + poles], R[linear:, linear + poles : linear + 2 * poles]
         slopes = [
             np.einsum("rl,ls->rsl", first, real) + np.einsum("rl,ls->rsl", second, imaginary),  # d / d Re s
             np.einsum("rl,ls->rsl", second, real) - np.einsum("rl,ls->rsl", first, imaginary),  # d / d Im s
         ]
-        return channels[linear:].ravel(), -np.concatenate(slopes, axis=2).reshape(-1, 2 * lines)
+        return channels[linear:].ravel(), -np.concatenate(slopes, axis=2).reshape(-1, 2 * poles)
 
     last: list[tuple[bytes, tuple[FloatArray, FloatArray]]] = []
 
@@ -73,7 +73,7 @@ def fit_roots(data: FloatArray, roots: ComplexArray, rate: float, held: ComplexA
         start,
         lambda parameters: at(parameters)[1],
         (least, most),
-        x_scale=np.full(2 * lines, FREE_DECAY.step_scale),
+        x_scale=np.full(2 * poles, FREE_DECAY.step_scale),
         max_nfev=FREE_DECAY.max_evaluations,
     ).x
-    return np.asarray(found[:lines] + 1j * found[lines:])
+    return np.asarray(found[:poles] + 1j * found[poles:])

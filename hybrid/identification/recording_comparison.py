@@ -21,13 +21,13 @@ from hybrid.identification.free_decay_modes import IdentifiedModes, identify_mod
 
 @dataclass(frozen=True)
 class Observed:
-    """One recording: its ``lines``; ``criterion`` (mode, line), their MAC with the nominal modes at the sensors;
-    ``chosen`` (mode,) the line of each mode, -1 where there is none; ``backbones`` of the followed modes;
+    """One recording: its ``identified`` modes; ``criterion`` (mode, identified), their MAC with the nominal modes at
+    the sensors; ``chosen`` (mode,) which is each nominal mode, -1 where none is; ``backbones`` of the followed modes;
     ``combinations`` of their frequencies.
     """
 
     name: str
-    lines: IdentifiedModes
+    identified: IdentifiedModes
     criterion: FloatArray
     chosen: tuple[int, ...]
     backbones: tuple[Backbone, ...]
@@ -51,9 +51,9 @@ class Compared:
 
 
 def compare_recordings(dataset: Dataset, advance: Callable[[], object] = nothing) -> Compared:
-    """Return the comparison; `InputError` where the model is no structure, or no strong line is one of its modes.
+    """Return the comparison; `InputError` where the model is no structure, or no strong mode is one of its own.
 
-    ``advance`` is called after each motion's lines have been found, which takes seconds.
+    ``advance`` is called after each motion's modes have been identified, which takes seconds.
     """
     if not isinstance(dataset.model, Structure):
         raise InputError("model: bare matrices do not say where sensors sit: give a structure file")
@@ -67,47 +67,49 @@ def compare_recordings(dataset: Dataset, advance: Callable[[], object] = nothing
     singles = [(recording.name, data) for recording in dataset.recordings for data in recording.data]
     if not len(nominal):
         raise InputError(f"model: all its natural frequencies are above {highest:g} Hz, up to where recordings go")
-    lines, count = list[IdentifiedModes](), min(COMPARISON.max_modes, len(nominal) + COMPARISON.extra_modes)
+    identified, count = list[IdentifiedModes](), min(COMPARISON.max_modes, len(nominal) + COMPARISON.extra_modes)
     for _, data in singles:
-        lines.append(identify_modes(data, rate, float(nominal[0]), highest, count))
+        identified.append(identify_modes(data, rate, float(nominal[0]), highest, count))
         advance()
-    criteria = [mac(shapes, own.shapes) for own in lines]
-    chosen = [_chosen(nominal, own, criterion) for own, criterion in zip(lines, criteria, strict=True)]
-    followed = _strongest(chosen, lines)
+    criteria = [mac(shapes, own.shapes) for own in identified]
+    chosen = [_chosen(nominal, own, criterion) for own, criterion in zip(identified, criteria, strict=True)]
+    followed = _strongest(chosen, identified)
     found = [
         Observed(
             name,
             own,
             criterion,
-            line,
-            tuple(backbone_of(data, own, line[mode], rate) for mode in followed),
-            tuple(combinations_of(data, rate, [own.frequencies[line[mode]] for mode in followed], highest)),
+            picked,
+            tuple(backbone_of(data, own, picked[mode], rate) for mode in followed),
+            tuple(combinations_of(data, rate, [own.frequencies[picked[mode]] for mode in followed], highest)),
         )
-        for (name, data), own, criterion, line in zip(singles, lines, criteria, chosen, strict=True)
+        for (name, data), own, criterion, picked in zip(singles, identified, criteria, chosen, strict=True)
     ]
     motions = [data for _, data in singles]
-    samples = window_of(lines, motions, rate)
-    left = shares_unexplained(lines, motions, rate, samples)
+    samples = window_of(identified, motions, rate)
+    left = shares_unexplained(identified, motions, rate, samples)
     names = tuple(sensor.name for sensor in dataset.sensors)
     return Compared(nominal, shapes, names, followed, tuple(found), left, samples / rate)
 
 
 def _chosen(nominal: FloatArray, own: IdentifiedModes, criterion: FloatArray) -> tuple[int, ...]:
-    """Return the strongest line of each mode's shape and about its frequency, each line for the mode it fits best."""
+    """Return the strongest identified mode of each nominal one's shape and about its frequency, each for one only."""
     near = np.abs(own.frequencies / nominal[:, None] - 1) <= COMPARISON.max_frequency_difference
     fits = np.where(near & (criterion >= COMPARISON.min_mac), criterion, 0.0)
-    best = np.lexsort((np.abs(own.frequencies / nominal[:, None] - 1), -fits.round(2)), axis=0)[0]  # mode of each line
+    order = np.lexsort((np.abs(own.frequencies / nominal[:, None] - 1), -fits.round(2)), axis=0)
+    best = order[0]  # nominal mode of each
     energy = np.where((fits > 0) & (best == np.arange(len(nominal))[:, None]), own.energy, 0.0)
     return tuple(int(np.argmax(row)) if row.any() else -1 for row in energy)
 
 
-def _strongest(chosen: list[tuple[int, ...]], lines: list[IdentifiedModes]) -> tuple[int, ...]:
+def _strongest(chosen: list[tuple[int, ...]], identified: list[IdentifiedModes]) -> tuple[int, ...]:
     """Return the one or two modes that all recordings have and that hold most energy."""
-    everywhere = [mode for mode in range(len(chosen[0])) if all(line[mode] >= 0 for line in chosen)]
+    everywhere = [mode for mode in range(len(chosen[0])) if all(picked[mode] >= 0 for picked in chosen)]
     if not everywhere:
         raise InputError(
             "none of the model's modes is seen in all recordings: these are too short (ten periods are enough), or"
             " their modes too unlike the model's; nothing can be compared"
         )
-    held = {mode: sum(own.energy[line[mode]] for own, line in zip(lines, chosen, strict=True)) for mode in everywhere}
+    every = list(zip(identified, chosen, strict=True))
+    held = {mode: sum(own.energy[picked[mode]] for own, picked in every) for mode in everywhere}
     return tuple(sorted(sorted(everywhere, key=lambda mode: -held[mode])[: COMPARISON.backbone_modes]))

@@ -1,4 +1,4 @@
-"""Show what recordings of free decays tell by themselves, in one call."""
+"""Show what recordings of free decays show by themselves, in one call."""
 
 from typing import TYPE_CHECKING, overload
 

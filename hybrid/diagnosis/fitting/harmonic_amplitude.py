@@ -35,10 +35,10 @@ def harmonic_amplitude(fit: Fit, number: int) -> HarmonicAmplitude:
     """
     later = sum(isinstance(c, HarmonicCandidate) for c in fit.hypothesis.candidates[number + 1 :])
     own = slice(-2 * later - 2, -2 * later or None)  # the last ones: how many come before differs between recordings
-    waves = np.concatenate([states[:, own] for states in fit.states])  # (recording, 2)
+    components = np.concatenate([states[:, own] for states in fit.states])  # (recording, 2)
     errors = np.concatenate([part[:, own] for part in fit.state_errors])
     slopes = np.concatenate([part[..., own] for part in fit.state_slopes], axis=1)  # (parameter, recording, 2)
-    amplitudes = np.linalg.norm(waves, axis=1)
+    amplitudes = np.linalg.norm(components, axis=1)
     spread = np.sqrt(np.mean(errors**2, axis=1))
     usual = float(np.median(amplitudes[amplitudes >= amplitudes.max() / 2]))
     acting = ~(
@@ -46,7 +46,7 @@ def harmonic_amplitude(fit: Fit, number: int) -> HarmonicAmplitude:
     )
     count = int(acting.sum())
     amplitude = float(np.sqrt(max(np.mean(amplitudes[acting] ** 2 - 2 * spread[acting] ** 2), 0.0)))
-    along = np.mean(np.sum(slopes * waves / amplitudes[:, None], axis=2)[:, acting], axis=1)  # (parameter,)
+    along = np.mean(np.sum(slopes * components / amplitudes[:, None], axis=2)[:, acting], axis=1)  # (parameter,)
     variance = float(np.mean(spread[acting] ** 2)) / count + float(along @ fit.covariance @ along)
-    phase = float(np.arctan2(*waves[int(np.argmax(acting))]))
+    phase = float(np.arctan2(*components[int(np.argmax(acting))]))
     return HarmonicAmplitude(amplitude, float(np.sqrt(variance)), phase, acting)

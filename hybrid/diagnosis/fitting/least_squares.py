@@ -97,10 +97,10 @@ class Fit:
         )
         for rows in self.hypothesis.own_motions(self.theta):
             full = [i for i, states in enumerate(self.states) if states.shape[1] == self.hypothesis.states]
-            waves = np.concatenate([self.states[i] @ rows.T for i in full])
+            entries = np.concatenate([self.states[i] @ rows.T for i in full])
             errors = np.concatenate([np.sqrt(self.state_errors[i] ** 2 @ rows.T**2) for i in full])
-            square = np.mean(waves**2) + TINY
-            occam -= 0.5 * float(np.sum(np.log1p(square / errors**2) + waves**2 / square))
+            square = np.mean(entries**2) + TINY
+            occam -= 0.5 * float(np.sum(np.log1p(square / errors**2) + entries**2 / square))
         return -0.5 * self.cost + float(occam)
 
 

@@ -101,7 +101,7 @@ class LowpassConfig:
     band_beyond: tuple[float, float] = (1.12, 1.3)  # of the cutoff: where power is compared
     quiet_quantile: float = 0.2  # quantile of the power in a band: of what lies between the lines of motions
     max_spectrum_samples: int = 512  # samples of a spectrum
-    leakage_lines: int = 3  # lines of a spectrum with a Hann window: how far a wave shows beyond its own
+    leakage_lines: int = 3  # lines of a spectrum with a Hann window: how far a sinusoid shows beyond its own
     # of a motion: what a low-pass leaves of it where motions end, unless recordings hold more than
     passed_share: float = 0.2
     # of a channel's energy: less is there of noise that was low-passed, too, or is white and under 5 %

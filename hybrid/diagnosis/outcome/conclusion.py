@@ -28,10 +28,10 @@ class Diagnosis:
     ``verdict`` and ``findings``, what explains most first; ``calibration`` of the nominal values; ``unexplained``:
     share of the nominal model's wrong energy that is left. ``scores``: forecast NRMSE of the user's simulation,
     "baseline", and of the ``extended`` structure, of the "measured" and the "held_out" channels (None without any);
-    ``noise_floor``: what noise alone makes of the first. ``shown``: what the simulation gets wrong, and one recording
-    as an ``example`` of it. ``advice``: which sensor more would decide between rivals. ``posterior`` over all fits that
-    matter; ``alike``: whether all recordings are of one structure, None where that is not known, or there is one only;
-    ``notes``: what the user should know about the data; ``seconds`` that it took.
+    ``noise_floor``: what noise alone makes of the first. ``observations``: what the simulation gets wrong, and one
+    recording as an ``example`` of it. ``advice``: which sensor more would decide between rivals. ``posterior`` over all
+    fits that matter; ``alike``: whether all recordings are of one structure, None where that is not known, or there is
+    one only; ``notes``: what the user should know about the data; ``seconds`` that it took.
     """
 
     verdict: Verdict
@@ -41,7 +41,7 @@ class Diagnosis:
     scores: dict[str, dict[str, float | None]]
     noise_floor: float
     extended: Structure
-    shown: Observations
+    observations: Observations
     example: Example
     advice: tuple[Advice, ...]
     posterior: Posterior
@@ -71,7 +71,7 @@ def concluded(setting: Setting, evidence: Evidence) -> Diagnosis:
         scores=_scores(ruling),
         noise_floor=ruling.errors.floor,
         extended=extended_structure(nominal, ruling.theta[: evidence.base.hypothesis.nuisances], findings),
-        shown=shown,
+        observations=shown,
         example=_example(ruling, shown),
         advice=advice,
         posterior=posterior,

@@ -121,7 +121,7 @@ def _less_motion(courses: FloatArray, poles: ComplexArray) -> tuple[FloatArray, 
     That is any course exp(s t) with a pole, and t exp(s t): to first order, one with another frequency or damping.
     """
     time = np.arange(len(courses)) / len(courses)
-    waves = np.exp(np.outer(time, np.minimum(poles.real, 0.0) * len(courses) + 1j * poles.imag * len(courses)))
-    waves = np.hstack([waves, time[:, None] * waves])
-    Q = orth(np.hstack([waves.real, waves.imag]))
+    decays = np.exp(np.outer(time, np.minimum(poles.real, 0.0) * len(courses) + 1j * poles.imag * len(courses)))
+    decays = np.hstack([decays, time[:, None] * decays])
+    Q = orth(np.hstack([decays.real, decays.imag]))
     return courses - Q @ (Q.T @ courses), len(courses) - Q.shape[1]

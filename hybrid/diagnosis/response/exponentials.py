@@ -34,8 +34,8 @@ class Exponentials:
         """
         time = self.system.step * np.arange(samples)[:, None]
         half = self.roots[self._half][None]
-        waves = ModalForm(half, half[:, None], half[..., None]).waves(samples, self.system.step)[0]
-        return np.hstack([waves, time * waves, np.ones_like(time), time])
+        oscillations = ModalForm(half, half[:, None], half[..., None]).oscillations(samples, self.system.step)[0]
+        return np.hstack([oscillations, time * oscillations, np.ones_like(time), time])
 
     def of_states(self) -> FloatArray:
         """Return the coefficients (function, sensor, state) of what the sensors show of each initial state."""

@@ -56,16 +56,16 @@ class Hypothesis:
         A support that gives way brings a coordinate, the last one; harmonic forces have two entries each behind it.
         """
         n, m = self.size, self.less(off).size
-        waves = [number for number, candidate in enumerate(self.candidates) if isinstance(candidate, HarmonicCandidate)]
-        own = [2 * n + 2 * k + part for k, number in enumerate(waves) if number not in off for part in (0, 1)]
+        harmonics = [number for number, c in enumerate(self.candidates) if isinstance(c, HarmonicCandidate)]
+        own = [2 * n + 2 * k + part for k, number in enumerate(harmonics) if number not in off for part in (0, 1)]
         return [*range(m), *range(n, n + m), *own]
 
-    def embedded(self, states: FloatArray, off: tuple[int, ...], waves: float = 0.0) -> FloatArray:
+    def embedded(self, states: FloatArray, off: tuple[int, ...], initial_force: float = 0.0) -> FloatArray:
         """Return initial states (recording, state) from those that the hypothesis has `less` some candidates: at rest
-        in what these bring, their harmonic forces begin with ``waves``, N.
+        in what these bring, their harmonic forces begin with ``initial_force``, N.
         """
         whole = np.zeros((len(states), self.states))
-        whole[:, 2 * self.size :] = waves
+        whole[:, 2 * self.size :] = initial_force
         whole[:, self.states_of(off)] = states
         return whole
 
@@ -152,7 +152,7 @@ class Hypothesis:
 
     def own_motions(self, theta: FloatArray) -> list[FloatArray]:
         """Return what initial states (state,) have at ``theta`` (parameter,) that those of other hypotheses do not,
-        rows (part, state) of parts of like size: displacement and velocity of the modes brought, waves of the forces.
+        rows (part, state) of parts of like size: displacement and velocity of the modes brought, the forces.
 
         Of modes, not of coordinates: these keep their meaning, and hold a part of all modes where these have changed.
         """

@@ -14,9 +14,9 @@ def with_residual(system: System) -> System:
 
     r'' + 2 ratio omega r' + omega^2 r = -pulled f under forces f (law,), whose elongations are u + pulled^T r.
     """
-    if system.behind is None:
+    if system.residual_flexibility is None:
         return system
-    residual = system.behind.residual
+    residual = system.residual_flexibility.residual
     more = len(residual.omega)
     states, laws = system.B.shape[1:]
     at, rates = range(states, states + more), range(states + more, states + 2 * more)
@@ -27,10 +27,10 @@ def with_residual(system: System) -> System:
     A[:, at, rates], A[:, rates, at], A[:, rates, rates] = 1.0, -spring, -dashpot
     B[:, rates] = residual.pulled
     G[:, :laws, at] = G[:, laws:, rates] = residual.pulled.T
-    displaced, moved, pushed = system.behind.shown
+    displaced, moved, pushed = system.residual_flexibility.sensor_shapes
     C[..., at], C[..., rates] = displaced - pushed * spring, moved - pushed * dashpot
     D = system.D + pushed @ residual.pulled
-    return replace(system, A=A, B=B, C=C, D=D, G=G, behind=None)
+    return replace(system, A=A, B=B, C=C, D=D, G=G, residual_flexibility=None)
 
 
 def held(system: System, start: FloatArray) -> FloatArray:
@@ -39,9 +39,9 @@ def held(system: System, start: FloatArray) -> FloatArray:
     They begin where elongations alone would hold them: bent by each law's force f(u + r) with r = -flexibility f, of
     which one step of Aitken's is exact for a spring, and bounded for all.
     """
-    if system.behind is None:
+    if system.residual_flexibility is None:
         return start
-    residual, laws = system.behind.residual, len(system.forces)
+    residual, laws = system.residual_flexibility.residual, len(system.forces)
     u = np.einsum("vls,vrs->lvr", system.G[:, :laws], start)
     flexibility = np.sum((residual.pulled / residual.omega[:, None]) ** 2, axis=0)  # (law,)
     felt, still = np.empty_like(u), np.zeros(u.shape[1:])

@@ -26,13 +26,13 @@ def system_of(hypothesis: Hypothesis, theta: FloatArray, outputs: SensorOutputs,
     """
     nominal, n, variants = hypothesis.nominal, hypothesis.size, len(theta)
     reduced = hypothesis.reduced(theta, hardly_differ)
-    laws, waves = _laws(hypothesis, theta), _waves(hypothesis, theta)
+    laws, harmonics = _laws(hypothesis, theta), _harmonic_forces(hypothesis, theta)
     inverse = np.linalg.inv(reduced.mass)
     A = np.zeros((variants, hypothesis.states, hypothesis.states))
     A[:, :n, n : 2 * n] = np.eye(n)
     A[:, n : 2 * n, : 2 * n] = -inverse @ np.concatenate([reduced.stiffness, reduced.damping], axis=2)
     steps = None if any(isinstance(c, StepCandidate) for c in hypothesis.candidates) else nominal.integration
-    for number, (pull, _, frequency) in enumerate(waves):
+    for number, (pull, _, frequency) in enumerate(harmonics):
         first, omega = 2 * n + 2 * number, 2 * np.pi * frequency
         omega = omega if steps is None else steps.shown_as(omega)  # a force keeps its frequency
         A[:, n : 2 * n, first] = reduced.fed(pull, inverse)
@@ -57,7 +57,7 @@ def system_of(hypothesis: Hypothesis, theta: FloatArray, outputs: SensorOutputs,
     seen[:, pushed] = picked[:, pushed] @ exact[:, n : 2 * n]
     if trailing is not None:
         seen += trailing.shown(trails, exact, rows, kinds)
-    for number, (_, bent, frequency) in enumerate(waves):
+    for number, (_, bent, frequency) in enumerate(harmonics):
         first, omega = 2 * n + 2 * number, 2 * np.pi * frequency[:, None]
         shown = rows @ bent  # (sensor,)
         seen[:, displaced, first] += shown[displaced]
@@ -68,9 +68,9 @@ def system_of(hypothesis: Hypothesis, theta: FloatArray, outputs: SensorOutputs,
     gain, delay, slope = _faults(hypothesis, theta, outputs.positions)
     loads = _loads(hypothesis, reduced, inverse, outputs.sensors, [pull for pull, _ in laws])
     lowpass = nominal.lowpass if loads is None else None  # known loads have passed it before they act
-    residual = hypothesis.residual
-    behind = None if residual is None else ResidualFlexibility(residual, kinds[..., None] * (rows @ residual.shapes))
-    return System(A, B, seen, direct, G, forces, gain, delay, slope, 1 / outputs.rate, behind, loads, lowpass)
+    residual, step = hypothesis.residual, 1 / outputs.rate
+    flexibility = residual and ResidualFlexibility(residual, kinds[..., None] * (rows @ residual.shapes))
+    return System(A, B, seen, direct, G, forces, gain, delay, slope, step, flexibility, loads, lowpass)
 
 
 def _loads(
@@ -95,7 +95,7 @@ def _laws(hypothesis: Hypothesis, theta: FloatArray) -> list[tuple[FloatArray, F
     return found
 
 
-def _waves(hypothesis: Hypothesis, theta: FloatArray) -> list[tuple[FloatArray, FloatArray, FloatArray]]:
+def _harmonic_forces(hypothesis: Hypothesis, theta: FloatArray) -> list[tuple[FloatArray, FloatArray, FloatArray]]:
     """Return pull (dof,), what it bends besides (dof,) and frequency (variant,), Hz, of each harmonic force."""
     return [
         (candidate.pull, shape, theta[:, part.start])

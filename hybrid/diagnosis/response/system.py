@@ -47,21 +47,21 @@ class Entry:
 
 @dataclass(frozen=True)
 class ResidualFlexibility:
-    """``residual`` coordinates, and what sensors of displacement, velocity and acceleration show of them, ``shown`` (3,
-    sensor, coordinate).
+    """``residual`` coordinates, and what sensors of displacement, velocity and acceleration show of them,
+    ``sensor_shapes`` (3, sensor, coordinate).
     """
 
     residual: ResidualModes
-    shown: FloatArray
+    sensor_shapes: FloatArray
 
 
 @dataclass(frozen=True)
 class System:
     """``A`` (variant, state, state), ``C`` (variant, sensor, state); ``B`` (variant, state, law) and ``D`` (variant,
     sensor, law) of the ``forces``; ``G`` (variant, 2 law, state) gives elongations, then rates; ``gain``, ``delay`` (s)
-    and ``slope`` (1/s): (variant, sensor); ``step`` (s) between samples. ``behind``: what else gives way to the
-    laws, None where nothing does. ``loads``: how known ones enter, None where there are none. ``lowpass``: what the
-    sensors' signals have passed, None without.
+    and ``slope`` (1/s): (variant, sensor); ``step`` (s) between samples. ``residual_flexibility``: what
+    else gives way to the laws, None where nothing does. ``loads``: how known ones enter, None where there are none.
+    ``lowpass``: what the sensors' signals have passed, None without.
     """
 
     A: FloatArray
@@ -74,7 +74,7 @@ class System:
     delay: FloatArray
     slope: FloatArray
     step: float
-    behind: ResidualFlexibility | None = None
+    residual_flexibility: ResidualFlexibility | None = None
     loads: Entry | None = None
     lowpass: LowPass | None = None
 
@@ -103,7 +103,7 @@ class ModalForm:
     right: ComplexArray
     left: ComplexArray
 
-    def waves(self, samples: int, step: float) -> FloatArray:
+    def oscillations(self, samples: int, step: float) -> FloatArray:
         """Return exp(root t) side by side as real and negative imaginary part, (variant, time, 2 m)."""
         roots = np.minimum(self.roots.real, STATE_SPACE.max_growth_nepers / (step * samples)) + 1j * self.roots.imag
         block = ceil(sqrt(samples))  # exp of each block's beginning times exp within it: two short tables
@@ -111,8 +111,8 @@ class ModalForm:
             np.exp(roots[:, None] * (step * times)[:, None])
             for times in (block * np.arange(ceil(samples / block)), np.arange(block))
         )
-        waves = (begin[:, :, None] * within[:, None]).reshape(len(roots), -1, roots.shape[1])[:, :samples]
-        return np.concatenate([waves.real, -waves.imag], axis=2)
+        both = (begin[:, :, None] * within[:, None]).reshape(len(roots), -1, roots.shape[1])[:, :samples]
+        return np.concatenate([both.real, -both.imag], axis=2)
 
 
 def is_defective(vectors: ComplexArray) -> bool:
@@ -158,7 +158,7 @@ def observability(system: System, samples: int) -> FloatArray:
     if form is not None:
         c = form.right.transpose(0, 2, 1)[..., None] * form.left[:, :, None]  # (variant, m, sensor, state)
         c = c.reshape(*c.shape[:2], -1)
-        rows = form.waves(samples, system.step) @ np.concatenate([c.real, c.imag], axis=1)
+        rows = form.oscillations(samples, system.step) @ np.concatenate([c.real, c.imag], axis=1)
         return rows.reshape(len(rows), samples, *system.C.shape[1:])
     C = system.C * system.gain[..., None]
     if system.delay.any():
@@ -190,7 +190,7 @@ def linear_channels(system: System, start: FloatArray, samples: int) -> FloatArr
         return np.asarray(np.einsum("ptsn,prn->prts", observability(system, samples), start, optimize=True))
     amplitudes = np.einsum("pmn,prn->pmr", form.left, start, optimize=True)
     c = (form.right.transpose(0, 2, 1)[:, :, None] * amplitudes[..., None]).reshape(*amplitudes.shape[:2], -1)
-    y = form.waves(samples, system.step) @ np.concatenate([c.real, c.imag], axis=1)
+    y = form.oscillations(samples, system.step) @ np.concatenate([c.real, c.imag], axis=1)
     return y.reshape(len(y), samples, start.shape[1], -1).transpose(0, 2, 1, 3)
 
 

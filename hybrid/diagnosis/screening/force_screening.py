@@ -48,7 +48,7 @@ def screen_forces(fit: Fit, candidates: tuple[Candidate, ...], noise_model: Nois
         sigma = batch.sigma(noise_model)[:, 0]  # (recording, sensor), or one row for all
         for number, residual in enumerate(np.array_split(part.residual, len(sigma))):
             basis = part.basis[number] if part.basis.ndim == 3 else part.basis  # of laws: the first one's
-            gains += _wave_gains(residual, basis, transfer / sigma[number][:, None], trials / noise_model.rate)
+            gains += _harmonic_gains(residual, basis, transfer / sigma[number][:, None], trials / noise_model.rate)
     if hypothesis.nominal.kept is not None:
         least = min(
             SCREENING.min_combination_share * _energy(fit, noise_model),
@@ -85,12 +85,14 @@ def _energy(fit: Fit, noise_model: NoiseModel) -> float:
     return sum(float(np.square(batch.data / batch.sigma(noise_model)).sum()) for batch in fit.batches)
 
 
-def _wave_gains(residual: FloatArray, basis: FloatArray, transfer: FloatArray, frequencies: FloatArray) -> FloatArray:
-    """Return the fall in the sum of squares (frequency, place) by waves of any amplitude and phase in each recording.
+def _harmonic_gains(
+    residual: FloatArray, basis: FloatArray, transfer: FloatArray, frequencies: FloatArray
+) -> FloatArray:
+    """Return the fall in the sum of squares (frequency, place) by a harmonic force, free in each recording.
 
     ``residual`` (recording, value), of which the ``basis`` (value, vector) was projected out; ``transfer`` (frequency,
     sensor, place) is what the sensors show of a unit force, in units of the noise; ``frequencies`` in cycles a sample.
-    All products with the waves are Fourier transforms, of the residual and of the basis.
+    All products with these are Fourier transforms, of the residual and of the basis.
     """
     sensors = transfer.shape[1]
     samples = len(basis) // sensors
@@ -101,7 +103,7 @@ def _wave_gains(residual: FloatArray, basis: FloatArray, transfer: FloatArray, f
     inside = inside.reshape(len(turns), sensors, -1).transpose(0, 2, 1) @ transfer  # (frequency, state, place)
     size = samples * np.sum(np.abs(transfer) ** 2, axis=1) - np.sum(np.abs(inside) ** 2, axis=1)
     double = np.sum(turns**2, axis=1)[:, None] * np.sum(transfer**2, axis=1) - np.sum(inside**2, axis=1)
-    a, b, c = (size + double.real) / 2, (size - double.real) / 2, double.imag / 2  # of real and imaginary waves
+    a, b, c = (size + double.real) / 2, (size - double.real) / 2, double.imag / 2  # of cosines and sines
     ridge = 1e-9 * (a + b)
     a, b = a + ridge, b + ridge
     u, v = along.real, along.imag
