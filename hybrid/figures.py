@@ -21,7 +21,7 @@ STYLES: dict[str, dict[str, Any]] = {  # colours of Okabe & Ito: distinguished b
 }
 PANEL_WIDTH, PANEL_HEIGHT = 6.2, 1.9  # inches
 WHOLE_WIDTH, ZOOM_WIDTH = 4.2, 2.6  # inches, of a long signal and of the part of it beside it
-ZOOM_PERIODS = 6.0  # of the strongest vibration: as many can be told apart, and followed by eye
+ZOOM_PERIODS = 6.0  # of the strongest vibration: as many can be distinguished, and followed by eye
 MIN_ZOOM_RATIO = 3.0  # a signal so many times as long as that has a part shown larger
 Curves = Mapping[str, FloatArray]
 """A name of `STYLES` and values (time, panel)."""

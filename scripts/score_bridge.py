@@ -25,7 +25,7 @@ HEADER = """\
 NOTES = """\
 NRMSE of 500-sample windows (stride 20), each forecast whole from its first 10 samples; R2 is in {path}.
 Hybrid and FE model never see A2. The realisation (20 states, 20 block rows) is identified from all eight channels and
-reads A2 too in a window's first samples; modal expansion is told the other seven at every instant."""
+reads A2 too in a window's first samples; modal expansion is given the other seven at every instant."""
 
 app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
 

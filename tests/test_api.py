@@ -74,7 +74,7 @@ def test_unknown_names_are_refused_as_of_any_module() -> None:
     assert "Beam" in names()
 
 
-def test_a_mistake_in_a_dataset_is_told_before_anything_heavy_is_loaded(tmp_path: Path) -> None:
+def test_a_mistake_in_a_dataset_is_reported_before_anything_heavy_is_loaded(tmp_path: Path) -> None:
     (tmp_path / "dataset.toml").write_text('schema = 1\nmodle = "four_dof"\nsampling_rate = 10.0\n')
     script = (
         "import sys, fe_models, hybrid\n"
@@ -171,7 +171,7 @@ def test_a_chain_s_steps_follow_from_its_highest_mode() -> None:
     assert np.abs(found - exact).max(axis=0) / exact.std(axis=0) == pytest.approx([0.0, 0.0], abs=1e-5)
 
 
-def test_all_faults_of_a_simulation_are_told_at_once() -> None:
+def test_all_faults_of_a_simulation_are_reported_at_once() -> None:
     with pytest.raises(fe.InputError) as caught:
         fe.simulate(fe.four_dof(), sensors=["q4", "a1y"], held_out=["z"])
     assert [fault.split(":")[0] for fault in caught.value.faults] == ["sensor 'q4'", "sensor 'z'"]

@@ -74,7 +74,7 @@ def test_the_document_names_all_that_is_exported_and_nothing_else(package: objec
     assert named == set(package.__all__)  # type: ignore[attr-defined]
 
 
-def test_options_that_do_not_exist_are_told() -> None:
+def test_options_that_do_not_exist_are_reported() -> None:
     data = fe.simulate(fe.four_dof(), sensors=["x4"], motions=2, duration=5.0)
     with pytest.raises(fe.InputError, match="preset 'place' is unknown; did you mean 'places'") as caught:
         hybrid.train(data, "place", epoch=3)  # type: ignore[arg-type]

@@ -81,7 +81,7 @@ def test_rates_count_what_they_say() -> None:
     assert "two at once: both found" not in found
 
 
-def test_second_cause_that_forecasts_do_not_need_is_told_apart() -> None:
+def test_second_cause_that_forecasts_do_not_need_is_counted_apart() -> None:
     pair, named = case_of(WEAK_2, HEAVY), finding(WEAK_2, 0.99)
     found = by_name(
         rates(
@@ -135,7 +135,7 @@ def test_the_calibration_curve_bins_by_probability() -> None:
     assert calibration_text(bins).splitlines()[1].split()[:4] == ["0.50-0.70", "57.5", "%", "50"]
 
 
-def test_every_miss_is_told_with_its_seed() -> None:
+def test_every_miss_is_reported_with_its_seed() -> None:
     missed = summary.text(some_results(), off=True).split("missed:\n")[1].splitlines()
     assert len(missed) == 3
     wrong_place = "explained, named stiffness_change {'element': 3} (0.950)"

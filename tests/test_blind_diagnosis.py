@@ -143,7 +143,7 @@ def test_a_change_between_recordings_is_dated() -> None:
 
 
 @pytest.mark.slow
-def test_a_change_between_the_motions_of_one_file_is_told_by_their_number() -> None:
+def test_a_change_between_the_motions_of_one_file_is_reported_by_their_number() -> None:
     case = blind_case(124, replace(CHAIN, kinds=("stiffness_change",), off=True, changed=2))
     train, test = case.dataset.select("train"), case.dataset.select("test")
     run = Recording("run", np.concatenate([recording.data for recording in train]))
@@ -167,19 +167,19 @@ def test_a_weak_cause_beside_one_that_takes_nearly_all_away_is_named_too() -> No
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("kind", "seed", "is_told"),
+    ("kind", "seed", "is_sharp"),
     [("coulomb_friction", 206, False), ("gap_stop", 208, True)],
     ids=["noise behind another", "noise behind it, too"],
 )
 def test_a_low_pass_that_cuts_off_sharply_hides_no_force(
-    kind: str, seed: int, is_told: bool, monkeypatch: pytest.MonkeyPatch
+    kind: str, seed: int, is_sharp: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Only noise tells how steep it is; else it is taken for a filter that leaves half of a motion at 30 Hz."""
+    """Only noise shows how steep it is; else it is taken for a filter that leaves half of a motion at 30 Hz."""
     monkeypatch.setattr(bridge, "lowpassed", cut_off)
-    if is_told:
+    if is_sharp:
         monkeypatch.setattr(blind_cases, "lowpassed", cut_off)
     hidden = blind_case(seed, replace(BRIDGE, kinds=(kind,), off=True))
-    assert lowpass_of(hidden.dataset) == LowPass(30.0, LOWPASS.sharp_steepness if is_told else USUAL_STEEPNESS)
+    assert lowpass_of(hidden.dataset) == LowPass(30.0, LOWPASS.sharp_steepness if is_sharp else USUAL_STEEPNESS)
     found, marks = diagnosed(hidden)
     assert marks.first, marks
     assert not marks.confidently_wrong

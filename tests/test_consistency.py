@@ -1,4 +1,4 @@
-"""Recordings of two structures are told apart, those of one are all kept."""
+"""Recordings of two structures are distinguished, those of one are all kept."""
 
 from dataclasses import replace
 
@@ -57,7 +57,7 @@ def test_shares_tell_how_much_a_model_leaves_of_each_recording() -> None:
     assert shares[1, 0] > 0.5
 
 
-def test_groups_are_told_by_their_worse_direction() -> None:
+def test_groups_are_formed_by_their_worse_direction() -> None:
     """A model may explain a recording by chance; only if each explains the other do two agree."""
     one_way = np.array([[0.0, 0.1, 0.9], [0.9, 0.0, 0.9], [0.1, 0.1, 0.0]])
     assert largest_agreeing_group(one_way) == [0]

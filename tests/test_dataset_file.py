@@ -184,7 +184,7 @@ def test_a_fault_of_a_table_leaves_its_other_faults_to_be_found(folder: Path) ->
     assert len(faults) == 5
 
 
-def test_a_modal_model_in_the_place_of_the_model_is_told(folder: Path) -> None:
+def test_a_modal_model_in_the_place_of_the_model_is_reported(folder: Path) -> None:
     faults = faults_of(folder, ('"mast.toml"', '"modal.npz"'))
     assert_fault(faults, "modal.npz: holds a modal model, no matrices: name it as modal_model in [simulation] instead")
     assert len(faults) == 1

@@ -60,7 +60,7 @@ def stiffer(percent: float, *others: Effect) -> Dataset:
 
 
 @pytest.mark.slow
-def test_a_value_far_off_that_no_cause_explains_better_is_calibrated_and_told() -> None:
+def test_a_value_far_off_that_no_cause_explains_better_is_calibrated_and_reported() -> None:
     """Among others that are off, one of some thousand is so far, and fewer have a cause there."""
     springs = (StiffnessChange((1,), 1.009), StiffnessChange((2,), 0.988), StiffnessChange((4,), 1.011))
     masses = (AddedMass(1, 0.011), AddedMass(2, -0.018), AddedMass(3, 0.03), AddedMass(4, -0.05))

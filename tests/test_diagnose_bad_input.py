@@ -62,7 +62,7 @@ def test_dead_channel_is_left_out_and_said(tmp_path: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("sensor", ["a1", "a4", "x4"])
 @pytest.mark.parametrize("factor", [1000.0, 1 / 9.81, 0.001])
-def test_channel_in_another_unit_is_told_by_the_others(sensor: str, factor: float) -> None:
+def test_channel_in_another_unit_is_detected_by_the_others(sensor: str, factor: float) -> None:
     sound = blind_case(5, BlindConfig(off=True)).dataset
     setting = setting_of(in_other_unit(sound, sensor, factor))
     column, found = shown_otherwise(setting.short, setting.searched)
@@ -106,7 +106,7 @@ def test_sampling_rate_that_is_off_by_two_is_asked_for(tmp_path: Path) -> None:
     assert not any("check sampling_rate" in note for note in report["notes"])
 
 
-def test_channel_that_does_not_swing_about_zero_is_told() -> None:
+def test_channel_that_does_not_swing_about_zero_is_reported() -> None:
     """Gravity left in an accelerometer is an offset, also one that decays slowly; a drift of the same mean is none, nor
     is what has died down before the end.
     """
@@ -121,7 +121,7 @@ def test_channel_that_does_not_swing_about_zero_is_told() -> None:
         assert [note.split(" in ")[0] for note in notes] == expected
 
 
-def test_recording_in_another_unit_is_told() -> None:
+def test_recording_in_another_unit_is_reported() -> None:
     one = CASE.recordings[1].name
     (note,) = other_sizes(with_data(CASE, {one: 1000 * CASE.recordings[1].data}))
     assert note.startswith(f"motions of {one} are ")
@@ -198,7 +198,7 @@ def test_no_channel_alive_is_refused() -> None:
         usable(dead)
 
 
-def test_recordings_too_slow_for_force_laws_are_told_as_such_and_not_as_a_motion_that_grows() -> None:
+def test_recordings_too_slow_for_force_laws_are_reported_as_such_and_not_as_a_motion_that_grows() -> None:
     slow = replace(CASE, sampling_rate=0.05)  # one sample in forty radians of the highest mode, and more
     setting = setting_of(slow)
     assert any("too few to follow force laws" in note for note in setting.notes)

@@ -67,7 +67,7 @@ def test_possible_sensors_are_those_that_are_not_there() -> None:
     assert (1, "acceleration") in places
 
 
-def test_two_causes_far_from_the_only_sensor_are_told_apart_by_one_near_them() -> None:
+def test_two_causes_far_from_the_only_sensor_are_distinguished_by_one_near_them() -> None:
     """In a short record a sensor at one end says little about the other; advice says so, and by how much."""
     dataset = chain((X1,), AddedMass(4, 0.5), 100)
     posterior, noise_model = two_fits(dataset, ("added_mass {'node': 4}", "added_mass {'node': 3}"))
@@ -157,7 +157,7 @@ def test_added_sensors_are_as_noisy_as_the_present_ones_and_stand_where_somethin
     np.testing.assert_allclose(noise, [0.02, 0.02 * 4.0, 0.02 * 4.0])  # 0.02: the median of 0.02, 0.05 and 1e-6
 
 
-def test_too_few_sensors_are_told_with_one_that_helps() -> None:
+def test_too_few_sensors_are_reported_with_one_that_helps() -> None:
     """One accelerometer for half of a recording's fifth; all four sensors tell how it begins."""
     case = blind_case(1, BlindConfig((), train=1, test=0)).dataset
     column = next(i for i, sensor in enumerate(case.sensors) if sensor.name == "x4")

@@ -1,4 +1,4 @@
-"""Nominal values as calibrated: how sure that is, and which are told to be far off."""
+"""Nominal values as calibrated: how sure that is, and which are reported to be far off."""
 
 from dataclasses import replace
 
@@ -31,7 +31,7 @@ def test_values_that_nothing_tells_keep_their_stated_standard_deviation() -> Non
     assert {item.factor for item in others} == {1.0}
 
 
-def test_value_that_is_far_off_is_told_with_its_place_and_side() -> None:
+def test_value_that_is_far_off_is_reported_with_its_place_and_side() -> None:
     columns = measured_columns(DATASET)
     noise_model = NoiseModel(
         tuple(DATASET.sensors[i] for i in columns), DATASET.sampling_rate, np.full(len(columns), 0.03)
@@ -51,7 +51,7 @@ def test_value_that_is_far_off_is_told_with_its_place_and_side() -> None:
 
 
 @pytest.mark.slow
-def test_element_that_is_far_off_by_itself_is_told() -> None:
+def test_element_that_is_far_off_by_itself_is_reported() -> None:
     setting = setting_of(blind_case(7, BlindConfig(off=True, structure="bridge")).dataset)
     found, nominal = setting.short, setting.nominal
     theta, pattern = np.zeros_like(found.theta), nominal.scatter.weights[0]

@@ -75,7 +75,7 @@ def test_a_change_is_no_machine_that_begins_anew_in_each_segment(seed: int, kind
 
 
 @pytest.mark.slow
-def test_a_change_of_a_structure_that_has_a_force_law_of_its_own_is_told() -> None:
+def test_a_change_of_a_structure_that_has_a_force_law_of_its_own_is_detected() -> None:
     sensors = tuple(Sensor(f"x{node}", node, "x", "displacement", "m") for node in (1, 2, 3, 4))
     before = four_dof().with_effects(CubicSpring((2,), "x", 1.0))
     rng = np.random.default_rng(1)

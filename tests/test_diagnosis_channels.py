@@ -51,7 +51,7 @@ def test_sensors_that_are_dead_in_many_recordings_are_left_out_rather_than_these
     assert len(notes) == 2
 
 
-def test_saturated_channel_is_told_from_its_runs() -> None:
+def test_saturated_channel_is_detected_by_its_runs() -> None:
     """The largest values in a row are the end of the sensor; those of coarsely rounded or smooth motion are not."""
     time = np.arange(300) / 10
     decay = np.exp(-0.02 * time) * np.sin(2 * time)
@@ -113,7 +113,7 @@ def test_a_channel_that_is_dead_in_one_recording_may_be_saturated_in_the_others(
     assert "never changes or is saturated at" in notes[0]
 
 
-def test_many_levels_at_which_a_channel_ends_are_told_by_their_range() -> None:
+def test_many_levels_at_which_a_channel_ends_are_reported_by_their_range() -> None:
     """Recordings that were scaled one by one end at a level each."""
     small = {r.name: clipped(r.data, "a4", 0.01 * number) for number, r in enumerate(CASE.recordings, 1)}
     levels = [float(f(data[..., NAMES.index("a4")])) for data in small.values() for f in (np.min, np.max)]

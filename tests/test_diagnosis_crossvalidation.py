@@ -65,7 +65,7 @@ def test_a_recording_that_alone_a_cause_spares_is_forecast_without_it() -> None:
     assert over.max() < 1.15  # as near as counts; the nominal model leaves 16 times the floor
 
 
-def test_recordings_are_told_as_forecast_wrongly_only_where_they_were_kept_for_testing() -> None:
+def test_recordings_are_reported_as_forecast_wrongly_only_where_they_were_kept_for_testing() -> None:
     wrong, floor = np.ones((6, 5)), np.ones((6, 5))
     wrong[4] = 1.2  # beyond what is near the floor
     found, setting = ForecastScore(wrong, floor, 0.0, 0.0), setting_of(CASE)
@@ -115,19 +115,19 @@ def test_a_test_recording_that_is_only_noisier_holds_nothing_that_training_does_
     noisy[1] += 3 * sigma * rng.standard_normal(noisy[1].shape)
     other[1] *= np.where(np.arange(other.shape[2]) == 0, 1.2, 1.0)  # another gain
 
-    def told(data: FloatArray) -> tuple[float, list[str]]:
+    def scored(data: FloatArray) -> tuple[float, list[str]]:
         """Return how far forecasts are above the noise floor, and the notes."""
         scorer = Scorer(setting, setting.noise_model, (replace(tests, data=data),), None)
         knowing, notes = with_own_noise(scorer, base)
         found = knowing.forecast(base)
         return knowing.error(found) / knowing.floor(found), notes
 
-    over, (note,) = told(noisy)
+    over, (note,) = scored(noisy)
     assert over < NEAR
     assert f"({second})" in note
-    over, notes = told(other)
+    over, notes = scored(other)
     assert over > NEAR
     assert notes == []
-    over, (note,) = told(np.stack([noisy[1], other[1]]))
+    over, (note,) = scored(np.stack([noisy[1], other[1]]))
     assert over > NEAR
     assert f"({first})" in note

@@ -56,7 +56,7 @@ def test_noise_stays_where_noise_counts_and_grows_where_the_model_is_far_off() -
     assert np.isclose(back.cost - back.chi2, found.cost - found.chi2, rtol=1e-6, atol=1e-3)
 
 
-def test_forces_are_told_alike_in_either_unit() -> None:
+def test_forces_are_judged_alike_in_either_unit() -> None:
     """How large a harmonic force is and where it acts does not depend on the unit in which what is left is counted."""
     dataset = blind_case(2).dataset
     nominal, measured = nominal_model_of(dataset), measured_columns(dataset)
@@ -70,16 +70,16 @@ def test_forces_are_told_alike_in_either_unit() -> None:
     hypothesis = Hypothesis(nominal).adding(force)
     found = fit(hypothesis, np.append(np.zeros(len(nominal.spread)), 0.3), batches, searched)
     assert found is not None
-    told = in_units_of(noise_model, found, searched)
+    rescaled = in_units_of(noise_model, found, searched)
     assert np.isclose(energy_over(noise_model, searched), 100.0)
-    assert np.isclose(told.chi2, 100.0 * found.chi2)
-    before, after = harmonic_amplitude(found, 0), harmonic_amplitude(told, 0)
+    assert np.isclose(rescaled.chi2, 100.0 * found.chi2)
+    before, after = harmonic_amplitude(found, 0), harmonic_amplitude(rescaled, 0)
     assert (before.amplitude, before.error) == (after.amplitude, after.error)
     np.testing.assert_array_equal(before.acting, after.acting)
 
 
 def test_some_of_the_fits_are_as_probable_among_themselves_as_among_all() -> None:
-    """Though these are told in units of the recordings' noise, in which the prior would hardly count."""
+    """Though these are given in units of the recordings' noise, in which the prior would hardly count."""
     case = blind_case(5, BlindConfig(("stiffness_change",), size=0.3, train=3, test=1, duration=30.0))
     dataset = case.dataset
     nominal, measured = nominal_model_of(dataset), measured_columns(dataset)
@@ -94,9 +94,9 @@ def test_some_of_the_fits_are_as_probable_among_themselves_as_among_all() -> Non
     fits = [fit(h, h.centre, batches, searched) for h in hypotheses]
     known = tuple(item for item in fits if item is not None)
     whole = posterior_of(known, candidates, is_astray=True)
-    told = replace(whole, fits=tuple(in_units_of(noise_model, item, searched) for item in whole.fits))
-    evidence = Evidence(in_units_of(noise_model, known[0], searched), told, noise_model, searched, candidates)
-    again = evidence.among(told.fits)
+    rescaled = replace(whole, fits=tuple(in_units_of(noise_model, item, searched) for item in whole.fits))
+    evidence = Evidence(in_units_of(noise_model, known[0], searched), rescaled, noise_model, searched, candidates)
+    again = evidence.among(rescaled.fits)
     assert again.temper == pytest.approx(whole.temper)
     np.testing.assert_allclose(again.probability, whole.probability)
-    np.testing.assert_allclose([item.cost for item in again.fits], [item.cost for item in told.fits])
+    np.testing.assert_allclose([item.cost for item in again.fits], [item.cost for item in rescaled.fits])

@@ -84,10 +84,10 @@ def test_a_simulation_in_steps_of_ones_own_has_none(clean: Dataset) -> None:
 def test_recordings_simulated_in_steps_show_nothing_wrong(clean: Dataset) -> None:
     found = diagnose(clean)
     assert found.verdict is Verdict.NOTHING_WRONG
-    assert told_step(found) == pytest.approx(STEP, rel=0.05)
+    assert reported_step(found) == pytest.approx(STEP, rel=0.05)
     _, note = found.notes  # the other is on the ends of filtered recordings
     assert note.startswith("natural frequencies are lower")
-    assert f"steps of {told_step(found):.2g} s" in note
+    assert f"steps of {reported_step(found):.2g} s" in note
 
 
 @pytest.mark.slow
@@ -100,6 +100,6 @@ def test_a_mass_is_found_in_a_bridge_simulated_in_steps() -> None:
     assert found.findings[0].probability > 0.9
 
 
-def told_step(found: Diagnosis) -> float:
+def reported_step(found: Diagnosis) -> float:
     best = found.posterior.fits[0]
     return step_of(float(best.theta[best.hypothesis.nominal.dispersion]), RATE)

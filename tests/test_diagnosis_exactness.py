@@ -96,8 +96,8 @@ def test_a_structure_as_drawn_tells_a_cause_from_what_is_normal() -> None:
     assert found is not None
     assert found.theta[-1] == pytest.approx(0.02, abs=0.005)
     stated = posterior_of((base, found), (cause,), is_astray=True)
-    told = posterior_of((base, found), (cause,))
+    judged = posterior_of((base, found), (cause,))
     assert stated.fits[0] is base
     assert stated.probability[0] > 0.9
-    assert told.fits[0] is found
-    assert told.probability[0] > 0.99
+    assert judged.fits[0] is found
+    assert judged.probability[0] > 0.99

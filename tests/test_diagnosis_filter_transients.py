@@ -75,7 +75,7 @@ def test_a_load_that_has_not_passed_the_low_pass_does_so_whole() -> None:
 
 @pytest.mark.slow
 def test_drift_counts_from_where_a_recording_began() -> None:
-    """What is not used of it had drifted already: 0.1094 +- 0.0003 was told."""
+    """What is not used of it had drifted already: 0.1094 +- 0.0003 was estimated."""
     rng, slope, sensors = np.random.default_rng(1), 0.1, tuple(s for s in CHAIN_SENSORS if s.role == "measured")
     begun = rng.standard_normal((2, 5, 4))
     motion = simulate_free(four_dof(), begun[0], begun[1], FreeConfig(30.0, 100.0, 0.005), progress=False)
@@ -109,7 +109,7 @@ def test_ringing_of_a_release_is_over_where_recordings_are_used() -> None:
 
 @pytest.mark.slow
 def test_a_release_at_the_first_sample_is_no_damper() -> None:
-    """It was told as a negative or huge damper beside the softer element, or as an axial force beyond yielding."""
+    """It was reported as a negative or huge damper beside the softer element, or as an axial force beyond yielding."""
     found = diagnose(released(masts(apart=3.0).with_effects(StiffnessChange((2,), 0.75))))
     assert found.verdict is Verdict.EXPLAINED
     (finding,) = found.findings
@@ -117,14 +117,14 @@ def test_a_release_at_the_first_sample_is_no_damper() -> None:
     assert finding.parameters["factor"].value == pytest.approx(0.75, rel=0.1)  # the contract's bound
 
 
-def test_a_low_pass_that_is_not_stated_is_told_and_no_other() -> None:
+def test_a_low_pass_that_is_not_stated_is_detected_and_no_other() -> None:
     given = released(masts(apart=3.0), duration=3.0)
     assert unstated_lowpass(given) == []
     (none,), (other,) = (unstated_lowpass(replace(given, lowpass=lowpass)) for lowpass in (None, 45.0))
     assert "which the dataset does not state" in none
     assert "not 45 Hz as stated" in other
-    told = float(none.split("lowpass = ")[1])
-    assert told == pytest.approx(LOWPASS, rel=0.1)
+    estimated = float(none.split("lowpass = ")[1])
+    assert estimated == pytest.approx(LOWPASS, rel=0.1)
 
 
 @pytest.mark.parametrize("noise", [0.0, 1e-3, 0.1])

@@ -24,7 +24,7 @@ from hybrid.diagnosis.outcome.findings import Parameter, sentence_of
 
 
 @pytest.mark.parametrize(
-    ("cause", "told"),
+    ("cause", "words"),
     [
         (AddedMass(3, 2.5), "Node 3 carries 2.5 kg more than the model has (negative: less)."),
         (CoulombFriction((3,), "x", 2.5), "Dry friction of 2.5 N acts at node 3 in x."),
@@ -55,13 +55,13 @@ from hybrid.diagnosis.outcome.findings import Parameter, sentence_of
     ],
     ids=lambda item: item.kind if isinstance(item, Cause) else "",
 )
-def test_sentence_names_place_unit_and_side(cause: Cause, told: str) -> None:
+def test_sentence_names_place_unit_and_side(cause: Cause, words: str) -> None:
     parameters = {
         word: Parameter(float(value), 0.0, cause.units[word])
         for word, value in cause.parameters.items()
         if not isinstance(value, list)
     }
-    assert sentence_of(cause, parameters, four_dof()) == told
+    assert sentence_of(cause, parameters, four_dof()) == words
 
 
 def test_uncertainty_stands_before_the_unit() -> None:
@@ -73,7 +73,7 @@ def test_the_whole_model_is_no_point() -> None:
     assert at_place({}) == "in the whole model"
 
 
-def test_a_support_too_soft_is_not_told_as_stiffness_that_the_model_lacks() -> None:
+def test_a_support_too_soft_is_not_reported_as_stiffness_that_the_model_lacks() -> None:
     design = replace(four_dof(), supports=(Support(1, ("x", "rz")), Support(2, ("y",))))
     spring = {"stiffness": Parameter(5e6, 0.0, "N m/rad")}
     for cause, held in ((SupportSpring(1, "rz", 5e6), True), (SupportSpring(1, "y", 5e6), False)):
@@ -81,7 +81,7 @@ def test_a_support_too_soft_is_not_told_as_stiffness_that_the_model_lacks() -> N
 
 
 @pytest.mark.parametrize(
-    ("elements", "told"),
+    ("elements", "words"),
     [
         ([4], "element 4"),
         ([1, 2, 3], "each of elements 1 to 3"),
@@ -89,8 +89,8 @@ def test_a_support_too_soft_is_not_told_as_stiffness_that_the_model_lacks() -> N
         ([1, 2, 3, 5, 7, 8], "each of elements 1 to 3, 5 and 7 to 8"),
     ],
 )
-def test_elements_between_which_there_are_others_are_not_told_as_one_run(elements: list[int], told: str) -> None:
-    assert place_words({"elements": elements}) == told
+def test_elements_between_which_there_are_others_are_not_written_as_one_run(elements: list[int], words: str) -> None:
+    assert place_words({"elements": elements}) == words
 
 
 def ruling_of(energies: dict[str, float]) -> Any:
@@ -99,13 +99,13 @@ def ruling_of(energies: dict[str, float]) -> Any:
         word: SimpleNamespace(hypothesis=SimpleNamespace(candidates=tuple(SimpleNamespace(key=key) for key in word)))
         for word in energies
     }
-    told = {id(item): SimpleNamespace(energy=energies[word]) for word, item in fits.items()}
+    words = {id(item): SimpleNamespace(energy=energies[word]) for word, item in fits.items()}
     best = max(fits, key=len)
     return SimpleNamespace(
         best=fits[best],
         posterior=SimpleNamespace(fits=tuple(fits.values())),
-        found=SimpleNamespace(drawn=told[id(fits[""])], extended=told[id(fits[best])]),
-        scorer=SimpleNamespace(forecast=lambda item: told[id(item)]),
+        found=SimpleNamespace(drawn=words[id(fits[""])], extended=words[id(fits[best])]),
+        scorer=SimpleNamespace(forecast=lambda item: words[id(item)]),
     )
 
 

@@ -1,4 +1,4 @@
-"""How far the first steps of a fit go before it is told whether it is worth more."""
+"""How far the first steps of a fit go before it shows whether it is worth more."""
 
 import numpy as np
 import pytest

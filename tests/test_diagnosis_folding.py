@@ -35,7 +35,7 @@ def sampled(modes: int) -> Dataset:
     return Dataset(model, RATE, SENSORS, parts)
 
 
-def told(dataset: Dataset) -> list[str]:
+def folding_notes(dataset: Dataset) -> list[str]:
     setting = setting_of(dataset)
     ground = reference_fits_of(
         setting.nominal_hypothesis, setting.nominal_hypothesis.centre, setting.lengths, setting.noise_model
@@ -48,9 +48,9 @@ def told(dataset: Dataset) -> list[str]:
     ]
 
 
-def test_mode_that_folds_is_told_by_both_its_frequencies() -> None:
+def test_mode_that_folds_is_reported_by_both_its_frequencies() -> None:
     given = sampled(modes=4)
-    note, rest = told(given)
+    note, rest = folding_notes(given)
     line = float(note.split("near ")[1].split()[0])
     assert abs(line - 17.7) < 4 / 6 + 0.02 * 62.3  # four lines of six seconds, and what the mesh leaves open
     assert "a mode of 62.31 Hz" in note
@@ -59,11 +59,11 @@ def test_mode_that_folds_is_told_by_both_its_frequencies() -> None:
 
 @pytest.mark.slow
 def test_nothing_folds_where_no_mode_is_so_fast_or_a_filter_is_stated() -> None:
-    assert len(told(sampled(modes=3))) == 1  # the rest
-    assert len(told(replace(sampled(modes=4), lowpass=19.0))) == 1
+    assert len(folding_notes(sampled(modes=3))) == 1  # the rest
+    assert len(folding_notes(replace(sampled(modes=4), lowpass=19.0))) == 1
 
 
-def test_strongest_line_is_told_apart_from_known_frequencies() -> None:
+def test_strongest_line_is_distinguished_from_known_frequencies() -> None:
     time = np.arange(400) / RATE
     noise = np.random.default_rng(0).standard_normal((2, 400, 3))
     wave = np.exp(-2 * time)[:, None] * np.sin(2 * np.pi * 7.0 * time)[:, None]  # dies within a tenth of the recording

@@ -90,7 +90,7 @@ def test_initial_states_under_a_law_are_as_probable_as_an_independent_optimiser_
             y = respond(system, state[None, None], len(data))[0, 0]
             return np.append(((y - data) / NOISE).ravel(), state / size)
 
-        # laws are told by tables as wide as the motions stepped together, a contact's edge by nodes that are not alike
+        # laws are tables as wide as the motions stepped together, a contact's edge by nodes that are not alike
         assert np.isclose(np.sum(rest(own) ** 2), reached, atol=2.0)
         best = 2 * least_squares(rest, own, x_scale=size).cost
         assert reached < best + 2.0  # likewise
@@ -100,7 +100,7 @@ def test_initial_states_under_a_law_are_as_probable_as_an_independent_optimiser_
     np.testing.assert_allclose(again[1], cost, atol=2.0)  # as above
 
 
-def test_forecasts_of_a_linear_model_reach_the_floor_that_is_told() -> None:
+def test_forecasts_of_a_linear_model_reach_the_floor_that_is_reported() -> None:
     dataset = chain()
     hypothesis = with_causes(dataset)
     model = ForecastModel(hypothesis, np.zeros(hypothesis.nuisances), np.eye(hypothesis.states))
@@ -151,8 +151,8 @@ def test_recordings_before_and_after_tell_where_a_cause_acts() -> None:
     batches = (replace(batch.take([0]), off=(0,)), batch.take([2]))
     item = fit(hypothesis, hypothesis.centre, batches, NOISE_MODEL)
     assert item is not None
-    told = idle_by_order(item, ["before", "r0", "between", "r2", "after"])
-    assert told == {
+    idle = idle_by_order(item, ["before", "r0", "between", "r2", "after"])
+    assert idle == {
         "before": -FORECAST.order_cost,
         "r0": -FORECAST.order_cost,
         "r2": FORECAST.order_cost,
@@ -239,7 +239,7 @@ def test_initial_states_are_known_beforehand_at_any_phase(count: int) -> None:
     assert square == pytest.approx(8 / wider, rel=0.05)  # eight entries, of variance one each if they were normal
 
 
-def test_errors_of_a_perfect_model_scatter_as_it_is_told() -> None:
+def test_errors_of_a_perfect_model_scatter_as_estimated() -> None:
     """Noise and initial states that are drawn as the model knows them, 300 recordings one by one."""
     rng = np.random.default_rng(5)
     hypothesis = with_causes(chain())

@@ -69,7 +69,7 @@ def forces_at(nominal: NominalModel) -> list[float]:
 def test_a_hinged_beam_that_cannot_slide_stiffens_as_its_middle_line_stretches(pieces: int) -> None:
     """Potential energy E A L e^2 / 2 of the mean strain e = (pi w / (2 L))^2: force E A pi^4 w^3 / (8 L^3).
 
-    On any mesh; that of long elements is told beside it.
+    On any mesh; that of long elements is computed beside it.
     """
     expected = -TIMBER.youngs_modulus * TIMBER.area * np.pi**4 * DEFLECTION**3 / (8 * LENGTH**3)
     beam, *drawn = forces_at(model_below(hinged(pieces, "x", "y"), 30.0, kept=1))
@@ -123,7 +123,7 @@ def test_a_column_that_sways_is_shortened_as_a_sensor_shows(quantity: Quantity) 
 
 
 @pytest.mark.parametrize("mesh", [0, 1])
-def test_the_mesh_that_recordings_come_from_is_told_by_them(mesh: int) -> None:
+def test_the_mesh_that_recordings_come_from_is_estimated_from_them(mesh: int) -> None:
     """That of one element shortens the column by a fifth less."""
     column, rate = cantilever(LENGTH, 1), 400.0
     sensors = Sensor("x", 2, "x", "displacement", "m"), Sensor("y", 2, "y", "displacement", "m")
@@ -205,9 +205,7 @@ def test_forecasts_of_motions_larger_than_those_of_training_are_bent_where_their
     motion = Motion.of_states(
         states_along(setting.short, setting.searched), setting.nominal.followed_shapes
     ).displacement
-    setting = replace(
-        setting, geometries=geometries_of(setting.nominal, 0.4 * motion, rng())
-    )  # as told by quieter ones
+    setting = replace(setting, geometries=geometries_of(setting.nominal, 0.4 * motion, rng()))  # as of quieter ones
     evidence = Evidence(quiet, posterior_of((quiet,), ()), setting.noise_model, setting.noise_model, ())
     model, roles = Scorer.of(setting, evidence).model(quiet), setting.noise_model.roles
     (batch,) = bent_fit.batches
@@ -221,7 +219,7 @@ def test_forecasts_of_motions_larger_than_those_of_training_are_bent_where_their
     assert is_bent(model, batch, roles).all()
     assert not is_bent(model, replace(batch, data=straight, whole=None), roles).any()
     scorer = Scorer.of(setting, evidence)
-    assert not scorer.model(bent_fit).bent  # the recordings have told
+    assert not scorer.model(bent_fit).bent  # the recordings have shown it
     (tested,) = scorer.test
     linear_one = replace(tested, data=predicted(replace(model, bent=()), tested, scorer.roles), whole=None)
     assert scorer.bent_in(quiet) == tested.names

@@ -1,4 +1,4 @@
-"""Tones that one sensor picks up: told from a machine as far as other sensors would show that, and never sure names."""
+"""Tones that one sensor picks up: distinguished from machines where other sensors would show that, never sure names."""
 
 from dataclasses import replace
 
@@ -56,7 +56,7 @@ def test_tone_that_no_other_sensor_shows_is_not_named() -> None:
 
 
 @pytest.mark.slow
-def test_tone_beyond_all_that_is_fitted_is_told_as_noise() -> None:
+def test_tone_beyond_all_that_is_fitted_is_reported_as_noise() -> None:
     found = humming("x4", 0.9)
     assert found.findings == ()
     (note,) = (note for note in found.notes if note.startswith("sensor x4 has a line at "))

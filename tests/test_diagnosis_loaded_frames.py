@@ -1,4 +1,4 @@
-"""What is told of frames under known loads that were recorded behind a low-pass."""
+"""What is found of frames under known loads that were recorded behind a low-pass."""
 
 import pytest
 

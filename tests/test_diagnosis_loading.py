@@ -1,4 +1,4 @@
-"""Known loads whose size is not what the dataset says: no cause of the list, but told."""
+"""Known loads whose size is not what the dataset says: no cause of the list, but reported."""
 
 from dataclasses import replace
 
@@ -14,7 +14,7 @@ from tests.masts import recorded as released
 from tests.shaken_mast import recorded
 
 
-def told(dataset: Dataset, factor: float) -> str | None:
+def loading_note(dataset: Dataset, factor: float) -> str | None:
     """What is said where the loads that acted were ``factor`` times those of the dataset."""
     recordings = tuple(
         replace(r, loads=tuple(replace(load, values=load.values / factor) for load in r.loads))
@@ -30,8 +30,8 @@ def told(dataset: Dataset, factor: float) -> str | None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("factor", [2.0, 0.5, -1.0, 1000.0])
-def test_loads_of_another_size_are_told(factor: float) -> None:
-    sentence = told(recorded(), factor)
+def test_loads_of_another_size_are_reported(factor: float) -> None:
+    sentence = loading_note(recorded(), factor)
     assert sentence is not None
     size = float(sentence.removeprefix("all loads times ").split()[0])
     assert size == pytest.approx(
@@ -39,14 +39,14 @@ def test_loads_of_another_size_are_told(factor: float) -> None:
     )  # which 3 % noise tells to a thousandth, and the words to three digits
 
 
-def test_loads_that_are_right_are_not_told() -> None:
-    assert told(recorded(), 1.0) is None
+def test_loads_that_are_right_are_not_reported() -> None:
+    assert loading_note(recorded(), 1.0) is None
 
 
 @pytest.mark.slow
 def test_a_soft_element_is_no_load() -> None:
-    assert told(recorded(StiffnessChange((2,), 0.85)), 1.0) is None
+    assert loading_note(recorded(StiffnessChange((2,), 0.85)), 1.0) is None
 
 
-def test_without_loads_nothing_is_told() -> None:
-    assert told(released(masts()), 1.0) is None
+def test_without_loads_nothing_is_reported() -> None:
+    assert loading_note(released(masts()), 1.0) is None

@@ -334,7 +334,7 @@ def test_peers_refuse_loads() -> None:
 
 
 def test_a_load_passes_the_low_pass_of_recordings_that_it_has_not_passed_however_little_lies_above() -> None:
-    """With 3 % above, the load was used as it was, and a clean chain's sensor told a gain of 0.96."""
+    """With 3 % above, the load was used as it was, and a clean chain's sensor had a gain of 0.96."""
     rate, lowpass, samples = 100.0, 30.0, 4000
     white = np.random.default_rng(4).standard_normal((samples, 1))
     wide = lfilter([1.0], [1.0, -0.9], white[:, 0])[:, None]  # a first-order low-pass at 1.7 Hz

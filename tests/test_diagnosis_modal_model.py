@@ -249,7 +249,7 @@ def test_measured_modes_of_a_structure_that_is_wrong_are_not_called_wrong() -> N
     assert {finding.cause.kind for finding in found.findings} == {"stiffness_change", "cubic_spring"}
 
 
-def test_damping_that_couples_modes_is_told_of_a_modal_model_that_lacks_it() -> None:
+def test_damping_that_couples_modes_is_reported_of_a_modal_model_that_lacks_it() -> None:
     case = blind_case(21, BlindConfig(train=5, test=2, duration=30.0))
     found = diagnose(given(case.dataset, natural_modes(linearise(four_dof()), 4)))
     (finding,) = found.findings

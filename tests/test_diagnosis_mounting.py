@@ -1,4 +1,4 @@
-"""Sensors that are not where the dataset says: no cause of the list, but told."""
+"""Sensors that are not where the dataset says: no cause of the list, but reported."""
 
 from dataclasses import replace
 
@@ -14,7 +14,7 @@ from hybrid.diagnosis.outcome.mounting import mounting_of
 from tests.masts import SENSORS, masts, recorded
 
 
-def told(dataset: Dataset) -> str | None:
+def mounting_note(dataset: Dataset) -> str | None:
     """What is said of the mounting of a dataset's sensors."""
     setting = setting_of(dataset)
     ground = reference_fits_of(
@@ -34,12 +34,12 @@ def is_off(heavier: float) -> Dataset:
 @pytest.mark.slow
 @pytest.mark.parametrize("heavier", [1.0, 1.02])
 @pytest.mark.parametrize(("one", "other"), [(0, 2), (0, 1), (1, 3)])
-def test_exchanged_sensors_are_told(heavier: float, one: int, other: int) -> None:
+def test_exchanged_sensors_are_reported(heavier: float, one: int, other: int) -> None:
     sound = is_off(heavier)
     order = list(range(len(SENSORS)))
     order[one], order[other] = other, one
     exchanged = tuple(replace(r, data=r.data[..., order]) for r in sound.recordings)
-    sentence = told(replace(sound, recordings=exchanged))
+    sentence = mounting_note(replace(sound, recordings=exchanged))
     assert sentence is not None
     assert sentence.startswith(
         f"sensors {SENSORS[one].name} and {SENSORS[other].name} in each other's place would take "
@@ -47,24 +47,27 @@ def test_exchanged_sensors_are_told(heavier: float, one: int, other: int) -> Non
 
 
 @pytest.mark.parametrize("heavier", [1.0, 1.02])
-def test_sensor_at_another_place_is_told(heavier: float) -> None:
+def test_sensor_at_another_place_is_reported(heavier: float) -> None:
     said = replace(SENSORS[0], node=3)
-    sentence = told(replace(is_off(heavier), sensors=(said, *SENSORS[1:])))
+    sentence = mounting_note(replace(is_off(heavier), sensors=(said, *SENSORS[1:])))
     assert sentence is not None
     assert sentence.startswith(f"sensor {said.name} at node 2 in x, not at node 3 in x, would take ")
 
 
 @pytest.mark.parametrize("heavier", [1.0, 1.02])
-def test_sensors_in_their_places_are_not_told(heavier: float) -> None:
-    assert told(is_off(heavier)) is None
+def test_sensors_in_their_places_are_not_reported(heavier: float) -> None:
+    assert mounting_note(is_off(heavier)) is None
 
 
 def test_a_spring_is_no_mounting() -> None:
-    assert told(recorded(masts(), CubicSpring((3,), "x", 5e7))) is None
+    assert mounting_note(recorded(masts(), CubicSpring((3,), "x", 5e7))) is None
 
 
 def test_a_faulty_channel_is_no_mounting() -> None:
     """Samples that are lost are nowhere else."""
     sound = recorded(masts())
     lost = np.where(np.arange(sound.recordings[0].data.shape[1])[:, None] % 100 < 40, [0.0, 1.0, 1.0, 1.0], 1.0)
-    assert told(replace(sound, recordings=tuple(replace(r, data=r.data * lost) for r in sound.recordings))) is None
+    assert (
+        mounting_note(replace(sound, recordings=tuple(replace(r, data=r.data * lost) for r in sound.recordings)))
+        is None
+    )

@@ -1,4 +1,4 @@
-"""Places next to those that were found: fitted, going on where they do better, and told as one where they adjoin."""
+"""Places next to those that were found: fitted, going on where they do better, reported as one where they adjoin."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Noise and what is no noise, told apart by frequency."""
+"""Noise and what is no noise, distinguished by frequency."""
 
 from dataclasses import replace
 from typing import Any
@@ -52,7 +52,7 @@ def test_white_noise_counts_fully_and_smooth_errors_do_not() -> None:
     assert correlation_factor((smooth,)) > 10
 
 
-def test_noise_is_told_from_recordings_with_motion() -> None:
+def test_noise_is_estimated_from_recordings_with_motion() -> None:
     case = blind_case(4, BlindConfig(noise=0.05, train=6, test=1))
     clean = blind_case(4, BlindConfig(noise=0.0, train=6, test=1))
     columns = (0, 1, 2, 3)
@@ -85,7 +85,7 @@ def test_a_wave_half_as_large_as_low_passed_noise_is_seen() -> None:
     assert found.total == pytest.approx(float(np.sum(wave**2)) * 6 * 4, abs=4 * found.std)
 
 
-def test_bridge_noise_is_told_between_the_lines_of_its_motion() -> None:
+def test_bridge_noise_is_estimated_between_the_lines_of_its_motion() -> None:
     config = BlindConfig(structure="bridge", rich=False, noise=0.03)
     case, clean = (blind_case(4, replace(config, noise=noise)) for noise in (0.03, 0.0))
     columns = measured_columns(case.dataset)
@@ -104,7 +104,7 @@ def noise_after_the_lowpass(**config: Any) -> Dataset:
     return blind_case(5, BlindConfig(structure="bridge", rich=False, noisy="unfiltered", **config)).dataset
 
 
-def test_noise_is_told_to_have_passed_a_lowpass_or_to_have_come_after_it() -> None:
+def test_whether_noise_has_passed_a_lowpass_or_came_after_it_is_detected() -> None:
     passed = blind_case(5, BlindConfig(structure="bridge", rich=False, noise=0.03)).dataset
     after = noise_after_the_lowpass()
     assert noise_is_lowpassed(passed)
@@ -114,7 +114,7 @@ def test_noise_is_told_to_have_passed_a_lowpass_or_to_have_come_after_it() -> No
 
 
 @pytest.mark.slow
-def test_noise_that_came_after_a_lowpass_is_told_above_it() -> None:
+def test_noise_that_came_after_a_lowpass_is_estimated_above_it() -> None:
     after = noise_after_the_lowpass()
     setting = setting_of(after)
     assert setting.band.room
@@ -143,7 +143,7 @@ def test_recordings_too_short_for_a_line_in_the_band_tell_noise_by_their_first()
 
 
 @pytest.mark.parametrize("rate", [0.85, 10.0])
-def test_noise_is_told_whether_or_not_modes_reach_up_to_half_the_rate(rate: float) -> None:
+def test_noise_is_estimated_whether_or_not_modes_reach_up_to_half_the_rate(rate: float) -> None:
     """Where the fourth, at 0.34 Hz, was above the band of motion its energy counted as noise: three times as much."""
     rng, sensors = np.random.default_rng(3), tuple(Sensor(f"x{n}", n, "x", "acceleration", "m/s^2") for n in (1, 3, 4))
     begun = rng.standard_normal((2, 4, 4))
@@ -154,5 +154,5 @@ def test_noise_is_told_whether_or_not_modes_reach_up_to_half_the_rate(rate: floa
     data = clean + sigma * rng.standard_normal(clean.shape)
     dataset = Dataset(four_dof(), rate, sensors, tuple(Recording(f"r{i}", part[None]) for i, part in enumerate(data)))
     band = structure_band(nominal_model_of(dataset), rate, white=True)
-    told = noise_of_recordings(batches_of(dataset, "train"), rate, band)
-    np.testing.assert_allclose(told, sigma, rtol=0.15)  # four recordings tell it to a twentieth
+    estimated = noise_of_recordings(batches_of(dataset, "train"), rate, band)
+    np.testing.assert_allclose(estimated, sigma, rtol=0.15)  # four recordings tell it to a twentieth

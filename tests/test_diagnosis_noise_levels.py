@@ -1,4 +1,4 @@
-"""Noise that differs from recording to recording: told by each of them, and weighed so in fits and forecasts."""
+"""Noise that differs from recording to recording: estimated from each of them, and weighed so in fits and forecasts."""
 
 from dataclasses import replace
 
@@ -97,7 +97,7 @@ def test_levels_without_a_pattern_behind_them_are_taken_for_alike() -> None:
     assert NoiseLevels.of([Batch(data, NAMES)], RATE, BANDS[1]).are_alike
 
 
-def test_recordings_of_unequal_length_are_told_together() -> None:
+def test_noise_of_recordings_of_unequal_length_is_estimated_together() -> None:
     long = Batch(white(0) + 30 * WAVE * LOUD[:, None], NAMES)
     short = Batch(3 * white(1)[:4, :200] + 30 * WAVE[:, :200], NAMES[:4])
     levels = NoiseLevels.of([long, short], RATE, BANDS[0])

@@ -108,7 +108,7 @@ def test_observed_modes_are_those_of_the_truth(found: Diagnosis) -> None:
     assert found.observations.error_energy.sum() == pytest.approx(1)
 
 
-def test_frequencies_that_are_all_off_alike_are_told(found: Diagnosis) -> None:
+def test_frequencies_that_are_all_off_alike_are_reported(found: Diagnosis) -> None:
     """Not those of one mode, which a cause at a place moves, nor by what its owner thinks normal."""
     shown, f = found.observations, found.observations.nominal.frequencies
     alike, one = (replace(shown, observed=replace(shown.observed, frequencies=f * (0.8, b, b, b))) for b in (0.8, 1.0))
@@ -119,7 +119,7 @@ def test_frequencies_that_are_all_off_alike_are_told(found: Diagnosis) -> None:
     assert uniform_frequency_error(replace(one, motion_energy=np.full(4, 0.25), mac=np.ones(4)), Uncertainty()) == []
 
 
-def test_damping_that_is_off_in_all_modes_is_told(found: Diagnosis) -> None:
+def test_damping_that_is_off_in_all_modes_is_reported(found: Diagnosis) -> None:
     """Not that of one mode, nor what its owner thinks normal; from none at all it is infinitely far."""
     shown = replace(found.observations, motion_energy=np.full(4, 0.25), mac=np.ones(4))
 

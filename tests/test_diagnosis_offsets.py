@@ -1,4 +1,4 @@
-"""Offsets of accelerometers: told from drifts, from noise and from what a structure does itself, and taken off."""
+"""Offsets of accelerometers: distinguished from drifts, noise and what a structure does itself, and taken off."""
 
 from dataclasses import replace
 
@@ -62,7 +62,9 @@ def test_offset_is_taken_off_to_within_its_own_error_and_a_drift_is_left(size: f
     assert np.ptp(rest) < 1e-12  # one value of all recordings, the test recording's too
     assert abs(rest[0, 0]) < 4 * error  # the averages do not use a recording's ends in full
     assert note.startswith(f"{NOTE_TAKEN_OFF}: a ")
-    assert float(note.split()[-2]) == pytest.approx(size, abs=4 * error + 0.005 * abs(size))  # three digits are told
+    assert float(note.split()[-2]) == pytest.approx(
+        size, abs=4 * error + 0.005 * abs(size)
+    )  # three digits are reported
 
 
 def test_neither_noise_nor_a_drift_is_an_offset() -> None:
@@ -79,10 +81,10 @@ def test_recordings_without_noise_have_no_offsets_by_rounding_and_show_small_one
     found, (note,) = without_offsets(dataset(decays(noise=0.0) + 0.05), POLES)
     assert note.startswith(NOTE_TAKEN_OFF)
     rest = np.abs(left(found, decays(noise=0.0))).max()
-    assert rest < 1e-6  # the rounding of poles that are told by squares of the motion
+    assert rest < 1e-6  # the rounding of poles that are estimated from squares of the motion
 
 
-def test_offsets_that_differ_are_told_and_left() -> None:
+def test_offsets_that_differ_are_reported_and_left() -> None:
     given = dataset(decays() + np.array([[0.1], [-0.1], [0.2], [0.0]]))
     found, (note,) = without_offsets(given, POLES)
     assert found is given

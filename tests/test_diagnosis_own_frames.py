@@ -47,7 +47,7 @@ def fitted(setting: Setting, hypothesis: Hypothesis) -> Fit:
 
 
 @pytest.mark.slow
-def test_pin_that_resists_rotation_is_told() -> None:
+def test_pin_that_resists_rotation_is_named() -> None:
     stiffness = 2e5  # N m/rad, a third of E I over a storey's height
     given = recorded(portal().with_effects(SupportSpring(1, "rz", stiffness)))
     found = diagnose(replace(given, model=portal()))
@@ -58,7 +58,7 @@ def test_pin_that_resists_rotation_is_told() -> None:
 
 
 def test_spring_that_a_pin_has_as_an_effect_may_be_softer_than_drawn() -> None:
-    """Else a softer one was told as a negative spring elsewhere and a softer element, together."""
+    """Else a softer one was reported as a negative spring elsewhere and a softer element, together."""
     stiff = portal().with_effects(SupportSpring(1, "rz", 2e5))
     bounds = {
         c.location["node"]: c.lower
@@ -69,7 +69,7 @@ def test_spring_that_a_pin_has_as_an_effect_may_be_softer_than_drawn() -> None:
 
 
 @pytest.mark.slow
-def test_what_one_sensor_cannot_tell_from_one_mode_is_all_told() -> None:
+def test_what_one_sensor_cannot_distinguish_by_one_mode_is_all_reported() -> None:
     """A mass on top moves one frequency, as softer columns do. Supports that give way bring a mode of their own to each
     segment, which takes up noise: by that they were ahead, and what shares the mode's shape was given up.
     """
@@ -91,9 +91,9 @@ def test_what_one_sensor_cannot_tell_from_one_mode_is_all_told() -> None:
     recordings = tuple(Recording(f"r{i}", part[None], "test" if i == 3 else "train") for i, part in enumerate(data))
     found = diagnose(Dataset(frame, 100.0, (sensor,), recordings))
     (finding,) = found.findings
-    told = [(finding.cause.kind, finding.cause.location), *((a.kind, a.location) for a in finding.alternatives)]
+    reported = [(finding.cause.kind, finding.cause.location), *((a.kind, a.location) for a in finding.alternatives)]
     for wanted in (("added_mass", {"node": 2}), ("stiffness_change", {"element": 1})):
-        assert wanted in told
+        assert wanted in reported
     assert finding.probability < 0.5
 
 
@@ -117,9 +117,9 @@ def test_modes_of_a_support_gone_soft_keep_the_damping_ratios_of_their_numbers()
 
 @pytest.mark.slow
 @pytest.mark.parametrize("stiffness", [2.5e5, 4e5])
-def test_support_that_gives_a_little_is_told_from_the_softer_element_beside_it(stiffness: float) -> None:
+def test_support_that_gives_a_little_is_distinguished_from_the_softer_element_beside_it(stiffness: float) -> None:
     """The mode that it brings hardly moves. Coordinates with a part of all modes do, and were charged for it: far more
-    than what the element leaves, which was told at 0.94.
+    than what the element leaves, which was reported at 0.94.
     """
     sensors = tuple(Sensor(f"y{node}", node, "y", "acceleration", "m/s^2") for node in (2, 3, 5))
     found = diagnose(vibrations(beam(), beam().with_effects(SupportSpring(7, "y", stiffness)), sensors, 2))
@@ -129,7 +129,7 @@ def test_support_that_gives_a_little_is_told_from_the_softer_element_beside_it(s
 
 
 @pytest.mark.slow
-def test_tie_that_loses_half_its_stiffness_between_recordings_is_told() -> None:
+def test_tie_that_loses_half_its_stiffness_between_recordings_is_named() -> None:
     """First steps from what all recordings share, which is neither of the two structures, led nowhere."""
     x3, x5 = (Sensor(f"x{node}", node, "x", "acceleration", "m/s^2") for node in (3, 5))
     sensors = (x3, Sensor("y4", 4, "y", "acceleration", "m/s^2"), x5)
@@ -146,7 +146,7 @@ def test_tie_that_loses_half_its_stiffness_between_recordings_is_told() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("reversed_one", range(3))
-def test_sensor_mounted_the_wrong_way_round_is_told(reversed_one: int) -> None:
+def test_sensor_mounted_the_wrong_way_round_is_named(reversed_one: int) -> None:
     """What the others tell of it was tried beside a calibration that had gone far astray."""
     frame = replace(portal(), supports=tuple(Support(node, ("x", "y", "rz")) for node in (1, 4)))
     sensors = tuple(Sensor(f"a{node}", node, "x", "acceleration", "m/s^2") for node in (2, 3, 5))
@@ -237,7 +237,7 @@ def test_no_more_mass_is_taken_off_a_node_than_moves_with_it() -> None:
 
 
 @pytest.mark.slow
-def test_nothing_is_told_of_a_cause_whose_shapes_have_no_mass_left() -> None:
+def test_nothing_is_reported_of_a_cause_whose_shapes_have_no_mass_left() -> None:
     """A fit may have taken off as much as its own shapes bear; those that another cause adds bear less."""
     setting = setting_of(blind_case(1, BlindConfig(train=2, duration=3.0, structure="bridge", rich=False)).dataset)
     causes = {(c.kind, str(c.location)): c for c in setting.candidates()}
@@ -265,7 +265,7 @@ def test_modes_are_scanned_where_hardly_any_mass_can_be_taken_off() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("soft", [False, True])
-def test_support_is_a_hypothesis_only_where_it_is_told_from_a_rigid_one(soft: bool) -> None:
+def test_support_is_a_hypothesis_only_where_it_is_distinguished_from_a_rigid_one(soft: bool) -> None:
     spring = (SupportSpring(1, "rz", 5e6),) if soft else ()
     setting = setting_of(replace(recorded(masts().with_effects(*spring)), model=masts()))
     foot = {"node": 1, "direction": "rz"}
@@ -279,7 +279,7 @@ def test_support_is_a_hypothesis_only_where_it_is_told_from_a_rigid_one(soft: bo
     assert (item in kept) is soft
 
 
-def test_coarse_mesh_is_told_with_one_that_is_fine_enough() -> None:
+def test_coarse_mesh_is_reported_with_one_that_is_fine_enough() -> None:
     dataset = recorded(bare_masts(), step=1e-4)
     coarse = nominal_model_of(dataset)
     all_moved = np.ones(coarse.size, dtype=bool)
@@ -322,7 +322,7 @@ def test_sensors_are_offered_at_nodes_that_the_user_has() -> None:
 def test_motion_that_no_sensor_feels_stays_at_rest(law: bool) -> None:
     """Masts on springs bounce, of which sensors across show 1e-15: rounding.
 
-    Free vibrations do not tell masses and stiffnesses all off alike; the prior alone does.
+    Free vibrations do not distinguish masses and stiffnesses all off alike; the prior alone does.
     """
     springs = tuple(Spring((node,), "y", 2e6) for node in (1, 4))  # N/m: they bounce at 11 Hz
     supports = tuple(Support(node, ("x", "rz")) for node in (1, 4))
@@ -340,5 +340,5 @@ def test_motion_that_no_sensor_feels_stays_at_rest(law: bool) -> None:
     assert np.sum(moved < 1e-9 * moved.max()) == len(springs)
     alike = np.zeros(len(item.theta))
     alike[: len(setting.nominal.parts)] = 1.0
-    told = alike @ np.linalg.solve(item.covariance, alike)
-    assert told == pytest.approx(alike @ (hypothesis.precision * alike), rel=0.1)  # differences leave a hundredth
+    reported = alike @ np.linalg.solve(item.covariance, alike)
+    assert reported == pytest.approx(alike @ (hypothesis.precision * alike), rel=0.1)  # differences leave a hundredth

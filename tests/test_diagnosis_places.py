@@ -118,7 +118,7 @@ def test_deck_and_tower_of_the_bridge_are_a_pair_where_they_cross() -> None:
 @pytest.mark.parametrize(
     "effect", [GapStop((3, 6), "x", 0.005, 2e5, 1), CoulombFriction((3, 6), "x", 15.0, 1e-3)], ids=lambda e: e.kind
 )
-def test_masts_that_knock_or_rub_are_told(effect: GapStop | CoulombFriction) -> None:
+def test_masts_that_knock_or_rub_are_detected(effect: GapStop | CoulombFriction) -> None:
     found = diagnose(recorded(masts(), effect))
     assert found.verdict is Verdict.EXPLAINED
     (finding,) = found.findings

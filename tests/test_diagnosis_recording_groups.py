@@ -76,7 +76,7 @@ def test_chance_makes_a_change_as_often_as_it_says() -> None:
     assert np.mean(changes) == pytest.approx(BY_CHANCE, abs=0.05)  # three standard deviations of 400 draws
 
 
-def test_a_change_is_told_by_what_feels_it() -> None:
+def test_a_change_is_detected_by_what_feels_it() -> None:
     _, any_candidate = gap_stop()
     amounts = np.array([0.0, 0.9, 0.1, -0.1, 1.0, 0.9, 1.1, 0.2])  # the second and the last hardly feel it
     sizes = np.array([9.0, 0.1, 9.0, 9.0, 9.0, 9.0, 9.0, 0.1])
@@ -86,7 +86,7 @@ def test_a_change_is_told_by_what_feels_it() -> None:
     assert not Asked(any_candidate, amounts, np.ones(8), np.arange(8)).is_change
 
 
-def test_recordings_of_unequal_length_are_told_in_the_order_they_were_made() -> None:
+def test_recordings_of_unequal_length_are_grouped_in_the_order_they_were_made() -> None:
     """Those of one length stand together: r0, r2, ... before r1, r3, ...; a change came after the fourth of eight."""
     lengths = (100, 90) * 4
     given = Dataset(

@@ -39,18 +39,18 @@ def with_rest(setting: Setting, rest: FloatArray) -> Fit:
 @pytest.mark.parametrize(
     ("begins", "words"), [(0.0, "early and late as the motion is"), (0.5, "more of it late than early")]
 )
-def test_rest_is_told_where_and_when_it_is(setting: Setting, begins: float, words: str) -> None:
+def test_rest_is_reported_where_and_when_it_is(setting: Setting, begins: float, words: str) -> None:
     """A knocking at 1.9 Hz, far above all modes, that the second sensor alone shows."""
     (batch,) = setting.lengths.whole
     time = np.arange(batch.samples) / RATE
     motion = np.sqrt(np.mean(np.square(batch.data / setting.noise_model.sigma), axis=(0, 2)))
     rest = np.zeros_like(batch.data)
     rest[..., 1] = motion * np.sin(2 * np.pi * 1.9 * time) * (time >= begins * time[-1])
-    told = rest_of(with_rest(setting, rest), np.array([0.2, 1.9]), setting.noise_model)
-    assert f"is in {setting.noise_model.sensors[1].name} (" in told
-    assert ", near 1.9 Hz (mode 2) (" in told
-    assert f", {words}" in told
-    assert "most of it in" not in told
+    description = rest_of(with_rest(setting, rest), np.array([0.2, 1.9]), setting.noise_model)
+    assert f"is in {setting.noise_model.sensors[1].name} (" in description
+    assert ", near 1.9 Hz (mode 2) (" in description
+    assert f", {words}" in description
+    assert "most of it in" not in description
 
 
 def test_a_recording_that_stands_out_is_named(setting: Setting) -> None:

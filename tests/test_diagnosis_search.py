@@ -53,7 +53,7 @@ def test_harmonic_force_has_its_amplitude_where_it_acts() -> None:
     assert acting_recordings(found, 0) == case.recordings[:4]
 
 
-def test_harmonic_force_that_is_told_from_none_by_nothing_it_does_is_no_hypothesis() -> None:
+def test_harmonic_force_that_nothing_distinguishes_from_none_is_no_hypothesis() -> None:
     case = blind_case(7, BlindConfig(("harmonic_force",), size=0.6, train=3, test=1, duration=30.0))
     (cause,) = case.truth
     assert isinstance(cause, HarmonicForce)

@@ -32,7 +32,7 @@ def candidate_of(setting: Setting, kind: str, location: dict[str, object]) -> Ca
 
 @pytest.mark.slow
 @pytest.mark.parametrize("stiffness", [1e6, 5e6])
-def test_foot_of_a_mast_that_rocks_is_told(stiffness: float) -> None:
+def test_foot_of_a_mast_that_rocks_is_named(stiffness: float) -> None:
     given = recorded(masts().with_effects(SupportSpring(1, "rz", stiffness)))
     found = diagnose(replace(given, model=masts()))
     assert found.verdict is Verdict.EXPLAINED
@@ -44,7 +44,7 @@ def test_foot_of_a_mast_that_rocks_is_told(stiffness: float) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("since", [1, 2])
-def test_foot_that_rocks_from_one_recording_on_is_told_with_these(since: int) -> None:
+def test_foot_that_rocks_from_one_recording_on_is_named_with_these(since: int) -> None:
     """What all recordings ask for to first order leads to the storey above; what the last ones show does not."""
     before, after = recorded(masts()), recorded(masts().with_effects(SPRING))
     found = diagnose(replace(before, recordings=(*before.recordings[:since], *after.recordings[since:])))
@@ -74,7 +74,7 @@ def test_support_that_gives_in_some_recordings_is_fitted_there() -> None:
     assert min(item.cost for item in found) < 0.5 * ground.whole.cost
 
 
-def test_harmonic_force_is_told_beside_a_support_that_gives_in_some_recordings() -> None:
+def test_harmonic_force_is_named_beside_a_support_that_gives_in_some_recordings() -> None:
     force = HarmonicForce(2, "x", 20.0, 3.0)
     setting = setting_of(recorded(masts(), force))
     support, shaken = (

@@ -40,7 +40,7 @@ def test_near_the_floor_is_within_fifteen_per_cent(extended: float, near: bool) 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("kinds", "words"), [((), "show nothing"), (("sensor_gain",), "show nothing more")])
-def test_what_only_test_recordings_feel_is_told(kinds: tuple[str, ...], words: str) -> None:
+def test_what_only_test_recordings_feel_is_reported(kinds: tuple[str, ...], words: str) -> None:
     config = BlindConfig(kinds, size=0.8, train=4, test=2, duration=25.0)
     trained = blind_case(31, config).dataset
     tested = blind_case(31, replace(config, kinds=(*kinds, "cubic_spring"))).dataset

@@ -1,4 +1,4 @@
-"""Experts from training to prediction: each trains as if alone, resumes bit for bit, is saved, loaded and told of."""
+"""Experts from training to prediction: each trains as if alone, resumes bit for bit, is saved, loaded and described."""
 
 import json
 import shutil

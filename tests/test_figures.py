@@ -132,7 +132,7 @@ def test_the_loop_is_force_over_displacement(sheets: list[matplotlib.figure.Figu
     assert "(N)" in axis.get_ylabel()
 
 
-def test_the_loss_is_told_a_sample(sheets: list[matplotlib.figure.Figure], tmp_path: Path) -> None:
+def test_the_loss_is_drawn_a_sample(sheets: list[matplotlib.figure.Figure], tmp_path: Path) -> None:
     """Over a longer horizon the loss of a window grows without getting worse."""
     history = [EpochResult(1, 40.0, 20), EpochResult(2, 30.0, 40), EpochResult(3, 16.0, 80)]
     assert_is_picture(draw_history(tmp_path / "training.png", history))

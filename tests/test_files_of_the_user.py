@@ -79,9 +79,9 @@ def test_a_file_of_the_user_is_never_written_over(
     before = content(own)
     result = command(*arguments, "--out", "own")
     assert result.exit_code == 2, result.output
-    told = next(line for line in result.stderr.splitlines() if file in line and reason in line)
-    assert told.startswith("error: --out: own: ")
-    assert "give another folder, such as own/" in told
+    refusal = next(line for line in result.stderr.splitlines() if file in line and reason in line)
+    assert refusal.startswith("error: --out: own: ")
+    assert "give another folder, such as own/" in refusal
     assert content(own) == before
 
 

@@ -36,7 +36,7 @@ def test_what_a_cap_withholds_goes_to_what_is_not_on_the_list() -> None:
     rival = Alternative("cubic_spring", {"node": 1, "direction": "x"}, 0.05)
     found = {item.kind: item.probability for item in remainder(0.15, [rival], listed=0.25)}
     assert found == pytest.approx({OTHER_CAUSES: 0.05, NOT_ON_THE_LIST: 0.75})
-    assert remainder(0.999, [], listed=1.0) == []  # too little to be told
+    assert remainder(0.999, [], listed=1.0) == []  # too little to be reported
 
 
 @pytest.mark.slow

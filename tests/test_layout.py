@@ -52,8 +52,8 @@ def test_imports_run_one_way(package: str, banned: set[str]) -> None:
 def test_each_folder_of_the_diagnosis_imports_from_those_before_it_alone() -> None:
     """In the order in which the package's docstring names them."""
     home = ROOT / "hybrid" / "diagnosis"
-    told = ast.get_docstring(ast.parse((home / "__init__.py").read_text())) or ""
-    order = [word for word in re.findall(r"`(\w+)`", told) if (home / word).is_dir()]
+    documented = ast.get_docstring(ast.parse((home / "__init__.py").read_text())) or ""
+    order = [word for word in re.findall(r"`(\w+)`", documented) if (home / word).is_dir()]
     assert set(order) == {path.parent.name for path in home.glob("*/__init__.py")}
     for number, folder in enumerate(order):
         later = "|".join([*order[number + 1 :], "diagnosis", "report"])

@@ -80,7 +80,7 @@ def test_a_chain_has_one_direction() -> None:
 
 
 @given(divisions=st.integers(1, 5), times=st.integers(1, 5))
-def test_a_finer_mesh_has_the_nodes_of_a_coarser_one_where_told(divisions: int, times: int) -> None:
+def test_a_finer_mesh_has_the_nodes_of_a_coarser_one_where_asked_for(divisions: int, times: int) -> None:
     coarse, fine = mesh(portal().refined(divisions)), mesh(portal().refined(times * divisions))
     found = fine.coordinates[nodes_in_finer(portal().refined(divisions), times) - 1]
     np.testing.assert_allclose(found, coarse.coordinates, rtol=1e-14)

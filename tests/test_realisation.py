@@ -57,5 +57,5 @@ def test_observability_is_the_power_series() -> None:
 
 
 def test_more_states_than_rows_are_refused() -> None:
-    with pytest.raises(InputError, match="10 states at most can be told from 2 block rows"):
+    with pytest.raises(InputError, match="10 states at most can be estimated from 2 block rows"):
         realise([chain_decays(3, 80, 1)], order=20, rows=2)

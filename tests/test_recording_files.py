@@ -114,8 +114,8 @@ def test_columns_that_nobody_asks_for_are_skipped_and_said(folder: Path) -> None
     found = loaded(folder, text)
     whole = loaded(folder, csv_of({}))
     np.testing.assert_array_equal(found.recordings[0].data, whole.recordings[0].data)
-    told = "r1.csv: columns one without a name, 'status' belong to no sensor and no load and are skipped"
-    assert found.notes == (told,)
+    expected = "r1.csv: columns one without a name, 'status' belong to no sensor and no load and are skipped"
+    assert found.notes == (expected,)
     assert whole.notes == ()
 
 

@@ -40,7 +40,7 @@ def from_prior(count: int, seed: int = 0) -> Tensor:
 
 
 def observed(model: NeuralModalODE, z0: Tensor, samples: int = SAMPLES, seed: int = 1) -> Tensor:
-    """Channels of the model itself with the noise that it is told."""
+    """Channels of the model itself with the noise that it is given."""
     generator = torch.Generator().manual_seed(seed)
     with torch.no_grad():
         data = model.forecast(z0, samples).channels

@@ -32,7 +32,7 @@ def test_the_step_keeps_that_frequency_right() -> None:
     assert time_step(bridge(), 30.0, 1e-3).step == 1e-3
 
 
-def test_the_error_told_is_that_of_a_simulation() -> None:
+def test_the_error_stated_is_that_of_a_simulation() -> None:
     """A beam's first mode alone, released without gravity: zero crossings, interpolated, over many periods."""
     structure = replace(cantilever(), damping=Damping(modal_ratios=(0.001, 0.5)))  # nothing but the first mode lasts
     frequency = float(natural_modes(linearise(structure), 1).frequencies[0])
@@ -43,9 +43,9 @@ def test_the_error_told_is_that_of_a_simulation() -> None:
     before = np.flatnonzero((y[:-1] < 0) & (y[1:] >= 0))
     crossings = motion.time[200:][before] + step * y[before] / (y[before] - y[before + 1])
     measured = (len(crossings) - 1) / (crossings[-1] - crossings[0])
-    told = TimeStep(step, frequency).frequency_error
-    assert told > 5e-3
-    assert 1 - measured / frequency == pytest.approx(told, rel=0.05)  # a tenth of a period over 40 would be 25 %
+    predicted = TimeStep(step, frequency).frequency_error
+    assert predicted > 5e-3
+    assert 1 - measured / frequency == pytest.approx(predicted, rel=0.05)  # a tenth of a period over 40 would be 25 %
 
 
 def test_the_band_ends_at_the_low_pass_or_at_half_the_sampling_rate() -> None:

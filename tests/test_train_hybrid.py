@@ -134,7 +134,7 @@ def test_results_fit_each_other(whole: Path) -> None:
 
 
 @pytest.mark.slow
-def test_scores_are_told_in_plain_words(dataset: Path, tmp_path: Path) -> None:
+def test_scores_are_reported_in_plain_words(dataset: Path, tmp_path: Path) -> None:
     result = train(dataset, "--out", tmp_path, *TINY, "--epochs", "1")
     assert result.exit_code == 0, result.output
     scores = metrics_of(tmp_path)["scores"]

@@ -194,7 +194,7 @@ def test_without_noise_an_exact_model_has_none() -> None:
 def test_a_known_share_of_slow_error_is_found(share: float) -> None:
     """A ramp of random sign on each channel, of ``share`` of its rms in each window, that no free vibration follows.
 
-    To 30 %: a state with eight numbers can follow a part of it, noise is told apart by chance only.
+    To 30 %: a state with eight numbers can follow a part of it, noise is distinguished by chance only.
     """
     model = linear_model()
     given = simulated(model, 60, 60)

@@ -60,7 +60,7 @@ def test_a_known_error_of_the_others_is_found(prepared: Prepared[Experts], share
     assert unseen_error(model, windows) == pytest.approx(expected, rel=0.06)
 
 
-def test_days_that_differ_are_told_where_training_windows_are_not(prepared: Prepared[Experts]) -> None:
+def test_days_that_differ_are_detected_where_training_windows_are_not(prepared: Prepared[Experts]) -> None:
     """A tenth in frequency is a radian by the end: each expert knows its own day to a few per cent, the other's not."""
     model = prepared.model
     assert relative_error(model, prepared.windows) < 0.1

@@ -1,4 +1,4 @@
-"""Which files a run reads, told from a dataset or model file before it is checked."""
+"""Which files a run reads, as named by a dataset or model file before it is checked."""
 
 import tomllib
 from collections.abc import Iterator

@@ -38,7 +38,7 @@ from fe_models.structure import Beam, Cable, Structure
 
 MEMBER_COLOR: Color = (95, 95, 95)
 BEAM_COLOR: Color = (205, 205, 205)  # of beams with edges
-ELEMENT_COLOR: Color = (0, 70, 160)  # of elements' numbers, which stand in boxes besides: told apart in grey, too
+ELEMENT_COLOR: Color = (0, 70, 160)  # of elements' numbers, which stand in boxes besides: distinguished in grey, too
 WIDTHS = (1600, 2200, 3000, 4000)  # px
 MAX_HEIGHT_SHARE = 0.68  # of a picture's width: how high the structure is drawn at most
 MAX_LEADER_SHARE = 0.02  # of the numbers that a line joins to their places, where a larger picture has room for fewer

@@ -45,7 +45,7 @@ def diagnose(dataset: DatasetFile, out: Out, hybrid: Hybrid = False, quiet: Quie
         raise_faults(faults)
         assert data is not None  # else there were faults
         print_notes(data)
-        from hybrid.diagnosis import diagnosis  # only now: it takes longer to load than a mistake to be told
+        from hybrid.diagnosis import diagnosis  # only now: it takes longer to load than a mistake to be reported
         from hybrid.diagnosis.report import describe_diagnosis
         from hybrid.diagnosis.report_files import add_gain, save_diagnosis
 

@@ -28,7 +28,7 @@ Pull = Annotated[
     typer.Option(help="NODE:DIRECTION:FORCE (N; N m for rz) let go, several joined by +. Repeat for more recordings."),
 ]
 SensorAt = Annotated[
-    list[str] | None, typer.Option(help="NODE:DIRECTION[:QUANTITY[:held_out]], acceleration unless told. Repeat.")
+    list[str] | None, typer.Option(help="NODE:DIRECTION[:QUANTITY[:held_out]], acceleration unless given. Repeat.")
 ]
 Realisations = Annotated[
     int | None, typer.Option(min=1, help="Chains: motions from random initial states. [default: 1000]")

@@ -19,10 +19,10 @@ def diagnose(dataset: Dataset, advance: Callable[[str], object] | None = None) -
     `InputError` names what in the dataset cannot be diagnosed.
     """
     begun = perf_counter()
-    tell: Callable[[str], object] = advance or (lambda _: None)
+    announce: Callable[[str], object] = advance or (lambda _: None)
     with threadpool_limits(THREADS.linear_algebra, "blas"):
         setting = setting_of(dataset)
-        evidence = gather(setting, tell)
-        tell("forecasts")
+        evidence = gather(setting, announce)
+        announce("forecasts")
         found = concluded(setting, evidence)
     return replace(found, seconds=perf_counter() - begun)

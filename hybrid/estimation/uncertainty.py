@@ -45,7 +45,7 @@ def banded_forecast(
 def banded_field(
     model: Hybrid, windows: FloatArray, shapes: FloatArray, samples: int | None = None, whole: bool = False
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the displacement (window, time, dof) that windows tell of, and its standard deviation.
+    """Return the displacement (window, time, dof) estimated from windows, and its standard deviation.
 
     ``shapes`` (dof, mode): of the model's modes. The model's own error is taken as of the channels.
     """

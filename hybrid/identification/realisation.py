@@ -47,7 +47,9 @@ def realise(
     before, after = zip(*(_hankel_pair(recording, rows, spacing, stride) for recording in recordings), strict=True)
     U, S, Vt = np.linalg.svd(np.hstack(before), full_matrices=False)
     if order > len(S):
-        raise InputError(f"{len(S)} states at most can be told from {rows} block rows of these recordings, not {order}")
+        raise InputError(
+            f"{len(S)} states at most can be estimated from {rows} block rows of these recordings, not {order}"
+        )
     root = np.sqrt(np.maximum(S[:order], np.finfo(float).eps * S[0]))  # of exact data many states hold nothing
     transition = (U[:, :order] / root).T @ np.hstack(after) @ (Vt[:order].T / root)
     return StateSpace(transition, U[: recordings[0].shape[2], :order] * root)

@@ -213,14 +213,14 @@ def first_steps(
     halves the cost and that would lead there. Without the slopes there, which take longest.
     """
     problem = _Problem(hypothesis, batches, noise_model)
-    least, most, steep, telling = steps, 2 * steps, LEAST_SQUARES.max_cost_ratio, 0
+    least, most, steep, conclusive = steps, 2 * steps, LEAST_SQUARES.max_cost_ratio, 0
     if not hypothesis.is_linear:
         comes = isinstance(hypothesis.candidates[-1], LawCandidate)
         least, most = (
             LEAST_SQUARES.first_law_steps if comes else min(steps, LEAST_SQUARES.first_law_steps),
             LEAST_SQUARES.max_law_iterations,
         )
-        steep, telling = 1 - LEAST_SQUARES.steep_fall_share, LEAST_SQUARES.conclusive_steps
+        steep, conclusive = 1 - LEAST_SQUARES.steep_fall_share, LEAST_SQUARES.conclusive_steps
         bound = inf if comes else bound  # how a law that starts far off falls says nothing of where it ends
     taken, best = 0, problem.begun(theta, states)
     point = best
@@ -230,7 +230,7 @@ def first_steps(
             break
         fall = then.cost / point.cost
         taken, best = taken + 1, then
-        falls = fall < steep and (taken < telling or then.cost * fall ** (most - taken) < bound)
+        falls = fall < steep and (taken < conclusive or then.cost * fall ** (most - taken) < bound)
         if taken >= (most if falls else least):
             break
         point = problem.at(then.theta, then.states)  # the slopes, too
@@ -266,9 +266,9 @@ def fit(
             break
         gain, point = point.cost - then.cost, then
         # a first step cut short may be small before large ones
-        tells = damping == LEAST_SQUARES.damping.start or to_come < iterations - 1
+        is_conclusive = damping == LEAST_SQUARES.damping.start or to_come < iterations - 1
         damping = LEAST_SQUARES.damping.eased(damping)
-        if gain < enough * max(1.0, point.cost / values) or (tells and point.cost - to_come * gain > bound):
+        if gain < enough * max(1.0, point.cost / values) or (is_conclusive and point.cost - to_come * gain > bound):
             break
     return Fit(
         hypothesis,

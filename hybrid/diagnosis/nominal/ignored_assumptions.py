@@ -14,5 +14,5 @@ def ignored_assumptions(nominal: NominalModel, assumptions: Assumptions) -> list
             f" these, and its scores are with them; set modes = {shown}"
         )
     if assumptions.integrator == "newmark" and assumptions.step is None:
-        notes.append('integrator = "newmark" has no step, and counts as exact: give it (s) to have its error told')
+        notes.append('integrator = "newmark" has no step, and counts as exact: give it (s) to have its error reported')
     return notes

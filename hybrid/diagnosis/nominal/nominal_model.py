@@ -257,7 +257,7 @@ def nominal_model_of(dataset: Dataset) -> NominalModel:
             "model: bare matrices say nothing of springs, beams and supports, where causes sit: give a structure file"
         )
     raise_faults(
-        f"model: its own {law.kind} depends on time, which no recording tells; the diagnosis looks for it: take it out"
+        f"model: its own {law.kind} depends on time, which no recording shows; the diagnosis looks for it: take it out"
         for law in force_laws(structure)
         if law.timed
     )

@@ -48,7 +48,7 @@ class Marched:
 
 @dataclass(frozen=True)
 class _Tables:
-    """What laws are told by: of the elongations and rates (2 law,) those ``rows`` (row,) that any law depends on.
+    """Force laws as tables: of the elongations and rates (2 law,) those ``rows`` (row,) that any law depends on.
 
     ``values`` (variant, row, node) of a force from -``reach`` to ``reach`` (row,).
     """
@@ -197,7 +197,7 @@ def respond(
     known ``loads``.
 
     NaN where the motion grows beyond all bounds. What contacts make beyond half the sampling rate a low-pass took away
-    before the recording was sampled: it acts on a motion that is told ``often`` times as often. Once is enough for
+    before the recording was sampled: it acts on a motion that is computed ``often`` times as often. Once is enough for
     slopes, where sharp laws are stepped as finely nevertheless; without a low-pass it is once.
     """
     if system.is_linear:
@@ -208,7 +208,9 @@ def respond(
     marched = march(fine, start, often * samples, loads, only_channels=True, longer=max(1, most // often))
     if marched is None:
         return np.full((*start.shape[:2], samples, system.C.shape[1]), np.nan)
-    return as_shown(fine, _channels(fine, marched, loads))[:, :, ::often]  # late sensors are told between samples
+    return as_shown(fine, _channels(fine, marched, loads))[
+        :, :, ::often
+    ]  # late sensors are interpolated between samples
 
 
 def _channels(system: System, marched: Marched, loads: Loads | None) -> FloatArray:
