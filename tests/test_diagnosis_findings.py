@@ -99,13 +99,13 @@ def ruling_of(energies: dict[str, float]) -> Any:
         word: SimpleNamespace(hypothesis=SimpleNamespace(candidates=tuple(SimpleNamespace(key=key) for key in word)))
         for word in energies
     }
-    words = {id(item): SimpleNamespace(energy=energies[word]) for word, item in fits.items()}
+    forecasts = {id(item): SimpleNamespace(energy=energies[word]) for word, item in fits.items()}
     best = max(fits, key=len)
     return SimpleNamespace(
         best=fits[best],
         posterior=SimpleNamespace(fits=tuple(fits.values())),
-        found=SimpleNamespace(drawn=words[id(fits[""])], extended=words[id(fits[best])]),
-        scorer=SimpleNamespace(forecast=lambda item: words[id(item)]),
+        found=SimpleNamespace(drawn=forecasts[id(fits[""])], extended=forecasts[id(fits[best])]),
+        scorer=SimpleNamespace(forecast=lambda item: forecasts[id(item)]),
     )
 
 
