@@ -10,6 +10,7 @@ from fe_models.arrays import IntArray
 from fe_models.causes.base import Part, node_faults, parameter
 from fe_models.causes.candidate import ChangeCandidate
 from fe_models.causes.known import Known, ModelForCauses
+from fe_models.causes.searched import Searched
 from fe_models.structure import PointMass, Structure
 
 PRIOR_STD_SHARE_OF_MEAN = 0.5  # of a chain's mean mass: the prior standard deviation of an added one
@@ -18,7 +19,7 @@ MAX_REMOVED_SHARE = 0.95  # of what a node weighs: as much may be missing there
 
 
 @dataclass(frozen=True)
-class AddedMass(Part):
+class AddedMass(Searched, Part):
     """A mass (kg; negative: removed) at a node, felt by its translations: M_ii += mass."""
 
     kind: ClassVar[str] = "added_mass"

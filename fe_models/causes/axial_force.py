@@ -13,6 +13,7 @@ from fe_models.causes.base import Effect, count_faults, element_faults, paramete
 from fe_models.causes.candidate import ChangeCandidate
 from fe_models.causes.equilibrium import is_borne, line_of
 from fe_models.causes.known import Known
+from fe_models.causes.searched import Searched
 from fe_models.structure import Beam, Direction, Element, Spring, Structure
 
 PRIOR_FREQUENCY_SHARE = 0.3  # of a squared frequency: what the usual axial force takes from it
@@ -24,7 +25,7 @@ DESIGN_STRAIN = 5e-4  # ... and that which structures are designed for, 100 N/mm
 
 
 @dataclass(frozen=True)
-class AxialForce(Effect):
+class AxialForce(Searched, Effect):
     """A constant axial force N (tension > 0) in elements, on top of what loads and prestress bring: K += K_G(N).
 
     Beams have the consistent geometric stiffness of Euler-Bernoulli's theory, N int(w'^2) dx / 2 with the cubic shape

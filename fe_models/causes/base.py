@@ -1,7 +1,7 @@
 """What all causes of a wrong simulation have in common, and the two ways in which a structure's effects act."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import field, fields
 from math import isfinite
 from typing import Any, ClassVar
@@ -50,14 +50,6 @@ class Cause(ABC):
         if cls.kind in CAUSES:
             raise TypeError(f"{cls.__name__}: there is a cause {cls.kind!r} already, {CAUSES[cls.kind].__name__}")
         CAUSES[cls.kind] = cls
-
-    @classmethod
-    def candidates(cls, known: Any) -> Sequence[Any]:
-        """Return it at every place that it can have, with its prior; none of what is found in another way.
-
-        ``known``: a `causes.known.Known`; what is returned are `causes.candidate.Candidate`. Both are made of causes.
-        """
-        return ()
 
     def sentence(self, values: Mapping[str, str], structure: Structure) -> str:
         """Return one sentence that an engineer can act on.

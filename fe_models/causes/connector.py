@@ -7,11 +7,12 @@ from typing import Literal
 from fe_models.causes.base import Cause, Effect, ForceLaw, node_faults
 from fe_models.causes.candidate import LawCandidate
 from fe_models.causes.places import Place
+from fe_models.causes.searched import Searched
 from fe_models.structure import Direction, Structure
 
 
 @dataclass(frozen=True)
-class ConnectorEffect(Effect, ForceLaw):
+class ConnectorEffect(Searched, Effect, ForceLaw):
     """A force between a node and the ground, or between two nodes, in one direction.
 
     The elongation u = u_last - u_first (or u of the only node), measured from the state at rest, and its rate v give

@@ -8,6 +8,7 @@ import numpy as np
 from fe_models.causes.base import Effect, parameter
 from fe_models.causes.candidate import ChangeCandidate
 from fe_models.causes.known import Known
+from fe_models.causes.searched import Searched
 from fe_models.errors import InputError
 from fe_models.structure import Structure
 
@@ -17,7 +18,7 @@ MIN_WEIGHT_FACTOR, MAX_WEIGHT_FACTOR = 0.5, 1.5
 
 
 @dataclass(frozen=True)
-class DeadLoad(Effect):
+class DeadLoad(Searched, Effect):
     """Small motions are about the state at rest under weight and prestress, not about the drawn geometry.
 
     K -> K + share (K_rest - K), K_rest the tangent at rest: see `fe_models.dead_load`. With a ``share`` of one it acts

@@ -9,11 +9,12 @@ from fe_models.causes.arithmetic import sine
 from fe_models.causes.base import Effect, ForceLaw, node_faults, parameter
 from fe_models.causes.candidate import HarmonicCandidate
 from fe_models.causes.known import Known
+from fe_models.causes.searched import Searched
 from fe_models.structure import Direction, Structure
 
 
 @dataclass(frozen=True)
-class HarmonicForce(Effect, ForceLaw):
+class HarmonicForce(Searched, Effect, ForceLaw):
     """A force on a node in one direction: F(t) = amplitude sin(2 pi frequency t + phase), t from the motion's start.
 
     ``phase`` (rad) is therefore one recording's own; a source that runs through several has another in each.

@@ -9,8 +9,8 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from fe_models.arrays import FloatArray, IntArray
-from fe_models.causes.base import CAUSES, Cause, Effect, ForceLaw
-from fe_models.causes.candidate import Candidate, Changes
+from fe_models.causes.base import Cause, Effect, ForceLaw
+from fe_models.causes.candidate import Changes
 from fe_models.causes.places import MIN_MOTION_SHARE, ModelForPlaces, Motion, MovingPlace, Place, places_of
 from fe_models.structure import Structure
 
@@ -125,17 +125,6 @@ class Known:
     def diagonal(self, rows: IntArray) -> csr_array:
         """Return ones at the diagonal's ``rows``, sparse (dof, dof)."""
         return csr_array((np.ones(len(rows)), (rows, rows)), shape=self.nominal.mass.shape)
-
-
-def candidates_of(known: Known) -> tuple[Candidate, ...]:
-    """Return every cause at every place that it can have: by cause, but laws of a place and faults of a sensor go
-    together.
-    """
-    found: list[Candidate] = [candidate for cause in CAUSES.values() for candidate in cause.candidates(known)]
-    first: dict[str, int] = {}
-    for number, candidate in enumerate(found):
-        first.setdefault(candidate.listed_with, number)
-    return tuple(sorted(found, key=lambda candidate: first[candidate.listed_with]))
 
 
 def outer(pull: FloatArray) -> csr_array:

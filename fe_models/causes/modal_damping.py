@@ -7,6 +7,7 @@ from typing import ClassVar
 from fe_models.causes.base import Effect, count_faults, parameter, value_of
 from fe_models.causes.candidate import ModeCandidate
 from fe_models.causes.known import Known
+from fe_models.causes.searched import Searched
 from fe_models.structure import Structure
 
 PRIOR_STD = 0.05  # the prior standard deviation of a damping ratio
@@ -14,7 +15,7 @@ MAX_RATIO = 0.99  # an effect's ratio is below one
 
 
 @dataclass(frozen=True)
-class ModalDamping(Effect):
+class ModalDamping(Searched, Effect):
     """Modes (numbered from 1, of the structure with all its linear effects) whose damping ratio is ``ratio``.
 
     C -> C + sum of 2 omega_i (ratio_i - xi_i) M phi_i phi_i^T M over these modes, xi_i = phi_i^T C phi_i / (2 omega_i)

@@ -7,13 +7,14 @@ from typing import ClassVar, Literal
 from fe_models.causes.base import Part, node_faults, parameter
 from fe_models.causes.candidate import UNBOUNDED, DashpotCandidate
 from fe_models.causes.known import Known, outer
+from fe_models.causes.searched import Searched
 from fe_models.one_node import node_or_nodes
 from fe_models.structure import Dashpot, Structure
 
 
 @node_or_nodes
 @dataclass(frozen=True)
-class PointDamper(Part):
+class PointDamper(Searched, Part):
     """A linear damper between a node and the ground, or between two nodes: force = coefficient v, C += c b b^T.
 
     Negative: less damping there than the model has.

@@ -12,11 +12,12 @@ from fe_models.arrays import FloatArray
 from fe_models.causes.base import Cause
 from fe_models.causes.candidate import UNBOUNDED, SensorCandidate
 from fe_models.causes.known import Channel
+from fe_models.causes.searched import Searched
 from fe_models.errors import InputError
 
 
 @dataclass(frozen=True)
-class SensorEffect(Cause):
+class SensorEffect(Searched, Cause):
     """A fault of one sensor, named as in the dataset; ``quantity``: which number of the sensor its parameter is."""
 
     quantity: ClassVar[Literal["gain", "delay", "drift"]]

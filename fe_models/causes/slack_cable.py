@@ -13,13 +13,14 @@ from fe_models.causes.base import Effect, ForceLaw, element_faults, negative_fau
 from fe_models.causes.candidate import LawCandidate
 from fe_models.causes.known import Known
 from fe_models.causes.places import LARGEST_QUANTILE, MIN_ELONGATION_SHARE, STARTING_SHARES
+from fe_models.causes.searched import Searched
 from fe_models.structure import Beam, Cable, Direction, Spring, Structure
 
 MIN_PRETENSION_SHARE = 0.8  # of the pretension with which a cable never goes slack
 
 
 @dataclass(frozen=True)
-class SlackCable(Effect):
+class SlackCable(Searched, Effect):
     """An element that carries ``pretension`` N0 at rest and no force once it is shortened beyond N0 / k.
 
     Its force is N0 + k u while taut, k its axial stiffness (E A / L of a cable), u its elongation from rest. The linear

@@ -7,6 +7,7 @@ from typing import ClassVar
 from fe_models.causes.base import Part, count_faults, element_faults, negative_faults, parameter, value_of
 from fe_models.causes.candidate import ChangeCandidate
 from fe_models.causes.known import Known
+from fe_models.causes.searched import Searched
 from fe_models.structure import Cable, Element, Spring, Structure
 
 PRIOR_STD_SHARE = 0.5  # of an element's stiffness: the prior standard deviation
@@ -15,7 +16,7 @@ REMAINING_SHARES = (0.02, 0.05, 0.12, 0.25)  # of a stiffness: what may be left 
 
 
 @dataclass(frozen=True)
-class StiffnessChange(Part):
+class StiffnessChange(Searched, Part):
     """Elements whose stiffness is ``factor`` times the nominal one (1: as drawn, 0: lost); their mass stays.
 
     All forces of the element are multiplied: K_e -> factor K_e, a cable's prestress and, where the structure has

@@ -12,6 +12,7 @@ from fe_models.causes.base import Cause, Part, negative_faults, node_faults, par
 from fe_models.causes.candidate import ChangeCandidate, SupportCandidate
 from fe_models.causes.known import Known, ModelForCauses, outer
 from fe_models.causes.places import Place
+from fe_models.causes.searched import Searched
 from fe_models.causes.wording import sentence
 from fe_models.structure import Direction, Spring, Structure, Support
 
@@ -28,7 +29,7 @@ MIN_STIFFNESS_SHARE = 1e-9
 
 
 @dataclass(frozen=True)
-class SupportSpring(Part):
+class SupportSpring(Searched, Part):
     """A spring between a node and the ground: K_ii += stiffness.
 
     Where a support holds the node in that direction, the spring takes the support's place (a support too soft; 0:

@@ -9,6 +9,7 @@ from fe_models.arrays import ComplexArray, FloatArray
 from fe_models.causes.base import Cause, parameter
 from fe_models.causes.candidate import StepCandidate
 from fe_models.causes.known import Known
+from fe_models.causes.searched import Searched
 
 
 def root(omega: FloatArray, ratio: FloatArray) -> ComplexArray:
@@ -17,7 +18,7 @@ def root(omega: FloatArray, ratio: FloatArray) -> ComplexArray:
 
 
 @dataclass(frozen=True)
-class TimeIntegration(Cause):
+class TimeIntegration(Searched, Cause):
     """A simulation in steps of ``step`` by Newmark's method with constant average acceleration (trapezoidal rule).
 
     One step maps the state z' = A z to (I - h A / 2)^-1 (I + h A / 2) z, which is the exact motion of another system.

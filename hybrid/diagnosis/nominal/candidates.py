@@ -3,8 +3,9 @@
 import numpy as np
 
 from fe_models.causes.candidate import Candidate
-from fe_models.causes.known import Channel, Known, candidates_of
+from fe_models.causes.known import Channel, Known
 from fe_models.causes.places import Motion
+from fe_models.causes.searched import candidates_of
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.nominal.nominal_model import NominalModel
 
