@@ -1,83 +1,37 @@
 """The sub-command `benchmark` of `hybrid-modal`: everything that the product is measured against, in one run."""
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 import typer
 
-from benchmarks.row import Section
+from benchmarks.options import BLIND, CERTIFICATE, SECTIONS, BlindOptions, CertificateOptions, SectionOptions
 from hybrid.commands.console import command_line
+from hybrid.commands.option_groups import with_option_groups
 from hybrid.commands.options import Quiet
 
+Out = Annotated[
+    Path | None,
+    typer.Option(help="Folder for the results. [default: runs/benchmark; with --certificate runs/certificate/COMMIT]"),
+]
+Seed = Annotated[int, typer.Option(min=0, help="Of the modal model that is drawn, or of the first blind case.")]
+Jobs = Annotated[
+    int | None,
+    typer.Option(
+        min=1,
+        help="With --blind, --rates or --certificate: processes, one thread each. [default: 1; 2 of a certificate]",
+    ),
+]
 
+
+@with_option_groups
 def benchmark(
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            help="Folder for the results. [default: runs/benchmark; with --certificate runs/certificate/COMMIT]"
-        ),
-    ] = None,
-    modal_model: Annotated[
-        Path | None, typer.Option(help="The chain's wrong modal model (.npz: omega, xi, phi). [default: drawn anew]")
-    ] = None,
-    recordings: Annotated[
-        Path | None, typer.Option(help="Folder with the authors' acc_measured1..4.mat; without it no bridge.")
-    ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Of the modal model that is drawn, or of the first blind case.")] = 0,
-    blind: Annotated[
-        int | None, typer.Option(min=1, help="Instead: this many cases with a hidden effect, diagnosed blind.")
-    ] = None,
-    rates: Annotated[
-        int | None, typer.Option(min=1, help="Instead: so many of each noise and size, to see how the rates fall.")
-    ] = None,
-    kinds: Annotated[
-        str | None,
-        typer.Option(
-            help="With --blind or --rates: what to hide in turn, by commas; 'a+b' for two, 'nothing'. [default: all]"
-        ),
-    ] = None,
-    structure: Annotated[
-        Literal["four_dof", "bridge"], typer.Option(help="With --blind or --rates: where effects are hidden.")
-    ] = "four_dof",
-    off: Annotated[bool, typer.Option("--off", help="With --blind: models off by their uncertainty.")] = False,
-    noise: Annotated[float, typer.Option(min=0.0, help="With --blind: standard deviation over each channel's.")] = 0.03,
-    noisy: Annotated[
-        Literal["alike", "uneven", "unfiltered"],
-        typer.Option(help="With --blind: noise alike in all recordings, in proportion to each, or after the low-pass."),
-    ] = "alike",
-    changed: Annotated[int, typer.Option(min=0, help="With --blind: recordings made before the last effect.")] = 0,
-    step: Annotated[float | None, typer.Option(min=1e-6, help="With --blind: time steps of the bridge, s.")] = None,
-    train: Annotated[
-        int | None,
-        typer.Option(min=1, help="With --blind: training recordings. [default: 9 of the chain, 3 of the bridge]"),
-    ] = None,
-    sensors: Annotated[
-        int | None,
-        typer.Option(min=1, help="With --blind: measured sensors, drawn. [default: 4 of the chain, 7 of the bridge]"),
-    ] = None,
-    peers: Annotated[bool, typer.Option(help="With --blind: have the peers answer, too.")] = True,
-    jobs: Annotated[
-        int | None,
-        typer.Option(
-            min=1,
-            help="With --blind, --rates or --certificate: processes, one thread each. [default: 1; 2 of a certificate]",
-        ),
-    ] = None,
-    certificate: Annotated[
-        bool, typer.Option("--certificate", help="Instead: the certificate of this commit, about an hour on two cores.")
-    ] = False,
-    minutes: Annotated[
-        float | None,
-        typer.Option(min=0.0, help="With --certificate: begin no case after these; run again to go on. [default: all]"),
-    ] = None,
-    dirty: Annotated[
-        bool, typer.Option("--dirty", help="With --certificate: run code that is not committed; the page says so.")
-    ] = False,
-    only: Annotated[
-        list[Section] | None,
-        typer.Option(help="This section only. Repeat for more."),
-    ] = None,
-    quick: Annotated[bool, typer.Option("--quick", help="Less of everything, in under three minutes.")] = False,
+    out: Out = None,
+    seed: Seed = 0,
+    jobs: Jobs = None,
+    sections: SectionOptions = SECTIONS,
+    cases: BlindOptions = BLIND,
+    certified: CertificateOptions = CERTIFICATE,
     quiet: Quiet = False,
 ) -> None:
     """Measure accuracy and time on the paper's chain, the cost of a trajectory, and what each part of the model is for.
@@ -103,39 +57,62 @@ def benchmark(
     OUT/cases/                 with --certificate: what is kept of each case
     docs/certificate.md, .json with --certificate: rates with intervals, probabilities and times, of the clone that runs
     """
-    from benchmarks.blind import grid, runs
-    from benchmarks.blind.cases import NOTHING, PEERS, tasks, words_of
-    from benchmarks.blind_cases import OUTSIDE, BlindConfig
+    with command_line(quiet) as result:
+        if certified.certificate:
+            result(_certificate(out, certified, jobs or 2))
+            return
+        folder = out or Path("runs/benchmark")
+        if cases.blind is not None:
+            result(_blind(cases, cases.blind, seed, jobs or 1, folder))
+        elif cases.rates is not None:
+            result(_rates(cases, cases.rates, seed, jobs or 1, folder))
+        else:
+            result(_sections(sections, seed, folder))
+
+
+def _certificate(out: Path | None, given: CertificateOptions, jobs: int) -> Path:
     from benchmarks.certificate.door import certify
+
+    certify(out, jobs, given.minutes, given.dirty)
+    return Path("docs/certificate.md")
+
+
+def _blind(given: BlindOptions, count: int, seed: int, jobs: int, folder: Path) -> Path:
+    """Diagnose ``count`` blind cases, one after the other of what is to be hidden."""
+    from benchmarks.blind.cases import PEERS, tasks, words_of
+    from benchmarks.blind.runs import run_blind
+    from benchmarks.blind_cases import BlindConfig
+
+    config = BlindConfig(
+        off=given.off,
+        noise=given.noise,
+        noisy=given.noisy,
+        train=given.train,
+        measured=given.sensors,
+        changed=given.changed,
+        structure=given.structure,
+        step=given.step,
+    )
+    cases = tasks(count, seed, given.kinds.split(",") if given.kinds else words_of(given.structure), config)
+    run_blind(cases, tuple(PEERS) if given.peers else (), jobs, given.off, folder)
+    return folder / "blind.json"
+
+
+def _rates(given: BlindOptions, count: int, seed: int, jobs: int, folder: Path) -> Path:
+    """Diagnose ``count`` blind cases of each noise and size."""
+    from benchmarks.blind.cases import NOTHING, words_of
+    from benchmarks.blind.grid import grid_tasks
+    from benchmarks.blind.runs import run_rates
+    from benchmarks.blind_cases import OUTSIDE, BlindConfig
+
+    inside = [word for word in words_of(given.structure) if word not in (NOTHING, *OUTSIDE)]
+    config = BlindConfig(off=given.off, structure=given.structure)
+    run_rates(grid_tasks(count, seed, given.kinds.split(",") if given.kinds else inside, config), jobs, folder)
+    return folder / "blind_rates.json"
+
+
+def _sections(given: SectionOptions, seed: int, folder: Path) -> Path:
     from benchmarks.sections import run_sections
 
-    with command_line(quiet) as result:
-        if certificate:
-            certify(out, jobs or 2, minutes, dirty)
-            result(Path("docs/certificate.md"))
-            return
-        out, jobs = out or Path("runs/benchmark"), jobs or 1
-        if blind is not None:
-            config = BlindConfig(
-                off=off,
-                noise=noise,
-                noisy=noisy,
-                train=train,
-                measured=sensors,
-                changed=changed,
-                structure=structure,
-                step=step,
-            )
-            cases = tasks(blind, seed, kinds.split(",") if kinds else words_of(structure), config)
-            runs.run_blind(cases, tuple(PEERS) if peers else (), jobs, off, out)
-            result(out / "blind.json")
-            return
-        if rates is not None:
-            config = BlindConfig(off=off, structure=structure)
-            inside = [word for word in words_of(structure) if word not in (NOTHING, *OUTSIDE)]
-            cases = grid.grid_tasks(rates, seed, kinds.split(",") if kinds else inside, config)
-            runs.run_rates(cases, jobs, out)
-            result(out / "blind_rates.json")
-            return
-        run_sections(only or (), modal_model, recordings, seed, quick, out)
-        result(out / "benchmark.json")
+    run_sections(given.only or (), given.modal_model, given.recordings, seed, given.quick, folder)
+    return folder / "benchmark.json"

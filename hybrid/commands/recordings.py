@@ -2,9 +2,8 @@
 
 import sys
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
-from pathlib import Path
 from typing import Literal, TypeVar
 
 import numpy as np
@@ -26,6 +25,7 @@ from fe_models.structure import Beam, Cable, Direction, Structure
 from fe_models.synthetic import Acquisition, check_release, free_dataset, release_dataset
 from fe_models.time_step import MAX_FREQUENCY_ERROR, TimeStep, time_step
 from hybrid.commands.models import NO_DAMPING
+from hybrid.commands.recording_options import RecordingOptions
 
 BRIDGE_PULLS = ("19:y:-9.81", "13:y:-9.81", "9:y:-9.81", "15:y:-9.81")
 TOLERATED_ERROR = 1.01 * MAX_FREQUENCY_ERROR  # the step is chosen by the first term of the error's series
@@ -37,79 +37,59 @@ DIRECTIONS: tuple[Direction, ...] = ("x", "y", "rz")
 ROLES: tuple[Role, ...] = ("measured", "held_out")
 
 
-@dataclass(frozen=True)
-class Wishes:
-    """The options on recordings as given; None where the choice is left to the program."""
-
-    pull: list[str] | None
-    sensor: list[str] | None
-    realisations: int | None
-    cubic_stiffness: float | None
-    duration: float | None
-    step: float | None
-    sampling_rate: float | None
-    lowpass: float | None
-    noise: list[str] | None
-    gravity: float | None
-    modal_model: Path | None = None
-
-    def useless(self, *names: str, because: str) -> list[str]:
-        """Return one fault for each of the options ``names`` that was given although it has no effect."""
-        given = [name for name in names if getattr(self, name) is not None]
-        return [f"--{name.replace('_', '-')}: {because}" for name in given]
-
-
-def recordings_of(model: str, subject: Structure | LinearModel, wishes: Wishes, seed: int) -> Callable[[], Dataset]:
+def recordings_of(
+    model: str, subject: Structure | LinearModel, given: RecordingOptions, seed: int
+) -> Callable[[], Dataset]:
     """Check the options on recordings, all at once, and return the simulation that they ask for."""
     if isinstance(subject, LinearModel):
         raise InputError(f"{model} holds matrices only: recordings need a structure (.toml)")
     if model == "four_dof":
-        return _paper_chain(wishes, seed)
-    faults = wishes.useless("cubic_stiffness", because="is for four_dof; write effects into the structure file")
-    faults += wishes.useless("modal_model", because="is for four_dof; name it in your dataset's [simulation] instead")
-    sensors = _all_of(wishes.sensor or (), _sensor, faults)
-    if model == "bridge" and not wishes.sensor:
+        return _paper_chain(given, seed)
+    faults = given.useless("cubic_stiffness", because="is for four_dof; write effects into the structure file")
+    faults += given.useless("modal_model", because="is for four_dof; name it in your dataset's [simulation] instead")
+    sensors = _all_of(given.sensor or (), _sensor, faults)
+    if model == "bridge" and not given.sensor:
         sensors = bridge_sensors(unit="m/s^2")
-    elif not wishes.sensor:
+    elif not given.sensor:
         faults.append("recordings need sensors: give at least one --sensor NODE:DIRECTION, such as --sensor 2:x")
     is_frame = any(isinstance(element, Beam | Cable) for element in subject.elements)
     make = _frame if is_frame else _chain
-    return make(model, subject, sensors, wishes, np.random.default_rng(seed), faults)
+    return make(model, subject, sensors, given, np.random.default_rng(seed), faults)
 
 
-def _paper_chain(wishes: Wishes, seed: int) -> Callable[[], Dataset]:
-    options = ("pull", "sensor", "duration", "step", "sampling_rate", "lowpass", "noise", "gravity")
+def _paper_chain(given: RecordingOptions, seed: int) -> Callable[[], Dataset]:
+    useless = ("pull", "sensor", "duration", "step", "sampling_rate", "lowpass", "noise", "gravity")
     because = "four_dof gives the paper's data; for others build its structure.toml instead"
-    raise_faults(wishes.useless(*options, because=because))
+    raise_faults(given.useless(*useless, because=because))
     rng = np.random.RandomState(seed)  # the legacy generator of the paper's data
-    modal = load_modal_model(wishes.modal_model, structure_dofs(four_dof())) if wishes.modal_model else None
-    return partial(paper_dataset, wishes.cubic_stiffness or 0.0, modal, rng, wishes.realisations or 1000)
+    modal = load_modal_model(given.modal_model, structure_dofs(four_dof())) if given.modal_model else None
+    return partial(paper_dataset, given.cubic_stiffness or 0.0, modal, rng, given.realisations or 1000)
 
 
 def _frame(
     model: str,
     structure: Structure,
     sensors: tuple[Sensor, ...],
-    wishes: Wishes,
+    given: RecordingOptions,
     rng: np.random.Generator,
     faults: list[str],
 ) -> Callable[[], Dataset]:
-    faults += wishes.useless("realisations", because="is for chains; a frame is pulled and released, repeat --pull")
-    texts = wishes.pull or (BRIDGE_PULLS if model == "bridge" else ())
+    faults += given.useless("realisations", because="is for chains; a frame is pulled and released, repeat --pull")
+    texts = given.pull or (BRIDGE_PULLS if model == "bridge" else ())
     releases = _all_of(texts, _loads, faults)
     if not texts:
         faults.append("a frame needs something to let go: give --pull NODE:DIRECTION:FORCE, such as --pull 3:y:-10")
-    acquisition = _acquisition(wishes, 100.0, 30.0, faults)
+    acquisition = _acquisition(given, 100.0, 30.0, faults)
     config = ReleaseConfig(
-        duration=_either(wishes.duration, 20.0),
+        duration=_either(given.duration, 20.0),
         sampling_rate=5 * acquisition.sampling_rate,
-        step=wishes.step,
-        gravity=_either(wishes.gravity, STANDARD_GRAVITY),
+        step=given.step,
+        gravity=_either(given.gravity, STANDARD_GRAVITY),
     )
     raise_faults(faults + check_release(structure, releases, sensors, acquisition))
 
     def simulated() -> Dataset:
-        step = time_step(structure, acquisition.band, wishes.step)
+        step = time_step(structure, acquisition.band, given.step)
         if not natural_modes(linearise(structure), 1).damping_ratio.any():
             print(NO_DAMPING)
         print(step_line(step), file=sys.stderr if step.frequency_error > TOLERATED_ERROR else sys.stdout)
@@ -136,22 +116,22 @@ def _chain(
     model: str,
     structure: Structure,
     sensors: tuple[Sensor, ...],
-    wishes: Wishes,
+    given: RecordingOptions,
     rng: np.random.Generator,
     faults: list[str],
 ) -> Callable[[], Dataset]:
-    faults += wishes.useless("pull", "gravity", because=f"is for frames; {model} is a chain, see --realisations")
-    acquisition = _acquisition(wishes, 10.0, 0.0, faults)
-    config = FreeConfig(_either(wishes.duration, 50.0), acquisition.sampling_rate, _either(wishes.step, 0.05))
+    faults += given.useless("pull", "gravity", because=f"is for frames; {model} is a chain, see --realisations")
+    acquisition = _acquisition(given, 10.0, 0.0, faults)
+    config = FreeConfig(_either(given.duration, 50.0), acquisition.sampling_rate, _either(given.step, 0.05))
     raise_faults(faults + check_release(structure, (), sensors, acquisition))
-    return partial(free_dataset, structure, wishes.realisations or 1000, sensors, acquisition, rng, config)
+    return partial(free_dataset, structure, given.realisations or 1000, sensors, acquisition, rng, config)
 
 
-def _acquisition(wishes: Wishes, sampling_rate: float, lowpass: float, faults: list[str]) -> Acquisition:
-    noise = noting(faults, "", _noise, wishes.noise) if wishes.noise else None
-    lowpass = _either(wishes.lowpass, lowpass)
+def _acquisition(given: RecordingOptions, sampling_rate: float, lowpass: float, faults: list[str]) -> Acquisition:
+    noise = noting(faults, "", _noise, given.noise) if given.noise else None
+    lowpass = _either(given.lowpass, lowpass)
     usual = Acquisition.noise if noise is None else noise
-    return Acquisition(_either(wishes.sampling_rate, sampling_rate), lowpass or None, usual)
+    return Acquisition(_either(given.sampling_rate, sampling_rate), lowpass or None, usual)
 
 
 def _noise(texts: list[str]) -> float | dict[str, float]:

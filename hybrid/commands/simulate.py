@@ -1,27 +1,20 @@
 """The sub-command `simulate`: recordings of a structure, with what its linear model lacks."""
 
-from hybrid.commands import options
 from hybrid.commands.console import command_line
+from hybrid.commands.option_groups import with_option_groups
+from hybrid.commands.options import Drawing, Model, Out, Quiet, Refine, Seed
+from hybrid.commands.recording_options import NONE_GIVEN, RecordingOptions
 
 
+@with_option_groups
 def simulate(
-    model: options.Model,
-    out: options.Out,
-    refine: options.Refine = 1,
-    pull: options.Pull = None,
-    sensor: options.SensorAt = None,
-    realisations: options.Realisations = None,
-    cubic_stiffness: options.CubicStiffness = None,
-    duration: options.Duration = None,
-    step: options.Step = None,
-    sampling_rate: options.SamplingRate = None,
-    lowpass: options.LowPassAt = None,
-    noise: options.Noise = None,
-    gravity: options.Gravity = None,
-    modal_model: options.ModalModelFile = None,
-    seed: options.Seed = 0,
-    pictures: options.Drawing = True,
-    quiet: options.Quiet = False,
+    model: Model,
+    out: Out,
+    refine: Refine = 1,
+    given: RecordingOptions = NONE_GIVEN,
+    seed: Seed = 0,
+    pictures: Drawing = True,
+    quiet: Quiet = False,
 ) -> None:
     """Simulate recordings of a structure: OUT/dataset.toml, to train on or to diagnose.
 
@@ -40,15 +33,12 @@ def simulate(
     """
     from fe_models.files.dataset_file import DRAWING, dataset_in, save_dataset
     from hybrid.commands.models import open_model
-    from hybrid.commands.recordings import Wishes, recordings_of
+    from hybrid.commands.recordings import recordings_of
 
-    wishes = Wishes(
-        pull, sensor, realisations, cubic_stiffness, duration, step, sampling_rate, lowpass, noise, gravity, modal_model
-    )
     with command_line(quiet) as result:
         results = dataset_in(out)
-        subject = open_model(model, refine, [results], modal_model)
-        recordings = recordings_of(model, subject, wishes, seed)()
+        subject = open_model(model, refine, [results], given.modal_model)
+        recordings = recordings_of(model, subject, given, seed)()
         with results.replacing() as new:
             path = save_dataset(recordings, new)
         print(f"Recordings: {out / path.name}")

@@ -1,56 +1,63 @@
 """The sub-command `train`: the hybrid model on a dataset, scored on recordings that it never saw."""
 
+from dataclasses import dataclass
 from typing import Annotated
 
 import typer
 
 from hybrid.commands.console import command_line, print_notes
+from hybrid.commands.option_groups import with_option_groups
 from hybrid.commands.options import DatasetFile, Device, Out, Quiet
 from hybrid.config import IntegratorKind, PresetName, configuration
 
 Preset = Annotated[
     PresetName, typer.Option(help="'paper': Lai et al. 2022. 'places': for chains. 'experts': a model a recording.")
 ]
-Epochs = Annotated[
-    int | None, typer.Option(min=1, help="Passes over the training windows. [default: 20; places 30; paper 1600]")
-]
-LearningRate = Annotated[float | None, typer.Option(min=1e-8, help="Of Adam, at the start. [default: 0.001]")]
-Batch = Annotated[int | None, typer.Option(min=1, help="Windows a step. [default: 16; places 100]")]
-Window = Annotated[
-    int | None,
-    typer.Option(min=40, help="Samples a window, at most a recording's. [default: 500; fewer of short recordings]"),
-]
-FirstHorizon = Annotated[
-    int | None, typer.Option(min=10, help="Samples forecast in the first epoch. [default: 100; places 20]")
-]
-Modes = Annotated[
-    int | None, typer.Option(min=1, help="Most modes kept, where the dataset does not say. [default: 10]")
-]
-EncoderSamples = Annotated[
-    int | None, typer.Option(min=2, help="First samples, from which the initial state is estimated. [default: 10]")
-]
-Integrator = Annotated[
-    IntegratorKind | None, typer.Option(help="rk4 and dopri5 (adjoint gradients) are those of torchdiffeq.")
-]
-Seed = Annotated[int | None, typer.Option(min=0, max=2**32 - 1, help="Of everything random. [default: 0]")]
-Threads = Annotated[int | None, typer.Option(min=1, max=256, help="Processor threads of PyTorch. [default: 1]")]
 Fresh = Annotated[bool, typer.Option("--fresh", help="Throw an interrupted training away.")]
 
 
+@dataclass(frozen=True)
+class TrainingOptions:
+    """Options in place of the preset's; None leaves it as it is."""
+
+    epochs: Annotated[
+        int | None, typer.Option(min=1, help="Passes over the training windows. [default: 20; places 30; paper 1600]")
+    ] = None
+    learning_rate: Annotated[float | None, typer.Option(min=1e-8, help="Of Adam, at the start. [default: 0.001]")] = (
+        None
+    )
+    batch: Annotated[int | None, typer.Option(min=1, help="Windows a step. [default: 16; places 100]")] = None
+    window: Annotated[
+        int | None,
+        typer.Option(min=40, help="Samples a window, at most a recording's. [default: 500; fewer of short recordings]"),
+    ] = None
+    first_horizon: Annotated[
+        int | None, typer.Option(min=10, help="Samples forecast in the first epoch. [default: 100; places 20]")
+    ] = None
+    modes: Annotated[
+        int | None, typer.Option(min=1, help="Most modes kept, where the dataset does not say. [default: 10]")
+    ] = None
+    encoder_samples: Annotated[
+        int | None, typer.Option(min=2, help="First samples, from which the initial state is estimated. [default: 10]")
+    ] = None
+    integrator: Annotated[
+        IntegratorKind | None, typer.Option(help="rk4 and dopri5 (adjoint gradients) are those of torchdiffeq.")
+    ] = None
+    seed: Annotated[int | None, typer.Option(min=0, max=2**32 - 1, help="Of everything random. [default: 0]")] = None
+    threads: Annotated[int | None, typer.Option(min=1, max=256, help="Processor threads of PyTorch. [default: 1]")] = (
+        None
+    )
+
+
+NONE_GIVEN = TrainingOptions()
+
+
+@with_option_groups
 def train(
     dataset: DatasetFile,
     out: Out,
     preset: Preset = "default",
-    epochs: Epochs = None,
-    learning_rate: LearningRate = None,
-    batch: Batch = None,
-    window: Window = None,
-    first_horizon: FirstHorizon = None,
-    modes: Modes = None,
-    encoder_samples: EncoderSamples = None,
-    integrator: Integrator = None,
-    seed: Seed = None,
-    threads: Threads = None,
+    given: TrainingOptions = NONE_GIVEN,
     device: Device = "cpu",
     fresh: Fresh = False,
     quiet: Quiet = False,
@@ -100,19 +107,7 @@ def train(
         print_notes(data)
         if data.assumptions.integrator != "exact":
             print("Note: the FE model is integrated exactly here; [simulation] integrator and step are not used.")
-        wishes = {
-            "modes": modes,
-            "encoder_samples": encoder_samples,
-            "integrator": integrator,
-            "epochs": epochs,
-            "learning_rate": learning_rate,
-            "batch": batch,
-            "window": window,
-            "first_horizon": first_horizon,
-            "seed": seed,
-            "threads": threads,
-        }
-        config = configuration(preset, getattr(data.model, "name", ""), wishes)  # matrices have no name
+        config = configuration(preset, getattr(data.model, "name", ""), vars(given))  # matrices have no name
         run = session.open_run(data, config, out, device, fresh)
         session.train(run)
         print(describe(session.score(run, data)))

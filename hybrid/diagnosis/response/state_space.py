@@ -68,8 +68,9 @@ def system_of(hypothesis: Hypothesis, theta: FloatArray, outputs: SensorOutputs,
     gain, delay, slope = _faults(hypothesis, theta, outputs.positions)
     loads = _loads(hypothesis, reduced, inverse, outputs.sensors, [pull for pull, _ in laws])
     lowpass = nominal.lowpass if loads is None else None  # known loads have passed it before they act
-    residual, step = hypothesis.residual, 1 / outputs.rate
-    flexibility = residual and ResidualFlexibility(residual, kinds[..., None] * (rows @ residual.shapes))
+    residual, step, flexibility = hypothesis.residual, 1 / outputs.rate, None
+    if residual is not None:
+        flexibility = ResidualFlexibility(residual, kinds[..., None] * (rows @ residual.shapes))
     return System(A, B, seen, direct, G, forces, gain, delay, slope, step, flexibility, loads, lowpass)
 
 

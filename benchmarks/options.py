@@ -1,0 +1,80 @@
+"""The options of the benchmark, by what it measures."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from benchmarks.row import Section
+
+
+@dataclass(frozen=True)
+class SectionOptions:
+    """Options on the sections of the table."""
+
+    modal_model: Annotated[
+        Path | None, typer.Option(help="The chain's wrong modal model (.npz: omega, xi, phi). [default: drawn anew]")
+    ] = None
+    recordings: Annotated[
+        Path | None, typer.Option(help="Folder with the authors' acc_measured1..4.mat; without it no bridge.")
+    ] = None
+    only: Annotated[list[Section] | None, typer.Option(help="This section only. Repeat for more.")] = None
+    quick: Annotated[bool, typer.Option("--quick", help="Less of everything, in under three minutes.")] = False
+
+
+@dataclass(frozen=True)
+class BlindOptions:
+    """Options on blind cases."""
+
+    blind: Annotated[
+        int | None, typer.Option(min=1, help="Instead: this many cases with a hidden effect, diagnosed blind.")
+    ] = None
+    rates: Annotated[
+        int | None, typer.Option(min=1, help="Instead: so many of each noise and size, to see how the rates fall.")
+    ] = None
+    kinds: Annotated[
+        str | None,
+        typer.Option(
+            help="With --blind or --rates: what to hide in turn, by commas; 'a+b' for two, 'nothing'. [default: all]"
+        ),
+    ] = None
+    structure: Annotated[
+        Literal["four_dof", "bridge"], typer.Option(help="With --blind or --rates: where effects are hidden.")
+    ] = "four_dof"
+    off: Annotated[bool, typer.Option("--off", help="With --blind: models off by their uncertainty.")] = False
+    noise: Annotated[float, typer.Option(min=0.0, help="With --blind: standard deviation over each channel's.")] = 0.03
+    noisy: Annotated[
+        Literal["alike", "uneven", "unfiltered"],
+        typer.Option(help="With --blind: noise alike in all recordings, in proportion to each, or after the low-pass."),
+    ] = "alike"
+    changed: Annotated[int, typer.Option(min=0, help="With --blind: recordings made before the last effect.")] = 0
+    step: Annotated[float | None, typer.Option(min=1e-6, help="With --blind: time steps of the bridge, s.")] = None
+    train: Annotated[
+        int | None,
+        typer.Option(min=1, help="With --blind: training recordings. [default: 9 of the chain, 3 of the bridge]"),
+    ] = None
+    sensors: Annotated[
+        int | None,
+        typer.Option(min=1, help="With --blind: measured sensors, drawn. [default: 4 of the chain, 7 of the bridge]"),
+    ] = None
+    peers: Annotated[bool, typer.Option(help="With --blind: have the peers answer, too.")] = True
+
+
+@dataclass(frozen=True)
+class CertificateOptions:
+    """Options on the certificate."""
+
+    certificate: Annotated[
+        bool, typer.Option("--certificate", help="Instead: the certificate of this commit, about an hour on two cores.")
+    ] = False
+    minutes: Annotated[
+        float | None,
+        typer.Option(min=0.0, help="With --certificate: begin no case after these; run again to go on. [default: all]"),
+    ] = None
+    dirty: Annotated[
+        bool, typer.Option("--dirty", help="With --certificate: run code that is not committed; the page says so.")
+    ] = False
+
+
+SECTIONS, BLIND, CERTIFICATE = SectionOptions(), BlindOptions(), CertificateOptions()

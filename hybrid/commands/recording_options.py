@@ -1,0 +1,51 @@
+"""The options on simulated recordings, which `simulate` and the script that builds a model take."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+@dataclass(frozen=True)
+class RecordingOptions:
+    """The options as given; None where the choice is left to the program."""
+
+    pull: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="NODE:DIRECTION:FORCE (N; N m for rz) let go, several joined by +. Repeat for more recordings."
+        ),
+    ] = None
+    sensor: Annotated[
+        list[str] | None, typer.Option(help="NODE:DIRECTION[:QUANTITY[:held_out]], acceleration unless given. Repeat.")
+    ] = None
+    realisations: Annotated[
+        int | None, typer.Option(min=1, help="Chains: motions from random initial states. [default: 1000]")
+    ] = None
+    cubic_stiffness: Annotated[float | None, typer.Option(help="four_dof: cubic spring k_n at node 1, N/m^3.")] = None
+    duration: Annotated[
+        float | None, typer.Option(max=1e5, help="Length of a recording, s. [default: 20; chains 50]")
+    ] = None
+    step: Annotated[float | None, typer.Option(help="Integrator step, s. [default: 0.001; chains 0.05]")] = None
+    sampling_rate: Annotated[float | None, typer.Option(max=1e5, help="Hz. [default: 100; chains 10]")] = None
+    lowpass: Annotated[float | None, typer.Option(help="Hz, 0 for none. [default: 30; chains none]")] = None
+    noise: Annotated[
+        list[str] | None,
+        typer.Option(
+            help='Standard deviation: over that of each channel (0.02), or with a unit ("0.01 m/s^2"), repeated where '
+            "sensors have several units. [default: 0.02]"
+        ),
+    ] = None
+    gravity: Annotated[float | None, typer.Option(help="m/s^2, along -y. [default: 9.81]")] = None
+    modal_model: Annotated[
+        Path | None, typer.Option(help="four_dof: modal model (.npz: omega, xi, phi) that the dataset is given.")
+    ] = None
+
+    def useless(self, *names: str, because: str) -> list[str]:
+        """Return one fault for each of the options ``names`` that was given although it has no effect."""
+        given = [name for name in names if getattr(self, name) is not None]
+        return [f"--{name.replace('_', '-')}: {because}" for name in given]
+
+
+NONE_GIVEN = RecordingOptions()
