@@ -11,8 +11,9 @@ from fe_models.built_in.bridge import bridge
 from fe_models.built_in.four_dof import four_dof
 from fe_models.causes import CoulombFriction, CubicSpring, GapStop, SupportSpring
 from fe_models.causes.candidate import Candidate, HarmonicCandidate, LawCandidate
-from fe_models.causes.known import Known, candidates_of
+from fe_models.causes.known import Known
 from fe_models.causes.places import Motion, places_of
+from fe_models.causes.searched import candidates_of
 from fe_models.causes.support_spring import PARALLEL_SPRING_WEIGHT
 from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.structure import Beam, Spring, Structure

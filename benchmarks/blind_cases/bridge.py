@@ -16,10 +16,11 @@ from benchmarks.blind_cases.bridge_truth import (
     scattered,
 )
 from benchmarks.blind_cases.case import BlindCase, BlindConfig, as_recorded, sensors_of
+from benchmarks.blind_cases.drawing import causes_apart
 from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
 from fe_models.built_in.bridge import bridge
-from fe_models.causes import Cause, Effect
+from fe_models.causes import Effect
 from fe_models.errors import InputError
 from fe_models.files.bridge_recordings import LOWPASS, bridge_sensors
 from fe_models.measurement import lowpassed
@@ -43,12 +44,7 @@ def bridge_case(seed: int, config: BlindConfig) -> BlindCase:
     design = bridge()
     sensors = sensors_of(SENSORS, config, rng)
     starts, scene = _calm(config, sensors, rng)
-    causes: list[Cause] = []
-    for kind in config.hidden:
-        cause = draw_cause(kind, scene, rng, config.size)
-        while any(cause.location == other.location and cause.kind == other.kind for other in causes):
-            cause = draw_cause(kind, scene, rng, config.size)
-        causes.append(cause)
+    causes = causes_apart(config.hidden, lambda kind: draw_cause(kind, scene, rng, config.size))
     more = tuple(draw_outside(kind, scene, rng, config.size, campaign.duration) for kind in config.outside)
     lasting, effects = (
         tuple(cause for cause in some if isinstance(cause, Effect)) for some in (config.lasting(causes), causes)

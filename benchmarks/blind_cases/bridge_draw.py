@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.blind_cases.bridge_scene import FELT_MODES, Scene
+from benchmarks.blind_cases.drawing import amount_between, recording_cause, slack_cable
 from benchmarks.blind_cases.outside import DriftingSpring, HystereticSpring
 from fe_models.built_in.bridge import ROLLERS
 from fe_models.causes import (
@@ -19,13 +20,9 @@ from fe_models.causes import (
     ModalDamping,
     PointDamper,
     QuadraticDamper,
-    SensorDelay,
-    SensorDrift,
-    SensorGain,
     SlackCable,
     StiffnessChange,
     SupportSpring,
-    TimeIntegration,
 )
 from fe_models.errors import InputError
 from fe_models.structure import Beam
@@ -61,10 +58,8 @@ LOSS, GAIN, LOAD = 0.95, 1.0, 5.0  # at most: of an element's stiffness, likewis
 
 def draw_cause(kind: str, scene: Scene, rng: np.random.Generator, size: float | None) -> Cause:
     """Return a cause of that ``kind`` where it can be felt; ``size`` from 0 to 1, None draws it."""
-    least, most = SIZES[kind]
     for _ in range(TRIES):
-        share = rng.uniform() if size is None else size
-        cause = _drawn(kind, least * (most / least) ** share, scene, rng)
+        cause = _drawn(kind, amount_between(*SIZES[kind], rng, size), scene, rng)
         if cause is not None:
             return cause
     raise InputError(f"no place found where {kind} is felt")
@@ -74,9 +69,7 @@ def draw_outside(
     kind: str, scene: Scene, rng: np.random.Generator, size: float | None, duration: float
 ) -> ForceLaw | HystereticSpring:
     """Return a force that is no cause of the list, in recordings of that ``duration`` (s)."""
-    least, most = SIZES[kind]
-    share = rng.uniform() if size is None else size
-    amount = least * (most / least) ** share
+    amount = amount_between(*SIZES[kind], rng, size)
     if kind == "drifting_stiffness":
         law = SlackCable(int(rng.choice(CABLES)), 0.0).law(scene.design)
         assert law is not None  # the drawn cables have their stiffness
@@ -103,17 +96,9 @@ def _drawn(kind: str, amount: float, scene: Scene, rng: np.random.Generator) -> 
             mode = int(rng.integers(1, FELT_MODES + 1))
             return ModalDamping((mode,), amount * float(scene.modal.damping_ratio[mode - 1]))
         case "slack_cable":
-            return _slack(int(rng.choice(CABLES)), amount, scene)
-        case "sensor_gain":
-            return SensorGain(sensor.name, 1 + sign * amount)
-        case "sensor_delay":
-            return SensorDelay(sensor.name, sign * amount)
-        case "sensor_drift":
-            channel = scene.calm.channel(sensor.node, sensor.direction, sensor.quantity)
-            return SensorDrift(sensor.name, sign * amount * float(channel.std() / scene.calm.time[-1]))
-        case "time_integration":
-            return TimeIntegration(amount)
-    return _at_a_node(kind, amount, scene, rng)
+            return slack_cable(int(rng.choice(CABLES)), amount, scene.design, scene.calm)
+    found = recording_cause(kind, amount, sign, sensor, scene.calm)
+    return _at_a_node(kind, amount, scene, rng) if found is None else found
 
 
 def _linear(kind: str, amount: float, scene: Scene, rng: np.random.Generator) -> Cause | None:
@@ -176,13 +161,6 @@ def _at_a_node(kind: str, amount: float, scene: Scene, rng: np.random.Generator)
             force = amount / scene.steady(node, direction, frequency)
             return HarmonicForce(node, direction, force, frequency, float(rng.uniform(0, 2 * np.pi)))
     raise InputError(f"kind {kind!r} cannot be drawn")
-
-
-def _slack(element: int, amount: float, scene: Scene) -> SlackCable:
-    law = SlackCable(element, 0.0).law(scene.design)
-    assert law is not None  # the drawn cables have their stiffness
-    stretch = sum(c * scene.calm.channel(node, direction, "displacement") for node, direction, c in law.pulls)
-    return SlackCable(element, law.stiffness * (1 - amount) * float(np.quantile(-stretch, 0.999)))
 
 
 def _place(rng: np.random.Generator) -> tuple[int, Any]:

@@ -13,6 +13,7 @@ from scipy.linalg import eigh
 from scipy.sparse import csr_array
 
 from benchmarks.blind_cases.case import BlindCase, BlindConfig, as_recorded, sensors_of
+from benchmarks.blind_cases.drawing import amount_between, causes_apart, recording_cause, slack_cable
 from benchmarks.blind_cases.outside import DriftingSpring, HystereticSpring
 from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
@@ -29,13 +30,8 @@ from fe_models.causes import (
     ModalDamping,
     PointDamper,
     QuadraticDamper,
-    SensorDelay,
-    SensorDrift,
-    SensorGain,
-    SlackCable,
     StiffnessChange,
     SupportSpring,
-    TimeIntegration,
 )
 from fe_models.damping import full_damping
 from fe_models.errors import InputError
@@ -82,12 +78,7 @@ def chain_case(seed: int, config: BlindConfig) -> BlindCase:
     design, sensors = four_dof(), sensors_of(SENSORS, config, rng)
     state = rng.standard_normal((2, config.campaign.count, len(design.nodes)))  # m and m/s
     calm = _motion(design, (), state, config, (), rng)
-    causes: list[Cause] = []
-    for kind in config.hidden:
-        cause = draw_cause(kind, calm, rng, config.size, sensors)
-        while any(cause.location == other.location and cause.kind == other.kind for other in causes):
-            cause = draw_cause(kind, calm, rng, config.size, sensors)
-        causes.append(cause)
+    causes = causes_apart(config.hidden, lambda kind: draw_cause(kind, calm, rng, config.size, sensors))
     effects = tuple(cause for cause in causes if isinstance(cause, Effect))
     built = _off(design, rng) if config.off else design
     ratios = 1 + 0.1 * rng.standard_normal(len(design.nodes)) * config.off
@@ -106,9 +97,7 @@ def draw_cause(
     kind: str, calm: Response, rng: np.random.Generator, size: float | None, sensors: tuple[Sensor, ...] = SENSORS
 ) -> Cause:
     """Return a cause of that ``kind`` at a random place; ``calm``: the motion without it, which gives scales."""
-    least, most = SIZES[kind]
-    share = rng.uniform() if size is None else size
-    amount = least * (most / least) ** share
+    amount = amount_between(*SIZES[kind], rng, size)
     node, sign = int(rng.integers(1, 5)), float(rng.choice([-1.0, 1.0]))
     nodes: Any = (node,) if rng.uniform() < 0.6 or node == 1 else (node - 1, node)
     u = calm.channel(nodes[-1], "x", "displacement") - (
@@ -116,7 +105,6 @@ def draw_cause(
     )
     measured = [sensor for sensor in sensors if sensor.role == "measured"]
     sensor = measured[int(rng.integers(0, len(measured)))]
-    channel = calm.channel(sensor.node, "x", sensor.quantity)
     mass = {1: 1.0, 2: 2.0, 3: 3.0, 4: 4.0}[node]
     match kind:
         case "stiffness_change":
@@ -141,22 +129,14 @@ def draw_cause(
             reach = float(np.quantile(sign * u, 0.999))
             return GapStop(nodes, "x", float(rng.uniform(0.3, 0.7)) * reach, amount, 1 if sign > 0 else -1)
         case "slack_cable":
-            stretch = calm.channel(node, "x", "displacement")
-            stretch = stretch - calm.channel(node - 1, "x", "displacement") if node > 1 else stretch
-            stiffness = float(node)
-            return SlackCable(node, stiffness * (1 - amount) * float(np.quantile(-stretch, 0.999)))
+            return slack_cable(node, amount, four_dof(), calm)
         case "harmonic_force":
             frequency = float(np.exp(rng.uniform(np.log(0.05), np.log(1.0))))
             return HarmonicForce(node, "x", amount, frequency, float(rng.uniform(0, 2 * np.pi)))
-        case "sensor_gain":
-            return SensorGain(sensor.name, 1 + sign * amount)
-        case "sensor_delay":
-            return SensorDelay(sensor.name, sign * amount)
-        case "sensor_drift":
-            return SensorDrift(sensor.name, sign * amount * float(channel.std() / calm.time[-1]))
-        case "time_integration":
-            return TimeIntegration(amount)
-    raise InputError(f"kind {kind!r} cannot be drawn")
+    found = recording_cause(kind, amount, sign, sensor, calm)
+    if found is None:
+        raise InputError(f"kind {kind!r} cannot be drawn")
+    return found
 
 
 def _off(design: Structure, rng: np.random.Generator) -> Structure:
