@@ -1,5 +1,6 @@
 """Residual coordinates: what a frame gives way by to force laws, in the modes that are not followed."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from fe_models.modes import natural_modes
 from hybrid.diagnosis.fitting.driven import forces_along, motion_of
 from hybrid.diagnosis.nominal.nominal_model import NominalModel
 from hybrid.diagnosis.response import marching
+from hybrid.diagnosis.response.config import MARCHING
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.marching import respond
 from hybrid.diagnosis.response.residual_modes import residual_modes_of
@@ -139,10 +141,14 @@ def friction_at(substeps: int | None, monkeypatch: pytest.MonkeyPatch) -> FloatA
     states[..., : len(STARTS)] = STARTS
     with monkeypatch.context() as patch:
         if substeps is not None:
-            patch.setattr(marching, "FEWEST_SUBSTEPS", substeps)
-            patch.setattr(marching, "MOST_OF_LAWS", 1)
-            patch.setattr(marching, "FINE_ENOUGH", 1)
-            patch.setattr(marching, "MOST_SUBSTEPS", substeps)
+            other = replace(
+                MARCHING,
+                min_substeps=substeps,
+                max_substeps=substeps,
+                max_sharp_substeps=1,
+                max_stabilising_substeps=1,
+            )
+            patch.setattr(marching, "MARCHING", other)
         marched = marching.march(system_of(hypothesis, theta, OUTPUTS), states, SAMPLES)
     assert marched is not None
     return marched.forces[0, 0, :, 0]
