@@ -23,10 +23,10 @@ def variants(step: float, twins: float = 0.3) -> tuple[FloatArray, FloatArray]:
     return np.array([M, *(M + dM)]), np.array([K, *(K + dK)])
 
 
-def functions(M: FloatArray, K: FloatArray, hardly_differ: bool) -> list[FloatArray]:
+def functions(M: FloatArray, K: FloatArray, first_order: bool) -> list[FloatArray]:
     """Return what the modes are used for, whatever their signs: squares of frequencies, a damping, coordinates."""
-    modes = eigenmodes(M, K, hardly_differ)
-    assert modes.hardly_differ == hardly_differ
+    modes = eigenmodes(M, K, first_order)
+    assert modes.first_order == first_order
     weighted = M @ modes.shapes
     damping = (weighted * np.arange(SIZE)) @ weighted.swapaxes(1, 2)
     return [modes.omega2, damping, turn(modes, KEPT)]
@@ -35,23 +35,23 @@ def functions(M: FloatArray, K: FloatArray, hardly_differ: bool) -> list[FloatAr
 def test_what_is_left_out_goes_with_the_square_of_the_step() -> None:
     off = []
     for step in (1e-5, 1e-6):
-        pairs = zip(*(functions(*variants(step), hardly_differ=near) for near in (True, False)), strict=True)
+        pairs = zip(*(functions(*variants(step), first_order=near) for near in (True, False)), strict=True)
         off.append([np.abs(near[1:] - exact[1:]).max() for near, exact in pairs])
     np.testing.assert_allclose(np.array(off[0]) / off[1], 100, rtol=0.05)  # of rounding, 1e-14 of 1e-10
 
 
 def test_modes_of_equal_frequency_mix_however_small_the_step() -> None:
     M, K = variants(1e-7, twins=1e-5)
-    near, exact = eigenmodes(M, K, hardly_differ=True), eigenmodes(M, K)
-    assert not near.hardly_differ  # the step over the gap is beyond CLOSE
+    near, exact = eigenmodes(M, K, first_order=True), eigenmodes(M, K)
+    assert not near.first_order  # the step over the gap is beyond max_mixing
     np.testing.assert_array_equal(near.shapes, exact.shapes)
     np.testing.assert_array_equal(turn(near, KEPT), turn(exact, KEPT))
-    assert eigenmodes(*variants(1e-7 * EIGENMODES.max_mixing, twins=1e-5), hardly_differ=True).hardly_differ
+    assert eigenmodes(*variants(1e-7 * EIGENMODES.max_mixing, twins=1e-5), first_order=True).first_order
 
 
 def test_modes_of_the_same_frequency_are_solved_one_by_one() -> None:
     K = np.diag([1.0, 2.0, 2.0, 3.0]) + np.zeros((2, 1, 1))
     K[1, 1, 2] = K[1, 2, 1] = 1e-6
-    found = eigenmodes(np.repeat(np.eye(4)[None], 2, axis=0), K, hardly_differ=True)
-    assert not found.hardly_differ
+    found = eigenmodes(np.repeat(np.eye(4)[None], 2, axis=0), K, first_order=True)
+    assert not found.first_order
     assert found.omega2[1] == pytest.approx([1, 2 - 1e-6, 2 + 1e-6, 3], rel=1e-12)

@@ -99,7 +99,7 @@ def test_sensors_behind_a_low_pass_show_contacts_as_it_leaves_them() -> None:
     truth = lowpassed(long.watched[0, 0], dense / STEP, cutoff)[::dense]
     first = long.watched[0, 0, 200 * dense]
     shown, bare = (respond(replace(coarse, lowpass=to), first[None, None], 200)[0, 0] for to in (LowPass(cutoff), None))
-    folded = respond(coarse, first[None, None], 200, often=1)[0, 0]  # beyond half the rate it looks like less
+    folded = respond(coarse, first[None, None], 200, oversampling=1)[0, 0]  # beyond half the rate it looks like less
     whole = np.abs(truth).max(axis=0)
     inside = slice(50, 150)  # beyond, the filter reaches to where free motion stands in for contacts
     off, aliased, unfiltered = (np.abs((y - truth[200:400])[inside]).max(axis=0) / whole for y in (shown, folded, bare))

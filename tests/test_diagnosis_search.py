@@ -85,7 +85,7 @@ def test_slopes_behind_a_low_pass_need_no_finer_motion(kind: str, monkeypatch: p
     usual = linearise_batch(*near)
 
     def finely(system: System, start: FloatArray, samples: int, loads: Loads | None = None, **_: int) -> FloatArray:
-        return respond(system, start, samples, loads, often=8)
+        return respond(system, start, samples, loads, oversampling=8)
 
     monkeypatch.setattr(linearisation, "respond", finely)
     finer = linearise_batch(*near)

@@ -30,7 +30,7 @@ class Candidate(ABC):
     ``build`` makes the cause from its parameters (of arrays, one of arrays). ``names``: their words; ``neutral``:
     values at which it does nothing; ``width``: prior standard deviations about them; ``lower`` and ``upper`` (empty:
     none): bounds; ``starts``: values at which a search may begin; with ``scalable`` the first of them is small, and the
-    score test finds its size; ``hardly``: values at which it hardly acts, of what no small size makes weak;
+    score test finds its size; ``negligible``: values at which it hardly acts, of what no small size makes weak;
     ``far``: values of its only parameter that a scan tries besides those near its prior.
     ``brings``: number of modes that are followed only with it: those that come down into the recordings' band.
     ``twins``: other places where it would do the same. ``weight``: how probable its place is beforehand, to the usual
@@ -47,7 +47,7 @@ class Candidate(ABC):
     upper: tuple[float, ...] = ()
     starts: tuple[tuple[float, ...], ...] = ()
     scalable: bool = True
-    hardly: tuple[float, ...] = ()
+    negligible: tuple[float, ...] = ()
     far: tuple[float, ...] = ()
     brings: int = 0
     twins: tuple[dict[str, Any], ...] = ()

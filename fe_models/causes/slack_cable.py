@@ -131,7 +131,7 @@ def _slack_at(number: int, stiffness: float, pull: FloatArray, u: FloatArray, pa
         lower=(MIN_ELONGATION_SHARE * most,),
         starts=tuple((reach * most,) for reach in STARTING_SHARES),
         scalable=False,
-        hardly=(MIN_PRETENSION_SHARE * taut,),
+        negligible=(MIN_PRETENSION_SHARE * taut,),
         pull=pull,
         part=part,
     )

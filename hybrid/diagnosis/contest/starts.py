@@ -35,7 +35,7 @@ def starts_of(trial: Screened, base: Fit) -> list[FloatArray]:
     theta, candidate = trial.theta(base), trial.candidate
     if not _also_drawn(trial, base):
         return [theta]
-    return [theta, _drawn(trial, base, candidate.hardly or trial.start)]
+    return [theta, _drawn(trial, base, candidate.negligible or trial.start)]
 
 
 def gaps_of(trial: Screened, base: Fit) -> list[FloatArray]:
@@ -43,7 +43,7 @@ def gaps_of(trial: Screened, base: Fit) -> list[FloatArray]:
     ``base`` does not show. From one gap of five the steps lead there. A cable that is slack most of the time begins so.
     """
     gaps = trial.candidate.first_starts
-    starts = (trial.start,) if trial.candidate.hardly else gaps if len(gaps) > 1 else ()
+    starts = (trial.start,) if trial.candidate.negligible else gaps if len(gaps) > 1 else ()
     return [_drawn(trial, base, start) for start in starts] if _also_drawn(trial, base) else []
 
 

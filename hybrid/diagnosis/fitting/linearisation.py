@@ -74,7 +74,7 @@ def _linear(
     """Return the linearisation with the best initial states at ``theta``."""
     moved = LINEARISATION.difference_step * hypothesis.width
     thetas = np.vstack([theta, theta + np.diag(moved)]) if slopes else theta[None]
-    system = system_of(hypothesis, thetas, noise_model.outputs, hardly_differ=True)
+    system = system_of(hypothesis, thetas, noise_model.outputs, first_order=True)
     shorter = condensed(system, batch, noise_model, moved) if brief else None
     channels: Channels = shorter or Sampled(system, batch, noise_model, moved)
     if not np.abs(channels.by_state).max() < LINEARISATION.max_channel_sigma:
@@ -137,14 +137,14 @@ def _changes(
         batch.sigma(noise_model),
     )
     thetas = np.vstack([theta, theta + np.diag(moved)])
-    varied = system_of(hypothesis, thetas, noise_model.outputs, hardly_differ=True)
-    y = respond(varied, np.repeat(states[None], len(thetas), axis=0), batch.samples, batch.loads, often=1)
+    varied = system_of(hypothesis, thetas, noise_model.outputs, first_order=True)
+    y = respond(varied, np.repeat(states[None], len(thetas), axis=0), batch.samples, batch.loads, oversampling=1)
     y += drifted(varied, batch.begins)
     change = y[1:] - y[0]
     change /= sigma * moved[:, None, None, None]
     starts = np.repeat(states[None], 1 + len(size), axis=0)  # of one system, to which they are further recordings
     starts[1:] += np.diag(size)[:, None]
-    begun = respond(system, starts.reshape(1, -1, len(size)), batch.samples, batch.loads, often=1)
+    begun = respond(system, starts.reshape(1, -1, len(size)), batch.samples, batch.loads, oversampling=1)
     begun = begun.reshape(len(starts), *y.shape[1:])  # all drift alike
     by_state = begun[1:] - begun[0]
     by_state /= sigma * size[:, None, None, None]

@@ -58,10 +58,10 @@ class Loads:
         """Return loads ``factor`` times as large."""
         return replace(self, courses=factor * self.courses)
 
-    def finer(self, often: int, step: float) -> "Loads":
+    def finer(self, oversampling: int, step: float) -> "Loads":
         """Return those of samples ``often`` times as often, where they were a ``step`` (s) apart."""
-        rest = np.tile(step / often * np.arange(often), self.courses.shape[2])
-        return replace(self, courses=courses_after(np.repeat(self.courses, often, axis=2), rest))
+        rest = np.tile(step / oversampling * np.arange(oversampling), self.courses.shape[2])
+        return replace(self, courses=courses_after(np.repeat(self.courses, oversampling, axis=2), rest))
 
     def first(self, samples: int) -> "Loads":
         """Return those of the first ``samples``."""

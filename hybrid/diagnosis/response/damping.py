@@ -26,16 +26,16 @@ def assumed_damping(
     K: FloatArray,
     factor: FloatArray,
     replaced: list[tuple[int, FloatArray]],
-    hardly_differ: bool = False,
+    first_order: bool = False,
 ) -> FloatArray:
     """Return what is added to C by the damping ratios that are assumed, each times its ``factor``, and by those
     ``replaced``: modes of M and K (from 0), each with its ratio (variant,), whatever C says.
 
-    ``hardly_differ``: see `eigenmodes`.
+    ``first_order``: see `eigenmodes`.
     """
     if not (nominal.ratios.any() or replaced):
         return np.zeros_like(C)
-    modes = eigenmodes(M, K, hardly_differ)
+    modes = eigenmodes(M, K, first_order)
     omega, phi = modes.omega, modes.shapes
     added = 2 * nominal.ratios_of(len(M[0])) * omega * _factors(nominal, factor, omega)
     for mode, ratio in replaced:

@@ -21,12 +21,12 @@ from hybrid.diagnosis.response.config import EIGENMODES
 class Eigenmodes:
     """Squared natural frequencies ``omega2`` (variant, mode) and mass-normalised ``shapes`` (variant, vector, mode).
 
-    ``hardly_differ``: whether those of all variants follow from those of the first to first order.
+    ``first_order``: whether those of all variants follow from those of the first to first order.
     """
 
     omega2: FloatArray
     shapes: FloatArray
-    hardly_differ: bool = False
+    first_order: bool = False
 
     @property
     def omega(self) -> FloatArray:
@@ -40,13 +40,13 @@ def natural_frequencies(omega2: FloatArray) -> FloatArray:
     return np.asarray(np.sqrt(np.maximum(omega2, least)))
 
 
-def eigenmodes(M: FloatArray, K: FloatArray, hardly_differ: bool = False) -> Eigenmodes:
+def eigenmodes(M: FloatArray, K: FloatArray, first_order: bool = False) -> Eigenmodes:
     """Return the modes of M and K (variant, vector, vector).
 
-    ``hardly_differ``: variants are a Jacobian's. Where modes of nearly equal frequency mix in them nevertheless, each
+    ``first_order``: variants are a Jacobian's. Where modes of nearly equal frequency mix in them nevertheless, each
     is solved by itself.
     """
-    near = _near_the_first(M, K) if hardly_differ and len(M) > 1 else None
+    near = _near_the_first(M, K) if first_order and len(M) > 1 else None
     return _each(M, K) if near is None else near
 
 
@@ -57,7 +57,7 @@ def turn(modes: Eigenmodes, kept: int) -> FloatArray:
     """
     lowest = modes.shapes[:, :, :kept]
     along = lowest[:, :kept].swapaxes(1, 2)
-    return np.asarray(lowest @ (_turns_near_the_first(along) if modes.hardly_differ else _turns(along)))
+    return np.asarray(lowest @ (_turns_near_the_first(along) if modes.first_order else _turns(along)))
 
 
 def _each(M: FloatArray, K: FloatArray) -> Eigenmodes:
@@ -80,7 +80,7 @@ def _near_the_first(M: FloatArray, K: FloatArray) -> Eigenmodes | None:
     D[:, every, every] = -0.5 * dM[:, every, every]
     if not np.abs(D).max() < EIGENMODES.max_mixing:
         return None
-    return Eigenmodes(omega2 + E[:, every, every], V + V @ D, hardly_differ=True)
+    return Eigenmodes(omega2 + E[:, every, every], V + V @ D, first_order=True)
 
 
 def _turns(along: FloatArray) -> FloatArray:

@@ -213,8 +213,8 @@ class Hypothesis:
         """Which of the nominal model's parts (part,) are masses; the others are stiffnesses."""
         return np.array([part.quantity == "mass" for part in self.nominal.parts], dtype=bool)
 
-    def reduced(self, theta: FloatArray, hardly_differ: bool = False) -> ReducedModel:
-        """Return M, C, K and the shapes of ``theta`` (variant, parameter); ``hardly_differ``: see `eigenmodes`."""
+    def reduced(self, theta: FloatArray, first_order: bool = False) -> ReducedModel:
+        """Return M, C, K and the shapes of ``theta`` (variant, parameter); ``first_order``: see `eigenmodes`."""
         nominal, basis = self.nominal, self.basis
         parts, variants = len(nominal.parts), len(theta)
         factor, of_mass = np.exp(theta[:, : nominal.factors]), self._of_mass
@@ -239,8 +239,8 @@ class Hypothesis:
                 before = before[0] + dM, before[1] + dC, before[2] + dK
             else:
                 altered = True
-        modes = eigenmodes(M, K, hardly_differ)
-        drawn = eigenmodes(before[0], before[2], hardly_differ) if altered else modes
+        modes = eigenmodes(M, K, first_order)
+        drawn = eigenmodes(before[0], before[2], first_order) if altered else modes
         more = more_damping(nominal, drawn, *before[:2], factor[:, parts:])
         if nominal.turns and any(isinstance(candidate, ChangeCandidate) for candidate in self.candidates):
             turned = 0.5 * (1 + theta[:, nominal.values, None, None])
@@ -253,7 +253,7 @@ class Hypothesis:
             M, C, K, more, dashpots = (T.transpose(0, 2, 1) @ matrix @ T for matrix in (M, C, K, more, dashpots))
             shapes = basis.shapes @ T
         C = C + more
-        C = C + assumed_damping(nominal, M, C, K, factor[:, parts:], self._replaced(theta), hardly_differ) + dashpots
+        C = C + assumed_damping(nominal, M, C, K, factor[:, parts:], self._replaced(theta), first_order) + dashpots
         if nominal.disperses:
             K = dispersed(M, K, theta[:, nominal.dispersion], nominal.rate)
         return ReducedModel(M, C, K, shapes, trailing)

@@ -84,12 +84,12 @@ def march(
     samples: int,
     loads: Loads | None = None,
     only_channels: bool = False,
-    longer: int = 1,
+    step_ratio: int = 1,
 ) -> Marched | None:
     """Return the motion from ``start`` (variant, recording, state), None where it explodes: all states, or
-    ``only_channels``, what the system's C picks of them, which are far fewer. ``longer``: times as long as needed are
-    the system's steps, for slopes alone: modes may turn that much further in a substep, and a law that is sharp takes
-    that many times as many.
+    ``only_channels``, what the system's C picks of them, which are far fewer. ``step_ratio``: so many times as long as
+    needed are the system's steps, for slopes alone: modes may turn that much further in a substep, and a law that is
+    sharp takes that many times as many.
 
     Of ``loads`` for fewer recordings all act again and again.
 
@@ -99,7 +99,7 @@ def march(
     """
     start, system = held(system, start), with_residual(system)
     fastest = float(np.abs(np.linalg.eigvals(system.A[0])).max())
-    substeps = max(MARCHING.min_substeps, ceil(fastest * system.step / (longer * MARCHING.max_phase_per_substep)))
+    substeps = max(MARCHING.min_substeps, ceil(fastest * system.step / (step_ratio * MARCHING.max_phase_per_substep)))
     if substeps > MARCHING.max_substeps or not np.isfinite(start).all():  # no structure, but a search gone astray
         return None
     reach = _reach(system, start, loads)
@@ -108,8 +108,8 @@ def march(
     if not np.isfinite(sharp):  # forces beyond all bounds: likewise
         return None
     fine = max(
-        min(sharp, longer * MARCHING.max_sharp_substeps),
-        min(sharp / MARCHING.max_rate_per_substep, longer * MARCHING.max_stabilising_substeps),
+        min(sharp, step_ratio * MARCHING.max_sharp_substeps),
+        min(sharp / MARCHING.max_rate_per_substep, step_ratio * MARCHING.max_stabilising_substeps),
     )
     substeps = max(substeps, ceil(fine))
     variants, recordings, states = start.shape
@@ -191,26 +191,32 @@ def _sharpest(system: System, tables: _Tables) -> float:
 
 
 def respond(
-    system: System, start: FloatArray, samples: int, loads: Loads | None = None, often: int = MARCHING.oversampling
+    system: System,
+    start: FloatArray,
+    samples: int,
+    loads: Loads | None = None,
+    oversampling: int = MARCHING.oversampling,
 ) -> FloatArray:
     """Return the channels (variant, recording, time, sensor) from initial states (variant, recording, state) under
     known ``loads``.
 
     NaN where the motion grows beyond all bounds. What contacts make beyond half the sampling rate a low-pass took away
-    before the recording was sampled: it acts on a motion that is computed ``often`` times as often. Once is enough for
-    slopes, where sharp laws are stepped as finely nevertheless; without a low-pass it is once.
+    before the recording was sampled: it acts on a motion that is computed ``oversampling`` times as often. Once is
+    enough for slopes, where sharp laws are stepped as finely nevertheless; without a low-pass it is once.
     """
     if system.is_linear:
         y = linear_channels(system, start, samples) + drift(system, samples)[:, None]
         return y if loads is None else y + loaded_channels(system, loads)
-    often, most = (1, 1) if system.lowpass is None else (often, MARCHING.oversampling)
-    fine = replace(system, step=system.step / often)
-    marched = march(fine, start, often * samples, loads, only_channels=True, longer=max(1, most // often))
+    if system.lowpass is None:
+        oversampling, step_ratio = 1, 1
+    else:
+        step_ratio = max(1, MARCHING.oversampling // oversampling)
+    fine = replace(system, step=system.step / oversampling)
+    marched = march(fine, start, oversampling * samples, loads, only_channels=True, step_ratio=step_ratio)
     if marched is None:
         return np.full((*start.shape[:2], samples, system.C.shape[1]), np.nan)
-    return as_shown(fine, _channels(fine, marched, loads))[
-        :, :, ::often
-    ]  # late sensors are interpolated between samples
+    y = as_shown(fine, _channels(fine, marched, loads))  # late sensors are interpolated between samples
+    return y[:, :, ::oversampling]
 
 
 def _channels(system: System, marched: Marched, loads: Loads | None) -> FloatArray:

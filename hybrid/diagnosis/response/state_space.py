@@ -19,13 +19,13 @@ from hybrid.diagnosis.response.system import Entry, Force, ResidualFlexibility, 
 FAULTS = "gain", "delay", "drift"
 
 
-def system_of(hypothesis: Hypothesis, theta: FloatArray, outputs: SensorOutputs, hardly_differ: bool = False) -> System:
+def system_of(hypothesis: Hypothesis, theta: FloatArray, outputs: SensorOutputs, first_order: bool = False) -> System:
     """Return the systems of ``theta`` (variant, parameter), as ``outputs`` shows them.
 
-    ``hardly_differ``: whether variants are a Jacobian's, so that they follow from the first one to first order.
+    ``first_order``: whether variants are a Jacobian's, so that they follow from the first one to first order.
     """
     nominal, n, variants = hypothesis.nominal, hypothesis.size, len(theta)
-    reduced = hypothesis.reduced(theta, hardly_differ)
+    reduced = hypothesis.reduced(theta, first_order)
     laws, harmonics = _laws(hypothesis, theta), _harmonic_forces(hypothesis, theta)
     inverse = np.linalg.inv(reduced.mass)
     A = np.zeros((variants, hypothesis.states, hypothesis.states))
