@@ -10,13 +10,13 @@ class FreeDecayConfig:
     # Hz, or of the lowest natural frequency where that is less than 1 Hz: below are drifts
     min_frequency_hz: float = 0.5
     min_phase_collinearity: float = 0.7  # sensors move nearly in phase in a mode (Pappa 1993); in noise they do not
-    min_energy_share: float = 1e-4  # of a recording's: what a pole adds to the others; less is noise
-    min_mac_of_one_mode: float = 0.9  # MAC of poles' shapes at the sensors, from which on they are one mode ...
+    min_energy_share: float = 1e-4  # of a recording's: what a line adds to the others; less is noise
+    min_mac_of_one_mode: float = 0.9  # MAC of lines at the sensors, from which on they are one mode ...
     # ... if they lie that close together, relative, or closer than the recording can resolve
     max_relative_separation: float = 0.05
-    spare_pole_ratio: float = 1.5  # times the modes that are asked for: some of these are several poles
-    max_joins: int = 3  # fits, after each of which poles that have come together are joined
-    order: int = 40  # states of the realisation: twenty poles, noise among them
+    spare_line_ratio: float = 1.5  # times the modes that are asked for: some of these are several lines
+    max_joins: int = 3  # fits, after each of which lines that have come together are joined
+    order: int = 40  # states of the realisation: twenty lines, noise among them
     block_rows: int = 60
     min_row_periods: float = 1.5  # of the slowest mode, which the block rows span at least
     max_columns: int = 1500  # more cost time and add little

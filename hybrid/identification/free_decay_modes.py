@@ -1,7 +1,7 @@
-"""The modes of one free decay, out of a recording alone: frequency, damping ratio and shape.
+"""The modes of one free decay, out of a recording alone: frequency, damping ratio and shape, one line a shape.
 
-An eigensystem realisation of the part that holds most energy gives poles to start from; the strongest are fitted to the
-whole recording (`damped_cosines`). A mode whose frequency changes while it decays shows as several poles of one shape:
+An eigensystem realisation of the part that holds most energy gives lines to start from; the strongest are fitted to the
+whole recording (`damped_cosines`). A mode whose frequency changes while it decays shows as several lines of one shape:
 these are replaced by one, which starts at the mean of their common motion z, weighed by its energy,
 
     s = sum_t z(t)^H z'(t) / sum_t z(t)^H z(t),
@@ -22,8 +22,8 @@ from hybrid.identification.realisation import realise
 
 @dataclass(frozen=True)
 class IdentifiedModes:
-    """``frequencies`` (mode,) Hz and damping ``ratios`` (mode,), by frequency; real ``shapes`` (sensor, mode), their
-    largest entry one; ``energy`` (mode,) of each mode's own motion over the recording's; ``left``: share of the
+    """``frequencies`` (line,) Hz and damping ``ratios`` (line,), by frequency; real ``shapes`` (sensor, line), their
+    largest entry one; ``energy`` (line,) of each line's own motion over the recording's; ``left``: share of the
     recording's energy that all of them do not explain.
     """
 
@@ -35,7 +35,7 @@ class IdentifiedModes:
 
     @property
     def roots(self) -> ComplexArray:
-        """The s_k (mode,), rad/s."""
+        """The s_k (line,), rad/s."""
         omega = 2 * np.pi * self.frequencies
         return np.asarray(omega * (-self.ratios + 1j * np.sqrt(1 - self.ratios**2)))
 
@@ -51,7 +51,7 @@ def identify_modes(data: FloatArray, rate: float, first: float, highest: float, 
     vibrates = (
         (frequencies >= lowest) & (frequencies <= highest) & (ratios > 0) & (ratios < FREE_DECAY.max_damping_ratio)
     )
-    roots = _strongest(data, roots[vibrates], rate, round(FREE_DECAY.spare_pole_ratio * count))
+    roots = _strongest(data, roots[vibrates], rate, round(FREE_DECAY.spare_line_ratio * count))
     for _ in range(FREE_DECAY.max_joins):
         roots = fit_roots(data, roots, rate)
         joined = _joined(roots, amplitudes_of(data, roots, rate)[0], len(data), rate)
@@ -59,10 +59,10 @@ def identify_modes(data: FloatArray, rate: float, first: float, highest: float, 
             break
         roots = joined
     amplitudes, offset = amplitudes_of(data, roots, rate)
-    decays = np.exp(np.outer(np.arange(len(data)) / rate, roots))  # (time, pole)
+    waves = np.exp(np.outer(np.arange(len(data)) / rate, roots))  # (time, line)
     total = np.sum((data - offset) ** 2)
-    left = np.sum((data - offset - np.real(decays @ amplitudes)) ** 2) / total
-    energy = np.sum(np.real(decays[:, :, None] * amplitudes) ** 2, axis=(0, 2)) / total
+    left = np.sum((data - offset - np.real(waves @ amplitudes)) ** 2) / total
+    energy = np.sum(np.real(waves[:, :, None] * amplitudes) ** 2, axis=(0, 2)) / total
     in_phase = _phase_collinearity(amplitudes) >= FREE_DECAY.min_phase_collinearity
     kept = np.flatnonzero(in_phase & (-roots.real < FREE_DECAY.max_damping_ratio * np.abs(roots)))
     kept = kept[np.argsort(-energy[kept])][:count]
@@ -96,11 +96,11 @@ def _strongest(data: FloatArray, roots: ComplexArray, rate: float, count: int) -
     chosen: list[int] = []
     while len(chosen) < min(count, len(roots)):
         gains = {}
-        for pole in set(range(len(roots))) - set(chosen):
-            own = [part + len(roots) * half for half in (0, 1) for part in (*chosen, pole)]
+        for line in set(range(len(roots))) - set(chosen):
+            own = [part + len(roots) * half for half in (0, 1) for part in (*chosen, line)]
             solved = np.linalg.lstsq(gram[np.ix_(own, own)], moments[own], rcond=None)[0]
-            gains[pole] = float(np.sum(solved * moments[own]))
-        best = max(gains, key=lambda pole: gains[pole])
+            gains[line] = float(np.sum(solved * moments[own]))
+        best = max(gains, key=lambda line: gains[line])
         if gains[best] - explained < FREE_DECAY.min_energy_share * total:
             break
         chosen.append(best)
@@ -109,7 +109,7 @@ def _strongest(data: FloatArray, roots: ComplexArray, rate: float, count: int) -
 
 
 def _phase_collinearity(amplitudes: ComplexArray) -> FloatArray:
-    """Return the modal phase collinearity (pole,) of amplitudes (pole, sensor): one where all sensors are in phase.
+    """Return the modal phase collinearity (line,) of amplitudes (line, sensor): one where all sensors are in phase.
 
     (|Re|^2 - |Im|^2)^2 + 4 (Re . Im)^2 over (|Re|^2 + |Im|^2)^2 (Pappa, Elliott and Schenk, J. Guidance 16(5), 1993).
     """
@@ -117,7 +117,7 @@ def _phase_collinearity(amplitudes: ComplexArray) -> FloatArray:
 
 
 def _real_shapes(amplitudes: ComplexArray) -> FloatArray:
-    """Return real shapes (sensor, pole), their largest entry one: amplitudes turned to the phase most sensors share."""
+    """Return real shapes (sensor, line), their largest entry one: amplitudes turned to the phase most sensors share."""
     turned = np.real(amplitudes * np.exp(-0.5j * np.angle(np.sum(amplitudes**2, axis=1)))[:, None])
     largest = np.argmax(np.abs(turned), axis=1)
     return np.asarray((turned / np.take_along_axis(turned, largest[:, None], axis=1)).T)
@@ -125,18 +125,18 @@ def _real_shapes(amplitudes: ComplexArray) -> FloatArray:
 
 def _joined(roots: ComplexArray, amplitudes: ComplexArray, samples: int, rate: float) -> ComplexArray:
     """Return the roots, those of one shape that lie close together replaced by the mean of their common motion."""
-    decays = np.exp(np.outer(np.arange(samples) / rate, roots))  # (time, pole)
-    strength = np.sum(np.abs(decays) ** 2, axis=0) * np.sum(np.abs(amplitudes) ** 2, axis=1)
+    waves = np.exp(np.outer(np.arange(samples) / rate, roots))  # (time, line)
+    strength = np.sum(np.abs(waves) ** 2, axis=0) * np.sum(np.abs(amplitudes) ** 2, axis=1)
     shapes = _real_shapes(amplitudes)
     omega = np.abs(roots)
     resolution = 2 * np.pi * rate / samples
     near = np.abs(omega[:, None] - omega) <= np.maximum(FREE_DECAY.max_relative_separation * omega, resolution)
     same = near & (mac(shapes, shapes) >= FREE_DECAY.min_mac_of_one_mode)
-    waiting, joined = [int(pole) for pole in np.argsort(-strength)], []
+    waiting, joined = [int(line) for line in np.argsort(-strength)], []
     while waiting:
-        group = [pole for pole in waiting if same[waiting[0], pole]]
-        waiting = [pole for pole in waiting if pole not in group]
-        motion = decays[:, group] @ amplitudes[group]  # (time, sensor)
-        change = (decays[:, group] * roots[group]) @ amplitudes[group]
+        group = [line for line in waiting if same[waiting[0], line]]
+        waiting = [line for line in waiting if line not in group]
+        motion = waves[:, group] @ amplitudes[group]  # (time, sensor)
+        change = (waves[:, group] * roots[group]) @ amplitudes[group]
         joined.append(np.sum(motion.conj() * change) / np.sum(np.abs(motion) ** 2))
     return np.array(joined, dtype=complex)
