@@ -5,7 +5,7 @@ import pytest
 
 from fe_models.arrays import FloatArray
 from hybrid.diagnosis.response.config import EIGENMODES
-from hybrid.diagnosis.response.eigenmodes import eigenmodes, turn
+from hybrid.diagnosis.response.eigenmodes import aligned_modes, eigenmodes
 
 SIZE, KEPT = 8, 4
 
@@ -29,7 +29,7 @@ def functions(M: FloatArray, K: FloatArray, first_order: bool) -> list[FloatArra
     assert modes.first_order == first_order
     weighted = M @ modes.shapes
     damping = (weighted * np.arange(SIZE)) @ weighted.swapaxes(1, 2)
-    return [modes.omega2, damping, turn(modes, KEPT)]
+    return [modes.omega2, damping, aligned_modes(modes, KEPT)]
 
 
 def test_what_is_left_out_goes_with_the_square_of_the_step() -> None:
@@ -45,7 +45,7 @@ def test_modes_of_equal_frequency_mix_however_small_the_step() -> None:
     near, exact = eigenmodes(M, K, first_order=True), eigenmodes(M, K)
     assert not near.first_order  # the step over the gap is beyond max_mixing
     np.testing.assert_array_equal(near.shapes, exact.shapes)
-    np.testing.assert_array_equal(turn(near, KEPT), turn(exact, KEPT))
+    np.testing.assert_array_equal(aligned_modes(near, KEPT), aligned_modes(exact, KEPT))
     assert eigenmodes(*variants(1e-7 * EIGENMODES.max_mixing, twins=1e-5), first_order=True).first_order
 
 

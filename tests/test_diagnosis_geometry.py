@@ -18,7 +18,7 @@ from hybrid.diagnosis.contest.setting import Setting, setting_of
 from hybrid.diagnosis.contest.straightening import straighten
 from hybrid.diagnosis.fitting.driven import states_along
 from hybrid.diagnosis.fitting.forecast_score import begun_from, forecast, is_bent, model_of, predicted
-from hybrid.diagnosis.fitting.geometry_response import added, straightened
+from hybrid.diagnosis.fitting.geometry_response import added_motion, straightened
 from hybrid.diagnosis.fitting.least_squares import Fit, fit
 from hybrid.diagnosis.nominal.geometry_forces import geometries_of
 from hybrid.diagnosis.nominal.nominal_model import NominalModel, nominal_model_of
@@ -100,7 +100,7 @@ def test_a_column_that_sways_is_shortened_as_a_sensor_shows(quantity: Quantity) 
     (geometry,) = geometries_of(nominal, SWAY * np.array([shape, -shape]), rng())
     hypothesis, sensors = Hypothesis(replace(nominal, geometry=geometry)), (Sensor("x", 2, "x", quantity, "-"),)
     batch = Batch(np.zeros((1, 400, 1)), ("r",))
-    shown = added(
+    shown = added_motion(
         hypothesis, hypothesis.centre, np.array([[SWAY, 0.0]]), batch, SensorOutputs.measured(sensors, 400.0)
     )[0, :, 0]
     root = CANTILEVER_ROOTS[0] / LENGTH
@@ -135,7 +135,7 @@ def test_the_mesh_that_recordings_come_from_is_estimated_from_them(mesh: int) ->
     batch, start = Batch(np.zeros((2, 400, 2)), ("a", "b")), SWAY * np.array([[1.0, 0.0], [0.0, omega]])
     system = system_of(hypothesis, hypothesis.centre[None], outputs)
     clean = linear_channels(system, start[None], 400)[0]
-    clean = clean + added(hypothesis, hypothesis.centre, start, batch, outputs)
+    clean = clean + added_motion(hypothesis, hypothesis.centre, start, batch, outputs)
     data = clean + 0.03 * clean.std(axis=(0, 1)) * rng().standard_normal(clean.shape)
     recordings = tuple(Recording(name, own[None]) for name, own in zip("ab", data, strict=True))
     setting = setting_of(Dataset(column, rate, sensors, recordings, 20.0))

@@ -11,7 +11,7 @@ from fe_models.built_in.four_dof import four_dof
 from fe_models.causes import CubicSpring, Effect
 from fe_models.measurement import lowpassed
 from fe_models.recordings import Dataset, Recording
-from hybrid.diagnosis.fitting.geometry_response import added
+from hybrid.diagnosis.fitting.geometry_response import added_motion
 from hybrid.diagnosis.nominal.geometry import Geometry
 from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
 from hybrid.diagnosis.recorded.batches import batches_of
@@ -39,7 +39,7 @@ def difference(laws: tuple[Effect, ...], pushed: HarmonicForces = ()) -> FloatAr
     return (with_it - without)[:, :4]
 
 
-def added_motion(
+def geometric_motion(
     laws: tuple[Effect, ...],
     pushed: HarmonicForces = (),
     lowpass: float | None = None,
@@ -52,7 +52,7 @@ def added_motion(
     dataset = Dataset(four_dof().with_effects(*laws), RATE, SENSORS, parts, lowpass)
     (batch,) = batches_of(dataset, "train")
     hypothesis = Hypothesis(replace(nominal_model_of(dataset), geometry=geometry))
-    return added(hypothesis, hypothesis.centre, starts.reshape(len(starts), -1), batch, OUTPUTS)
+    return added_motion(hypothesis, hypothesis.centre, starts.reshape(len(starts), -1), batch, OUTPUTS)
 
 
 def assert_close(found: FloatArray, expected: FloatArray, tolerance: float) -> None:
@@ -69,12 +69,12 @@ def test_geometry_adds_what_a_spring_that_exerts_the_same_does(
 ) -> None:
     """Beside force laws, which answer to it, and under known loads up to a fifth of the sampling rate."""
     # What the last round changes of the forces, 1 %, changes the motion by a tenth of that.
-    assert_close(added_motion(laws, pushed)[0], difference(laws, pushed), 2e-3)
+    assert_close(geometric_motion(laws, pushed)[0], difference(laws, pushed), 2e-3)
 
 
 @pytest.mark.parametrize("laws", LAWS.values(), ids=LAWS)
 def test_what_it_adds_passes_the_low_pass_of_the_recordings(laws: tuple[Effect, ...]) -> None:
-    found, whole = added_motion(laws, lowpass=0.3)[0], added_motion(laws)[0]
+    found, whole = geometric_motion(laws, lowpass=0.3)[0], geometric_motion(laws)[0]
     inside = slice(100, -100)  # as far as the filter reaches
     expected = lowpassed(whole, RATE, 0.3)[inside]
     assert_close(found[inside], expected, 5e-3)  # a filter at 10 Hz is not quite the one at 20 Hz
@@ -85,10 +85,10 @@ def test_what_it_adds_passes_the_low_pass_of_the_recordings(laws: tuple[Effect, 
 @pytest.mark.parametrize("laws", LAWS.values(), ids=LAWS)
 def test_recordings_side_by_side_are_as_each_alone(laws: tuple[Effect, ...]) -> None:
     starts = np.stack([START, -0.5 * START[::-1]])
-    both = added_motion(laws, starts=starts)
+    both = geometric_motion(laws, starts=starts)
     for one, start in zip(both, starts, strict=True):
         assert_close(
-            added_motion(laws, starts=start[None])[0], one, 2e-3
+            geometric_motion(laws, starts=start[None])[0], one, 2e-3
         )  # as above: one alone settles in other rounds
 
 
@@ -96,7 +96,7 @@ def test_recordings_side_by_side_are_as_each_alone(laws: tuple[Effect, ...]) -> 
 def test_what_gives_way_goes_with_the_square_of_the_motion(laws: tuple[Effect, ...]) -> None:
     """Node 4 gives way by 0.1 u^2 of its own, without any force: its displacement shows that, node 1 nothing."""
     square = Geometry(np.eye(4)[:, [3]], np.ones(1), np.array([[2]]), np.zeros((1, 1)), 0.1 * np.eye(4)[[3]])
-    found, u = added_motion(laws, geometry=square)[0], chain_motion((), START, *laws)[:, 0]
+    found, u = geometric_motion(laws, geometry=square)[0], chain_motion((), START, *laws)[:, 0]
     assert_close(found[:, :1], 0.1 * u[:, None] ** 2, 1e-4)  # the laws' own steps
     assert np.abs(found[:, 1]).max() < 1e-9  # rounding
 
@@ -104,4 +104,4 @@ def test_what_gives_way_goes_with_the_square_of_the_motion(laws: tuple[Effect, .
 @pytest.mark.parametrize("laws", [(), (CubicSpring((1,), "x", -0.5),)], ids=["by geometry", "without it"])
 def test_a_motion_that_explodes_has_nothing_added(laws: tuple[Effect, ...]) -> None:
     soft = replace(GEOMETRY, forces=np.array([[0.5]]))
-    assert not added_motion(laws, geometry=soft).any()
+    assert not geometric_motion(laws, geometry=soft).any()

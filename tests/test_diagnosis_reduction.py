@@ -23,7 +23,7 @@ from hybrid.diagnosis.nominal import basis as bases
 from hybrid.diagnosis.nominal.candidates import all_candidates
 from hybrid.diagnosis.nominal.config import NOMINAL
 from hybrid.diagnosis.nominal.nominal_model import NominalModel, nominal_model_of
-from hybrid.diagnosis.response.eigenmodes import eigenmodes, turn
+from hybrid.diagnosis.response.eigenmodes import aligned_modes, eigenmodes
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.reduction import basis_of
 
@@ -204,7 +204,7 @@ def test_coordinates_keep_their_meaning_while_modes_mix(elements: int) -> None:
     (part,) = (i for i, p in enumerate(parts) if p.quantity == "stiffness" and elements in p.elements)
     grid = np.linspace(-0.1, 0.1, 41)
     M, K = varied_deck(part, grid)
-    T = turn(eigenmodes(M, K), MODES)
+    T = aligned_modes(eigenmodes(M, K), MODES)
     assert np.abs(T.transpose(0, 2, 1) @ M @ T - np.eye(MODES)).max() < 1e-12  # rounding
     assert np.abs(T[20] - np.eye(len(M[0]))[:, :MODES]).max() < 1e-12  # as drawn: the modes themselves
     own = np.array([eigh(k, m)[1][:, :MODES] for m, k in zip(M, K, strict=True)])

@@ -20,7 +20,7 @@ from hybrid.diagnosis.response.config import MARCHING
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.marching import respond
 from hybrid.diagnosis.response.residual_modes import residual_modes_of
-from hybrid.diagnosis.response.residual_states import held
+from hybrid.diagnosis.response.residual_states import with_residual_states
 from hybrid.diagnosis.response.state_space import system_of
 from tests.test_diagnosis_left_out import OUTPUTS, RATE, SAMPLES, chosen, model_with
 
@@ -123,7 +123,8 @@ def test_residual_coordinates_begin_where_a_spring_holds_them() -> None:
     theta = np.append(np.zeros(hypothesis.nuisances), (10 * SPRING, gap))[None]
     system = system_of(hypothesis, theta, OUTPUTS)
     states[..., : len(STARTS)] = np.sign(system.G[0, 0, : len(STARTS)]) * STARTS  # against the stop
-    u, r = (float(x) for x in (system.G[0, 0] @ states[0, 0], held(system, states)[0, 0, 2 * nominal.size]))
+    whole = with_residual_states(system, states)
+    u, r = (float(x) for x in (system.G[0, 0] @ states[0, 0], whole[0, 0, 2 * nominal.size]))
     assert system.residual_flexibility is not None
     residual = system.residual_flexibility.residual
     pulled, omega = float(residual.pulled[0, 0]), float(residual.omega[0])

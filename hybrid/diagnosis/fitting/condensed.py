@@ -77,7 +77,7 @@ class Condensed:
         return np.asarray(batch.data - drifted(system, batch.begins)[0] - drift(system, batch.samples)[0])
 
 
-def condensed(system: System, batch: Batch, noise_model: NoiseModel, moved: FloatArray) -> Condensed | None:
+def condense(system: System, batch: Batch, noise_model: NoiseModel, moved: FloatArray) -> Condensed | None:
     """Return a batch and a ``system`` whose further variants have ``moved`` (parameter,) one each, condensed.
 
     None under known loads, which make other motions, and where eigenvectors fall together.

@@ -16,7 +16,7 @@ from hybrid.diagnosis.response.loaded import loaded_states
 from hybrid.diagnosis.response.marching import march
 from hybrid.diagnosis.response.residual_states import with_residual
 from hybrid.diagnosis.response.state_space import system_of
-from hybrid.diagnosis.response.system import ModalForm, System, passed
+from hybrid.diagnosis.response.system import ModalForm, System, through_lowpass
 
 
 @dataclass(frozen=True)
@@ -103,7 +103,7 @@ def forces_along(system: System, motion: History) -> tuple[History, ...]:
     return tuple(History(pull(motion.now, law), pull(motion.between, law)) for law in range(laws))
 
 
-def driven(
+def driven_channels(
     form: ModalForm, variant: int, feed: FloatArray, direct: FloatArray, force: History, system: System
 ) -> FloatArray:
     """Return the channels (recording, time, sensor) of a ``system`` from rest under a ``force`` (time, recording).
@@ -118,7 +118,7 @@ def driven(
     whole, half = np.exp(roots * step), np.exp(roots * step / 2)
     _accumulate(whole, half, step / 6 * moved, force.now, force.between, x)
     y = (np.hstack([right.real, -right.imag]) @ x.reshape(2 * len(moved), -1)).reshape(-1, *force.now.shape)
-    return passed(y.transpose(2, 1, 0) + direct * force.now.T[..., None], system)
+    return through_lowpass(y.transpose(2, 1, 0) + direct * force.now.T[..., None], system)
 
 
 @compiled

@@ -9,7 +9,7 @@ from scipy.stats import t as student
 
 from fe_models.arrays import TINY, BoolArray, FloatArray
 from hybrid.diagnosis.fitting.config import FORECAST, GEOMETRY_RESPONSE, INITIAL_STATES
-from hybrid.diagnosis.fitting.geometry_response import added
+from hybrid.diagnosis.fitting.geometry_response import added_motion
 from hybrid.diagnosis.fitting.initial_states import initial_states, precision_of
 from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.recorded.batches import Batch, columns_of, count_of
@@ -215,7 +215,7 @@ def _begun_by(
     for hypothesis in model.bent:
         bent = replace(model, hypothesis=hypothesis)
         own, theta, _ = without(bent, off)
-        y = added(own, theta, begun.states, batch, roles.outputs)[..., list(roles.measured)]
+        y = added_motion(own, theta, begun.states, batch, roles.outputs)[..., list(roles.measured)]
         if np.square(y / sigma).sum() > GEOMETRY_RESPONSE.min_energy_share * y.size:
             again = begun_from(bent, off, batch, roles, shown)
             yield bent, replace(again, cost=again.cost + FORECAST.min_geometry_gain)
@@ -234,7 +234,7 @@ def begun_from(
     for _ in range(1 if hypothesis.nominal.geometry is None else FORECAST.geometry_rounds):
         straight = own.less(geometric[:, :shown][..., list(roles.measured)])
         states, cost = initial_states(hypothesis, theta, spread, straight, roles.noise_model, states)
-        geometric = added(hypothesis, theta, states, batch, roles.outputs)
+        geometric = added_motion(hypothesis, theta, states, batch, roles.outputs)
     assert states is not None  # there was one round at least
     return InitialEstimate(states, cost, geometric)
 

@@ -20,16 +20,16 @@ from hybrid.diagnosis.nominal.loads import Loads, OnMode, courses_of
 from hybrid.diagnosis.recorded.batches import Batch
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.recorded.sensor_outputs import SensorOutputs
-from hybrid.diagnosis.response.entry import entry_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
+from hybrid.diagnosis.response.load_input import load_input_of
 from hybrid.diagnosis.response.loaded import loaded_channels
 from hybrid.diagnosis.response.marching import respond
 from hybrid.diagnosis.response.reduced_model import ReducedModel
 from hybrid.diagnosis.response.state_space import system_of
-from hybrid.diagnosis.response.system import System, passed
+from hybrid.diagnosis.response.system import System, through_lowpass
 
 
-def added(
+def added_motion(
     hypothesis: Hypothesis, theta: FloatArray, states: FloatArray, batch: Batch, outputs: SensorOutputs
 ) -> FloatArray:
     """Return what geometry adds to the channels (recording, time, sensor) of motions.
@@ -44,7 +44,7 @@ def added(
     fine = replace(whole, step=whole.step / GEOMETRY_RESPONSE.oversampling)
     straight = replace(fine, lowpass=None)  # the difference passes it
     forced, samples = (
-        _with_entry(straight, hypothesis, reduced, outputs.sensors),
+        _with_load_input(straight, hypothesis, reduced, outputs.sensors),
         GEOMETRY_RESPONSE.oversampling * batch.samples,
     )
     known = None if batch.loads is None else batch.loads.finer(GEOMETRY_RESPONSE.oversampling, whole.step)
@@ -73,11 +73,13 @@ def added(
         moved = respond(forced, states[None], samples, loads)[0] - respond(straight, states[None], samples, known)[0]
     if not np.isfinite(moved).all():
         return nothing
-    shown = passed(moved, fine) + _given_way(geometry, coordinates, hypothesis, outputs.sensors, fine)
+    shown = through_lowpass(moved, fine) + _given_way(geometry, coordinates, hypothesis, outputs.sensors, fine)
     return np.asarray(shown[:, :: GEOMETRY_RESPONSE.oversampling])
 
 
-def _with_entry(system: System, hypothesis: Hypothesis, reduced: ReducedModel, sensors: tuple[Sensor, ...]) -> System:
+def _with_load_input(
+    system: System, hypothesis: Hypothesis, reduced: ReducedModel, sensors: tuple[Sensor, ...]
+) -> System:
     """Return a system that forces on the modes that geometry exerts enter as well.
 
     What gives way to them at once is treated apart, by `_given_way`; force laws do not answer to that.
@@ -90,7 +92,9 @@ def _with_entry(system: System, hypothesis: Hypothesis, reduced: ReducedModel, s
         np.zeros((len(system.forces), len(nominal.dofs))),
     )
     inverse = np.linalg.inv(reduced.mass)
-    own = entry_of(places, pulls, np.zeros((0, *geometry.weighted.shape)), laws, reduced, inverse, nominal, sensors)
+    own = load_input_of(
+        places, pulls, np.zeros((0, *geometry.weighted.shape)), laws, reduced, inverse, nominal, sensors
+    )
     return replace(system, loads=own if system.loads is None else system.loads.and_at(own))
 
 
@@ -122,14 +126,14 @@ def _given_way(
             times, given[..., position], k=min(GEOMETRY_RESPONSE.spline_degree, len(given) - 1), check_finite=False
         )
         shown.append(curve(times - delay, nu=QUANTITIES.index(sensor.quantity)))
-    return passed(np.stack(shown, axis=-1).swapaxes(0, 1) * system.gain[0], system)
+    return through_lowpass(np.stack(shown, axis=-1).swapaxes(0, 1) * system.gain[0], system)
 
 
 def straightened(item: Fit, noise_model: NoiseModel) -> tuple[Batch, ...] | None:
     """Return what was recorded less what geometry adds to the motion of a fit; None where that hardly changes."""
     batches, change = [], 0.0
     for batch, states in zip(item.batches, item.states, strict=True):
-        y = added(item.hypothesis, item.theta, states, batch, noise_model.outputs)
+        y = added_motion(item.hypothesis, item.theta, states, batch, noise_model.outputs)
         change += float(np.square((batch.recorded - batch.data - y) / batch.sigma(noise_model)).sum())
         batches.append(batch.less(y))
     return tuple(batches) if change > GEOMETRY_RESPONSE.min_energy_share * item.values else None

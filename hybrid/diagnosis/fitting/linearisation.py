@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fe_models.arrays import FloatArray
-from hybrid.diagnosis.fitting.condensed import condensed
+from hybrid.diagnosis.fitting.condensed import condense
 from hybrid.diagnosis.fitting.config import LINEARISATION
 from hybrid.diagnosis.fitting.linear_channels import Channels
 from hybrid.diagnosis.fitting.sampled import Sampled
@@ -75,7 +75,7 @@ def _linear(
     moved = LINEARISATION.difference_step * hypothesis.width
     thetas = np.vstack([theta, theta + np.diag(moved)]) if slopes else theta[None]
     system = system_of(hypothesis, thetas, noise_model.outputs, first_order=True)
-    shorter = condensed(system, batch, noise_model, moved) if brief else None
+    shorter = condense(system, batch, noise_model, moved) if brief else None
     channels: Channels = shorter or Sampled(system, batch, noise_model, moved)
     if not np.abs(channels.by_state).max() < LINEARISATION.max_channel_sigma:
         return None
@@ -174,14 +174,14 @@ def _left_over(residual: FloatArray, batch: Batch, states: FloatArray) -> Linear
 
 
 def split_off(columns: FloatArray, basis: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return what a ``basis`` leaves of columns (..., recording, value), and how much of it it takes: see `inside`."""
-    taken = inside(columns, basis)
+    """Return what a ``basis`` leaves of columns (..., recording, value), and what it takes: see `projections`."""
+    taken = projections(columns, basis)
     if basis.ndim == 2:
         return np.asarray(columns - taken @ basis.T), taken
     return columns - _by_recording(taken, basis.swapaxes(1, 2)), taken
 
 
-def inside(columns: FloatArray, basis: FloatArray) -> FloatArray:
+def projections(columns: FloatArray, basis: FloatArray) -> FloatArray:
     """Return how much of columns (..., recording, value) each vector of a ``basis`` (value, vector) or (recording,
     value, vector) takes, (..., recording, vector).
     """

@@ -50,7 +50,7 @@ def eigenmodes(M: FloatArray, K: FloatArray, first_order: bool = False) -> Eigen
     return _each(M, K) if near is None else near
 
 
-def turn(modes: Eigenmodes, kept: int) -> FloatArray:
+def aligned_modes(modes: Eigenmodes, kept: int) -> FloatArray:
     """Return T (variant, vector, mode): the ``kept`` lowest ``modes``, turned as close as can be to the first shapes.
 
     Coordinates then mean the same in all variants, however the modes mix (orthogonal Procrustes problem).

@@ -22,7 +22,7 @@ from hybrid.diagnosis.response.config import HYPOTHESIS
 from hybrid.diagnosis.response.damping import assumed_damping, more_damping
 from hybrid.diagnosis.response.dashpots import trailing_of
 from hybrid.diagnosis.response.dispersion import dispersed
-from hybrid.diagnosis.response.eigenmodes import eigenmodes, turn
+from hybrid.diagnosis.response.eigenmodes import aligned_modes, eigenmodes
 from hybrid.diagnosis.response.reduced_model import ReducedModel
 from hybrid.diagnosis.response.reduction import Basis, basis_of
 from hybrid.diagnosis.response.residual_modes import ResidualModes, residual_modes_of
@@ -247,7 +247,7 @@ class Hypothesis:
             more = (1 - turned) * more + turned * more_damping(nominal, modes, M, C, factor[:, parts:])
         shapes, trailing = np.broadcast_to(basis.shapes, (variants, *basis.shapes.shape)), None
         if self.size < M.shape[1]:
-            T = turn(modes, self.size)
+            T = aligned_modes(modes, self.size)
             if nominal.has_dashpots or any(isinstance(c, DashpotCandidate) for c in self.candidates):
                 trailing = trailing_of(modes, T, C + more + dashpots, basis.shapes)
             M, C, K, more, dashpots = (T.transpose(0, 2, 1) @ matrix @ T for matrix in (M, C, K, more, dashpots))

@@ -18,9 +18,9 @@ from hybrid.diagnosis.nominal.nominal_model import NominalModel
 from hybrid.diagnosis.parallel import parallel_map
 from hybrid.diagnosis.response.config import MARCHING
 from hybrid.diagnosis.response.loaded import loaded_channels, loaded_states
-from hybrid.diagnosis.response.residual_states import held, with_residual
+from hybrid.diagnosis.response.residual_states import with_residual, with_residual_states
 from hybrid.diagnosis.response.stepping import Scheme, scheme_of, step_through
-from hybrid.diagnosis.response.system import System, as_shown, drift, linear_channels, passed
+from hybrid.diagnosis.response.system import System, drift, linear_channels, through_lowpass, with_sensor_faults
 
 PROBED_SIZES = 10.0 ** np.arange(-12, 13)  # m, m/s: a law that answers to none of them does not depend on it
 
@@ -97,7 +97,7 @@ def march(
     Known ``loads`` and their derivatives are carried as states that each sample sets anew, so that the linear part
     stays exact.
     """
-    start, system = held(system, start), with_residual(system)
+    start, system = with_residual_states(system, start), with_residual(system)
     fastest = float(np.abs(np.linalg.eigvals(system.A[0])).max())
     substeps = max(MARCHING.min_substeps, ceil(fastest * system.step / (step_ratio * MARCHING.max_phase_per_substep)))
     if substeps > MARCHING.max_substeps or not np.isfinite(start).all():  # no structure, but a search gone astray
@@ -215,7 +215,7 @@ def respond(
     marched = march(fine, start, oversampling * samples, loads, only_channels=True, step_ratio=step_ratio)
     if marched is None:
         return np.full((*start.shape[:2], samples, system.C.shape[1]), np.nan)
-    y = as_shown(fine, _channels(fine, marched, loads))  # late sensors are interpolated between samples
+    y = with_sensor_faults(fine, _channels(fine, marched, loads))  # late sensors are interpolated between samples
     return y[:, :, ::oversampling]
 
 
@@ -232,7 +232,7 @@ def _channels(system: System, marched: Marched, loads: Loads | None) -> FloatArr
             y += np.einsum("psl,rtl->prts", system.loads.direct, courses[0])
             y += np.einsum("osl,ortl->rts", system.loads.bent, courses)
         if system.lowpass is not None:
-            y = passed(
+            y = through_lowpass(
                 y,
                 system,
                 _free(system, marched.first, -1)[:, :, ::-1],

@@ -33,7 +33,7 @@ def with_residual(system: System) -> System:
     return replace(system, A=A, B=B, C=C, D=D, G=G, residual_flexibility=None)
 
 
-def held(system: System, start: FloatArray) -> FloatArray:
+def with_residual_states(system: System, start: FloatArray) -> FloatArray:
     """Return initial states (variant, recording, state) with those of residual coordinates behind them.
 
     They begin where elongations alone would hold them: bent by each law's force f(u + r) with r = -flexibility f, of

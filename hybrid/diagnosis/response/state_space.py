@@ -10,11 +10,11 @@ from fe_models.causes.candidate import HarmonicCandidate, LawCandidate, SensorCa
 from fe_models.recordings import Sensor, of_each_quantity
 from hybrid.diagnosis.recorded.sensor_outputs import SensorOutputs
 from hybrid.diagnosis.response.dashpots import with_trailing
-from hybrid.diagnosis.response.entry import at_once, entry_of
 from hybrid.diagnosis.response.forces import force_of, law_in_motion
 from hybrid.diagnosis.response.hypothesis import Hypothesis
+from hybrid.diagnosis.response.load_input import feedthrough, load_input_of
 from hybrid.diagnosis.response.reduced_model import ReducedModel
-from hybrid.diagnosis.response.system import Entry, Force, ResidualFlexibility, System
+from hybrid.diagnosis.response.system import Force, LoadInput, ResidualFlexibility, System
 
 FAULTS = "gain", "delay", "drift"
 
@@ -63,7 +63,7 @@ def system_of(hypothesis: Hypothesis, theta: FloatArray, outputs: SensorOutputs,
         seen[:, displaced, first] += shown[displaced]
         seen[:, moved, first + 1] += omega * shown[moved]
         seen[:, pushed, first] -= omega**2 * shown[pushed]
-    direct = at_once(picked, feed, outputs.sensors)
+    direct = feedthrough(picked, feed, outputs.sensors)
     forces = tuple(force for _, force in laws)
     gain, delay, slope = _faults(hypothesis, theta, outputs.positions)
     loads = _loads(hypothesis, reduced, inverse, outputs.sensors, [pull for pull, _ in laws])
@@ -76,14 +76,14 @@ def system_of(hypothesis: Hypothesis, theta: FloatArray, outputs: SensorOutputs,
 
 def _loads(
     hypothesis: Hypothesis, reduced: ReducedModel, inverse: Any, sensors: tuple[Sensor, ...], laws: list[FloatArray]
-) -> Entry | None:
+) -> LoadInput | None:
     """Return how known loads enter, beside ``laws`` with their pulls (dof,); None where there are none."""
     nominal = hypothesis.nominal
     if not nominal.loaded:
         return None
     pulls, bent = nominal.load_pulls, nominal.load_shapes
     beside = np.array(laws).reshape(len(laws), pulls.shape[1])
-    return entry_of(nominal.loaded, pulls, bent, beside, reduced, inverse, nominal, sensors)
+    return load_input_of(nominal.loaded, pulls, bent, beside, reduced, inverse, nominal, sensors)
 
 
 def _laws(hypothesis: Hypothesis, theta: FloatArray) -> list[tuple[FloatArray, Force]]:

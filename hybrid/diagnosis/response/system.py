@@ -21,7 +21,7 @@ Force = Callable[[FloatArray, FloatArray], FloatArray]
 
 
 @dataclass(frozen=True)
-class Entry:
+class LoadInput:
     """How forces whose course is given, as known loads, enter a system at ``places``.
 
     ``feed`` (variant, state, place): what a unit of each adds to the rate of the structure's own states, those of
@@ -36,13 +36,13 @@ class Entry:
     bent: FloatArray
     stretch: FloatArray
 
-    def and_at(self, other: "Entry") -> "Entry":
+    def and_at(self, other: "LoadInput") -> "LoadInput":
         """Return how forces enter at these places and, behind them, at those of an ``other`` entry."""
         arrays = {
             name: np.concatenate([getattr(self, name), getattr(other, name)], axis=-1)
             for name in ("feed", "direct", "bent", "stretch")
         }
-        return Entry((*self.places, *other.places), **arrays)
+        return LoadInput((*self.places, *other.places), **arrays)
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ class System:
     slope: FloatArray
     step: float
     residual_flexibility: ResidualFlexibility | None = None
-    loads: Entry | None = None
+    loads: LoadInput | None = None
     lowpass: LowPass | None = None
 
     @property
@@ -194,7 +194,7 @@ def linear_channels(system: System, start: FloatArray, samples: int) -> FloatArr
     return y.reshape(len(y), samples, start.shape[1], -1).transpose(0, 2, 1, 3)
 
 
-def passed(
+def through_lowpass(
     y: FloatArray, system: System, before: FloatArray | None = None, after: FloatArray | None = None
 ) -> FloatArray:
     """Return channels (..., time, sensor) through the system's low-pass, given what comes ``before`` and ``after``.
@@ -210,7 +210,7 @@ def passed(
     return convolved(np.concatenate([before, y, after], axis=-2), kernel)
 
 
-def as_shown(system: System, y: FloatArray) -> FloatArray:
+def with_sensor_faults(system: System, y: FloatArray) -> FloatArray:
     """Return channels (variant, recording, time, sensor), changed in place, with the sensors' gain, delay and drift."""
     for variant, sensor in zip(*np.nonzero(system.delay), strict=True):
         if np.isfinite(y[variant, :, :, sensor]).all():

@@ -9,7 +9,7 @@ from hybrid.diagnosis.fitting.linearisation import linearise_batch
 from hybrid.diagnosis.recorded.config import SPECTRA
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.recorded.spectra import combination_lines, energy_near
-from hybrid.diagnosis.response.entry import at_once
+from hybrid.diagnosis.response.load_input import feedthrough
 from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.screening.config import SCREENING
 from hybrid.diagnosis.screening.screening import Screened
@@ -35,7 +35,7 @@ def screen_forces(fit: Fit, candidates: tuple[Candidate, ...], noise_model: Nois
     feed = np.stack([reduced.fed(force.pull, inverse)[0] for force in forces], axis=1)  # (mode, place)
     B = np.zeros((2 * n, len(forces)))  # the structure's own states: at another force's frequency its own are singular
     B[n:] = feed
-    D = at_once(hypothesis.nominal.rows(noise_model.sensors) @ reduced.shapes[0], feed, noise_model.sensors)
+    D = feedthrough(hypothesis.nominal.rows(noise_model.sensors) @ reduced.shapes[0], feed, noise_model.sensors)
     omega = 2j * np.pi * trials[:, None, None]
     pushed = np.broadcast_to(B, (len(trials), *B.shape))
     A, C = system.A[0, : 2 * n, : 2 * n], system.C[0, :, : 2 * n]

@@ -11,15 +11,15 @@ import numpy as np
 
 from fe_models.arrays import TINY, FloatArray
 from fe_models.causes.candidate import Candidate, HarmonicCandidate, LawCandidate
-from hybrid.diagnosis.fitting.driven import History, driven, fitted_motion, forces_along
+from hybrid.diagnosis.fitting.driven import History, driven_channels, fitted_motion, forces_along
 from hybrid.diagnosis.fitting.least_squares import Fit
-from hybrid.diagnosis.fitting.linearisation import Linearisation, inside, linearise_batch
+from hybrid.diagnosis.fitting.linearisation import Linearisation, linearise_batch, projections
 from hybrid.diagnosis.parallel import parallel_map
 from hybrid.diagnosis.recorded.batches import Batch
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
-from hybrid.diagnosis.response.entry import at_once
 from hybrid.diagnosis.response.forces import force_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
+from hybrid.diagnosis.response.load_input import feedthrough
 from hybrid.diagnosis.response.marching import respond
 from hybrid.diagnosis.response.reduced_model import ReducedModel
 from hybrid.diagnosis.response.state_space import system_of
@@ -135,7 +135,7 @@ def _columns(
 
 def _energy(column: FloatArray, framed: FloatArray, stretch: _Stretch) -> FloatArray:
     """Return the sum of squares (recording,) of a column (recording, value), less what initial states do of it."""
-    return np.asarray(np.sum(column**2, axis=1) - np.sum(inside(framed, stretch.part.basis) ** 2, axis=1))
+    return np.asarray(np.sum(column**2, axis=1) - np.sum(projections(framed, stretch.part.basis) ** 2, axis=1))
 
 
 def _effect(present: _Present, candidate: Candidate, start: tuple[float, ...], stretch: _Stretch) -> FloatArray:
@@ -178,7 +178,7 @@ def _forced_response(
     for variant in range(len(thetas)):
         for law, force in enumerate(forces):
             direct = system.D[variant, :, law] * system.gain[variant]
-            y[variant] += driven(form, variant, system.B[variant, :, law], direct, force, system)
+            y[variant] += driven_channels(form, variant, system.B[variant, :, law], direct, force, system)
     return np.asarray((y / batch.sigma(noise_model)).reshape(len(thetas), len(states), -1))
 
 
@@ -239,8 +239,8 @@ def _law_response(
     feed = np.zeros(hypothesis.states)
     feed[n : 2 * n] = moved
     picked = hypothesis.nominal.rows(noise_model.sensors) @ reduced.shapes[0]
-    direct = at_once(picked, moved[:, None], noise_model.sensors)[:, 0] * system.gain[0]
-    return driven(form, 0, feed, direct, force, system)
+    direct = feedthrough(picked, moved[:, None], noise_model.sensors)[:, 0] * system.gain[0]
+    return driven_channels(form, 0, feed, direct, force, system)
 
 
 def _score(

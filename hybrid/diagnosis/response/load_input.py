@@ -9,10 +9,10 @@ from fe_models.recordings import Sensor, of_each_quantity
 from hybrid.diagnosis.nominal.loads import ORDERS, ForcePlace
 from hybrid.diagnosis.nominal.nominal_model import NominalModel
 from hybrid.diagnosis.response.reduced_model import ReducedModel
-from hybrid.diagnosis.response.system import Entry
+from hybrid.diagnosis.response.system import LoadInput
 
 
-def at_once(picked: FloatArray, feed: FloatArray, sensors: tuple[Sensor, ...]) -> FloatArray:
+def feedthrough(picked: FloatArray, feed: FloatArray, sensors: tuple[Sensor, ...]) -> FloatArray:
     """Return what ``sensors`` show of forces before anything has moved, (..., sensor, force): accelerations.
 
     ``picked`` (..., sensor, mode): the shapes there; ``feed`` (..., mode, force): the acceleration of each mode.
@@ -21,7 +21,7 @@ def at_once(picked: FloatArray, feed: FloatArray, sensors: tuple[Sensor, ...]) -
     return np.where(pushed[:, None], picked @ feed, 0.0)
 
 
-def entry_of(
+def load_input_of(
     places: tuple[ForcePlace, ...],
     pulls: FloatArray,
     bent: FloatArray,
@@ -30,7 +30,7 @@ def entry_of(
     inverse: Any,
     nominal: NominalModel,
     sensors: tuple[Sensor, ...],
-) -> Entry:
+) -> LoadInput:
     """Return how forces along ``pulls`` (place, dof) enter a ``reduced`` system, and what ``sensors`` show at once.
 
     ``bent`` (term, dof, place): how modes that are not followed move under each force, its second derivative and so on;
@@ -39,10 +39,10 @@ def entry_of(
     n, rows = reduced.mass.shape[1], nominal.rows(sensors)
     feed = np.zeros((len(inverse), 2 * n, len(pulls)))
     feed[:, n:] = reduced.feed(list(pulls), inverse)
-    direct = at_once(rows @ reduced.shapes, feed[:, n:], sensors)
+    direct = feedthrough(rows @ reduced.shapes, feed[:, n:], sensors)
     shown, stretch = np.zeros((ORDERS, len(rows), len(pulls))), np.zeros((ORDERS, len(laws), len(pulls)))
     for term, moved in enumerate(bent):
         stretch[2 * term] = laws @ moved
         for derivative, own in enumerate(of_each_quantity(sensors)):
             shown[2 * term + derivative] += own[:, None] * (rows @ moved)
-    return Entry(places, feed, direct, shown, stretch)
+    return LoadInput(places, feed, direct, shown, stretch)
