@@ -23,7 +23,7 @@ from hybrid.diagnosis.diagnosis import diagnose
 
 NOTHING = "nothing"  # the word for a clean case
 CERTIFICATE_SEED = 20_000_000  # seeds from here on are the certificate's alone, so that nobody works towards them
-CLEAN = 3  # clean cases beside one of every kind
+CLEAN_CASES = 3  # clean cases beside one of every kind
 PEERS: dict[str, Peer] = {"exhaustive AIC": name_by_aic, "sparse regression": name_by_regression}
 
 
@@ -78,7 +78,7 @@ class BlindResult:
 
 def words_of(structure: str) -> tuple[str, ...]:
     """Return what is hidden in turn: every kind that a structure can have, clean cases, what is outside the list."""
-    return (*(BRIDGE_KINDS if structure == "bridge" else KINDS), *[NOTHING] * CLEAN, *OUTSIDE)
+    return (*(BRIDGE_KINDS if structure == "bridge" else KINDS), *[NOTHING] * CLEAN_CASES, *OUTSIDE)
 
 
 def tasks(count: int, seed: int, words: Sequence[str], config: BlindConfig) -> list[Task]:

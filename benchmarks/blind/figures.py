@@ -14,8 +14,8 @@ from hybrid.figures import figure
 
 COLOURS = ("#0072B2", "#E69F00", "#009E73")  # Okabe & Ito
 MARKERS = ("o", "s", "^")
-DARK = 0.6  # share from which a cell is too dark for black ink
-LOW = 0.05  # an end of a bar as low has no room for a number beneath it
+DARK_SHARE = 0.6  # share from which a cell is too dark for black ink
+LOW_SHARE = 0.05  # an end of a bar as low has no room for a number beneath it
 STAGGER = 0.015  # between the lines' points, so that their bars do not hide each other
 
 
@@ -27,7 +27,7 @@ def draw_confusion(matrix: Confusion, path: Path) -> None:
         shares = matrix.counts / matrix.counts.sum(axis=1, keepdims=True)
         axis.imshow(shares, cmap="Blues", vmin=0, vmax=1.2, aspect="auto")
         for row, column in np.argwhere(matrix.counts):
-            ink = "white" if shares[row, column] > DARK else "black"
+            ink = "white" if shares[row, column] > DARK_SHARE else "black"
             axis.text(column, row, str(matrix.counts[row, column]), ha="center", va="center", fontsize=8, color=ink)
         axis.set_xticks(range(columns), [word.replace("_", " ") for word in matrix.named], rotation=90, fontsize=8)
         axis.set_yticks(range(rows), [word.replace("_", " ") for word in matrix.hidden], fontsize=8)
@@ -43,7 +43,7 @@ def draw_calibration(bins: Sequence[Bin], path: Path) -> None:
         _with_bars(axis, promised, [item.right for item in bins], 0, "findings (with their number)")
         for item in bins:
             low, high = item.right.interval
-            end, up = (low, -11) if low > LOW else (high, 4)  # points: clear of the axis
+            end, up = (low, -11) if low > LOW_SHARE else (high, 4)  # points: clear of the axis
             offset = {"textcoords": "offset points", "xytext": (0, up), "ha": "center"}
             axis.annotate(str(item.right.count), (item.promised, end), **offset, fontsize=8)
         axis.set(xlabel="probability named", ylabel="share that is right", xlim=(0, 1.03), ylim=(0, 1.03))

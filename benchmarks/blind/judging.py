@@ -13,9 +13,9 @@ from hybrid.diagnosis.outcome.conclusion import Diagnosis
 from hybrid.diagnosis.outcome.findings import Finding
 from hybrid.diagnosis.outcome.verdict import BESIDE, MATERIAL, Verdict
 
-CONFIDENT = 0.9  # probability of a name: a wrong one is then a grave error
-COVERED = 1.96  # standard deviations: half of an interval of 95 %
-CLOSE = 0.1  # relative error of a parameter that counts as right
+CONFIDENT_PROBABILITY = 0.9  # probability of a name: a wrong one is then a grave error
+INTERVAL_SIGMA = 1.96  # standard deviations: half of an interval of 95 %
+MAX_RELATIVE_ERROR = 0.1  # relative error of a parameter that counts as right
 NUMERICS = ("regularisation", "phase", "side")  # what is no measure of the effect, or each recording's own
 
 
@@ -93,7 +93,7 @@ def judge(case: BlindCase, found: Diagnosis) -> Judgement:
         found.verdict,
         first,
         first or (bool(truth) and set(truth) <= listed),
-        any(finding.probability >= CONFIDENT for finding in wrong),
+        any(finding.probability >= CONFIDENT_PROBABILITY for finding in wrong),
         tuple((finding.probability, key_of(finding.cause) in truth) for finding in found.findings),
         tuple(within for within, _ in marks),
         tuple(covered for _, covered in marks),
@@ -114,5 +114,6 @@ def _marks(finding: Finding, case: BlindCase) -> list[tuple[bool, bool]]:
         if word not in NUMERICS and isinstance(value, float) and finding.parameters[word].std > 0:
             item = finding.parameters[word]
             error = abs(item.value - value)
-            marks.append((error <= max(CLOSE * abs(value), 2 * item.std), error <= COVERED * item.std))
+            limit = max(MAX_RELATIVE_ERROR * abs(value), 2 * item.std)
+            marks.append((error <= limit, error <= INTERVAL_SIGMA * item.std))
     return marks

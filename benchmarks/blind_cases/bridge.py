@@ -30,9 +30,9 @@ from fe_models.recordings import Sensor, Uncertainty
 SENSORS = bridge_sensors("A2", "m/s^2")
 WEIGHTS = (1.0, 3.0)  # N: 3 N at mid-span are 2 mm
 LIVELINESS = 0.5  # m kg^0.5 / s^2, rms: acceleration of each mode on top of what the weights bring
-MOVING = 10  # modes below the low-pass
-LATEST = 5  # samples before and after each recording that a late or early sensor may show
-MARGIN = 0.3  # s before and after each recording, which the ends of the low-pass filter spoil
+MOVING_MODES = 10  # modes below the low-pass
+DELAY_SAMPLES = 5  # samples before and after each recording that a late or early sensor may show
+MARGIN_TIME = 0.3  # s before and after each recording, which the ends of the low-pass filter spoil
 
 
 def bridge_case(seed: int, config: BlindConfig) -> BlindCase:
@@ -58,16 +58,18 @@ def bridge_case(seed: int, config: BlindConfig) -> BlindCase:
 
     def recorded(which: slice, changed: bool) -> FloatArray:
         truth = Truth(built.with_effects(*(effects if changed else lasting)), ratios, config.rich, config.step)
-        shown = motion_at(truth, starts[which], sensors, campaign.duration, MARGIN, more if changed else (), LOWPASS)
+        shown = motion_at(
+            truth, starts[which], sensors, campaign.duration, MARGIN_TIME, more if changed else (), LOWPASS
+        )
         every = round(OUTPUT_RATE / campaign.sampling_rate)
-        first = round(MARGIN * OUTPUT_RATE) - LATEST * every
+        first = round(MARGIN_TIME * OUTPUT_RATE) - DELAY_SAMPLES * every
         filtered = np.stack([lowpassed(part, OUTPUT_RATE, LOWPASS) for part in shown])
-        return filtered[:, first::every][:, : campaign.samples + 2 * LATEST]
+        return filtered[:, first::every][:, : campaign.samples + 2 * DELAY_SAMPLES]
 
     clean = recorded(slice(config.changed, None), changed=True)
     if config.changed:
         clean = np.concatenate([recorded(slice(config.changed), changed=False), clean])
-    return as_recorded(design, sensors, clean, tuple(causes), config, rng, LOWPASS, LATEST)
+    return as_recorded(design, sensors, clean, tuple(causes), config, rng, LOWPASS, DELAY_SAMPLES)
 
 
 def _calm(
@@ -81,8 +83,8 @@ def _calm(
     for _ in range(config.campaign.count):
         nodes = rng.choice(SPAN, size=int(rng.integers(1, 3)), replace=False)
         weights = tuple((int(node), float(rng.uniform(*WEIGHTS))) for node in nodes)
-        starts.append(Start(weights, LIVELINESS / modal.omega[:MOVING] * rng.standard_normal(MOVING)))
+        starts.append(Start(weights, LIVELINESS / modal.omega[:MOVING_MODES] * rng.standard_normal(MOVING_MODES)))
     states = [modal_state(modal, start, LOWPASS) for start in starts]
-    q, p = (np.stack(part, axis=-1)[:MOVING] for part in zip(*states, strict=True))
+    q, p = (np.stack(part, axis=-1)[:MOVING_MODES] for part in zip(*states, strict=True))
     time = np.arange(config.campaign.samples) / config.campaign.sampling_rate
     return tuple(starts), Scene(design, model, modal, free_motion(modal, q, p, time), sensors)

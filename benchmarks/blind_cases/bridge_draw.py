@@ -29,7 +29,7 @@ from fe_models.structure import Beam
 
 DECK, TOWERS, CABLES = range(1, 30), (*range(31, 43), *range(44, 56)), range(53, 61)
 SPAN = tuple(node for node in DECK if node not in ROLLERS)
-TRIES = 200
+MAX_DRAWS = 200
 
 SIZES = {  # smallest and largest; drawn evenly in the logarithm
     "stiffness_change": (0.003, 0.06),  # of these five: relative shift of the frequency that is shifted most
@@ -52,13 +52,13 @@ SIZES = {  # smallest and largest; drawn evenly in the logarithm
     "drifting_stiffness": (0.2, 0.6),  # of a cable's stiffness, from start to end
 }
 FORCING = (1.0, 12.0)  # Hz
-CREEP = 0.01  # of the rms velocity at its place: below it, the hidden friction is a dashpot
-LOSS, GAIN, LOAD = 0.95, 1.0, 5.0  # at most: of an element's stiffness, likewise, and kg
+CREEP_SHARE = 0.01  # of the rms velocity at its place: below it, the hidden friction is a dashpot
+MAX_LOSS, MAX_GAIN, MAX_LOAD = 0.95, 1.0, 5.0  # at most: of an element's stiffness, likewise, and kg
 
 
 def draw_cause(kind: str, scene: Scene, rng: np.random.Generator, size: float | None) -> Cause:
     """Return a cause of that ``kind`` where it can be felt; ``size`` from 0 to 1, None draws it."""
-    for _ in range(TRIES):
+    for _ in range(MAX_DRAWS):
         cause = _drawn(kind, amount_between(*SIZES[kind], rng, size), scene, rng)
         if cause is not None:
             return cause
@@ -106,12 +106,14 @@ def _linear(kind: str, amount: float, scene: Scene, rng: np.random.Generator) ->
     match kind:
         case "stiffness_change":
             element = int(rng.integers(1, len(scene.design.elements) + 1))
-            size = scene.amount(StiffnessChange((element,), 0.0 if usually else 2.0), amount, LOSS if usually else GAIN)
+            size = scene.amount(
+                StiffnessChange((element,), 0.0 if usually else 2.0), amount, MAX_LOSS if usually else MAX_GAIN
+            )
             return None if size is None else StiffnessChange((element,), 1 - size if usually else 1 + size)
         case "added_mass":
             node = int(rng.choice((*SPAN, *TOWERS)))  # at a roller it is felt in the sway alone, at all rollers alike
             own = sum(point.mass for point in scene.design.point_masses if point.node == node)
-            size = scene.amount(AddedMass(node, 1.0 if usually else -1.0), amount, LOAD if usually else 0.9 * own)
+            size = scene.amount(AddedMass(node, 1.0 if usually else -1.0), amount, MAX_LOAD if usually else 0.9 * own)
             return None if size is None else AddedMass(node, size if usually else -size)
         case "axial_force":
             group = str(rng.choice(["deck", "left tower", "right tower"]))
@@ -142,7 +144,7 @@ def _at_a_node(kind: str, amount: float, scene: Scene, rng: np.random.Generator)
             return QuadraticDamper((node,), direction, scene.damper(node, direction, amount) / equal)
         case "coulomb_friction":  # E(|v|) / E(v^2) = sqrt(2 / pi) / rms
             equal = float(np.sqrt(2 / np.pi)) / v
-            return CoulombFriction((node,), direction, scene.damper(node, direction, amount) / equal, CREEP * v)
+            return CoulombFriction((node,), direction, scene.damper(node, direction, amount) / equal, CREEP_SHARE * v)
         case "cubic_spring":  # E(u^4) / E(u^2) = 3 rms^2
             linear = scene.spring(node, direction, amount)
             if linear is None:

@@ -18,10 +18,9 @@ from fe_models.response import Response
 from fe_models.structure import Structure
 
 FELT_MODES = 6  # up to 14.7 Hz: those that hold most of the energy
-HALVINGS = 30
-SOFTEST = (
-    0.1  # of the stiffness that the bridge has there without the support; below it, the support is as good as lost
-)
+BISECTIONS = 30
+# of the stiffness that the bridge has there without the support; below it, the support is as good as lost
+MIN_STIFFNESS_SHARE = 0.1
 
 
 @dataclass(frozen=True)
@@ -105,7 +104,7 @@ class Scene:
             return self._shift(mass, sprung)
 
         stiff = float(1 / np.linalg.solve(stiffness, np.eye(len(stiffness))[row])[row])  # what the place itself has
-        compliance = _solved(shift_by, shift, most=1 / (SOFTEST * stiff))
+        compliance = _solved(shift_by, shift, most=1 / (MIN_STIFFNESS_SHARE * stiff))
         return None if compliance is None else 1 / compliance
 
     @cached_property
@@ -119,7 +118,7 @@ class Scene:
         return float(np.abs(omega / self.modal.omega[:FELT_MODES] - 1).max())
 
 
-LEAST_SHIFT = 0.003
+MIN_SHIFT = 0.003
 """Relative change of a frequency below which nobody could see it; one per cent of stiffness makes 0.005."""
 
 
@@ -127,9 +126,9 @@ def _solved(shift: Callable[[float], float], wanted: float, most: float) -> floa
     """Return the size at which ``shift`` (rising) is ``wanted``, by halving its logarithm."""
     largest = shift(most)
     if largest <= wanted:
-        return most if largest >= LEAST_SHIFT else None
+        return most if largest >= MIN_SHIFT else None
     low, high = np.log(1e-10 * most), np.log(most)
-    for _ in range(HALVINGS):
+    for _ in range(BISECTIONS):
         middle = (low + high) / 2
         low, high = (middle, high) if shift(float(np.exp(middle))) < wanted else (low, middle)
     return float(np.exp((low + high) / 2))

@@ -25,8 +25,8 @@ SMOOTH_STEPS, STEPS = 1, 2  # in each 1 / OUTPUT_RATE: without force laws and wi
 DIVISIONS = 2
 SCATTER = 2e-4  # of sections, and of nodes relative to the shortest deck element: too small to ask about
 SCATTER_OFF = 1e-3  # likewise of a bridge that is off: a tenth of that, so that it is no longer off in wholes alone
-SHORTEST = 0.2  # m
-FOLLOWED = 0.5  # of a mode's phase, rad a step
+SHORTEST_ELEMENT = 0.2  # m
+MAX_PHASE_PER_STEP = 0.5  # of a mode's phase, rad a step
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ def off_by_uncertainty(design: Structure, rng: np.random.Generator) -> Structure
 
 def scattered(design: Structure, share: float, rng: np.random.Generator) -> Structure:
     """Return the bridge with every node and every section off by a small ``share``, on a finer mesh."""
-    moved = np.array(design.nodes) + share * SHORTEST * rng.standard_normal((len(design.nodes), 2))
+    moved = np.array(design.nodes) + share * SHORTEST_ELEMENT * rng.standard_normal((len(design.nodes), 2))
     factors = 1 + share * rng.standard_normal(len(design.elements))
     elements = [
         _scaled(element, float(factor), 1.0, f"element {number}")
@@ -122,7 +122,7 @@ def _stepped(modal: ModalModel, step: float) -> ModalModel:
     """Return what Newmark's method shows in steps of ``step`` s of the modes that these follow; the others just give
     way, as they do without steps.
     """
-    followed = modal.omega * step < FOLLOWED
+    followed = modal.omega * step < MAX_PHASE_PER_STEP
     shown = TimeIntegration(step).frequency_and_ratio(modal.omega[followed], modal.damping_ratio[followed])
     omega, ratio = modal.omega.copy(), modal.damping_ratio.copy()
     omega[followed], ratio[followed] = shown

@@ -68,8 +68,9 @@ SIZES = {  # smallest and largest, relative to what stands beside it in `draw_ca
     "drifting_stiffness": (0.2, 0.6),
 }
 FINE_STEP = 0.02  # s; of order 6, where the diagnosis takes 0.05 s at order 4
-CREEP = 3e-3  # m/s, of the hidden friction
-SHARPEST = 0.5  # kg: largest dashpot that a law is at rest, times the step; masses of 1 kg and 2 kg move it together
+CREEP_RATE = 3e-3  # m/s, of the hidden friction
+# kg: largest dashpot that a law is at rest, times the step; masses of 1 kg and 2 kg move it together
+MAX_DASHPOT_STEP = 0.5
 
 
 def chain_case(seed: int, config: BlindConfig) -> BlindCase:
@@ -121,7 +122,7 @@ def draw_cause(
         case "quadratic_damper":
             return QuadraticDamper(nodes, "x", amount)
         case "coulomb_friction":
-            return CoulombFriction(nodes, "x", amount, CREEP)
+            return CoulombFriction(nodes, "x", amount, CREEP_RATE)
         case "cubic_spring":
             softest = 0.1 / float(np.max(u**2))  # of the weakest spring: it must not turn over
             return CubicSpring(nodes, "x", amount if sign > 0 else -min(amount, softest))
@@ -172,7 +173,7 @@ def _motion(
         laws.append(DriftingSpring(last if element == 1 else ((element - 1, "x", -1.0), *last), float(change)))
     if "hysteretic_spring" in outside:
         return _hysteretic(linear_model, state, config, rng)
-    step = min(FINE_STEP, *(SHARPEST / max(law.largest_slopes[1], 1e-9) for law in laws)) if laws else FINE_STEP
+    step = min(FINE_STEP, *(MAX_DASHPOT_STEP / max(law.largest_slopes[1], 1e-9) for law in laws)) if laws else FINE_STEP
     run = FreeConfig(config.campaign.duration, config.campaign.sampling_rate, step)
     return simulate_free(linear_model, state[0], state[1], run, tuple(laws), progress=False)
 

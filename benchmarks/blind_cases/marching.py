@@ -20,9 +20,9 @@ from fe_models.linear import ModalModel
 Force = Callable[[FloatArray, FloatArray], FloatArray]
 """Modal forces (mode, motion) at modal coordinates and rates (mode, motion)."""
 
-ITERATIONS = 50  # of Newton's method on the forces of the laws in one step; two are usual
-CLOSE = 1e-7  # relative to the largest force so far: where it stops
-SLOW = 0.1  # of the last miss: where less was gained, the slope is taken anew
+MAX_ITERATIONS = 50  # of Newton's method on the forces of the laws in one step; two are usual
+FORCE_TOLERANCE = 1e-7  # relative to the largest force so far: where it stops
+SLOW_RATIO = 0.1  # of the last miss: where less was gained, the slope is taken anew
 
 
 @dataclass(frozen=True)
@@ -144,15 +144,15 @@ class _Contact:
         """Return the modal forces (mode, motion) at the end of a step that without them ends at ``q`` and ``p``."""
         u, v = self._pulls @ q, self._pulls @ p
         now, last = self._now, np.inf
-        for _ in range(ITERATIONS):
+        for _ in range(MAX_ITERATIONS):
             here = (u - self._gains[0] @ now, v - self._gains[1] @ now)
             forces = self._forces(*here, time, None)
             miss = forces - now
             size = float(np.abs(miss).max())
             self._largest = max(self._largest, float(np.abs(forces).max()))
-            if size <= CLOSE * self._largest:
+            if size <= FORCE_TOLERANCE * self._largest:
                 break
-            if size > SLOW * last:
+            if size > SLOW_RATIO * last:
                 self._slope = self._slope_at(here, forces, time)
             now, last = now + miss / (1 - self._slope), size
         self._now = now

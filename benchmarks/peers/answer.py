@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from benchmarks.blind.judging import CONFIDENT, key_of
+from benchmarks.blind.judging import CONFIDENT_PROBABILITY, key_of
 from benchmarks.blind_cases import BlindCase
 from fe_models.recordings import Dataset
 
@@ -39,7 +39,7 @@ class PeerMark:
 def mark(case: BlindCase, answer: Answer, seconds: float) -> PeerMark:
     """Return the marks of an answer about ``case``; without a probability it is never confidently wrong."""
     truth = tuple(key_of(cause) for cause in case.truth)
-    sure = bool(answer.named) and (answer.probability is None or answer.probability >= CONFIDENT)
+    sure = bool(answer.named) and (answer.probability is None or answer.probability >= CONFIDENT_PROBABILITY)
     if case.outside:
         first = not sure
     elif len(truth) == 1:
@@ -47,5 +47,5 @@ def mark(case: BlindCase, answer: Answer, seconds: float) -> PeerMark:
     else:
         first = set(answer.named) == set(truth)
     wrong = bool(answer.named) and answer.named[0] not in truth
-    confidently = wrong and answer.probability is not None and answer.probability >= CONFIDENT
+    confidently = wrong and answer.probability is not None and answer.probability >= CONFIDENT_PROBABILITY
     return PeerMark(answer, first, confidently, seconds)
