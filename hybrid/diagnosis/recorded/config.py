@@ -61,6 +61,9 @@ class MotionFreeConfig:
     min_samples_per_mode: float = 20.0  # samples a mode: fewer hardly identify poles
     spare_modes: int = 2  # modes identified beside the nominal ones: an offset with a drift, and what is not linear
     min_frequency_share: float = 0.5  # of the slowest mode: what is slower is no motion of the structure
+    # slow components of a recording at least, by which an offset in it is judged: motion takes up half a dozen of them
+    min_half_waves: int = 16
+    min_share_beside_motion: float = 0.1  # of the largest: components with less beside motion are motion's own
     stretch_periods: float = 1.5  # of the slowest mode: as much is looked at together to identify its pole ...
     max_stretch_share: float = 0.3  # ... but no more of the shortest recording ...
     max_stretch_values: int = 1500  # ... and no more values of all sensors: their products must be held

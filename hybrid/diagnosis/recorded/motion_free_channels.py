@@ -15,16 +15,16 @@ from hybrid.diagnosis.recorded.config import MOTION_FREE
 
 @dataclass(frozen=True)
 class MotionFreeChannel:
-    """One channel of all training recordings, one behind the other, less what may be motion.
+    """What is slow in one channel of all training recordings, one behind the other, less what may be motion.
 
-    ``values`` (value,); what becomes in the same way of an offset of one in each recording, ``own`` (recording, value),
-    and of a drift of one a second, ``drift`` (value,). As many as ``free`` of the values are independent.
+    ``values`` (value,), independent of one another; what becomes in the same way of an offset of one in each recording,
+    ``own`` (recording, value), and of a drift of one a second, ``drift`` (value,). An offset is judged by them: what
+    fitted motion leaves, of a structure that is not linear for one, is mostly slow, and no white noise.
     """
 
     values: FloatArray
     own: FloatArray
     drift: FloatArray
-    free: int
 
     def offset(self) -> float | None:
         """Return the offset that all recordings share; None where there is none, or a drift explains it as well."""
@@ -45,9 +45,14 @@ class MotionFreeChannel:
         return self._fit(all_courses)[:-1]
 
     def _chance(self, fewer: FloatArray, more: FloatArray) -> float:
-        """Return how often white noise makes as much of what only ``more`` courses (course, value) explain."""
+        """Return how often noise alone makes as much of what only ``more`` courses (course, value) explain.
+
+        Of noise that is as strong in all values: an F test.
+        """
         all_courses = np.vstack([self.own, self.drift])
-        free, further = self.free - len(all_courses), len(more) - len(fewer)
+        free, further = len(self.values) - len(all_courses), len(more) - len(fewer)
+        if free < 1:
+            return 1.0
         explained = (self._left(fewer) - self._left(more)) / further
         noise = max(self._left(all_courses) / free, (MOTION_FREE.rounding * np.abs(self.values).max()) ** 2, TINY)
         return float(stats.f.sf(explained / noise, further, free))
@@ -82,11 +87,10 @@ def motion_free_channels(dataset: Dataset, nominal: ComplexArray) -> tuple[Motio
     )
     poles = _poles([each[:, :-2] for each in courses], together, 2 * (len(nominal) + MOTION_FREE.spare_modes))
     poles = poles[poles.imag > MOTION_FREE.min_frequency_share * 2 * np.pi / period]
-    parts = [_less_motion(each, poles) for each in courses]
-    own = block_diag(*[rest[:, -2] for rest, _ in parts])
-    whole = np.concatenate([rest for rest, _ in parts])
-    free = sum(independent for _, independent in parts)
-    return tuple(MotionFreeChannel(channel, own, whole[:, -1], free) for channel in whole[:, :-2].T)
+    parts = [_slow_beside_motion(each, poles, len(each) / period) for each in courses]
+    own = block_diag(*[part[:, -2] for part in parts])
+    whole = np.concatenate(parts)
+    return tuple(MotionFreeChannel(channel, own, whole[:, -1]) for channel in whole[:, :-2].T)
 
 
 def _courses(recording: Recording, data: FloatArray, rate: float) -> FloatArray:
@@ -115,13 +119,18 @@ def _poles(motions: list[FloatArray], together: int, count: int) -> ComplexArray
     return np.log(np.linalg.eigvals(turned).astype(complex))
 
 
-def _less_motion(courses: FloatArray, poles: ComplexArray) -> tuple[FloatArray, int]:
-    """Return ``courses`` (time, course) less free decays with ``poles`` (a sample), and how many values are free.
+def _slow_beside_motion(courses: FloatArray, poles: ComplexArray, periods: float) -> FloatArray:
+    """Return the slow components (component, course) of ``courses`` (time, course) less free decays with ``poles``.
 
-    That is any course exp(s t) with a pole, and t exp(s t): to first order, one with another frequency or damping.
+    Those are any course exp(s t) with a pole s (a sample), and t exp(s t): to first order, one with another frequency
+    or damping. ``periods``: of the slowest mode in the recording. White noise has the same variance in all components.
     """
     time = np.arange(len(courses)) / len(courses)
     decays = np.exp(np.outer(time, np.minimum(poles.real, 0.0) * len(courses) + 1j * poles.imag * len(courses)))
     decays = np.hstack([decays, time[:, None] * decays])
-    Q = orth(np.hstack([decays.real, decays.imag]))
-    return courses - Q @ (Q.T @ courses), len(courses) - Q.shape[1]
+    motion = orth(np.hstack([decays.real, decays.imag]))
+    half_waves = max(ceil(2 * MOTION_FREE.min_frequency_share * periods), MOTION_FREE.min_half_waves)
+    slow = np.column_stack([np.cos(np.pi * np.outer(time + 0.5 / len(time), np.arange(half_waves))), courses[:, -1]])
+    slow /= np.linalg.norm(slow, axis=0)
+    beside = orth(slow - motion @ (motion.T @ slow), rcond=MOTION_FREE.min_share_beside_motion)
+    return np.asarray(beside.T @ courses)
