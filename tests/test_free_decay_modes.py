@@ -13,10 +13,12 @@ from typer.testing import CliRunner
 from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
 from fe_models.built_in.bridge import bridge
+from fe_models.errors import InputError
 from fe_models.files.bridge_recordings import bridge_sensors
 from fe_models.files.dataset_file import save_dataset
 from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset, Recording
+from hybrid.identification import recording_comparison
 from hybrid.identification.agreement import shares_unexplained, window_of
 from hybrid.identification.backbone import backbone_of, frequency_deviation
 from hybrid.identification.combinations import combinations_of
@@ -166,3 +168,26 @@ def test_recordings_too_short_for_a_backbone_are_compared_all_the_same(dataset: 
     assert answer.exit_code == 0, answer.output
     assert "windows of 0.5 s" in answer.output
     assert "too short to tell" in answer.output
+
+
+def test_recordings_too_short_for_any_mode_are_refused_before_any_work(
+    dataset: Dataset, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """All of them at once: a twentieth of a second holds less than two periods of the fastest mode, 29 Hz."""
+    short = tuple(replace(r, data=r.data[:, : round(0.05 * RATE)]) for r in dataset.recordings[:2])
+    monkeypatch.setattr(recording_comparison, "identify_modes", lambda *arguments: pytest.fail("work was done"))
+    with pytest.raises(InputError) as caught:
+        compare_recordings(replace(dataset, recordings=(*short, dataset.recordings[2])))
+    assert [fault[:26] for fault in caught.value.faults] == ["recording 'a' lasts 0.05 s", "recording 'b' lasts 0.05 s"]
+
+
+def test_what_cannot_be_compared_is_told_as_soon_as_it_shows(dataset: Dataset) -> None:
+    """Noise shows no mode; it comes first, being shortest, and the long recordings are not looked at in vain."""
+    noise = np.random.default_rng(0).standard_normal((1, SAMPLES // 2, len(dataset.sensors)))
+    steps: list[None] = []
+    with pytest.raises(InputError, match="none of the model's modes is seen in all recordings, no more in 'noise'"):
+        compare_recordings(
+            replace(dataset, recordings=(*dataset.recordings, Recording("noise", noise, "train"))),
+            lambda: steps.append(None),
+        )
+    assert steps == []

@@ -51,6 +51,7 @@ class AgreementConfig:
 class ComparisonConfig:
     """Recordings beside one another and beside the model."""
 
+    min_periods: float = 2.0  # of the fastest mode: a recording that holds fewer shows no mode at all
     min_mac: float = 0.9  # MAC at the sensors, from which on an identified mode is a nominal one
     max_frequency_difference: float = 0.2  # of its frequency: how far off a nominal mode may be
     max_modes: int = 12  # of a recording at most; those beyond carry little

@@ -1,13 +1,13 @@
 """The recordings of a dataset beside one another and beside the nominal model's modes."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
-from fe_models.errors import InputError
+from fe_models.errors import InputError, raise_faults
 from fe_models.modes import mac, natural_modes
 from fe_models.progress import nothing
 from fe_models.recordings import Dataset
@@ -17,6 +17,11 @@ from hybrid.identification.backbone import Backbone, backbone_of
 from hybrid.identification.combinations import Combination, combinations_of
 from hybrid.identification.config import COMPARISON
 from hybrid.identification.free_decay_modes import IdentifiedModes, identify_modes
+
+NOTHING_IN_COMMON = (
+    "none of the model's modes is seen in all recordings, no more in {name!r}: these are too short (ten periods are"
+    " enough), or their modes too unlike the model's; nothing can be compared"
+)
 
 
 @dataclass(frozen=True)
@@ -53,27 +58,28 @@ class Compared:
 def compare_recordings(dataset: Dataset, advance: Callable[[], object] = nothing) -> Compared:
     """Return the comparison; `InputError` where the model is no structure, or no strong mode is one of its own.
 
-    ``advance`` is called after each motion's modes have been identified, which takes seconds.
+    ``advance`` is called after each motion's modes have been identified, which takes seconds. The shortest motions
+    come first: what cannot be compared is told as soon as it shows.
     """
-    if not isinstance(dataset.model, Structure):
-        raise InputError("model: bare matrices do not say where sensors sit: give a structure file")
-    rate = dataset.sampling_rate
-    highest = min(dataset.lowpass or np.inf, rate / 2)
-    model = linearise(dataset.model)
-    rows = [model.dofs.row(sensor.node, sensor.direction) for sensor in dataset.sensors]
-    modal = natural_modes(model, min(len(rows) + 2, len(model.dofs.free_rows)))
-    kept = modal.frequencies <= highest
-    nominal, shapes = modal.frequencies[kept], modal.shapes[rows][:, kept]
+    rate, highest = dataset.sampling_rate, min(dataset.lowpass or np.inf, dataset.sampling_rate / 2)
+    nominal, shapes = _nominal(dataset, highest)
+    raise_faults(_too_short(dataset, float(nominal[-1])))
     singles = [(recording.name, data) for recording in dataset.recordings for data in recording.data]
-    if not len(nominal):
-        raise InputError(f"model: all its natural frequencies are above {highest:g} Hz, up to where recordings go")
-    identified, count = list[IdentifiedModes](), min(COMPARISON.max_modes, len(nominal) + COMPARISON.extra_modes)
-    for _, data in singles:
-        identified.append(identify_modes(data, rate, float(nominal[0]), highest, count))
+    count = min(COMPARISON.max_modes, len(nominal) + COMPARISON.extra_modes)
+    found_in: dict[int, tuple[IdentifiedModes, FloatArray, tuple[int, ...]]] = {}
+    seen = set(range(len(nominal)))
+    for number in sorted(range(len(singles)), key=lambda number: len(singles[number][1])):
+        own = identify_modes(singles[number][1], rate, float(nominal[0]), highest, count)
+        criterion = mac(shapes, own.shapes)
+        picked = _chosen(nominal, own, criterion)
+        found_in[number] = own, criterion, picked
+        seen &= {mode for mode in seen if picked[mode] >= 0}
+        if not seen:
+            raise InputError(NOTHING_IN_COMMON.format(name=singles[number][0]))
         advance()
-    criteria = [mac(shapes, own.shapes) for own in identified]
-    chosen = [_chosen(nominal, own, criterion) for own, criterion in zip(identified, criteria, strict=True)]
-    followed = _strongest(chosen, identified)
+    in_order = [found_in[number] for number in range(len(singles))]
+    identified = [own for own, _, _ in in_order]
+    followed = _strongest(seen, [picked for _, _, picked in in_order], identified)
     found = [
         Observed(
             name,
@@ -83,7 +89,7 @@ def compare_recordings(dataset: Dataset, advance: Callable[[], object] = nothing
             tuple(backbone_of(data, own, picked[mode], rate) for mode in followed),
             tuple(combinations_of(data, rate, [own.frequencies[picked[mode]] for mode in followed], highest)),
         )
-        for (name, data), own, criterion, picked in zip(singles, identified, criteria, chosen, strict=True)
+        for (name, data), (own, criterion, picked) in zip(singles, in_order, strict=True)
     ]
     motions = [data for _, data in singles]
     samples = window_of(identified, motions, rate)
@@ -102,14 +108,35 @@ def _chosen(nominal: FloatArray, own: IdentifiedModes, criterion: FloatArray) ->
     return tuple(int(np.argmax(row)) if row.any() else -1 for row in energy)
 
 
-def _strongest(chosen: list[tuple[int, ...]], identified: list[IdentifiedModes]) -> tuple[int, ...]:
-    """Return the one or two modes that all recordings have and that hold most energy."""
-    everywhere = [mode for mode in range(len(chosen[0])) if all(picked[mode] >= 0 for picked in chosen)]
-    if not everywhere:
-        raise InputError(
-            "none of the model's modes is seen in all recordings: these are too short (ten periods are enough), or"
-            " their modes too unlike the model's; nothing can be compared"
-        )
+def _nominal(dataset: Dataset, highest: float) -> tuple[FloatArray, FloatArray]:
+    """Return the model's frequencies (mode,) up to ``highest`` Hz and shapes (sensor, mode)."""
+    if not isinstance(dataset.model, Structure):
+        raise InputError("model: bare matrices do not say where sensors sit: give a structure file")
+    model = linearise(dataset.model)
+    rows = [model.dofs.row(sensor.node, sensor.direction) for sensor in dataset.sensors]
+    modal = natural_modes(model, min(len(rows) + 2, len(model.dofs.free_rows)))
+    kept = modal.frequencies <= highest
+    if not kept.any():
+        raise InputError(f"model: all its natural frequencies are above {highest:g} Hz, up to where recordings go")
+    return modal.frequencies[kept], modal.shapes[rows][:, kept]
+
+
+def _too_short(dataset: Dataset, fastest: float) -> list[str]:
+    """Return a fault for each recording that holds too little even of the ``fastest`` (Hz) of the model's modes."""
+    least = COMPARISON.min_periods / fastest
+    lengths = [(each.name, each.data.shape[1] / dataset.sampling_rate) for each in dataset.recordings]
+    return [
+        f"recording {name!r} lasts {length:.3g} s: give {least:.3g} s or more, {COMPARISON.min_periods:g} periods of the"
+        " fastest mode; ten of the lowest are enough for all"
+        for name, length in lengths
+        if length < least
+    ]
+
+
+def _strongest(
+    seen: set[int], chosen: Sequence[tuple[int, ...]], identified: Sequence[IdentifiedModes]
+) -> tuple[int, ...]:
+    """Return the one or two of the modes ``seen`` in all recordings that hold most energy."""
     every = list(zip(identified, chosen, strict=True))
-    held = {mode: sum(own.energy[picked[mode]] for own, picked in every) for mode in everywhere}
-    return tuple(sorted(sorted(everywhere, key=lambda mode: -held[mode])[: COMPARISON.backbone_modes]))
+    held = {mode: sum(own.energy[picked[mode]] for own, picked in every) for mode in seen}
+    return tuple(sorted(sorted(seen, key=lambda mode: -held[mode])[: COMPARISON.backbone_modes]))
