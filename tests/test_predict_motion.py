@@ -174,6 +174,20 @@ def test_all_that_is_wrong_with_a_record_comes_at_once(run: Path, tmp_path: Path
     assert "has one, other, unseen" in unknown[1]
 
 
+def test_what_was_skipped_in_the_record_s_file_is_said(run: Path, tmp_path: Path) -> None:
+    path = save_dataset(chain_dataset(), tmp_path / "data", "four_dof")
+    first = chain_dataset().recordings[0].data[0]
+    table = np.column_stack([first, np.full(len(first), 20.0)])
+    header = ",".join([*NAMES, "temperature"])
+    np.savetxt(tmp_path / "data" / "one.csv", table, delimiter=",", header=header, comments="")
+    text = path.read_text().replace('file = "recording_1.npz", key = "data"', 'file = "one.csv"')
+    own = path.with_name("own.toml")
+    own.write_text(text)
+    result = predict(run, tmp_path / "out", "--dataset", own, "--duration", "5")
+    assert result.exit_code == 0, result.output
+    assert "Note: one.csv: column 'temperature' belongs to no sensor and no load and is skipped.\n" in result.output
+
+
 def test_a_start_too_late_for_the_encoder_is_refused(run: Path, tmp_path: Path) -> None:
     """100 samples hold ten from sample 90 at the latest, 45 s."""
     dataset = run.parent / "dataset.toml"

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from hybrid.commands.console import command_line
+from hybrid.commands.console import command_line, print_notes
 from hybrid.commands.options import Device, Quiet
 
 Run = Annotated[Path, typer.Argument(help="Folder that 'hybrid-modal train' wrote.", show_default=False)]
@@ -49,6 +49,7 @@ def predict(
       hybrid-modal predict runs/demo/hybrid --out runs/later --dataset runs/demo/data/dataset.toml --start 8
     """
     from fe_models.errors import InputError, noting, raise_faults
+    from fe_models.files.dataset_file import load_dataset
     from fe_models.files.inputs import files_read
     from fe_models.files.run_folder import PREDICTION, load_run, run_files, save_prediction, save_run_model
     from hybrid.training.checkpoint import load_checkpoint
@@ -64,13 +65,16 @@ def predict(
         read = [path for path in (run / CHECKPOINT, dataset, initial) if path is not None]
         noting(faults, "--out", results.check, [*run_files(run), *files_read(*read)])
         noting(faults, "", check_device, device)
+        data = None if dataset is None else noting(faults, "", load_dataset, dataset)
         raise_faults(faults)
+        if data is not None:
+            print_notes(data)
         checkpoint = load_checkpoint(run / CHECKPOINT)
         checkpoint.model.to(device)
         model = load_run(run).model
         samples = round(duration * checkpoint.origin.sampling_rate) + 1
-        if dataset is not None:
-            banded, fe, fe_initial = from_record(checkpoint, dataset, record, start, samples, whole)
+        if data is not None:
+            banded, fe, fe_initial = from_record(checkpoint, data, record, start, samples, whole)
             hybrid, std = banded.forecast, banded.std
         else:
             hybrid, fe, fe_initial = from_state(checkpoint, Path(str(initial)), samples)

@@ -7,9 +7,9 @@ import numpy as np
 from fe_models.arrays import FloatArray
 from fe_models.errors import InputError, raise_faults
 from fe_models.files.atomic import writing
-from fe_models.files.dataset_file import load_dataset
 from fe_models.files.result_set import ResultSet
 from fe_models.files.run_folder import MODEL, PREDICTION
+from fe_models.recordings import Dataset
 from hybrid.estimation.experts import fe_counterpart
 from hybrid.estimation.forecast import Forecast, forecast_windows, generate
 from hybrid.estimation.given_state import modal_state, read_nodal_state
@@ -26,17 +26,16 @@ def prediction_in(folder: Path) -> ResultSet:
 
 
 def from_record(
-    checkpoint: Checkpoint, dataset: Path, name: str | None, start: float, samples: int, whole: bool
+    checkpoint: Checkpoint, data: Dataset, name: str | None, start: float, samples: int, whole: bool
 ) -> tuple[BandedForecast, Forecast, FloatArray]:
     """Return the hybrid and the FE forecast from a place in a record, and the FE model's own initial q (mode,)."""
-    data = load_dataset(dataset)
     origin, seen = checkpoint.origin, checkpoint.config.model.encoder_samples
     faults = []
     if data.sensors != origin.sensors or data.sampling_rate != origin.sampling_rate:
-        faults.append(f"{dataset}: its sensors or sampling rate are not those that the model was trained with")
+        faults.append("--dataset: its sensors or sampling rate are not those that the model was trained with")
     records = {recording.name: recording for recording in data.recordings}
     if name is not None and name not in records:
-        raise InputError([*faults, f"--record {name}: {dataset} has {', '.join(records)}"])
+        raise InputError([*faults, f"--record {name}: the dataset has {', '.join(records)}"])
     chosen = records[name or data.recordings[0].name]
     first, end = round(start * origin.sampling_rate), chosen.data.shape[1]
     if whole and first + samples > end:
