@@ -1,5 +1,6 @@
 """Diagnose the real bridge: its recordings compared, then each of one structure in turn kept for the test."""
 
+import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -54,7 +55,8 @@ def main(
             dataset = load_dataset(write_bridge_dataset(data, folder, test, without=(ANOTHER,)))
             with progress_bar(f"diagnosis, test r{test}") as bar:
                 found = diagnose(dataset, bar.set_description_str)
-            save_diagnosis(found, folder)
+            for note in save_diagnosis(found, folder):
+                print(f"note: {note}", file=sys.stderr)
             print(f"\nTest r{test}, A2 held out\n\n{describe_diagnosis(found)}")
         print(f"Results: {out}")
 

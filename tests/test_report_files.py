@@ -6,14 +6,18 @@ from types import SimpleNamespace
 from typing import Any, NoReturn, cast
 
 import pytest
+from typer.testing import CliRunner
 
 from fe_models.built_in.four_dof import four_dof
+from fe_models.files.dataset_file import save_dataset
 from fe_models.files.result_list import LIST_FILE
 from fe_models.files.structure_file import load_structure
 from hybrid.diagnosis import report_files
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
 from hybrid.diagnosis.report_files import add_gain, save_diagnosis
 from hybrid.result_sets import EXTENDED, PICTURE, REPORT, SUMMARY, diagnosis_in
+from scripts.diagnose import app
+from tests.hybrid_problems import chain_dataset
 
 
 @pytest.fixture
@@ -30,7 +34,7 @@ def second() -> Diagnosis:
 
 
 def failing(*arguments: object) -> NoReturn:
-    raise ZeroDivisionError
+    raise ZeroDivisionError("no way")
 
 
 def names(folder: Path) -> set[str]:
@@ -54,19 +58,19 @@ def test_the_summary_is_what_is_printed(found: Diagnosis, tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize(
-    ("step", "left"),
-    [("draw_example", {REPORT, SUMMARY, EXTENDED}), ("save_structure", {REPORT, SUMMARY})],
+    ("step", "missing"),
+    [("draw_example", PICTURE), ("save_structure", EXTENDED)],
 )
 def test_a_failure_after_the_report_leaves_the_new_report_with_nothing_older(
-    step: str, left: set[str], found: Diagnosis, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    step: str, missing: str, found: Diagnosis, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    save_diagnosis(found, tmp_path)
-    with monkeypatch.context() as patch, pytest.raises(ZeroDivisionError) as caught:
+    assert save_diagnosis(found, tmp_path) == []
+    with monkeypatch.context() as patch:
         patch.setattr(report_files, step, failing)
-        save_diagnosis(second(), tmp_path)
+        (note,) = save_diagnosis(second(), tmp_path)
     assert report(tmp_path)["verdict"] == "second"
-    assert names(tmp_path) == left
-    assert "those written before are whole" in caught.value.__notes__[0]
+    assert names(tmp_path) == {REPORT, SUMMARY, EXTENDED, PICTURE} - {missing}
+    assert note == f"{tmp_path / missing} could not be made (ZeroDivisionError: no way); the report is complete"
     save_diagnosis(second(), tmp_path)
     assert (tmp_path / PICTURE).read_text() == "second"
 
@@ -87,3 +91,18 @@ def test_a_diagnosis_leaves_the_training_in_its_folder_alone(found: Diagnosis, t
     diagnosis_in(tmp_path).check([tmp_path / "checkpoint.pt"])
     save_diagnosis(found, tmp_path)
     assert (tmp_path / "checkpoint.pt").read_text() == "trained"
+
+
+def test_a_picture_that_fails_is_a_note_and_the_command_ends_well(
+    found: Diagnosis, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The exit status is 0 once a report is written."""
+    monkeypatch.setattr("hybrid.diagnosis.diagnosis.diagnose", lambda data, advance: found)
+    monkeypatch.setattr("hybrid.diagnosis.report.describe_diagnosis", lambda found, gain: "the answer")
+    monkeypatch.setattr(report_files, "draw_example", failing)
+    dataset = save_dataset(chain_dataset(), tmp_path / "data", "four_dof")
+    result = CliRunner().invoke(app, [str(dataset), "--out", str(tmp_path / "out")])
+    assert result.exit_code == 0, result.output
+    assert "the answer" in result.stdout
+    assert result.stderr.startswith(f"note: {tmp_path / 'out' / PICTURE} could not be made")
+    assert names(tmp_path / "out") == {REPORT, SUMMARY, EXTENDED}

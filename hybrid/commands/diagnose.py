@@ -1,5 +1,6 @@
 """The sub-command `diagnose`: name what a simulation gets wrong, extend the model, measure the gain."""
 
+import sys
 from typing import Annotated
 
 import typer
@@ -20,7 +21,7 @@ def diagnose(dataset: DatasetFile, out: Out, hybrid: Hybrid = False, quiet: Quie
 
     All causes of the list compete at all their places. What is found is built into the structure, and forecasts of the
     test recordings are scored before and after. A modal model that the dataset simulates with is held against the
-    structure's own modes.
+    structure's own modes. The exit status is 0 once a report is written, whatever its verdict.
 
     \b
     OUT/report.json          verdict, findings with probabilities and alternatives, scores
@@ -56,7 +57,8 @@ def diagnose(dataset: DatasetFile, out: Out, hybrid: Hybrid = False, quiet: Quie
                 bar.update()
 
             found = diagnosis.diagnose(data, advance)
-        save_diagnosis(found, out)  # now: the training below takes minutes
+        for note in save_diagnosis(found, out):  # now: the training below takes minutes
+            print(f"note: {note}", file=sys.stderr)
         gain = None
         if hybrid:
             from hybrid.diagnosis.learned.gain import hybrid_gain

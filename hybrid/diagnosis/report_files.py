@@ -1,5 +1,6 @@
 """A diagnosis in a folder: its report first, then the extended structure, then the picture, which may fail."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 from fe_models.files.atomic import write_json, write_text
@@ -11,18 +12,29 @@ from hybrid.diagnosis.report import describe_diagnosis, report_table
 from hybrid.result_sets import EXTENDED, PICTURE, REPORT, SUMMARY, diagnosis_in
 
 
-def save_diagnosis(found: Diagnosis, folder: Path) -> None:
+def save_diagnosis(found: Diagnosis, folder: Path) -> list[str]:
     """Replace the older diagnosis in ``folder``, none of whose files stays beside the new report.
 
-    Whatever fails after the report, it stays: minutes of search must not be lost for a picture.
+    Return a note on each file that could not be made after the report: minutes of search must not be lost for a
+    picture, and whoever has a report has the answer.
     """
-    results = diagnosis_in(folder)
+    results, notes = diagnosis_in(folder), list[str]()
     with results.replacing() as new:
         _write_report(found, None, new)
-    with results.adding() as new:
-        save_structure(found.extended, new / EXTENDED)
-    with results.adding() as new:
-        draw_example(new / PICTURE, found.example)
+    makers: dict[str, Callable[[Path], object]] = {
+        EXTENDED: lambda path: save_structure(found.extended, path),
+        PICTURE: lambda path: draw_example(path, found.example),
+    }
+    for name, make in makers.items():
+        try:
+            with results.adding() as new:
+                make(new / name)
+        except Exception as error:  # graphics fail in many ways, and none of them is the report's
+            reason = " ".join(str(error).split())
+            notes.append(
+                f"{folder / name} could not be made ({type(error).__name__}: {reason}); the report is complete"
+            )
+    return notes
 
 
 def add_gain(found: Diagnosis, gain: Gain, folder: Path) -> None:

@@ -1,5 +1,6 @@
 """A diagnosis as a notebook has it: it prints itself, and is saved as a page or as what the command writes."""
 
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -57,10 +58,11 @@ class Report:
     def save(self, folder: str | Path) -> Path:
         """Write report, summary, extended structure and a picture into ``folder``, as the command does; return it.
 
-        `InputError` where that would write over a file of yours.
+        `InputError` where that would write over a file of yours; a warning where all but the report failed.
         """
         diagnosis_in(Path(folder)).check()
-        save_diagnosis(self.diagnosis, Path(folder))
+        for note in save_diagnosis(self.diagnosis, Path(folder)):
+            warnings.warn(note, stacklevel=2)
         return Path(folder)
 
     def to_html(self, path: str | Path) -> Path:
