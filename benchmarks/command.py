@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from benchmarks.options import BLIND, CERTIFICATE, SECTIONS, BlindOptions, CertificateOptions, SectionOptions
-from hybrid.commands.console import command_line
+from hybrid.commands.console import command_line, given_options
 from hybrid.commands.option_groups import with_option_groups
 from hybrid.commands.options import Quiet
 
@@ -57,7 +57,10 @@ def benchmark(
     OUT/cases/                 with --certificate: what is kept of each case
     docs/certificate.md, .json with --certificate: rates with intervals, probabilities and times, of the clone that runs
     """
+    from benchmarks.run_kind import run_kind
+
     with command_line(quiet) as result:
+        run_kind(given_options())
         if certified.certificate:
             result(_certificate(out, certified, jobs or 2))
             return

@@ -1,7 +1,7 @@
 """The benchmark: its rows, its oracle, its ablations and the script, in tiny configurations."""
 
-import json
 from dataclasses import replace
+from inspect import signature
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +10,9 @@ import torch
 from typer.testing import CliRunner
 
 from benchmarks import ablations, bridge, chain, cost
+from benchmarks.command import benchmark
 from benchmarks.row import Row, table
+from benchmarks.run_kind import ALWAYS, HEEDED, RunKind
 from fe_models.assembly import linearise
 from fe_models.built_in.four_dof import four_dof
 from fe_models.four_dof_data import paper_dataset
@@ -90,13 +92,35 @@ def test_rows_of_the_bridge_hold_the_hybrid_against_its_peers() -> None:
     assert [row.value for row in rows[8:]] == [0.9, 0.88, 0.8, 60.0]
 
 
-def test_without_recordings_there_is_no_bridge(tmp_path: Path) -> None:
-    result = CliRunner().invoke(app, ["--only", "bridge", "--out", str(tmp_path)])
-    assert result.exit_code == 0, result.output
-    assert json.loads((tmp_path / "benchmark.json").read_text())["rows"] == []
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        ("--only bridge", "--only bridge needs --recordings FOLDER"),
+        ("--only speed --recordings .", "--recordings has no effect"),
+        ("--blind 3 --rates 2", "--blind and --rates are different runs"),
+        ("--blind 3 --quick", "--quick has no effect with --blind"),
+        ("--rates 3 --noise 0.03", "--noise has no effect with --rates: it goes with --blind"),
+        ("--certificate --seed 0", "--seed has no effect with --certificate"),
+        ("--no-peers", "--no-peers has no effect in the table"),
+        ("--blind 3 --step 0.001", "--step has no effect on the chain"),
+    ],
+)
+def test_options_that_do_not_go_together_are_refused(options: str, told: str, tmp_path: Path) -> None:
+    """In one line, before any work, also where a value that has no effect is the default one."""
+    result = CliRunner().invoke(app, [*options.split(), "--out", str(tmp_path / "out")])
+    assert result.exit_code == 2, result.output
+    (line,) = result.stderr.splitlines()
+    assert line.startswith(f"error: {told}")
+    assert not (tmp_path / "out").exists()
+
+
+def test_each_option_of_the_benchmark_belongs_to_a_run() -> None:
+    """One that is forgotten in the table of `run_kind` would be refused everywhere."""
+    known = ALWAYS.union(*HEEDED.values(), {kind.value[2:] for kind in RunKind})
+    assert set(signature(benchmark).parameters) - {"context"} == known - {""}
 
 
 def test_a_modal_model_that_is_not_there_is_named(tmp_path: Path) -> None:
-    result = CliRunner().invoke(app, ["--modal-model", str(tmp_path / "none.npz"), "--only", "bridge"])
+    result = CliRunner().invoke(app, ["--modal-model", str(tmp_path / "none.npz"), "--only", "speed"])
     assert result.exit_code == 2
     assert "none.npz" in result.output

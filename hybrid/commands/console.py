@@ -5,8 +5,9 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, redirect_stdout
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+import click
 import typer
 
 from fe_models.errors import bad_input_exits
@@ -50,6 +51,13 @@ def command_line(quiet: bool) -> Iterator[Callable[[Path], None]]:
         with Path(os.devnull).open("w") as nowhere, silent(), redirect_stdout(nowhere):
             yield results.append
         print(*results, sep="\n", file=sys.stdout)
+
+
+def given_options() -> dict[str, Any]:
+    """Return the parameters that the user of the running command has given, by name; others have their defaults."""
+    context = click.get_current_context()
+    sources = ((name, value, context.get_parameter_source(name)) for name, value in context.params.items())
+    return {name: value for name, value, source in sources if source is not None and source.name == "COMMANDLINE"}
 
 
 def print_notes(dataset: "Dataset") -> None:
