@@ -26,6 +26,7 @@ Jobs = Annotated[
 
 @with_option_groups
 def benchmark(
+    context: typer.Context,
     out: Out = None,
     seed: Seed = 0,
     jobs: Jobs = None,
@@ -60,7 +61,7 @@ def benchmark(
     from benchmarks.run_kind import run_kind
 
     with command_line(quiet) as result:
-        run_kind(given_options())
+        run_kind(given_options(context))
         if certified.certificate:
             result(_certificate(out, certified, jobs or 2))
             return

@@ -5,7 +5,7 @@ from typing import Annotated
 import typer
 
 from fe_models.errors import bad_input_exits, raise_faults
-from fe_models.files.dataset_file import dataset_in, save_dataset
+from fe_models.files.dataset_file import dataset_in, write_dataset
 from hybrid.commands.console import new_app
 from hybrid.commands.models import model_in, open_model, write_model
 from hybrid.commands.option_groups import with_option_groups
@@ -51,7 +51,7 @@ def main(
         write_model(model, subject, results, modes, pictures, recordings.sensors if recordings else ())
         if recordings is not None:
             with simulated.replacing() as new:
-                path = save_dataset(recordings, new)
+                path = write_dataset(recordings, new)
             print(f"Recordings: {out / path.name}")
 
 

@@ -11,7 +11,7 @@ from fe_models.arrays import FloatArray
 from fe_models.built_in.bridge import bridge
 from fe_models.errors import InputError, bad_input_exits, noting, raise_faults
 from fe_models.files.bridge_recordings import bridge_sensors, write_bridge_dataset
-from fe_models.files.dataset_file import dataset_in, load_dataset, save_dataset
+from fe_models.files.dataset_file import dataset_in, load_dataset, write_dataset
 from fe_models.files.inputs import files_read
 from fe_models.pictures.run_pictures import PictureOptions, draw_run
 from fe_models.recordings import Dataset
@@ -89,7 +89,7 @@ def simulated_bridge(out: Path, duration: float) -> tuple[Dataset, FloatArray]:
         bridge(), PULLS, sensors, Acquisition(), np.random.default_rng(SEED), ReleaseConfig(duration, step=STEP)
     )
     with dataset_in(out / "data").replacing() as new:
-        save_dataset(synthetic.dataset, new, "bridge")
+        write_dataset(synthetic.dataset, new, "bridge")
     return synthetic.dataset, synthetic.fields[-1]
 
 

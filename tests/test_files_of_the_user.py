@@ -1,15 +1,18 @@
 """Whatever --out says, no command writes over a file of the user; what another run left is never taken for its own."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
+from typing import NoReturn
 
 import pytest
 from typer.testing import CliRunner, Result
 
 from fe_models.assembly import linearise
 from fe_models.built_in.four_dof import four_dof
+from fe_models.errors import InputError
 from fe_models.files.array_files import load_arrays
-from fe_models.files.dataset_file import load_dataset, save_dataset
+from fe_models.files.dataset_file import load_dataset, save_dataset, write_dataset
 from fe_models.files.matrices_file import save_linear_model
 from fe_models.files.result_list import LIST_FILE
 from fe_models.files.run_folder import load_run
@@ -52,7 +55,8 @@ def content(folder: Path) -> dict[str, bytes]:
 def own(tmp_path: Path) -> Path:
     """The user's folder: a dataset on matrices, and notes that happen to have the names of results."""
     folder = tmp_path / "own"
-    save_dataset(chain_dataset(), folder, "model.npz")
+    folder.mkdir()
+    write_dataset(chain_dataset(), folder, "model.npz")  # as by hand: no list says that it is this program's
     save_linear_model(linearise(four_dof()), folder / "model.npz")
     for name in ("structure.toml", "report.json", "backbones.png", "mode_01.png"):
         (folder / name).write_text("mine")
@@ -170,3 +174,33 @@ def test_a_picture_that_fails_leaves_the_new_model_and_no_older_pictures(
     assert isinstance(result.exception, ZeroDivisionError)
     assert {path.name for path in tmp_path.iterdir()} == {LIST_FILE, "model.npz", "structure.toml"}
     assert len(load_arrays(tmp_path / "model.npz")["frequencies"]) == 2
+
+
+def test_a_dataset_saved_from_python_never_takes_the_place_of_a_file_of_the_user(own: Path) -> None:
+    before = content(own)
+    with pytest.raises(InputError, match=r"dataset\.toml, .* are not on the list"):
+        save_dataset(chain_dataset(), own)
+    assert content(own) == before
+
+
+def test_a_dataset_saved_again_replaces_the_older_one_as_a_whole_or_leaves_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = chain_dataset()
+    fewer = replace(whole, recordings=whole.recordings[:1])
+    save_dataset(whole, tmp_path)
+    before = content(tmp_path)
+    with monkeypatch.context() as patch, pytest.raises(ZeroDivisionError):
+        patch.setattr("fe_models.files.dataset_file.toml_text", failing)  # when the arrays are written already
+        save_dataset(fewer, tmp_path)
+    assert content(tmp_path) == before
+    save_dataset(fewer, tmp_path)
+    assert len(list(tmp_path.glob("recording_*.npz"))) == 1  # none of the older ones is left beside it
+    assert len(load_dataset(tmp_path / "dataset.toml").recordings) == 1
+    result = command("simulate", "four_dof", "--out", tmp_path, "--realisations", "2", "--no-pictures")
+    assert result.exit_code == 2
+    assert "are written by save_dataset" in result.stderr
+
+
+def failing(*arguments: object) -> NoReturn:
+    raise ZeroDivisionError

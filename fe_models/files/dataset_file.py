@@ -99,22 +99,30 @@ def _tested_on_training_data(recordings: tuple[Recording, ...]) -> list[str]:
     ]
 
 
-def dataset_in(folder: Path) -> ResultSet:
-    """Return what `save_dataset` leaves in ``folder``, and a drawing of the sensors.
+def dataset_in(folder: Path, writer: str = "simulate") -> ResultSet:
+    """Return what `write_dataset` leaves in ``folder`` for a ``writer``, and a drawing of the sensors.
 
     No name is one that a built model has, so that both may stand in one folder.
     """
     names = ("dataset.toml", "model.toml", "matrices.npz", "modal.npz", "recording_[0-9]*.npz", DRAWING)
-    return ResultSet(folder, "simulate", names)
+    return ResultSet(folder, writer, names)
 
 
 def save_dataset(dataset: Dataset, folder: str | Path, model_spec: str | None = None) -> Path:
-    """Write ``dataset.toml`` and what it needs into ``folder`` and return its path; `load_dataset` reads it back.
+    """Save a dataset as ``dataset.toml`` and what it needs in ``folder``; return its path, for `load_dataset`.
 
-    ``model_spec`` names the model ("bridge", "frame.toml"); without it the model is saved beside the dataset. The TOML
-    file comes last, so that an interrupted writing leaves no dataset that lacks its files.
+    ``model_spec`` names the model ("bridge", "frame.toml"); without it the model is saved beside the dataset. A dataset
+    saved there before is replaced as a whole, or stays as it was. `InputError` where another file stands in the way.
     """
-    folder = Path(folder)
+    results = dataset_in(Path(folder), "save_dataset")
+    results.check()
+    with results.replacing() as new:
+        path = write_dataset(dataset, new, model_spec)
+    return results.folder / path.name
+
+
+def write_dataset(dataset: Dataset, folder: Path, model_spec: str | None = None) -> Path:
+    """Write the files of `save_dataset` into a new ``folder``, to be exchanged as a set; return that of the dataset."""
     if model_spec is None:
         model_spec = _save_model(dataset.model, folder)
     document: Table = {"schema": 1, "model": model_spec, "sampling_rate": float(dataset.sampling_rate)}

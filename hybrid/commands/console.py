@@ -7,7 +7,6 @@ from contextlib import contextmanager, redirect_stdout
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import click
 import typer
 
 from fe_models.errors import bad_input_exits
@@ -53,9 +52,8 @@ def command_line(quiet: bool) -> Iterator[Callable[[Path], None]]:
         print(*results, sep="\n", file=sys.stdout)
 
 
-def given_options() -> dict[str, Any]:
-    """Return the parameters that the user of the running command has given, by name; others have their defaults."""
-    context = click.get_current_context()
+def given_options(context: typer.Context) -> dict[str, Any]:
+    """Return the parameters that a user has given, by name; of the others the command has its defaults."""
     sources = ((name, value, context.get_parameter_source(name)) for name, value in context.params.items())
     return {name: value for name, value, source in sources if source is not None and source.name == "COMMANDLINE"}
 

@@ -31,7 +31,7 @@ def simulate(
       hybrid-modal simulate four_dof --out runs/four_dof --cubic-stiffness 1
       hybrid-modal simulate frame.toml --out runs/frame --refine 4 --pull 3:x:100 --sensor 2:x
     """
-    from fe_models.files.dataset_file import DRAWING, dataset_in, save_dataset
+    from fe_models.files.dataset_file import DRAWING, dataset_in, write_dataset
     from hybrid.commands.models import open_model
     from hybrid.commands.recordings import recordings_of
 
@@ -40,7 +40,7 @@ def simulate(
         subject = open_model(model, refine, [results], given.modal_model)
         recordings = recordings_of(model, subject, given, seed)()
         with results.replacing() as new:
-            path = save_dataset(recordings, new)
+            path = write_dataset(recordings, new)
         print(f"Recordings: {out / path.name}")
         if pictures:
             from fe_models.pictures.render import draw_structure  # graphics, only where they are needed
