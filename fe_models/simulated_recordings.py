@@ -1,15 +1,13 @@
 """Recordings simulated in one call: where the sensors sit, what moves the structure, how noisy the sensors are."""
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from fe_models.assembly import linearise
 from fe_models.errors import InputError, noting, raise_faults
 from fe_models.files.recording_checks import UNITS, check_sensors
-from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset, Quantity, Recording, Sensor
 from fe_models.simulation import FreeConfig, ReleaseConfig
 from fe_models.statics import PointLoad
@@ -19,7 +17,6 @@ from fe_models.synthetic import Acquisition, free_dataset, release_dataset
 QUANTITY_LETTERS: dict[str, Quantity] = {"x": "displacement", "v": "velocity", "a": "acceleration"}
 SENSOR_NAME = re.compile(r"([xva])(\d+)(x|y|rz)?")
 DEFAULT_MOTIONS = 10  # of a chain: enough to train on and to test with, simulated in a second
-MAX_PHASE_PER_STEP = 0.15  # omega times step: the integrator of order 6 is then off by 4e-6 after a hundred periods
 OVERSAMPLING = 5  # samples of a frame's motion to one that is recorded, so that the low-pass acts before
 LOWPASS_SHARE = 0.3  # of a frame's sampling rate: that of the laboratory bridge
 
@@ -34,7 +31,7 @@ def simulate(
     duration: float | None = None,
     sampling_rate: float | None = None,
     lowpass: float | None = None,
-    noise: float = 0.02,
+    noise: float | Mapping[str, float] = Acquisition.noise,
     seed: int = 0,
     progress: bool = False,
 ) -> Dataset:
@@ -44,8 +41,9 @@ def simulate(
     ``pulls`` holds a load, or several at once, for each recording. ``sensors`` are fitted, those ``held_out`` only
     scored; "a3" is the acceleration of node 3, "x3" its displacement, "v3" its velocity, and "a3y" that in y, where
     nodes move in several directions. ``duration`` (s): 50 for chains, 20 for frames; ``sampling_rate`` (Hz): 10 and
-    100; ``lowpass`` (Hz; 0 for none): none, and 0.3 times the sampling rate. ``noise``: its standard deviation over
-    that of each channel. The dataset's model is the structure itself: give `hybrid.diagnose` the design beside it.
+    100; ``lowpass`` (Hz; 0 for none): none, and 0.3 times the sampling rate. ``noise``: its standard deviation, over
+    that of each channel (0.02) or in the sensors' units ({"m/s^2": 0.01}). The dataset's model is the structure itself:
+    give `hybrid.diagnose` the design beside it.
     `InputError` with all faults.
     """
     faults = list[str]()
@@ -61,8 +59,7 @@ def simulate(
         if motions < 1:
             raise InputError(f"motions = {motions}; expected at least 1")
         acquisition = Acquisition(sampling_rate or 10.0, lowpass or None, noise)
-        step = chain_step(structure, acquisition.sampling_rate)
-        free = FreeConfig(duration or 50.0, acquisition.sampling_rate, step)
+        free = FreeConfig(duration or 50.0, acquisition.sampling_rate)
         found = free_dataset(structure, motions, channels, acquisition, rng, free, progress)
     else:
         if not pulls:
@@ -78,22 +75,6 @@ def simulate(
     single = (data[None] for recording in found.recordings for data in recording.data)
     recordings = tuple(Recording(f"motion_{number}", data) for number, data in enumerate(single, start=1))
     return replace(found, recordings=recordings)
-
-
-def chain_step(structure: Structure, sampling_rate: float) -> float:
-    """Return the integrator's step (s) for a chain: `MAX_PHASE_PER_STEP` over its highest frequency, at most 0.05 s.
-
-    `InputError` where that frequency is above half the ``sampling_rate`` (Hz): recordings would show it folded down.
-    """
-    linear = linearise(structure)
-    highest = float(natural_modes(linear, linear.mass.shape[0]).omega[-1])
-    frequency = highest / (2 * np.pi)
-    if frequency > sampling_rate / 2:
-        raise InputError(
-            f"natural frequencies go up to {frequency:.4g} Hz, above half the sampling_rate of {sampling_rate:g} Hz:"
-            f" sample at {2.5 * frequency:.3g} Hz or more"
-        )
-    return min(FreeConfig.step, MAX_PHASE_PER_STEP / highest)
 
 
 def sensor_at(sensor: str | Sensor, structure: Structure) -> Sensor:

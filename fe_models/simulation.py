@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from math import ceil
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.linalg import eigh
@@ -21,7 +21,7 @@ from fe_models.progress import progress_bar
 from fe_models.response import Response
 from fe_models.statics import STANDARD_GRAVITY, PointLoad, load_vector, rest_state
 from fe_models.structure import Structure
-from fe_models.time_step import time_step
+from fe_models.time_step import Integrator, free_step, time_step
 
 if TYPE_CHECKING:
     from fe_models.exudyn.solve import Steps
@@ -88,13 +88,13 @@ class FreeConfig:
 
     ``duration`` (s), ``sampling_rate`` (Hz) of the response, ``step`` (s) at most of the ``integrator``: "rk67",
     explicit, of order 6, for chains and small models, or "newmark" (constant average acceleration) for stiff ones.
-    0.05 s leaves 1e-7 in the chain of `four_dof`.
+    Left out: what the highest mode needs (`free_step`).
     """
 
     duration: float = 50.0
     sampling_rate: float = 10.0
-    step: float = 0.05
-    integrator: Literal["rk67", "newmark"] = "rk67"
+    step: float | None = None
+    integrator: Integrator = "rk67"
 
 
 RK67_MAX_PHASE = 1.0
@@ -126,7 +126,8 @@ def simulate_free(
     else:
         laws = _laws_alone(effects)
     displacement, velocity = _initial_states(model, displacement, velocity)
-    steps = _steps(config.duration, config.sampling_rate, config.step)
+    step = config.step if config.step is not None else free_step(model, config.integrator)
+    steps = _steps(config.duration, config.sampling_rate, step)
     mass, damping, stiffness = model.mass.toarray(), full_damping(model), model.stiffness.toarray()
     joined = _coefficients(model.dofs, laws)
     if config.integrator == "rk67":

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fe_models.arrays import FloatArray
+from fe_models.assembly import linearise
 from fe_models.dofs import structure_dofs
 from fe_models.errors import InputError, noting, raise_faults
 from fe_models.files.recording_checks import check_rates, check_sensor
@@ -17,7 +18,7 @@ from fe_models.simulation import FreeConfig, ReleaseConfig, simulate_free, simul
 from fe_models.statics import PointLoad, load_vector
 from fe_models.structure import Structure
 from fe_models.structure_checks import require_structure
-from fe_models.time_step import time_step
+from fe_models.time_step import sampling_faults, time_step
 
 MIN_PASSED_SHARE = 0.1  # share that a low-pass leaves of a mode: what is left of higher ones never misled a diagnosis
 
@@ -105,7 +106,7 @@ def free_dataset(
 
     The first 80 % are for training. Where ``config`` is None, 50 s are simulated and sampled as ``acquisition`` says.
     """
-    raise_faults(check_release(structure, (), sensors, acquisition))
+    raise_faults(check_free(structure, sensors, acquisition))
     config = config or FreeConfig(sampling_rate=acquisition.sampling_rate)
     start = rng.standard_normal((2, realisations, len(structure_dofs(structure).free_rows)))
     motion = simulate_free(structure, start[0], start[1], config, progress=progress)
@@ -130,6 +131,14 @@ def train_and_test(data: FloatArray) -> tuple[Recording, ...]:
     train = max(1, len(data) * 4 // 5)
     parts = (Recording("train", data[:train], "train"), Recording("test", data[train:], "test"))
     return tuple(part for part in parts if len(part.data))
+
+
+def check_free(structure: Structure, sensors: tuple[Sensor, ...], acquisition: Acquisition) -> list[str]:
+    """Return the faults of a chain that is to move freely, before time is spent on it."""
+    faults = check_release(structure, (), sensors, acquisition)
+    if not faults:
+        faults += sampling_faults(linearise(structure), acquisition.sampling_rate)
+    return faults
 
 
 def check_release(

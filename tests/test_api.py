@@ -171,6 +171,18 @@ def test_a_chain_s_steps_follow_from_its_highest_mode() -> None:
     assert np.abs(found - exact).max(axis=0) / exact.std(axis=0) == pytest.approx([0.0, 0.0], abs=1e-5)
 
 
+def test_noise_is_a_share_of_each_channel_or_in_the_sensors_units() -> None:
+    wanted = {"motions": 1, "duration": 20.0}
+    clean, share, absolute = (
+        fe.simulate(fe.four_dof(), ["x4", "a1"], noise=noise, **wanted).recordings[0].data[0]  # type: ignore[arg-type]
+        for noise in (0.0, 0.05, {"m": 0.01, "m/s^2": 0.2})
+    )
+    np.testing.assert_allclose((share - clean).std(axis=0), 0.05 * clean.std(axis=0), rtol=1e-12)
+    np.testing.assert_allclose((absolute - clean).std(axis=0), [0.01, 0.2], rtol=1e-12)
+    with pytest.raises(fe.InputError, match=r"noise of the sensors in m/s\^2 \(a1\) is missing"):
+        fe.simulate(fe.four_dof(), ["x4", "a1"], noise={"m": 0.01}, **wanted)  # type: ignore[arg-type]
+
+
 def test_all_faults_of_a_simulation_are_reported_at_once() -> None:
     with pytest.raises(fe.InputError) as caught:
         fe.simulate(fe.four_dof(), sensors=["q4", "a1y"], held_out=["z"])

@@ -1,5 +1,6 @@
 """The script builds, prints and writes what it says, and refuses bad input with one line a fault."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 from scipy.linalg import eigh
 from typer.testing import CliRunner, Result
 
+from fe_models.arrays import FloatArray
 from fe_models.built_in.bridge import bridge
 from fe_models.built_in.four_dof import four_dof
 from fe_models.causes import (
@@ -29,7 +31,7 @@ from fe_models.files.dataset_file import load_dataset
 from fe_models.files.matrices_file import load_linear_model
 from fe_models.files.structure_file import load_structure, save_structure
 from fe_models.four_dof_data import paper_dataset
-from fe_models.structure import Damping
+from fe_models.structure import Damping, Spring
 from scripts.build_fe_model import app
 from tests.problems import cantilever
 
@@ -145,6 +147,29 @@ def test_four_dof_data_are_the_paper_s(tmp_path: Path) -> None:
     expected = paper_dataset(1.0, realisations=5)
     for found, wanted in zip(dataset.recordings, expected.recordings, strict=True):
         np.testing.assert_array_equal(found.data, wanted.data)
+
+
+def test_a_chain_s_steps_follow_from_its_highest_mode(tmp_path: Path) -> None:
+    """Of a chain of 3.5 to 30 Hz; a coarser step that is asked for is warned about, what would fold down is refused."""
+    springs = (element for element in four_dof().elements if isinstance(element, Spring))
+    stiff = replace(four_dof(), elements=tuple(replace(each, stiffness=8000 * each.stiffness) for each in springs))
+    save_structure(stiff, tmp_path / "chain.toml")
+    options = (str(tmp_path / "chain.toml"), "--simulate", "--no-pictures", "--sensor", "1:x", "--realisations", "1")
+    timing = ("--sampling-rate", "100", "--duration", "3", "--noise", "0")
+
+    def data(name: str, *step: str) -> FloatArray:
+        result = build(*options, *timing, *step, "--out", str(tmp_path / name))
+        assert result.exit_code == 0, result.output
+        warned = "warning: time step" in result.stderr and "the highest mode needs 0.00078 s or less" in result.stderr
+        assert warned == (name == "coarse")
+        return load_dataset(tmp_path / name / "dataset.toml").recordings[0].data
+
+    own, finer, coarse = data("own"), data("finer", "--step", "2e-4"), data("coarse", "--step", "0.005")
+    assert np.abs(own - finer).max() < 1e-5 * finer.std()
+    assert np.abs(coarse - finer).max() > 1e-4 * finer.std()
+    result = build(*options, "--out", str(tmp_path / "slow"))
+    assert result.exit_code == 2
+    assert "up to 30.44 Hz, above half the sampling_rate of 10 Hz: sample at 76.1 Hz or more" in result.stderr
 
 
 def test_bridge_recordings_load_again(tmp_path: Path) -> None:

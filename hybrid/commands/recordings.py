@@ -22,12 +22,16 @@ from fe_models.recordings import Dataset, Quantity, Sensor
 from fe_models.simulation import FreeConfig, ReleaseConfig
 from fe_models.statics import STANDARD_GRAVITY, PointLoad
 from fe_models.structure import Beam, Cable, Direction, Structure
-from fe_models.synthetic import Acquisition, check_release, free_dataset, release_dataset
-from fe_models.time_step import MAX_FREQUENCY_ERROR, TimeStep, time_step
+from fe_models.synthetic import Acquisition, check_free, check_release, free_dataset, release_dataset
+from fe_models.time_step import MAX_FREQUENCY_ERROR, TimeStep, free_step, time_step
 from hybrid.commands.models import NO_DAMPING
 from hybrid.commands.recording_options import RecordingOptions
 
 BRIDGE_PULLS = ("19:y:-9.81", "13:y:-9.81", "9:y:-9.81", "15:y:-9.81")
+TOO_LONG = (
+    "time step {step:.2g} s: the highest mode needs {needed:.2g} s or less, or a diagnosis may find the step's own "
+    "error; leave --step out"
+)
 TOLERATED_ERROR = 1.01 * MAX_FREQUENCY_ERROR  # the step is chosen by the first term of the error's series
 Role = Literal["measured", "held_out"]
 Word = TypeVar("Word", bound=str)
@@ -122,8 +126,11 @@ def _chain(
 ) -> Callable[[], Dataset]:
     faults += given.useless("pull", "gravity", because=f"is for frames; {model} is a chain, see --realisations")
     acquisition = _acquisition(given, 10.0, 0.0, faults)
-    config = FreeConfig(_either(given.duration, 50.0), acquisition.sampling_rate, _either(given.step, 0.05))
-    raise_faults(faults + check_release(structure, (), sensors, acquisition))
+    config = FreeConfig(_either(given.duration, 50.0), acquisition.sampling_rate, given.step)
+    raise_faults(faults + check_free(structure, sensors, acquisition))
+    needed = free_step(linearise(structure))
+    if given.step is not None and given.step > needed:
+        print(f"warning: {TOO_LONG.format(step=given.step, needed=needed)}", file=sys.stderr)
     return partial(free_dataset, structure, given.realisations or 1000, sensors, acquisition, rng, config)
 
 
