@@ -112,7 +112,7 @@ def save_dataset(dataset: Dataset, folder: str | Path, model_spec: str | None = 
     """Save a dataset as ``dataset.toml`` and what it needs in ``folder``; return its path, for `load_dataset`.
 
     ``model_spec`` names the model ("bridge", "frame.toml"); without it the model is saved beside the dataset. A dataset
-    saved there before is replaced as a whole, or stays as it was. `InputError` where another file stands in the way.
+    saved there before is replaced as a whole, or stays as it was. `InputError` where another file is in the way.
     """
     results = dataset_in(Path(folder), "save_dataset")
     results.check()

@@ -126,8 +126,8 @@ def _too_short(dataset: Dataset, fastest: float) -> list[str]:
     least = COMPARISON.min_periods / fastest
     lengths = [(each.name, each.data.shape[1] / dataset.sampling_rate) for each in dataset.recordings]
     return [
-        f"recording {name!r} lasts {length:.3g} s: give {least:.3g} s or more, {COMPARISON.min_periods:g} periods of the"
-        " fastest mode; ten of the lowest are enough for all"
+        f"recording {name!r} lasts {length:.3g} s: give {least:.3g} s or more, {COMPARISON.min_periods:g} periods of"
+        " the fastest mode; ten of the lowest are enough for all"
         for name, length in lengths
         if length < least
     ]
