@@ -27,7 +27,9 @@ class RecordingOptions:
     duration: Annotated[
         float | None, typer.Option(max=1e5, help="Length of a recording, s. [default: 20; chains 50]")
     ] = None
-    step: Annotated[float | None, typer.Option(help="Integrator step, s. [default: what the highest mode needs]")] = None
+    step: Annotated[float | None, typer.Option(help="Integrator step, s. [default: what the highest mode needs]")] = (
+        None
+    )
     sampling_rate: Annotated[float | None, typer.Option(max=1e5, help="Hz. [default: 100; chains 10]")] = None
     lowpass: Annotated[float | None, typer.Option(help="Hz, 0 for none. [default: 30; chains none]")] = None
     noise: Annotated[
