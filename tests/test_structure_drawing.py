@@ -7,11 +7,13 @@ import imageio.v3
 import numpy as np
 import pytest
 
+import fe_models as fe
 from fe_models.assembly import linearise
 from fe_models.built_in.bridge import bridge
 from fe_models.built_in.four_dof import four_dof
 from fe_models.errors import InputError
 from fe_models.linear import LinearModel
+from fe_models.pictures import effect_marks
 from fe_models.pictures.drawing import Picture, Text
 from fe_models.pictures.figure import View
 from fe_models.pictures.geometry import outline
@@ -49,8 +51,21 @@ def box(text: Text) -> tuple[float, float, float, float]:
     return left, left + text.width, text.y - text.size / 2, text.y + text.size / 2
 
 
+CHAIN = fe.four_dof().with_effects(
+    fe.CubicSpring((1,), "x", 0.5), fe.CoulombFriction((2, 3), "x", 0.1), fe.AddedMass(2, 0.5)
+)
+LOADED = portal().with_effects(
+    fe.GapStop((3,), "x", 1e-3, 1e6, 1),
+    fe.QuadraticDamper((2, 3), "x", 5.0),
+    fe.AddedMass(2, 20.0),
+    fe.StiffnessChange((1, 2), (0.7, 0.8)),
+    fe.SupportSpring(1, "rz", 1e5),
+    fe.DeadLoad(),
+)
 MODELS = {
     **SENSED,
+    "chain with effects": (CHAIN, (Sensor("a1", 1, "x", "acceleration", "m/s^2"),)),
+    "portal with effects": (LOADED, ()),
     "frame": (
         grid(3, 8),
         (Sensor("roof", 9, "x", "acceleration", "m/s^2"), Sensor("tilt", 5, "rz", "velocity", "rad/s")),
@@ -74,6 +89,38 @@ def test_every_number_and_every_sensor_stands_once_on_free_ground(name: str) -> 
         assert d <= picture.height - 10, words
         for other, e, f, g, h in boxes[:i]:
             assert b <= e or f <= a or d <= g or h <= c, f"{words!r} overlaps {other!r}"
+
+
+def names(picture: Picture) -> Counter[str]:
+    """Names of dashpots and effects, by their colour."""
+    return Counter(text.text for text in picture.texts if text.color == effect_marks.COLOR)
+
+
+def test_dashpots_and_effects_have_their_names_where_they_act() -> None:
+    drawn = structure_picture(CHAIN, ())
+    assert names(drawn) == {"dashpot x": 4, "cubic spring x": 1, "Coulomb friction x": 1, "added mass": 1}
+    masses = {text.text: text.x for text in numbers(drawn, "node")}
+    (friction,) = (text for text in drawn.texts if text.text == "Coulomb friction x")
+    assert masses["2"] < friction.x + friction.width / 2 < masses["3"]
+    (spring,) = (text for text in drawn.texts if text.text == "cubic spring x")
+    assert spring.x < masses["1"] < spring.x + spring.width
+
+
+def test_what_acts_in_many_elements_is_named_once_and_what_acts_everywhere_in_the_note() -> None:
+    drawn = structure_picture(LOADED, ())
+    assert names(drawn) == {"gap stop x": 1, "quadratic damper x": 1, "added mass": 1, "stiffness change": 1}
+    assert any(text.text.endswith("with dead load") for text in drawn.texts)
+    assert any(text.text == "spring to ground" for text in drawn.texts)  # the support's: drawn as what it is
+
+
+def test_the_number_of_a_node_is_kept_off_the_spring_that_turns_there() -> None:
+    drawn = structure_picture(portal().with_effects(fe.SupportSpring(1, "rz", 1e5)), ())
+    (number,) = (text for text in numbers(drawn, "node") if text.text == "1")
+    left, right, low, high = box(number)
+    spirals = [patch.points for patch in drawn.patches if len(patch.points) == 2 * 60 + 2 * 12]
+    assert len(spirals) == 1  # of its sixty points, two corners each, and round ends
+    x, y = spirals[0].T
+    assert not ((x > left) & (x < right) & (y > low) & (y < high)).any()
 
 
 def test_numbers_stand_beside_what_they_number() -> None:

@@ -9,6 +9,7 @@ from fe_models.arrays import BoolArray, FloatArray
 from fe_models.linear import LinearModel
 from fe_models.pictures import symbols
 from fe_models.pictures.drawing import GREY, INK, WHITE, Color, Patch, Picture, Text, disc, polygon, stroke
+from fe_models.pictures.effect_marks import elsewhere, mark_entries, marks_of
 from fe_models.pictures.figure import MARGIN, View
 from fe_models.pictures.geometry import Outline, deformed_lines, outline
 from fe_models.pictures.labels import Label, leader, overlapping, place
@@ -32,7 +33,7 @@ from fe_models.pictures.numbering import (
     node_numbers,
 )
 from fe_models.pictures.panels import coil, ground_spring, line_styles, mass_side
-from fe_models.pictures.sensor_arrows import SensorArrow, arrow_patches, arrows_of, sensor_entries
+from fe_models.pictures.sensor_arrows import arrow_patches, arrows_of, sensor_entries
 from fe_models.recordings import Sensor
 from fe_models.structure import Beam, Cable, Structure
 
@@ -109,42 +110,50 @@ def _drawn(
     arrows = arrows_of(sensors, shape, view, line_points)
     pointed = np.vstack([np.zeros((0, 2)), *(arrow.points for arrow in arrows)])
     dots = nodes if len(nodes) < 5000 else nodes[:0]
-    obstacles = np.vstack([line_points, clear, pointed, dots])[None]
+    obstacles = np.vstack([line_points, clear, pointed, dots, *_spirals(shape, view)])[None]
+    marks = marks_of(model, shape, view) if isinstance(model, Structure) else []
     numbers = [*node_numbers(numbered, shape, lines, view), *element_numbers(shape, lines, along, view)]
-    labels, numbers, offsets, hidden = _placed(arrows, numbers, obstacles)
+    labels, numbers, offsets, hidden = _placed(
+        [arrow.label for arrow in arrows], numbers, [mark.label for mark in marks], obstacles
+    )
+    first, end = len(arrows), len(arrows) + len(numbers)
     signs: list[Patch] = []
     grounds: list[Patch] = []
     texts: list[Text] = []
     for arrow, offset in zip(arrows, offsets, strict=False):
         signs += arrow_patches(arrow)
         texts += arrow.texts(offset)
-    for number, offset, out in zip(numbers, offsets[len(arrows) :], hidden[len(arrows) :], strict=True):
+    joints: list[Patch] = []
+    for mark, offset in zip(marks, offsets[end:], strict=True):
+        joints += mark.patches(offset)
+        texts += mark.texts(offset)
+    for number, offset, out in zip(numbers, offsets[first:end], hidden[first:end], strict=True):
         if not out:
             ground, sign, text = _number(number, offset)
             grounds += ground
             signs += sign
             texts.append(text)
     thin, thick = _members(shape, view)
-    patches = [*thin, *grounds, *supports, *thick, *_nodes(model, shape, view, numbered), *signs]
-    left_out = tuple(number for number, out in zip(numbers, hidden[len(arrows) :], strict=True) if out)
+    patches = [*thin, *grounds, *supports, *thick, *joints, *_nodes(model, shape, view, numbered), *signs]
+    left_out = tuple(number for number, out in zip(numbers, hidden[first:end], strict=True) if out)
     boxes = [label.boxes(offset[None])[:, 0, 0] for label, offset in zip(labels, offsets, strict=True)]
     points = np.vstack([nodes, *(patch.points for patch in patches), *boxes])
-    far = sum(_line(number, offset) is not None for number, offset in zip(numbers, offsets[len(arrows) :], strict=True))
+    far = sum(_line(number, offset) is not None for number, offset in zip(numbers, offsets[first:end], strict=True))
     return Drawn(tuple(patches), tuple(texts), points.min(axis=0), points.max(axis=0), left_out, far)
 
 
 def _placed(
-    arrows: list[SensorArrow], numbers: list[Number], obstacles: FloatArray
+    arrows: list[Label], numbers: list[Number], marks: list[Label], obstacles: FloatArray
 ) -> tuple[list[Label], list[Number], FloatArray, BoolArray]:
-    """Return the labels of arrows, then numbers; the numbers in that order; their offsets; which lie on others.
+    """Return the labels of arrows, numbers and marks; the numbers in that order; offsets; which lie on others.
 
     Numbers that found no room are placed before the others, which have more freedom, in the next try.
     """
     for attempt in range(MAX_PLACINGS):
-        labels = [*(arrow.label for arrow in arrows), *(number.label for number in numbers)]
+        labels = [*arrows, *(number.label for number in numbers), *marks]
         offsets = place(labels, obstacles, np.zeros(1, dtype=int))
         hidden = overlapping(labels, offsets)
-        out = hidden[len(arrows) :]
+        out = hidden[len(arrows) : len(arrows) + len(numbers)]
         if attempt < MAX_PLACINGS - 1 and out.any():
             pairs = list(zip(numbers, out, strict=True))
             numbers = [number for wanted in (True, False) for number, lost in pairs if lost == wanted]
@@ -181,6 +190,12 @@ def _supports(shape: Outline, view: View) -> list[Patch]:
         away = symbols.support_side(support.directions, shape.is_right(support.node - 1))
         patches += symbols.support(name, view(shape.coordinates[support.node - 1]), view.sign, away)
     return patches
+
+
+def _spirals(shape: Outline, view: View) -> list[FloatArray]:
+    """Return points (point, 2) on each spring that turns, which numbers are kept off."""
+    nodes = [node for node, direction in shape.grounded if direction == "rz"]
+    return [symbols.spiral(view(shape.coordinates[node]), 0.8 * view.sign)[0] for node in nodes]
 
 
 def _numbered(model: Structure | LinearModel, shape: Outline, sensors: tuple[Sensor, ...]) -> list[int]:
@@ -285,6 +300,9 @@ def _note(model: Structure | LinearModel, shape: Outline, left_out: tuple[Number
         if model.divisions > 1:
             parts.append(f"each beam in {model.divisions} finite elements")
     parts.append(f"{across:.4g} m wide" + (f", {up:.4g} m high" if up else ""))
+    besides = elsewhere(model) if isinstance(model, Structure) else []
+    if besides:
+        parts.append(f"with {', '.join(besides)}")
     if left_out:
         kinds_out = [(sum(n.kind == kind for n in left_out), kind) for kind in ("node", "element")]
         words = " and ".join(f"{count} {kind}s" for count, kind in kinds_out if count)
@@ -315,7 +333,8 @@ def _entries(
         entries.append(("node of refinement", lambda at: [disc(at[None], 3, INK)]))
     if lines:
         entries.append(("number of an element", lambda at: _box(at, np.array([26.0, 20.0]))))
-    return [*entries, *support_entries(shape), *sensor_entries(sensors)]
+    marks = mark_entries(model) if isinstance(model, Structure) else []
+    return [*entries, *support_entries(shape), *marks, *sensor_entries(sensors)]
 
 
 def _box(centre: FloatArray, size: FloatArray) -> list[Patch]:
