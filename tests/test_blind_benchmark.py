@@ -14,7 +14,9 @@ from benchmarks.blind.confusion import text as confusion_text
 from benchmarks.blind.rates import FORECAST, Rate, Share, rates, table
 from benchmarks.blind.reliability import calibration
 from benchmarks.blind.reliability import text as calibration_text
-from benchmarks.blind_cases import BRIDGE_KINDS, KINDS, OUTSIDE, BlindConfig
+from benchmarks.blind_cases import BRIDGE_KINDS, KINDS, OUTSIDE, BlindConfig, bridge_draw, chain
+from benchmarks.blind_cases.case import NOT_DRAWN
+from fe_models.causes.base import CAUSES
 from scripts.benchmark import app
 from tests.blind_results import (
     CUBIC,
@@ -229,3 +231,13 @@ def test_a_diagnosis_that_breaks_down_names_the_case(monkeypatch: pytest.MonkeyP
     with pytest.raises(FloatingPointError) as caught:
         cases.done(task)
     assert caught.value.__notes__ == ["while the blind case of seed 40 was diagnosed: added_mass hidden"]
+
+
+def test_every_cause_of_the_list_is_drawn_or_left_out_for_a_reason() -> None:
+    """A new cause must come into the draws, with its sizes, or be listed with the reason why it does not."""
+    registered = {kind for kind, cause in CAUSES.items() if cause.__module__.startswith("fe_models.")}
+    for kinds, sizes in ((KINDS, chain.SIZES), (BRIDGE_KINDS, bridge_draw.SIZES)):
+        assert set(kinds) <= registered
+        assert registered - set(kinds) <= NOT_DRAWN.keys()
+        assert set(kinds) <= sizes.keys()
+    assert not NOT_DRAWN.keys() - (registered - set(KINDS))  # no reason without a cause that is left out

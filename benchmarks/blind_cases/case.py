@@ -30,7 +30,14 @@ KINDS = (
     "sensor_drift",
     "time_integration",
 )
-BRIDGE_KINDS = (*KINDS, "axial_force")  # a chain moves along its springs, where an axial force changes nothing
+BRIDGE_KINDS = (*KINDS, "axial_force")
+NOT_DRAWN = {
+    "axial_force": "in a chain: it moves along its springs, where an axial force changes nothing",
+    "dead_load": "blind structures move about the geometry as drawn, without weight or prestress; frames under both are tests",
+    "modal_model": "a wrong modal model is the user's input, not part of a structure; it has tests of its own",
+}
+"""Causes of the list that no case hides, or not every structure's, and why. Sizes go by what stands beside a cause in
+the structure of a case, so that they are the generators' and not the cause's own."""
 Noisy = Literal["alike", "uneven", "unfiltered"]
 OUTSIDE = ("hysteretic_spring", "drifting_stiffness")
 
