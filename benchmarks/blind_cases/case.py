@@ -33,7 +33,7 @@ KINDS = (
 BRIDGE_KINDS = (*KINDS, "axial_force")
 NOT_DRAWN = {
     "axial_force": "in a chain: it moves along its springs, where an axial force changes nothing",
-    "dead_load": "blind structures move about the geometry as drawn, without weight or prestress; frames under both are tests",
+    "dead_load": "blind structures move without weight or prestress; frames under both have tests of their own",
     "modal_model": "a wrong modal model is the user's input, not part of a structure; it has tests of its own",
 }
 """Causes of the list that no case hides, or not every structure's, and why. Sizes go by what stands beside a cause in
