@@ -58,9 +58,10 @@ def chain_rows(modal: ModalModel, quick: bool) -> list[Row]:
     """Return accuracy and time on the paper's data for each of its k_n."""
     found = []
     for stiffness in QUICK_STIFFNESSES if quick else STIFFNESSES:
-        with progress_bar(f"Chain, k_n = {stiffness:g}", None, "epoch") as bar:
+        config = places_preset()
+        with progress_bar(f"Chain, k_n = {stiffness:g}", config.training.epochs, "epoch") as bar:
             motions = QUICK_MOTIONS if quick else chain.MOTIONS
-            found += chain.rows(chain.score_chain(stiffness, modal, places_preset(), bar.update, motions))
+            found += chain.rows(chain.score_chain(stiffness, modal, config, bar.update, motions))
     return found
 
 

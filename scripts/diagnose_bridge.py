@@ -9,10 +9,11 @@ import typer
 from fe_models.errors import bad_input_exits, noting, raise_faults
 from fe_models.files.bridge_recordings import RECORDINGS, write_bridge_dataset
 from fe_models.files.dataset_file import load_dataset
-from fe_models.progress import progress_bar
+from fe_models.progress import progress_bar, stage_bar
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.report import describe_diagnosis
 from hybrid.diagnosis.report_files import save_diagnosis
+from hybrid.diagnosis.stage_names import STAGE_NAMES
 from hybrid.identification.comparison_files import save_comparison
 from hybrid.identification.comparison_report import describe_compared
 from hybrid.identification.recording_comparison import compare_recordings
@@ -47,14 +48,15 @@ def main(
             noting(faults, "--out", diagnosis_in(out / f"test_r{test}").check)
         raise_faults(faults)
         everything = load_dataset(write_bridge_dataset(data, out / "comparison", ALIKE[0]))
-        compared = compare_recordings(everything)
+        with progress_bar("modes of each recording", len(everything.recordings), "recording") as bar:
+            compared = compare_recordings(everything, bar.update)
         save_comparison(compared, everything, out / "comparison")
         print(describe_compared(compared))
         for test in chosen:
             folder = out / f"test_r{test}"
             dataset = load_dataset(write_bridge_dataset(data, folder, test, without=(ANOTHER,)))
-            with progress_bar(f"diagnosis, test r{test}") as bar:
-                found = diagnose(dataset, bar.set_description_str)
+            with stage_bar(STAGE_NAMES) as begin:
+                found = diagnose(dataset, begin)
             for note in save_diagnosis(found, folder):
                 print(f"note: {note}", file=sys.stderr)
             print(f"\nTest r{test}, A2 held out\n\n{describe_diagnosis(found)}")

@@ -36,7 +36,8 @@ def diagnose(dataset: DatasetFile, out: Out, hybrid: Hybrid = False, quiet: Quie
     from fe_models.errors import noting, raise_faults
     from fe_models.files.dataset_file import load_dataset
     from fe_models.files.inputs import files_read
-    from fe_models.progress import progress_bar
+    from fe_models.progress import progress_bar, stage_bar
+    from hybrid.diagnosis.stage_names import STAGE_NAMES
     from hybrid.result_sets import diagnosis_in
 
     with command_line(quiet) as result:
@@ -46,17 +47,13 @@ def diagnose(dataset: DatasetFile, out: Out, hybrid: Hybrid = False, quiet: Quie
         raise_faults(faults)
         assert data is not None  # else there were faults
         print_notes(data)
-        from hybrid.diagnosis import diagnosis  # only now: it takes longer to load than a mistake to be reported
-        from hybrid.diagnosis.report import describe_diagnosis
-        from hybrid.diagnosis.report_files import add_gain, save_diagnosis
+        with stage_bar(STAGE_NAMES) as begin:
+            begin("loading")
+            from hybrid.diagnosis import diagnosis  # only now: it takes longer to load than a mistake to be reported
+            from hybrid.diagnosis.report import describe_diagnosis
+            from hybrid.diagnosis.report_files import add_gain, save_diagnosis
 
-        with progress_bar("diagnosis") as bar:
-
-            def advance(what: str) -> None:
-                bar.set_description_str(what)
-                bar.update()
-
-            found = diagnosis.diagnose(data, advance)
+            found = diagnosis.diagnose(data, begin)
         for note in save_diagnosis(found, out):  # now: the training below takes minutes
             print(f"note: {note}", file=sys.stderr)
         gain = None

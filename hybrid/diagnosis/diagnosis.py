@@ -14,13 +14,15 @@ from hybrid.diagnosis.outcome.conclusion import Diagnosis, concluded
 
 
 def diagnose(dataset: Dataset, advance: Callable[[str], object] | None = None) -> Diagnosis:
-    """Return the diagnosis of a dataset; ``advance`` hears what is done, step by step.
+    """Return the diagnosis of a dataset; ``advance`` hears the name of each stage (`stage_names`) as it begins, and
+    what is done in it, step by step.
 
     `InputError` names what in the dataset cannot be diagnosed.
     """
     begun = perf_counter()
     announce: Callable[[str], object] = advance or (lambda _: None)
     with threadpool_limits(THREADS.linear_algebra, "blas"):
+        announce("recordings")
         setting = setting_of(dataset)
         evidence = gather(setting, announce)
         announce("forecasts")

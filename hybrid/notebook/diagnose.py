@@ -2,7 +2,8 @@
 
 from typing import TYPE_CHECKING, overload
 
-from fe_models.progress import progress_bar
+from fe_models.progress import stage_bar
+from hybrid.diagnosis.stage_names import STAGE_NAMES
 from hybrid.notebook.data import Data, Design, dataset_of
 
 if TYPE_CHECKING:
@@ -25,13 +26,9 @@ def diagnose(design: Design | Data, data: Data | None = None, *, progress: bool 
     chain takes seconds, a frame minutes. `InputError` with all that cannot be used.
     """
     dataset = dataset_of(design, data, dead_channels=True)  # before the search is loaded, which takes longer
-    from hybrid.diagnosis.diagnosis import diagnose as search
-    from hybrid.notebook.report import Report
+    with stage_bar(STAGE_NAMES, progress) as begin:
+        begin("loading")
+        from hybrid.diagnosis.diagnosis import diagnose as search
+        from hybrid.notebook.report import Report
 
-    with progress_bar("diagnosis", shown=progress) as bar:
-
-        def advance(what: str) -> None:
-            bar.set_description_str(what)
-            bar.update()
-
-        return Report(search(dataset, advance))
+        return Report(search(dataset, begin))

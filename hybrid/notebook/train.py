@@ -43,12 +43,15 @@ def train(
 
 def _trained(dataset: Dataset, config: Config, folder: Path, progress: bool | None, kept: bool) -> "TrainedModel":
     from hybrid.notebook.trained import TrainedModel  # loads PyTorch, as all that follows does
-    from hybrid.training.results import scored, write_results
+    from hybrid.training.preparation import calibration_steps
+    from hybrid.training.results import RESULT_STEPS, scored, write_results
     from hybrid.training.run import begin
 
-    run = begin(dataset, config, folder)
+    with progress_bar("calibrating the linear part", calibration_steps(dataset, config), shown=progress) as bar:
+        run = begin(dataset, config, folder, advance=bar.update)
     with progress_bar("training", config.training.epochs, "epoch", shown=progress) as bar:
         for _ in run.epochs():
             bar.update()
-    metrics = write_results(run, dataset) if kept else scored(run, dataset)[1]
+    with progress_bar("scoring", RESULT_STEPS if kept else 1, shown=progress) as bar:
+        metrics = write_results(run, dataset, None, bar.update) if kept else scored(run, dataset)[1]
     return TrainedModel(run.checkpoint(), metrics)

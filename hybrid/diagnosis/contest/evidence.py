@@ -20,6 +20,7 @@ from hybrid.diagnosis.fitting.least_squares import Fit, fit
 from hybrid.diagnosis.nominal.geometry import Geometry
 from hybrid.diagnosis.recorded.noise import Band, excess
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
+from hybrid.diagnosis.stage_names import SEARCH
 
 BEST = (1.02, 1.1)  # times the noise floor: mean and largest error of forecasts in which no cause would show
 FITS = 1.05  # times the energy of noise: what a fit may leave in which no cause would show
@@ -76,10 +77,11 @@ class Evidence:
 
 
 def gather(setting: Setting, tell: Callable[[str], object]) -> Evidence:
-    """Return the evidence; ``tell`` hears what is being done, step by step."""
-    tell("screening")
+    """Return the evidence; ``tell`` hears the name of each stage (`stage_names`), and what is done in it."""
+    tell("single causes")
     search, fits = _single_causes(setting, tell)
-    for stage in STAGES:
+    for stage, name in zip(STAGES, SEARCH, strict=True):
+        tell(name)
         known = search.posterior(fits).fits[0]
         fits = [*fits, *stage(search, fits)]
         search, fits = _straightened_anew(search, fits, known, setting.geometries)

@@ -65,7 +65,7 @@ class Search:
     def singles(self) -> list[Fit]:
         """Return fits of each cause alone."""
         return list(
-            contest(self.reference, self.candidates, self.lengths, self.noise_model, self._hears("single causes"))
+            contest(self.reference, self.candidates, self.lengths, self.noise_model, self._hears("another fit"))
         )
 
     def apart(self, fits: list[Fit]) -> list[Fit]:

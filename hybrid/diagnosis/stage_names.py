@@ -1,0 +1,18 @@
+"""The stages of a diagnosis, which goes through all of them in turn; most are soon over where little is wrong.
+
+Light to load, so that a bar shows how many there are before the search itself is loaded.
+"""
+
+SEARCH = (
+    "causes in some recordings only",
+    "places next to those found",
+    "causes in all recordings",
+    "two causes at once",
+    "what is promised beside them",
+    "groups of recordings",
+    "places that look alike",
+    "each cause alone",
+    "the best once more",
+)
+"""Beyond single causes, in the order of `contest.evidence.STAGES`."""
+STAGE_NAMES = ("recordings", "single causes", *SEARCH, "forecasts")
