@@ -42,9 +42,13 @@ def shares_unexplained(
 def largest_agreeing_group(shares: FloatArray) -> list[int]:
     """Return the numbers of the largest group of recordings whose models explain each other (the first, if tied).
 
-    ``shares`` (model, recording): of each recording's energy that a model identified from another one leaves.
+    ``shares`` (model, recording): of each recording's energy that a model identified from one leaves. What a model
+    leaves of its own recording says nothing against others, nor does what a recording's own model leaves of it: where
+    motion is not linear, no linear model explains it, and none contradicts it.
     """
-    agree = np.maximum(shares, shares.T) < AGREEMENT.max_unexplained_share
+    own = np.diag(shares)
+    beyond = np.maximum(shares, shares.T) - np.maximum(own[:, None], own)
+    agree = beyond < AGREEMENT.max_unexplained_share
     count, group = connected_components(agree, directed=False)
     sizes = np.bincount(group, minlength=count)
     return [int(i) for i in np.flatnonzero(group == np.argmax(sizes))]

@@ -44,7 +44,8 @@ class AgreementConfig:
 
     window_s: float = 5.0  # s: longer ones would ask for the phase of a frequency that moves by thousandths ...
     min_periods: float = 2.0  # ... but no less than so many of the slowest mode, or the shortest recording
-    max_unexplained_share: float = 0.5  # of a recording's energy by another's model; the same structure stays below 0.2
+    # of a recording's energy by another's model, beyond what their own leave; the same structure stays below 0.2
+    max_unexplained_share: float = 0.5
 
 
 @dataclass(frozen=True)
