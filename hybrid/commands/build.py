@@ -14,7 +14,7 @@ def build(
                         dof_direction of their rows, frequencies (Hz), damping_ratio, and mode_shapes over all
                         degrees of freedom
     OUT/structure.toml  the structure, to edit and build again
-    OUT/structure.png   the structure with the numbers of its nodes and elements
+    OUT/structure.png   the structure with the numbers of its nodes and elements, dashpots and effects
     OUT/mode*.png       the mode shapes
 
     \b
