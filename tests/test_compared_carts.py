@@ -1,5 +1,8 @@
 """Comparisons of small structures: one mode is enough, and a mode whose frequency rises as it decays is one."""
 
+import csv
+import io
+import re
 from pathlib import Path
 
 import numpy as np
@@ -7,12 +10,16 @@ import pytest
 from scipy.linalg import eigh
 
 from fe_models.arrays import FloatArray
+from fe_models.assembly import linearise
 from fe_models.errors import InputError
 from fe_models.files.bridge_recordings import RECORDINGS, write_bridge_dataset
 from fe_models.files.dataset_file import load_dataset
+from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.structure import Damping, PointMass, Spring, Structure
-from hybrid.identification.comparison_report import describe_compared
+from hybrid.identification.comparison_report import describe_compared, one_structure
+from hybrid.identification.comparison_tables import comparison_csv
+from hybrid.identification.config import COMPARISON
 from hybrid.identification.damped_cosines import amplitudes_of, columns_of, fit_roots
 from hybrid.identification.free_decay_modes import identify_modes
 from hybrid.identification.recording_comparison import compare_recordings
@@ -92,10 +99,109 @@ def test_one_mode_is_enough() -> None:
     assert "| recording | 2 f1 | 3 f1 |" in text
 
 
+def test_a_mode_is_found_by_its_shape_however_far_its_frequency_is_off() -> None:
+    """The structure carries twice its mass: 29 % lower, and a weak line near the model's frequency is not taken."""
+    nodes = 4
+    chain = Structure(
+        name="four carts",
+        nodes=tuple((float(node), 0.0) for node in range(nodes)),
+        directions=("x",),
+        elements=(Spring((1,), "x", 900.0), *(Spring((node, node + 1), "x", 900.0) for node in range(1, nodes))),
+        point_masses=tuple(PointMass(node + 1, 1.0) for node in range(nodes)),
+    )
+    modal = natural_modes(linearise(chain), nodes)
+    shapes, time = modal.shapes / np.abs(modal.shapes).max(axis=0), np.arange(600) / RATE
+    measured = np.append(modal.frequencies[:2] / np.sqrt(2), modal.frequencies[1])
+    waves = np.exp(-0.05 * time[:, None]) * np.cos(2 * np.pi * measured * time[:, None])
+    data = waves @ (shapes[:, [0, 1, 1]] * [1.0, 0.8, 0.01]).T
+    noise = 1e-4 * np.random.default_rng(0).standard_normal(data.shape)
+    compared = compare_recordings(Dataset(chain, RATE, sensors(nodes), (Recording("doubled", (data + noise)[None]),)))
+    (observed,) = compared.recordings
+    found = [observed.identified.frequencies[observed.chosen[mode]] for mode in (0, 1)]
+    np.testing.assert_allclose(found, measured[:2], rtol=1e-3)  # noise of 1e-4 leaves far less
+    assert observed.chosen[2:] == (-1, -1)
+    assert "(-29.3%)" in describe_compared(compared)
+
+
+def test_shapes_of_unlike_sensors_are_compared_as_displacements() -> None:
+    """The second mode of a displacement and an acceleration, as sensed, has a MAC of about one with the first."""
+    time = np.arange(600) / RATE
+    waves = [0.05, 0.01] * np.exp(-0.05 * time[:, None]) * np.cos(OMEGA * time[:, None])
+    shown = waves @ SHAPES.T
+    shown[:, 1] = -(waves * OMEGA**2) @ SHAPES[1]
+    mixed = (sensors(2)[0], Sensor("a2", 2, "x", "acceleration", "m/s^2"))
+    compared = compare_recordings(Dataset(CARTS, RATE, mixed, (Recording("mixed", shown[None]),)))
+    (observed,) = compared.recordings
+    # light damping turns the acceleration by twice the damping ratio, 2 %: its square is what the MAC lacks
+    assert min(observed.criterion[mode, observed.chosen[mode]] for mode in (0, 1)) > 0.999
+
+
+def test_a_linear_structure_does_not_look_nonlinear() -> None:
+    """Spans in the noise are left out; a difference of two frequencies that is a third's is no combination."""
+    rng = np.random.default_rng(0)
+    chain = Structure(
+        name="three carts",
+        nodes=tuple((float(node), 0.0) for node in range(3)),
+        directions=("x",),
+        elements=(Spring((1,), "x", 430.0), Spring((1, 2), "x", 390.0), Spring((2, 3), "x", 260.0)),
+        point_masses=tuple(PointMass(node, 1.0) for node in (1, 2, 3)),
+    )
+    modal = natural_modes(linearise(chain), 3)
+    frequencies = np.array([modal.frequencies[2] - modal.frequencies[1] + 0.05, *modal.frequencies[1:]])
+    time = np.arange(1000) / 50.0
+    omega = 2 * np.pi * frequencies
+    waves = np.exp(-0.02 * omega * time[:, None]) * np.cos(omega * time[:, None])
+    clean = (waves * [0.2, 0.6, 0.8]) @ modal.shapes.T
+    noisy = clean + 0.02 * clean.std() * rng.standard_normal(clean.shape)
+    compared = compare_recordings(Dataset(chain, 50.0, sensors(3), (Recording("linear", noisy[None]),)))
+    (observed,) = compared.recordings
+    for curve in observed.backbones:
+        assert len(curve.frequency) > 2
+        assert curve.deviation.max() < 0.005 * curve.frequency[0]
+        # linear: no span is further from the first than chance, one in a million at five deviations
+        assert np.all(np.abs(curve.frequency - curve.frequency[0]) < 5 * curve.deviation + 1e-3)
+    difference = observed.combinations[0]
+    assert (difference.first, difference.second, difference.natural, difference.is_peak) == (-1, 1, 0, False)
+    text = describe_compared(compared)
+    assert "where mode 1 has its own peak" in text
+    assert " +- " in text
+
+
+def test_of_a_mode_that_takes_longer_than_the_recording_nothing_is_said() -> None:
+    """Two thirds of a period of the first mode, six of the second."""
+    time = np.arange(60) / RATE
+    waves = [0.05, 0.05] * np.cos(OMEGA * time[:, None])
+    noise = 1e-4 * np.random.default_rng(0).standard_normal((60, 2))
+    compared = compare_recordings(
+        Dataset(CARTS, RATE, sensors(2), (Recording("short", (waves @ SHAPES.T + noise)[None]),))
+    )
+    (observed,) = compared.recordings
+    assert observed.chosen[0] == -1
+    assert observed.chosen[1] >= 0
+    assert re.search(r"\| 1 \| [0-9.]+ \| too short \|", describe_compared(compared))
+    slow = COMPARISON.min_periods / observed.lasts
+    assert all(float(row["frequency_hz"]) > slow for row in csv.DictReader(io.StringIO(comparison_csv(compared))))
+
+
+@pytest.mark.parametrize(
+    ("left", "sentence"),
+    [
+        ([[0.01, 0.1], [0.2, 0.01]], "The recordings are of one structure: the modes of each leave at most 20.0%"),
+        ([[0.01, 0.9], [0.2, 0.01]], "The recordings are not all of one structure: no two agree"),
+        ([[0.01, 0.1, 0.9], [0.1, 0.01, 0.8], [0.9, 0.9, 0.01]], "r1, r2 agree, r3 do not"),
+        ([[0.01, 0.1], [0.2, 0.7]], "cannot be told: the modes found in r2 leave more than 50%"),
+        ([[0.01]], "There is one recording"),
+    ],
+)
+def test_whether_recordings_are_of_one_structure_is_a_sentence(left: list[list[float]], sentence: str) -> None:
+    names = [f"r{number + 1}" for number in range(len(left))]
+    assert sentence in one_structure(names, np.array(left))
+
+
 def test_no_mode_of_the_model_is_said() -> None:
     noise = np.random.default_rng(0).standard_normal((500, 2))
     slow = Structure(
-        **{**vars(CARTS), "point_masses": (PointMass(1, 400.0), PointMass(2, 1000.0))},
+        **{**vars(CARTS), "point_masses": (PointMass(1, 40.0), PointMass(2, 100.0))},
     )
     with pytest.raises(InputError, match="none of the model's modes is seen in all recordings"):
         compare_recordings(Dataset(slow, RATE, sensors(2), (Recording("noise", noise[None]),)))

@@ -21,12 +21,14 @@ IDENTIFIED = IdentifiedModes(
     left=0.05,
 )
 CURVES = (
-    Backbone(np.array([0.3, 0.1]), np.array([2.2, 2.3]), np.array([0.01, 0.02]), np.array([0.001, 0.004])),
-    Backbone(*np.zeros((4, 0))),
+    Backbone(*np.array([[0.3, 0.1], [2.2, 2.3], [0.01, 0.02], [0.001, 0.004], [0.002, 0.003]])),
+    Backbone(*np.zeros((5, 0))),
 )
 OBSERVED = Observed(
     name="monday, early",
+    lasts=10.0,
     identified=IDENTIFIED,
+    shapes=IDENTIFIED.shapes,
     criterion=np.array([[0.99, 0.5, 0.1], [0.2, 0.3, 0.97], [0.1, 0.1, 0.1]]),
     chosen=(0, 2, -1),
     backbones=CURVES,

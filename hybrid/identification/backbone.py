@@ -17,20 +17,22 @@ from hybrid.identification.free_decay_modes import IdentifiedModes
 @dataclass(frozen=True)
 class Backbone:
     """``amplitude`` (span,) in the channels' units at the shape's largest entry, in the middle of each span of time;
-    ``frequency`` (span,) Hz and damping ``ratio`` (span,) there. ``deviation`` (span,) Hz: standard deviation of the
-    frequency, from what the fit leaves of the channels (`frequency_deviation`).
+    ``frequency`` (span,) Hz and damping ``ratio`` (span,) there. ``deviation`` (span,) Hz and ``ratio_deviation``
+    (span,): their standard deviations, from what the fit leaves of the channels (`standard_deviations`).
     """
 
     amplitude: FloatArray
     frequency: FloatArray
     ratio: FloatArray
     deviation: FloatArray
+    ratio_deviation: FloatArray
 
 
 def backbone_of(data: FloatArray, modes: IdentifiedModes, mode: int, rate: float) -> Backbone:
     """Return the backbone of number ``mode`` (from 0) of a recording's ``modes``, in data (time, sensor).
 
-    It is empty where the recording holds no more than one span.
+    It ends where the motion has become too small to tell a frequency, and is empty where the recording holds no more
+    than one span.
     """
     frequency, shape = modes.frequencies[mode], modes.shapes[:, mode]
     longest = max(
@@ -39,9 +41,9 @@ def backbone_of(data: FloatArray, modes: IdentifiedModes, mode: int, rate: float
     span = round(longest / frequency * rate)
     spans = 1 + int((len(data) - span) // (BACKBONE.step_share * span))
     if spans < 2:
-        return Backbone(*np.zeros((4, 0)))
+        return Backbone(*np.zeros((5, 0)))
     own, others = modes.roots[[mode]], np.delete(modes.roots, mode)
-    rows: list[tuple[float, float, float, float]] = []
+    rows: list[tuple[float, float, float, float, float]] = []
     for begin in np.linspace(0, len(data) - span, spans).round().astype(int):
         part = data[begin : begin + span]
         root = fit_roots(part, own, rate, others)
@@ -49,13 +51,16 @@ def backbone_of(data: FloatArray, modes: IdentifiedModes, mode: int, rate: float
         middle = np.abs(amplitudes[0] @ shape) / (shape @ shape) * np.exp(root[0].real * span / 2 / rate)
         if rows and middle < BACKBONE.min_amplitude_share * max(row[0] for row in rows):
             break
-        deviation = frequency_deviation(part, complex(root[0]), others, rate)
-        rows.append((float(middle), float(abs(root[0]) / (2 * np.pi)), float(-root[0].real / abs(root[0])), deviation))
-    return Backbone(*np.array(rows).T)
+        found, size = complex(root[0]), float(abs(root[0]))
+        deviations = standard_deviations(part, found, others, rate)
+        if deviations[0] > BACKBONE.max_frequency_error * size / (2 * np.pi):
+            break
+        rows.append((float(middle), size / (2 * np.pi), -found.real / size, *deviations))
+    return Backbone(*np.array(rows).reshape(-1, 5).T)
 
 
-def frequency_deviation(data: FloatArray, root: complex, others: ComplexArray, rate: float) -> float:
-    """Return the standard deviation (Hz) of the frequency |s| / 2 pi of one root s = ``root`` fitted to ``data``.
+def standard_deviations(data: FloatArray, root: complex, others: ComplexArray, rate: float) -> tuple[float, float]:
+    """Return those of the frequency |s| / 2 pi (Hz) and damping ratio -Re s / |s| of one ``root`` s fitted to ``data``.
 
     Of least squares with white residuals, of a variance v_c in each channel c: with J_c (time, 2), the slopes for Re s
     and Im s less what the linear amplitudes take up, cov = H^-1 (sum_c v_c J_c^T J_c) H^-1, H = sum_c J_c^T J_c.
@@ -73,5 +78,12 @@ def frequency_deviation(data: FloatArray, root: complex, others: ComplexArray, r
     information = np.einsum("ktc,ltc->kl", slopes, slopes)
     scatter = np.einsum("ktc,ltc,c->kl", slopes, slopes, variance)
     inverse = np.linalg.pinv(information)
-    gradient = np.array([root.real, root.imag]) / abs(root) / (2 * np.pi)
-    return float(np.sqrt(gradient @ inverse @ scatter @ inverse @ gradient))
+    size = abs(root)
+    gradients = np.array(
+        [
+            np.array([root.real, root.imag]) / size / (2 * np.pi),
+            np.array([-(root.imag**2), root.real * root.imag]) / size**3,
+        ]
+    )
+    frequency, ratio = np.sqrt(np.diag(gradients @ inverse @ scatter @ inverse @ gradients.T)).tolist()
+    return frequency, ratio

@@ -1,7 +1,8 @@
 """Sums and differences of modes' frequencies: peaks there are the mark of a force that is not linear."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 
@@ -17,7 +18,8 @@ HARMONICS = ((2, 0), (3, 0))  # of a single mode
 class Combination:
     """``first`` f_a + ``second`` f_b = ``expected`` Hz; ``found`` (Hz) the highest value near it, its ``level`` over
     the recording's highest peak and over the median of what is round it (``over``), all of power; NaN where the
-    recording does not go that high.
+    recording does not go that high. ``natural``: the recording's own natural mode there (number, from 0), which leaves
+    nothing to be said of a combination; -1 where none is.
     """
 
     first: int
@@ -26,17 +28,29 @@ class Combination:
     found: float = np.nan
     level: float = np.nan
     over: float = np.nan
+    natural: int = -1
+
+    @property
+    def is_peak(self) -> bool:
+        """Whether there is a peak, and it is no natural mode's."""
+        return self.natural < 0 and self.over >= COMPARISON.min_peak_ratio
 
 
 def combinations_of(
-    data: FloatArray, rate: float, modes: Sequence[float], highest: float = np.inf
+    data: FloatArray,
+    rate: float,
+    modes: Sequence[float],
+    highest: float = np.inf,
+    natural: Mapping[int, tuple[float, float]] = MappingProxyType({}),
 ) -> list[Combination]:
     """Return how high a recording (time, sensor) stands at combinations of the frequencies (Hz) of one or two modes.
 
     ``highest``: the frequency (Hz) up to which the recording goes, where that is below half its sampling rate.
+    ``natural``: frequency (Hz) and damping ratio of each mode of the model that the recording shows, by number.
     """
     power = power_spectrum(data).sum(axis=1)
     frequencies = line_frequencies(len(data), rate)
+    near_width = max(COMPARISON.max_distance_hz, 1 / len(data) * rate)
     found = []
     for first, second in COMBINATIONS if len(modes) > 1 else HARMONICS:
         expected = first * modes[0] + second * modes[-1]
@@ -44,14 +58,21 @@ def combinations_of(
             found.append(Combination(first, second, expected))
             continue
         away = np.abs(frequencies - expected)
-        near_width = max(COMPARISON.max_distance_hz, 1 / len(data) * rate)
         near = np.flatnonzero(away <= near_width)
         peak = int(near[np.argmax(power[near])])
         middle = float(
             np.median(power[(away <= max(COMPARISON.background_hz, 4 * near_width)) & (away > 2 * near_width)])
         )
         level = float(power[peak])
-        found.append(
-            Combination(first, second, expected, float(frequencies[peak]), level / float(power.max()), level / middle)
-        )
+        places = float(frequencies[peak]), level / float(power.max()), level / middle
+        found.append(Combination(first, second, expected, *places, _natural(expected, near_width, natural)))
     return found
+
+
+def _natural(expected: float, width: float, natural: Mapping[int, tuple[float, float]]) -> int:
+    """Return the mode whose peak reaches a frequency (Hz), -1 where none does.
+
+    A peak is as wide as its damping makes it, and the search of ``width`` (Hz) on both sides finds its foot.
+    """
+    there = (mode for mode, (own, ratio) in natural.items() if abs(own - expected) <= 2 * (width + ratio * own))
+    return next(there, -1)

@@ -18,5 +18,5 @@ def save_comparison(compared: Compared, dataset: Dataset, folder: Path) -> None:
         write_json(new / COMPARISON_TABLE, comparison_table(compared))
         write_text(new / COMPARISON_ROWS, comparison_csv(compared))
     with results.adding() as new:
-        draw_backbones(new / BACKBONES, compared)
+        draw_backbones(new / BACKBONES, dataset, compared)
         draw_spectra(new / SPECTRA, dataset, compared)

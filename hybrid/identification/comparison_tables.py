@@ -45,7 +45,7 @@ def comparison_csv(compared: Compared) -> str:
     rows = csv.DictWriter(text, COLUMNS, lineterminator="\n")
     rows.writeheader()
     for observed in compared.recordings:
-        for number in range(len(observed.identified.frequencies)):
+        for number in observed.shown:
             rows.writerow({"recording": observed.name, **_row(observed, compared, number)})
     return text.getvalue()
 
@@ -71,11 +71,12 @@ def _row(observed: Observed, compared: Compared, number: int) -> dict[str, Any]:
 
 
 def _recording(observed: Observed, compared: Compared) -> dict[str, Any]:
-    shapes = observed.identified.shapes.T.tolist()
+    shapes = observed.shapes.T.tolist()
     return {
         "name": observed.name,
         "unexplained_energy": observed.identified.left,
-        "modes": [{**_row(observed, compared, number), "shape": shape} for number, shape in enumerate(shapes)],
+        "seconds": observed.lasts,
+        "modes": [{**_row(observed, compared, number), "shape": shapes[number]} for number in observed.shown],
         "while_it_decays": [
             {
                 "mode": mode + 1,
@@ -83,6 +84,7 @@ def _recording(observed: Observed, compared: Compared) -> dict[str, Any]:
                 "frequency_hz": curve.frequency.tolist(),
                 "frequency_std_hz": curve.deviation.tolist(),
                 "damping_ratio": curve.ratio.tolist(),
+                "damping_ratio_std": curve.ratio_deviation.tolist(),
             }
             for mode, curve in zip(compared.followed, observed.backbones, strict=True)
         ],
@@ -93,6 +95,7 @@ def _recording(observed: Observed, compared: Compared) -> dict[str, Any]:
                 "expected_hz": each.expected,
                 "found_hz": None if np.isnan(each.found) else each.found,
                 "power_over_surroundings": None if np.isnan(each.over) else each.over,
+                "natural_mode_there": None if each.natural < 0 else each.natural + 1,
             }
             for each in observed.combinations
         ],

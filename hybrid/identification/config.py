@@ -36,6 +36,7 @@ class BackboneConfig:
     min_span_periods: float = 1.5
     step_share: float = 0.5  # of a span, from one to the next
     min_amplitude_share: float = 0.02  # of the largest: below, other modes and noise pull at the frequency
+    max_frequency_error: float = 0.005  # relative standard deviation: more would hide the changes, of about 1 %
 
 
 @dataclass(frozen=True)
@@ -52,17 +53,30 @@ class AgreementConfig:
 class ComparisonConfig:
     """Recordings beside one another and beside the model."""
 
-    min_periods: float = 2.0  # of the fastest mode: a recording that holds fewer shows no mode at all
+    min_periods: float = 2.0  # of a mode: a recording that holds fewer tells too little of it to be shown
     min_mac: float = 0.9  # MAC at the sensors, from which on an identified mode is a nominal one
-    max_frequency_difference: float = 0.2  # of its frequency: how far off a nominal mode may be
+    # of its frequency: how far off a nominal mode may be where there are too few sensors to tell it by its shape
+    max_frequency_difference: float = 0.2
     max_modes: int = 12  # of a recording at most; those beyond carry little
     extra_modes: int = 2  # identified than nominal ones: what a recording shows beside these
     backbone_modes: int = 2  # modes, the strongest, whose backbones are identified
     max_distance_hz: float = 0.06  # Hz: how far from its place a peak may be
     background_hz: float = 0.6  # Hz on both sides: what a peak is held against, less the middle of it
+    min_peak_ratio: float = 20.0  # of power to what is round it: noise, and the feet of other peaks, stay below
     same_sign_share: float = 0.8  # of the largest entry of a shape: as large, where its sign is set
     # of a recording's energy: one that is no nominal mode is reported from there on
     min_reported_energy_share: float = 0.003
+
+
+@dataclass(frozen=True)
+class PairingConfig:
+    """What speaks against an identified mode as one of the model's; one is as bad in each."""
+
+    mac_scale: float = 0.05  # what a MAC lacks of one: as much as modelling errors and noise take away
+    frequency_scale: float = 0.2  # logarithm: how far a frequency usually is from the model's
+    least_energy: float = 1e-4  # share of the recording's: what has less is as weak as this; a decade is as bad as one
+    max_cost: float = 8.0  # of a pair: as bad in all three as may be, with a frequency at the end of its usual range
+    max_chance: float = 0.02  # probability of a shape drawn at random to agree as well: a frequency far off needs less
 
 
 @dataclass(frozen=True)
@@ -77,4 +91,5 @@ FREE_DECAY = FreeDecayConfig()
 BACKBONE = BackboneConfig()
 AGREEMENT = AgreementConfig()
 COMPARISON = ComparisonConfig()
+PAIRING = PairingConfig()
 REALISATION = RealisationConfig()

@@ -17,6 +17,7 @@ from hybrid.identification.backbone import Backbone, backbone_of
 from hybrid.identification.combinations import Combination, combinations_of
 from hybrid.identification.config import COMPARISON
 from hybrid.identification.free_decay_modes import IdentifiedModes, identify_modes
+from hybrid.identification.pairing import displacements_of, paired
 
 NOTHING_IN_COMMON = (
     "none of the model's modes is seen in all recordings, no more in {name!r}: these are too short (ten periods are"
@@ -26,24 +27,32 @@ NOTHING_IN_COMMON = (
 
 @dataclass(frozen=True)
 class Observed:
-    """One recording: its ``identified`` modes; ``criterion`` (mode, identified), their MAC with the nominal modes at
-    the sensors; ``chosen`` (mode,) which is each nominal mode, -1 where none is; ``backbones`` of the followed modes;
-    ``combinations`` of their frequencies.
+    """One recording of so many s (``lasts``): its ``identified`` modes, their ``shapes`` (sensor, identified) of
+    displacements; ``criterion`` (mode, identified), their MAC with the nominal modes at the sensors; ``chosen`` (mode,)
+    which is each nominal mode, -1 where none is; ``backbones`` of the followed modes; ``combinations`` of their
+    frequencies.
     """
 
     name: str
+    lasts: float
     identified: IdentifiedModes
+    shapes: FloatArray
     criterion: FloatArray
     chosen: tuple[int, ...]
     backbones: tuple[Backbone, ...]
     combinations: tuple[Combination, ...]
 
+    @property
+    def shown(self) -> list[int]:
+        """Numbers of the identified modes of which the recording holds enough periods to tell something of them."""
+        return [int(n) for n in np.flatnonzero(self.identified.frequencies * self.lasts >= COMPARISON.min_periods)]
+
 
 @dataclass(frozen=True)
 class Compared:
-    """``nominal`` frequencies (mode,) Hz and ``shapes`` (sensor, mode) of the model; ``sensors``: their names;
-    ``followed``: numbers (from 0) of the strongest modes, by frequency; ``recordings``, and the share that each one's
-    modes leave of the others, ``left`` (model, recording), in windows of ``window`` s.
+    """``nominal`` frequencies (mode,) Hz and ``shapes`` (sensor, mode), of displacements, of the model; ``sensors``:
+    their names; ``followed``: numbers (from 0) of the strongest modes, by frequency; ``recordings``, and the share that
+    each one's modes leave of the others, ``left`` (model, recording), in windows of ``window`` s.
     """
 
     nominal: FloatArray
@@ -66,30 +75,34 @@ def compare_recordings(dataset: Dataset, advance: Callable[[], object] = nothing
     raise_faults(_too_short(dataset, float(nominal[-1])))
     singles = [(recording.name, data) for recording in dataset.recordings for data in recording.data]
     count = min(COMPARISON.max_modes, len(nominal) + COMPARISON.extra_modes)
-    found_in: dict[int, tuple[IdentifiedModes, FloatArray, tuple[int, ...]]] = {}
+    found_in: dict[int, tuple[IdentifiedModes, FloatArray, FloatArray, tuple[int, ...]]] = {}
     seen = set(range(len(nominal)))
     for number in sorted(range(len(singles)), key=lambda number: len(singles[number][1])):
+        lasts = len(singles[number][1]) / rate
         own = identify_modes(singles[number][1], rate, float(nominal[0]), highest, count)
-        criterion = mac(shapes, own.shapes)
-        picked = _chosen(nominal, own, criterion)
-        found_in[number] = own, criterion, picked
+        moved = displacements_of(own.shapes, own.frequencies, dataset.sensors)
+        criterion = mac(shapes, moved)
+        picked = paired(nominal, own.frequencies, own.energy, criterion, len(moved), lasts)
+        found_in[number] = own, moved, criterion, picked
         seen &= {mode for mode in seen if picked[mode] >= 0}
         if not seen:
             raise InputError(NOTHING_IN_COMMON.format(name=singles[number][0]))
         advance()
     in_order = [found_in[number] for number in range(len(singles))]
-    identified = [own for own, _, _ in in_order]
-    followed = _strongest(seen, [picked for _, _, picked in in_order], identified)
+    identified = [own for own, *_ in in_order]
+    followed = _strongest(seen, [picked for *_, picked in in_order], identified)
     found = [
         Observed(
             name,
+            len(data) / rate,
             own,
+            moved,
             criterion,
             picked,
             tuple(backbone_of(data, own, picked[mode], rate) for mode in followed),
-            tuple(combinations_of(data, rate, [own.frequencies[picked[mode]] for mode in followed], highest)),
+            tuple(_combinations(data, rate, own, picked, followed, highest)),
         )
-        for (name, data), (own, criterion, picked) in zip(singles, in_order, strict=True)
+        for (name, data), (own, moved, criterion, picked) in zip(singles, in_order, strict=True)
     ]
     motions = [data for _, data in singles]
     samples = window_of(identified, motions, rate)
@@ -98,14 +111,13 @@ def compare_recordings(dataset: Dataset, advance: Callable[[], object] = nothing
     return Compared(nominal, shapes, names, followed, tuple(found), left, samples / rate)
 
 
-def _chosen(nominal: FloatArray, own: IdentifiedModes, criterion: FloatArray) -> tuple[int, ...]:
-    """Return the strongest identified mode of each nominal one's shape and about its frequency, each for one only."""
-    near = np.abs(own.frequencies / nominal[:, None] - 1) <= COMPARISON.max_frequency_difference
-    fits = np.where(near & (criterion >= COMPARISON.min_mac), criterion, 0.0)
-    order = np.lexsort((np.abs(own.frequencies / nominal[:, None] - 1), -fits.round(2)), axis=0)
-    best = order[0]  # nominal mode of each
-    energy = np.where((fits > 0) & (best == np.arange(len(nominal))[:, None]), own.energy, 0.0)
-    return tuple(int(np.argmax(row)) if row.any() else -1 for row in energy)
+def _combinations(
+    data: FloatArray, rate: float, own: IdentifiedModes, picked: tuple[int, ...], followed: tuple[int, ...], top: float
+) -> list[Combination]:
+    """Return the combinations of the modes ``followed`` up to ``top`` Hz, beside all modes that are the model's."""
+    known = {mode: number for mode, number in enumerate(picked) if number >= 0}
+    natural = {mode: (float(own.frequencies[n]), float(own.ratios[n])) for mode, n in known.items()}
+    return combinations_of(data, rate, [natural[mode][0] for mode in followed], top, natural)
 
 
 def _nominal(dataset: Dataset, highest: float) -> tuple[FloatArray, FloatArray]:

@@ -1,0 +1,57 @@
+"""Which identified mode is which of the model's: by shape, frequency and energy together, each at most once.
+
+A pair costs
+
+    (1 - MAC) / mac_scale + |log(f / f_model)| / frequency_scale + |log10(energy)|
+
+and all pairs together cost the least (linear assignment). A shape counts only as far as the sensors can tell shapes
+apart: the MAC of a shape drawn at random at n sensors is beta distributed, with parameters 1/2 and (n - 1) / 2.
+"""
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+from scipy.stats import beta
+
+from fe_models.arrays import FloatArray
+from fe_models.recordings import Sensor
+from hybrid.identification.config import COMPARISON, PAIRING
+
+# what turns the shape of displacements into that of what is sensed, but for powers of the angular frequency
+SIGNS = {"displacement": (0, 1.0), "velocity": (1, 1.0), "acceleration": (2, -1.0)}
+
+
+def displacements_of(shapes: FloatArray, frequencies: FloatArray, sensors: tuple[Sensor, ...]) -> FloatArray:
+    """Return shapes (sensor, mode) of displacements, their largest entry one, out of those of what ``sensors`` show.
+
+    ``frequencies`` (mode,), Hz. Sensors of one quantity keep their shapes; sensors of several become comparable.
+    """
+    orders, signs = np.array([SIGNS[sensor.quantity] for sensor in sensors]).T[..., None]
+    moved = shapes * signs / (2 * np.pi * frequencies) ** orders
+    largest = np.argmax(np.abs(moved), axis=0)
+    return np.asarray(moved / np.take_along_axis(moved, largest[None], axis=0))
+
+
+def paired(
+    nominal: FloatArray, frequencies: FloatArray, energy: FloatArray, criterion: FloatArray, sensors: int, lasts: float
+) -> tuple[int, ...]:
+    """Return the number of each nominal mode's identified one, -1 where none is (mode,).
+
+    ``nominal`` (mode,) and ``frequencies`` (identified,), Hz; ``energy`` (identified,), shares of the recording's;
+    ``criterion`` (mode, identified), MAC at so many ``sensors``. A mode of which a recording that ``lasts`` so many s
+    holds too few periods is left out on either side.
+    """
+    found = np.full(len(nominal), -1)
+    if not len(frequencies):
+        return tuple(found.tolist())
+    apart = np.abs(np.log(frequencies / nominal[:, None]))
+    strength = np.log10(np.clip(energy, PAIRING.least_energy, 1.0))
+    cost = (1 - criterion) / PAIRING.mac_scale + apart / PAIRING.frequency_scale - strength
+    held = np.minimum.outer(nominal, frequencies) * lasts >= COMPARISON.min_periods
+    chance = beta.sf(criterion, 0.5, (sensors - 1) / 2) if sensors > 1 else np.ones_like(criterion)
+    near = apart <= -np.log1p(-COMPARISON.max_frequency_difference)
+    possible = held & (criterion >= COMPARISON.min_mac) & (near | (chance <= PAIRING.max_chance))
+    cost = np.where(possible & (cost < PAIRING.max_cost), cost, PAIRING.max_cost)
+    modes, lines = linear_sum_assignment(cost)
+    made = cost[modes, lines] < PAIRING.max_cost
+    found[modes[made]] = lines[made]
+    return tuple(found.tolist())
