@@ -1,7 +1,8 @@
 """The sub-command `benchmark` of `hybrid-modal`: everything that the product is measured against, in one run."""
 
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -9,6 +10,9 @@ from benchmarks.options import BLIND, CERTIFICATE, SECTIONS, BlindOptions, Certi
 from hybrid.commands.console import command_line, given_options
 from hybrid.commands.option_groups import with_option_groups
 from hybrid.commands.options import Quiet
+
+if TYPE_CHECKING:
+    from benchmarks.blind_cases import BlindConfig
 
 Out = Annotated[
     Path | None,
@@ -83,36 +87,41 @@ def _certificate(out: Path | None, given: CertificateOptions, jobs: int) -> Path
 
 def _blind(given: BlindOptions, count: int, seed: int, jobs: int, folder: Path) -> Path:
     """Diagnose ``count`` blind cases, one after the other of what is to be hidden."""
-    from benchmarks.blind.cases import PEERS, tasks, words_of
+    from benchmarks.blind.cases import PEERS, default_words, tasks
     from benchmarks.blind.runs import run_blind
-    from benchmarks.blind_cases import BlindConfig
 
-    config = BlindConfig(
-        off=given.off,
+    config = replace(
+        _nearness(given),
         noise=given.noise,
         noisy=given.noisy,
         train=given.train,
         measured=given.sensors,
         changed=given.changed,
-        structure=given.structure,
         step=given.step,
     )
-    cases = tasks(count, seed, given.kinds.split(",") if given.kinds else words_of(given.structure), config)
-    run_blind(cases, tuple(PEERS) if given.peers else (), jobs, given.off, folder)
+    cases = tasks(count, seed, given.kinds.split(",") if given.kinds else default_words(config), config)
+    run_blind(cases, tuple(PEERS) if given.peers else (), jobs, folder)
     return folder / "blind.json"
 
 
 def _rates(given: BlindOptions, count: int, seed: int, jobs: int, folder: Path) -> Path:
     """Diagnose ``count`` blind cases of each noise and size."""
-    from benchmarks.blind.cases import NOTHING, words_of
+    from benchmarks.blind.cases import NOTHING, default_words
     from benchmarks.blind.grid import grid_tasks
     from benchmarks.blind.runs import run_rates
-    from benchmarks.blind_cases import OUTSIDE, BlindConfig
+    from benchmarks.blind_cases import OUTSIDE
 
-    inside = [word for word in words_of(given.structure) if word not in (NOTHING, *OUTSIDE)]
-    config = BlindConfig(off=given.off, structure=given.structure)
+    config = _nearness(given)
+    inside = [word for word in default_words(config) if word not in (NOTHING, *OUTSIDE)]
     run_rates(grid_tasks(count, seed, given.kinds.split(",") if given.kinds else inside, config), jobs, folder)
     return folder / "blind_rates.json"
+
+
+def _nearness(given: BlindOptions) -> "BlindConfig":
+    """Return which structure is diagnosed, how near its drawing is to the truth, and where the effect acts."""
+    from benchmarks.blind_cases import BlindConfig
+
+    return BlindConfig(tier="off" if given.off else given.tier or "exact", acts=given.acts, structure=given.structure)
 
 
 def _sections(given: SectionOptions, seed: int, folder: Path) -> Path:

@@ -42,7 +42,18 @@ class BlindOptions:
     structure: Annotated[
         Literal["four_dof", "bridge"], typer.Option(help="With --blind or --rates: where effects are hidden.")
     ] = "four_dof"
-    off: Annotated[bool, typer.Option("--off", help="With --blind: models off by their uncertainty.")] = False
+    tier: Annotated[
+        Literal["exact", "off", "far"] | None,
+        typer.Option(
+            help="With --blind or --rates: models exact, off by their uncertainty, or far: groups off by 10 to 40 %, "
+            "where 1 and 10 % are stated. [default: exact]"
+        ),
+    ] = None
+    off: Annotated[bool, typer.Option("--off", help="The same as --tier off.")] = False
+    acts: Annotated[
+        Literal["all", "one"],
+        typer.Option(help="With --blind or --rates: the effect in all recordings, or in the last for training alone."),
+    ] = "all"
     noise: Annotated[float, typer.Option(min=0.0, help="With --blind: standard deviation over each channel's.")] = 0.03
     noisy: Annotated[
         Literal["alike", "uneven", "unfiltered"],

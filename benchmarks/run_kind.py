@@ -18,12 +18,11 @@ class RunKind(Enum):
 
 
 ALWAYS = frozenset({"out", "quiet"})
+CASES = frozenset({"kinds", "structure", "tier", "off", "acts", "jobs", "seed"})  # on blind cases, however many
 HEEDED: dict[RunKind, frozenset[str]] = {
     RunKind.TABLE: frozenset({"only", "modal_model", "recordings", "seed", "quick"}),
-    RunKind.BLIND: frozenset(
-        {"kinds", "structure", "off", "noise", "noisy", "changed", "step", "train", "sensors", "peers", "jobs", "seed"}
-    ),
-    RunKind.RATES: frozenset({"kinds", "structure", "off", "jobs", "seed"}),
+    RunKind.BLIND: CASES | {"noise", "noisy", "changed", "step", "train", "sensors", "peers"},
+    RunKind.RATES: CASES,
     RunKind.CERTIFICATE: frozenset({"jobs", "minutes", "dirty"}),
 }
 """Names of the parameters that each run heeds, beside those that all do."""
@@ -56,4 +55,6 @@ def _needing_another(given: Mapping[str, Any]) -> list[str]:
         faults.append("--recordings has no effect: --only leaves the bridge out")
     if "step" in given and given.get("structure") != "bridge":
         faults.append("--step has no effect on the chain: it goes with --structure bridge")
+    if given.get("off") and given.get("tier", "off") != "off":
+        faults.append(f"--off and --tier {given['tier']} contradict each other: give one of them")
     return faults

@@ -14,7 +14,7 @@ from benchmarks.blind.confusion import text as confusion_text
 from benchmarks.blind.rates import FORECAST, Rate, Share, rates, table
 from benchmarks.blind.reliability import calibration
 from benchmarks.blind.reliability import text as calibration_text
-from benchmarks.blind_cases import BRIDGE_KINDS, KINDS, OUTSIDE, BlindConfig, bridge_draw, chain
+from benchmarks.blind_cases import BRIDGE_KINDS, FAR_KINDS, KINDS, OUTSIDE, BlindConfig, bridge_draw, chain
 from benchmarks.blind_cases.case import NOT_DRAWN
 from fe_models.causes.base import CAUSES
 from scripts.benchmark import app
@@ -66,7 +66,7 @@ def test_intervals_are_the_published_ones(hits: int, count: int, low: float, hig
 
 
 def test_rates_count_what_they_say() -> None:
-    found = by_name(rates(some_results(), off=True))
+    found = by_name(rates(some_results(), tier="off"))
     first = found["kind and place right, first"]
     assert (first.measured, first.peers) == (Share(2, 4), (Share(2, 4),))
     assert first.aim == ">= 95 %"
@@ -94,7 +94,7 @@ def test_second_cause_that_forecasts_do_not_need_is_counted_apart() -> None:
                 result(pair, diagnosis(UNEXPLAINED, over_floor=1.005)),
                 result(pair, diagnosis(EXPLAINED, finding(CUBIC, 0.6), over_floor=1.005)),
             ],
-            False,
+            "exact",
         )
     )
     assert found["two at once: both found"].measured == Share(1, 5)
@@ -102,19 +102,29 @@ def test_second_cause_that_forecasts_do_not_need_is_counted_apart() -> None:
 
 
 def test_a_peer_without_probabilities_is_not_called_unsure() -> None:
-    found = by_name(rates([result(case_of(CUBIC), diagnosis(FINE), answer(HEAVY))], off=True))
+    found = by_name(rates([result(case_of(CUBIC), diagnosis(FINE), answer(HEAVY))], tier="off"))
     assert found["wrong name at >= 0.9"].peers == (None,)
     assert found["kind and place right, first"].peers == (Share(0, 1),)
 
 
 def test_an_exact_nominal_model_has_stricter_aims() -> None:
-    found = by_name(rates(some_results(), off=False))
+    found = by_name(rates(some_results(), tier="exact"))
     assert found["kind and place right, first"].aim == ">= 99 %"
     assert found[FORECAST].measured == Share(0, 6)
 
 
+def test_a_cause_in_one_recording_has_aims_of_its_own_and_is_no_matter_of_forecasts() -> None:
+    named, unnamed = diagnosis(EXPLAINED, finding(WEAK_2, 0.99)), diagnosis(FINE, over_floor=1.0)
+    results = [result(case_of(WEAK_2), named), result(case_of(WEAK_2), unnamed)]
+    everywhere, one = by_name(rates(results, "far")), by_name(rates(results, "far", "one"))
+    assert [found["kind and place right, first"].aim for found in (everywhere, one)] == [">= 75 %", ">= 90 %"]
+    assert one["kind and place right, first"].measured == Share(1, 2)
+    assert everywhere["the same, of causes that forecasts need"].measured == Share(1, 1)
+    assert "the same, of causes that forecasts need" not in one
+
+
 def test_the_table_has_a_column_for_each_peer() -> None:
-    lines = table(rates(some_results(), off=True), ("peer",)).splitlines()
+    lines = table(rates(some_results(), tier="off"), ("peer",)).splitlines()
     assert {line.count("|") for line in lines} == {6}
     assert lines[2] == "| kind and place right, first | 50 % (2/4) | 15-85 % | >= 95 % | 50 % (2/4) |"
 
@@ -138,7 +148,7 @@ def test_the_calibration_curve_bins_by_probability() -> None:
 
 
 def test_every_miss_is_reported_with_its_seed() -> None:
-    missed = summary.text(some_results(), off=True).split("missed:\n")[1].splitlines()
+    missed = summary.text(some_results(), tier="off").split("missed:\n")[1].splitlines()
     assert len(missed) == 3
     wrong_place = "explained, named stiffness_change {'element': 3} (0.950)"
     assert missed[0] == f"seed 1: stiffness_change {{'element': 2}}: {wrong_place}"
@@ -159,10 +169,10 @@ def test_every_kind_of_a_structure_is_hidden_by_default() -> None:
 
 
 def test_the_grid_changes_noise_and_size_alone() -> None:
-    wanted = grid.grid_tasks(2, 70, ("cubic_spring",), BlindConfig(off=True))
+    wanted = grid.grid_tasks(2, 70, ("cubic_spring",), BlindConfig(tier="off"))
     assert len(wanted) == 2 * len(grid.NOISES) * len(grid.SIZES)
     assert {task.seed for task in wanted} == {70, 71}
-    assert all(task.config.off for task in wanted)
+    assert all(task.config.tier == "off" for task in wanted)
     right, wrong = diagnosis(EXPLAINED, finding(CUBIC, 0.99)), diagnosis(EXPLAINED, finding(HEAVY, 0.99))
     results = [result(case_of(CUBIC), right if t.config.noise < 0.1 else wrong, config=t.config) for t in wanted]
     found = grid.cells(results)
@@ -196,9 +206,29 @@ def test_the_script_writes_and_prints_what_it_finds(tmp_path: Path, monkeypatch:
     assert "| kind and place right, first | 100 % (2/2) |" in ran.output
     content = json.loads((tmp_path / "blind.json").read_text())
     assert [case["seed"] for case in content["cases"]] == [7, 8]
-    assert content["off"]
+    assert (content["tier"], content["acts"]) == ("off", "all")
     assert content["rates"][0]["value"] == 1.0
     assert {path.name for path in tmp_path.glob("*.png")} == {"blind_confusion.png", "blind_calibration.png"}
+
+
+def test_the_script_asks_for_far_cases(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[Task] = []
+
+    def quick(task: Task, peers: tuple[str, ...]) -> BlindResult:
+        asked.append(task)
+        return result(case_of(WEAK_2), diagnosis(EXPLAINED, finding(WEAK_2, 0.99)), None, task.seed, task.config)
+
+    monkeypatch.setattr(cases, "done", quick)
+    options = ["--blind", "4", "--structure", "bridge", "--no-peers", "--out", str(tmp_path)]
+    ran = CliRunner().invoke(app, [*options, "--tier", "far", "--acts", "one"])
+    assert ran.exit_code == 0, ran.output
+    assert [task.hidden for task in asked] == list(FAR_KINDS)
+    assert {(task.config.tier, task.config.acts) for task in asked} == {("far", "one")}
+    content = json.loads((tmp_path / "blind.json").read_text())
+    assert (content["tier"], content["acts"]) == ("far", "one")
+    refused = CliRunner().invoke(app, [*options, "--tier", "far", "--off"])
+    assert refused.exit_code == 2
+    assert "--off and --tier far contradict each other" in refused.output
 
 
 def test_the_script_draws_how_the_rates_fall(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

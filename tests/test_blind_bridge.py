@@ -88,7 +88,7 @@ def test_the_contract_of_a_laboratory_recording() -> None:
 
 
 def test_same_seed_same_case_other_seed_another() -> None:
-    config = replace(SHORT, kinds=("cubic_spring",), off=True, duration=1.0)
+    config = replace(SHORT, kinds=("cubic_spring",), tier="off", duration=1.0)
     first, again, other = (blind_case(seed, config) for seed in (3, 3, 4))
     np.testing.assert_array_equal(recordings(first), recordings(again))
     assert first.truth == again.truth

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from benchmarks.blind.judging import Judgement, judge
-from benchmarks.blind_cases import BRIDGE_KINDS, KINDS, OUTSIDE, BlindCase, BlindConfig, blind_case, bridge
+from benchmarks.blind_cases import BRIDGE_KINDS, KINDS, OUTSIDE, BlindCase, BlindConfig, Tier, blind_case, bridge
 from benchmarks.blind_cases import case as blind_cases
 from fe_models.arrays import FloatArray
 from fe_models.causes import SensorEffect
@@ -37,9 +37,9 @@ RICH = ("added_mass", "cubic_spring", "sensor_delay")  # hidden in a finer, geom
 QUICK = ("stiffness_change",)  # a bridge takes half a minute
 
 
-def is_off(number: int) -> bool:
+def tier_of(number: int) -> Tier:
     """Return whether the nominal model is off by its uncertainty: of the cases one after the other, every second."""
-    return number % 2 == 1
+    return "off" if number % 2 else "exact"
 
 
 def diagnosed(case: BlindCase) -> tuple[Diagnosis, Judgement]:
@@ -78,7 +78,7 @@ def check_named(case: BlindCase, rich: bool = False) -> None:
 
 @pytest.mark.parametrize(("number", "kind"), list(enumerate(KINDS)), ids=KINDS)
 def test_cause_hidden_in_the_chain_is_named_and_built_in(number: int, kind: str) -> None:
-    config = replace(CHAIN, kinds=(kind,), off=is_off(number))
+    config = replace(CHAIN, kinds=(kind,), tier=tier_of(number))
     if kind == "harmonic_force":
         config = replace(config, duration=LONGER)
     check_named(blind_case(100 + number, config))
@@ -94,7 +94,7 @@ def test_cause_hidden_in_the_chain_is_named_and_built_in(number: int, kind: str)
 )
 def test_cause_hidden_in_the_bridge_is_named_and_built_in(number: int, kind: str) -> None:
     rich = kind in RICH
-    case = blind_case(200 + number, replace(BRIDGE, kinds=(kind,), off=is_off(number), rich=rich))
+    case = blind_case(200 + number, replace(BRIDGE, kinds=(kind,), tier=tier_of(number), rich=rich))
     if kind in NEIGHBOURS:
         check_listed(case)
     else:
@@ -103,7 +103,7 @@ def test_cause_hidden_in_the_bridge_is_named_and_built_in(number: int, kind: str
 
 @pytest.mark.parametrize("config", [CHAIN, BRIDGE], ids=["chain", "bridge"])
 def test_nothing_hidden_nothing_found(config: BlindConfig) -> None:
-    found, _ = diagnosed(blind_case(120, replace(config, off=True)))
+    found, _ = diagnosed(blind_case(120, replace(config, tier="off")))
     assert found.verdict is Verdict.NOTHING_WRONG
     assert found.findings == ()
     assert found.alike is True
@@ -119,7 +119,7 @@ def test_nothing_hidden_nothing_found(config: BlindConfig) -> None:
     ids=[f"chain {OUTSIDE[0]}", f"chain {OUTSIDE[1]}", f"bridge {OUTSIDE[0]}"],
 )
 def test_what_no_cause_explains_is_said_to_be_unexplained(config: BlindConfig, kind: str, seed: int) -> None:
-    found, marks = diagnosed(blind_case(seed, replace(config, kinds=(kind,), off=is_off(seed))))
+    found, marks = diagnosed(blind_case(seed, replace(config, kinds=(kind,), tier=tier_of(seed))))
     assert found.verdict in (Verdict.UNEXPLAINED, Verdict.PARTLY_EXPLAINED)
     assert not marks.confidently_wrong
     for finding in found.findings:  # of a part; all rivals together are no surer
@@ -128,11 +128,11 @@ def test_what_no_cause_explains_is_said_to_be_unexplained(config: BlindConfig, k
 
 
 def test_two_causes_in_the_chain_are_both_named() -> None:
-    check_named(blind_case(123, replace(CHAIN, kinds=("added_mass", "sensor_gain"), off=True)))
+    check_named(blind_case(123, replace(CHAIN, kinds=("added_mass", "sensor_gain"), tier="off")))
 
 
 def test_a_change_between_recordings_is_dated() -> None:
-    case = blind_case(124, replace(CHAIN, kinds=("stiffness_change",), off=True, changed=2))
+    case = blind_case(124, replace(CHAIN, kinds=("stiffness_change",), tier="off", changed=2))
     found, marks = diagnosed(case)
     assert marks.named == marks.truth
     assert found.findings[0].recordings == case.recordings
@@ -144,7 +144,7 @@ def test_a_change_between_recordings_is_dated() -> None:
 
 @pytest.mark.slow
 def test_a_change_between_the_motions_of_one_file_is_reported_by_their_number() -> None:
-    case = blind_case(124, replace(CHAIN, kinds=("stiffness_change",), off=True, changed=2))
+    case = blind_case(124, replace(CHAIN, kinds=("stiffness_change",), tier="off", changed=2))
     train, test = case.dataset.select("train"), case.dataset.select("test")
     run = Recording("run", np.concatenate([recording.data for recording in train]))
     found, marks = diagnosed(replace(case, dataset=replace(case.dataset, recordings=(run, *test))))
@@ -156,7 +156,7 @@ def test_a_change_between_the_motions_of_one_file_is_reported_by_their_number() 
 
 @pytest.mark.slow
 def test_a_weak_cause_beside_one_that_takes_nearly_all_away_is_named_too() -> None:
-    case = blind_case(33006, BlindConfig(("coulomb_friction", "stiffness_change"), off=True))
+    case = blind_case(33006, BlindConfig(("coulomb_friction", "stiffness_change"), tier="off"))
     found, marks = diagnosed(case)
     assert set(marks.named) == set(marks.truth)
     shares = [finding.explains for finding in found.findings]
@@ -178,7 +178,7 @@ def test_a_low_pass_that_cuts_off_sharply_hides_no_force(
     monkeypatch.setattr(bridge, "lowpassed", cut_off)
     if is_sharp:
         monkeypatch.setattr(blind_cases, "lowpassed", cut_off)
-    hidden = blind_case(seed, replace(BRIDGE, kinds=(kind,), off=True))
+    hidden = blind_case(seed, replace(BRIDGE, kinds=(kind,), tier="off"))
     assert lowpass_of(hidden.dataset) == LowPass(30.0, LOWPASS.sharp_steepness if is_sharp else USUAL_STEEPNESS)
     found, marks = diagnosed(hidden)
     assert marks.first, marks

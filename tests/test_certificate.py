@@ -55,14 +55,14 @@ def test_every_kind_is_hidden_as_often_as_another() -> None:
         counts, words = Counter(task.hidden for task in column.tasks), Counter(words_of(column.structure))
         for word, times in words.items():  # "nothing" stands three times in each round
             assert counts[word] // times in (column.count // words.total(), -(-column.count // words.total()))
-        assert {(task.config.structure, task.config.off) for task in column.tasks} == {(column.structure, column.off)}
+        assert {(task.config.structure, task.config.tier) for task in column.tasks} == {(column.structure, column.tier)}
 
 
 def test_the_first_cases_of_a_run_stand_for_all_columns() -> None:
     order = interleaved(COLUMNS)
     assert len(order) == 840
-    first = Counter((task.config.structure, task.config.off) for task in order[:84])
-    assert first == {("four_dof", False): 30, ("four_dof", True): 30, ("bridge", False): 12, ("bridge", True): 12}
+    first = Counter((task.config.structure, task.config.tier) for task in order[:84])
+    assert first == {("four_dof", "exact"): 30, ("four_dof", "off"): 30, ("bridge", "exact"): 12, ("bridge", "off"): 12}
 
 
 # The run

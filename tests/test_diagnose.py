@@ -8,7 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 from benchmarks.blind.judging import judge
-from benchmarks.blind_cases import SENSORS, BlindConfig, blind_case
+from benchmarks.blind_cases import SENSORS, BlindConfig, Tier, blind_case
 from fe_models.assembly import linearise
 from fe_models.built_in.four_dof import four_dof
 from fe_models.causes import AddedMass, Effect, StiffnessChange
@@ -24,10 +24,11 @@ from scripts.diagnose import app
 
 
 @pytest.mark.parametrize(
-    ("kind", "off", "seed"), [("stiffness_change", True, 14), ("cubic_spring", False, 12), ("sensor_gain", True, 13)]
+    ("kind", "tier", "seed"),
+    [("stiffness_change", "off", 14), ("cubic_spring", "exact", 12), ("sensor_gain", "off", 13)],
 )
-def test_hidden_effect_is_named_measured_and_built_in(kind: str, off: bool, seed: int) -> None:
-    case = blind_case(seed, BlindConfig((kind,), off=off, size=0.8, train=5, test=2, duration=30.0))
+def test_hidden_effect_is_named_measured_and_built_in(kind: str, tier: Tier, seed: int) -> None:
+    case = blind_case(seed, BlindConfig((kind,), tier=tier, size=0.8, train=5, test=2, duration=30.0))
     found = diagnose(case.dataset)
     marks = judge(case, found)
     assert marks.named == marks.truth
@@ -42,7 +43,7 @@ def test_hidden_effect_is_named_measured_and_built_in(kind: str, off: bool, seed
 
 
 def test_clean_case_is_called_clean() -> None:
-    case = blind_case(21, BlindConfig(off=True, train=5, test=2, duration=30.0))
+    case = blind_case(21, BlindConfig(tier="off", train=5, test=2, duration=30.0))
     found = diagnose(case.dataset)
     assert found.verdict is Verdict.NOTHING_WRONG
     assert found.findings == ()

@@ -63,7 +63,7 @@ def test_dead_channel_is_left_out_and_said(tmp_path: Path) -> None:
 @pytest.mark.parametrize("sensor", ["a1", "a4", "x4"])
 @pytest.mark.parametrize("factor", [1000.0, 1 / 9.81, 0.001])
 def test_channel_in_another_unit_is_detected_by_the_others(sensor: str, factor: float) -> None:
-    sound = blind_case(5, BlindConfig(off=True)).dataset
+    sound = blind_case(5, BlindConfig(tier="off")).dataset
     setting = setting_of(in_other_unit(sound, sensor, factor))
     column, found = shown_otherwise(setting.short, setting.searched)
     assert setting.noise_model.sensors[column].name == sensor
@@ -73,7 +73,7 @@ def test_channel_in_another_unit_is_detected_by_the_others(sensor: str, factor: 
 @pytest.mark.slow
 def test_channels_whose_units_are_right_are_believed() -> None:
     for seed in (3, 5):
-        setting = setting_of(blind_case(seed, BlindConfig(off=True, kinds=("sensor_gain",))).dataset)
+        setting = setting_of(blind_case(seed, BlindConfig(tier="off", kinds=("sensor_gain",))).dataset)
         assert with_other_units(setting.candidates(), setting.short, setting.searched) == setting.candidates()
 
 
@@ -81,7 +81,7 @@ def test_channels_whose_units_are_right_are_believed() -> None:
 @pytest.mark.parametrize("factor", [1000.0, 0.001])  # mm/s^2, and m/s^2 that says mm/s^2
 def test_channel_in_another_unit_is_named(factor: float, tmp_path: Path) -> None:
     """A prior of calibrations, which are off by tenths, would never believe a factor of a thousand."""
-    report = diagnosed(in_other_unit(blind_case(3, BlindConfig(off=True)).dataset, "a4", factor), tmp_path)
+    report = diagnosed(in_other_unit(blind_case(3, BlindConfig(tier="off")).dataset, "a4", factor), tmp_path)
     (finding,) = report["findings"]
     assert finding["kind"] == "sensor_gain"
     assert finding["location"] == {"sensor": "a4"}

@@ -20,7 +20,7 @@ from hybrid.diagnosis.screening.screening import screen
 @pytest.mark.slow
 def test_a_machine_that_the_calibration_followed_is_found_from_the_structure_as_drawn() -> None:
     """A machine 2 % below the fourth mode, which moves more than the mode does."""
-    config = BlindConfig(("harmonic_force",), structure="bridge", off=True, train=3, test=1, rich=False)
+    config = BlindConfig(("harmonic_force",), structure="bridge", tier="off", train=3, test=1, rich=False)
     case = blind_case(720031, config)
     (truth,) = case.truth
     assert isinstance(truth, HarmonicForce)
@@ -45,7 +45,7 @@ def test_a_machine_that_the_calibration_followed_is_found_from_the_structure_as_
 @pytest.mark.slow
 def test_a_cable_that_is_mostly_slack_begins_so_in_the_structure_as_drawn() -> None:
     """The calibration has softened it and much else; from there, or hardly slack, no step leads down."""
-    case = blind_case(950009, BlindConfig(("slack_cable",), structure="bridge", off=True, rich=False))
+    case = blind_case(950009, BlindConfig(("slack_cable",), structure="bridge", tier="off", rich=False))
     (truth,) = case.truth
     assert isinstance(truth, SlackCable)
     setting = setting_of(case.dataset)

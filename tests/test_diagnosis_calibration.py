@@ -52,7 +52,7 @@ def test_value_that_is_far_off_is_reported_with_its_place_and_side() -> None:
 
 @pytest.mark.slow
 def test_element_that_is_far_off_by_itself_is_reported() -> None:
-    setting = setting_of(blind_case(7, BlindConfig(off=True, structure="bridge")).dataset)
+    setting = setting_of(blind_case(7, BlindConfig(tier="off", structure="bridge")).dataset)
     found, nominal = setting.short, setting.nominal
     theta, pattern = np.zeros_like(found.theta), nominal.scatter.weights[0]
     most = int(np.argmax(np.abs(pattern)))

@@ -36,7 +36,7 @@ from hybrid.diagnosis.outcome.verdict import Verdict
     ids=lambda value: "+".join(value) if isinstance(value, tuple) else "",
 )
 def test_a_cause_beside_a_change_is_named_with_it(kinds: tuple[str, str], seed: int) -> None:
-    case = blind_case(seed, BlindConfig(kinds, off=True, changed=4))
+    case = blind_case(seed, BlindConfig(kinds, tier="off", changed=4))
     found = diagnose(case.dataset)
     marks = judge(case, found)
     assert found.verdict is Verdict.EXPLAINED
@@ -49,7 +49,7 @@ def test_a_cause_beside_a_change_is_named_with_it(kinds: tuple[str, str], seed: 
 
 @pytest.mark.slow
 def test_a_faint_change_is_found_beside_a_law_that_forecasts_well_in_all_recordings() -> None:
-    case = blind_case(860001, BlindConfig(("added_mass",), structure="bridge", off=True, changed=2))
+    case = blind_case(860001, BlindConfig(("added_mass",), structure="bridge", tier="off", changed=2))
     found = diagnose(case.dataset)
     assert found.verdict is Verdict.EXPLAINED  # a cubic spring that never changes forecasts training to 1.06 at most
     assert judge(case, found).named == judge(case, found).truth
@@ -57,7 +57,7 @@ def test_a_faint_change_is_found_beside_a_law_that_forecasts_well_in_all_recordi
 
 @pytest.mark.slow
 def test_friction_that_comes_is_found_where_a_machine_in_one_recording_would_forecast_as_well() -> None:
-    case = blind_case(860006, BlindConfig(("coulomb_friction",), structure="bridge", off=True, changed=2))
+    case = blind_case(860006, BlindConfig(("coulomb_friction",), structure="bridge", tier="off", changed=2))
     found = diagnose(case.dataset)
     assert found.verdict is Verdict.EXPLAINED
     assert judge(case, found).named == judge(case, found).truth
@@ -67,7 +67,7 @@ def test_friction_that_comes_is_found_where_a_machine_in_one_recording_would_for
 @pytest.mark.parametrize(("seed", "kind"), [(861, "added_mass"), (862, "added_mass")])
 def test_a_change_is_no_machine_that_begins_anew_in_each_segment(seed: int, kind: str) -> None:
     """Its two entries of each segment's initial state take up noise: a machine (0.94, 1.00) was named for a mass."""
-    config = BlindConfig((kind,), size=0.15, off=True, changed=4, train=8, test=2, duration=30.0)
+    config = BlindConfig((kind,), size=0.15, tier="off", changed=4, train=8, test=2, duration=30.0)
     case = blind_case(seed, config)
     found = diagnose(case.dataset)
     assert judge(case, found).named == judge(case, found).truth

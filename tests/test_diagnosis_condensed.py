@@ -100,7 +100,7 @@ Built = Literal["four_dof", "bridge"]
 
 @cache
 def setting(structure: Built) -> Setting:
-    return setting_of(blind_case(7, BlindConfig(kinds=("stiffness_change",), off=True, structure=structure)).dataset)
+    return setting_of(blind_case(7, BlindConfig(kinds=("stiffness_change",), tier="off", structure=structure)).dataset)
 
 
 def trial(own: Setting, kind: str) -> tuple[Hypothesis, FloatArray]:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from benchmarks.blind_cases import SENSORS, BlindConfig, blind_case
+from benchmarks.blind_cases import SENSORS, BlindConfig, Tier, blind_case
 from fe_models.built_in.four_dof import four_dof
 from fe_models.causes import AddedMass
 from fe_models.recordings import Dataset, Recording
@@ -19,8 +19,8 @@ from hybrid.diagnosis.response.hypothesis import Hypothesis
 from tests.chain_fits import RATE, candidate, gauge_of, nominal_fit
 
 
-def chain(off: bool) -> Dataset:
-    return blind_case(5, BlindConfig(off=off, train=3, test=1, duration=30.0)).dataset
+def chain(tier: Tier) -> Dataset:
+    return blind_case(5, BlindConfig(tier=tier, train=3, test=1, duration=30.0)).dataset
 
 
 def linear_fit(hypothesis: Hypothesis, J: np.ndarray, y: np.ndarray) -> Fit:
@@ -43,7 +43,7 @@ def marginal(hypothesis: Hypothesis, J: np.ndarray, y: np.ndarray, scale: float)
 @pytest.mark.parametrize("scale", SCALES)
 def test_a_linear_model_has_its_closed_form(scale: float) -> None:
     """Evidence at one scale over that at another is that of the data's own normal distribution."""
-    dataset = chain(False)
+    dataset = chain("exact")
     hypothesis = Hypothesis(nominal_model_of(dataset)).adding(candidate(dataset, "added_mass", node=2))
     rng = np.random.default_rng(1)
     J = rng.standard_normal((40, len(hypothesis.centre))) * hypothesis.precision**0.5 * rng.uniform(0, 3, 40)[:, None]
@@ -56,7 +56,7 @@ def test_a_linear_model_has_its_closed_form(scale: float) -> None:
 
 def test_the_rise_of_the_cost_is_that_of_a_fit_made_anew() -> None:
     """With a quarter of what is stated; 3 %: nominal values off by some per cent act nearly linearly."""
-    dataset = chain(True)
+    dataset = chain("off")
     batches, noise_model = gauge_of(dataset)
     wide = nominal_fit(dataset, batches, noise_model)
     stated = dataset.assumptions.uncertainty
@@ -67,9 +67,9 @@ def test_the_rise_of_the_cost_is_that_of_a_fit_made_anew() -> None:
     assert tightened(wide, 0.25).rise == pytest.approx(narrow.cost - wide.cost, rel=0.03)
 
 
-@pytest.mark.parametrize(("off", "scale"), [(True, SCALES[0]), (False, SCALES[-1])])
-def test_recordings_tell_whether_a_structure_is_as_drawn(off: bool, scale: float) -> None:
-    dataset = chain(off)
+@pytest.mark.parametrize(("tier", "scale"), [("off", SCALES[0]), ("exact", SCALES[-1])])
+def test_recordings_tell_whether_a_structure_is_as_drawn(tier: Tier, scale: float) -> None:
+    dataset = chain(tier)
     base = nominal_fit(dataset, *gauge_of(dataset))
     evidence = [found.volume - 0.5 * found.rise for found in (tightened(base, scale) for scale in SCALES)]
     assert SCALES[int(np.argmax(evidence))] == scale

@@ -50,7 +50,7 @@ def test_first_steps_beside_a_law_go_on_only_where_they_may_lead_low(seed: int, 
 @pytest.mark.slow
 def test_first_steps_go_on_while_each_halves_the_cost_if_that_leads_low() -> None:
     """A support that has gone soft, begun at twice its compliance in the bridge as drawn: three steps stop half-way."""
-    setting = setting_of(blind_case(890002, BlindConfig(("support_spring",), structure="bridge", off=True)).dataset)
+    setting = setting_of(blind_case(890002, BlindConfig(("support_spring",), structure="bridge", tier="off")).dataset)
     short, where = setting.short, {"node": 23, "direction": "y"}
     soft = next(c for c in setting.candidates() if c.kind == "support_spring" and c.location == where)
     extended = short.hypothesis.adding(soft)

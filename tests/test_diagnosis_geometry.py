@@ -158,7 +158,7 @@ def test_a_chain_has_none() -> None:
 
 @pytest.fixture(scope="module")
 def bridge_setting() -> Setting:
-    config = BlindConfig(structure="bridge", off=True, noise=0.01, train=2, test=1, duration=7.99)
+    config = BlindConfig(structure="bridge", tier="off", noise=0.01, train=2, test=1, duration=7.99)
     return setting_of(blind_case(61000, config).dataset)
 
 

@@ -29,7 +29,7 @@ def with_hum(dataset: Dataset, sensor: str, frequency: float) -> Dataset:
 
 def humming(sensor: str, frequency: float) -> Diagnosis:
     """Return the diagnosis of a chain that is off by its uncertainty, and has nothing wrong but hum."""
-    clean = blind_case(5, BlindConfig(off=True, train=4, test=2)).dataset
+    clean = blind_case(5, BlindConfig(tier="off", train=4, test=2)).dataset
     return diagnose(with_hum(clean, sensor, frequency))
 
 
@@ -62,13 +62,13 @@ def test_tone_beyond_all_that_is_fitted_is_reported_as_noise() -> None:
     (note,) = (note for note in found.notes if note.startswith("sensor x4 has a line at "))
     assert note == LINE.format(sensor="x4", frequency=45 / 501 * 10)  # the nearest line of 501 samples at 10 Hz
     assert not any("not felt in training" in note for note in found.notes)
-    clean = diagnose(blind_case(5, BlindConfig(off=True, train=4, test=2)).dataset)
+    clean = diagnose(blind_case(5, BlindConfig(tier="off", train=4, test=2)).dataset)
     assert not any(" has a line at " in note for note in clean.notes)
 
 
 @pytest.mark.slow
 def test_machine_that_other_sensors_show_is_a_sure_name() -> None:
-    found = diagnose(blind_case(61001, BlindConfig(("harmonic_force",), off=True)).dataset)
+    found = diagnose(blind_case(61001, BlindConfig(("harmonic_force",), tier="off")).dataset)
     (finding,) = found.findings
     assert finding.cause.kind == "harmonic_force"
     assert finding.probability > 0.99

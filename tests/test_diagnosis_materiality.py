@@ -43,7 +43,7 @@ def candidate(setting: Setting, key: str) -> Candidate:
 @cache
 def stop_beside_damping() -> tuple[Setting, Candidate, Candidate]:
     """A stop, and a mode's damping three times what is stated."""
-    case = blind_case(66007, BlindConfig(("gap_stop", "modal_damping"), off=True))
+    case = blind_case(66007, BlindConfig(("gap_stop", "modal_damping"), tier="off"))
     setting, (stop, damping) = setting_of(case.dataset), case.truth
     side = {"side": stop.parameters["side"]}
     return setting, candidate(setting, f"gap_stop {stop.location | side}"), candidate(setting, key_of(damping))
@@ -124,7 +124,8 @@ def test_second_cause_that_bends_the_calibration_goes_where_forecasts_are_good_w
 
 @pytest.mark.slow
 def test_calibration_beyond_what_is_normal_gives_way_beside_a_cause_too() -> None:
-    case = blind_case(55035, BlindConfig(("gap_stop", "modal_damping"), off=True))  # 1.5 times its ratio: 5 deviations
+    # Damping is 1.5 times its ratio: 5 deviations.
+    case = blind_case(55035, BlindConfig(("gap_stop", "modal_damping"), tier="off"))
     setting = setting_of(case.dataset)
     stop = candidate(setting, f"gap_stop {case.truth[0].location | {'side': -1}}")
     damping = candidate(setting, key_of(case.truth[1]))

@@ -5,7 +5,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from benchmarks.blind_cases import BlindCase, BlindConfig, blind_case
+from benchmarks.blind_cases import BlindCase, BlindConfig, Tier, blind_case
 from fe_models.causes import AddedMass
 from fe_models.causes.candidate import Candidate
 from hybrid.diagnosis.contest.growing import fit_growing
@@ -17,10 +17,10 @@ from hybrid.diagnosis.screening.modal_scan import modal_scan
 
 @cache
 def case_of(
-    seed: int, *kinds: str, off: bool = True, size: float = 0.6, duration: float = 6.0
+    seed: int, *kinds: str, tier: Tier = "off", size: float = 0.6, duration: float = 6.0
 ) -> tuple[BlindCase, Setting, tuple[Candidate, ...]]:
     case = blind_case(
-        seed, BlindConfig(kinds, off, size=size, train=2, duration=duration, structure="bridge", rich=False)
+        seed, BlindConfig(kinds, tier, size=size, train=2, duration=duration, structure="bridge", rich=False)
     )
     setting = setting_of(case.dataset)
     return case, setting, setting.candidates()
@@ -52,7 +52,7 @@ def test_cause_that_led_a_calibration_astray_is_ranked_first_by_its_modes(seed: 
 
 @pytest.mark.slow
 def test_modes_ask_for_no_cause_where_there_is_none() -> None:
-    _, setting, candidates = case_of(3, off=False)
+    _, setting, candidates = case_of(3, tier="exact")
     item = fit_growing(
         setting.nominal_hypothesis, setting.nominal_hypothesis.centre, setting.lengths, setting.searched, setting.short
     )
@@ -78,7 +78,7 @@ def test_damping_turns_with_the_modes_where_the_recordings_say_so() -> None:
 
 def test_what_recordings_do_not_tell_stays_as_uncertain_as_it_was() -> None:
     """Though a value of a frame tells a quarter of what it does alone, what is known of it is no less certain."""
-    _, setting, _ = case_of(3, off=False)
+    _, setting, _ = case_of(3, tier="exact")
     item = fit(setting.nominal_hypothesis, setting.nominal_hypothesis.centre, setting.lengths.cut[0], setting.searched)
     assert item is not None
     nominal = setting.nominal

@@ -180,7 +180,7 @@ def in_proportion(case: BlindCase, share: float) -> BlindCase:
 
 def diagnosed(seed: int, *kinds: str) -> Diagnosis:
     """The test recording is tossed: it has three times the usual noise."""
-    config = BlindConfig(kinds, noise=0.0, train=5, test=1, duration=30.0, off=True, size=0.8)
+    config = BlindConfig(kinds, noise=0.0, train=5, test=1, duration=30.0, tier="off", size=0.8)
     return diagnose(in_proportion(blind_case(seed, config), 0.03).dataset)
 
 

@@ -130,7 +130,7 @@ def test_force_law_that_comes_is_found_in_its_recordings() -> None:
 
 def test_nothing_comes_where_recordings_hardly_ask_for_amounts_of_their_own() -> None:
     """A stiffness that drifts in each of them: sorting the recordings by force laws would take longest."""
-    setting = setting_of(blind_case(75501, BlindConfig(("drifting_stiffness",), off=True)).dataset)
+    setting = setting_of(blind_case(75501, BlindConfig(("drifting_stiffness",), tier="off")).dataset)
     nominal, noise_model, lengths = setting.nominal_hypothesis, setting.searched, setting.lengths
     ground = reference_fits_of(nominal, nominal.centre, lengths, noise_model, setting.short)
     assert ground is not None
@@ -169,7 +169,7 @@ def test_place_that_is_less_probable_beforehand_is_so_afterwards() -> None:
     ("kinds", "seed"), [(("sensor_gain", "stiffness_change"), 9001), (("harmonic_force", "stiffness_change"), 9300)]
 )
 def test_two_causes_are_both_named(kinds: tuple[str, ...], seed: int) -> None:
-    case = blind_case(seed, BlindConfig(kinds, off=True, train=6, test=2, duration=30.0))
+    case = blind_case(seed, BlindConfig(kinds, tier="off", train=6, test=2, duration=30.0))
     marks = judge(case, diagnose(case.dataset))
     assert set(marks.named) == set(marks.truth)
 
@@ -184,7 +184,7 @@ def test_what_is_rare_is_found_though_segments_hide_it() -> None:
 
 @pytest.mark.slow
 def test_stiffness_is_known_no_better_than_its_uncertainty_allows() -> None:
-    case = blind_case(33016, BlindConfig(("coulomb_friction", "stiffness_change"), off=True))
+    case = blind_case(33016, BlindConfig(("coulomb_friction", "stiffness_change"), tier="off"))
     setting = setting_of(case.dataset)
     friction = candidate(case.dataset, "coulomb_friction", node=1)
     factor = candidate(case.dataset, "stiffness_change", element=2)
@@ -199,7 +199,7 @@ def test_stiffness_is_known_no_better_than_its_uncertainty_allows() -> None:
 
 @pytest.mark.slow
 def test_cable_that_is_slack_most_of_the_time_is_named_alone() -> None:
-    case = blind_case(90016, BlindConfig(("slack_cable",), off=True))
+    case = blind_case(90016, BlindConfig(("slack_cable",), tier="off"))
     marks = judge(case, diagnose(case.dataset))
     assert marks.named == marks.truth
 

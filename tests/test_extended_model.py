@@ -30,7 +30,7 @@ from hybrid.diagnosis.response.state_space import system_of
 from scripts.build_fe_model import app as build
 from tests.masts import masts, recorded
 
-CONFIG = BlindConfig(off=True, size=0.8, train=3, test=1, duration=20.0)
+CONFIG = BlindConfig(tier="off", size=0.8, train=3, test=1, duration=20.0)
 
 
 def finding(cause: Effect) -> Finding:

@@ -13,10 +13,11 @@ from pebble import ProcessPool
 from threadpoolctl import threadpool_limits
 
 from benchmarks.blind.judging import Judgement, judge
-from benchmarks.blind_cases import BRIDGE_KINDS, KINDS, OUTSIDE, BlindConfig, blind_case
+from benchmarks.blind_cases import BRIDGE_KINDS, FAR_KINDS, KINDS, OUTSIDE, BlindConfig, blind_case
 from benchmarks.peers.answer import Peer, PeerMark, mark
 from benchmarks.peers.exhaustive import name_by_aic
 from benchmarks.peers.sparse import name_by_regression
+from fe_models.causes import TimeIntegration
 from fe_models.errors import InputError
 from hybrid.diagnosis.config import THREADS
 from hybrid.diagnosis.diagnosis import diagnose
@@ -79,6 +80,18 @@ class BlindResult:
 def words_of(structure: str) -> tuple[str, ...]:
     """Return what is hidden in turn: every kind that a structure can have, clean cases, what is outside the list."""
     return (*(BRIDGE_KINDS if structure == "bridge" else KINDS), *[NOTHING] * CLEAN_CASES, *OUTSIDE)
+
+
+def default_words(config: BlindConfig) -> tuple[str, ...]:
+    """Return what is hidden in turn in cases like ``config``, where nobody says.
+
+    In a structure that is far from its drawing only what has a linear effect: there is always something wrong with its
+    groups, so that no case is clean. In one recording only what can act in one.
+    """
+    words = words_of(config.structure)
+    if config.tier == "far":
+        words = tuple(word for word in words if word in FAR_KINDS)
+    return tuple(word for word in words if config.acts == "all" or word != TimeIntegration.kind)
 
 
 def tasks(count: int, seed: int, words: Sequence[str], config: BlindConfig) -> list[Task]:

@@ -10,14 +10,15 @@ from benchmarks.blind.confusion import text as confusion_text
 from benchmarks.blind.rates import peer_names, rates, table
 from benchmarks.blind.reliability import calibration
 from benchmarks.blind.reliability import text as calibration_text
+from benchmarks.blind_cases.case import Acts, Tier
 
 
-def text(results: Sequence[BlindResult], off: bool) -> str:
+def text(results: Sequence[BlindResult], tier: Tier, acts: Acts = "all") -> str:
     """Return table, confusion matrix, calibration curve and every miss."""
     missed = [result.line for result in results if not result.judgement.first]
     return "\n\n".join(
         [
-            table(rates(results, off), peer_names(results)),
+            table(rates(results, tier, acts), peer_names(results)),
             confusion_text(confusion(results)),
             calibration_text(calibration(results)),
             "\n".join(["missed:", *missed]) if missed else "missed: none",
@@ -25,13 +26,14 @@ def text(results: Sequence[BlindResult], off: bool) -> str:
     )
 
 
-def content(results: Sequence[BlindResult], off: bool) -> dict[str, Any]:
+def content(results: Sequence[BlindResult], tier: Tier, acts: Acts = "all") -> dict[str, Any]:
     """Return the same for a JSON file, and every case."""
     names, matrix = peer_names(results), confusion(results)
     return {
         "schema": 1,
-        "off": off,
-        "rates": [rate.as_json(names) for rate in rates(results, off)],
+        "tier": tier,
+        "acts": acts,
+        "rates": [rate.as_json(names) for rate in rates(results, tier, acts)],
         "confusion": {"hidden": matrix.hidden, "named": matrix.named, "counts": matrix.counts.tolist()},
         "calibration": [item.as_json() for item in calibration(results)],
         "cases": [case_content(result) for result in results],

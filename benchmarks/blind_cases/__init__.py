@@ -1,23 +1,37 @@
 """Blind cases: an effect hidden in simulated recordings, drawn from a seed; the truth is kept apart.
 
 The recordings come from a simulation finer than the diagnosis' own and, where asked for, of a structure that is off by
-what its user considers normal everywhere at once. Outside of the list of causes are `OUTSIDE`: a hysteretic spring
-(Bouc and Wen) and a stiffness that drifts during each recording.
+what its user considers normal everywhere at once, or far from its drawing. Outside of the list of causes are `OUTSIDE`:
+a hysteretic spring (Bouc and Wen) and a stiffness that drifts during each recording.
 """
 
 from benchmarks.blind_cases.bridge import bridge_case
-from benchmarks.blind_cases.case import BRIDGE_KINDS, KINDS, OUTSIDE, BlindCase, BlindConfig, Noisy, check_config
+from benchmarks.blind_cases.case import (
+    BRIDGE_KINDS,
+    FAR_KINDS,
+    KINDS,
+    OUTSIDE,
+    Acts,
+    BlindCase,
+    BlindConfig,
+    Noisy,
+    Tier,
+    check_config,
+)
 from benchmarks.blind_cases.chain import SENSORS, chain_case
 from benchmarks.blind_cases.saving import save_case
 
 __all__ = [
     "BRIDGE_KINDS",
+    "FAR_KINDS",
     "KINDS",
     "OUTSIDE",
     "SENSORS",
+    "Acts",
     "BlindCase",
     "BlindConfig",
     "Noisy",
+    "Tier",
     "blind_case",
     "save_case",
 ]

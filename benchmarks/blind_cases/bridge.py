@@ -1,5 +1,7 @@
 """Blind cases of the cable-stayed bridge: recordings of its free decay after a weight on the deck is cut loose."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from benchmarks.blind_cases.bridge_draw import SPAN, draw_cause, draw_outside
@@ -17,7 +19,8 @@ from benchmarks.blind_cases.bridge_truth import (
 )
 from benchmarks.blind_cases.case import BlindCase, BlindConfig, as_recorded, sensors_of
 from benchmarks.blind_cases.drawing import causes_apart
-from fe_models.arrays import FloatArray
+from benchmarks.blind_cases.far import far_from
+from fe_models.arrays import BoolArray, FloatArray
 from fe_models.assembly import linearise
 from fe_models.built_in.bridge import bridge
 from fe_models.causes import Effect
@@ -26,6 +29,7 @@ from fe_models.files.bridge_recordings import LOWPASS, bridge_sensors
 from fe_models.measurement import lowpassed
 from fe_models.modes import natural_modes
 from fe_models.recordings import Sensor, Uncertainty
+from fe_models.structure import Structure
 
 SENSORS = bridge_sensors("A2", "m/s^2")
 WEIGHTS = (1.0, 3.0)  # N: 3 N at mid-span are 2 mm
@@ -43,40 +47,42 @@ def bridge_case(seed: int, config: BlindConfig) -> BlindCase:
     rng = np.random.default_rng(seed)
     design = bridge()
     sensors = sensors_of(SENSORS, config, rng)
-    starts, scene = _calm(config, sensors, rng)
+    far = far_from(design.without_prestress(), rng) if config.tier == "far" else None
+    starts, scene = _calm(far.structure if far else design.without_prestress(), config, sensors, rng)
     causes = causes_apart(config.hidden, lambda kind: draw_cause(kind, scene, rng, config.size))
     more = tuple(draw_outside(kind, scene, rng, config.size, campaign.duration) for kind in config.outside)
     lasting, effects = (
         tuple(cause for cause in some if isinstance(cause, Effect)) for some in (config.lasting(causes), causes)
     )
-    built, ratios = design.without_prestress(), np.ones(len(scene.modal.omega))
-    if config.off:
+    built, ratios = scene.design, far.ratios if far else np.ones(len(scene.modal.omega))
+    if config.tier == "off":
         built = off_by_uncertainty(built, rng)
         ratios = 1 + Uncertainty().damping * rng.standard_normal(len(ratios))
     if config.rich:
-        built = scattered(built, SCATTER_OFF if config.off else SCATTER, rng)
+        built = scattered(built, SCATTER if config.tier == "exact" else SCATTER_OFF, rng)
 
-    def recorded(which: slice, changed: bool) -> FloatArray:
-        truth = Truth(built.with_effects(*(effects if changed else lasting)), ratios, config.rich, config.step)
-        shown = motion_at(
-            truth, starts[which], sensors, campaign.duration, MARGIN_TIME, more if changed else (), LOWPASS
-        )
+    def recorded(which: BoolArray, acts: bool) -> FloatArray:
+        moved = tuple(start for start, taken in zip(starts, which, strict=True) if taken)
+        truth = Truth(built.with_effects(*(effects if acts else lasting)), ratios, config.rich, config.step)
+        shown = motion_at(truth, moved, sensors, campaign.duration, MARGIN_TIME, more if acts else (), LOWPASS)
         every = round(OUTPUT_RATE / campaign.sampling_rate)
         first = round(MARGIN_TIME * OUTPUT_RATE) - DELAY_SAMPLES * every
         filtered = np.stack([lowpassed(part, OUTPUT_RATE, LOWPASS) for part in shown])
         return filtered[:, first::every][:, : campaign.samples + 2 * DELAY_SAMPLES]
 
-    clean = recorded(slice(config.changed, None), changed=True)
-    if config.changed:
-        clean = np.concatenate([recorded(slice(config.changed), changed=False), clean])
-    return as_recorded(design, sensors, clean, tuple(causes), config, rng, LOWPASS, DELAY_SAMPLES)
+    affected = config.affected
+    clean = recorded(affected, acts=True)
+    if not affected.all():
+        begin, without = int(affected.argmax()), recorded(~affected, acts=False)
+        clean = np.concatenate([without[:begin], clean, without[begin:]])  # it acts in one recording, or to the end
+    case = as_recorded(design, sensors, clean, tuple(causes), config, rng, LOWPASS, DELAY_SAMPLES)
+    return replace(case, factors=far.factors if far else ())
 
 
 def _calm(
-    config: BlindConfig, sensors: tuple[Sensor, ...], rng: np.random.Generator
+    design: Structure, config: BlindConfig, sensors: tuple[Sensor, ...], rng: np.random.Generator
 ) -> tuple[tuple[Start, ...], Scene]:
-    """Return how each recording begins, and the drawn bridge moving so."""
-    design = bridge().without_prestress()
+    """Return how each recording begins, and the bridge moving so without what is to be hidden."""
     model = linearise(design)
     modal = natural_modes(model, model.mass.shape[0])
     starts = []

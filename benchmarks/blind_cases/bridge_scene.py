@@ -1,4 +1,4 @@
-"""What the drawn bridge does when nothing is wrong: the scale for whatever is hidden in it."""
+"""What the bridge does when nothing is hidden in it: the scale for whatever is hidden in it."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -25,7 +25,8 @@ MIN_STIFFNESS_SHARE = 0.1
 
 @dataclass(frozen=True)
 class Scene:
-    """The drawn bridge (``design``), its ``model`` and all its modes (``modal``), how it moves (``calm``), who sees it.
+    """The bridge without what is hidden (``design``), its ``model`` and all its modes (``modal``), and who sees how it
+    moves (``calm``).
 
     ``calm``: (motion, time, dof).
     """

@@ -6,6 +6,7 @@ from typing import Literal
 
 import numpy as np
 
+from benchmarks.blind_cases.far import TrueFactor
 from fe_models.arrays import BoolArray, FloatArray
 from fe_models.causes import Cause, SensorDelay, SensorEffect, TimeIntegration
 from fe_models.errors import InputError, raise_faults
@@ -38,6 +39,9 @@ NOT_DRAWN = {
 }
 """Causes of the list that no case hides, or not every structure's, and why. Sizes go by what stands beside a cause in
 the structure of a case, so that they are the generators' and not the cause's own."""
+FAR_KINDS = ("stiffness_change", "added_mass", "support_spring", "axial_force")  # linear: modes alone tell them
+Tier = Literal["exact", "off", "far"]
+Acts = Literal["all", "one"]
 Noisy = Literal["alike", "uneven", "unfiltered"]
 OUTSIDE = ("hysteretic_spring", "drifting_stiffness")
 
@@ -70,8 +74,11 @@ CAMPAIGNS = {
 
 @dataclass(frozen=True)
 class BlindConfig:
-    """What a case is like: ``kinds`` to hide, ``off`` by its uncertainty or exact, ``noise`` over each channel's rms.
+    """What a case is like: ``kinds`` to hide, and ``noise`` over each channel's rms.
 
+    ``tier``: how near the drawing is to the truth: "exact", "off" by the stated uncertainty, or "far": off by much more
+    than is stated, which stays as it is (see `far`). ``acts``: in which recordings the last of the kinds acts, "all" or
+    "one": the last training recording, so that it had gone again when those for testing were made.
     ``noisy``: whether noise is "alike" in all recordings, "uneven", over the rms of each channel in each of them, or
     "unfiltered", come after the low-pass. ``size``: from 0, barely detectable, to 1, large; None draws it. ``changed``:
     number of training recordings made before the last of the kinds came; those before it act in all of them.
@@ -83,7 +90,8 @@ class BlindConfig:
     """
 
     kinds: tuple[str, ...] = ()
-    off: bool = False
+    tier: Tier = "exact"
+    acts: Acts = "all"
     noise: float = 0.03
     noisy: Noisy = "alike"
     size: float | None = None
@@ -117,12 +125,13 @@ class BlindConfig:
     @property
     def affected(self) -> BoolArray:
         """Which recordings, (recording,), what came last acts in."""
-        return np.arange(self.campaign.count) >= self.changed
+        numbers = np.arange(self.campaign.count)
+        return numbers == self.campaign.train - 1 if self.acts == "one" else numbers >= self.changed
 
     def lasting(self, causes: Sequence[Cause]) -> tuple[Cause, ...]:
         """Return which of the hidden ``causes`` act in all recordings, whatever comes between them."""
-        comes = bool(self.changed) and not self.outside
-        return tuple(causes[:-1] if comes else causes)
+        passing = not self.affected.all() and not self.outside
+        return tuple(causes[:-1] if passing else causes)
 
 
 @dataclass(frozen=True)
@@ -130,6 +139,7 @@ class BlindCase:
     """A ``dataset`` and, apart, its ``truth``: the hidden causes, and the names of the recordings where the last acts.
 
     ``outside``: words of what was hidden that no cause of the list is. ``clean``: the test recordings without noise.
+    ``factors``: how far the groups of a structure are from their drawing, where they are far.
     """
 
     dataset: Dataset
@@ -137,6 +147,7 @@ class BlindCase:
     outside: tuple[str, ...]
     recordings: tuple[str, ...]
     clean: FloatArray
+    factors: tuple[TrueFactor, ...] = ()
 
 
 def sensors_of(every: tuple[Sensor, ...], config: BlindConfig, rng: np.random.Generator) -> tuple[Sensor, ...]:
@@ -163,6 +174,13 @@ def check_config(config: BlindConfig) -> None:
         faults.append(f"step = {config.step:g} s: {config.structure} moves so slowly that its steps do not show")
     if not 0 <= config.changed <= config.campaign.train:
         faults.append(f"changed = {config.changed}; expected 0 to {config.campaign.train}, the training recordings")
+    if config.acts == "one":
+        if config.changed:
+            faults.append(f"changed = {config.changed}: what acts in one recording has no beginning; expected 0")
+        if config.campaign.train < 1:
+            faults.append("train = 0: nothing can act in the last training recording; expected 1 or more")
+        if config.kinds[-1:] == ("time_integration",):
+            faults.append("time_integration is in the simulation, which all recordings share; it cannot act in one")
     raise_faults(faults)
 
 

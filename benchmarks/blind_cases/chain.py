@@ -1,7 +1,7 @@
 """Blind cases of the chain: what is hidden where and how large, and its simulation in Exudyn.
 
 In steps a fraction of those that a diagnosis takes and, where asked for, of a chain that is off by what its user
-considers normal everywhere at once.
+considers normal everywhere at once, or by far more.
 """
 
 from dataclasses import replace
@@ -14,6 +14,7 @@ from scipy.sparse import csr_array
 
 from benchmarks.blind_cases.case import BlindCase, BlindConfig, as_recorded, sensors_of
 from benchmarks.blind_cases.drawing import amount_between, causes_apart, recording_cause, slack_cable
+from benchmarks.blind_cases.far import far_from
 from benchmarks.blind_cases.outside import DriftingSpring, HystereticSpring
 from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
@@ -78,20 +79,24 @@ def chain_case(seed: int, config: BlindConfig) -> BlindCase:
     rng = np.random.default_rng(seed)
     design, sensors = four_dof(), sensors_of(SENSORS, config, rng)
     state = rng.standard_normal((2, config.campaign.count, len(design.nodes)))  # m and m/s
-    calm = _motion(design, (), state, config, (), rng)
+    far = far_from(design, rng) if config.tier == "far" else None
+    built, ratios = (far.structure, far.ratios) if far else (design, None)
+    calm = _motion(built, (), state, config, (), rng, ratios)
     causes = causes_apart(config.hidden, lambda kind: draw_cause(kind, calm, rng, config.size, sensors))
     effects = tuple(cause for cause in causes if isinstance(cause, Effect))
-    built = _off(design, rng) if config.off else design
-    ratios = 1 + 0.1 * rng.standard_normal(len(design.nodes)) * config.off
+    if far is None:
+        built = _off(design, rng) if config.tier == "off" else design
+        ratios = 1 + 0.1 * rng.standard_normal(len(design.nodes)) * (config.tier == "off")
     motion = _motion(built, effects, state, config, config.outside, rng, ratios)
-    if config.changed:
+    if not config.affected.all():
         lasting = tuple(effect for effect in effects if effect in config.lasting(causes))
         before = _motion(built, lasting, state, config, (), rng, ratios)
         acts = config.affected[:, None, None]
         parts = [np.where(acts, a, b) for a, b in zip(_parts(motion), _parts(before), strict=True)]
         motion = replace(motion, displacement=parts[0], velocity=parts[1], acceleration=parts[2])
     clean = np.stack([motion.channel(s.node, s.direction, s.quantity) for s in sensors], axis=-1)
-    return as_recorded(design, sensors, clean, tuple(causes), config, rng)
+    case = as_recorded(design, sensors, clean, tuple(causes), config, rng)
+    return replace(case, factors=far.factors if far else ())
 
 
 def draw_cause(

@@ -87,9 +87,8 @@ def counts(column: Column, records: Mapping[Task, Record]) -> ColumnCounts:
     reports = [record.judgement for _, record in own if record.judgement]
     failures = Counter(record.failure for _, record in own if record.judgement is None)
     none = Rate("no report, which counts as wrong above", Share(failures.total(), len(own)), "0")
-    shares = (
-        [rate for rate in rates(results, column.off, empty=True) if isinstance(rate.measured, Share)] if results else []
-    )
+    every = rates(results, column.tier, empty=True) if results else []
+    shares = [rate for rate in every if isinstance(rate.measured, Share)]
     return ColumnCounts(
         column,
         len(own),

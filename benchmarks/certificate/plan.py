@@ -8,6 +8,7 @@ import numpy as np
 
 from benchmarks.blind.cases import CERTIFICATE_SEED, Task, words_of
 from benchmarks.blind_cases import BlindConfig
+from benchmarks.blind_cases.case import Tier
 
 StructureName = Literal["four_dof", "bridge"]
 CASES: dict[StructureName, int] = {"four_dof": 300, "bridge": 120}
@@ -27,7 +28,12 @@ class Column:
     @property
     def name(self) -> str:
         """Structure and kind of nominal model."""
-        return f"{'chain' if self.structure == 'four_dof' else self.structure}, {'off' if self.off else 'exact'}"
+        return f"{'chain' if self.structure == 'four_dof' else self.structure}, {self.tier}"
+
+    @property
+    def tier(self) -> Tier:
+        """How near the nominal models are."""
+        return "off" if self.off else "exact"
 
     @property
     def tasks(self) -> list[Task]:
@@ -35,7 +41,7 @@ class Column:
         rng, words = np.random.default_rng(self.first_seed), words_of(self.structure)
         rounds = -(-self.count // len(words))
         hidden = [str(word) for _ in range(rounds) for word in rng.permutation(words)]
-        config = BlindConfig(structure=self.structure, off=self.off)
+        config = BlindConfig(structure=self.structure, tier=self.tier)
         return [Task(self.first_seed + number, hidden[number], config) for number in range(self.count)]
 
 
