@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from fe_models.files.structure_file import save_structure as save_structure
     from fe_models.linear import LinearModel as LinearModel
     from fe_models.linear import ModalModel as ModalModel
+    from fe_models.mode_estimate import ModeEstimate as ModeEstimate
     from fe_models.modes import mac as mac
     from fe_models.modes import natural_modes as natural_modes
     from fe_models.recordings import Assumptions as Assumptions
@@ -89,6 +90,7 @@ _HOMES = {
     "fe_models.linear": ("LinearModel", "ModalModel"),
     "fe_models.assembly": ("linearise",),
     "fe_models.modes": ("natural_modes", "mac"),
+    "fe_models.mode_estimate": ("ModeEstimate",),
     "fe_models.statics": ("PointLoad",),
     "fe_models.simulated_recordings": ("simulate",),
     "fe_models.recordings": ("Dataset", "Recording", "Sensor", "Load", "Assumptions", "Uncertainty"),

@@ -9,6 +9,7 @@ import numpy as np
 from fe_models.arrays import BoolArray, FloatArray
 from fe_models.errors import InputError
 from fe_models.linear import LinearModel, ModalModel
+from fe_models.mode_estimate import ModeEstimate
 from fe_models.structure import Direction, Structure
 
 Quantity = Literal["displacement", "velocity", "acceleration"]
@@ -98,7 +99,8 @@ class Assumptions:
 class Dataset:
     """Recordings of one structure and the model they are compared with; ``sampling_rate`` and ``lowpass`` in Hz.
 
-    ``notes``: what a user should know of how the files were read, such as columns that were skipped.
+    ``modes``: what somebody identified, beside recordings or alone; the ``sampling_rate`` may then be infinite, which
+    stands for none. ``notes``: what a user should know of how the files were read, such as columns that were skipped.
     """
 
     model: Structure | LinearModel
@@ -108,22 +110,40 @@ class Dataset:
     lowpass: float | None = None
     assumptions: Assumptions = field(default_factory=Assumptions)
     notes: tuple[str, ...] = ()
+    modes: tuple[ModeEstimate, ...] = ()
 
     def __repr__(self) -> str:
+        names = ", ".join(sensor.name + " (held out)" * (sensor.role == "held_out") for sensor in self.sensors)
+        held = [self._recordings_in_words] if self.recordings or not self.modes else []
+        if self.modes:
+            states = list(dict.fromkeys(mode.recording for mode in self.modes))
+            many = "modes" if len(self.modes) > 1 else "mode"
+            held.append(f"{len(self.modes)} identified {many} of {', '.join(states)}")
+        return f"Dataset({self.model!r}: {'; '.join(held)}; sensors {names})" + "".join(
+            f"\nNote: {note}." for note in self.notes
+        )
+
+    @property
+    def _recordings_in_words(self) -> str:
         motions = {role: sum(len(r.data) for r in self.select(role)) for role in ("train", "test")}
         lengths = sorted({recording.data.shape[1] / self.sampling_rate for recording in self.recordings})
         span = " to ".join(f"{length:.3g}" for length in dict.fromkeys(lengths[:1] + lengths[-1:]))
-        names = ", ".join(sensor.name + " (held out)" * (sensor.role == "held_out") for sensor in self.sensors)
         return (
-            f"Dataset({self.model!r}: {motions['train']} motions for training, {motions['test']} for testing, each"
-            f" {span} s at {self.sampling_rate:g} Hz; sensors {names})"
-            + "".join(f"\nNote: {note}." for note in self.notes)
+            f"{motions['train']} motions for training, {motions['test']} for testing, each"
+            f" {span} s at {self.sampling_rate:g} Hz"
         )
 
     @property
     def is_loaded(self) -> bool:
         """Whether known loads act in any recording."""
         return any(recording.loads for recording in self.recordings)
+
+    def require_recordings(self, task: str) -> None:
+        """Raise an `InputError` where there are identified modes alone; ``task``: what needs time series."""
+        if self.modes and not self.recordings:
+            raise InputError(
+                f"the dataset has identified modes alone, which {task} does not take yet: give it [[recordings]], too"
+            )
 
     def select(self, role: Literal["train", "test"]) -> tuple[Recording, ...]:
         """Return the recordings of one role, in order."""
@@ -146,7 +166,9 @@ class Dataset:
             name = f"{recording.name}_test" if len(train) and len(test) else recording.name
             parts += [replace(recording, data=train, role="train")] * bool(len(train))
             parts += [replace(recording, name=name, data=test, role="test")] * bool(len(test))
-        return replace(self, recordings=tuple(parts))
+        roles = {recording.name: recording.role for recording in parts}
+        modes = tuple(replace(mode, role=roles.get(mode.recording, mode.role)) for mode in self.modes)
+        return replace(self, recordings=tuple(parts), modes=modes)
 
     def with_model(self, model: Structure | LinearModel) -> "Dataset":
         """Return the same recordings to be held against another ``model``."""

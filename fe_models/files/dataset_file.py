@@ -23,6 +23,11 @@
     loads = [{ node = 19, direction = "y", file = "load.npz", key = "force" }]   # optional, N, one value a sample;
                                   # of a .csv, also the recording's own, ``key`` is the column
 
+    [[modes]]                     # modes that somebody identified, beside recordings or instead: see `mode_tables`;
+    recording = "before"          # of these alone no ``sampling_rate`` is needed
+    frequency = 3.866             # Hz
+    shape = [0.19, 1.0]           # at the sensors
+
     [simulation]                  # what the user's own simulation assumes; every key is optional
     damping_ratio = 0.01          # one, or one a mode: in place of the structure's own damping, but for its effects'
     modes = 4
@@ -33,6 +38,7 @@
 """
 
 from dataclasses import replace
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -52,6 +58,7 @@ from fe_models.files.dataset_parts import (
 )
 from fe_models.files.matrices_file import save_linear_model
 from fe_models.files.modal_file import save_modal_model
+from fe_models.files.mode_tables import check_states, mode_row, read_modes
 from fe_models.files.models import load_model
 from fe_models.files.recording_checks import check_rates
 from fe_models.files.result_set import ResultSet, finish_exchanges
@@ -73,20 +80,22 @@ def load_dataset(path: str | Path, dead_channels: bool = False) -> Dataset:
     path = Path(path)
     finish_exchanges(path.parent)
     document, where, faults = read_toml(path), f"{path.name}:", list[str]()
-    check_keys(document, [*HEADER_KEYS, "simulation", "sensors", "recordings"], where, faults)
+    check_keys(document, [*HEADER_KEYS, "simulation", "sensors", "recordings", "modes"], where, faults)
     header = read_header(document, where, faults)
     spec = document.get("model")
     model = noting(faults, at(where, "model"), load_model, spec, path.parent) if isinstance(spec, str) else None
     surroundings = replace(_surroundings(model, header, path.parent), dead_channels=dead_channels)
     sensors, channels = read_sensors(document, where, surroundings, faults)
     read = read_recordings(document, where, surroundings, channels, faults)
+    modes = read_modes(document, where, channels, faults)
+    check_states(modes, read.recordings, where, faults)
     assumptions = read_assumptions(document, where, surroundings, faults)
     if header is None or model is None:
         raise InputError(faults)
     faults += [f"{where} {fault}" for fault in _tested_on_training_data(read.recordings)]
     raise_faults(faults)
     rate, lowpass = header.sampling_rate, header.lowpass
-    return Dataset(model, rate, sensors, read.recordings, lowpass, assumptions, read.notes)
+    return Dataset(model, rate, sensors, read.recordings, lowpass, assumptions, read.notes, modes)
 
 
 def _tested_on_training_data(recordings: tuple[Recording, ...]) -> list[str]:
@@ -125,7 +134,9 @@ def write_dataset(dataset: Dataset, folder: Path, model_spec: str | None = None)
     """Write the files of `save_dataset` into a new ``folder``, to be exchanged as a set; return that of the dataset."""
     if model_spec is None:
         model_spec = _save_model(dataset.model, folder)
-    document: Table = {"schema": 1, "model": model_spec, "sampling_rate": float(dataset.sampling_rate)}
+    document: Table = {"schema": 1, "model": model_spec}
+    if isfinite(dataset.sampling_rate):
+        document["sampling_rate"] = float(dataset.sampling_rate)
     if dataset.lowpass is not None:
         document["lowpass"] = float(dataset.lowpass)
     document["sensors"] = [vars(sensor) for sensor in dataset.sensors]
@@ -133,6 +144,8 @@ def write_dataset(dataset: Dataset, folder: Path, model_spec: str | None = None)
         _save_recording(recording, folder, f"recording_{number}")
         for number, recording in enumerate(dataset.recordings, start=1)
     ]
+    if dataset.modes:
+        document["modes"] = [mode_row(mode) for mode in dataset.modes]
     simulation = _save_assumptions(dataset.assumptions, folder)
     if simulation:
         document["simulation"] = simulation

@@ -28,11 +28,11 @@ from fe_models.structure import Direction
 
 @dataclass(frozen=True)
 class DatasetHeader:
-    """The single values of a dataset file."""
+    """The single values of a dataset file; an infinite ``sampling_rate`` (Hz) where it has none."""
 
     schema: Literal[1]
     model: str
-    sampling_rate: float
+    sampling_rate: float = inf
     lowpass: float | None = None
 
 
@@ -92,13 +92,22 @@ class _LoadTable:
 
 
 def read_header(document: Table, where: str, faults: list[str]) -> DatasetHeader | None:
-    """Return the single values, with the two frequencies checked against each other."""
+    """Return the single values, with the two frequencies checked against each other.
+
+    Of identified modes alone a sampling rate is not asked for.
+    """
     table = {key: document[key] for key in HEADER_KEYS if key in document}
-    header = read_table(DatasetHeader, table, where, faults)
+    required = () if modes_alone(document) else ("sampling_rate",)
+    header = read_table(DatasetHeader, table, where, faults, required)
     rates = {key: table[key] for key in ("sampling_rate", "lowpass") if key in table}
     readable = read_table(_Rates, rates, where, []) or _Rates()
     faults.extend(f"{where} {fault}" for fault in check_rates(readable.sampling_rate, readable.lowpass))
     return header
+
+
+def modes_alone(document: Table) -> bool:
+    """Return whether a dataset file has identified modes and no recordings."""
+    return bool(document.get("modes")) and not document.get("recordings")
 
 
 def read_sensors(
@@ -160,7 +169,7 @@ def read_recordings(
             if found.skipped:
                 skipped.setdefault(found.skipped, []).append(row.file)
     roles = [table.get("role", "train") for _, table in tables if isinstance(table, dict)]
-    if "train" not in roles:
+    if "train" not in roles and not modes_alone(document):
         faults.append(f'{at(where, "recordings")}: none has the role "train"; at least one is needed to learn from')
     names = Counter(str(table.get("name")) for _, table in tables if isinstance(table, dict) and "name" in table)
     for name, times in names.items():

@@ -19,6 +19,7 @@ def diagnose(dataset: Dataset, advance: Callable[[str], object] | None = None) -
 
     `InputError` names what in the dataset cannot be diagnosed.
     """
+    dataset.require_recordings("a diagnosis")
     begun = perf_counter()
     announce: Callable[[str], object] = advance or (lambda _: None)
     with threadpool_limits(THREADS.linear_algebra, "blas"):

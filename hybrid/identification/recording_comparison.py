@@ -70,6 +70,7 @@ def compare_recordings(dataset: Dataset, advance: Callable[[], object] = nothing
     ``advance`` is called after each motion's modes have been identified, which takes seconds. The shortest motions
     come first: what cannot be compared is told as soon as it shows.
     """
+    dataset.require_recordings("a comparison of recordings")
     rate, highest = dataset.sampling_rate, min(dataset.lowpass or np.inf, dataset.sampling_rate / 2)
     nominal, shapes = _nominal(dataset, highest)
     raise_faults(_too_short(dataset, float(nominal[-1])))

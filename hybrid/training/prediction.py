@@ -29,6 +29,7 @@ def from_record(
     checkpoint: Checkpoint, data: Dataset, name: str | None, start: float, samples: int, whole: bool
 ) -> tuple[BandedForecast, Forecast, FloatArray]:
     """Return the hybrid and the FE forecast from a place in a record, and the FE model's own initial q (mode,)."""
+    data.require_recordings("a prediction")
     origin, seen = checkpoint.origin, checkpoint.config.model.encoder_samples
     faults = []
     if data.sensors != origin.sensors or data.sampling_rate != origin.sampling_rate:

@@ -107,6 +107,7 @@ def prepare(dataset: Dataset, config: Config, advance: Callable[[], object] = no
 
 def training_recordings(dataset: Dataset) -> tuple[Recording, ...]:
     """Return the recordings to train on; `InputError` where there are none, or where they cannot be trained on."""
+    dataset.require_recordings("training")
     faults = [
         f"recording {recording.name!r} names loads: the hybrid model learns from free vibrations only; leave it out"
         for recording in dataset.recordings
