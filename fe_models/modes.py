@@ -8,7 +8,7 @@ import numpy as np
 from scipy.linalg import LinAlgError, eigh
 from scipy.sparse.linalg import LinearOperator, eigsh
 
-from fe_models.arrays import FloatArray
+from fe_models.arrays import ComplexArray, FloatArray
 from fe_models.assembly import linearise
 from fe_models.damping import ratios_of_modes, replace_ratios
 from fe_models.dof_map import DofMap
@@ -54,14 +54,15 @@ def natural_modes(model: LinearModel | Structure, count: int | None = None) -> M
     return ModalModel(omega, replace_ratios(ratio, model.replaced_ratios), model.dofs.expand(shapes), model.dofs)
 
 
-def mac(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Return the modal assurance criterion (i, j) of shapes ``a`` (dof, i) with ``b`` (dof, j).
+def mac(a: FloatArray | ComplexArray, b: FloatArray | ComplexArray) -> FloatArray:
+    """Return the modal assurance criterion (i, j) of shapes ``a`` (dof, i) with ``b`` (dof, j), real or complex.
 
-    MAC_ij = (a_i . b_j)^2 / ((a_i . a_i) (b_j . b_j)): 1 for equal shapes of any scale and sign, 0 for orthogonal ones.
+    MAC_ij = |a_i^H b_j|^2 / ((a_i^H a_i) (b_j^H b_j)): 1 for equal shapes of any scale, sign and phase, 0 for
+    orthogonal ones (Allemang, Sound and Vibration 37(8), 2003).
     """
-    products = a.T @ b
-    lengths = np.outer(np.einsum("di,di->i", a, a), np.einsum("dj,dj->j", b, b))
-    criterion: FloatArray = products**2 / lengths
+    products = np.abs(a.conj().T @ b) ** 2
+    lengths = np.outer(np.sum(np.abs(a) ** 2, axis=0), np.sum(np.abs(b) ** 2, axis=0))
+    criterion: FloatArray = products / lengths
     return criterion
 
 

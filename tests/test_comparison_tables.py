@@ -13,10 +13,12 @@ from hybrid.identification.comparison_tables import comparison_csv, comparison_t
 from hybrid.identification.free_decay_modes import IdentifiedModes
 from hybrid.identification.recording_comparison import Compared, Observed
 
+RATIOS = np.array([0.01, 0.02, 0.03])
 IDENTIFIED = IdentifiedModes(
-    frequencies=np.array([2.2, 3.1, 5.0]),
-    ratios=np.array([0.01, 0.02, 0.03]),
-    shapes=np.array([[1.0, 0.4, -0.5], [0.2, 1.0, 1.0]]),
+    roots=2 * np.pi * np.array([2.2, 3.1, 5.0]) * (-RATIOS + 1j * np.sqrt(1 - RATIOS**2)),
+    shapes=np.array([[1.0, 0.4, -0.5], [0.2, 1.0, 1.0]], dtype=complex),
+    reference=np.array([0, 1, 1]),
+    covariance=np.tile(1e-6 * np.eye(6), (3, 1, 1)),
     energy=np.array([0.6, 0.1, 0.25]),
     left=0.05,
 )
@@ -50,12 +52,8 @@ def test_each_mode_of_each_recording_is_a_row() -> None:
     assert [row["mode"] for row in rows] == ["1", "", "2"]
     assert {row["recording"] for row in rows} == {"monday, early"}
     first, other, last = rows
-    assert [float(first[name]) for name in ("frequency_hz", "damping_ratio", "mac", "energy_share")] == [
-        2.2,
-        0.01,
-        0.99,
-        0.6,
-    ]
+    numbers = [float(first[name]) for name in ("frequency_hz", "damping_ratio", "mac", "energy_share")]
+    assert numbers == pytest.approx([2.2, 0.01, 0.99, 0.6])
     assert float(first["deviation"]) == pytest.approx(0.1)
     assert float(last["nominal_frequency_hz"]) == 5.0
     assert float(last["mac"]) == 0.97

@@ -34,7 +34,7 @@ def backbone_of(data: FloatArray, modes: IdentifiedModes, mode: int, rate: float
     It ends where the motion has become too small to tell a frequency, and is empty where the recording holds no more
     than one span.
     """
-    frequency, shape = modes.frequencies[mode], modes.shapes[:, mode]
+    frequency, shape = modes.frequencies[mode], modes.real_shapes[:, mode]
     longest = max(
         min(BACKBONE.span_periods, BACKBONE.max_span_share * len(data) / rate * frequency), BACKBONE.min_span_periods
     )

@@ -4,26 +4,53 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
-class FreeDecayConfig:
-    """Modes of one free decay."""
+class StabilisationConfig:
+    """Poles of realisations of rising order, and which of them stay where they are."""
 
-    # Hz, or of the lowest natural frequency where that is less than 1 Hz: below are drifts
-    min_frequency_hz: float = 0.5
-    min_phase_collinearity: float = 0.7  # sensors move nearly in phase in a mode (Pappa 1993); in noise they do not
-    min_energy_share: float = 1e-4  # of a recording's: what a line adds to the others; less is noise
-    min_mac_of_one_mode: float = 0.9  # MAC of lines at the sensors, from which on they are one mode ...
-    # ... if they lie that close together, relative, or closer than the recording can resolve
-    max_relative_separation: float = 0.05
-    spare_line_ratio: float = 1.5  # times the modes that are asked for: some of these are several lines
-    max_joins: int = 3  # fits, after each of which lines that have come together are joined
-    order: int = 40  # states of the realisation: twenty lines, noise among them
+    lowest_order: int = 4
+    highest_order: int = 60  # states: thirty modes, noise among them; a frame's recordings show a dozen
+    order_step: int = 2  # a mode more from one order to the next
     block_rows: int = 60
     min_row_periods: float = 1.5  # of the slowest mode, which the block rows span at least
     max_columns: int = 1500  # more cost time and add little
-    energy_share: float = 0.9  # of the recording, where the realisation looks: the rest is noise, and other frequencies
+    energy_share: float = 0.95  # of the recording, where the realisation looks: the rest is noise
+    # relative difference of frequencies, and MAC, of poles of two orders that are one mode (usual values of the field)
+    max_frequency_difference: float = 0.01
+    min_mac: float = 0.95
+    min_order_share: float = 0.25  # of all orders in which a mode is found; poles of noise are found in few
+
+
+@dataclass(frozen=True)
+class FreeDecayConfig:
+    """Modes of free decays."""
+
+    # Hz, or of the lowest natural frequency where that is less than 1 Hz: below are drifts
+    min_frequency_hz: float = 0.5
+    false_alarms: float = 1e-3  # modes in a recording of noise alone
+    min_phase_collinearity: float = 0.5  # sensors move nearly in phase in a mode (Pappa 1993); in noise they do not
+    max_frequency_error: float = 0.01  # relative standard deviation: what is known less well is taken for noise
+    max_shape_error: float = 0.5  # of the largest entry: the same, for the usual entry of a shape
+    min_mac_of_one_mode: float = 0.9  # MAC at the sensors, from which on poles are one mode ...
+    # ... if they lie that close together, relative, or closer than the recording can resolve
+    max_relative_separation: float = 0.05
+    # a pole with less of the energy of another, as near to it as so many times its decay rate, follows a change of that
+    # mode's frequency as it decays, and has a shape that means nothing
+    max_satellite_energy: float = 0.05
+    max_satellite_distance: float = 4.0
+    max_rounds: int = 8  # fits, after each of which modes are left out or joined, and the noise is estimated anew
+    noise_tolerance: float = 0.05  # relative change of the noise from one round to the next that is none
     max_damping_ratio: float = 0.2  # more is no vibration
     max_evaluations: int = 30
     step_scale: float = 0.1  # rad/s: of a root's parts, in which one step is as long as another
+    max_iterations: int = 12  # of the fit that all channels and motions share
+    min_chi2_fall: float = 0.01  # of its sum of squares, below which it has converged
+    largest_step: float = 0.3  # of a root, relative: more in one step leads to another mode
+    least_noise: float = 1e-9  # of a channel's rms: recordings without noise
+    # the band about a mode in which the noise that it meets is taken: in lines of the spectrum, of its frequency, and
+    # in half widths of its peak, whichever is widest
+    noise_band_lines: float = 4.0
+    noise_band_share: float = 0.02
+    noise_band_widths: float = 3.0
 
 
 @dataclass(frozen=True)
@@ -87,6 +114,7 @@ class RealisationConfig:
     order: int = 20  # states: ten modes, as the hybrid model has
 
 
+STABILISATION = StabilisationConfig()
 FREE_DECAY = FreeDecayConfig()
 BACKBONE = BackboneConfig()
 AGREEMENT = AgreementConfig()

@@ -1,142 +1,203 @@
-"""The modes of one free decay, out of a recording alone: frequency, damping ratio and shape, one line a shape.
+"""The modes of free decays, out of recordings alone: frequency, damping ratio and shape, each with its uncertainty.
 
-An eigensystem realisation of the part that holds most energy gives lines to start from; the strongest are fitted to the
-whole recording (`damped_cosines`). A mode whose frequency changes while it decays shows as several lines of one shape:
-these are replaced by one, which starts at the mean of their common motion z, weighed by its energy,
+Poles that stay where they are over the orders of a realisation (`stabilisation`) are where a fit begins that all
+channels, and all motions of a recording, share (`shared_modes`). What is known too badly, or moves in no phase, is noise
+and left out. A mode whose frequency changes while it decays shows as several poles of one shape: these are replaced by
+one, which starts at the mean of their common motion z, weighed by its energy,
 
-    s = sum_t z(t)^H z'(t) / sum_t z(t)^H z(t),
-
-and is fitted in their place.
+    s = sum_t z(t)^H z'(t) / sum_t z(t)^H z(t).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from fe_models.arrays import ComplexArray, FloatArray
+from fe_models.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from fe_models.modes import mac
 from hybrid.identification.config import FREE_DECAY
-from hybrid.identification.damped_cosines import amplitudes_of, columns_of, fit_roots
-from hybrid.identification.realisation import realise
+from hybrid.identification.mode_uncertainty import covariance_of, is_above_noise, left_by, noise_at
+from hybrid.identification.shared_modes import Linearised, SharedModes, fit_shared_modes
+from hybrid.identification.stabilisation import stabilisation_of
 
 
 @dataclass(frozen=True)
 class IdentifiedModes:
-    """``frequencies`` (line,) Hz and damping ``ratios`` (line,), by frequency; real ``shapes`` (sensor, line), their
-    largest entry one; ``energy`` (line,) of each line's own motion over the recording's; ``left``: share of the
-    recording's energy that all of them do not explain.
+    """``roots`` (mode,), rad/s, by frequency, and complex ``shapes`` (sensor, mode), their ``reference`` (mode,) entry
+    one. ``covariance`` (mode, parameter, parameter) of Re s, Im s, then Re and Im of each entry of the shape.
+    ``energy`` (mode,) of each mode's own motion over the recording's; ``left``: share of the recording's energy that all
+    of them do not explain.
     """
 
-    frequencies: FloatArray
-    ratios: FloatArray
-    shapes: FloatArray
+    roots: ComplexArray
+    shapes: ComplexArray
+    reference: IntArray
+    covariance: FloatArray
     energy: FloatArray
     left: float
 
     @property
-    def roots(self) -> ComplexArray:
-        """The s_k (line,), rad/s."""
-        omega = 2 * np.pi * self.frequencies
-        return np.asarray(omega * (-self.ratios + 1j * np.sqrt(1 - self.ratios**2)))
+    def frequencies(self) -> FloatArray:
+        """Natural frequencies (mode,), Hz: |s| / 2 pi."""
+        return np.asarray(np.abs(self.roots) / (2 * np.pi))
+
+    @property
+    def ratios(self) -> FloatArray:
+        """Damping ratios (mode,): -Re s / |s|."""
+        return np.asarray(-self.roots.real / np.abs(self.roots))
+
+    @property
+    def frequency_errors(self) -> FloatArray:
+        """Standard deviations (mode,) of the natural frequencies, Hz."""
+        return self.frequencies * np.sqrt(self.scatter[:, 0, 0])
+
+    @property
+    def ratio_errors(self) -> FloatArray:
+        """Standard deviations (mode,) of the damping ratios."""
+        return np.sqrt(self.scatter[:, 1, 1])
+
+    @property
+    def scatter(self) -> FloatArray:
+        """The ``covariance`` with the logarithm of the frequency and the damping ratio in the place of Re s and Im s."""
+        size, s = np.abs(self.roots), self.roots
+        turned = np.tile(np.eye(self.covariance.shape[1]), (len(s), 1, 1))
+        turned[:, 0, 0], turned[:, 0, 1] = s.real / size**2, s.imag / size**2
+        turned[:, 1, 0], turned[:, 1, 1] = -(s.imag**2) / size**3, s.real * s.imag / size**3
+        return np.asarray(turned @ self.covariance @ turned.swapaxes(1, 2))
+
+    @property
+    def real_shapes(self) -> FloatArray:
+        """Real shapes (sensor, mode), their largest entry one: turned to the phase that most sensors share."""
+        turned = np.real(self.shapes * np.exp(-0.5j * np.angle(np.sum(self.shapes**2, axis=0))))
+        largest = np.argmax(np.abs(turned), axis=0)
+        return np.asarray(turned / np.take_along_axis(turned, largest[None], axis=0))
+
+    def take(self, kept: BoolArray | IntArray) -> "IdentifiedModes":
+        """Return some of the modes."""
+        return IdentifiedModes(
+            self.roots[kept],
+            self.shapes[:, kept],
+            self.reference[kept],
+            self.covariance[kept],
+            self.energy[kept],
+            self.left,
+        )
 
 
-def identify_modes(data: FloatArray, rate: float, first: float, highest: float, count: int) -> IdentifiedModes:
-    """Return the strongest modes, at most ``count``, of a recording (time, sensor) up to ``highest`` Hz.
+def identify_modes(
+    motions: FloatArray | Sequence[FloatArray], rate: float, first: float, highest: float, count: int | None = None
+) -> IdentifiedModes:
+    """Return the modes of a recording up to ``highest`` Hz; with ``count`` the strongest, at most so many.
 
-    ``first``: the structure's lowest natural frequency, Hz, which says what is a drift, and how long to look.
+    ``motions``: one free decay (time, sensor), or several that share their modes. ``first``: the structure's lowest
+    natural frequency, Hz, which says what is a drift, and how long to look.
     """
-    roots = _candidates(data, rate, first)
-    frequencies, ratios = np.abs(roots) / (2 * np.pi), -roots.real / np.abs(roots)
+    parts = [motions] if isinstance(motions, np.ndarray) and motions.ndim == 2 else list(motions)
+    parts = [np.asarray(part, dtype=float) for part in parts]
     lowest = min(FREE_DECAY.min_frequency_hz, FREE_DECAY.min_frequency_hz * first)
-    vibrates = (
-        (frequencies >= lowest) & (frequencies <= highest) & (ratios > 0) & (ratios < FREE_DECAY.max_damping_ratio)
-    )
-    roots = _strongest(data, roots[vibrates], rate, round(FREE_DECAY.spare_line_ratio * count))
-    for _ in range(FREE_DECAY.max_joins):
-        roots = fit_roots(data, roots, rate)
-        joined = _joined(roots, amplitudes_of(data, roots, rate)[0], len(data), rate)
-        if len(joined) == len(roots):
-            break
-        roots = joined
-    amplitudes, offset = amplitudes_of(data, roots, rate)
-    waves = np.exp(np.outer(np.arange(len(data)) / rate, roots))  # (time, line)
-    total = np.sum((data - offset) ** 2)
-    left = np.sum((data - offset - np.real(waves @ amplitudes)) ** 2) / total
-    energy = np.sum(np.real(waves[:, :, None] * amplitudes) ** 2, axis=(0, 2)) / total
-    in_phase = _phase_collinearity(amplitudes) >= FREE_DECAY.min_phase_collinearity
-    kept = np.flatnonzero(in_phase & (-roots.real < FREE_DECAY.max_damping_ratio * np.abs(roots)))
-    kept = kept[np.argsort(-energy[kept])][:count]
-    kept = kept[np.argsort(np.abs(roots[kept]))]
-    roots, shapes = roots[kept], _real_shapes(amplitudes[kept])
-    return IdentifiedModes(np.abs(roots) / (2 * np.pi), -roots.real / np.abs(roots), shapes, energy[kept], float(left))
+    roots, shapes = stabilisation_of(parts, rate, first, (lowest, highest)).modes
+    rms = np.sqrt(np.mean(np.concatenate([part - part.mean(axis=0) for part in parts]) ** 2, axis=0))
+    rms = np.where(rms > 0, rms, 1.0)
+    found = _settled(parts, rate, roots, shapes, rms)
+    if count is not None:
+        found = found.take(np.sort(np.argsort(-found.energy)[:count]))
+    return found.take(np.argsort(np.abs(found.roots)))
 
 
-def _candidates(data: FloatArray, rate: float, first: float) -> ComplexArray:
-    """Return the roots (root,), rad/s, of a realisation of the part of a recording that holds most of its energy."""
-    samples = len(data)
-    rows = min(FREE_DECAY.block_rows, samples // 4)
-    spacing = max(1, min(round(np.ceil(FREE_DECAY.min_row_periods / first * rate / rows)), samples // (2 * rows)))
-    span = rows * spacing + 1
-    power = np.cumsum(np.sum((data - data.mean(axis=0)) ** 2, axis=1))
-    end = min(samples, max(int(np.searchsorted(power, FREE_DECAY.energy_share * power[-1])), 4 * span))
-    stride = max(1, (end - span) // FREE_DECAY.max_columns)
-    order = min(FREE_DECAY.order, rows * data.shape[1], (end - span) // stride)
-    model = realise([data[None, :end]], order, rows, spacing, stride)
-    values = np.linalg.eigvals(model.transition).astype(complex)
-    roots = np.log(values[np.abs(values) > np.finfo(float).eps]) * rate
-    return np.asarray(roots[roots.imag > 0])
+def _settled(
+    parts: list[FloatArray], rate: float, roots: ComplexArray, shapes: ComplexArray, rms: FloatArray
+) -> IdentifiedModes:
+    """Return the modes that are left when those that are none have gone, and the noise is what they leave."""
+    noise, found, kept = rms, _none(len(rms)), np.zeros(0, dtype=bool)
+    for _ in range(FREE_DECAY.max_rounds):
+        if not len(roots):
+            return _none(len(rms))
+        start = SharedModes.of(roots, shapes, noise)
+        modes, linear = fit_shared_modes(parts, rate, start, noise)
+        left = left_by(parts, rate, modes, linear, noise)
+        level, lines = noise_at(modes, left, rate, noise)
+        covariance = covariance_of(modes, linear, level, noise)
+        energy = _energy(parts, rate, modes, linear, noise)
+        total = max(sum(float(np.sum((part - part.mean(axis=0)) ** 2)) for part in parts), np.finfo(float).tiny)
+        rest = sum(float(np.sum((part - part.mean(axis=0)) ** 2)) for part in left)
+        share = energy.sum(axis=1) / total
+        found = IdentifiedModes(modes.roots, modes.shapes.T, modes.reference, covariance, share, min(rest / total, 1.0))
+        kept = _is_known(found) & is_above_noise(energy / noise**2, level, lines, sum(map(len, parts)))
+        roots, shapes = _joined(parts, rate, found.take(kept), rms)
+        after = np.sqrt(np.mean(np.concatenate(left) ** 2, axis=0))
+        after = np.maximum(after, FREE_DECAY.least_noise * rms)
+        settled = np.allclose(after, noise, rtol=FREE_DECAY.noise_tolerance) and len(roots) == len(found.roots)
+        noise = after
+        if settled:
+            return found
+    return found.take(kept)
 
 
-def _strongest(data: FloatArray, roots: ComplexArray, rate: float, count: int) -> ComplexArray:
-    """Return at most ``count`` of the roots, one after the other that which explains most beside those before it."""
-    columns = columns_of(roots, len(data), rate)
-    centred = data - data.mean(axis=0)
-    gram, moments = columns.T @ columns, columns.T @ centred
-    total, explained = np.sum(centred**2), 0.0
-    chosen: list[int] = []
-    while len(chosen) < min(count, len(roots)):
-        gains = {}
-        for line in set(range(len(roots))) - set(chosen):
-            own = [part + len(roots) * half for half in (0, 1) for part in (*chosen, line)]
-            solved = np.linalg.lstsq(gram[np.ix_(own, own)], moments[own], rcond=None)[0]
-            gains[line] = float(np.sum(solved * moments[own]))
-        best = max(gains, key=lambda line: gains[line])
-        if gains[best] - explained < FREE_DECAY.min_energy_share * total:
-            break
-        chosen.append(best)
-        explained = gains[best]
-    return roots[chosen]
+def _none(sensors: int) -> IdentifiedModes:
+    """Return no modes."""
+    shapes, whole = np.zeros((sensors, 0), dtype=complex), 2 + 2 * sensors
+    return IdentifiedModes(shapes[0], shapes, np.zeros(0, dtype=int), np.zeros((0, whole, whole)), np.zeros(0), 1.0)
 
 
-def _phase_collinearity(amplitudes: ComplexArray) -> FloatArray:
-    """Return the modal phase collinearity (line,) of amplitudes (line, sensor): one where all sensors are in phase.
+def _energy(
+    parts: list[FloatArray], rate: float, modes: SharedModes, linear: tuple[Linearised, ...], noise: FloatArray
+) -> FloatArray:
+    """Return the sum of squares (mode, sensor) of each mode's own motion."""
+    energy = np.zeros(modes.shapes.shape)
+    for part, own in zip(parts, linear, strict=True):
+        waves = np.exp(np.outer(np.arange(len(part)) / rate, modes.roots))
+        amplitudes = (own.amplitudes * noise[modes.reference])[:, None] * modes.shapes
+        energy += np.sum(np.real(waves[:, :, None] * amplitudes) ** 2, axis=0)
+    return energy
+
+
+def _is_known(found: IdentifiedModes) -> BoolArray:
+    """Return which modes are known well enough, damped like a structure's, and in phase."""
+    entries = np.sqrt(np.diagonal(found.covariance, axis1=1, axis2=2)[:, 2:])  # (mode, 2 sensor)
+    usual = np.median(entries, axis=1) / np.abs(found.shapes).max(axis=0)
+    sure = np.sqrt(found.scatter[:, 0, 0]) < FREE_DECAY.max_frequency_error
+    in_phase = phase_collinearity(found.shapes) >= FREE_DECAY.min_phase_collinearity
+    damped = found.ratios < 0.99 * FREE_DECAY.max_damping_ratio
+    return np.asarray(sure & in_phase & damped & (usual < FREE_DECAY.max_shape_error))
+
+
+def phase_collinearity(shapes: ComplexArray) -> FloatArray:
+    """Return the modal phase collinearity (mode,) of shapes (sensor, mode): one where all sensors are in phase.
 
     (|Re|^2 - |Im|^2)^2 + 4 (Re . Im)^2 over (|Re|^2 + |Im|^2)^2 (Pappa, Elliott and Schenk, J. Guidance 16(5), 1993).
     """
-    return np.asarray(np.abs(np.sum(amplitudes**2, axis=1)) ** 2 / np.sum(np.abs(amplitudes) ** 2, axis=1) ** 2)
+    return np.asarray(np.abs(np.sum(shapes**2, axis=0)) ** 2 / np.sum(np.abs(shapes) ** 2, axis=0) ** 2)
 
 
-def _real_shapes(amplitudes: ComplexArray) -> FloatArray:
-    """Return real shapes (sensor, line), their largest entry one: amplitudes turned to the phase most sensors share."""
-    turned = np.real(amplitudes * np.exp(-0.5j * np.angle(np.sum(amplitudes**2, axis=1)))[:, None])
-    largest = np.argmax(np.abs(turned), axis=1)
-    return np.asarray((turned / np.take_along_axis(turned, largest[:, None], axis=1)).T)
+def _is_satellite(found: IdentifiedModes) -> BoolArray:
+    """Return which modes (mode, other) have another, far weaker one within the width of their peak."""
+    distance = np.abs(found.roots[:, None] - found.roots)
+    near = distance < FREE_DECAY.max_satellite_distance * np.abs(found.roots.real)[:, None]
+    return np.asarray(near & (found.energy < FREE_DECAY.max_satellite_energy * found.energy[:, None]))
 
 
-def _joined(roots: ComplexArray, amplitudes: ComplexArray, samples: int, rate: float) -> ComplexArray:
-    """Return the roots, those of one shape that lie close together replaced by the mean of their common motion."""
-    waves = np.exp(np.outer(np.arange(samples) / rate, roots))  # (time, line)
-    strength = np.sum(np.abs(waves) ** 2, axis=0) * np.sum(np.abs(amplitudes) ** 2, axis=1)
-    shapes = _real_shapes(amplitudes)
-    omega = np.abs(roots)
-    resolution = 2 * np.pi * rate / samples
+def _joined(
+    parts: list[FloatArray], rate: float, found: IdentifiedModes, rms: FloatArray
+) -> tuple[ComplexArray, ComplexArray]:
+    """Return roots and shapes, those of one shape that lie close together replaced by the mean of their motion."""
+    omega, resolution = np.abs(found.roots), 2 * np.pi * rate / max(len(part) for part in parts)
     near = np.abs(omega[:, None] - omega) <= np.maximum(FREE_DECAY.max_relative_separation * omega, resolution)
-    same = near & (mac(shapes, shapes) >= FREE_DECAY.min_mac_of_one_mode)
-    waiting, joined = [int(line) for line in np.argsort(-strength)], []
+    scaled = found.shapes / rms[:, None]
+    same = (near & (mac(scaled, scaled) >= FREE_DECAY.min_mac_of_one_mode)) | _is_satellite(found)
+    samples, waiting = max(len(part) for part in parts), [int(mode) for mode in np.argsort(-found.energy)]
+    waves = np.exp(np.outer(np.arange(samples) / rate, found.roots))  # (time, mode)
+    size = np.sqrt(found.energy / np.maximum(np.sum(np.abs(waves) ** 2, axis=0), np.finfo(float).tiny))
+    size = size / np.linalg.norm(found.shapes, axis=0)
+    roots, shapes = [], []
     while waiting:
-        group = [line for line in waiting if same[waiting[0], line]]
-        waiting = [line for line in waiting if line not in group]
-        motion = waves[:, group] @ amplitudes[group]  # (time, sensor)
-        change = (waves[:, group] * roots[group]) @ amplitudes[group]
-        joined.append(np.sum(motion.conj() * change) / np.sum(np.abs(motion) ** 2))
-    return np.array(joined, dtype=complex)
+        group = [mode for mode in waiting if same[waiting[0], mode]]
+        waiting = [mode for mode in waiting if mode not in group]
+        group = [
+            mode for mode in group if found.energy[mode] >= FREE_DECAY.max_satellite_energy * found.energy[group[0]]
+        ]
+        own = size[group][:, None] * found.shapes[:, group].T
+        motion, change = waves[:, group] @ own, (waves[:, group] * found.roots[group]) @ own  # (time, sensor)
+        alone = len(group) == 1
+        roots.append(found.roots[group[0]] if alone else np.sum(motion.conj() * change) / np.sum(np.abs(motion) ** 2))
+        shapes.append(found.shapes[:, group[0]])
+    return np.array(roots, dtype=complex), np.array(shapes, dtype=complex).reshape(len(roots), len(rms))

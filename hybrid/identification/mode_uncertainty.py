@@ -1,0 +1,88 @@
+"""How well modes are known: the covariance of roots and shapes, with the noise that each mode meets.
+
+Least squares over white noise have the covariance H^-1, H = J^T J in units of the noise. What a fit leaves is not white:
+between modes there is noise, about a mode whose frequency moves while it decays there is more. All that a mode's
+parameters change lies in a narrow band about its frequency; so its columns of J are weighed, channel by channel, with
+the power of what is left there.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.stats import f
+
+from fe_models.arrays import BoolArray, FloatArray
+from hybrid.identification.config import FREE_DECAY
+from hybrid.identification.shared_modes import Linearised, SharedModes
+
+TAKEN = 2.0  # lines of a spectrum: what a mode's amplitude and root take of the noise about it
+
+
+def left_by(
+    motions: Sequence[FloatArray], rate: float, modes: SharedModes, parts: Sequence[Linearised], noise: FloatArray
+) -> list[FloatArray]:
+    """Return what the modes leave of each motion, (time, sensor)."""
+    shapes = modes.shapes / (noise / noise[modes.reference][:, None])
+    left = []
+    for part, own in zip(motions, parts, strict=True):
+        waves = np.exp(np.outer(np.arange(len(part)) / rate, modes.roots))
+        left.append(part - noise * (own.offset + np.real((waves * own.amplitudes) @ shapes)))
+    return left
+
+
+def covariance_of(modes: SharedModes, parts: Sequence[Linearised], level: FloatArray, noise: FloatArray) -> FloatArray:
+    """Return the covariance (mode, parameter, parameter) of each mode's Re s, Im s, Re v, Im v, zero in the reference.
+
+    ``level`` (mode, sensor): see `noise_at`; ``noise`` (sensor,): what ``parts`` and it are in units of.
+    """
+    free, (count, sensors) = modes.free, modes.shapes.shape
+    weight = 1 / level
+    size = int(free.sum())
+    H = np.zeros((size, size))
+    for part in parts:
+        J = (part.slopes * weight.T[:, :, None])[:, :, free].reshape(-1, size)
+        H += J.T @ J
+    scale = 1 / np.sqrt(np.maximum(np.diag(H), np.finfo(float).tiny))
+    normal = H * np.outer(scale, scale) + np.finfo(float).eps * size * np.eye(size)
+    whole = np.zeros((free.size, free.size))
+    whole[np.ix_(free.ravel(), free.ravel())] = np.linalg.inv(normal) * np.outer(scale, scale)
+    to_units = np.ones((count, 2 + 2 * sensors))
+    to_units[:, 2:] = np.tile(noise / noise[modes.reference][:, None], 2)
+    whole = whole * np.outer(to_units, to_units)
+    own = whole.reshape(count, 2 + 2 * sensors, count, 2 + 2 * sensors)
+    return own[np.arange(count), :, np.arange(count)]
+
+
+def noise_at(
+    modes: SharedModes, left: Sequence[FloatArray], rate: float, noise: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the standard deviation (mode, sensor) of noise that is everywhere as loud as what is left (time, sensor)
+    of each motion about a mode's frequency, in units of the ``noise`` (sensor,); and of how many lines that is known.
+    """
+    frequency, half_width = np.abs(modes.roots) / (2 * np.pi), -modes.roots.real / (2 * np.pi)
+    power, count = np.zeros((len(frequency), len(noise))), np.zeros(len(frequency))
+    for part in left:
+        spectrum = np.abs(np.fft.rfft(part / noise, axis=0)) ** 2 / len(part)
+        lines = np.fft.rfftfreq(len(part), 1 / rate)
+        reach = np.maximum(
+            np.maximum(FREE_DECAY.noise_band_lines * rate / len(part), FREE_DECAY.noise_band_share * frequency),
+            FREE_DECAY.noise_band_widths * half_width,
+        )
+        for mode, (middle, width) in enumerate(zip(frequency, reach, strict=True)):
+            own = spectrum[np.abs(lines - middle) <= width]
+            free = max(len(own) - TAKEN, 1.0)
+            power[mode] += own.sum(axis=0) / free
+            count[mode] += free
+    found = np.sqrt(power / len(left))
+    return np.maximum(found, FREE_DECAY.least_noise * max(float(found.max()), 1.0)), count
+
+
+def is_above_noise(energy: FloatArray, level: FloatArray, lines: FloatArray, samples: int) -> BoolArray:
+    """Return which modes (mode,) noise alone has in one recording of many only: an F-test of their energy.
+
+    ``energy`` (mode, sensor) over that of the ``noise`` of `noise_at`, whose ``level`` is known of so many ``lines``. A
+    mode takes an amplitude in each sensor and a root, the best of all that ``samples`` can tell apart.
+    """
+    taken, known = 2 * level.shape[1] + 2, 2 * lines * level.shape[1]
+    least = taken * f.isf(FREE_DECAY.false_alarms / samples, taken, known)
+    return np.asarray(np.sum(energy / level**2, axis=1) > least)
