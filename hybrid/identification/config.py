@@ -26,7 +26,8 @@ class FreeDecayConfig:
 
     # Hz, or of the lowest natural frequency where that is less than 1 Hz: below are drifts
     min_frequency_hz: float = 0.5
-    false_alarms: float = 1e-3  # modes in a recording of noise alone
+    # modes in a recording of noise alone, if every sample were one chance: roots between lines are many more
+    false_alarms: float = 1e-5
     min_phase_collinearity: float = 0.5  # sensors move nearly in phase in a mode (Pappa 1993); in noise they do not
     max_frequency_error: float = 0.01  # relative standard deviation: what is known less well is taken for noise
     max_shape_error: float = 0.5  # of the largest entry: the same, for the usual entry of a shape
@@ -46,11 +47,10 @@ class FreeDecayConfig:
     min_chi2_fall: float = 0.01  # of its sum of squares, below which it has converged
     largest_step: float = 0.3  # of a root, relative: more in one step leads to another mode
     least_noise: float = 1e-9  # of a channel's rms: recordings without noise
-    # the band about a mode in which the noise that it meets is taken: in lines of the spectrum, of its frequency, and
-    # in half widths of its peak, whichever is widest
+    # the band on both sides of a mode in which the noise that it meets is taken: in lines that its decay, or the
+    # recording, can tell apart, and of its frequency, whichever is wider
     noise_band_lines: float = 4.0
     noise_band_share: float = 0.02
-    noise_band_widths: float = 3.0
 
 
 @dataclass(frozen=True)

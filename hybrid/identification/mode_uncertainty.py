@@ -59,20 +59,19 @@ def noise_at(
     """Return the standard deviation (mode, sensor) of noise that is everywhere as loud as what is left (time, sensor)
     of each motion about a mode's frequency, in units of the ``noise`` (sensor,); and of how many lines that is known.
     """
-    frequency, half_width = np.abs(modes.roots) / (2 * np.pi), -modes.roots.real / (2 * np.pi)
+    frequency, decay = np.abs(modes.roots) / (2 * np.pi), -modes.roots.real
     power, count = np.zeros((len(frequency), len(noise))), np.zeros(len(frequency))
     for part in left:
-        spectrum = np.abs(np.fft.rfft(part / noise, axis=0)) ** 2 / len(part)
-        lines = np.fft.rfftfreq(len(part), 1 / rate)
-        reach = np.maximum(
-            np.maximum(FREE_DECAY.noise_band_lines * rate / len(part), FREE_DECAY.noise_band_share * frequency),
-            FREE_DECAY.noise_band_widths * half_width,
-        )
-        for mode, (middle, width) in enumerate(zip(frequency, reach, strict=True)):
-            own = spectrum[np.abs(lines - middle) <= width]
-            free = max(len(own) - TAKEN, 1.0)
-            power[mode] += own.sum(axis=0) / free
-            count[mode] += free
+        lines, time = np.fft.rfftfreq(len(part), 1 / rate), np.arange(len(part)) / rate
+        for mode, middle in enumerate(frequency):
+            window = np.exp(-decay[mode] * time)  # noise counts while the mode is there to meet it
+            spectrum = np.abs(np.fft.rfft(window[:, None] * part / noise, axis=0)) ** 2 / np.sum(window**2)
+            resolution = max(rate / len(part), decay[mode] / np.pi)
+            reach = max(FREE_DECAY.noise_band_lines * resolution, FREE_DECAY.noise_band_share * middle)
+            own = spectrum[np.abs(lines - middle) <= reach]
+            independent = 2 * reach / resolution
+            power[mode] += own.mean(axis=0) * independent / (independent - TAKEN)
+            count[mode] += independent - TAKEN
     found = np.sqrt(power / len(left))
     return np.maximum(found, FREE_DECAY.least_noise * max(float(found.max()), 1.0)), count
 

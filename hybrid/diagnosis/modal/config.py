@@ -1,0 +1,71 @@
+"""Numbers of the modal evidence, with the reason beside each."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class PairingConfig:
+    """Which measured mode is which of a structure's."""
+
+    # a frequency that far off costs as much as a MAC lower by that; both are what models off by a fifth have
+    frequency_scale: float = 0.05  # of the logarithm
+    mac_scale: float = 0.05
+    max_frequency_difference: float = 0.3  # of the logarithm: farther off no pair is made
+    min_mac: float = 0.5  # below, another mode is as like
+    max_cost: float = 40.0  # of both together: a frequency off by 30 %, or a MAC of 0.5, with little of the other
+
+
+@dataclass(frozen=True)
+class CombinationConfig:
+    """Lines of a recording at sums, differences and multiples of frequencies: a nonlinear motion, no modes."""
+
+    max_relative_distance: float = 2e-3  # of its frequency, or four standard deviations, how far such a line may be off
+    max_distance_sigma: float = 4.0
+    max_energy_share: float = 0.02  # of either mode that it is made of; a mode of its own is seldom so weak and there
+
+
+@dataclass(frozen=True)
+class OutlierConfig:
+    """Measured modes that no mode of the structure is: so wide is what they might have been."""
+
+    log_frequency: float = 0.1
+    damping_ratio: float = 0.01
+    shape: float = 0.5  # of the largest entry
+    probability: float = 0.1  # of a measured mode, beforehand
+
+
+@dataclass(frozen=True)
+class FitConfig:
+    """The best factors and sizes of a claim."""
+
+    max_iterations: int = 10
+    difference_step: float = 1e-5  # of a prior standard deviation: modes change by 1e-7 of themselves
+    max_log_step: float = 0.3  # of a factor's logarithm in one step
+    converged_log_step: float = 1e-3
+    converged_sigma: float = 0.05  # of a size: a smaller step changes no answer
+    error_iterations: int = 12  # of the search for the sizes of errors, in each round
+    bound_approach: float = 0.5  # of the way to a bound that a step would cross
+    max_basis_shift: float = 0.05  # of a factor's logarithm: beyond it the modes of another structure serve as basis
+    max_rebased: int = 3
+
+
+@dataclass(frozen=True)
+class ScanConfig:
+    """Which claims are worth a fit."""
+
+    # prior standard deviations from doing nothing at which a cause is tried; a step of least squares goes on from each
+    sizes: tuple[float, ...] = (-1.0, -0.3, 0.02, 0.3, 1.0, 3.0)
+    difference_step: float = 1e-4  # of a prior standard deviation
+    # of an unknown change of the structure: what a scan leaves of it for what is not linear in causes that may explain it
+    remaining_change: float = 0.1
+    fitted: int = 6  # claims of each round, and beside each claim, that are fitted
+    kept: int = 2  # claims that the next cause is added to
+    max_causes: int = 3
+    min_gain: float = 0.0  # of the log posterior: what a further cause must bring
+
+
+PAIRING = PairingConfig()
+COMBINATION = CombinationConfig()
+OUTLIER = OutlierConfig()
+FIT = FitConfig()
+SCAN = ScanConfig()

@@ -1,0 +1,171 @@
+"""How far off a model's modes are where all its values are right, and how far nominal values are off: both estimated.
+
+Every model leaves something out. What it leaves shifts each mode's frequency, damping and shape by amounts that are the
+same in all recordings; from one recording to the next they differ by less. The sizes of both, and the scale by which
+nominal values are off beyond what was stated, are parameters of the covariance of all that is measured; they are found
+by maximum marginal likelihood (type II), beside broad priors.
+"""
+
+from dataclasses import dataclass, field, fields, replace
+from typing import Any
+
+import numpy as np
+from scipy.linalg import cho_solve
+from scipy.optimize import minimize
+
+from fe_models.arrays import BoolArray, FloatArray, IntArray
+
+QUANTITIES = ("frequency", "ratio", "shape", "phase")
+
+
+def _size(median: float, spread: float) -> Any:
+    """Return the field of a size by its prior: its median, and the standard deviation of its logarithm."""
+    return field(default=median, metadata={"spread": spread})
+
+
+@dataclass(frozen=True)
+class ErrorSizes:
+    """Standard deviations of what a right model gets wrong of each mode: of log frequency, damping ratio, and Re and Im
+    of a shape's entries (of the reference entry); those that differ from one recording to the next (``_varies``); and
+    the scales of the stated uncertainties. The values given are prior medians.
+    """
+
+    frequency: float = _size(1e-3, 2.0)  # a careful model and its identification agree to a few thousandths
+    ratio: float = _size(5e-4, 2.0)
+    shape: float = _size(1e-2, 2.0)  # a MAC of 0.999
+    phase: float = _size(5e-3, 2.0)
+    frequency_varies: float = _size(3e-4, 2.0)  # a degree of temperature, or an amplitude half as large
+    ratio_varies: float = _size(2e-4, 2.0)
+    shape_varies: float = _size(3e-3, 2.0)
+    phase_varies: float = _size(3e-3, 2.0)
+    stiffness_scale: float = _size(1.0, 1.5)  # of what was stated; the data may say that it is far more, or less
+    mass_scale: float = _size(1.0, 1.5)
+    damping_scale: float = _size(1.0, 1.5)
+    element_scale: float = _size(1.0, 1.5)
+    change: float = _size(1.0, 1.0)  # of the sizes of an unknown change, below
+
+    @property
+    def log_prior(self) -> float:
+        """The log prior density of the logarithms, but for a constant."""
+        return -0.5 * float(np.sum(((np.log(self.values) - _MEDIANS) / _SPREADS) ** 2))
+
+    @property
+    def values(self) -> FloatArray:
+        """All sizes (size,), in order."""
+        return np.array([getattr(self, item.name) for item in fields(self)])
+
+
+_MEDIANS = np.log(ErrorSizes().values)
+_SPREADS = np.array([item.metadata["spread"] for item in fields(ErrorSizes)])
+NAMES = tuple(item.name for item in fields(ErrorSizes))
+FARTHEST = 3.0  # prior standard deviations: as far as a size is looked for
+UNKNOWN_CHANGE = {"frequency": 0.03, "ratio": 3e-3, "shape": 0.15, "phase": 0.02}  # of a structure that has changed
+SCALES = {"stiffness": "stiffness_scale", "mass": "mass_scale", "damping": "damping_scale", "element": "element_scale"}
+
+
+@dataclass(frozen=True)
+class Rows:
+    """What is measured, a value a row: its ``quantity`` (row,), one of `QUANTITIES` by number; the number of the
+    ``shared`` (row,) error that it has, of its mode, quantity and sensor; its ``recording`` (row,).
+
+    ``noise`` (row, row): covariance of the identification. ``slopes`` (row, nuisance) by nominal values, ``spread``
+    (nuisance,) their stated standard deviations and ``kind`` (nuisance,) whose scale each has, "" of none. ``changed``
+    (row,): in which recordings the structure has changed in an unknown way.
+    """
+
+    quantity: IntArray
+    shared: IntArray
+    recording: IntArray
+    noise: FloatArray
+    slopes: FloatArray
+    spread: FloatArray
+    kind: tuple[str, ...]
+    changed: BoolArray
+
+    @property
+    def groups(self) -> FloatArray:
+        """Which rows (row, error) have each shared error."""
+        found = np.zeros((len(self.shared), int(self.shared.max(initial=-1)) + 1))
+        found[np.arange(len(self.shared)), self.shared] = 1.0
+        return found
+
+    def scales(self, sizes: ErrorSizes) -> FloatArray:
+        """Return the standard deviation (nuisance,) of each nominal value."""
+        factor = [getattr(sizes, SCALES[kind]) if kind else 1.0 for kind in self.kind]
+        return np.asarray(self.spread * factor)
+
+    def covariance(self, sizes: ErrorSizes) -> FloatArray:
+        """Return the covariance (row, row) of all rows, nominal values marginalised."""
+        common, varies = (self._by_row(sizes, end) for end in ("", "_varies"))
+        groups = self.groups
+        weighted = groups * common[:, None]
+        total = self.noise + weighted @ weighted.T
+        total[np.diag_indices_from(total)] += varies**2
+        if self.changed.any():
+            unknown = groups * (self._unknown * self.changed * sizes.change)[:, None]
+            total += unknown @ unknown.T
+        moved = self.slopes * self.scales(sizes)
+        return np.asarray(total + moved @ moved.T)
+
+    def _by_row(self, sizes: ErrorSizes, end: str) -> FloatArray:
+        return np.array([getattr(sizes, name + end) for name in QUANTITIES])[self.quantity]
+
+    @property
+    def _unknown(self) -> FloatArray:
+        return np.array([UNKNOWN_CHANGE[name] for name in QUANTITIES])[self.quantity]
+
+    def gradient(self, sizes: ErrorSizes, outer: FloatArray) -> FloatArray:
+        """Return the slope (size,) of the log likelihood by the logarithm of each size; ``outer``: a a^T - inverse of
+        the covariance, a that inverse times the residual.
+        """
+        found, groups = dict.fromkeys(NAMES, 0.0), self.groups
+        within = np.einsum("re,rs,se->e", groups, outer, groups, optimize=True)  # of each shared error
+        first = np.array([self.quantity[self.shared == error][0] for error in range(len(within))], dtype=int)
+        for number, name in enumerate(QUANTITIES):
+            found[name] = getattr(sizes, name) ** 2 * float(within[first == number].sum())
+            own = np.diag(outer)[self.quantity == number]
+            found[f"{name}_varies"] = getattr(sizes, f"{name}_varies") ** 2 * float(own.sum())
+        if self.changed.any():
+            unknown = groups * (self._unknown * self.changed)[:, None]
+            found["change"] = sizes.change**2 * float(np.sum(unknown * (outer @ unknown)))
+        moved = self.slopes * self.scales(sizes)
+        each = np.sum(moved * (outer @ moved), axis=0)
+        for kind, name in SCALES.items():
+            found[name] = float(sum(value for value, own in zip(each, self.kind, strict=True) if own == kind))
+        return np.array([found[name] for name in NAMES])
+
+    def log_likelihood(self, residual: FloatArray, sizes: ErrorSizes) -> float:
+        """Return the log density of a ``residual`` (row,), beside the prior of the sizes."""
+        lower = np.linalg.cholesky(self.covariance(sizes))
+        white = np.linalg.solve(lower, residual)
+        return float(-0.5 * white @ white - np.log(np.diag(lower)).sum()) + self.constant + sizes.log_prior
+
+    @property
+    def constant(self) -> float:
+        """What a log density of so many rows has whatever they are."""
+        return -0.5 * len(self.quantity) * float(np.log(2 * np.pi))
+
+    def fitted(self, residual: FloatArray, start: ErrorSizes, iterations: int) -> ErrorSizes:
+        """Return the sizes with which a ``residual`` (row,) is most likely."""
+
+        def cost(logs: FloatArray) -> tuple[float, FloatArray]:
+            sizes = sizes_of(logs)
+            lower = np.linalg.cholesky(self.covariance(sizes))
+            inverse = cho_solve((lower, True), np.eye(len(lower)))
+            along = inverse @ residual
+            value = -0.5 * residual @ along - np.log(np.diag(lower)).sum() + sizes.log_prior
+            slope = self.gradient(sizes, np.outer(along, along) - inverse)
+            return -float(value), -(slope - (logs - _MEDIANS) / _SPREADS**2)
+
+        least, most = _MEDIANS - FARTHEST * _SPREADS, _MEDIANS + FARTHEST * _SPREADS
+        begun = np.clip(np.log(start.values), least, most)
+        found = minimize(
+            cost, begun, jac=True, method="L-BFGS-B", bounds=list(zip(least, most, strict=True)),
+            options={"maxiter": iterations},
+        )
+        return sizes_of(found.x)
+
+
+def sizes_of(logs: FloatArray) -> ErrorSizes:
+    """Return the sizes of these logarithms (size,)."""
+    return replace(ErrorSizes(), **dict(zip(NAMES, np.exp(logs).tolist(), strict=True)))

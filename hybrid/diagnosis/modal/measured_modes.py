@@ -1,0 +1,65 @@
+"""The modes of a recording as evidence: frequencies, damping ratios and shapes at the sensors, with their covariance."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fe_models.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from hybrid.diagnosis.modal.config import COMBINATION
+from hybrid.identification.free_decay_modes import IdentifiedModes
+
+
+@dataclass(frozen=True)
+class MeasuredModes:
+    """The modes of one recording, by its ``name``.
+
+    ``log_omega`` (mode,) of rad/s; damping ``ratios`` (mode,); complex ``shapes`` (mode, sensor) of any scale and
+    phase. ``covariance`` (mode, 2 + 2 sensor, 2 + 2 sensor) of log omega, ratio, then Re and Im of each entry.
+    """
+
+    name: str
+    log_omega: FloatArray
+    ratios: FloatArray
+    shapes: ComplexArray
+    covariance: FloatArray
+
+    @staticmethod
+    def of(name: str, found: IdentifiedModes) -> "MeasuredModes":
+        """Return what was identified from a recording, without lines that are sums or multiples of others."""
+        modes = found.take(~are_combinations(found))
+        return MeasuredModes(name, np.log(np.abs(modes.roots)), modes.ratios, modes.shapes.T, modes.scatter)
+
+    def over(self, reference: IntArray) -> tuple[FloatArray, FloatArray]:
+        """Return log omega, ratio, Re and Im of each shape over its ``reference`` (mode,) entry, (mode, 2 + 2 sensor),
+        and their covariance: z = v / v_ref has dz = (dv - z dv_ref) / v_ref.
+        """
+        count, sensors = self.shapes.shape
+        every = np.arange(count)
+        by = self.shapes[every, reference][:, None]
+        z = self.shapes / by
+        turned = np.zeros((count, 2 + 2 * sensors, 2 + 2 * sensors))
+        turned[:, 0, 0] = turned[:, 1, 1] = 1.0
+        real, imaginary = slice(2, 2 + sensors), slice(2 + sensors, 2 + 2 * sensors)
+        slope = np.zeros((count, sensors, sensors), dtype=complex)
+        slope[:, range(sensors), range(sensors)] = 1 / by
+        slope[every, :, reference] -= z / by
+        turned[:, real, real], turned[:, real, imaginary] = slope.real, -slope.imag
+        turned[:, imaginary, real], turned[:, imaginary, imaginary] = slope.imag, slope.real
+        values = np.column_stack([self.log_omega, self.ratios, z.real, z.imag])
+        return values, turned @ self.covariance @ turned.swapaxes(1, 2)
+
+
+def are_combinations(found: IdentifiedModes) -> BoolArray:
+    """Return which lines (mode,) are at a multiple, a sum or a difference of the frequencies of far stronger ones."""
+    frequency, error, energy = found.frequencies, found.frequency_errors, found.energy
+    combined = np.zeros(len(frequency), dtype=bool)
+    for line in range(len(frequency)):
+        strong = np.flatnonzero(energy[line] < COMBINATION.max_energy_share * energy)
+        i, j = (index.ravel() for index in np.meshgrid(strong, strong))
+        expected = np.concatenate([frequency[i] + frequency[j], np.abs(frequency[i] - frequency[j])])
+        sigma = np.sqrt(error[line] ** 2 + np.tile(error[i] ** 2 + error[j] ** 2, 2))
+        reach = np.maximum(
+            COMBINATION.max_distance_sigma * sigma, COMBINATION.max_relative_distance * frequency[line]
+        )
+        combined[line] = bool(np.any((np.abs(frequency[line] - expected) < reach) & (expected > 0)))
+    return combined

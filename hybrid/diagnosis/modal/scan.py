@@ -1,0 +1,164 @@
+"""Which causes are worth a fit: each at several sizes, in several groups of recordings, by the modes that it makes.
+
+From each size one step of least squares is taken in closed form, nominal values and errors marginalised as in the fit
+that it is added to: what it would gain ranks the causes. Modes are paired anew, as a large change moves them past one
+another.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import solve_triangular
+
+from fe_models.arrays import BoolArray, FloatArray
+from fe_models.causes.candidate import (
+    Candidate,
+    MatrixCandidate,
+    ModeCandidate,
+    SensorCandidate,
+)
+from hybrid.diagnosis.modal.config import SCAN
+from hybrid.diagnosis.modal.evidence import Measured, ModalFit
+from hybrid.diagnosis.modal.pairing import paired
+from hybrid.diagnosis.modal.predicted_modes import predicted_modes
+from hybrid.diagnosis.parallel import parallel_map
+
+Recordings = tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A ``candidate`` of a ``size`` in the recordings where it ``acts``, and what its log evidence may ``gain``."""
+
+    candidate: Candidate
+    size: float
+    acts: Recordings
+    gain: float
+
+
+def shows_in_modes(candidate: Candidate) -> bool:
+    """Return whether modes tell a cause, and by one size: not force laws, drifts and harmonic forces."""
+    drifts = isinstance(candidate, SensorCandidate) and candidate.quantity == "drift"
+    return isinstance(candidate, MatrixCandidate | ModeCandidate | SensorCandidate) and not drifts
+
+
+def scan(
+    measured: Measured, base: ModalFit, candidates: Sequence[Candidate], groups: Sequence[Recordings]
+) -> list[Trial]:
+    """Return the trials of all ``candidates`` in all ``groups`` of recordings, most promising first."""
+    taken = {candidate.key for candidate in base.claim.hypothesis.candidates}
+    own = [candidate for candidate in candidates if shows_in_modes(candidate) and candidate.key not in taken]
+    first, hypothesis = base.nuisances, base.claim.hypothesis
+    total = base.theta[:first] + measured.offset
+    at_centre = base.residual  # where nominal values are at their centre
+    fitted = solve_triangular(base.lower, base.slopes[:, first:], lower=True)
+    basis = np.linalg.qr(fitted)[0] if len(hypothesis.candidates) else np.zeros((len(at_centre), 0))
+    masks = np.array([np.isin(base.rows.recording, group) for group in groups])
+
+    def tried(candidate: Candidate) -> list[Trial]:
+        moved = _moved(measured, base, candidate, total)
+        if moved is None:
+            return []
+        sizes, residuals = moved
+        return _ranked(base, candidate, sizes, residuals - at_centre, masks, groups, basis)
+
+    found = [trial for trials in parallel_map(tried, own) for trial in trials]
+    return sorted(found, key=lambda trial: -trial.gain)
+
+
+def _sizes(candidate: Candidate) -> FloatArray:
+    """Return the sizes (size,) at which a cause is tried, in bounds."""
+    steps = np.array(SCAN.sizes) * candidate.width[0]
+    sizes = np.unique(np.concatenate([candidate.neutral[0] + steps, candidate.far]))
+    most = candidate.upper[0] if candidate.upper else np.inf
+    return np.asarray(sizes[(sizes > candidate.lower[0]) & (sizes < most)])
+
+
+def _moved(
+    measured: Measured, base: ModalFit, candidate: Candidate, total: FloatArray
+) -> tuple[FloatArray, FloatArray] | None:
+    """Return the sizes (size,) and what is left of all rows, (2, size, row), with each of them in all recordings, and
+    with each a little larger; nominal values at their centre.
+    """
+    sizes = _sizes(candidate)
+    if not len(sizes):
+        return None
+    claim, first = base.claim, base.nuisances
+    every = np.concatenate([sizes, sizes + SCAN.difference_step * candidate.width[0]])
+    pairs, free = base.pairs, _free_rows(base, measured)
+    residuals = np.zeros((len(every), *free.shape))
+    with_it = claim.hypothesis.adding(candidate)
+    for off in dict.fromkeys(claim.off(recording) for recording in range(len(measured.recordings))):
+        hypothesis, kept = with_it.less(off), claim.hypothesis.parameters_of(off)
+        thetas = np.column_stack([np.repeat(base.theta[kept][None], len(every), axis=0), every])
+        stands = hypothesis.weighs(thetas)
+        modes = predicted_modes(hypothesis, thetas, measured.outputs) if stands.all() else None
+        if modes is None or not modes.roots.shape[1]:
+            return None
+        for recording, seen in enumerate(measured.recordings):
+            if claim.off(recording) != off:
+                continue
+            here = np.flatnonzero(pairs.recording == recording)
+            values = seen.over(_references(base, measured, recording))[0][pairs.measured[here]]
+            for variant in range(len(sizes)):
+                mode = paired(seen, modes.log_omega[variant], modes.shapes[variant], measured.orders)
+                own = mode[pairs.measured[here]]
+                known = np.minimum(pairs.mode[here], modes.roots.shape[1] - 1)
+                own = np.where(own >= 0, own, known)
+                for which in (variant, len(sizes) + variant):
+                    every_mode = modes.over(own, pairs.reference[here])[which]
+                    residuals[which, here] = values - every_mode
+    left = residuals[:, free] + base.rows.slopes @ total
+    return sizes, left.reshape(2, len(sizes), -1)
+
+
+def _references(base: ModalFit, measured: Measured, recording: int) -> np.ndarray:
+    """Return the reference entry of each measured mode of a recording, as its pairs have it."""
+    found = np.zeros(len(measured.recordings[recording].log_omega), dtype=int)
+    here = base.pairs.recording == recording
+    found[base.pairs.measured[here]] = base.pairs.reference[here]
+    return found
+
+
+def _free_rows(base: ModalFit, measured: Measured) -> BoolArray:
+    """Return which values (pair, 2 + 2 sensor) are rows."""
+    sensors = len(measured.sensors)
+    free = np.ones((len(base.pairs), 2 + 2 * sensors), dtype=bool)
+    for part in (2, 2 + sensors):
+        free[np.arange(len(base.pairs)), part + base.pairs.reference] = False
+    return free
+
+
+def _ranked(
+    base: ModalFit,
+    candidate: Candidate,
+    sizes: FloatArray,
+    changes: FloatArray,
+    masks: BoolArray,
+    groups: Sequence[Recordings],
+    basis: FloatArray,
+) -> list[Trial]:
+    """Return the best size of a candidate in each group; ``changes`` (2, size, row) of what is left by its action."""
+    width = candidate.width[0]
+    masked = changes[:, None] * masks[None, :, None]  # (2, group, size, row)
+    white = solve_triangular(base.lower, masked.reshape(-1, masked.shape[-1]).T, lower=True)
+    white = white.T.reshape(masked.shape)
+    start = base.white - basis @ (basis.T @ base.white)
+    white = white - (white @ basis) @ basis.T
+    left = start + white[0]  # (group, size, row)
+    slope = -(white[1] - white[0]) / (SCAN.difference_step * width)
+    precision = np.sum(slope**2, axis=-1) + 1 / width**2
+    off = sizes - candidate.neutral[0]
+    along = np.sum(slope * left, axis=-1) - off / width**2
+    step = along / precision
+    cost = np.sum(left**2, axis=-1) + (off / width) ** 2 - along**2 / precision
+    gain = 0.5 * (float(start @ start) - cost) - 0.5 * np.log(precision * width**2)
+    best = np.argmax(gain, axis=1)
+    trials = []
+    for number, group in enumerate(groups):
+        size = sizes[best[number]] + np.clip(step[number, best[number]], -width, width)
+        least, most = candidate.lower[0], candidate.upper[0] if candidate.upper else np.inf
+        inside = size if least < size < most else sizes[best[number]]
+        trials.append(Trial(candidate, float(inside), group, float(gain[number, best[number]])))
+    return trials
