@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from fe_models.causes import DeadLoad as DeadLoad
     from fe_models.causes import GapStop as GapStop
     from fe_models.causes import HarmonicForce as HarmonicForce
+    from fe_models.causes import MassChange as MassChange
     from fe_models.causes import ModalDamping as ModalDamping
     from fe_models.causes import PointDamper as PointDamper
     from fe_models.causes import QuadraticDamper as QuadraticDamper
@@ -80,6 +81,7 @@ _HOMES = {
         "DeadLoad",
         "GapStop",
         "HarmonicForce",
+        "MassChange",
         "ModalDamping",
         "PointDamper",
         "QuadraticDamper",

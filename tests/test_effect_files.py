@@ -20,6 +20,7 @@ from fe_models.causes import (
     Effect,
     GapStop,
     HarmonicForce,
+    MassChange,
     ModalDamping,
     PointDamper,
     QuadraticDamper,
@@ -64,6 +65,7 @@ WORDS: list[tuple[Cause, dict[str, object], dict[str, tuple[object, str]]]] = [
         {"node": 3, "direction": "y"},
         {"amplitude": (2.0, "N"), "frequency": (1.5, "Hz"), "phase": (0.3, "rad")},
     ),
+    (MassChange((1, 2, 3), 1.1), {"elements": [1, 2, 3]}, {"factor": (1.1, "1")}),
     (SensorGain("a1", 1.1), {"sensor": "a1"}, {"factor": (1.1, "1")}),
     (SensorDelay("a1", 0.01), {"sensor": "a1"}, {"delay": (0.01, "s")}),
     (SensorDrift("a1", 0.1), {"sensor": "a1"}, {"slope": (0.1, "unit/s")}),
@@ -86,7 +88,7 @@ def test_words_and_units_are_the_contract_s(
 def test_every_kind_has_an_example_here() -> None:
     assert {cause.kind for cause, _, _ in WORDS} == set(CAUSES)
     assert {effect.kind for effect in EXAMPLES} == set(known_effects())
-    assert len(CAUSES) == 18
+    assert len(CAUSES) == 19
 
 
 def test_all_effects_together_come_back_equal(tmp_path: Path) -> None:

@@ -22,6 +22,7 @@ from fe_models.causes.dead_load import DeadLoad
 from fe_models.causes.added_mass import AddedMass
 from fe_models.causes.support_spring import SupportSpring
 from fe_models.causes.point_damper import PointDamper
+from fe_models.causes.mass_change import MassChange
 from fe_models.causes.modal_damping import ModalDamping
 from fe_models.causes.cubic_spring import CubicSpring
 from fe_models.causes.quadratic_damper import QuadraticDamper
@@ -50,6 +51,7 @@ __all__ = [
     "ForceLaw",
     "GapStop",
     "HarmonicForce",
+    "MassChange",
     "ModalDamping",
     "Part",
     "PointDamper",

@@ -43,7 +43,7 @@ class FitConfig:
     max_log_step: float = 0.3  # of a factor's logarithm in one step
     converged_log_step: float = 1e-3
     converged_sigma: float = 0.05  # of a size: a smaller step changes no answer
-    error_iterations: int = 12  # of the search for the sizes of errors, in each round
+    error_iterations: int = 8  # of the search for the sizes of errors, in each round
     bound_approach: float = 0.5  # of the way to a bound that a step would cross
     max_basis_shift: float = 0.05  # of a factor's logarithm: beyond it the modes of another structure serve as basis
     max_rebased: int = 3
@@ -54,14 +54,28 @@ class ScanConfig:
     """Which claims are worth a fit."""
 
     # prior standard deviations from doing nothing at which a cause is tried; a step of least squares goes on from each
-    sizes: tuple[float, ...] = (-1.0, -0.3, 0.02, 0.3, 1.0, 3.0)
+    sizes: tuple[float, ...] = (-2.0, -0.6, -0.2, 0.02, 0.07, 0.2, 0.6, 2.0)
+    few_sizes: tuple[float, ...] = (-0.6, 0.02, 0.6)  # of what acts in all recordings: they were fitted as they are
     difference_step: float = 1e-4  # of a prior standard deviation
     # of an unknown change of the structure: what a scan leaves of it for what is not linear in causes that may explain it
-    remaining_change: float = 0.1
-    fitted: int = 6  # claims of each round, and beside each claim, that are fitted
+    remaining_change: float = 0.03
+    polished: int = 16  # claims of each scan that are fitted for a few rounds, the errors as they were, ...
+    polishing_rounds: int = 4
+    fitted: int = 4  # ... and those of them that are fitted whole
     kept: int = 2  # claims that the next cause is added to
     max_causes: int = 3
     min_gain: float = 0.0  # of the log posterior: what a further cause must bring
+
+
+@dataclass(frozen=True)
+class ConclusionConfig:
+    """What is reported of the best claims."""
+
+    normal_sigma: float = 3.0  # stated standard deviations: as far off as values of a few dozen are by chance
+    min_probability: float = 0.9  # that a group is farther off than that, from which on it is a finding
+    max_left_of_explained: float = 0.1  # of the drawn structure's misfit: ten times better is explained
+    max_left_of_part: float = 0.5
+    worth_a_note: float = 3.0  # times what was stated
 
 
 PAIRING = PairingConfig()
@@ -69,3 +83,4 @@ COMBINATION = CombinationConfig()
 OUTLIER = OutlierConfig()
 FIT = FitConfig()
 SCAN = ScanConfig()
+CONCLUSION = ConclusionConfig()

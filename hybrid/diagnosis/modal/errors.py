@@ -107,6 +107,10 @@ class Rows:
         moved = self.slopes * self.scales(sizes)
         return np.asarray(total + moved @ moved.T)
 
+    def varies(self, sizes: ErrorSizes) -> FloatArray:
+        """Return the standard deviation (row,) of what differs from one recording to the next."""
+        return self._by_row(sizes, "_varies")
+
     def _by_row(self, sizes: ErrorSizes, end: str) -> FloatArray:
         return np.array([getattr(sizes, name + end) for name in QUANTITIES])[self.quantity]
 

@@ -18,7 +18,7 @@ from hybrid.diagnosis.modal.errors import ErrorSizes, Rows
 from hybrid.diagnosis.modal.measured_modes import MeasuredModes
 from hybrid.diagnosis.modal.pairing import paired
 from hybrid.diagnosis.modal.predicted_modes import PredictedModes, predicted_modes
-from hybrid.diagnosis.nominal.plant import Plant
+from hybrid.diagnosis.nominal.nominal_model import NominalModel
 from hybrid.diagnosis.recorded.sensor_outputs import SensorOutputs
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 
@@ -46,11 +46,11 @@ class Claim:
 
 @dataclass(frozen=True)
 class Measured:
-    """What evidence is made of: the nominal ``plant``, ``offset`` (nuisance,) of its values from what the user drew, the
+    """What evidence is made of: the ``nominal`` model, ``offset`` (nuisance,) of its values from what the user drew, the
     measured ``sensors``, their ``rate`` (Hz), and the modes of all ``recordings``.
     """
 
-    plant: Plant
+    nominal: NominalModel
     offset: FloatArray
     sensors: tuple[Sensor, ...]
     rate: float
@@ -69,14 +69,14 @@ class Measured:
     @property
     def kind(self) -> tuple[str, ...]:
         """Whose scale each nuisance (nuisance,) has: "stiffness", "mass", "damping", "element", or "" of none."""
-        plant = self.plant
-        parts = [part.quantity for part in plant.parts] + ["damping"] * len(plant.ratios)
-        return (*parts, *["element"] * (plant.values - plant.factors), *[""] * (len(plant.spread) - plant.values))
+        nominal = self.nominal
+        parts = [part.quantity for part in nominal.parts] + ["damping"] * len(nominal.ratios)
+        return (*parts, *["element"] * (nominal.values - nominal.factors), *[""] * (len(nominal.spread) - nominal.values))
 
     @cached_property
     def null(self) -> Claim:
         """The claim that nothing is wrong."""
-        return Claim(Hypothesis(self.plant))
+        return Claim(Hypothesis(self.nominal))
 
 
 @dataclass(frozen=True)
@@ -125,9 +125,17 @@ class ModalFit:
 
 
 def fit_claim(
-    measured: Measured, claim: Claim, theta: FloatArray, sizes: ErrorSizes, rounds: int = FIT.max_iterations
+    measured: Measured,
+    claim: Claim,
+    theta: FloatArray,
+    sizes: ErrorSizes,
+    rounds: int = FIT.max_iterations,
+    errors_too: bool = True,
 ) -> ModalFit | None:
-    """Return the best fit of a claim from ``theta`` (parameter,), None where the structure cannot stand there."""
+    """Return the best fit of a claim from ``theta`` (parameter,), None where the structure cannot stand there.
+
+    With the ``sizes`` of errors as they are, or, ``errors_too``, as is likeliest.
+    """
     hypothesis, first = claim.hypothesis, claim.hypothesis.nuisances
     best: ModalFit | None = None
     for number in range(rounds):
@@ -140,10 +148,10 @@ def fit_claim(
         total = theta[:first] + measured.offset
         at_centre = residual + slopes[:, :first] @ total
         rows = _rows(measured, claim, pairs, noise, slopes[:, :first], hypothesis)
-        if number % 2 == 1:
+        if errors_too and number % 2 == 1:
             sizes = rows.fitted(at_centre, sizes, FIT.error_iterations)
         present = _at(measured, claim, theta, sizes, pairs, rows, at_centre, slopes)
-        best = present if best is None or present.evidence > best.evidence or number < 2 else best
+        best = present if best is None or present.evidence > best.evidence else best
         step = _step(measured, present)
         then = _bounded(hypothesis, theta, step)
         errors = np.sqrt(np.diag(present.covariance)[first:])
@@ -342,3 +350,30 @@ def _of_outliers(measured: Measured, pairs: Pairs) -> float:
     every = sum(len(own.log_omega) for own in measured.recordings)
     alone = every - len(pairs)
     return alone * (each + float(np.log(OUTLIER.probability))) + len(pairs) * float(np.log1p(-OUTLIER.probability))
+
+
+def predicted_of(
+    measured: Measured, claim: Claim, theta: FloatArray
+) -> tuple[dict[tuple[int, ...], PredictedModes], Pairs]:
+    """Return a claim's modes at ``theta`` (parameter,), by the candidates that do not act, and which measured one is
+    which of them; none where the structure does not stand.
+    """
+    predicted = _predicted(measured, claim, theta)
+    if predicted is None:
+        return {}, Pairs(*np.zeros((4, 0), dtype=int))
+    return predicted, pairs_of(measured, claim, predicted)
+
+
+def misfit_of(measured: Measured, item: ModalFit, errors: ModalFit | None = None) -> float:
+    """Return the sum of squares of what a fit's theta leaves of all pairs, in units of what modes vary by from one
+    recording to the next and what their identification leaves open; ``errors``: the fit whose sizes count, or its own.
+    """
+    claim = item.claim
+    predicted, pairs = predicted_of(measured, claim, item.theta)
+    if not len(pairs):
+        return float("inf")
+    values, noise = _values(measured, pairs)
+    residual, slopes = _residual(measured, claim, pairs, values, predicted)
+    rows = _rows(measured, claim, pairs, noise, slopes[:, : item.nuisances], claim.hypothesis)
+    varies = rows.varies((errors or item).sizes)
+    return float(np.sum(residual**2 / (np.diag(rows.noise) + varies**2)))

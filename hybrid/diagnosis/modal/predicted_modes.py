@@ -35,11 +35,13 @@ class PredictedModes:
 
     def over(self, mode: IntArray, reference: IntArray) -> FloatArray:
         """Return log omega, ratio, Re and Im of the shape over its ``reference`` (row,) entry of each ``mode`` (row,),
-        (variant, row, 2 + 2 sensor).
+        or (variant, row), as (variant, row, 2 + 2 sensor).
         """
-        shapes = self.shapes[:, mode]
-        z = shapes / shapes[:, np.arange(len(mode)), reference][..., None]
-        first = np.stack([self.log_omega[:, mode], self.ratios[:, mode]], axis=-1)
+        variant = np.arange(len(self.roots))[:, None]
+        mode = np.broadcast_to(mode, (len(variant), np.shape(mode)[-1]))
+        shapes = self.shapes[variant, mode]
+        z = shapes / shapes[variant, np.arange(mode.shape[1]), reference][..., None]
+        first = np.stack([self.log_omega[variant, mode], self.ratios[variant, mode]], axis=-1)
         return np.concatenate([first, z.real, z.imag], axis=-1)
 
 

@@ -44,9 +44,16 @@ def shows_in_modes(candidate: Candidate) -> bool:
 
 
 def scan(
-    measured: Measured, base: ModalFit, candidates: Sequence[Candidate], groups: Sequence[Recordings]
+    measured: Measured,
+    base: ModalFit,
+    candidates: Sequence[Candidate],
+    groups: Sequence[Recordings],
+    steps: Sequence[float] = SCAN.sizes,
 ) -> list[Trial]:
-    """Return the trials of all ``candidates`` in all ``groups`` of recordings, most promising first."""
+    """Return the trials of all ``candidates`` in all ``groups`` of recordings, most promising first.
+
+    ``steps``: prior standard deviations from doing nothing at which each is tried.
+    """
     taken = {candidate.key for candidate in base.claim.hypothesis.candidates}
     own = [candidate for candidate in candidates if shows_in_modes(candidate) and candidate.key not in taken]
     first, hypothesis = base.nuisances, base.claim.hypothesis
@@ -55,9 +62,10 @@ def scan(
     fitted = solve_triangular(base.lower, base.slopes[:, first:], lower=True)
     basis = np.linalg.qr(fitted)[0] if len(hypothesis.candidates) else np.zeros((len(at_centre), 0))
     masks = np.array([np.isin(base.rows.recording, group) for group in groups])
+    shown = sorted({recording for group in groups for recording in group})
 
     def tried(candidate: Candidate) -> list[Trial]:
-        moved = _moved(measured, base, candidate, total)
+        moved = _moved(measured, base, candidate, total, sizes_of(candidate, steps), shown)
         if moved is None:
             return []
         sizes, residuals = moved
@@ -67,48 +75,51 @@ def scan(
     return sorted(found, key=lambda trial: -trial.gain)
 
 
-def _sizes(candidate: Candidate) -> FloatArray:
-    """Return the sizes (size,) at which a cause is tried, in bounds."""
-    steps = np.array(SCAN.sizes) * candidate.width[0]
-    sizes = np.unique(np.concatenate([candidate.neutral[0] + steps, candidate.far]))
+def sizes_of(candidate: Candidate, steps: Sequence[float]) -> FloatArray:
+    """Return the sizes (size,) at which a cause is tried, in bounds; ``steps``: in prior standard deviations."""
+    sizes = np.unique(np.concatenate([candidate.neutral[0] + np.array(steps) * candidate.width[0], candidate.far]))
     most = candidate.upper[0] if candidate.upper else np.inf
     return np.asarray(sizes[(sizes > candidate.lower[0]) & (sizes < most)])
 
 
 def _moved(
-    measured: Measured, base: ModalFit, candidate: Candidate, total: FloatArray
+    measured: Measured,
+    base: ModalFit,
+    candidate: Candidate,
+    total: FloatArray,
+    sizes: FloatArray,
+    shown: Sequence[int],
 ) -> tuple[FloatArray, FloatArray] | None:
-    """Return the sizes (size,) and what is left of all rows, (2, size, row), with each of them in all recordings, and
-    with each a little larger; nominal values at their centre.
+    """Return those of the ``sizes`` (size,) at which the structure stands, and what is left of all rows, (2, size,
+    row), with each of them in the recordings that are ``shown``, and with each a little larger; nominal values at their
+    centre.
     """
-    sizes = _sizes(candidate)
     if not len(sizes):
         return None
     claim, first = base.claim, base.nuisances
     every = np.concatenate([sizes, sizes + SCAN.difference_step * candidate.width[0]])
     pairs, free = base.pairs, _free_rows(base, measured)
     residuals = np.zeros((len(every), *free.shape))
+    residuals[:, free] = base.residual - base.rows.slopes @ total
     with_it = claim.hypothesis.adding(candidate)
-    for off in dict.fromkeys(claim.off(recording) for recording in range(len(measured.recordings))):
+    for off in dict.fromkeys(claim.off(recording) for recording in shown):
         hypothesis, kept = with_it.less(off), claim.hypothesis.parameters_of(off)
         thetas = np.column_stack([np.repeat(base.theta[kept][None], len(every), axis=0), every])
         stands = hypothesis.weighs(thetas)
         modes = predicted_modes(hypothesis, thetas, measured.outputs) if stands.all() else None
         if modes is None or not modes.roots.shape[1]:
             return None
-        for recording, seen in enumerate(measured.recordings):
+        for recording in shown:
             if claim.off(recording) != off:
                 continue
+            seen = measured.recordings[recording]
             here = np.flatnonzero(pairs.recording == recording)
             values = seen.over(_references(base, measured, recording))[0][pairs.measured[here]]
-            for variant in range(len(sizes)):
-                mode = paired(seen, modes.log_omega[variant], modes.shapes[variant], measured.orders)
-                own = mode[pairs.measured[here]]
-                known = np.minimum(pairs.mode[here], modes.roots.shape[1] - 1)
-                own = np.where(own >= 0, own, known)
-                for which in (variant, len(sizes) + variant):
-                    every_mode = modes.over(own, pairs.reference[here])[which]
-                    residuals[which, here] = values - every_mode
+            modes_of = np.array([paired(seen, log, own, measured.orders) for log, own in zip(
+                modes.log_omega[: len(sizes)], modes.shapes[: len(sizes)], strict=True)])[:, pairs.measured[here]]
+            known = np.minimum(pairs.mode[here], modes.roots.shape[1] - 1)
+            modes_of = np.tile(np.where(modes_of >= 0, modes_of, known), (2, 1))
+            residuals[:, here] = values - modes.over(modes_of, pairs.reference[here])
     left = residuals[:, free] + base.rows.slopes @ total
     return sizes, left.reshape(2, len(sizes), -1)
 

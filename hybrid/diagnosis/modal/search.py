@@ -17,8 +17,18 @@ from hybrid.diagnosis.modal.config import SCAN
 from hybrid.diagnosis.modal.errors import ErrorSizes
 from hybrid.diagnosis.modal.evidence import Claim, Measured, ModalFit, fit_claim, refitted_errors
 from hybrid.diagnosis.modal.scan import Recordings, Trial, scan, shows_in_modes
+from hybrid.diagnosis.parallel import parallel_map
 
 NOTHING = 0.5  # prior probability that nothing (more) is wrong
+
+
+@dataclass(frozen=True)
+class Start:
+    """Where a fit of a ``claim`` begins: ``theta`` (parameter,) and the ``sizes`` of errors."""
+
+    claim: Claim
+    theta: FloatArray
+    sizes: ErrorSizes
 
 
 @dataclass(frozen=True)
@@ -103,39 +113,47 @@ class Search:
         """Return fits with a cause more than those of the ``frontier``: of each of these the most promising."""
         found, seen = list[ModalFit](), set[object]()
         for base in frontier:
-            for trials in self._scanned(base):
-                ranked = sorted(trials, key=lambda trial: -self._promise(trial))
-                claims = [(_with(base.claim, trial), trial) for trial in ranked[: SCAN.fitted]]
-                for claim, trial in claims:
-                    if claim.key not in seen:
-                        seen.add(claim.key)
-                        item = fit_claim(self.measured, claim, np.append(base.theta, trial.size), base.sizes)
-                        found += [] if item is None else [item]
+            for start in self._started(base):
+                if start.claim.key not in seen:
+                    seen.add(start.claim.key)
+                    item = fit_claim(self.measured, start.claim, start.theta, start.sizes)
+                    found += [] if item is None else [item]
         return found
 
-    def _promise(self, trial: Trial) -> float:
-        """Return what a trial may gain of the log posterior."""
-        return trial.gain + self.odds.log(trial.candidate) + self._log_of(trial.acts)
+    def _started(self, base: ModalFit) -> list[Start]:
+        """Return where fits with a cause more than a fit's begin: in the place of an unknown change, and everywhere."""
+        changed, groups = base.claim.changed, [self.everywhere] if base.claim.changed else self.groups
+        trials = self._ranked(scan(self.measured, base, self.candidates, groups, SCAN.few_sizes))[: SCAN.fitted]
+        found = [_start(base, trial) for trial in trials]
+        if changed:
+            little = replace(base.sizes, change=SCAN.remaining_change * base.sizes.change)
+            almost = refitted_errors(self.measured, replace(base, sizes=little), base.claim, 0)
+            wide = self._ranked(scan(self.measured, almost, self.candidates, [changed]))[: SCAN.polished]
+            found += self._polished([_start(base, trial) for trial in wide])
+        return found
 
-    def _scanned(self, base: ModalFit) -> list[list[Trial]]:
-        """Return what scans beside a fit promise: beside an unknown change, of causes everywhere and in its place."""
-        changed = base.claim.changed
-        if not changed:
-            return [scan(self.measured, base, self.candidates, self.groups)]
-        little = replace(base.sizes, change=SCAN.remaining_change * base.sizes.change)
-        almost = refitted_errors(self.measured, replace(base, sizes=little), base.claim, 0)
-        return [
-            scan(self.measured, base, self.candidates, [self.everywhere]),
-            scan(self.measured, almost, self.candidates, [changed]),
-        ]
+    def _ranked(self, trials: Sequence[Trial]) -> list[Trial]:
+        """Return trials by what they may gain of the log posterior."""
+        return sorted(
+            trials, key=lambda trial: -(trial.gain + self.odds.log(trial.candidate) + self._log_of(trial.acts))
+        )
+
+    def _polished(self, starts: Sequence[Start]) -> list[Start]:
+        """Return the best of the starts after a few rounds of fitting, the sizes of errors as they were."""
+
+        def fitted(start: Start) -> ModalFit | None:
+            rounds = SCAN.polishing_rounds
+            return fit_claim(self.measured, start.claim, start.theta, start.sizes, rounds, errors_too=False)
+
+        items = [item for item in parallel_map(fitted, starts) if item is not None]
+        best = sorted(items, key=lambda item: -self.score(item))[: SCAN.fitted]
+        return [Start(item.claim, item.theta, item.sizes) for item in best]
 
     def _replaced(self, best: ModalFit) -> list[ModalFit]:
         """Return fits in which one of the best claim's several causes is another, or has another place."""
-        claim = best.claim
-        if len(claim.acts) < 2:
-            return []
-        fits = []
-        for number in range(len(claim.acts)):
+        claim, fits = best.claim, list[ModalFit]()
+        lasting = [number for number, acts in enumerate(claim.acts) if acts == self.everywhere]
+        for number in lasting if len(lasting) > 1 else ():
             less = _without(claim, number)
             kept = best.claim.hypothesis.parameters_of((number,))
             base = fit_claim(self.measured, less, best.theta[kept], best.sizes)
@@ -143,10 +161,12 @@ class Search:
         return fits
 
 
-def _with(claim: Claim, trial: Trial) -> Claim:
-    """Return a claim with a cause more, in the place of an unknown change of the same recordings."""
+def _start(base: ModalFit, trial: Trial) -> Start:
+    """Return where a fit begins with a trial more, in the place of an unknown change of the same recordings."""
+    claim = base.claim
     changed = () if trial.acts == claim.changed else claim.changed
-    return Claim(claim.hypothesis.adding(trial.candidate), (*claim.acts, trial.acts), changed)
+    more = Claim(claim.hypothesis.adding(trial.candidate), (*claim.acts, trial.acts), changed)
+    return Start(more, np.append(base.theta, trial.size), base.sizes)
 
 
 def _without(claim: Claim, number: int) -> Claim:

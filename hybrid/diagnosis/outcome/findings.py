@@ -1,11 +1,14 @@
 """Findings: the causes that a diagnosis names, with parameters, uncertainty, rivals and a sentence to act on."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from fe_models.arrays import FloatArray
 from fe_models.causes import Cause, HarmonicForce
+from fe_models.causes.candidate import Candidate
 from fe_models.causes.wording import at_place
 from fe_models.structure import Structure
 from hybrid.diagnosis.fitting.harmonic_amplitude import harmonic_amplitude
@@ -74,28 +77,38 @@ def cause_of(fit: Fit, number: int, widened: float) -> tuple[Cause, dict[str, Pa
     ``widened``: what variances grow by, as of a `Posterior`.
     """
     candidate, part = fit.hypothesis.candidates[number], fit.hypothesis.slices[number]
-    values = [float(value) for value in fit.theta[part]]
-    errors = np.sqrt(widened * np.diag(fit.covariance)[part])
-    cause = candidate.build(*values)
-    deviations = {}
-    for i, (word, error) in enumerate(zip(candidate.names, errors, strict=True)):
-        moved = candidate.build(*(value * (1 + NUDGE * (i == k)) for k, value in enumerate(values)))
-        if word not in cause.parameters:  # what only helps the search
-            continue
-        change = float(np.subtract(moved.parameters[word], cause.parameters[word]))
-        slope = change / (NUDGE * values[i]) if values[i] else 1.0
-        deviations[word] = abs(slope) * error  # the search may use another measure than the report
+    cause, deviations = built(candidate, fit.theta[part], np.sqrt(widened * np.diag(fit.covariance)[part]))
     if isinstance(cause, HarmonicForce):
         found_wave = harmonic_amplitude(fit, number)
         cause = replace(cause, amplitude=found_wave.amplitude, phase=found_wave.phase)
         deviations["amplitude"] = found_wave.error * np.sqrt(widened)
-    units = cause.units
-    found = {
-        word: Parameter(float(value), float(deviations.get(word, 0.0)), units[word])
+    return cause, parameters_of(cause, deviations)
+
+
+def built(candidate: Candidate, values: FloatArray, errors: FloatArray) -> tuple[Cause, dict[str, float]]:
+    """Return the cause of a candidate's ``values`` (parameter,), and the standard deviation of each reported parameter.
+
+    ``errors`` (parameter,) of the values: the search may use another measure than the report.
+    """
+    numbers = [float(value) for value in values]
+    cause, deviations = candidate.build(*numbers), dict[str, float]()
+    for i, (word, error) in enumerate(zip(candidate.names, errors, strict=True)):
+        if word not in cause.parameters:  # what only helps the search
+            continue
+        moved = candidate.build(*(value * (1 + NUDGE * (i == k)) for k, value in enumerate(numbers)))
+        change = float(np.subtract(moved.parameters[word], cause.parameters[word]))
+        slope = change / (NUDGE * numbers[i]) if numbers[i] else 1.0
+        deviations[word] = abs(slope) * float(error)
+    return cause, deviations
+
+
+def parameters_of(cause: Cause, deviations: Mapping[str, float]) -> dict[str, Parameter]:
+    """Return what is reported of a cause's parameters, with their standard ``deviations``."""
+    return {
+        word: Parameter(float(value), float(deviations.get(word, 0.0)), cause.units[word])
         for word, value in cause.parameters.items()
         if not isinstance(value, list) and word not in OF_EACH
     }
-    return cause, found
 
 
 def sentence_of(cause: Cause, parameters: dict[str, Parameter], structure: Structure) -> str:

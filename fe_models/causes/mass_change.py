@@ -1,0 +1,32 @@
+"""A group of elements that is heavier, or lighter, than drawn."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from fe_models.causes.base import Part, element_faults, negative_faults, parameter
+from fe_models.structure import Structure
+from fe_models.uncertain_parts import UncertainPart, uncertain_parts
+
+
+@dataclass(frozen=True)
+class MassChange(Part):
+    """Elements whose mass is ``factor`` times the nominal one, with the point masses that stand for their own.
+
+    Which these are: see `uncertain_parts`. Modes tell it of whole groups, whose factors a diagnosis estimates anyway: it
+    makes no candidates of its own.
+    """
+
+    kind: ClassVar[str] = "mass_change"
+    template: ClassVar[str] = "{place} has {factor} times its nominal mass"
+    elements: tuple[int, ...]
+    factor: float = parameter("1")
+
+    def extend(self, structure: Structure) -> Structure:
+        """Return the structure with the elements' mass multiplied."""
+        known = (part for part in uncertain_parts(structure) if part.quantity == "mass")
+        own = next((part for part in known if part.elements == self.elements), UncertainPart("mass", self.elements))
+        return own.scaled(structure, self.factor)
+
+    def faults(self, structure: Structure) -> list[str]:
+        """Return faults of the elements and of the factor."""
+        return element_faults(structure, self.elements) + self.number_faults() + negative_faults(factor=self.factor)

@@ -1,0 +1,254 @@
+"""Diagnosis by modes alone: of recordings, whose modes are identified first, or of a table of modes.
+
+It needs no nearly right model: nominal values may be off by far more than was stated, and how far is estimated.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from time import perf_counter
+
+import numpy as np
+from scipy.stats import norm
+from threadpoolctl import threadpool_limits
+
+from fe_models.arrays import FloatArray
+from fe_models.causes import MassChange, StiffnessChange
+from fe_models.causes.candidate import Candidate
+from fe_models.causes.places import Motion
+from fe_models.errors import InputError
+from fe_models.modes import mac
+from fe_models.recordings import Dataset
+from fe_models.structure import Structure
+from hybrid.diagnosis.config import THREADS
+from hybrid.diagnosis.modal.config import CONCLUSION, FIT
+from hybrid.diagnosis.modal.evidence import Measured, ModalFit, fit_claim, misfit_of, predicted_of
+from hybrid.diagnosis.modal.measured_modes import MeasuredModes
+from hybrid.diagnosis.modal.modal_findings import State, findings_of, states_of
+from hybrid.diagnosis.modal.search import Search, null_fit, probabilities
+from hybrid.diagnosis.nominal.candidates import all_candidates
+from hybrid.diagnosis.nominal.nominal_model import NominalModel, nominal_model_of
+from hybrid.diagnosis.outcome.calibration import Calibrated, calibration_of
+from hybrid.diagnosis.outcome.extend import extended_structure
+from hybrid.diagnosis.outcome.findings import Finding, Parameter, sentence_of
+from hybrid.diagnosis.outcome.verdict import Verdict
+from hybrid.diagnosis.recorded.batches import measured_columns
+from hybrid.identification.free_decay_modes import identify_modes
+
+
+@dataclass(frozen=True)
+class PairedMode:
+    """A measured mode beside the structure's: ``recording``; frequencies (Hz) ``measured``, with its standard deviation
+    ``error``, by the ``drawn`` structure and with what was found (``extended``); damping ratio ``ratio`` and its
+    standard deviation ``ratio_error``; MAC at the sensors with both.
+    """
+
+    recording: str
+    measured: float
+    error: float
+    ratio: float
+    ratio_error: float
+    drawn: float | None
+    extended: float | None
+    mac_drawn: float | None
+    mac_extended: float | None
+
+
+@dataclass(frozen=True, repr=False)
+class ModalDiagnosis:
+    """All that modes say: ``verdict``; ``findings``, local causes first, then groups that are off by more than was
+    stated; ``calibration`` of all nominal values; ``unexplained``: share of the drawn structure's misfit that is left;
+    the ``states`` that recordings distinguish; every measured mode beside the structure's (``modes``); the ``extended``
+    structure; ``notes``; ``seconds`` that it took.
+    """
+
+    verdict: Verdict
+    findings: tuple[Finding, ...]
+    calibration: tuple[Calibrated, ...]
+    unexplained: float
+    states: tuple[State, ...]
+    modes: tuple[PairedMode, ...]
+    extended: Structure
+    notes: tuple[str, ...]
+    seconds: float
+
+
+def diagnose_modes(dataset: Dataset, advance: Callable[[str], object] | None = None) -> ModalDiagnosis:
+    """Return the diagnosis of a dataset by the modes of its training recordings; ``advance`` hears what is done.
+
+    `InputError` where the dataset has no structure, or no recording shows a mode of it.
+    """
+    begun, tell = perf_counter(), advance or (lambda _: None)
+    with threadpool_limits(THREADS.linear_algebra, "blas"):
+        measured = _measured(dataset, tell)
+        tell("nominal values")
+        null = null_fit(measured)
+        if null is None or not len(null.pairs):
+            raise InputError("no recording shows a mode of this structure: check node numbers, directions and units")
+        measured, null = _rebased(dataset, measured, null)
+        search = Search.of(measured, _candidates(dataset, measured.nominal))
+        fits = search.run(null, tell)
+        tell("what it amounts to")
+        found = _concluded(measured, fits, probabilities(search, fits))
+    return replace(found, seconds=perf_counter() - begun)
+
+
+def _measured(dataset: Dataset, tell: Callable[[str], object]) -> Measured:
+    """Return the modes of all training recordings beside the nominal model."""
+    nominal = nominal_model_of(dataset).undispersed
+    columns, rate = list(measured_columns(dataset)), dataset.sampling_rate
+    slowest, highest = float(nominal.modes[0][0]) / (2 * np.pi), dataset.lowpass or rate / 2
+    found = []
+    for recording in dataset.select("train"):
+        tell(f"modes of {recording.name}")
+        motions = [motion[:, columns] for motion in recording.data]
+        found.append(MeasuredModes.of(recording.name, identify_modes(motions, rate, slowest, highest)))
+    sensors = tuple(dataset.sensors[column] for column in columns)
+    return Measured(nominal, np.zeros(len(nominal.spread)), sensors, rate, tuple(found))
+
+
+def _rebased(dataset: Dataset, measured: Measured, null: ModalFit) -> tuple[Measured, ModalFit]:
+    """Return what was measured beside the structure with its parts as the null fit has them, and that fit anew.
+
+    Modes of the drawn structure are a poor basis for those of one that is off by a fifth.
+    """
+    for _ in range(FIT.max_rebased):
+        parts = len(measured.nominal.parts)
+        shift = null.theta[:parts]
+        if np.abs(shift).max(initial=0.0) < FIT.max_basis_shift:
+            break
+        structure = measured.nominal.structure
+        for part, factor in zip(measured.nominal.parts, np.exp(shift), strict=True):
+            structure = part.scaled(structure, float(factor))
+        nominal = nominal_model_of(replace(dataset, model=structure)).undispersed
+        if len(nominal.spread) != len(measured.nominal.spread):
+            break  # other patterns are felt; the older basis serves
+        offset = measured.offset.copy()
+        offset[:parts] += shift
+        moved = replace(measured, nominal=nominal, offset=offset)
+        theta = null.theta.copy()
+        theta[:parts] = 0.0
+        again = fit_claim(moved, moved.null, theta, null.sizes)
+        if again is None or again.evidence < null.evidence:
+            break
+        measured, null = moved, again
+    return measured, null
+
+
+def _candidates(dataset: Dataset, nominal: NominalModel) -> tuple[Candidate, ...]:
+    """Return all causes at all places, their priors by a motion in which each mode has as much energy as any other."""
+    omega, shapes = nominal.modes
+    amplitude = np.random.default_rng(0).standard_normal((200, len(omega)))
+    motion = Motion((amplitude / omega) @ shapes.T, amplitude @ shapes.T)
+    return all_candidates(nominal, dataset, motion, measured_columns(dataset))
+
+
+def _concluded(measured: Measured, fits: list[ModalFit], probability: FloatArray) -> ModalDiagnosis:
+    """Return what the fits amount to, most probable first."""
+    best = fits[0]
+    nominal, first = measured.nominal, best.nuisances
+    theta = best.theta.copy()
+    theta[:first] += measured.offset
+    drawn = replace(best, claim=measured.null, theta=-measured.offset)
+    before, after = misfit_of(measured, drawn, best), misfit_of(measured, best)
+    left = float(np.clip(after / max(before, np.finfo(float).tiny), 0.0, 1.0))
+    local = findings_of(measured, fits, probability, before)
+    groups = _groups_off(measured, best, theta)
+    widened = replace(nominal, spread=best.rows.scales(best.sizes))  # as far off as values may be here
+    return ModalDiagnosis(
+        verdict=_verdict(best, (*local, *groups), left),
+        findings=(*local, *groups),
+        calibration=calibration_of(widened, theta, best.covariance),
+        unexplained=left,
+        states=states_of(measured, best),
+        modes=paired_modes(measured, drawn, best),
+        extended=extended_structure(nominal, best.theta[:first], local),
+        notes=_notes(measured, best),
+        seconds=0.0,
+    )
+
+
+def _groups_off(measured: Measured, best: ModalFit, theta: FloatArray) -> tuple[Finding, ...]:
+    """Return a finding for each stiffness and mass that is off by more than is normal, and surely so.
+
+    ``theta``: factors' logarithms as the user drew them. The probability is that a factor is off by more than the
+    stated standard deviations, by its own uncertainty.
+    """
+    nominal, found = measured.nominal, []
+    errors = np.sqrt(np.diag(best.covariance))
+    every = tuple(own.name for own in measured.recordings)
+    for number, part in enumerate(nominal.parts):
+        stated, off, error = nominal.spread[number], abs(theta[number]), errors[number]
+        surely = float(norm.cdf((off - CONCLUSION.normal_sigma * stated) / max(error, np.finfo(float).tiny)))
+        if surely < CONCLUSION.min_probability or not part.elements:
+            continue
+        factor = float(np.exp(theta[number]))
+        kind = StiffnessChange if part.quantity == "stiffness" else MassChange
+        cause = kind(part.elements, factor)
+        parameters = {"factor": Parameter(factor, factor * float(error), "1")}
+        sentence = sentence_of(cause, parameters, nominal.structure)
+        found.append(Finding(cause, parameters, surely, 0.0, every, (), sentence))
+    return tuple(found)
+
+
+def _verdict(best: ModalFit, findings: tuple[Finding, ...], left: float) -> Verdict:
+    """Return the answer in a word: by the share of the drawn structure's misfit that is ``left``."""
+    if not findings:
+        return Verdict.UNEXPLAINED if best.claim.changed else Verdict.NOTHING_WRONG
+    if best.claim.changed or left > CONCLUSION.max_left_of_explained:
+        return Verdict.PARTLY_EXPLAINED if left < CONCLUSION.max_left_of_part else Verdict.UNEXPLAINED
+    return Verdict.EXPLAINED
+
+
+def _notes(measured: Measured, best: ModalFit) -> tuple[str, ...]:
+    """Return what the user should know: changes without a name, modes that are none of the structure's."""
+    notes = []
+    if best.claim.changed:
+        names = ", ".join(measured.recordings[recording].name for recording in best.claim.changed)
+        notes.append(f"the structure was another one in {names}, and no single cause on the list explains the change")
+    for recording, own in enumerate(measured.recordings):
+        paired = set(best.pairs.measured[best.pairs.recording == recording].tolist())
+        alone = [np.exp(log) / (2 * np.pi) for k, log in enumerate(own.log_omega) if k not in paired]
+        if alone:
+            listed = ", ".join(f"{frequency:.4g}" for frequency in sorted(alone))
+            notes.append(f"{own.name} shows modes that are none of the structure's, at {listed} Hz")
+    scale = best.sizes.stiffness_scale
+    if scale > CONCLUSION.worth_a_note:
+        notes.append(f"stiffnesses are off by {scale:.0f} times what the dataset calls normal")
+    return tuple(notes)
+
+
+def paired_modes(measured: Measured, drawn: ModalFit, best: ModalFit) -> tuple[PairedMode, ...]:
+    """Return every measured mode beside those of the drawn and of the extended structure."""
+    sides = [_modes_beside(measured, item) for item in (drawn, best)]
+    found = []
+    for recording, own in enumerate(measured.recordings):
+        for k in np.argsort(own.log_omega):
+            (before, mac_before), (after, mac_after) = (side.get((recording, int(k)), (None, None)) for side in sides)
+            frequency = float(np.exp(own.log_omega[k])) / (2 * np.pi)
+            error, ratio_error = (float(np.sqrt(own.covariance[k, i, i])) for i in (0, 1))
+            found.append(
+                PairedMode(
+                    own.name,
+                    frequency,
+                    frequency * error,
+                    float(own.ratios[k]),
+                    ratio_error,
+                    before,
+                    after,
+                    mac_before,
+                    mac_after,
+                )
+            )
+    return tuple(found)
+
+
+def _modes_beside(measured: Measured, item: ModalFit) -> dict[tuple[int, int], tuple[float, float]]:
+    """Return frequency (Hz) and MAC of the structure's mode, by recording and number of the measured one."""
+    found = {}
+    predicted, pairs = predicted_of(measured, item.claim, item.theta)
+    for recording, k, mode in zip(pairs.recording, pairs.measured, pairs.mode, strict=True):
+        modes = predicted[item.claim.off(int(recording))]
+        criterion = mac(measured.recordings[recording].shapes[k][:, None], modes.shapes[0, mode][:, None])
+        frequency = float(np.exp(modes.log_omega[0, mode])) / (2 * np.pi)
+        found[int(recording), int(k)] = (frequency, float(criterion[0, 0]))
+    return found

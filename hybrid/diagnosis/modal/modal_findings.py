@@ -1,0 +1,134 @@
+"""What the best claims amount to: causes with their probabilities and rivals, groups that are off, states."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fe_models.arrays import FloatArray
+from fe_models.causes.wording import at_place
+from hybrid.diagnosis.modal.evidence import Claim, Measured, ModalFit, misfit_of
+from hybrid.diagnosis.outcome.findings import (
+    NOT_ON_THE_LIST,
+    OTHER_CAUSES,
+    Alternative,
+    Finding,
+    built,
+    parameters_of,
+    sentence_of,
+)
+
+LISTED = 0.01  # probability from which on a rival is listed by itself
+WHERE = "{sentence} It acts in {recordings} only."
+
+
+@dataclass(frozen=True)
+class State:
+    """Recordings of one structure, by name: the natural ``frequencies`` (mode,), Hz, and damping ``ratios`` (mode,)
+    that they show, means weighed by their uncertainty, with standard deviations of the frequencies, ``errors`` (mode,).
+    """
+
+    recordings: tuple[str, ...]
+    frequencies: tuple[float, ...]
+    errors: tuple[float, ...]
+    ratios: tuple[float, ...]
+
+
+def findings_of(
+    measured: Measured, fits: Sequence[ModalFit], probability: FloatArray, nominal_misfit: float
+) -> tuple[Finding, ...]:
+    """Return the causes of the best of the ``fits``, most important first; ``probability`` (fit,) of each claim.
+
+    ``nominal_misfit``: of the structure as drawn; a cause explains as much of it as comes back without it.
+    """
+    best = fits[0]
+    own = misfit_of(measured, best)
+    found = []
+    for number in range(len(best.claim.acts)):
+        without = misfit_of(measured, _without(best, number), best)
+        share = float(np.clip((without - own) / max(nominal_misfit, without, np.finfo(float).tiny), 0.0, 1.0))
+        found.append(_finding(measured, fits, probability, number, share))
+    return tuple(sorted(found, key=lambda finding: -finding.explains))
+
+
+def _without(item: ModalFit, number: int) -> ModalFit:
+    """Return a fit's theta as one of its claim less one cause."""
+    claim = item.claim
+    acts = tuple(own for position, own in enumerate(claim.acts) if position != number)
+    less = Claim(claim.hypothesis.less((number,)), acts, claim.changed)
+    return replace(item, claim=less, theta=item.theta[claim.hypothesis.parameters_of((number,))])
+
+
+def _finding(
+    measured: Measured, fits: Sequence[ModalFit], probability: FloatArray, number: int, share: float
+) -> Finding:
+    best = fits[0]
+    hypothesis, acts = best.claim.hypothesis, best.claim.acts[number]
+    candidate, part = hypothesis.candidates[number], hypothesis.slices[number]
+    cause, deviations = built(candidate, best.theta[part], np.sqrt(np.diag(best.covariance)[part]))
+    parameters = parameters_of(cause, deviations)
+    names = tuple(measured.recordings[recording].name for recording in acts)
+    sentence = sentence_of(cause, parameters, measured.nominal.structure)
+    if len(acts) < len(measured.recordings):
+        sentence = WHERE.format(sentence=sentence, recordings=", ".join(names))
+    named, rivals = _rivals(fits, probability, number)
+    return Finding(cause, parameters, named, share, names, rivals, sentence)
+
+
+def _rivals(fits: Sequence[ModalFit], probability: FloatArray, number: int) -> tuple[float, tuple[Alternative, ...]]:
+    """Return how probable candidate ``number`` of the best fit is, and what may stand in its place."""
+    best = fits[0].claim
+    wanted = best.hypothesis.candidates[number].key
+    others = {candidate.key for candidate in best.hypothesis.candidates} - {wanted}
+    named, unknown, rivals = 0.0, 0.0, dict[str, tuple[Alternative, float]]()
+    for item, own in zip(fits, probability, strict=True):
+        candidates = item.claim.hypothesis.candidates
+        if wanted in {candidate.key for candidate in candidates}:
+            named += own
+            continue
+        instead = [candidate for candidate in candidates if candidate.key not in others]
+        if not instead:
+            unknown += own
+            continue
+        first = instead[0]
+        known = rivals.get(first.key, (None, 0.0))[1]
+        alternative = Alternative(first.kind, first.reported_location, 0.0)
+        rivals[first.key] = (alternative, known + float(own))
+    listed = [replace(item, probability=own) for item, own in rivals.values() if own >= LISTED]
+    rest = sum(own for _, own in rivals.values() if own < LISTED)
+    remainders = [
+        Alternative(kind, {}, own) for kind, own in ((OTHER_CAUSES, rest), (NOT_ON_THE_LIST, unknown)) if own >= LISTED
+    ]
+    return float(named), (*sorted(listed, key=lambda item: -item.probability), *remainders)
+
+
+def states_of(measured: Measured, best: ModalFit) -> tuple[State, ...]:
+    """Return the groups of recordings that the best claim distinguishes, with the modes of each."""
+    groups: dict[tuple[tuple[int, ...], bool], list[int]] = {}
+    for recording in range(len(measured.recordings)):
+        groups.setdefault((best.claim.off(recording), recording in best.claim.changed), []).append(recording)
+    return tuple(_state(measured, best, group) for group in groups.values())
+
+
+def _state(measured: Measured, best: ModalFit, group: list[int]) -> State:
+    pairs, rows = best.pairs, []
+    for mode in sorted(set(pairs.mode.tolist())):
+        here = [n for n in np.flatnonzero(pairs.mode == mode) if pairs.recording[n] in group]
+        if not here:
+            continue
+        seen = [(measured.recordings[pairs.recording[n]], int(pairs.measured[n])) for n in here]
+        weight = np.array([1 / own.covariance[k, 0, 0] for own, k in seen])
+        weight = weight / weight.sum()
+        log = sum(w * own.log_omega[k] for w, (own, k) in zip(weight, seen, strict=True))
+        variance = sum(w**2 * own.covariance[k, 0, 0] for w, (own, k) in zip(weight, seen, strict=True))
+        ratio = sum(w * own.ratios[k] for w, (own, k) in zip(weight, seen, strict=True))
+        frequency = float(np.exp(log)) / (2 * np.pi)
+        rows.append((frequency, frequency * float(np.sqrt(variance)), float(ratio)))
+    names = tuple(measured.recordings[recording].name for recording in group)
+    frequencies, errors, ratios = zip(*rows, strict=True) if rows else ((), (), ())
+    return State(names, frequencies, errors, ratios)
+
+
+def place_of(finding: Finding) -> str:
+    """Return kind and place of a finding in words."""
+    return f"{finding.cause.kind.replace('_', ' ')} {at_place(finding.cause.location)}"
