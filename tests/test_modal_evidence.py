@@ -1,4 +1,4 @@
-"""Modal evidence on a chain of five masses: exact modes with known errors, nominal values far off, causes by recording."""
+"""Modal evidence on a chain of five masses: modes with known errors, nominal values far off, causes by recording."""
 
 from dataclasses import replace
 
@@ -30,7 +30,7 @@ SENSORS = tuple(Sensor(f"x{node}", node, "x", "displacement", "m") for node in r
 def chain(factors: FloatArray | None = None) -> Structure:
     """Return five masses of 2 kg on five springs of 1000 N/m, each times its factor."""
     stiffness = 1000.0 * (np.ones(COUNT) if factors is None else factors)
-    ends = [(1,), *((node, node + 1) for node in range(1, COUNT))]
+    ends: list[tuple[int] | tuple[int, int]] = [(1,), *((node, node + 1) for node in range(1, COUNT))]
     return Structure(
         "chain of five",
         tuple((float(node), 0.0) for node in range(COUNT)),

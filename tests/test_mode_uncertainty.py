@@ -1,4 +1,4 @@
-"""Modes out of free decays are as uncertain as they say: scatter over many recordings, closely spaced ones, no noise."""
+"""Modes of free decays are as uncertain as they say: scatter over many recordings, closely spaced ones, no noise."""
 
 import numpy as np
 import pytest

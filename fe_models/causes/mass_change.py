@@ -12,8 +12,8 @@ from fe_models.uncertain_parts import UncertainPart, uncertain_parts
 class MassChange(Part):
     """Elements whose mass is ``factor`` times the nominal one, with the point masses that stand for their own.
 
-    Which these are: see `uncertain_parts`. Modes tell it of whole groups, whose factors a diagnosis estimates anyway: it
-    makes no candidates of its own.
+    Which these are: see `uncertain_parts`. Modes tell it of whole groups, whose factors a diagnosis estimates anyway:
+    it makes no candidates of its own.
     """
 
     kind: ClassVar[str] = "mass_change"

@@ -33,7 +33,8 @@ A list may also be written in one piece, ``supports = [{ node = 1, directions = 
 ``damping`` (mass_factor, stiffness_factor, modal_ratios).
 
 ``effects`` are what the drawn structure lacks (`fe_models.causes`), each with its ``kind``, place and parameters:
-stiffness_change (element or elements, factor), mass_change (elements, factor), added_mass (node, mass), support_spring (node, direction, stiffness),
+stiffness_change (element or elements, factor), mass_change (elements, factor), added_mass (node, mass),
+support_spring (node, direction, stiffness),
 axial_force (elements, force), dead_load (; share), modal_damping (modes, ratio); and, with node or nodes and direction,
 point_damper (coefficient), quadratic_damper (coefficient), coulomb_friction (force; regularisation), cubic_spring
 (stiffness), gap_stop (gap, stiffness, side); slack_cable (element, pretension); harmonic_force (node, direction,

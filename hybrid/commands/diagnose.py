@@ -14,14 +14,27 @@ Hybrid = Annotated[
         "--hybrid", help="Also train the hybrid model on the nominal and on the extended structure; takes minutes."
     ),
 ]
+Modes = Annotated[
+    bool,
+    typer.Option(
+        "--modes",
+        help="By natural frequencies, damping ratios and mode shapes alone: for a structure that may be far from its"
+        " drawing, or has changed between recordings.",
+    ),
+]
 
 
-def diagnose(dataset: DatasetFile, out: Out, hybrid: Hybrid = False, quiet: Quiet = False) -> None:
+def diagnose(
+    dataset: DatasetFile, out: Out, hybrid: Hybrid = False, modes: Modes = False, quiet: Quiet = False
+) -> None:
     """Diagnose a chain or frame from its recordings.
 
     All causes of the list compete at all their places. What is found is built into the structure, and forecasts of the
     test recordings are scored before and after. A modal model that the dataset simulates with is held against the
     structure's own modes. The exit status is 0 once a report is written, whatever its verdict.
+
+    With --modes the evidence is that of natural frequencies, damping ratios and shapes: it needs no nearly right model,
+    tells how far groups of elements are off, and what changed between recordings.
 
     \b
     OUT/report.json          verdict, findings with probabilities and alternatives, scores
@@ -37,16 +50,32 @@ def diagnose(dataset: DatasetFile, out: Out, hybrid: Hybrid = False, quiet: Quie
     from fe_models.files.dataset_file import load_dataset
     from fe_models.files.inputs import files_read
     from fe_models.progress import progress_bar, stage_bar
-    from hybrid.diagnosis.stage_names import STAGE_NAMES
+    from hybrid.diagnosis.stage_names import MODAL_STAGES, STAGE_NAMES
     from hybrid.result_sets import diagnosis_in
 
     with command_line(quiet) as result:
         faults = list[str]()
         noting(faults, "--out", diagnosis_in(out).check, files_read(dataset))
+        if hybrid and modes:
+            faults.append(
+                "--modes: --hybrid trains on forecasts, of which modes alone make none; leave one of them out"
+            )
         data = noting(faults, "", load_dataset, dataset, dead_channels=True)
         raise_faults(faults)
         assert data is not None  # else there were faults
         print_notes(data)
+        if modes:
+            with stage_bar(MODAL_STAGES) as begin:
+                begin("loading")
+                from hybrid.diagnosis.modal.modal_diagnosis import diagnose_modes
+                from hybrid.diagnosis.modal_report import describe_modal, save_modal_diagnosis
+
+                seen = diagnose_modes(data, begin)
+            _say(save_modal_diagnosis(seen, out))
+            print(describe_modal(seen))
+            print(f"Results: {out}")
+            result(out / "report.json")
+            return
         with stage_bar(STAGE_NAMES) as begin:
             begin("loading")
             from hybrid.diagnosis import diagnosis  # only now: it takes longer to load than a mistake to be reported
@@ -54,8 +83,7 @@ def diagnose(dataset: DatasetFile, out: Out, hybrid: Hybrid = False, quiet: Quie
             from hybrid.diagnosis.report_files import add_gain, save_diagnosis
 
             found = diagnosis.diagnose(data, begin)
-        for note in save_diagnosis(found, out):  # now: the training below takes minutes
-            print(f"note: {note}", file=sys.stderr)
+        _say(save_diagnosis(found, out))  # now: the training below takes minutes
         gain = None
         if hybrid:
             from hybrid.diagnosis.learned.gain import hybrid_gain
@@ -68,3 +96,9 @@ def diagnose(dataset: DatasetFile, out: Out, hybrid: Hybrid = False, quiet: Quie
         print(describe_diagnosis(found, gain))
         print(f"Results: {out}")
         result(out / "report.json")
+
+
+def _say(notes: list[str]) -> None:
+    """Say what could not be made beside the report."""
+    for note in notes:
+        print(f"note: {note}", file=sys.stderr)

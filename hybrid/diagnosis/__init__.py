@@ -3,6 +3,7 @@
 In the order of its folders, each of which imports from those before it alone: the structure as drawn and the candidates
 for causes in it (`nominal`), the recordings (`recorded`), what a cause makes the sensors show (`response`), the fit of
 one (`fitting`), a quick look at all (`screening`), the contest among the promising (`contest`); then what is reported:
-what was wrong before any cause (`observed`), what follows (`outcome`), what a net has left to learn (`learned`).
-`diagnosis` runs it all, `report` writes it down, `judging` holds it against a truth.
+what was wrong before any cause (`observed`), what follows (`outcome`), what a net has left to learn (`learned`); and a
+diagnosis of its own, by modes alone (`modal`). `diagnosis` runs it all, `report` writes it down, `judging` holds it
+against a truth.
 """

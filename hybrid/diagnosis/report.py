@@ -1,5 +1,6 @@
 """The report of a diagnosis: as JSON in the contract's words, and in a few lines that an engineer reads."""
 
+from collections.abc import Iterable
 from typing import Any
 
 from fe_models.causes.wording import at_place
@@ -7,6 +8,7 @@ from hybrid.diagnosis.config import REPORT
 from hybrid.diagnosis.learned.gain import Gain, Trained
 from hybrid.diagnosis.observed.observation_report import describe_observations, observations_table
 from hybrid.diagnosis.outcome.advice import Advice
+from hybrid.diagnosis.outcome.calibration import Calibrated
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
 from hybrid.diagnosis.outcome.findings import NOT_ON_THE_LIST, OTHER_CAUSES, Alternative, Finding
 from hybrid.diagnosis.outcome.verdict import MATERIAL, Verdict
@@ -59,12 +61,8 @@ def _table(diagnosis: Diagnosis) -> dict[str, Any]:
         "schema": 1,
         "verdict": diagnosis.verdict.value,
         "headline": headline(diagnosis),
-        "findings": [_finding(finding) for finding in diagnosis.findings],
-        "calibration": [
-            {"what": item.quantity, "location": item.location, "factor": {"value": item.factor, "std": item.std}}
-            for item in diagnosis.calibration
-            if abs(item.factor - 1) > REPORT.min_factor_change
-        ],
+        "findings": [finding_table(finding) for finding in diagnosis.findings],
+        "calibration": calibration_table(diagnosis.calibration),
         "unexplained_fraction": diagnosis.unexplained,
         "scores": dict(diagnosis.scores),
         "noise_floor": diagnosis.noise_floor,
@@ -92,7 +90,17 @@ def _explained(finding: Finding) -> str:
     return f"explains {finding.explains:.0%} of what was wrong"
 
 
-def _finding(finding: Finding) -> dict[str, Any]:
+def calibration_table(calibration: Iterable[Calibrated]) -> list[dict[str, Any]]:
+    """Return the nominal values that have moved as plain data, in the contract's words."""
+    return [
+        {"what": item.quantity, "location": item.location, "factor": {"value": item.factor, "std": item.std}}
+        for item in calibration
+        if abs(item.factor - 1) > REPORT.min_factor_change
+    ]
+
+
+def finding_table(finding: Finding) -> dict[str, Any]:
+    """Return a finding as plain data, in the contract's words."""
     return {
         "kind": finding.cause.kind,
         "location": finding.cause.location,

@@ -1,6 +1,6 @@
 """A diagnosis in a folder: its report first, then the extended structure, then the picture, which may fail."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from fe_models.files.atomic import write_json, write_text
@@ -13,18 +13,25 @@ from hybrid.result_sets import EXTENDED, PICTURE, REPORT, SUMMARY, diagnosis_in
 
 
 def save_diagnosis(found: Diagnosis, folder: Path) -> list[str]:
-    """Replace the older diagnosis in ``folder``, none of whose files stays beside the new report.
-
-    Return a note on each file that could not be made after the report: minutes of search must not be lost for a
-    picture, and whoever has a report has the answer.
-    """
-    results, notes = diagnosis_in(folder), list[str]()
-    with results.replacing() as new:
-        _write_report(found, None, new)
+    """Replace the older diagnosis in ``folder``; return a note on each file that could not be made after the report."""
     makers: dict[str, Callable[[Path], object]] = {
         EXTENDED: lambda path: save_structure(found.extended, path),
         PICTURE: lambda path: draw_example(path, found.example),
     }
+    return saved(folder, lambda new: _write_report(found, None, new), makers)
+
+
+def saved(
+    folder: Path, write_report: Callable[[Path], object], makers: Mapping[str, Callable[[Path], object]]
+) -> list[str]:
+    """Replace the older diagnosis in ``folder``, none of whose files stays beside the new report.
+
+    Return a note on each file that could not be made after the report: minutes of search must not be lost for a
+    picture, and whoever has a report has the answer. ``makers``: of each other file by its name.
+    """
+    results, notes = diagnosis_in(folder), list[str]()
+    with results.replacing() as new:
+        write_report(new)
     for name, make in makers.items():
         try:
             with results.adding() as new:

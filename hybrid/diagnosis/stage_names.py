@@ -16,3 +16,13 @@ SEARCH = (
 )
 """Beyond single causes, in the order of `contest.evidence.STAGES`."""
 STAGE_NAMES = ("recordings", "single causes", *SEARCH, "forecasts")
+MODAL_CAUSES = ("the first cause", "a second cause", "a third cause")
+MODAL_STAGES = (
+    "modes of the recordings",
+    "nominal values",
+    "changes between recordings",
+    *MODAL_CAUSES,
+    "other causes in their place",
+    "conclusion",
+)
+"""Of a diagnosis by modes alone."""

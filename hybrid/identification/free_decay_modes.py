@@ -1,9 +1,9 @@
 """The modes of free decays, out of recordings alone: frequency, damping ratio and shape, each with its uncertainty.
 
 Poles that stay where they are over the orders of a realisation (`stabilisation`) are where a fit begins that all
-channels, and all motions of a recording, share (`shared_modes`). What is known too badly, or moves in no phase, is noise
-and left out. A mode whose frequency changes while it decays shows as several poles of one shape: these are replaced by
-one, which starts at the mean of their common motion z, weighed by its energy,
+channels, and all motions of a recording, share (`shared_modes`). What is known too badly, or moves in no phase, is
+noise and left out. A mode whose frequency changes while it decays shows as several poles of one shape: these are
+replaced by one, which starts at the mean of their common motion z, weighed by its energy,
 
     s = sum_t z(t)^H z'(t) / sum_t z(t)^H z(t).
 """
@@ -25,8 +25,8 @@ from hybrid.identification.stabilisation import stabilisation_of
 class IdentifiedModes:
     """``roots`` (mode,), rad/s, by frequency, and complex ``shapes`` (sensor, mode), their ``reference`` (mode,) entry
     one. ``covariance`` (mode, parameter, parameter) of Re s, Im s, then Re and Im of each entry of the shape.
-    ``energy`` (mode,) of each mode's own motion over the recording's; ``left``: share of the recording's energy that all
-    of them do not explain.
+    ``energy`` (mode,) of each mode's own motion over the recording's; ``left``: share of the recording's energy that
+    all of them do not explain.
     """
 
     roots: ComplexArray
@@ -58,7 +58,7 @@ class IdentifiedModes:
 
     @property
     def scatter(self) -> FloatArray:
-        """The ``covariance`` with the logarithm of the frequency and the damping ratio in the place of Re s and Im s."""
+        """The ``covariance`` with the logarithm of the frequency and the damping ratio instead of Re s and Im s."""
         size, s = np.abs(self.roots), self.roots
         turned = np.tile(np.eye(self.covariance.shape[1]), (len(s), 1, 1))
         turned[:, 0, 0], turned[:, 0, 1] = s.real / size**2, s.imag / size**2

@@ -1,7 +1,7 @@
 """How well modes are known: the covariance of roots and shapes, with the noise that each mode meets.
 
-Least squares over white noise have the covariance H^-1, H = J^T J in units of the noise. What a fit leaves is not white:
-between modes there is noise, about a mode whose frequency moves while it decays there is more. All that a mode's
+Least squares over white noise have the covariance H^-1, H = J^T J in units of the noise. What a fit leaves is not
+white: between modes there is noise, about a mode whose frequency moves while it decays there is more. All that a mode's
 parameters change lies in a narrow band about its frequency; so its columns of J are weighed, channel by channel, with
 the power of what is left there.
 """

@@ -3,8 +3,8 @@
     y_i(t) = offset_i + Re sum_k c_ki v_k exp(s_k t),   s_k = -xi_k w_k + i w_k sqrt(1 - xi_k^2)
 
 Roots s_k and complex shapes v_k, one entry of each one, are the same in all motions i; amplitudes c_ki and offsets are
-each motion's own, linear, and projected out (Golub and Pereyra, SIAM J. Numer. Anal. 10, 1973). All that a step needs of
-the samples is in a QR decomposition of exp(s t), t exp(s t) and one, which motions of equal length have in common.
+each motion's own, linear, and projected out (Golub and Pereyra, SIAM J. Numer. Anal. 10, 1973). All that a step needs
+of the samples is in a QR decomposition of exp(s t), t exp(s t) and one, which motions of equal length have in common.
 """
 
 from collections.abc import Sequence
@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fe_models.arrays import ComplexArray, FloatArray, IntArray
+from fe_models.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from hybrid.identification.config import FREE_DECAY
 from hybrid.levenberg_marquardt import Damping
 
@@ -43,7 +43,7 @@ class SharedModes:
         return replace(self, roots=roots, shapes=shapes)
 
     @property
-    def free(self) -> FloatArray:
+    def free(self) -> BoolArray:
         """Which parameters (mode, 2 + 2 sensor) are free: all but the reference entries."""
         modes, sensors = self.shapes.shape
         free = np.ones((modes, 2 + 2 * sensors), dtype=bool)

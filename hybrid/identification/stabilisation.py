@@ -1,8 +1,8 @@
 """Stabilisation: poles of eigensystem realisations of rising order; those that stay where they are stand for modes.
 
 One singular value decomposition serves all orders: in balanced coordinates the realisation of a lower order is the
-leading block of that of the highest one (Juang & Pappa, J. Guidance 8(5), 1985). Poles of two orders with like frequency
-and shape are joined; a mode is what enough orders have.
+leading block of that of the highest one (Juang & Pappa, J. Guidance 8(5), 1985). Poles of two orders with like
+frequency and shape are joined; a mode is what enough orders have.
 """
 
 from collections.abc import Sequence
@@ -67,8 +67,9 @@ def stabilisation_of(
         shapes = (model.output[:, :order] @ vectors[:, usable]).T * scale
         kept = _vibrates(roots, band)
         found.append((np.full(int(kept.sum()), order), roots[kept], shapes[kept]))
-    order, roots, shapes = (np.concatenate([part[i] for part in found]) for i in range(3))
-    return Stabilisation(order, roots, shapes, _modes_of(order, roots, shapes / scale, len(found)))
+    orders = np.concatenate([part[0] for part in found])
+    every, shapes = np.concatenate([part[1] for part in found]), np.concatenate([part[2] for part in found])
+    return Stabilisation(orders, every, shapes, _modes_of(orders, every, shapes / scale, len(found)))
 
 
 def _loud(part: FloatArray, least: int) -> FloatArray:

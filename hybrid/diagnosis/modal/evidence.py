@@ -46,8 +46,8 @@ class Claim:
 
 @dataclass(frozen=True)
 class Measured:
-    """What evidence is made of: the ``nominal`` model, ``offset`` (nuisance,) of its values from what the user drew, the
-    measured ``sensors``, their ``rate`` (Hz), and the modes of all ``recordings``.
+    """What evidence is made of: the ``nominal`` model, ``offset`` (nuisance,) of its values from what the user drew,
+    the measured ``sensors``, their ``rate`` (Hz), and the modes of all ``recordings``.
     """
 
     nominal: NominalModel
@@ -71,7 +71,11 @@ class Measured:
         """Whose scale each nuisance (nuisance,) has: "stiffness", "mass", "damping", "element", or "" of none."""
         nominal = self.nominal
         parts = [part.quantity for part in nominal.parts] + ["damping"] * len(nominal.ratios)
-        return (*parts, *["element"] * (nominal.values - nominal.factors), *[""] * (len(nominal.spread) - nominal.values))
+        return (
+            *parts,
+            *["element"] * (nominal.values - nominal.factors),
+            *[""] * (len(nominal.spread) - nominal.values),
+        )
 
     @cached_property
     def null(self) -> Claim:
@@ -98,8 +102,8 @@ class Pairs:
 class ModalFit:
     """The best ``theta`` (parameter,) of a claim, with the ``sizes`` of errors, and the log ``evidence``.
 
-    ``residual`` (row,), nominal values at their centre, and ``slopes`` (row, parameter); ``lower``: the Cholesky factor of the covariance of all
-    ``rows``; ``covariance`` (parameter, parameter) of theta.
+    ``residual`` (row,), nominal values at their centre, and ``slopes`` (row, parameter); ``lower``: the Cholesky factor
+    of the covariance of all ``rows``; ``covariance`` (parameter, parameter) of theta.
     """
 
     claim: Claim
@@ -155,9 +159,10 @@ def fit_claim(
         step = _step(measured, present)
         then = _bounded(hypothesis, theta, step)
         errors = np.sqrt(np.diag(present.covariance)[first:])
-        settled = np.abs(step[:first]).max(initial=0.0) < FIT.converged_log_step and (
-            np.abs(step[first:]) < FIT.converged_sigma * errors
-        ).all()
+        settled = (
+            np.abs(step[:first]).max(initial=0.0) < FIT.converged_log_step
+            and (np.abs(step[first:]) < FIT.converged_sigma * errors).all()
+        )
         theta = then
         if settled and number >= 2:
             break
@@ -186,7 +191,7 @@ def _at(
 ) -> ModalFit:
     """Return the fit as it stands at ``theta``; ``residual`` at the nominal values' centre."""
     hypothesis, first = claim.hypothesis, claim.hypothesis.nuisances
-    lower = np.linalg.cholesky(rows.covariance(sizes))
+    lower = np.asarray(np.linalg.cholesky(rows.covariance(sizes)), dtype=np.float64)
     white = solve_triangular(lower, residual, lower=True)
     evidence = float(-0.5 * white @ white - np.log(np.diag(lower)).sum()) + rows.constant + sizes.log_prior
     width = hypothesis.width[first:]
@@ -256,13 +261,12 @@ def pairs_of(measured: Measured, claim: Claim, predicted: dict[tuple[int, ...], 
         modes = predicted[claim.off(recording)]
         mode = paired(own, modes.log_omega[0], modes.shapes[0], measured.orders)
         found += [(recording, int(k), int(mode[k])) for k in np.flatnonzero(mode >= 0)]
-    recording, k, mode = (np.array(part, dtype=int) for part in zip(*found, strict=True)) if found else (
-        np.zeros((3, 0), dtype=int)
-    )
-    first = predicted[next(iter(predicted))].shapes[0] * np.exp(
-        -np.outer(predicted[next(iter(predicted))].log_omega[0], measured.orders)
-    )
-    return Pairs(recording, k, mode, np.argmax(np.abs(first), axis=1)[mode] if len(mode) else mode)
+    rows = np.array(found, dtype=int).reshape(-1, 3)
+    first = predicted[next(iter(predicted))]
+    displaced = first.shapes[0] * np.exp(-np.outer(first.log_omega[0], measured.orders))
+    largest = np.argmax(np.abs(displaced), axis=1)
+    number = np.minimum(rows[:, 2], len(largest) - 1)  # a cause may bring a mode that others do not have
+    return Pairs(rows[:, 0], rows[:, 1], rows[:, 2], largest[number])
 
 
 def _values(measured: Measured, pairs: Pairs) -> tuple[FloatArray, FloatArray]:

@@ -1,4 +1,4 @@
-"""The modes of a recording as evidence: frequencies, damping ratios and shapes at the sensors, with their covariance."""
+"""The modes of a recording as evidence: frequencies, damping ratios, shapes at the sensors, and their covariance."""
 
 from dataclasses import dataclass
 
@@ -58,8 +58,6 @@ def are_combinations(found: IdentifiedModes) -> BoolArray:
         i, j = (index.ravel() for index in np.meshgrid(strong, strong))
         expected = np.concatenate([frequency[i] + frequency[j], np.abs(frequency[i] - frequency[j])])
         sigma = np.sqrt(error[line] ** 2 + np.tile(error[i] ** 2 + error[j] ** 2, 2))
-        reach = np.maximum(
-            COMBINATION.max_distance_sigma * sigma, COMBINATION.max_relative_distance * frequency[line]
-        )
+        reach = np.maximum(COMBINATION.max_distance_sigma * sigma, COMBINATION.max_relative_distance * frequency[line])
         combined[line] = bool(np.any((np.abs(frequency[line] - expected) < reach) & (expected > 0)))
     return combined

@@ -87,7 +87,7 @@ def diagnose_modes(dataset: Dataset, advance: Callable[[str], object] | None = N
         measured, null = _rebased(dataset, measured, null)
         search = Search.of(measured, _candidates(dataset, measured.nominal))
         fits = search.run(null, tell)
-        tell("what it amounts to")
+        tell("conclusion")
         found = _concluded(measured, fits, probabilities(search, fits))
     return replace(found, seconds=perf_counter() - begun)
 
@@ -98,8 +98,9 @@ def _measured(dataset: Dataset, tell: Callable[[str], object]) -> Measured:
     columns, rate = list(measured_columns(dataset)), dataset.sampling_rate
     slowest, highest = float(nominal.modes[0][0]) / (2 * np.pi), dataset.lowpass or rate / 2
     found = []
+    tell("modes of the recordings")
     for recording in dataset.select("train"):
-        tell(f"modes of {recording.name}")
+        tell(recording.name)
         motions = [motion[:, columns] for motion in recording.data]
         found.append(MeasuredModes.of(recording.name, identify_modes(motions, rate, slowest, highest)))
     sensors = tuple(dataset.sensors[column] for column in columns)

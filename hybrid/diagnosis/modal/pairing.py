@@ -18,9 +18,7 @@ def paired(measured: MeasuredModes, log_omega: FloatArray, shapes: ComplexArray,
     criterion = mac(_displaced(measured.log_omega, measured.shapes, orders).T, _displaced(log_omega, shapes, orders).T)
     apart = np.abs(measured.log_omega[:, None] - log_omega)
     cost = (apart / PAIRING.frequency_scale) ** 2 + (1 - criterion) / PAIRING.mac_scale
-    possible = (
-        (apart < PAIRING.max_frequency_difference) & (criterion > PAIRING.min_mac) & (cost < PAIRING.max_cost)
-    )
+    possible = (apart < PAIRING.max_frequency_difference) & (criterion > PAIRING.min_mac) & (cost < PAIRING.max_cost)
     rows, columns = linear_sum_assignment(np.where(possible, cost, 2 * PAIRING.max_cost))
     found = np.full(len(measured.log_omega), -1)
     made = possible[rows, columns]

@@ -96,7 +96,7 @@ def _moved(
     """
     if not len(sizes):
         return None
-    claim, first = base.claim, base.nuisances
+    claim = base.claim
     every = np.concatenate([sizes, sizes + SCAN.difference_step * candidate.width[0]])
     pairs, free = base.pairs, _free_rows(base, measured)
     residuals = np.zeros((len(every), *free.shape))
@@ -115,8 +115,12 @@ def _moved(
             seen = measured.recordings[recording]
             here = np.flatnonzero(pairs.recording == recording)
             values = seen.over(_references(base, measured, recording))[0][pairs.measured[here]]
-            modes_of = np.array([paired(seen, log, own, measured.orders) for log, own in zip(
-                modes.log_omega[: len(sizes)], modes.shapes[: len(sizes)], strict=True)])[:, pairs.measured[here]]
+            modes_of = np.array(
+                [
+                    paired(seen, log, own, measured.orders)
+                    for log, own in zip(modes.log_omega[: len(sizes)], modes.shapes[: len(sizes)], strict=True)
+                ]
+            )[:, pairs.measured[here]]
             known = np.minimum(pairs.mode[here], modes.roots.shape[1] - 1)
             modes_of = np.tile(np.where(modes_of >= 0, modes_of, known), (2, 1))
             residuals[:, here] = values - modes.over(modes_of, pairs.reference[here])

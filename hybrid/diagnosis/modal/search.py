@@ -18,6 +18,7 @@ from hybrid.diagnosis.modal.errors import ErrorSizes
 from hybrid.diagnosis.modal.evidence import Claim, Measured, ModalFit, fit_claim, refitted_errors
 from hybrid.diagnosis.modal.scan import Recordings, Trial, scan, shows_in_modes
 from hybrid.diagnosis.parallel import parallel_map
+from hybrid.diagnosis.stage_names import MODAL_CAUSES
 
 NOTHING = 0.5  # prior probability that nothing (more) is wrong
 
@@ -68,7 +69,9 @@ class Search:
         for candidate, acts in zip(claim.hypothesis.candidates, claim.acts, strict=True):
             prior += float(np.log(1 - NOTHING)) + self.odds.log(candidate) + self._log_of(acts)
         if claim.changed:
-            prior += float(np.log(1 - NOTHING)) - float(np.log(1 + len(self.odds.weights))) + self._log_of(claim.changed)
+            prior += (
+                float(np.log(1 - NOTHING)) - float(np.log(1 + len(self.odds.weights))) + self._log_of(claim.changed)
+            )
         return item.evidence + prior
 
     def _log_of(self, acts: Recordings) -> float:
@@ -88,8 +91,8 @@ class Search:
         tell("changes between recordings")
         fits = [null, *self._changed(null)]
         frontier = self.ranked(fits)[: SCAN.kept]
-        for number in range(SCAN.max_causes):
-            tell(f"cause {number + 1}")
+        for number, stage in enumerate(MODAL_CAUSES):
+            tell(stage)
             before = self.score(self.ranked(fits)[0])
             fits += self._extended(frontier)
             frontier = [item for item in self.ranked(fits) if len(item.claim.acts) == number + 1][: SCAN.kept]

@@ -1,0 +1,135 @@
+"""The report of a diagnosis by modes: as JSON in the contract's words, in lines for an engineer, as a picture."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fe_models.files.atomic import write_json, write_text
+from fe_models.files.structure_file import save_structure
+from hybrid.diagnosis.config import REPORT
+from hybrid.diagnosis.modal.modal_diagnosis import ModalDiagnosis, PairedMode
+from hybrid.diagnosis.outcome.verdict import Verdict
+from hybrid.diagnosis.report import calibration_table, finding_table, rival_words
+from hybrid.diagnosis.report_files import saved
+from hybrid.figures import figure
+from hybrid.result_sets import EXTENDED, PICTURE, SUMMARY
+from hybrid.result_sets import REPORT as REPORT_FILE
+
+HEADLINES = {
+    Verdict.NOTHING_WRONG: "Nothing is wrong that modes would show: the structure is as drawn, within its uncertainty.",
+    Verdict.EXPLAINED: "The simulation is wrong, and what is named below explains the measured modes.",
+    Verdict.PARTLY_EXPLAINED: "The simulation is wrong; what is named below explains the measured modes in part.",
+    Verdict.UNEXPLAINED: "The simulation is wrong, and nothing on the list of causes explains the measured modes.",
+}
+BY_MODES = (
+    "by modes alone: force laws, drifts and harmonic forces, which modes do not show, were not looked for, and no"
+    " forecasts were made"
+)
+DRAWN, EXTENDED_COLOUR = "#E69F00", "#0072B2"  # Okabe & Ito, as in the other pictures
+
+
+def save_modal_diagnosis(found: ModalDiagnosis, folder: Path) -> list[str]:
+    """Replace the older diagnosis in ``folder``; return a note on each file that could not be made after the report."""
+
+    def write_report(new: Path) -> None:
+        write_json(new / REPORT_FILE, modal_table(found))
+        write_text(new / SUMMARY, describe_modal(found) + "\n")
+
+    return saved(
+        folder,
+        write_report,
+        {
+            EXTENDED: lambda path: save_structure(found.extended, path),
+            PICTURE: lambda path: draw_modes(path, found.modes),
+        },
+    )
+
+
+def modal_table(found: ModalDiagnosis) -> dict[str, Any]:
+    """Return the report as plain data, ready for JSON."""
+    return {
+        "schema": 1,
+        "verdict": found.verdict.value,
+        "headline": HEADLINES[found.verdict],
+        "findings": [finding_table(finding) for finding in found.findings],
+        "calibration": calibration_table(found.calibration),
+        "unexplained_fraction": found.unexplained,
+        "scores": {name: {"measured": None, "held_out": None} for name in ("baseline", "extended")},
+        "noise_floor": None,
+        "seconds": round(found.seconds, 2),
+        "states": [
+            {
+                "recordings": list(state.recordings),
+                "frequencies": list(state.frequencies),
+                "frequency_std": list(state.errors),
+                "damping_ratios": list(state.ratios),
+            }
+            for state in found.states
+        ],
+        "modes": [vars(mode) for mode in found.modes],
+        "notes": [BY_MODES, *found.notes],
+    }
+
+
+def describe_modal(found: ModalDiagnosis) -> str:
+    """Return the report in lines: the answer, what is named with its rivals, states, modes, notes."""
+    lines = [HEADLINES[found.verdict]]
+    for finding in found.findings:
+        lines.append(f"- {finding.sentence}")
+        explains = f"; explains {finding.explains:.0%} of the misfit" if finding.explains else ""
+        lines.append(f"  Probability {finding.probability:.2f}{explains}.")
+        rivals = finding.alternatives[: REPORT.max_rivals_listed]
+        lines += [f"  Cannot be ruled out: {rival_words(item)} ({item.probability:.2f})." for item in rivals]
+    if len(found.states) > 1:
+        lines.append(f"The recordings show {len(found.states)} states of the structure:")
+        lines += [f"- {', '.join(state.recordings)}" for state in found.states]
+    lines += ["", "| recording | measured (Hz) | drawn | MAC | with what was found | MAC | damping ratio |"]
+    lines.append("|---|---|---|---|---|---|---|")
+    lines += [_row(mode) for mode in found.modes]
+    lines += ["", f"Misfit left of the drawn structure's: {found.unexplained:.1%}."]
+    return "\n".join([*lines, *(f"Note: {note}." for note in (BY_MODES, *found.notes))])
+
+
+def _row(mode: PairedMode) -> str:
+    cells = [
+        mode.recording,
+        f"{mode.measured:.4g} +- {mode.error:.1g}",
+        *_beside(mode.drawn, mode.mac_drawn, mode.measured),
+        *_beside(mode.extended, mode.mac_extended, mode.measured),
+        f"{mode.ratio:.2%} +- {mode.ratio_error:.2%}",
+    ]
+    return f"| {' | '.join(cells)} |"
+
+
+def _beside(frequency: float | None, criterion: float | None, measured: float) -> tuple[str, str]:
+    if frequency is None or criterion is None:
+        return "-", "-"
+    return f"{frequency:.4g} ({frequency / measured - 1:+.1%})", f"{criterion:.3f}"
+
+
+def draw_modes(path: Path, modes: tuple[PairedMode, ...]) -> Path:
+    """Draw how far natural frequencies and shapes are off, as drawn and with what was found."""
+    title = "Modes of the structure beside the measured ones"
+    with figure(path, 2, 1, title) as (sheet, (above, below)):
+        sheet.set_size_inches(max(6.2, 0.3 * len(modes) + 2.0), 5.2)
+        place = np.arange(len(modes))
+        sides = (("as drawn", DRAWN, -0.2), ("with what was found", EXTENDED_COLOUR, 0.2))
+        for (label, colour, shift), before in zip(sides, (True, False), strict=True):
+            known = [(mode.drawn, mode.mac_drawn) if before else (mode.extended, mode.mac_extended) for mode in modes]
+            off = [
+                np.nan if f is None else 100 * (f / mode.measured - 1)
+                for (f, _), mode in zip(known, modes, strict=True)
+            ]
+            criterion = [np.nan if c is None else c for _, c in known]
+            above.bar(place + shift, off, 0.38, color=colour, label=label)
+            below.bar(place + shift, criterion, 0.38, color=colour)
+        above.axhline(0.0, color="black", linewidth=0.8)
+        above.set_ylabel("frequency off (%)")
+        above.set_xticks([])
+        above.legend(frameon=False, fontsize=8)
+        below.set(ylabel="MAC", ylim=(0, 1.02))
+        below.set_xticks(
+            place, [f"{mode.recording}\n{mode.measured:.4g} Hz" for mode in modes], rotation=90, fontsize=7
+        )
+    return path

@@ -1,0 +1,66 @@
+"""The command that diagnoses by modes alone: what it writes and says of a chain that is off, and has changed."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import fe_models as fe
+from fe_models.files.dataset_file import save_dataset
+from fe_models.files.structure_file import load_structure
+from hybrid.commands.app import app
+from tests.test_modal_evidence import SENSORS, chain
+
+SAMPLES, RATE = 2000, 50.0
+
+
+def decays(structure: fe.Structure, rng: np.random.Generator) -> np.ndarray:
+    """Return displacements (motion, time, sensor) of the free decay of all modes, and noise of 1 %."""
+    modal = fe.natural_modes(structure, len(SENSORS))
+    ratio, omega = modal.damping_ratio, modal.omega
+    roots = omega * (-ratio + 1j * np.sqrt(1 - ratio**2))
+    waves = np.exp(np.outer(np.arange(SAMPLES) / RATE, roots))
+    clean = np.real((waves * np.exp(2j * np.pi * rng.uniform(size=len(omega)))) @ modal.shapes.T)
+    return np.asarray(clean + 0.01 * clean.std(axis=0) * rng.standard_normal(clean.shape))[None]
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The dataset of a chain whose springs are off by up to a fifth, and whose third lost a quarter before the last
+    recording.
+    """
+    rng = np.random.default_rng(50)
+    truth = chain(np.array([0.85, 1.15, 1.1, 0.9, 1.2]))
+    changed = truth.with_effects(fe.StiffnessChange((3,), 0.75))
+    recordings = tuple(
+        fe.Recording(name, decays(structure, rng))
+        for name, structure in (("monday", truth), ("tuesday", truth), ("friday", changed))
+    )
+    return save_dataset(fe.Dataset(chain(), RATE, SENSORS, recordings), tmp_path_factory.mktemp("modes"))
+
+
+@pytest.mark.slow
+def test_a_changed_chain_far_from_its_drawing(file: Path, tmp_path: Path) -> None:
+    answer = CliRunner().invoke(app, ["diagnose", str(file), "--modes", "--out", str(tmp_path)])
+    assert answer.exit_code == 0, answer.output
+    report = json.loads((tmp_path / "report.json").read_text())
+    first = report["findings"][0]
+    assert (first["kind"], first["location"], first["recordings"]) == ("stiffness_change", {"element": 3}, ["friday"])
+    factor = first["parameters"]["factor"]
+    assert factor["value"] == pytest.approx(0.75, abs=4 * factor["std"])
+    assert [state["recordings"] for state in report["states"]] == [["monday", "tuesday"], ["friday"]]
+    assert "It acts in friday only." in answer.output
+    assert (tmp_path / "summary.txt").read_text().strip() in answer.output
+    assert (tmp_path / "what_is_wrong.png").stat().st_size > 10_000
+    extended = load_structure(tmp_path / "extended_model.toml")
+    stiffness = [element.stiffness for element in extended.elements if isinstance(element, fe.Spring)]
+    assert stiffness[1] / stiffness[0] == pytest.approx(1.15 / 0.85, rel=0.05)  # all of them together only modes' scale
+
+
+def test_modes_alone_train_nothing(file: Path, tmp_path: Path) -> None:
+    answer = CliRunner().invoke(app, ["diagnose", str(file), "--modes", "--hybrid", "--out", str(tmp_path / "new")])
+    assert answer.exit_code == 2
+    assert "--hybrid" in answer.output
+    assert not (tmp_path / "new").exists()
