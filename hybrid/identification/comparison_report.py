@@ -212,7 +212,9 @@ def draw_backbones(path: Path, dataset: Dataset, compared: Compared) -> Path:
 
 def _unit(dataset: Dataset, compared: Compared, mode: int) -> str:
     """Return the unit of a mode's amplitudes: that of the channel with the largest entry of the identified shape."""
-    largest = {int(np.argmax(np.abs(each.identified.shapes[:, each.chosen[mode]]))) for each in compared.recordings}
+    largest = {
+        int(np.argmax(np.abs(each.identified.real_shapes[:, each.chosen[mode]]))) for each in compared.recordings
+    }
     units = {dataset.sensors[sensor].unit for sensor in largest}
     return units.pop() if len(units) == 1 else "of each recording's own channel"
 

@@ -69,7 +69,8 @@ def stabilisation_of(
         found.append((np.full(int(kept.sum()), order), roots[kept], shapes[kept]))
     orders = np.concatenate([part[0] for part in found])
     every, shapes = np.concatenate([part[1] for part in found]), np.concatenate([part[2] for part in found])
-    return Stabilisation(orders, every, shapes, _modes_of(orders, every, shapes / scale, len(found)))
+    own = np.asarray(shapes / scale, dtype=complex)
+    return Stabilisation(orders, every, shapes, _modes_of(orders, every, own, len(found)))
 
 
 def _loud(part: FloatArray, least: int) -> FloatArray:
