@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 import fe_models as fe
 from fe_models.files.dataset_file import save_dataset
-from fe_models.files.structure_file import load_structure
+from fe_models.files.structure_file import load_structure, save_structure
 from hybrid.commands.app import app
 from tests.test_modal_evidence import SENSORS, chain
 
@@ -64,3 +64,40 @@ def test_modes_alone_train_nothing(file: Path, tmp_path: Path) -> None:
     assert answer.exit_code == 2
     assert "--hybrid" in answer.output
     assert not (tmp_path / "new").exists()
+
+
+TABLE = """
+schema = 1
+model = "{model}"
+sensors = [{sensors}]
+"""
+
+
+def test_a_table_of_modes_is_enough(tmp_path: Path) -> None:
+    """Three springs off, the fourth at 0.7 afterwards; frequencies to a thousandth, no damping, one shape not known."""
+    truth = chain(np.array([0.9, 1.1, 1.0, 1.1, 0.95]))
+    changed = truth.with_effects(fe.StiffnessChange((4,), 0.7))
+    save_structure(chain(), tmp_path / "drawn.toml")
+    names = ", ".join(
+        f'{{ name = "{s.name}", node = {s.node}, direction = "x", quantity = "acceleration", unit = "m/s^2" }}'
+        for s in SENSORS
+    )
+    text = [TABLE.format(model="drawn.toml", sensors=names)]
+    for name, structure in (("before", truth), ("after", changed)):
+        modal = fe.natural_modes(structure, len(SENSORS))
+        for number, (frequency, shape) in enumerate(zip(modal.frequencies, modal.shapes.T, strict=True)):
+            text.append(
+                f'[[modes]]\nrecording = "{name}"\nfrequency = {frequency:.6f}\nfrequency_std = {frequency / 1000}'
+            )
+            if number != 4:
+                text.append(f"shape = {np.round(shape, 4).tolist()}\nshape_std = 0.01")
+    (tmp_path / "modes.toml").write_text("\n".join(text))
+    answer = CliRunner().invoke(app, ["diagnose", str(tmp_path / "modes.toml"), "--out", str(tmp_path / "out")])
+    assert answer.exit_code == 0, answer.output
+    report = json.loads((tmp_path / "out" / "report.json").read_text())
+    first = report["findings"][0]
+    assert (first["kind"], first["location"]) == ("stiffness_change", {"element": 4})
+    factor = first["parameters"]["factor"]
+    wanted = 0.7 if first["recordings"] == ["after"] else 1 / 0.7  # which of the two is as drawn, nobody knows
+    assert factor["value"] == pytest.approx(wanted, abs=4 * factor["std"])
+    assert len(report["states"]) == 2

@@ -200,7 +200,7 @@ def test_a_prediction_needs_a_recording(tmp_path: Path) -> None:
         from_record(cast(Any, None), load_dataset(written(tmp_path)), None, 0.0, 10, whole=False)
 
 
-@pytest.mark.parametrize("command", ["diagnose", "compare", "train"])
+@pytest.mark.parametrize("command", ["compare", "train"])
 def test_commands_say_so_in_a_line(tmp_path: Path, command: str) -> None:
     ran = CliRunner().invoke(app, [command, str(written(tmp_path)), "--out", str(tmp_path / "out")])
     assert ran.exit_code == 2, ran.output

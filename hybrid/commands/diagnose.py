@@ -34,7 +34,8 @@ def diagnose(
     structure's own modes. The exit status is 0 once a report is written, whatever its verdict.
 
     With --modes the evidence is that of natural frequencies, damping ratios and shapes: it needs no nearly right model,
-    tells how far groups of elements are off, and what changed between recordings.
+    tells how far groups of elements are off, and what changed between recordings. A dataset of identified modes alone
+    ([[modes]]) is diagnosed so.
 
     \b
     OUT/report.json          verdict, findings with probabilities and alternatives, scores
@@ -64,7 +65,7 @@ def diagnose(
         raise_faults(faults)
         assert data is not None  # else there were faults
         print_notes(data)
-        if modes:
+        if modes or (data.modes and not data.recordings):
             with stage_bar(MODAL_STAGES) as begin:
                 begin("loading")
                 from hybrid.diagnosis.modal.modal_diagnosis import diagnose_modes

@@ -8,6 +8,7 @@ import numpy as np
 from fe_models.files.atomic import write_json, write_text
 from fe_models.files.structure_file import save_structure
 from hybrid.diagnosis.config import REPORT
+from hybrid.diagnosis.modal.config import LISTED
 from hybrid.diagnosis.modal.modal_diagnosis import ModalDiagnosis, PairedMode
 from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.diagnosis.report import calibration_table, finding_table, rival_words
@@ -97,7 +98,7 @@ def _row(mode: PairedMode) -> str:
         f"{mode.measured:.4g} +- {mode.error:.1g}",
         *_beside(mode.drawn, mode.mac_drawn, mode.measured),
         *_beside(mode.extended, mode.mac_extended, mode.measured),
-        f"{mode.ratio:.2%} +- {mode.ratio_error:.2%}",
+        f"{mode.ratio:.2%} +- {mode.ratio_error:.2%}" if mode.ratio_error < LISTED.any_ratio else "-",
     ]
     return f"| {' | '.join(cells)} |"
 

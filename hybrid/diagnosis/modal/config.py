@@ -25,6 +25,19 @@ class CombinationConfig:
 
 
 @dataclass(frozen=True)
+class ListedConfig:
+    """Modes that somebody else identified: what is usual where a standard deviation was not given."""
+
+    frequency_error: float = 2e-3  # of the frequency
+    ratio_error: float = 0.2  # of the damping ratio
+    shape_error: float = 0.03  # of the largest entry
+    unknown_ratio: float = 0.01  # where none was identified, with ...
+    any_ratio: float = 1.0  # ... a standard deviation that says nothing
+    any_shape: float = 1e2
+    samples_a_cycle: float = 4.0  # of the highest mode: the structure is followed up to twice its frequency
+
+
+@dataclass(frozen=True)
 class OutlierConfig:
     """Measured modes that no mode of the structure is: so wide is what they might have been."""
 
@@ -79,6 +92,7 @@ class ConclusionConfig:
 
 PAIRING = PairingConfig()
 COMBINATION = CombinationConfig()
+LISTED = ListedConfig()
 OUTLIER = OutlierConfig()
 FIT = FitConfig()
 SCAN = ScanConfig()

@@ -1,11 +1,13 @@
 """The modes of a recording as evidence: frequencies, damping ratios, shapes at the sensors, and their covariance."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from fe_models.arrays import BoolArray, ComplexArray, FloatArray, IntArray
-from hybrid.diagnosis.modal.config import COMBINATION
+from fe_models.mode_estimate import ModeEstimate
+from hybrid.diagnosis.modal.config import COMBINATION, LISTED
 from hybrid.identification.free_decay_modes import IdentifiedModes
 
 
@@ -15,6 +17,7 @@ class MeasuredModes:
 
     ``log_omega`` (mode,) of rad/s; damping ``ratios`` (mode,); complex ``shapes`` (mode, sensor) of any scale and
     phase. ``covariance`` (mode, 2 + 2 sensor, 2 + 2 sensor) of log omega, ratio, then Re and Im of each entry.
+    ``shown`` (mode,): whose shape is known; None: of all.
     """
 
     name: str
@@ -22,6 +25,36 @@ class MeasuredModes:
     ratios: FloatArray
     shapes: ComplexArray
     covariance: FloatArray
+    shown: BoolArray | None = None
+
+    @staticmethod
+    def listed(name: str, modes: Sequence[ModeEstimate], sensors: int) -> "MeasuredModes":
+        """Return modes that somebody identified; what was not has the usual error, or any value at all."""
+        omega = np.array([2 * np.pi * mode.frequency for mode in modes])
+        frequency = [mode.frequency_std or LISTED.frequency_error * mode.frequency for mode in modes]
+        ratios = [LISTED.unknown_ratio if mode.damping_ratio is None else mode.damping_ratio for mode in modes]
+        known = [mode.damping_ratio is not None for mode in modes]
+        ratio_errors = [
+            (mode.damping_std or LISTED.ratio_error * max(ratio, LISTED.unknown_ratio)) if given else LISTED.any_ratio
+            for mode, ratio, given in zip(modes, ratios, known, strict=True)
+        ]
+        shapes = [np.ones(sensors) if mode.shape is None else mode.shape for mode in modes]
+        shape_errors = [
+            LISTED.any_shape
+            if mode.shape is None
+            else mode.shape_std or LISTED.shape_error * float(np.abs(mode.shape).max())
+            for mode in modes
+        ]
+        variances = np.column_stack(
+            [
+                np.square(frequency) / np.square([mode.frequency for mode in modes]),
+                np.square(ratio_errors),
+                np.repeat(np.square(shape_errors)[:, None], 2 * sensors, axis=1),
+            ]
+        )
+        covariance = np.array([np.diag(own) for own in variances])
+        shown = np.array([mode.shape is not None for mode in modes], dtype=bool)
+        return MeasuredModes(name, np.log(omega), np.array(ratios), np.array(shapes, dtype=complex), covariance, shown)
 
     @staticmethod
     def of(name: str, found: IdentifiedModes) -> "MeasuredModes":

@@ -14,18 +14,19 @@ from threadpoolctl import threadpool_limits
 from fe_models.arrays import FloatArray
 from fe_models.causes import MassChange, StiffnessChange
 from fe_models.causes.candidate import Candidate
+from fe_models.causes.known import Channel, Known
 from fe_models.causes.places import Motion
+from fe_models.causes.searched import candidates_of
 from fe_models.errors import InputError
 from fe_models.modes import mac
 from fe_models.recordings import Dataset
 from fe_models.structure import Structure
 from hybrid.diagnosis.config import THREADS
-from hybrid.diagnosis.modal.config import CONCLUSION, FIT
+from hybrid.diagnosis.modal.config import CONCLUSION, FIT, LISTED
 from hybrid.diagnosis.modal.evidence import Measured, ModalFit, fit_claim, misfit_of, predicted_of
 from hybrid.diagnosis.modal.measured_modes import MeasuredModes
 from hybrid.diagnosis.modal.modal_findings import State, findings_of, states_of
 from hybrid.diagnosis.modal.search import Search, null_fit, probabilities
-from hybrid.diagnosis.nominal.candidates import all_candidates
 from hybrid.diagnosis.nominal.nominal_model import NominalModel, nominal_model_of
 from hybrid.diagnosis.outcome.calibration import Calibrated, calibration_of
 from hybrid.diagnosis.outcome.extend import extended_structure
@@ -77,7 +78,7 @@ def diagnose_modes(dataset: Dataset, advance: Callable[[str], object] | None = N
 
     `InputError` where the dataset has no structure, or no recording shows a mode of it.
     """
-    begun, tell = perf_counter(), advance or (lambda _: None)
+    begun, tell, dataset = perf_counter(), advance or (lambda _: None), _as_measured(dataset)
     with threadpool_limits(THREADS.linear_algebra, "blas"):
         measured = _measured(dataset, tell)
         tell("nominal values")
@@ -85,7 +86,7 @@ def diagnose_modes(dataset: Dataset, advance: Callable[[str], object] | None = N
         if null is None or not len(null.pairs):
             raise InputError("no recording shows a mode of this structure: check node numbers, directions and units")
         measured, null = _rebased(dataset, measured, null)
-        search = Search.of(measured, _candidates(dataset, measured.nominal))
+        search = Search.of(measured, _candidates(measured))
         fits = search.run(null, tell)
         tell("conclusion")
         found = _concluded(measured, fits, probabilities(search, fits))
@@ -93,18 +94,46 @@ def diagnose_modes(dataset: Dataset, advance: Callable[[str], object] | None = N
 
 
 def _measured(dataset: Dataset, tell: Callable[[str], object]) -> Measured:
-    """Return the modes of all training recordings beside the nominal model."""
+    """Return the modes of all training recordings, listed or else identified, beside the nominal model."""
     nominal = nominal_model_of(dataset).undispersed
+    tell("modes of the recordings")
+    if dataset.modes:
+        found = _listed(dataset)
+        sensors = tuple(replace(sensor, quantity="displacement") for sensor in dataset.sensors)
+    else:
+        sensors = tuple(dataset.sensors[column] for column in measured_columns(dataset))
+        found = _identified(dataset, nominal, tell)
+    return Measured(nominal, np.zeros(len(nominal.spread)), sensors, dataset.sampling_rate, found)
+
+
+def _listed(dataset: Dataset) -> tuple[MeasuredModes, ...]:
+    """Return the modes for training that the dataset lists, by their state; their shapes are those of displacements."""
+    own = [mode for mode in dataset.modes if mode.role == "train"]
+    states = dict.fromkeys(mode.recording for mode in own)
+    count = len(dataset.sensors)
+    return tuple(
+        MeasuredModes.listed(state, [mode for mode in own if mode.recording == state], count) for state in states
+    )
+
+
+def _identified(dataset: Dataset, nominal: NominalModel, tell: Callable[[str], object]) -> tuple[MeasuredModes, ...]:
+    """Return the modes that the training recordings show at the measured sensors."""
     columns, rate = list(measured_columns(dataset)), dataset.sampling_rate
     slowest, highest = float(nominal.modes[0][0]) / (2 * np.pi), dataset.lowpass or rate / 2
     found = []
-    tell("modes of the recordings")
     for recording in dataset.select("train"):
         tell(recording.name)
         motions = [motion[:, columns] for motion in recording.data]
         found.append(MeasuredModes.of(recording.name, identify_modes(motions, rate, slowest, highest)))
-    sensors = tuple(dataset.sensors[column] for column in columns)
-    return Measured(nominal, np.zeros(len(nominal.spread)), sensors, rate, tuple(found))
+    return tuple(found)
+
+
+def _as_measured(dataset: Dataset) -> Dataset:
+    """Return a dataset that lists its modes as if it had been sampled fast enough for them, and for as many again."""
+    if not dataset.modes:
+        return dataset
+    highest = max(mode.frequency for mode in dataset.modes)
+    return replace(dataset, sampling_rate=LISTED.samples_a_cycle * highest, lowpass=None, recordings=())
 
 
 def _rebased(dataset: Dataset, measured: Measured, null: ModalFit) -> tuple[Measured, ModalFit]:
@@ -135,12 +164,14 @@ def _rebased(dataset: Dataset, measured: Measured, null: ModalFit) -> tuple[Meas
     return measured, null
 
 
-def _candidates(dataset: Dataset, nominal: NominalModel) -> tuple[Candidate, ...]:
+def _candidates(measured: Measured) -> tuple[Candidate, ...]:
     """Return all causes at all places, their priors by a motion in which each mode has as much energy as any other."""
+    nominal = measured.nominal
     omega, shapes = nominal.modes
     amplitude = np.random.default_rng(0).standard_normal((200, len(omega)))
     motion = Motion((amplitude / omega) @ shapes.T, amplitude @ shapes.T)
-    return all_candidates(nominal, dataset, motion, measured_columns(dataset))
+    channels = tuple(Channel(sensor.name, 1.0, 1.0) for sensor in measured.sensors)  # of drifts, which no mode shows
+    return candidates_of(Known(nominal, motion, channels))
 
 
 def _concluded(measured: Measured, fits: list[ModalFit], probability: FloatArray) -> ModalDiagnosis:

@@ -16,6 +16,8 @@ def paired(measured: MeasuredModes, log_omega: FloatArray, shapes: ComplexArray,
     if not len(log_omega) or not len(measured.log_omega):
         return np.full(len(measured.log_omega), -1)
     criterion = mac(_displaced(measured.log_omega, measured.shapes, orders).T, _displaced(log_omega, shapes, orders).T)
+    if measured.shown is not None:
+        criterion[~measured.shown] = 1.0  # by frequency alone
     apart = np.abs(measured.log_omega[:, None] - log_omega)
     cost = (apart / PAIRING.frequency_scale) ** 2 + (1 - criterion) / PAIRING.mac_scale
     possible = (apart < PAIRING.max_frequency_difference) & (criterion > PAIRING.min_mac) & (cost < PAIRING.max_cost)
