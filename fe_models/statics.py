@@ -60,6 +60,10 @@ def load_vector(structure: Structure, loads: tuple[PointLoad, ...]) -> FloatArra
         except KeyError as missing:
             faults.append(f"load of {load.force:g} N: {missing.args[0]}; the nodes are 1 to {len(structure.nodes)}")
             continue
+        if load.node > len(structure.nodes):  # one that dividing beams adds, which no drawing numbers
+            known = f"the nodes are 1 to {len(structure.nodes)}"
+            faults.append(f"load of {load.force:g} N: node {load.node} is none of the structure's; {known}")
+            continue
         if not np.isfinite(load.force):
             faults.append(f"load at node {load.node} in {load.direction}: {load.force} is not a force")
         elif not dofs.free[row]:

@@ -22,7 +22,7 @@ app = new_app()
 def main(
     model: Model,
     out: Out,
-    refine: Refine = 1,
+    refine: Refine = None,
     modes: Modes = None,
     pictures: Pictures = True,
     simulate: Simulate = False,

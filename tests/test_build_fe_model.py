@@ -114,6 +114,25 @@ def test_built_structure_builds_again_refined(tmp_path: Path) -> None:
     )  # one element a member is off by 3e-5
 
 
+def test_refining_sets_the_divisions_and_does_not_compound(tmp_path: Path) -> None:
+    model = "bridge"
+    for folder in ("a", "b"):
+        result = build(model, "--out", str(tmp_path / folder), "--refine", "3", "--no-pictures", "--modes", "1")
+        assert result.exit_code == 0, result.output
+        model = str(tmp_path / folder / "structure.toml")
+        assert load_structure(Path(model)).divisions == 3
+    build(model, "--out", str(tmp_path / "c"), "--no-pictures", "--modes", "1")
+    assert load_structure(tmp_path / "c/structure.toml").divisions == 3
+
+
+def test_a_node_that_dividing_beams_adds_is_none_to_pull_at(tmp_path: Path) -> None:
+    options = ("--refine", "2", "--pull", "56:y:-1", "--sensor", "57:y")
+    result = build("bridge", "--out", str(tmp_path / "a"), "--simulate", *options)
+    assert result.exit_code == 2
+    assert "load of -1 N: node 56 is none of the structure's; the nodes are 1 to 55" in result.output
+    assert "node 57 does not exist; the model's nodes are 1 to 55" in result.output
+
+
 def test_large_models_are_written_sparse(tmp_path: Path) -> None:
     result = build("bridge", "--out", str(tmp_path), "--refine", "10", "--no-pictures")
     assert result.exit_code == 0, result.output

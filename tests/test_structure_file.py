@@ -273,3 +273,12 @@ def test_a_faulty_structure_is_not_saved_over_a_good_one(tmp_path: Path) -> None
     with pytest.raises(InputError, match="floats freely"):
         save_structure(replace(CANTILEVER, supports=()), path)
     assert load_structure(path) == CANTILEVER
+
+
+@pytest.mark.parametrize(("written", "ratios"), [("0", (0.0,)), ("0.02", (0.02,)), ("[0, 0.01]", (0.0, 0.01))])
+def test_one_damping_ratio_may_be_a_whole_number(tmp_path: Path, written: str, ratios: tuple[float, ...]) -> None:
+    save_structure(replace(four_dof(), damping=Damping()), tmp_path / "chain.toml")
+    text = (tmp_path / "chain.toml").read_text()
+    assert "damping" not in text
+    (tmp_path / "chain.toml").write_text(f"damping = {{ modal_ratios = {written} }}\n{text}")
+    assert load_structure(tmp_path / "chain.toml").damping.modal_ratios == ratios

@@ -201,8 +201,9 @@ def _plain(value: Any) -> Any:
 
 def _one_ratio_as_list(table: Any) -> Any:
     """Return the damping table with ``modal_ratios = 0.01`` written as a list."""
-    if isinstance(table, dict) and isinstance(table.get("modal_ratios"), float):
-        return table | {"modal_ratios": [table["modal_ratios"]]}
+    ratio = table.get("modal_ratios") if isinstance(table, dict) else None
+    if isinstance(ratio, int | float) and not isinstance(ratio, bool):
+        return table | {"modal_ratios": [float(ratio)]}
     return table
 
 

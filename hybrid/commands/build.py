@@ -5,7 +5,7 @@ from hybrid.commands.options import Model, Modes, Out, Pictures, Quiet, Refine
 
 
 def build(
-    model: Model, out: Out, refine: Refine = 1, modes: Modes = None, pictures: Pictures = True, quiet: Quiet = False
+    model: Model, out: Out, refine: Refine = None, modes: Modes = None, pictures: Pictures = True, quiet: Quiet = False
 ) -> None:
     """Build a finite element model: matrices, natural modes and their pictures.
 

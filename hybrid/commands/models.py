@@ -40,7 +40,7 @@ def model_in(folder: Path) -> ResultSet:
 
 
 def open_model(
-    spec: str, refine: int, results: Iterable[ResultSet], modal_model: Path | None = None
+    spec: str, refine: int | None, results: Iterable[ResultSet], modal_model: Path | None = None
 ) -> Structure | LinearModel:
     """Return `refined_model`; `InputError` with its faults, and with those of ``results`` where they must not go."""
     faults, read = list[str](), files_read(Path(spec), *([modal_model] if modal_model else []))
@@ -52,11 +52,16 @@ def open_model(
     return model
 
 
-def refined_model(spec: str, refine: int) -> Structure | LinearModel:
-    """Return the model that ``spec`` names, relative to the working folder, each beam divided into ``refine`` more."""
+def refined_model(spec: str, refine: int | None) -> Structure | LinearModel:
+    """Return the model that ``spec`` names, relative to the working folder.
+
+    ``refine``: finite elements of each beam, in place of those that the file asks for.
+    """
     subject = load_model(spec, Path())
+    if refine is None:
+        return subject
     if isinstance(subject, Structure):
-        return subject.refined(subject.divisions * refine)
+        return subject.refined(refine)
     if refine > 1:
         raise InputError(f"{spec} holds matrices only: --refine needs a structure (.toml)")
     return subject

@@ -16,7 +16,10 @@ Quiet = Annotated[
 ]
 Device = Annotated[str, typer.Option(help="cpu, cuda or cuda:N.")]
 
-Refine = Annotated[int, typer.Option(min=1, max=10_000, help="Finite elements per beam.")]
+Refine = Annotated[
+    int | None,
+    typer.Option(min=1, max=10_000, help="Finite elements a beam, in place of the file's divisions. [default: these]"),
+]
 Modes = Annotated[
     int | None, typer.Option(min=1, help="Natural modes, from the lowest. [default: 10, or all of a small model]")
 ]

@@ -10,7 +10,7 @@ from hybrid.commands.recording_options import NONE_GIVEN, RecordingOptions
 def simulate(
     model: Model,
     out: Out,
-    refine: Refine = 1,
+    refine: Refine = None,
     given: RecordingOptions = NONE_GIVEN,
     seed: Seed = 0,
     pictures: Drawing = True,

@@ -161,7 +161,8 @@ def _draw(
     fields = {"FE model": prediction.fe, "hybrid": prediction.hybrid}
     if prediction.truth is not None:
         fields = {"truth": prediction.truth, **fields}
-    row = _most_moved_translation(modal, prediction.hybrid)
+    numbered = len(dataset.model.nodes) if isinstance(dataset.model, Structure) else None
+    row = _most_moved_translation(modal, prediction.hybrid, numbered)
     draw_curves(
         folder / "displacement.png",
         time,
@@ -173,9 +174,14 @@ def _draw(
         _draw_loop(dataset, dataset.model, modal, comparison, folder)
 
 
-def _most_moved_translation(modal: ModalModel, field: FloatArray) -> int:
-    """Return the row of the translation (not a rotation) that moves most in a field (time, dof)."""
+def _most_moved_translation(modal: ModalModel, field: FloatArray, nodes: int | None = None) -> int:
+    """Return the row of the translation (not a rotation) that moves most in a field (time, dof).
+
+    ``nodes``: how many the structure has; those that dividing its beams adds have no number in a drawing.
+    """
     motion = np.abs(field).max(axis=0) * np.isin(modal.dofs.direction, ["x", "y"])
+    if nodes is not None:
+        motion = motion * (modal.dofs.node <= nodes)
     return int(np.argmax(motion))
 
 
