@@ -70,17 +70,35 @@ def test_a_fault_of_the_data_is_named(folder: Path, data: FloatArray, fault: str
             "time,a2,a3,d3\n0,1,2,3\n0.1,1,2,3\n",
             "its column 'time' has a step of 0.1 s (10 Hz), but sampling_rate says 100 Hz",
         ),
-        (
-            "a2;a3;d3\n0,1;0,2;0,3\n",
-            "line 1 is separated by semicolons; expected commas, and decimal points in numbers",
-        ),
-        ("a2\ta3\td3\n0.1\t0.2\t0.3\n", "line 1 is separated by tabs; expected commas"),
+        ("a2;a3;d3\n0,1;0,2;1.234,5\n", "line 2: '0,1' is not a number"),  # with points, commas may part thousands
+        ("# by a logger\n0.1,0.2,0.3\n0.1,0.2,0.3\n", "line 2 holds numbers; expected a header line"),
         ("0.1,-2e-3,0.3\n0.1,0.2,0.3\n", "line 1 holds numbers; expected a header line with a name for each column"),
     ],
 )
 def test_a_fault_of_a_csv_is_named(folder: Path, text: str, fault: str) -> None:
     (folder / "r1.csv").write_text(text)
     assert_fault(faults_of(folder, ('"r1.npz"\nkey = "data"', '"r1.csv"')), fault)
+
+
+@pytest.mark.parametrize(
+    ("mark", "decimal", "form"),
+    [
+        (";", ",", "separated by semicolons, with decimal commas"),
+        (";", ".", "separated by semicolons"),
+        ("\t", ".", "separated by tabs"),
+        ("\t", ",", "separated by tabs, with decimal commas"),
+        (",", ".", ""),
+    ],
+)
+@pytest.mark.parametrize("comment", ["", "# logger 7, channels 1 to 3\n"])
+def test_files_of_spreadsheets_and_loggers_are_read_and_a_note_says_how(
+    folder: Path, mark: str, decimal: str, form: str, comment: str
+) -> None:
+    plain = loaded(folder, csv_of({})).recordings[0].data
+    dataset = loaded(folder, comment + csv_of({}).replace(",", mark).replace(".", decimal))
+    np.testing.assert_array_equal(dataset.recordings[0].data, plain)
+    words = [word for word in (form, "with lines of comment, which are skipped" if comment else "") if word]
+    assert list(dataset.notes) == ([f"r1.csv: read as a file {', '.join(words)}"] if words else [])
 
 
 def csv_of(columns: dict[str, FloatArray], end: str = "") -> str:
@@ -216,3 +234,24 @@ def test_the_low_pass_check_takes_any_common_filter_and_finds_none(folder: Path)
         load_dataset(folder / "dataset.toml")
     np.savez(folder / "r1.npz", data=noise)  # 34 % of it lies above 33 Hz
     assert_fault(faults_of(folder), "34% of its energy lies well above the lowpass of 30 Hz")
+
+
+@pytest.mark.parametrize(
+    ("unit", "si", "factor"), [("g", "m/s^2", 9.80665), ("mm/s^2", "m/s^2", 1e-3), ("m/s^2", "m/s^2", 1.0)]
+)
+def test_units_beside_si_are_brought_to_si(folder: Path, unit: str, si: str, factor: float) -> None:
+    plain = loaded(folder, csv_of({}))
+    text = (folder / "dataset.toml").read_text()
+    (folder / "dataset.toml").write_text(text.replace('"m/s^2"', f'"{unit}"'))
+    dataset = load_dataset(folder / "dataset.toml")
+    for sensor, before, after in zip(
+        dataset.sensors, plain.recordings[0].data.T, dataset.recordings[0].data.T, strict=True
+    ):
+        accelerates = sensor.quantity == "acceleration"
+        assert sensor.unit == (si if accelerates else "1")
+        np.testing.assert_allclose(after, factor * before if accelerates else before, rtol=1e-14)
+
+
+def test_a_unit_of_another_quantity_is_refused_with_those_that_fit(folder: Path) -> None:
+    fault = 'unit \'g\' does not fit displacement in y; expected "m" (SI), or "1" if normalised; files may have "mm"'
+    assert_fault(faults_of(folder, ('unit = "1"', 'unit = "g"')), fault)

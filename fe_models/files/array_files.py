@@ -16,6 +16,7 @@ from fe_models.arrays import FloatArray
 from fe_models.errors import InputError, raise_faults
 
 READABLE_SUFFIXES = (".npz", ".mat", ".csv")
+SEPARATORS = {",": "commas", ";": "semicolons", "\t": "tabs"}  # the first where a header has as many of several
 MAX_FAULTY_LINES = 5  # of a file, each with its fault
 BROKEN_FILE = (
     BadZipFile,
@@ -65,11 +66,15 @@ def pick_array(arrays: dict[str, NDArray[np.generic]], key: str | None, where: s
 
 @dataclass(frozen=True)
 class CsvTable:
-    """The cells of a comma-separated file: the ``header`` of its columns; line number and cells of each of its rows."""
+    """The cells of a .csv file: the ``header`` of its columns; line number and cells of each of its rows.
+
+    ``form``: in words, how it is not one of commas and decimal points alone.
+    """
 
     path: Path
     header: list[str]
     rows: list[tuple[int, list[str]]]
+    form: str = ""
 
     def numbers(self, columns: Sequence[int]) -> FloatArray:
         """Return the numbers (row, column) of ``columns``, counted from 0; `InputError` names the lines without one."""
@@ -80,9 +85,11 @@ class CsvTable:
 
 
 def load_csv(path: Path) -> CsvTable:
-    """Return the cells of a comma-separated file; `InputError` carries all faults.
+    """Return the cells of a .csv file; `InputError` carries all faults.
 
-    Empty lines are skipped. So are empty columns and rows at its end, which spreadsheets and loggers leave there.
+    It is separated by commas, or by semicolons or tabs where its header has more of these; only then numbers may have
+    decimal commas. Empty lines are skipped, and comments, which begin with "#". So are empty columns and rows at its
+    end, which spreadsheets and loggers leave there.
     """
     check_exists(path)
     try:
@@ -91,19 +98,38 @@ def load_csv(path: Path) -> CsvTable:
         raise InputError(f"{path}: not UTF-8 text (byte {error.start})") from None
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from None
-    lines = [(number, line.split(",")) for number, line in enumerate(text.splitlines(), start=1) if line.strip()]
-    cells = [(number, [cell.strip().strip('"') for cell in row]) for number, row in lines]
+    written = [(number, line) for number, line in enumerate(text.splitlines(), start=1) if line.strip()]
+    lines = [(number, line) for number, line in written if not line.lstrip().startswith("#")]
+    mark = _separator(lines[0][1] if lines else "")
+    cells = [(number, [cell.strip().strip('"') for cell in line.split(mark)]) for number, line in lines]
+    form = ["with lines of comment, which are skipped"] if len(lines) < len(written) else []
+    if mark != ",":
+        form.insert(0, f"separated by {SEPARATORS[mark]}")
+        if _has_decimal_commas(cells[1:]):
+            cells[1:] = [(number, [cell.replace(",", ".") for cell in row]) for number, row in cells[1:]]
+            form.insert(1, "with decimal commas")
     while cells and not any(cells[-1][1]):
         cells.pop()
     if len(cells) < 2:
         raise InputError(f"{path}: expected a header line and rows of numbers, found {len(cells)} lines")
-    raise_faults(_of_another_form(path, cells[0][1]))
+    raise_faults(_without_header(path, *cells[0]))
     width = max(_filled(row) for _, row in cells)
     (_, header), *rows = [(number, row[:width]) for number, row in cells]
     uneven = [(number, len(row)) for number, row in rows if len(row) != len(header)]
     faults = [f"line {number} has {values} values, the header {len(header)}" for number, values in uneven]
     _raise_faults_of_lines(path, faults)
-    return CsvTable(path, header, rows)
+    return CsvTable(path, header, rows, ", ".join(form))
+
+
+def _separator(header: str) -> str:
+    """Return what separates the names of a header: a comma, or the other mark of which it has more."""
+    return max(SEPARATORS, key=header.count)
+
+
+def _has_decimal_commas(rows: Sequence[tuple[int, list[str]]]) -> bool:
+    """Whether cells have commas in their numbers and none has a point, which might part thousands."""
+    cells = [cell for _, row in rows for cell in row]
+    return any("," in cell for cell in cells) and not any("." in cell for cell in cells)
 
 
 def _filled(row: list[str]) -> int:
@@ -118,16 +144,12 @@ def _raise_faults_of_lines(path: Path, faults: list[str]) -> None:
     raise_faults(lines + ([f"{path}: and {more} more of that kind"] if more else []))
 
 
-def _of_another_form(path: Path, first: list[str]) -> list[str]:
-    """Return what is wrong with a first line that is no header of comma-separated names."""
-    line = ",".join(first)
-    for mark, name in ((";", "semicolons"), ("\t", "tabs")):
-        if line.count(mark) > line.count(","):
-            return [f"{path}: line 1 is separated by {name}; expected commas, and decimal points in numbers"]
+def _without_header(path: Path, number: int, first: list[str]) -> list[str]:
+    """Return what is wrong with a first line, of that number, that names no columns."""
     if all(map(_is_number, first[: _filled(first)])):
         return [
-            f"{path}: line 1 holds numbers; expected a header line with a name for each column before them (a number "
-            "that is a name needs a letter)"
+            f"{path}: line {number} holds numbers; expected a header line with a name for each column before them (a "
+            "number that is a name needs a letter)"
         ]
     return []
 

@@ -4,7 +4,7 @@ Each function adds to ``faults`` what it finds.
 """
 
 from collections import Counter
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from math import inf, isfinite
 from pathlib import Path
 from typing import Literal
@@ -19,6 +19,7 @@ from fe_models.files.recording_checks import (
     check_rates,
     check_sensor,
     check_sensors,
+    to_si,
 )
 from fe_models.files.recording_files import RecordingFile, load_force, load_recording, skipped_note
 from fe_models.files.tables import Table, at, check_keys, read_list, read_table
@@ -110,19 +111,31 @@ def modes_alone(document: Table) -> bool:
     return bool(document.get("modes")) and not document.get("recordings")
 
 
+@dataclass(frozen=True)
+class Channels:
+    """The ``names`` of all channels in their order, and the ``factors`` that bring each to SI."""
+
+    names: tuple[str, ...]
+    factors: tuple[float, ...]
+
+
 def read_sensors(
     document: Table, where: str, surroundings: Surroundings, faults: list[str]
-) -> tuple[tuple[Sensor, ...], list[str]]:
-    """Return the sensors that could be read, and the names of all channels, read or not."""
+) -> tuple[tuple[Sensor, ...], Channels]:
+    """Return the sensors that could be read, in SI, and all channels, read or not."""
     sensors: list[Sensor] = []
     channels: list[str] = []
+    factors: list[float] = []
     for place, table in read_list(document, "sensors", where, faults):
         sensor = read_table(Sensor, table, place, faults)
         name = table.get("name") if isinstance(table, dict) else None
         channels.append(name if isinstance(name, str) else f"number {len(channels) + 1}")
         if sensor is None:
             faults.extend(f"{place}: {fault}" for fault in _misplaced(table, surroundings))
+            factors.append(1.0)
         else:
+            sensor, factor = to_si(sensor)
+            factors.append(factor)
             found = check_sensor(sensor, surroundings.dofs, surroundings.node_count)
             faults.extend(f"{place} ({sensor.name}): {fault}" for fault in found)
             sensors.append(sensor)
@@ -130,7 +143,7 @@ def read_sensors(
         faults.append(f"{at(where, 'sensors')}: there are none; give one [[sensors]] table a channel")
     elif len(sensors) == len(channels):
         faults.extend(f"{where} {fault}" for fault in check_sensors(sensors))
-    return tuple(sensors), channels
+    return tuple(sensors), Channels(tuple(channels), tuple(factors))
 
 
 def _misplaced(table: object, surroundings: Surroundings) -> list[str]:
@@ -151,10 +164,11 @@ class ReadRecordings:
 
 
 def read_recordings(
-    document: Table, where: str, surroundings: Surroundings, channels: list[str], faults: list[str]
+    document: Table, where: str, surroundings: Surroundings, channels: Channels, faults: list[str]
 ) -> ReadRecordings:
     """Return the recordings that could be read, and what of their files was skipped."""
     recordings: list[Recording] = []
+    forms: dict[str, list[str]] = {}  # the files of each form that is not one of commas alone
     skipped: dict[tuple[str, ...], list[str]] = {}  # the files that have the same columns that nobody asks for
     tables = read_list(document, "recordings", where, faults)
     load_columns = _load_columns([table for _, table in tables])
@@ -168,6 +182,8 @@ def read_recordings(
             recordings.append(Recording(row.name, found.data, row.role, loads))
             if found.skipped:
                 skipped.setdefault(found.skipped, []).append(row.file)
+            if found.form:
+                forms.setdefault(found.form, []).append(row.file)
     roles = [table.get("role", "train") for _, table in tables if isinstance(table, dict)]
     if "train" not in roles and not modes_alone(document):
         faults.append(f'{at(where, "recordings")}: none has the role "train"; at least one is needed to learn from')
@@ -175,8 +191,9 @@ def read_recordings(
     for name, times in names.items():
         if times > 1:
             faults.append(f"{at(where, 'recordings')}: name {name!r} is used {times} times")
-    notes = tuple(skipped_note(columns, dict.fromkeys(files)) for columns, files in skipped.items())
-    return ReadRecordings(tuple(recordings), notes)
+    notes = [f"{', '.join(dict.fromkeys(files))}: read as a file {form}" for form, files in forms.items()]
+    notes += [skipped_note(columns, dict.fromkeys(files)) for columns, files in skipped.items()]
+    return ReadRecordings(tuple(recordings), tuple(notes))
 
 
 def _load_columns(tables: list[object]) -> set[tuple[str, str]]:
@@ -209,16 +226,17 @@ def _read_file(
     row: _RecordingTable,
     place: str,
     surroundings: Surroundings,
-    channels: list[str],
+    channels: Channels,
     load_columns: set[tuple[str, str]],
     faults: list[str],
 ) -> RecordingFile | None:
     where = f"{place} ({row.name})"
     path, rate = surroundings.folder / row.file, surroundings.sampling_rate
     loads = {key for file, key in load_columns if file == row.file}
-    found = noting(faults, where, load_recording, path, row.key, channels, rate, loads)
+    found = noting(faults, where, load_recording, path, row.key, channels.names, rate, loads)
     if found is not None:
-        wrong = check_data(found.data, channels, rate, surroundings.lowpass, surroundings.dead_channels)
+        found = replace(found, data=found.data * channels.factors)
+        wrong = check_data(found.data, channels.names, rate, surroundings.lowpass, surroundings.dead_channels)
         faults.extend(f"{where}: {row.file}: {fault}" for fault in wrong)
     return found
 

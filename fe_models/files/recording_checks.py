@@ -1,6 +1,9 @@
 """Whether recordings can be used: sensors that the model has, and data that are finite, alive and rightly sampled."""
 
 from collections import Counter
+from collections.abc import Sequence
+from dataclasses import replace
+from math import pi
 
 import numpy as np
 
@@ -29,6 +32,22 @@ UNITS: dict[tuple[Quantity, bool], str] = {
 }
 """SI unit by quantity and whether the direction is a rotation; "1" marks a normalised channel of any quantity."""
 
+STANDARD_ACCELERATION = 9.80665  # m/s^2: what 1 g of an accelerometer is
+UNITS_BESIDE: dict[tuple[Quantity, bool], dict[str, float]] = {
+    ("displacement", False): {"mm": 1e-3},
+    ("velocity", False): {"mm/s": 1e-3},
+    ("acceleration", False): {"g": STANDARD_ACCELERATION, "mm/s^2": 1e-3},
+    ("displacement", True): {"deg": pi / 180},
+}
+"""Units of dataset files beside SI, each with what one of it is in SI, to which recordings are brought when read."""
+
+
+def to_si(sensor: Sensor) -> tuple[Sensor, float]:
+    """Return the sensor with its unit in SI, and the factor that brings its recordings there."""
+    place = sensor.quantity, sensor.direction == "rz"
+    factor = UNITS_BESIDE.get(place, {}).get(sensor.unit)
+    return (sensor, 1.0) if factor is None else (replace(sensor, unit=UNITS[place]), factor)
+
 
 def check_sensor(sensor: Sensor, dofs: DofMap | None, node_count: int) -> list[str]:
     """Return faults of a sensor's unit and, where the model could be read (``dofs``), of its place."""
@@ -36,7 +55,11 @@ def check_sensor(sensor: Sensor, dofs: DofMap | None, node_count: int) -> list[s
     expected = UNITS[sensor.quantity, sensor.direction == "rz"]
     if sensor.unit not in (expected, "1"):
         kind = f"{sensor.quantity} in {sensor.direction}"
-        faults.append(f'unit {sensor.unit!r} does not fit {kind}; expected "{expected}" (SI), or "1" if normalised')
+        others = "".join(f', "{unit}"' for unit in UNITS_BESIDE.get((sensor.quantity, sensor.direction == "rz"), {}))
+        beside = f"; files may have{others[1:]}" if others else ""
+        faults.append(
+            f'unit {sensor.unit!r} does not fit {kind}; expected "{expected}" (SI), or "1" if normalised{beside}'
+        )
     if dofs is not None:
         faults.extend(check_place(sensor.node, sensor.direction, dofs, node_count, READS_ZERO))
     return faults
@@ -77,7 +100,7 @@ def check_rates(sampling_rate: float, lowpass: float | None) -> list[str]:
 
 def check_data(
     data: FloatArray,
-    sensors: list[str],
+    sensors: Sequence[str],
     sampling_rate: float | None,
     lowpass: float | None,
     dead_channels: bool = False,

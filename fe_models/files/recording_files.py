@@ -1,6 +1,6 @@
 """The arrays of recordings and loads, read from .npz, .mat or .csv and brought to the shapes of `recordings`."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,14 +16,18 @@ STEP_NAME = "dt"
 
 @dataclass(frozen=True)
 class RecordingFile:
-    """``data`` (realisation, time, sensor), and the names of the file's columns that were ``skipped``."""
+    """``data`` (realisation, time, sensor), and the names of the file's columns that were ``skipped``.
+
+    ``form``: in words, how a .csv file is not one of commas and decimal points alone.
+    """
 
     data: FloatArray
     skipped: tuple[str, ...] = ()
+    form: str = ""
 
 
 def load_recording(
-    path: Path, key: str | None, sensors: list[str], sampling_rate: float | None, loads: Collection[str] = ()
+    path: Path, key: str | None, sensors: Sequence[str], sampling_rate: float | None, loads: Collection[str] = ()
 ) -> RecordingFile:
     """Return a recording, its channels in the order of ``sensors``; `InputError` carries all faults.
 
@@ -68,7 +72,7 @@ def load_force(path: Path, key: str | None) -> FloatArray:
 
 
 def _load_recording_csv(
-    path: Path, sensors: list[str], sampling_rate: float | None, loads: Collection[str]
+    path: Path, sensors: Sequence[str], sampling_rate: float | None, loads: Collection[str]
 ) -> RecordingFile:
     table = load_csv(path)
     header = table.header
@@ -84,7 +88,7 @@ def _load_recording_csv(
     raise_faults(faults)
     assert values is not None  # else there were faults
     skipped = tuple(dict.fromkeys(name for name in header if name not in asked))
-    return RecordingFile(values[None, :, : len(sensors)], skipped)
+    return RecordingFile(values[None, :, : len(sensors)], skipped, table.form)
 
 
 def _load_force_csv(path: Path, key: str | None) -> FloatArray:
