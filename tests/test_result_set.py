@@ -257,3 +257,9 @@ def test_a_file_that_a_command_does_not_declare_is_an_error_of_the_program(tmp_p
     with pytest.raises(ValueError, match=r"notes\.txt"), results(tmp_path).replacing() as new:
         write_text(new / "notes.txt", "")
     assert content(tmp_path) == {}
+
+
+@pytest.mark.skipif(not Path("/proc").is_dir(), reason="this system has no folder in which nothing can be made")
+def test_a_folder_that_cannot_be_made_is_refused_before_any_work() -> None:
+    with pytest.raises(InputError, match="nothing can be written into /proc; choose another folder"):
+        ResultSet(Path("/proc/results"), "build", ("model.npz",)).check()

@@ -9,6 +9,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from secrets import token_hex
+from tempfile import mkdtemp
 from typing import Any
 
 import numpy as np
@@ -47,8 +48,10 @@ def check_folder(path: Path) -> None:
     there = next((folder for folder in (path, *path.absolute().parents) if folder.exists()), path)
     if not there.is_dir():
         raise InputError(f"{path}: {there} is a file; give a folder for the results")
-    if not os.access(there, os.W_OK | os.X_OK):
-        raise InputError(f"{path}: nothing can be written into {there}; choose another folder")
+    try:
+        Path(mkdtemp(prefix=".new-", dir=there)).rmdir()  # its rights say too little: think of /proc
+    except OSError:
+        raise InputError(f"{path}: nothing can be written into {there}; choose another folder") from None
 
 
 def write_text(path: Path, text: str) -> None:

@@ -1,10 +1,13 @@
 """What all commands share: how their applications are set up, how they end on bad input, and what --quiet leaves."""
 
 import os
+import signal
 import sys
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, redirect_stdout
 from pathlib import Path
+from types import FrameType
 from typing import TYPE_CHECKING, Any
 
 import typer
@@ -13,6 +16,9 @@ from fe_models.errors import bad_input_exits
 
 if TYPE_CHECKING:
     from fe_models.recordings import Dataset
+
+
+INTERRUPTED_STATUS = 130  # of a command that Ctrl-C ends: 128 and the number of SIGINT
 
 
 def new_app(completion: bool = False, help: str | None = None) -> typer.Typer:
@@ -43,13 +49,40 @@ def command_line(quiet: bool) -> Iterator[Callable[[Path], None]]:
     from fe_models.progress import silent  # loads tqdm
 
     results: list[Path] = []
-    with bad_input_exits():
+    with bad_input_exits(), interrupts_exit():
         if not quiet:
             yield results.append
             return
         with Path(os.devnull).open("w") as nowhere, silent(), redirect_stdout(nowhere):
             yield results.append
         print(*results, sep="\n", file=sys.stdout)
+
+
+@contextmanager
+def interrupts_exit() -> Iterator[None]:
+    """Turn Ctrl-C inside the block into one line on stderr and the exit status 130.
+
+    Code that is not Python's own may wrap the interrupt into an exception of its own, which is then no fault.
+    """
+    if threading.current_thread() is not threading.main_thread():  # where no signal arrives, nor may be waited for
+        yield
+        return
+    interrupted: list[int] = []
+
+    def interrupt(number: int, frame: FrameType | None) -> None:
+        interrupted.append(number)
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGINT, interrupt)
+    try:
+        yield
+    except BaseException as error:
+        if isinstance(error, SystemExit) or not (interrupted or isinstance(error, KeyboardInterrupt)):
+            raise
+        print("Interrupted; results written before are whole.", file=sys.stderr)
+        raise SystemExit(INTERRUPTED_STATUS) from None
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def given_options(context: typer.Context) -> dict[str, Any]:
