@@ -37,6 +37,8 @@ def natural_modes(model: LinearModel | Structure, count: int | None = None) -> M
     """
     if isinstance(model, Structure):
         model = linearise(model)
+    if not isinstance(model, LinearModel):
+        raise InputError(f"{model!r} is no model: give a structure or matrices, as fe_models.load_model returns them")
     raise_faults(check_linear_model(model))
     size = model.mass.shape[0]
     if count is None:

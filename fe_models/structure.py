@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from math import hypot
 from typing import ClassVar, Literal
 
+from fe_models.errors import raise_faults
 from fe_models.one_node import node_or_nodes
 from fe_models.sections import Section
 
@@ -98,6 +99,10 @@ class Carried(ABC):
     kind: ClassVar[str]
 
     @abstractmethod
+    def type_faults(self) -> list[str]:
+        """Return what no structure could have, such as words for numbers, a line each."""
+
+    @abstractmethod
     def extend(self, structure: "Structure") -> "Structure":
         """Return ``structure`` with what of this can be said in plain parts."""
 
@@ -139,7 +144,17 @@ class Structure:
         return all(isinstance(element, Spring) for element in self.elements) and len(self.directions) == 1
 
     def with_effects(self, *effects: Carried) -> "Structure":
-        """Return the structure with ``effects`` added to those it has."""
+        """Return the structure with ``effects`` added to those it has; `InputError` with all that are none.
+
+        Whether their places are in the structure is checked where it is used.
+        """
+        faults = list[str]()
+        for number, effect in enumerate(effects, start=1):
+            if isinstance(effect, Carried):
+                faults += [f"{type(effect).__name__}: {fault}" for fault in effect.type_faults()]
+            else:
+                faults.append(f"effect {number} is {effect!r}; expected one such as AddedMass(node=1, mass=2.0)")
+        raise_faults(faults)
         return replace(self, effects=self.effects + effects)
 
     def refined(self, divisions: int) -> "Structure":

@@ -7,6 +7,7 @@ import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -211,3 +212,26 @@ def test_a_design_takes_the_place_of_the_datasets_model(tmp_path: Path) -> None:
         dataset_of(design, None)
     with pytest.raises(fe.InputError, match="two datasets"):
         dataset_of(data, data)
+
+
+@pytest.mark.parametrize(
+    ("effect", "fault"),
+    [
+        ("x", "effect 1 is 'x'; expected one such as AddedMass(node=1, mass=2.0)"),
+        (fe.AddedMass(node=1, mass="a"), "AddedMass: mass = 'a'; expected a number"),  # type: ignore[arg-type]
+        (fe.AddedMass(node="one", mass=1.0), "AddedMass: node = 'one'; expected an integer"),  # type: ignore[arg-type]
+        (
+            fe.CubicSpring(node=1, direction="q", stiffness=1.0),  # type: ignore[arg-type]
+            "CubicSpring: direction = 'q'; expected one of x, y, rz",
+        ),
+    ],
+)
+def test_what_is_no_effect_is_refused_at_once(effect: Any, fault: str) -> None:
+    with pytest.raises(fe.InputError) as caught:
+        fe.four_dof().with_effects(effect)
+    assert caught.value.faults == (fault,)
+
+
+def test_modes_of_what_is_no_model_are_refused() -> None:
+    with pytest.raises(fe.InputError, match="'four_dof' is no model: give a structure or matrices"):
+        fe.natural_modes("four_dof")  # type: ignore[arg-type]

@@ -4,7 +4,8 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import field, fields
 from math import isfinite
-from typing import Any, ClassVar
+from numbers import Integral, Real
+from typing import Any, ClassVar, get_args
 
 from fe_models.causes.wording import sentence
 from fe_models.structure import Carried, Direction, Structure
@@ -27,6 +28,9 @@ def words(cause: "type[Cause] | Cause") -> dict[str, str]:
     """Return the word of each field in files and reports, by the attribute's name."""
     return {item.name: item.metadata.get("word") or item.name for item in fields(cause)}  # type: ignore[arg-type]
 
+
+NUMBERED = frozenset({"node", "nodes", "element", "elements", "modes"})
+"""Fields of a location that hold numbers of parts."""
 
 CAUSES: dict[str, "type[Cause]"] = {}
 """All causes by their words; each registers itself where it is defined."""
@@ -78,6 +82,22 @@ class Cause(ABC):
         which = "turning" if getattr(self, "direction", "") == "rz" else "unit"
         names = words(self)
         return {names[item.name]: item.metadata[which] for item in fields(self) if "unit" in item.metadata}  # type: ignore[arg-type]
+
+    def type_faults(self) -> list[str]:
+        """Return a fault for each number that is none, and for a direction that there is not."""
+        faults = []
+        for item in fields(self):  # type: ignore[arg-type]
+            value = getattr(self, item.name)
+            values = value if isinstance(value, tuple | list) else (value,)
+            kind, expected = (Real, "a number") if item.metadata else (Integral, "an integer")
+            if not item.metadata and item.name not in NUMBERED:
+                continue
+            if any(isinstance(one, bool) or not isinstance(one, kind) for one in values if one is not None):
+                faults.append(f"{item.name} = {value!r}; expected {expected}")
+        direction = getattr(self, "direction", "x")
+        if direction not in get_args(Direction):
+            faults.append(f"direction = {direction!r}; expected one of {', '.join(get_args(Direction))}")
+        return faults
 
     def number_faults(self) -> list[str]:
         """Return a fault for each number that is not finite."""
