@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from hybrid.config import Config, ModelConfig, TrainingConfig, paper_preset
-from hybrid.training.summary import MEANING, NOTHING_LEARNED, describe, window_notes
+from hybrid.training.summary import MEANING, NOTHING_LEARNED, band_warning, describe, window_notes
 
 
 def scores(nrmse: float, r2: float) -> dict[str, float]:
@@ -125,3 +125,11 @@ def test_short_and_few_windows_are_said() -> None:
     assert "1 training window of 499 samples can hardly teach the initial states of 2 modes, which take 4" in few
     assert window_notes(1, 499, 2, paper_preset("four_dof")) == []  # it trains its encoder from nothing
     assert window_notes(1, 499, 2, Config(ModelConfig(encoder="map"), given.training)) == []  # it has none to train
+
+
+@pytest.mark.parametrize(("inside", "warned"), [(0.5, True), (0.79, True), (0.85, False), (0.97, False)])
+def test_a_band_that_held_too_little_is_warned_of(inside: float, warned: bool) -> None:
+    lines = band_warning({"bands": {"hybrid": {"measured": inside}}})
+    assert bool(lines) == warned
+    assert all(f"held {100 * inside:.1f} % of the test recordings, not 90 %" in line for line in lines)
+    assert band_warning({}) == []

@@ -87,7 +87,7 @@ def load_dataset(path: str | Path, dead_channels: bool = False) -> Dataset:
     surroundings = replace(_surroundings(model, header, path.parent), dead_channels=dead_channels)
     sensors, channels = read_sensors(document, where, surroundings, faults)
     read = read_recordings(document, where, surroundings, channels, faults)
-    modes = read_modes(document, where, channels, faults)
+    modes = read_modes(document, where, list(channels.names), faults)
     check_states(modes, read.recordings, where, faults)
     assumptions = read_assumptions(document, where, surroundings, faults)
     if header is None or model is None:

@@ -16,7 +16,11 @@ Whole = Annotated[
     bool, typer.Option("--whole", help="Use all samples of the record over the duration, not the first alone.")
 ]
 Initial = Annotated[
-    Path | None, typer.Option(help="CSV file with node,direction,displacement,velocity: the state to start from.")
+    Path | None,
+    typer.Option(
+        help="CSV file with node,direction,displacement,velocity: the state to start from. Of other nodes it says "
+        "nothing: they are where static forces at the given ones would have them."
+    ),
 ]
 Duration = Annotated[float, typer.Option(min=0.0, max=1e4, help="Length of the prediction, s.")]
 
@@ -37,8 +41,9 @@ def predict(
 
     Start either from a record, of which the first samples are read, or from a state of your own, given at as many nodes
     as you like. OUT then holds prediction.npz (displacement of all nodes over time, hybrid and FE model from the same
-    start), and channels.csv (what the sensors would read, and from a record the standard deviation of that: nine times
-    in ten the truth lies within 1.645 of it); 'hybrid-modal render OUT' draws it.
+    start), and channels.csv (what the sensors would read, and from a record the standard deviation of that; how often
+    tests stayed within 1.645 of it, which should be nine times in ten, metrics.json of RUN says); 'hybrid-modal render
+    OUT' draws it.
 
     With --whole the motion is reconstructed instead, from all samples of the record: virtual sensing. That takes a
     model which solves for its states (hybrid-modal train --preset places).
@@ -55,8 +60,9 @@ def predict(
     from hybrid.training.checkpoint import load_checkpoint
     from hybrid.training.prediction import CHANNELS, from_record, from_state, prediction_in, write_channels
     from hybrid.training.results import prediction_of
-    from hybrid.training.run import CHECKPOINT
+    from hybrid.training.run import CHECKPOINT, metrics_in
     from hybrid.training.session import check_device
+    from hybrid.training.summary import band_warning
 
     with command_line(quiet) as result:
         if (dataset is None) == (initial is None):
@@ -83,5 +89,7 @@ def predict(
             save_run_model(model, checkpoint.origin.modal, new)
             save_prediction(prediction_of(hybrid, fe, checkpoint.origin, fe_initial), new)
             write_channels(hybrid, fe, std, checkpoint, new / CHANNELS)
+        for line in band_warning(metrics_in(run)) if std is not None else ():
+            print(f"Warning: {line}.")
         print(f"{samples} samples predicted: {out / PREDICTION}, {out / CHANNELS}")
         result(out / PREDICTION)

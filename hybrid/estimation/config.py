@@ -47,6 +47,7 @@ class UncertaintyConfig:
     windows_per_draw_batch: int = 10  # at a time: bounds memory
     max_band_windows: int = 100  # training windows at most that estimate the model's own error
     level: float = 0.9  # of what is to be in the band
+    min_coverage: float = 0.8  # of test data in the band of `level`: below, the band is too narrow to be used
     level_sigma: float = 1.645  # standard deviations either side of a normal mean
     seed: int = 0  # the same draws for the same prediction
 

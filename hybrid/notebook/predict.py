@@ -29,6 +29,7 @@ def predict(
     takes a model that solves for its states (preset "places"). `InputError` where the recording does not fit.
     """
     from hybrid.estimation.uncertainty import banded_field, banded_forecast  # loads PyTorch only where it is needed
+    from hybrid.training.summary import band_warning
 
     origin, model = trained.checkpoint.origin, trained.model
     data = recording.data[0] if isinstance(recording, Recording) else np.asarray(recording, dtype=float)
@@ -57,4 +58,5 @@ def predict(
         channels_std=banded.std[0],
         dofs=origin.modal.dofs,
         sensors=origin.sensors,
+        warnings=tuple(band_warning(trained.scores)),
     )

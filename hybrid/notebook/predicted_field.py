@@ -12,7 +12,9 @@ from fe_models.recordings import Sensor
 
 @dataclass(frozen=True, repr=False)
 class PredictedField:
-    """What `hybrid.predict` returns; nine times in ten the truth lies within 1.645 standard deviations.
+    """What `hybrid.predict` returns.
+
+    Within 1.645 standard deviations the truth should lie nine times in ten; ``warnings`` say where in tests it did not.
 
     ``time`` (time,) in s; ``displacement`` and its standard deviation ``std`` (time, dof) in m and rad, at the rows of
     ``dofs``; ``channels`` and ``channels_std`` (time, sensor): what the sensors would show, without their noise. Of
@@ -26,6 +28,7 @@ class PredictedField:
     channels_std: FloatArray
     dofs: DofMap
     sensors: tuple[Sensor, ...]
+    warnings: tuple[str, ...] = ()
 
     def at(self, node: int, direction: str) -> tuple[FloatArray, FloatArray]:
         """Return the displacement (time,) of a node in a direction, and its standard deviation.
@@ -44,7 +47,8 @@ class PredictedField:
         unit = "" if any(sensor.unit == "1" for sensor in self.sensors) else " m"
         place = f"node {self.dofs.node[row]} in {self.dofs.direction[row]}"
         value = f"{self.displacement[instant, row]:.3g} +- {self.std[instant, row]:.2g}{unit}"
+        warned = "".join(f"\nWarning: {line}." for line in self.warnings)
         return (
             f"PredictedField({self.time[0]:.4g} to {self.time[-1]:.4g} s, {len(self.dofs)} degrees of freedom; largest"
-            f" {value} at {place} at {self.time[instant]:.4g} s)"
+            f" {value} at {place} at {self.time[instant]:.4g} s){warned}"
         )

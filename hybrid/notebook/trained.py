@@ -1,6 +1,5 @@
 """A trained hybrid model as a notebook has it: it prints its scores, is saved and read again."""
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -8,7 +7,7 @@ from typing import Any
 from fe_models.html import html_paragraph, html_table
 from hybrid.estimation.experts import Hybrid
 from hybrid.training.checkpoint import Checkpoint, load_checkpoint, save_checkpoint
-from hybrid.training.run import CHECKPOINT, METRICS
+from hybrid.training.run import CHECKPOINT, metrics_in
 from hybrid.training.summary import describe
 
 ROLES = {"measured": "measured channels", "held_out": "channels never fitted"}
@@ -61,6 +60,4 @@ def load_trained(path: str | Path) -> TrainedModel:
     `InputError` where there is none.
     """
     file = Path(path) / CHECKPOINT if Path(path).is_dir() else Path(path)
-    metrics = file.parent / METRICS
-    with_scores = file.name == CHECKPOINT and metrics.is_file()
-    return TrainedModel(load_checkpoint(file), json.loads(metrics.read_text(encoding="utf-8")) if with_scores else {})
+    return TrainedModel(load_checkpoint(file), metrics_in(file.parent) if file.name == CHECKPOINT else {})

@@ -5,10 +5,12 @@ new results are written is that file removed: a run that is cut short before is 
 """
 
 import hashlib
+import json
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import torch
@@ -36,6 +38,12 @@ CHECKPOINT = "checkpoint.pt"
 METRICS = "metrics.json"
 LOOP = "force_displacement.png"
 CURVES = ("training.png", "channels.png", "latent.png", "displacement.png", LOOP)
+
+
+def metrics_in(folder: Path) -> dict[str, Any]:
+    """Return the scores that a training left in ``folder``; empty where there are none."""
+    metrics = folder / METRICS
+    return dict(json.loads(metrics.read_text(encoding="utf-8"))) if metrics.is_file() else {}
 
 
 @dataclass

@@ -3,7 +3,7 @@
 from typing import Any
 
 from hybrid.config import Config
-from hybrid.estimation.config import WINDOWS
+from hybrid.estimation.config import UNCERTAINTY, WINDOWS
 
 MEANING = """\
 NRMSE is the root mean square error over the range (maximum - minimum) of the window; 0 is perfect.
@@ -70,6 +70,7 @@ def describe(metrics: dict[str, Any]) -> str:
         inside = metrics.get("bands", {}).get(name)
         if inside:
             lines.append(f"{words:26}{'':18}{100 * inside['measured']:7.1f} % of the measured channels")
+    lines += [f"warning: {line}" for line in band_warning(metrics)]
     if "field" in metrics:
         field = metrics["field"]
         lines.append(f"{'displacement field (*)':26}{field['fe']:9.4f}{'':9}{field['hybrid']:9.4f}")
@@ -86,3 +87,15 @@ def _experts(weights: dict[str, float]) -> list[str]:
         return []
     parts = [f"{name} (weight {weight:.2f})" for name, weight in weights.items()]
     return [f"Experts, one model each of {', '.join(parts)}."]
+
+
+def band_warning(metrics: dict[str, Any]) -> list[str]:
+    """Return a sentence where the band held clearly less of the test recordings than it should, none elsewhere."""
+    inside = metrics.get("bands", {}).get("hybrid", {}).get("measured", 1.0)
+    if inside >= UNCERTAINTY.min_coverage:
+        return []
+    return [
+        f"the standard deviations are too small: bands of {UNCERTAINTY.level_sigma:g} either side held "
+        f"{100 * inside:.1f} % of the test recordings, not {100 * UNCERTAINTY.level:.0f} %: take them for the least "
+        "that they may be"
+    ]
