@@ -76,7 +76,7 @@ def test_unknown_names_are_refused_as_of_any_module() -> None:
 
 
 def test_a_mistake_in_a_dataset_is_reported_before_anything_heavy_is_loaded(tmp_path: Path) -> None:
-    (tmp_path / "dataset.toml").write_text('schema = 1\nmodle = "four_dof"\nsampling_rate = 10.0\n')
+    (tmp_path / "dataset.toml").write_text('schema = 1\nmodl = "four_dof"\nsampling_rate = 10.0\n')
     script = (
         "import sys, fe_models, hybrid\n"
         "assert 'numpy' not in sys.modules, 'importing the packages loads NumPy'\n"
@@ -221,7 +221,7 @@ def test_a_design_takes_the_place_of_the_datasets_model(tmp_path: Path) -> None:
         (fe.AddedMass(node=1, mass="a"), "AddedMass: mass = 'a'; expected a number"),  # type: ignore[arg-type]
         (fe.AddedMass(node="one", mass=1.0), "AddedMass: node = 'one'; expected an integer"),  # type: ignore[arg-type]
         (
-            fe.CubicSpring(node=1, direction="q", stiffness=1.0),  # type: ignore[arg-type]
+            fe.CubicSpring(node=1, direction="q", stiffness=1.0),  # type: ignore[arg-type, call-arg]
             "CubicSpring: direction = 'q'; expected one of x, y, rz",
         ),
     ],
