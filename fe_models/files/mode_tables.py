@@ -8,7 +8,7 @@
     frequency_std = 0.01                  # Hz; this and all that follows is optional
     damping_ratio = 0.003
     damping_std = 0.0005
-    shape = [-0.02, 0.19, 0.71, 1.0]      # at the sensors, in their order and in SI, on any one scale; complex: [[re, im], ...]
+    shape = [-0.02, 0.19, 0.71, 1.0]      # at the sensors, in SI, on any one scale; complex: [[re, im], ...]
     shape_std = 0.02                      # of each component, on the same scale
     role = "train"                        # "train" (default) or "test", the same in all modes of a recording
 """

@@ -22,10 +22,12 @@ from fe_models.modes import mac
 from fe_models.recordings import Dataset
 from fe_models.structure import Structure
 from hybrid.diagnosis.config import THREADS
+from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.config import CONCLUSION, FIT, LISTED
-from hybrid.diagnosis.modal.evidence import Measured, ModalFit, fit_claim, misfit_of, predicted_of
+from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim, misfit_of
 from hybrid.diagnosis.modal.measured_modes import MeasuredModes
 from hybrid.diagnosis.modal.modal_findings import State, findings_of, states_of
+from hybrid.diagnosis.modal.paired_rows import predicted_of
 from hybrid.diagnosis.modal.search import Search, null_fit, probabilities
 from hybrid.diagnosis.nominal.nominal_model import NominalModel, nominal_model_of
 from hybrid.diagnosis.outcome.calibration import Calibrated, calibration_of

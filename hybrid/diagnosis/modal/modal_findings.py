@@ -7,7 +7,8 @@ import numpy as np
 
 from fe_models.arrays import FloatArray
 from fe_models.causes.wording import at_place
-from hybrid.diagnosis.modal.evidence import Claim, Measured, ModalFit, misfit_of
+from hybrid.diagnosis.modal.claim import Claim, Measured
+from hybrid.diagnosis.modal.evidence import ModalFit, misfit_of
 from hybrid.diagnosis.outcome.findings import (
     NOT_ON_THE_LIST,
     OTHER_CAUSES,

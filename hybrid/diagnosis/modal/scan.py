@@ -18,8 +18,10 @@ from fe_models.causes.candidate import (
     ModeCandidate,
     SensorCandidate,
 )
+from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.config import SCAN
-from hybrid.diagnosis.modal.evidence import Measured, ModalFit
+from hybrid.diagnosis.modal.evidence import ModalFit
+from hybrid.diagnosis.modal.paired_rows import free_values
 from hybrid.diagnosis.modal.pairing import paired
 from hybrid.diagnosis.modal.predicted_modes import predicted_modes
 from hybrid.diagnosis.parallel import parallel_map
@@ -98,7 +100,7 @@ def _moved(
         return None
     claim = base.claim
     every = np.concatenate([sizes, sizes + SCAN.difference_step * candidate.width[0]])
-    pairs, free = base.pairs, _free_rows(base, measured)
+    pairs, free = base.pairs, free_values(measured, base.pairs)
     residuals = np.zeros((len(every), *free.shape))
     residuals[:, free] = base.residual - base.rows.slopes @ total
     with_it = claim.hypothesis.adding(candidate)
@@ -134,15 +136,6 @@ def _references(base: ModalFit, measured: Measured, recording: int) -> np.ndarra
     here = base.pairs.recording == recording
     found[base.pairs.measured[here]] = base.pairs.reference[here]
     return found
-
-
-def _free_rows(base: ModalFit, measured: Measured) -> BoolArray:
-    """Return which values (pair, 2 + 2 sensor) are rows."""
-    sensors = len(measured.sensors)
-    free = np.ones((len(base.pairs), 2 + 2 * sensors), dtype=bool)
-    for part in (2, 2 + sensors):
-        free[np.arange(len(base.pairs)), part + base.pairs.reference] = False
-    return free
 
 
 def _ranked(

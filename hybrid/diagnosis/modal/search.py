@@ -13,9 +13,10 @@ import numpy as np
 from fe_models.arrays import FloatArray
 from fe_models.causes.candidate import Candidate
 from hybrid.diagnosis.contest.odds import Odds, log_of_groups
+from hybrid.diagnosis.modal.claim import Claim, Measured
 from hybrid.diagnosis.modal.config import SCAN
 from hybrid.diagnosis.modal.errors import ErrorSizes
-from hybrid.diagnosis.modal.evidence import Claim, Measured, ModalFit, fit_claim, refitted_errors
+from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim, refitted_errors
 from hybrid.diagnosis.modal.scan import Recordings, Trial, scan, shows_in_modes
 from hybrid.diagnosis.parallel import parallel_map
 from hybrid.diagnosis.stage_names import MODAL_CAUSES
