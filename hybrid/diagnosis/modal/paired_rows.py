@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fe_models.arrays import FloatArray, IntArray
+from fe_models.arrays import BoolArray, FloatArray, IntArray
 from hybrid.diagnosis.modal.claim import Claim, Measured
 from hybrid.diagnosis.modal.config import FIT, OUTLIER
 from hybrid.diagnosis.modal.errors import Rows
