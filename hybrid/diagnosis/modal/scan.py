@@ -25,6 +25,7 @@ from hybrid.diagnosis.modal.paired_rows import free_values
 from hybrid.diagnosis.modal.pairing import paired
 from hybrid.diagnosis.modal.predicted_modes import predicted_modes
 from hybrid.diagnosis.parallel import parallel_map
+from hybrid.diagnosis.response.hypothesis import Hypothesis
 
 Recordings = tuple[int, ...]
 
@@ -96,9 +97,10 @@ def _moved(
     row), with each of them in the recordings that are ``shown``, and with each a little larger; nominal values at their
     centre.
     """
+    claim = base.claim
+    sizes = _standing(claim.hypothesis.adding(candidate), base.theta, sizes)
     if not len(sizes):
         return None
-    claim = base.claim
     every = np.concatenate([sizes, sizes + SCAN.difference_step * candidate.width[0]])
     pairs, free = base.pairs, free_values(measured, base.pairs)
     residuals = np.zeros((len(every), *free.shape))
@@ -106,9 +108,8 @@ def _moved(
     with_it = claim.hypothesis.adding(candidate)
     for off in dict.fromkeys(claim.off(recording) for recording in shown):
         hypothesis, kept = with_it.less(off), claim.hypothesis.parameters_of(off)
-        thetas = np.column_stack([np.repeat(base.theta[kept][None], len(every), axis=0), every])
-        stands = hypothesis.weighs(thetas)
-        modes = predicted_modes(hypothesis, thetas, measured.outputs) if stands.all() else None
+        thetas = _with_each(base.theta[kept], every)
+        modes = predicted_modes(hypothesis, thetas, measured.outputs)
         if modes is None or not modes.roots.shape[1]:
             return None
         for recording in shown:
@@ -128,6 +129,20 @@ def _moved(
             residuals[:, here] = values - modes.over(modes_of, pairs.reference[here])
     left = residuals[:, free] + base.rows.slopes @ total
     return sizes, left.reshape(2, len(sizes), -1)
+
+
+def _standing(hypothesis: Hypothesis, theta: FloatArray, sizes: FloatArray) -> FloatArray:
+    """Return those of the ``sizes`` (size,) of the last candidate with which every motion has mass and stiffness."""
+    sizes = sizes[hypothesis.weighs(_with_each(theta, sizes))]
+    if not len(sizes):
+        return sizes
+    stiffness = hypothesis.reduced(_with_each(theta, sizes)).stiffness
+    return np.asarray(sizes[np.linalg.eigvalsh(stiffness)[:, 0] > 0])
+
+
+def _with_each(theta: FloatArray, sizes: FloatArray) -> FloatArray:
+    """Return theta (parameter,) with each of the sizes (size,) of one candidate more, (size, parameter)."""
+    return np.column_stack([np.repeat(theta[None], len(sizes), axis=0), sizes])
 
 
 def _references(base: ModalFit, measured: Measured, recording: int) -> np.ndarray:

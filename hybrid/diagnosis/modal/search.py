@@ -11,7 +11,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fe_models.arrays import FloatArray
-from fe_models.causes.candidate import Candidate
+from fe_models.causes import StiffnessChange
+from fe_models.causes.candidate import Candidate, ModeCandidate
 from hybrid.diagnosis.contest.odds import Odds, log_of_groups
 from hybrid.diagnosis.modal.claim import Claim, Measured
 from hybrid.diagnosis.modal.config import SCAN
@@ -76,7 +77,11 @@ class Search:
         return item.evidence + prior
 
     def _log_of(self, acts: Recordings) -> float:
-        return log_of_groups(np.isin(np.arange(self.count), acts))
+        """Return the log probability that a cause acts there: of the two sides of a change the smaller is the likelier,
+        by a factor of two for each recording, as a structure is mostly as it was.
+        """
+        beyond = 0.0 if len(acts) == self.count else max(len(acts) - self.count / 2, 0.0)
+        return log_of_groups(np.isin(np.arange(self.count), acts)) - float(np.log(2)) * beyond
 
     def ranked(self, fits: Sequence[ModalFit]) -> list[ModalFit]:
         """Return the best fit of each claim, most probable first."""
@@ -137,10 +142,21 @@ class Search:
         return found
 
     def _ranked(self, trials: Sequence[Trial]) -> list[Trial]:
-        """Return trials by what they may gain of the log posterior."""
-        return sorted(
-            trials, key=lambda trial: -(trial.gain + self.odds.log(trial.candidate) + self._log_of(trial.acts))
-        )
+        """Return trials by what they may gain of the log posterior; not those that nominal values stand for."""
+        own = [trial for trial in trials if len(trial.acts) < self.count or not self._is_nominal(trial.candidate)]
+        return sorted(own, key=lambda trial: -(trial.gain + self.odds.log(trial.candidate) + self._log_of(trial.acts)))
+
+    def _is_nominal(self, candidate: Candidate) -> bool:
+        """Return whether a candidate is a damping ratio, or the stiffness of what is uncertain as a whole: these are
+        fitted anyway.
+        """
+        if isinstance(candidate, ModeCandidate):
+            return True
+        part = getattr(candidate, "part", None)
+        if part is None or candidate.kind != StiffnessChange.kind:
+            return False
+        own = candidate.location.get("elements") or [candidate.location["element"]]
+        return tuple(own) == tuple(self.measured.nominal.parts[part].elements)
 
     def _polished(self, starts: Sequence[Start]) -> list[Start]:
         """Return the best of the starts after a few rounds of fitting, the sizes of errors as they were."""
