@@ -68,7 +68,8 @@ def noise_at(
             spectrum = np.abs(np.fft.rfft(window[:, None] * part / noise, axis=0)) ** 2 / np.sum(window**2)
             resolution = max(rate / len(part), decay[mode] / np.pi)
             reach = max(FREE_DECAY.noise_band_lines * resolution, FREE_DECAY.noise_band_share * middle)
-            own = spectrum[np.abs(lines - middle) <= reach]
+            apart = np.abs(lines - middle)
+            own = spectrum[apart <= max(reach, float(apart.min()))]  # a root on its way may be beyond all lines
             independent = 2 * reach / resolution
             power[mode] += own.mean(axis=0) * independent / (independent - TAKEN)
             count[mode] += independent - TAKEN
