@@ -17,6 +17,8 @@ MIN_SAMPLES = 32
 
 READS_ZERO = "the sensor would read zero"  # at a place that a support holds
 
+DEAD_REMEDY = "leave the sensor, or the recording, out of the dataset (a diagnosis does so itself)"
+
 FLAT_TOLERANCE = 1e-12  # of a channel's largest value: only rounding moves it
 TRANSITION_RATIO = 1.1
 MAX_ENERGY_SHARE = 0.1
@@ -127,7 +129,9 @@ def check_data(
         elif len(flat):
             which = _of_realisation(flat[0], realisations)
             if not dead_channels:
-                faults.append(f"channel {name!r} is constant ({channel[flat[0], 0]:g}){which}: a dead sensor?")
+                faults.append(
+                    f"channel {name!r} is constant ({channel[flat[0], 0]:g}){which}: a dead sensor? {DEAD_REMEDY}"
+                )
         elif lowpass is not None and sampling_rate is not None:
             faults.extend(_lowpass_faults(channel, name, sampling_rate, lowpass))
     return faults
