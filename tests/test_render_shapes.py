@@ -143,6 +143,9 @@ def test_a_film_runs_at_the_speed_that_is_asked_for() -> None:
     assert len(rows) == 100
     assert fps == pytest.approx(25.0)
     assert time[rows[-1]] == pytest.approx(99 * 0.04)  # its beginning
+    rows, _ = film_rows(time, 20, None, fastest=2.0)  # eight frames a period of 0.5 s, and no more than 20
+    assert len(rows) == 20
+    assert np.diff(time[rows]).max() <= 0.5 / 8
     rows, fps = film_rows(time, None, None)
     assert (len(rows), fps) == (223, 25.0)  # every ninth sample: at most 250
     assert rows[-1] > 1990

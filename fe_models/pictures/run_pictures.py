@@ -12,8 +12,11 @@ from fe_models.errors import noting, raise_faults
 from fe_models.files.result_set import ResultSet
 from fe_models.files.run_folder import Prediction, Run, load_run, run_files
 from fe_models.pictures import render
+from fe_models.spectra import line_frequencies, power_spectrum
 
 FRAMES_PER_SECOND = 25.0
+FRAMES_A_PERIOD = 8  # of the fastest motion, at least: fewer do not show which way it goes
+FILM_ENERGY_SHARE = 0.95  # of a motion, which a film is to show as it is
 MAX_FRAMES = 250  # of a film, at most, where nothing else is asked for: ten seconds
 
 
@@ -131,7 +134,7 @@ def draw_film(run: Run, prediction: Prediction, out: Path, options: PictureOptio
     """Write the animation; return its path with what it shows."""
     mp4 = options.film is FilmFormat.MP4 or (options.film is FilmFormat.AUTO and render.mp4_works())
     time = prediction.time
-    rows, fps = film_rows(time, options.frames, options.speed)
+    rows, fps = film_rows(time, options.frames, options.speed, fastest_motion(prediction.hybrid, time))
     path = render.animate(
         run.model,
         prediction.hybrid[rows],
@@ -148,14 +151,30 @@ def draw_film(run: Run, prediction: Prediction, out: Path, options: PictureOptio
     return path, f"hybrid model: the motion{length}, exaggerated"
 
 
-def film_rows(time: FloatArray, frames: int | None, speed: float | None) -> tuple[IntArray, float]:
+def fastest_motion(field: FloatArray, time: FloatArray) -> float:
+    """Return the frequency (Hz) up to which a motion (time, dof) has nearly all of its energy."""
+    if len(time) < 2:
+        return 0.0
+    power = np.cumsum(power_spectrum(field).sum(axis=1))
+    line = int(np.searchsorted(power, FILM_ENERGY_SHARE * power[-1]))
+    return float(line_frequencies(len(time), (len(time) - 1) / float(time[-1] - time[0]))[line])
+
+
+def film_rows(
+    time: FloatArray, frames: int | None, speed: float | None, fastest: float = 0.0
+) -> tuple[IntArray, float]:
     """Return the samples of ``time`` (time,) that a film shows, and how many of them a second.
 
     At a given ``speed`` every stride-th sample stands for stride step / speed seconds, as near to 1/25 s as samples
-    allow; the film ends where ``frames`` are used up. Without one it shows all of the time in so many frames.
+    allow; the film ends where ``frames`` are used up. Without one it shows all of the time in so many frames; where
+    these are too few for the ``fastest`` motion (Hz), which would seem to stand still or go backwards, the beginning.
     """
-    if speed is None or len(time) < 2:
-        return np.arange(0, len(time), -(-len(time) // (frames or MAX_FRAMES))), FRAMES_PER_SECOND
+    if len(time) < 2:
+        return np.arange(len(time)), FRAMES_PER_SECOND
     step = float(time[-1] - time[0]) / (len(time) - 1)
+    if speed is None:
+        most = frames or MAX_FRAMES
+        longest = max(1, int(1 / (FRAMES_A_PERIOD * fastest * step))) if fastest > 0 else len(time)
+        return np.arange(0, len(time), min(-(-len(time) // most), longest))[:most], FRAMES_PER_SECOND
     stride = max(1, round(speed / (step * FRAMES_PER_SECOND)))
     return np.arange(0, len(time), stride)[:frames], speed / (step * stride)

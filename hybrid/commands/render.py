@@ -32,7 +32,10 @@ Scale = Annotated[
 ]
 Speed = Annotated[
     float | None,
-    typer.Option(help="Of the animation against real time, 0.1 ten times slower. [default: 10 s for the motion]"),
+    typer.Option(
+        help="Of the animation against real time, 0.1 ten times slower. [default: 10 s for the motion, or as much of "
+        "its beginning as frames can show]"
+    ),
 ]
 
 
