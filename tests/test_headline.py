@@ -6,13 +6,13 @@ from typing import Any
 import pytest
 
 from benchmarks.blind_cases import BlindConfig, blind_case
-from fe_models.causes import AddedMass
+from fe_models.causes import AddedMass, CoulombFriction
 from hybrid.diagnosis.diagnosis import diagnose
-from hybrid.diagnosis.outcome.findings import NOT_ON_THE_LIST, OTHER_CAUSES, Alternative, Finding
+from hybrid.diagnosis.outcome.findings import NOT_ON_THE_LIST, OTHER_CAUSES, Alternative, Finding, Parameter
 from hybrid.diagnosis.outcome.named import remainder
 from hybrid.diagnosis.outcome.scorer import Scorer
 from hybrid.diagnosis.outcome.verdict import Verdict, is_contradicted
-from hybrid.diagnosis.report import describe_diagnosis, headline
+from hybrid.diagnosis.report import describe_diagnosis, finding_table, headline, summary
 
 
 def answer(probability: float, *alternatives: Alternative, verdict: Verdict = Verdict.EXPLAINED) -> Any:
@@ -30,6 +30,37 @@ def test_a_headline_says_named_of_what_is_probable_alone() -> None:
     assert "leave its place open" in headline(answer(0.4, elsewhere))
     assert "cannot tell which" in headline(answer(0.17, other))
     assert "part of it" in headline(answer(0.17, other, verdict=Verdict.PARTLY_EXPLAINED))
+
+
+def test_places_that_move_alike_share_a_probability_and_the_kind_s_own_is_said() -> None:
+    places = [Alternative("coulomb_friction", {"node": node, "direction": "x"}, 0.33) for node in (3, 4)]
+    named = Finding(CoulombFriction((2,), "x", 4.0), {}, 0.33, 1.0, (), tuple(places), "Friction.")
+    assert finding_table(named)["probability_of_kind"] == pytest.approx(0.99)
+    (line,) = [line for line in lines_of(named) if "Probability" in line]
+    assert line.startswith(
+        "  Probability 0.33 at this place, 0.99 that it is a coulomb_friction here or at node 3 in x (0.33), at node 4"
+    )
+    assert not any("cannot rule out" in line for line in lines_of(named))
+
+
+def test_a_rival_has_its_size_where_that_is_known() -> None:
+    force = {"force": Parameter(-9e5, 3e4, "N")}
+    rivals = (Alternative("axial_force", {"element": 2}, 0.14, force), Alternative("added_mass", {"node": 1}, 0.1))
+    named = Finding(AddedMass(3, 2.5), {}, 0.7, 1.0, (), rivals, "A mass.")
+    assert "  These sensors cannot rule out: axial_force at element 2, force -9e+05 +- 3e+04 N (0.14)." in lines_of(
+        named
+    )
+    listed = finding_table(named)["alternatives"]
+    assert listed[0]["parameters"] == {"force": {"value": -9e5, "std": 3e4, "unit": "N"}}
+    assert listed[1]["parameters"] == {}
+
+
+def lines_of(named: Finding) -> list[str]:
+    scores = {"baseline": {"measured": 0.1, "held_out": None}, "extended": {"measured": 0.01, "held_out": None}}
+    made: Any = SimpleNamespace(
+        verdict=Verdict.EXPLAINED, findings=(named,), scores=scores, noise_floor=0.01, unexplained=0.0, notes=()
+    )
+    return summary(made).splitlines()
 
 
 def test_what_a_cap_withholds_goes_to_what_is_not_on_the_list() -> None:

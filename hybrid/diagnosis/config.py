@@ -17,6 +17,7 @@ class ReportConfig:
 
     min_named_probability: float = 0.5  # of a cause that a headline calls named
     max_rivals_listed: int = 5  # of a finding, on the terminal
+    max_places_listed: int = 8  # at which a finding of the same kind would do as well, on the terminal
     max_learned_places_listed: int = 3  # where most was learned, on the terminal
     min_explained_share: float = 0.005  # of what was wrong: what less a finding takes away of it is reported as none
     min_factor_change: float = 1e-4  # a smaller change of an uncertain factor is not worth a line

@@ -10,7 +10,7 @@ from hybrid.diagnosis.observed.observation_report import describe_observations, 
 from hybrid.diagnosis.outcome.advice import Advice
 from hybrid.diagnosis.outcome.calibration import Calibrated
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
-from hybrid.diagnosis.outcome.findings import NOT_ON_THE_LIST, OTHER_CAUSES, Alternative, Finding
+from hybrid.diagnosis.outcome.findings import NOT_ON_THE_LIST, OTHER_CAUSES, Alternative, Finding, in_words
 from hybrid.diagnosis.outcome.verdict import MATERIAL, Verdict
 
 HEADLINES = {
@@ -108,9 +108,15 @@ def finding_table(finding: Finding) -> dict[str, Any]:
         "probability": finding.probability,
         "explains": finding.explains,
         "recordings": list(dict.fromkeys(finding.recordings)),  # several motions in one file share its name
-        "alternatives": [vars(item) for item in finding.alternatives],
+        "probability_of_kind": min(finding.probability_of_kind, 1.0),  # wherever it is
+        "alternatives": [_alternative(item) for item in finding.alternatives],
         "sentence": finding.sentence,
     }
+
+
+def _alternative(item: Alternative) -> dict[str, Any]:
+    sizes = {word: vars(parameter) for word, parameter in item.parameters.items()}
+    return {**vars(item), "parameters": sizes}
 
 
 def describe_diagnosis(diagnosis: Diagnosis, gain: Gain | None = None) -> str:
@@ -124,7 +130,7 @@ def summary(diagnosis: Diagnosis, gain: Gain | None = None) -> str:
     lines = [headline(diagnosis)]
     for finding in diagnosis.findings:
         lines.append(f"- {finding.sentence}")
-        lines.append(f"  Probability {finding.probability:.2f}; {_explained(finding)}.")
+        lines.append(f"  {_probability(finding)}; {_explained(finding)}.")
         lines += _rival_lines(finding)
     base, extended = diagnosis.scores["baseline"], diagnosis.scores["extended"]
     after = "after" if diagnosis.findings else "without a named cause"
@@ -148,41 +154,48 @@ def headline(diagnosis: Diagnosis) -> str:
     reach = FORECAST_AT_NOISE if at_noise else FORECAST_NEAR_NOISE
     unsure = [finding for finding in diagnosis.findings if finding.probability < REPORT.min_named_probability]
     if diagnosis.verdict is Verdict.EXPLAINED and unsure:
-        return PLACE_OPEN if all(_of_kind(finding) >= REPORT.min_named_probability for finding in unsure) else KIND_OPEN
+        return (
+            PLACE_OPEN
+            if all(finding.probability_of_kind >= REPORT.min_named_probability for finding in unsure)
+            else KIND_OPEN
+        )
     causes = "the causes are" if len(diagnosis.findings) > 1 else "the cause is"
     return HEADLINES[diagnosis.verdict].format(causes=causes, reach=reach)
 
 
-def _of_kind(finding: Finding) -> float:
-    """Return the probability that it is a cause of this kind, at whatever place."""
-    same = (item.probability for item in finding.alternatives if item.kind == finding.cause.kind)
-    return finding.probability + sum(same)
+def _probability(finding: Finding) -> str:
+    """Return how probable a finding is; where it may be of its kind elsewhere, that of the kind, and the places."""
+    same = [item for item in finding.alternatives if item.kind == finding.cause.kind]
+    if not same:
+        return f"Probability {finding.probability:.2f}"
+    places = [f"{at_place(item.location)} ({item.probability:.2f})" for item in same[: REPORT.max_places_listed]]
+    more = len(same) - len(places)
+    others = ", ".join(places) + (f" and {more} more places" if more else "")
+    return (
+        f"Probability {finding.probability:.2f} at this place, {finding.probability_of_kind:.2f} that it is a"
+        f" {finding.cause.kind} here or {others}"
+    )
 
 
 def _rival_lines(finding: Finding) -> list[str]:
-    """Return a line on each of the first rivals, one on the others (on a stiff deck every node may be one), and those
-    on what is left.
-    """
-    rivals = [item for item in finding.alternatives if not item.is_remainder]
+    """Return a line on each of the first rivals of another kind, one on the others, and those on what is left."""
+    rivals = [item for item in finding.alternatives if not item.is_remainder and item.kind != finding.cause.kind]
     lines = [
         f"  These sensors cannot rule out: {rival_words(item)} ({item.probability:.2f})."
         for item in rivals[: REPORT.max_rivals_listed]
     ]
     if len(rivals) > REPORT.max_rivals_listed:
-        places = sum(item.kind == finding.cause.kind for item in rivals)
-        of_kind = (
-            f" That it is a {finding.cause.kind}, here or at one of {places} other places: {_of_kind(finding):.2f}."
-            if places
-            else ""
-        )
-        lines.append(f"  And {len(rivals) - REPORT.max_rivals_listed} more.{of_kind}")
+        lines.append(f"  And {len(rivals) - REPORT.max_rivals_listed} more.")
     rest = [item for item in finding.alternatives if item.is_remainder]
     return lines + [f"  {rival_words(item)}: {item.probability:.2f}." for item in rest]
 
 
 def rival_words(rival: Alternative) -> str:
-    """Return what may stand in a finding's place, in words."""
-    return REMAINDERS[rival.kind] if rival.is_remainder else f"{rival.kind} {at_place(rival.location)}"
+    """Return what may stand in a finding's place, in words, with its size where that is known."""
+    if rival.is_remainder:
+        return REMAINDERS[rival.kind]
+    sizes = "".join(f", {word} {in_words(item)}" for word, item in rival.parameters.items())
+    return f"{rival.kind} {at_place(rival.location)}{sizes}"
 
 
 def _hybrid_lines(gain: Gain) -> list[str]:

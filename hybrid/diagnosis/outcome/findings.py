@@ -1,7 +1,7 @@
 """Findings: the causes that a diagnosis names, with parameters, uncertainty, rivals and a sentence to act on."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -36,13 +36,14 @@ class Parameter:
 class Alternative:
     """What may stand in a finding's place: its ``kind`` and ``location``, and its ``probability``.
 
-    With those of all alternatives a finding's probability adds up to one: the remainder is `OTHER_CAUSES` and
-    `NOT_ON_THE_LIST`, which are nowhere.
+    ``parameters``: its size, where it was fitted there; empty elsewhere. With those of all alternatives a finding's
+    probability adds up to one: the remainder is `OTHER_CAUSES` and `NOT_ON_THE_LIST`, which are nowhere.
     """
 
     kind: str
     location: dict[str, Any]
     probability: float
+    parameters: dict[str, Parameter] = field(default_factory=dict)
 
     @property
     def is_remainder(self) -> bool:
@@ -66,6 +67,11 @@ class Finding:
     recordings: tuple[str, ...]
     alternatives: tuple[Alternative, ...]
     sentence: str
+
+    @property
+    def probability_of_kind(self) -> float:
+        """The probability that it is a cause of this kind, at whatever place."""
+        return self.probability + sum(item.probability for item in self.alternatives if item.kind == self.cause.kind)
 
     def __repr__(self) -> str:
         return f"Finding({self.cause.kind} {at_place(self.cause.location)}, probability {self.probability:.2f})"
@@ -113,9 +119,10 @@ def parameters_of(cause: Cause, deviations: Mapping[str, float]) -> dict[str, Pa
 
 def sentence_of(cause: Cause, parameters: dict[str, Parameter], structure: Structure) -> str:
     """Return one sentence that an engineer can act on; ``structure``: the nominal one."""
-    return cause.sentence({word: _number(item) for word, item in parameters.items()}, structure)
+    return cause.sentence({word: in_words(item) for word, item in parameters.items()}, structure)
 
 
-def _number(item: Parameter) -> str:
+def in_words(item: Parameter) -> str:
+    """Return a value with its standard deviation and unit."""
     error = f" +- {item.std:.2g}" if item.std > 0 else ""
     return f"{item.value:.4g}{error}{UNITS.get(item.unit, f' {item.unit}')}"

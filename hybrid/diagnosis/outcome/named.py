@@ -3,7 +3,8 @@
 import numpy as np
 
 from fe_models.arrays import TINY, FloatArray
-from hybrid.diagnosis.contest.posterior import of_candidate, rivals_of
+from fe_models.causes.candidate import Candidate
+from hybrid.diagnosis.contest.posterior import Posterior, of_candidate, rivals_of
 from hybrid.diagnosis.fitting.forecast_score import ForecastModel
 from hybrid.diagnosis.outcome.acting import recordings_of
 from hybrid.diagnosis.outcome.findings import (
@@ -11,6 +12,7 @@ from hybrid.diagnosis.outcome.findings import (
     OTHER_CAUSES,
     Alternative,
     Finding,
+    Parameter,
     cause_of,
     sentence_of,
 )
@@ -54,7 +56,7 @@ def _finding(ruling: Ruling, number: int, taken: float, model: ForecastModel) ->
     listed = ruling.listed * min((hum.machine for hum in ruling.hums if hum.number == number), default=1.0)
     probability = min(of_candidate(posterior, candidate), SUREST) * listed
     rivals = [
-        Alternative(rival.kind, rival.reported_location, p * listed)
+        Alternative(rival.kind, rival.reported_location, p * listed, _size(posterior, rival))
         for rival, p in rivals_of(posterior, candidate, RIVALS)
     ]
     return Finding(
@@ -66,6 +68,15 @@ def _finding(ruling: Ruling, number: int, taken: float, model: ForecastModel) ->
         (*rivals, *remainder(probability, rivals, listed)),
         sentence_of(cause, parameters, setting.nominal.structure),
     )
+
+
+def _size(posterior: Posterior, rival: Candidate) -> dict[str, Parameter]:
+    """Return the parameters of a rival in the most probable fit that has it; none where only its twin was fitted."""
+    for fit in posterior.fits:
+        keys = [candidate.key for candidate in fit.hypothesis.candidates]
+        if rival.key in keys:
+            return cause_of(fit, keys.index(rival.key), posterior.widened)[1]
+    return {}
 
 
 def remainder(probability: float, rivals: list[Alternative], listed: float) -> list[Alternative]:
