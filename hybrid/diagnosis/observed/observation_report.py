@@ -17,7 +17,7 @@ def describe_observations(shown: Observations) -> list[str]:
         f"  {'channel':12s} {'nominal':>9s} {'calibrated':>11s} {'noise floor':>12s} {'noise (std)':>18s}"
         f" {'of error':>9s}",
         *_channels(shown),
-        "  The modes: nominal, calibrated, and of the linear model that follows best (-: hardly seen); and the share of",
+        "  The modes: nominal, calibrated, and of the linear model that follows best (-: hardly seen); the share of",
         "  each in the energy of the recorded motion, and of what the simulation gets wrong:",
         f"  {'':4s} {'frequency (Hz)':^29s} {'damping ratio':^26s} {'shapes':>6s} {'of motion':>10s} {'of error':>9s}",
         f"  {'mode':4s} {'nominal':>9s} {'calibr.':>9s} {'observed':>9s} {'nominal':>8s} {'calibr.':>8s}"
