@@ -97,6 +97,8 @@ class FreeConfig:
     integrator: Integrator = "rk67"
 
 
+MAX_USUAL_STEPS = 1_000_000
+"""Of one motion, where no step is given: more take many minutes."""
 RK67_MAX_PHASE = 1.0
 """Largest omega times step of the explicit integrator: beyond it is inaccurate, soon after unstable."""
 
@@ -126,7 +128,7 @@ def simulate_free(
     else:
         laws = _laws_alone(effects)
     displacement, velocity = _initial_states(model, displacement, velocity)
-    step = config.step if config.step is not None else free_step(model, config.integrator)
+    step = config.step if config.step is not None else _usual_step(model, config)
     steps = _steps(config.duration, config.sampling_rate, step)
     mass, damping, stiffness = model.mass.toarray(), full_damping(model), model.stiffness.toarray()
     joined = _coefficients(model.dofs, laws)
@@ -145,6 +147,18 @@ def simulate_free(
     a = -np.linalg.solve(mass, force.reshape(-1, len(mass)).T).T.reshape(force.shape)
     displacements, velocities, accelerations = (_expand(model.dofs, part) for part in (x, v, a))
     return Response(_time(steps), displacements, velocities, accelerations, model.dofs)
+
+
+def _usual_step(model: LinearModel, config: FreeConfig) -> float:
+    """Return the step that all modes need; `InputError` where that is so short that nobody would wait."""
+    step = free_step(model, config.integrator)
+    count = config.duration / step
+    if count > MAX_USUAL_STEPS:
+        raise InputError(
+            f"to follow all modes takes steps of {step:.2g} s, {count:.1g} in {config.duration:g} s: give a step,"
+            " and the integrator newmark, which leaves out what modes beyond it do"
+        )
+    return step
 
 
 def _steps(duration: float, sampling_rate: float, step: float) -> "Steps":

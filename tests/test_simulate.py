@@ -259,6 +259,8 @@ def test_refuses_effects_that_do_not_fit(effect: ConnectorEffect, words: str) ->
 def test_refuses_steps_that_the_highest_mode_does_not_stand() -> None:
     size = linearise(bridge()).mass.shape[0]
     with pytest.raises(InputError, match="too long for the highest mode"):
+        simulate_free(bridge(), np.zeros((1, size)), np.zeros((1, size)), FreeConfig(step=0.05))
+    with pytest.raises(InputError, match="give a step"):
         simulate_free(bridge(), np.zeros((1, size)), np.zeros((1, size)))
     massless = replace(cantilever(section=replace(TIMBER, density=0.0)), point_masses=(PointMass(2, 1.0),))
     with pytest.raises(InputError, match="no mass: choose the integrator newmark"):
