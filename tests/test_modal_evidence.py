@@ -190,6 +190,7 @@ def test_two_recordings_of_one_structure_are_no_change(dataset: Dataset) -> None
     assert len(states_of(measured, fits[0])) == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("hidden", ["mass", "gain"])
 def test_what_all_recordings_of_a_drawn_chain_have(dataset: Dataset, hidden: str) -> None:
     rng = np.random.default_rng(40)

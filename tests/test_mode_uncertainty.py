@@ -43,6 +43,7 @@ def pulls(found: IdentifiedModes) -> FloatArray:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("motions", [1, 3])
 def test_errors_scatter_as_their_standard_deviations_say(motions: int) -> None:
     rng = np.random.default_rng(motions)
