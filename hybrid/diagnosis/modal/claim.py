@@ -27,6 +27,11 @@ class Claim:
         """Return the numbers of the candidates that do not act in a recording."""
         return tuple(number for number, acts in enumerate(self.acts) if recording not in acts)
 
+    def less(self, number: int) -> "Claim":
+        """Return the claim without one of its candidates."""
+        acts = tuple(own for position, own in enumerate(self.acts) if position != number)
+        return Claim(self.hypothesis.less((number,)), acts, self.changed)
+
     @property
     def key(self) -> tuple[object, ...]:
         """What two equal claims have in common."""

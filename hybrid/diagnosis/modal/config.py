@@ -52,6 +52,7 @@ class FitConfig:
     """The best factors and sizes of a claim."""
 
     max_iterations: int = 10
+    null_iterations: int = 14  # of the first fit, whose nominal values come from farthest
     difference_step: float = 1e-5  # of a prior standard deviation: modes change by 1e-7 of themselves
     max_log_step: float = 0.3  # of a factor's logarithm in one step
     converged_log_step: float = 1e-3

@@ -7,7 +7,7 @@ import numpy as np
 
 from fe_models.arrays import FloatArray
 from fe_models.causes.wording import at_place
-from hybrid.diagnosis.modal.claim import Claim, Measured
+from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.evidence import ModalFit, misfit_of
 from hybrid.diagnosis.outcome.findings import (
     NOT_ON_THE_LIST,
@@ -54,10 +54,8 @@ def findings_of(
 
 def _without(item: ModalFit, number: int) -> ModalFit:
     """Return a fit's theta as one of its claim less one cause."""
-    claim = item.claim
-    acts = tuple(own for position, own in enumerate(claim.acts) if position != number)
-    less = Claim(claim.hypothesis.less((number,)), acts, claim.changed)
-    return replace(item, claim=less, theta=item.theta[claim.hypothesis.parameters_of((number,))])
+    kept = item.claim.hypothesis.parameters_of((number,))
+    return replace(item, claim=item.claim.less(number), theta=item.theta[kept])
 
 
 def _finding(

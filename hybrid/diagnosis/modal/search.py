@@ -14,15 +14,14 @@ from fe_models.arrays import FloatArray
 from fe_models.causes import StiffnessChange
 from fe_models.causes.candidate import Candidate, ModeCandidate
 from hybrid.diagnosis.contest.odds import Odds, log_of_groups
+from hybrid.diagnosis.contest.posterior import NOTHING
 from hybrid.diagnosis.modal.claim import Claim, Measured
-from hybrid.diagnosis.modal.config import SCAN
+from hybrid.diagnosis.modal.config import FIT, SCAN
 from hybrid.diagnosis.modal.errors import ErrorSizes
 from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim, refitted_errors
 from hybrid.diagnosis.modal.scan import Recordings, Trial, scan, shows_in_modes
 from hybrid.diagnosis.parallel import parallel_map
 from hybrid.diagnosis.stage_names import MODAL_CAUSES
-
-NOTHING = 0.5  # prior probability that nothing (more) is wrong
 
 
 @dataclass(frozen=True)
@@ -174,7 +173,7 @@ class Search:
         claim, fits = best.claim, list[ModalFit]()
         lasting = [number for number, acts in enumerate(claim.acts) if acts == self.everywhere]
         for number in lasting if len(lasting) > 1 else ():
-            less = _without(claim, number)
+            less = claim.less(number)
             kept = best.claim.hypothesis.parameters_of((number,))
             base = fit_claim(self.measured, less, best.theta[kept], best.sizes)
             fits += [] if base is None else [base, *self._extended([base])]
@@ -189,12 +188,6 @@ def _start(base: ModalFit, trial: Trial) -> Start:
     return Start(more, np.append(base.theta, trial.size), base.sizes)
 
 
-def _without(claim: Claim, number: int) -> Claim:
-    """Return a claim less one of its causes."""
-    acts = tuple(own for position, own in enumerate(claim.acts) if position != number)
-    return Claim(claim.hypothesis.less((number,)), acts, claim.changed)
-
-
 def probabilities(search: Search, fits: Sequence[ModalFit]) -> FloatArray:
     """Return how probable each fit's claim is among all of them (fit,)."""
     scores = np.array([search.score(item) for item in fits])
@@ -204,4 +197,4 @@ def probabilities(search: Search, fits: Sequence[ModalFit]) -> FloatArray:
 
 def null_fit(measured: Measured) -> ModalFit | None:
     """Return the fit of the nominal structure, its values as far off as the modes say."""
-    return fit_claim(measured, measured.null, -measured.offset, ErrorSizes(), 14)
+    return fit_claim(measured, measured.null, -measured.offset, ErrorSizes(), FIT.null_iterations)
