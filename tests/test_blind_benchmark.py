@@ -78,8 +78,8 @@ def test_rates_count_what_they_say() -> None:
     outside = found["outside the list: said so, nothing named at >= 0.9"]
     assert (outside.measured, outside.peers) == (Share(1, 1), (Share(0, 1),))
     assert found[FORECAST].measured == Share(6, 6)  # outside does not count
-    assert found["seconds, median"].measured == 5.0
-    assert found["seconds, worst"].measured == 31.0
+    assert found["seconds of one core, median"].measured == 5.0
+    assert found["seconds of one core, worst"].measured == 31.0
     assert "two at once: both found" not in found
 
 

@@ -107,20 +107,25 @@ def tasks(count: int, seed: int, words: Sequence[str], config: BlindConfig) -> l
 
 
 def done(task: Task, peers: tuple[str, ...] = ()) -> BlindResult:
-    """Return the result of a task, with as many threads for the peers as for the diagnosis."""
+    """Return the result of a task, with as many threads for the peers as for the diagnosis.
+
+    Times are of the processor, all threads together.
+    """
     hidden = () if task.hidden == NOTHING else tuple(task.hidden.split("+"))
     marks = {}
     with threadpool_limits(THREADS.linear_algebra, "blas"):
         case = blind_case(task.seed, replace(task.config, kinds=hidden))
+        begun = time.process_time()  # which says the same beside other work
         try:
-            judgement = judge(case, diagnose(case.dataset))
+            answered = diagnose(case.dataset)
+            judgement = replace(judge(case, answered), seconds=time.process_time() - begun)
         except Exception as error:
             error.add_note(f"while the blind case of seed {task.seed} was diagnosed: {task.hidden} hidden")
             raise
         for name in peers:
-            begun = time.perf_counter()
+            begun = time.process_time()
             answer = PEERS[name](case.dataset)
-            marks[name] = mark(case, answer, time.perf_counter() - begun)
+            marks[name] = mark(case, answer, time.process_time() - begun)
     return BlindResult(task, judgement, marks)
 
 

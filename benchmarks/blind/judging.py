@@ -27,7 +27,7 @@ class Judgement:
     ``confidently_wrong``: whether a wrong name has a probability of 0.9 or more. ``probabilities`` of the findings,
     each with whether it is right. ``within`` and ``covered``: for each parameter of the right names whether it is close
     (10 % or two standard deviations), and within its interval of 95 %. ``over_floor``: NRMSE of the extended model's
-    forecast over the noise floor; ``seconds`` that the diagnosis took.
+    forecast over the noise floor; processor ``seconds`` of the diagnosis.
     """
 
     truth: tuple[str, ...]

@@ -130,7 +130,7 @@ def rates(results: Sequence[BlindResult], tier: Tier, acts: Acts = "all", *, emp
         found.append(Rate("extended forecast / noise floor, median", middle, f"<= {limit}"))
     limit_s = "< 180" if any(r.task.config.structure == "bridge" for r in results) else "< 30"
     times = [[r.judgement.seconds for r in results], *([r.peers[name].seconds for r in results] for name in names)]
-    for what, of, target in (("seconds, median", median, ""), ("seconds, worst", max, limit_s)):
+    for what, of, target in (("seconds of one core, median", median, ""), ("seconds of one core, worst", max, limit_s)):
         own, *others = (float(of(column)) for column in times)
         found.append(Rate(what, own, target, tuple(others)))
     return [rate for rate in found if empty or not isinstance(rate.measured, Share) or rate.measured.count]

@@ -20,7 +20,7 @@ LIMITS = {"four_dof": 30.0, "bridge": 180.0}  # s: what a case may take
 
 @dataclass(frozen=True)
 class Seconds:
-    """Times of the cases with a report, s: ``median``, 99th ``percentile``, ``longest``; ``aim`` of the longest."""
+    """Processor times of reports, s: ``median``, 99th ``percentile``, ``longest``; ``aim`` of the longest."""
 
     median: float
     percentile: float

@@ -153,7 +153,7 @@ def _hidden(columns: Sequence[ColumnCounts]) -> list[str]:
 
 
 def _seconds(columns: Sequence[ColumnCounts]) -> list[str]:
-    heads = ["seconds", "median", "99th percentile", "longest", "aim", "no report"]
+    heads = ["seconds of one core", "median", "99th percentile", "longest", "aim", "no report"]
     rows = []
     for own in columns:
         took, times = own.seconds, ["-"] * 4
