@@ -7,6 +7,7 @@ from typing import Literal
 import numpy as np
 
 from fe_models.arrays import BoolArray, FloatArray
+from fe_models.base_motion import BaseMotion
 from fe_models.errors import InputError
 from fe_models.linear import LinearModel, ModalModel
 from fe_models.mode_estimate import ModeEstimate
@@ -20,7 +21,8 @@ QUANTITIES: tuple[Quantity, ...] = ("displacement", "velocity", "acceleration") 
 class Sensor:
     """One channel: where, in which direction and what it senses; ``unit`` "1" marks a normalised channel.
 
-    ``role``: "measured" channels are fitted, "held_out" ones only scored.
+    ``role``: "measured" channels are fitted, "held_out" ones only scored. ``reference``: where the base moves, sensors
+    show the "absolute" motion, as accelerometers do, or that relative to the "base".
     """
 
     name: str
@@ -29,6 +31,7 @@ class Sensor:
     quantity: Quantity
     unit: str
     role: Literal["measured", "held_out"] = "measured"
+    reference: Literal["absolute", "base"] = "absolute"
 
 
 def of_each_quantity(sensors: Sequence[Sensor]) -> BoolArray:
@@ -53,7 +56,7 @@ class Load:
 class Recording:
     """``data`` (realisation, time, sensor): one recording, or many alike in one file.
 
-    ``skipped``: samples before the first of them that were recorded and are not used.
+    ``skipped``: samples before the first of them that were recorded and are not used. ``base``: how the supports moved.
     """
 
     name: str
@@ -61,17 +64,25 @@ class Recording:
     role: Literal["train", "test"] = "train"
     loads: tuple[Load, ...] = ()
     skipped: int = 0
+    base: tuple[BaseMotion, ...] = ()
 
     def __repr__(self) -> str:
         motions, samples, channels = self.data.shape
         many = f"{motions} motions" if motions > 1 else "1 motion"
         loads = f", {len(self.loads)} known loads" if self.loads else ""
+        loads += ", base motion" if self.base else ""
         return f"Recording({self.name!r}: {many} of {samples} samples and {channels} channels, {self.role}{loads})"
 
+    @property
+    def is_driven(self) -> bool:
+        """Whether known loads act, or the base moves in a known way."""
+        return bool(self.loads or self.base)
+
     def part(self, begin: int, end: int | None = None) -> "Recording":
-        """Return the samples from ``begin`` to before ``end``, of the loads, too."""
+        """Return the samples from ``begin`` to before ``end``, of loads and base motion, too."""
         loads = tuple(replace(load, values=load.values[begin:end]) for load in self.loads)
-        return replace(self, data=self.data[:, begin:end], loads=loads, skipped=self.skipped + begin)
+        base = tuple(replace(motion, values=motion.values[begin:end]) for motion in self.base)
+        return replace(self, data=self.data[:, begin:end], loads=loads, skipped=self.skipped + begin, base=base)
 
 
 @dataclass(frozen=True)
@@ -135,8 +146,8 @@ class Dataset:
 
     @property
     def is_loaded(self) -> bool:
-        """Whether known loads act in any recording."""
-        return any(recording.loads for recording in self.recordings)
+        """Whether known loads act, or the base moves in a known way, in any recording."""
+        return any(recording.is_driven for recording in self.recordings)
 
     def require_recordings(self, task: str) -> None:
         """Raise an `InputError` where there are identified modes alone; ``task``: what needs time series."""

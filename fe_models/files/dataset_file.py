@@ -14,6 +14,7 @@
     quantity = "acceleration"     # "displacement", "velocity" or "acceleration"
     unit = "m/s^2"                # SI, or "1" for a normalised channel
     role = "measured"             # "measured" (default) or "held_out": never fitted, only scored
+    reference = "absolute"        # "absolute" (default), or "base": relative to a base that moves
 
     [[recordings]]
     name = "r1"
@@ -22,6 +23,8 @@
     role = "train"                # "train" (default) or "test"
     loads = [{ node = 19, direction = "y", file = "load.npz", key = "force" }]   # optional, N, one value a sample;
                                   # of a .csv, also the recording's own, ``key`` is the column
+    base = [{ direction = "x", file = "quake.csv", key = "acceleration", unit = "m/s^2" }]   # optional: acceleration of
+                                  # all supports together; direction as "x", "y", degrees or [dx, dy]; unit also "g"
 
     [[modes]]                     # modes that somebody identified, beside recordings or instead: see `mode_tables`;
     recording = "before"          # of these alone no ``sampling_rate`` is needed
@@ -66,7 +69,7 @@ from fe_models.files.structure_file import save_structure
 from fe_models.files.tables import Table, at, check_keys, read_toml
 from fe_models.files.toml_text import toml_text
 from fe_models.linear import LinearModel
-from fe_models.recordings import Assumptions, Dataset, Recording, Uncertainty
+from fe_models.recordings import Assumptions, Dataset, Recording, Sensor, Uncertainty
 from fe_models.structure import Structure
 
 DRAWING = "sensors.png"  # of the structure with its sensors, which commands leave beside a dataset
@@ -139,7 +142,7 @@ def write_dataset(dataset: Dataset, folder: Path, model_spec: str | None = None)
         document["sampling_rate"] = float(dataset.sampling_rate)
     if dataset.lowpass is not None:
         document["lowpass"] = float(dataset.lowpass)
-    document["sensors"] = [vars(sensor) for sensor in dataset.sensors]
+    document["sensors"] = [_sensor_table(sensor) for sensor in dataset.sensors]
     document["recordings"] = [
         _save_recording(recording, folder, f"recording_{number}")
         for number, recording in enumerate(dataset.recordings, start=1)
@@ -173,6 +176,11 @@ def _save_model(model: Structure | LinearModel, folder: Path) -> str:
     return "matrices.npz"
 
 
+def _sensor_table(sensor: Sensor) -> Table:
+    """Return the table of a sensor, without a reference that is the usual one."""
+    return {key: value for key, value in vars(sensor).items() if (key, value) != ("reference", "absolute")}
+
+
 def _save_recording(recording: Recording, folder: Path, stem: str) -> Table:
     """Write the arrays of one recording and return its table."""
     alone = len(recording.data) == 1
@@ -183,6 +191,11 @@ def _save_recording(recording: Recording, folder: Path, stem: str) -> Table:
         arrays[key] = load.values
         table = {"node": int(load.node), "direction": load.direction, "file": row["file"], "key": key}
         row.setdefault("loads", []).append(table)
+    for number, motion in enumerate(recording.base, start=1):
+        key = f"base_{number}"
+        arrays[key] = motion.values
+        along = list(motion.direction) if isinstance(motion.direction, tuple) else motion.direction
+        row.setdefault("base", []).append({"direction": along, "file": row["file"], "key": key})
     write_npz(folder / row["file"], arrays)
     return row
 

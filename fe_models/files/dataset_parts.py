@@ -5,12 +5,13 @@ Each function adds to ``faults`` what it finds.
 
 from collections import Counter
 from dataclasses import dataclass, fields, replace
-from math import inf, isfinite
+from math import inf
 from pathlib import Path
 from typing import Literal
 
 from fe_models.dof_map import DofMap
 from fe_models.errors import noting
+from fe_models.files.known_motion import KNOWN_MOTION, Checked, named_columns, read_known_motion
 from fe_models.files.modal_file import load_modal_model
 from fe_models.files.recording_checks import (
     READS_ZERO,
@@ -21,9 +22,9 @@ from fe_models.files.recording_checks import (
     check_sensors,
     to_si,
 )
-from fe_models.files.recording_files import RecordingFile, load_force, load_recording, skipped_note
+from fe_models.files.recording_files import RecordingFile, load_recording, skipped_note
 from fe_models.files.tables import Table, at, check_keys, read_list, read_table
-from fe_models.recordings import Assumptions, Load, Recording, Sensor, Uncertainty
+from fe_models.recordings import Assumptions, Recording, Sensor, Uncertainty
 from fe_models.structure import Direction
 
 
@@ -82,14 +83,6 @@ class _RecordingTable:
     file: str
     key: str | None = None
     role: Literal["train", "test"] = "train"
-
-
-@dataclass(frozen=True)
-class _LoadTable:
-    node: int
-    direction: Direction
-    file: str
-    key: str | None = None
 
 
 def read_header(document: Table, where: str, faults: list[str]) -> DatasetHeader | None:
@@ -171,15 +164,20 @@ def read_recordings(
     forms: dict[str, list[str]] = {}  # the files of each form that is not one of commas alone
     skipped: dict[tuple[str, ...], list[str]] = {}  # the files that have the same columns that nobody asks for
     tables = read_list(document, "recordings", where, faults)
-    load_columns = _load_columns([table for _, table in tables])
+    load_columns = named_columns([table for _, table in tables])
     for place, table in tables:
-        plain = {key: value for key, value in table.items() if key != "loads"} if isinstance(table, dict) else table
+        plain = (
+            {key: value for key, value in table.items() if key not in KNOWN_MOTION}
+            if isinstance(table, dict)
+            else table
+        )
         row = read_table(_RecordingTable, plain, place, faults)
         found = _read_file(row, place, surroundings, channels, load_columns, faults) if row else None
         samples = None if found is None else found.data.shape[1]
-        loads = _read_loads(table, place, surroundings, samples, faults) if isinstance(table, dict) else ()
+        checked = Checked(surroundings.folder, surroundings.dofs, surroundings.node_count, samples)
+        loads, base = read_known_motion(table, place, checked, faults) if isinstance(table, dict) else ((), ())
         if row is not None and found is not None:
-            recordings.append(Recording(row.name, found.data, row.role, loads))
+            recordings.append(Recording(row.name, found.data, row.role, loads, base=base))
             if found.skipped:
                 skipped.setdefault(found.skipped, []).append(row.file)
             if found.form:
@@ -194,13 +192,6 @@ def read_recordings(
     notes = [f"{', '.join(dict.fromkeys(files))}: read as a file {form}" for form, files in forms.items()]
     notes += [skipped_note(columns, dict.fromkeys(files)) for columns, files in skipped.items()]
     return ReadRecordings(tuple(recordings), tuple(notes))
-
-
-def _load_columns(tables: list[object]) -> set[tuple[str, str]]:
-    """Return the files, each with the name of an array or a column in it, that loads name."""
-    loads = [load for table in tables if isinstance(table, dict) for _, load in read_list(table, "loads", "", [])]
-    named = [(load.get("file"), load.get("key")) for load in loads if isinstance(load, dict)]
-    return {(file, key) for file, key in named if isinstance(file, str) and isinstance(key, str)}
 
 
 def read_assumptions(document: Table, where: str, surroundings: Surroundings, faults: list[str]) -> Assumptions:
@@ -239,31 +230,6 @@ def _read_file(
         wrong = check_data(found.data, channels.names, rate, surroundings.lowpass, surroundings.dead_channels)
         faults.extend(f"{where}: {row.file}: {fault}" for fault in wrong)
     return found
-
-
-def _read_loads(
-    table: Table, place: str, surroundings: Surroundings, samples: int | None, faults: list[str]
-) -> tuple[Load, ...]:
-    """Return the loads of one recording, which has ``samples`` (None where it could not be read)."""
-    loads = []
-    for where, item in read_list(table, "loads", place, faults):
-        row = read_table(_LoadTable, item, where, faults)
-        if row is None:
-            continue
-        if surroundings.dofs is not None:
-            found = check_place(
-                row.node, row.direction, surroundings.dofs, surroundings.node_count, "the load would do nothing"
-            )
-            faults.extend(f"{where}: {fault}" for fault in found)
-        values = noting(faults, where, load_force, surroundings.folder / row.file, row.key)
-        if values is None:
-            continue
-        if samples is not None and len(values) != samples:
-            faults.append(f"{where}: {row.file}: {len(values)} values for {samples} samples; one a sample is needed")
-        if not all(map(isfinite, values)):
-            faults.append(f"{where}: {row.file}: holds NaN or infinite values")
-        loads.append(Load(row.node, row.direction, values))
-    return tuple(loads)
 
 
 def _simulation_faults(row: _SimulationTable, uncertainty: Uncertainty, surroundings: Surroundings) -> list[str]:

@@ -109,9 +109,10 @@ def training_recordings(dataset: Dataset) -> tuple[Recording, ...]:
     """Return the recordings to train on; `InputError` where there are none, or where they cannot be trained on."""
     dataset.require_recordings("training")
     faults = [
-        f"recording {recording.name!r} names loads: the hybrid model learns from free vibrations only; leave it out"
+        f"recording {recording.name!r} names loads or base motion: the hybrid model learns from free vibrations only;"
+        " leave it out"
         for recording in dataset.recordings
-        if recording.loads
+        if recording.is_driven
     ]
     if not dataset.select("train") or not columns(dataset, "measured"):
         faults.append("the dataset has no training recording or no measured sensor: give at least one of each")

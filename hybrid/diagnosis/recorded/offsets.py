@@ -57,7 +57,7 @@ def offsets(dataset: Dataset, columns: Collection[int]) -> list[str]:
     found = []
     for column in sorted(columns):
         sensor = dataset.sensors[column]
-        channels = [part[:, column] for r in dataset.recordings if not r.loads for part in r.data]
+        channels = [part[:, column] for r in dataset.recordings if not r.is_driven for part in r.data]
         means = np.array([channel.mean() for channel in channels])
         if (
             len(means)

@@ -1,0 +1,73 @@
+"""The motion of all supports together: an earthquake, a shaking table.
+
+Displacements u relative to the moving base obey M u'' + C u' + K u + f(u, u') = -M r a(t), where a is the acceleration
+of the base and r how all degrees of freedom move when the base moves by one as a rigid body. An accelerometer shows
+u'' + r a (Clough and Penzien, Dynamics of Structures, on excitation by support motion).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import cos, hypot, inf, isfinite, radians, sin
+from typing import Literal
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from fe_models.arrays import FloatArray
+from fe_models.dof_map import DofMap
+from fe_models.errors import InputError
+
+BaseDirection = Literal["x", "y"] | float | tuple[float, ...]
+"""Along an axis, at an angle (degrees) from x towards y, or along a vector (dx, dy) of any length."""
+
+
+@dataclass(frozen=True, repr=False)
+class BaseMotion:
+    """The acceleration (m/s^2) of all supports together along one ``direction``; ``values`` (time,), one a sample."""
+
+    direction: BaseDirection
+    values: FloatArray
+
+    def __repr__(self) -> str:
+        return f"BaseMotion(along {self.direction}, {len(self.values)} samples)"
+
+    @property
+    def along(self) -> tuple[float, float]:
+        """The direction as a vector (dx, dy) of length one."""
+        return unit_vector(self.direction)
+
+
+def unit_vector(direction: object) -> tuple[float, float]:
+    """Return a direction as a vector (dx, dy) of length one; `InputError` where it is none."""
+    match direction:
+        case "x":
+            return 1.0, 0.0
+        case "y":
+            return 0.0, 1.0
+        case int() | float() if isfinite(direction):
+            return cos(radians(direction)), sin(radians(direction))
+        case (int() | float() as x, int() | float() as y) if 0 < hypot(x, y) < inf:
+            return x / hypot(x, y), y / hypot(x, y)
+    raise InputError(
+        f"direction = {direction!r} is none that a base moves in; expected 'x', 'y', an angle in degrees from x towards"
+        " y, or a vector [dx, dy]"
+    )
+
+
+def rigid_motion(dofs: DofMap, along: tuple[float, float]) -> FloatArray:
+    """Return r (dof,): how all degrees of freedom move when the base moves by one ``along`` a vector (dx, dy)."""
+    return np.where(dofs.direction == "x", along[0], np.where(dofs.direction == "y", along[1], 0.0))
+
+
+def base_force(mass: csr_array, dofs: DofMap, along: tuple[float, float]) -> FloatArray:
+    """Return -M r (dof,), N for an acceleration of 1 m/s^2.
+
+    ``mass``: sparse (dof, dof) as if no support held the structure, so that what supports carry of a consistent mass
+    pulls at its neighbours, too.
+    """
+    return np.asarray(-(mass @ rigid_motion(dofs, along)))
+
+
+def ground_acceleration(motions: Sequence[BaseMotion]) -> FloatArray:
+    """Return the acceleration of the base in x and y, (time, 2), of all ``motions`` together."""
+    return np.asarray(sum(np.outer(motion.values, motion.along) for motion in motions))

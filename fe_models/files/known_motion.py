@@ -1,0 +1,113 @@
+"""What is known to have moved the structure in a recording: loads, and the motion of its base."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from fe_models.arrays import FloatArray
+from fe_models.base_motion import BaseDirection, BaseMotion, rigid_motion, unit_vector
+from fe_models.dof_map import DofMap
+from fe_models.errors import noting
+from fe_models.files.recording_checks import UNITS, UNITS_BESIDE, check_place
+from fe_models.files.recording_files import load_force
+from fe_models.files.tables import Table, read_list, read_table
+from fe_models.recordings import Load
+from fe_models.structure import Direction
+
+KNOWN_MOTION = ("loads", "base")
+"""Lists in the table of a recording of what is known to have moved the structure."""
+SI_UNIT = UNITS["acceleration", False]
+BASE_UNITS = {SI_UNIT: 1.0} | UNITS_BESIDE["acceleration", False]
+"""Units that a base motion may have, each with what one of it is in m/s^2."""
+
+
+@dataclass(frozen=True)
+class Checked:
+    """What is checked: files in a ``folder``, places among ``dofs`` (None where the model could not be read), and as
+    many values as there are ``samples`` (None where the recording could not be read).
+    """
+
+    folder: Path
+    dofs: DofMap | None
+    node_count: int
+    samples: int | None
+
+
+@dataclass(frozen=True)
+class _LoadTable:
+    node: int
+    direction: Direction
+    file: str
+    key: str | None = None
+
+
+@dataclass(frozen=True)
+class _BaseTable:
+    direction: BaseDirection | str  # as text, so that the fault says all that it may be
+    file: str
+    key: str | None = None
+    unit: str = SI_UNIT
+
+
+def named_columns(tables: list[object]) -> set[tuple[str, str]]:
+    """Return the files, each with the name of an array or a column in it, that loads and base motions name."""
+    items = [
+        item
+        for table in tables
+        if isinstance(table, dict)
+        for key in KNOWN_MOTION
+        for _, item in read_list(table, key, "", [])
+    ]
+    named = [(item.get("file"), item.get("key")) for item in items if isinstance(item, dict)]
+    return {(file, key) for file, key in named if isinstance(file, str) and isinstance(key, str)}
+
+
+def read_known_motion(
+    table: Table, place: str, checked: Checked, faults: list[str]
+) -> tuple[tuple[Load, ...], tuple[BaseMotion, ...]]:
+    """Return the loads and the base motions in the ``table`` of a recording, noting the faults of others."""
+    loads = (_read_load(item, where, checked, faults) for where, item in read_list(table, "loads", place, faults))
+    base = (_read_base(item, where, checked, faults) for where, item in read_list(table, "base", place, faults))
+    return tuple(load for load in loads if load is not None), tuple(motion for motion in base if motion is not None)
+
+
+def _read_load(item: object, where: str, checked: Checked, faults: list[str]) -> Load | None:
+    row = read_table(_LoadTable, item, where, faults)
+    if row is None:
+        return None
+    if checked.dofs is not None:
+        found = check_place(row.node, row.direction, checked.dofs, checked.node_count, "the load would do nothing")
+        faults.extend(f"{where}: {fault}" for fault in found)
+    values = _read_values(row.file, row.key, where, checked, faults)
+    return None if values is None else Load(row.node, row.direction, values)
+
+
+def _read_base(item: object, where: str, checked: Checked, faults: list[str]) -> BaseMotion | None:
+    row = read_table(_BaseTable, item, where, faults)
+    if row is None:
+        return None
+    along = noting(faults, where, unit_vector, row.direction)
+    if (
+        along is not None
+        and checked.dofs is not None
+        and not rigid_motion(checked.dofs, along)[checked.dofs.free].any()
+    ):
+        faults.append(f"{where}: no node of this model moves in direction {row.direction!r}; the base would do nothing")
+    if row.unit not in BASE_UNITS:
+        faults.append(f"{where}: unit {row.unit!r} is none of an acceleration; expected {' or '.join(BASE_UNITS)}")
+    values = _read_values(row.file, row.key, where, checked, faults)
+    if along is None or values is None or row.unit not in BASE_UNITS:
+        return None
+    return BaseMotion(row.direction, BASE_UNITS[row.unit] * values)  # type: ignore[arg-type]  # `unit_vector` knows it
+
+
+def _read_values(file: str, key: str | None, where: str, checked: Checked, faults: list[str]) -> FloatArray | None:
+    values = noting(faults, where, load_force, checked.folder / file, key)
+    if values is None:
+        return None
+    if checked.samples is not None and len(values) != checked.samples:
+        faults.append(f"{where}: {file}: {len(values)} values for {checked.samples} samples; one a sample is needed")
+    if not np.isfinite(values).all():
+        faults.append(f"{where}: {file}: holds NaN or infinite values")
+    return values
