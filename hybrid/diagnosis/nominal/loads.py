@@ -12,6 +12,7 @@ import numpy as np
 from scipy.interpolate import make_interp_spline
 
 from fe_models.arrays import FloatArray, IntArray
+from fe_models.errors import raise_faults
 from fe_models.measurement import lowpassed
 from fe_models.recordings import Dataset, Load
 from fe_models.structure import Direction
@@ -96,6 +97,7 @@ def courses_after(courses: FloatArray, rest: FloatArray) -> FloatArray:
 
 def load_places(dataset: Dataset) -> tuple[LoadPlace, ...]:
     """Return where a dataset's recordings are loaded."""
+    raise_faults(f"recording {r.name!r}: base motion is not taken yet" for r in dataset.recordings if r.base)
     return tuple(sorted({(load.node, load.direction) for r in dataset.recordings for load in r.loads}))
 
 
