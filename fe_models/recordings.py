@@ -14,6 +14,7 @@ from fe_models.mode_estimate import ModeEstimate
 from fe_models.structure import Direction, Structure
 
 Quantity = Literal["displacement", "velocity", "acceleration"]
+Excitation = Literal["free", "measured", "ambient"]
 QUANTITIES: tuple[Quantity, ...] = ("displacement", "velocity", "acceleration")  # each the rate of the one before
 
 
@@ -57,6 +58,9 @@ class Recording:
     """``data`` (realisation, time, sensor): one recording, or many alike in one file.
 
     ``skipped``: samples before the first of them that were recorded and are not used. ``base``: how the supports moved.
+    ``sampling_rate``: this one's own (Hz), None where it has the dataset's. ``excitation``: what moved the structure,
+    as its user says: its state alone ("free"), what is known beside the data ("measured"), something unknown and
+    broadband ("ambient"); None where it is left out.
     """
 
     name: str
@@ -65,13 +69,20 @@ class Recording:
     loads: tuple[Load, ...] = ()
     skipped: int = 0
     base: tuple[BaseMotion, ...] = ()
+    sampling_rate: float | None = None
+    excitation: Excitation | None = None
 
     def __repr__(self) -> str:
         motions, samples, channels = self.data.shape
         many = f"{motions} motions" if motions > 1 else "1 motion"
         loads = f", {len(self.loads)} known loads" if self.loads else ""
         loads += ", base motion" if self.base else ""
-        return f"Recording({self.name!r}: {many} of {samples} samples and {channels} channels, {self.role}{loads})"
+        rate = f" at {self.sampling_rate:g} Hz" if self.sampling_rate is not None else ""
+        moved = f", {self.excitation}" if self.excitation else ""
+        return (
+            f"Recording({self.name!r}: {many} of {samples} samples{rate} and {channels} channels, {self.role}"
+            f"{moved}{loads})"
+        )
 
     @property
     def is_driven(self) -> bool:
@@ -110,6 +121,7 @@ class Assumptions:
 class Dataset:
     """Recordings of one structure and the model they are compared with; ``sampling_rate`` and ``lowpass`` in Hz.
 
+    ``sampling_rate`` is that of all recordings that have none of their own (`rate_of`).
     ``modes``: what somebody identified, beside recordings or alone; the ``sampling_rate`` may then be infinite, which
     stands for none. ``notes``: what a user should know of how the files were read, such as columns that were skipped.
     """
@@ -137,12 +149,45 @@ class Dataset:
     @property
     def _recordings_in_words(self) -> str:
         motions = {role: sum(len(r.data) for r in self.select(role)) for role in ("train", "test")}
-        lengths = sorted({recording.data.shape[1] / self.sampling_rate for recording in self.recordings})
+        lengths = sorted({recording.data.shape[1] / self.rate_of(recording) for recording in self.recordings})
         span = " to ".join(f"{length:.3g}" for length in dict.fromkeys(lengths[:1] + lengths[-1:]))
-        return (
-            f"{motions['train']} motions for training, {motions['test']} for testing, each"
-            f" {span} s at {self.sampling_rate:g} Hz"
-        )
+        rates = " and ".join(f"{rate:g}" for rate in self.sampling_rates) or f"{self.sampling_rate:g}"
+        return f"{motions['train']} motions for training, {motions['test']} for testing, each {span} s at {rates} Hz"
+
+    def rate_of(self, recording: Recording) -> float:
+        """Return the sampling rate (Hz) of one of the recordings."""
+        return self.sampling_rate if recording.sampling_rate is None else recording.sampling_rate
+
+    @property
+    def sampling_rates(self) -> tuple[float, ...]:
+        """All sampling rates (Hz) of the recordings, each once, from the lowest."""
+        return tuple(sorted({self.rate_of(recording) for recording in self.recordings}))
+
+    def of_highest_rate(self) -> "Dataset":
+        """Return the dataset with its recordings' highest rate as its own, so that only slower ones state theirs."""
+        if all(recording.sampling_rate is None for recording in self.recordings):
+            return self
+        highest = max(self.sampling_rates)
+        rates = [None if rate == highest else rate for rate in map(self.rate_of, self.recordings)]
+        parts = zip(self.recordings, rates, strict=True)
+        recordings = tuple(replace(recording, sampling_rate=rate) for recording, rate in parts)
+        return replace(self, sampling_rate=highest, recordings=recordings)
+
+    def of_one_rate(self, task: str) -> "Dataset":
+        """Return the dataset with the one rate of all its recordings as its own.
+
+        `InputError` where they differ; ``task``: what needs them alike.
+        """
+        if len(self.sampling_rates) > 1:
+            rates = "; ".join(f"{self._named(rate)} at {rate:g} Hz" for rate in self.sampling_rates)
+            raise InputError(
+                f"the recordings have different sampling rates ({rates}), and {task} needs one: resample them to the"
+                " lowest, or make a dataset of each rate"
+            )
+        return self.of_highest_rate()
+
+    def _named(self, sampling_rate: float) -> str:
+        return ", ".join(recording.name for recording in self.recordings if self.rate_of(recording) == sampling_rate)
 
     @property
     def is_loaded(self) -> bool:

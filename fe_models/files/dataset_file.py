@@ -4,7 +4,7 @@
 
     schema = 1
     model = "frame.toml"          # "four_dof", "bridge", or a structure (.toml) or matrices (.npz, .toml)
-    sampling_rate = 100.0
+    sampling_rate = 100.0         # of every recording that does not state its own
     lowpass = 30.0                # optional: the recordings hold nothing above it
 
     [[sensors]]                   # one a column of the recordings, in their order
@@ -21,6 +21,8 @@
     file = "r1.npz"               # .npz, .mat or .csv: (time, sensor), or (recording, time, sensor) for many alike
     key = "data"                  # the array's name; not for .csv, whose header has the sensors' names (and "time")
     role = "train"                # "train" (default) or "test"
+    sampling_rate = 200.0         # optional: this recording's own
+    excitation = "measured"       # "free", "measured" (loads are named) or "ambient" (unknown, broadband)
     loads = [{ node = 19, direction = "y", file = "load.npz", key = "force" }]   # optional, N, one value a sample;
                                   # of a .csv, also the recording's own, ``key`` is the column
     base = [{ direction = "x", file = "quake.csv", key = "acceleration", unit = "m/s^2" }]   # optional: acceleration of
@@ -98,7 +100,7 @@ def load_dataset(path: str | Path, dead_channels: bool = False) -> Dataset:
     faults += [f"{where} {fault}" for fault in _tested_on_training_data(read.recordings)]
     raise_faults(faults)
     rate, lowpass = header.sampling_rate, header.lowpass
-    return Dataset(model, rate, sensors, read.recordings, lowpass, assumptions, read.notes, modes)
+    return Dataset(model, rate, sensors, read.recordings, lowpass, assumptions, read.notes, modes).of_highest_rate()
 
 
 def _tested_on_training_data(recordings: tuple[Recording, ...]) -> list[str]:
@@ -186,6 +188,10 @@ def _save_recording(recording: Recording, folder: Path, stem: str) -> Table:
     alone = len(recording.data) == 1
     arrays = {"data": recording.data[0] if alone else recording.data}
     row: Table = {"name": recording.name, "file": f"{stem}.npz", "key": "data", "role": recording.role}
+    if recording.sampling_rate is not None:
+        row["sampling_rate"] = float(recording.sampling_rate)
+    if recording.excitation is not None:
+        row["excitation"] = recording.excitation
     for number, load in enumerate(recording.loads, start=1):
         key = f"force_{number}"
         arrays[key] = load.values

@@ -11,7 +11,7 @@ from typing import Literal
 
 from fe_models.dof_map import DofMap
 from fe_models.errors import noting
-from fe_models.files.known_motion import KNOWN_MOTION, Checked, named_columns, read_known_motion
+from fe_models.files.known_motion import KNOWN_MOTION, Checked, excitation_faults, named_columns, read_known_motion
 from fe_models.files.modal_file import load_modal_model
 from fe_models.files.recording_checks import (
     READS_ZERO,
@@ -24,7 +24,7 @@ from fe_models.files.recording_checks import (
 )
 from fe_models.files.recording_files import RecordingFile, load_recording, skipped_note
 from fe_models.files.tables import Table, at, check_keys, read_list, read_table
-from fe_models.recordings import Assumptions, Recording, Sensor, Uncertainty
+from fe_models.recordings import Assumptions, Excitation, Recording, Sensor, Uncertainty
 from fe_models.structure import Direction
 
 
@@ -83,20 +83,31 @@ class _RecordingTable:
     file: str
     key: str | None = None
     role: Literal["train", "test"] = "train"
+    sampling_rate: float | None = None
+    excitation: Excitation | None = None
 
 
 def read_header(document: Table, where: str, faults: list[str]) -> DatasetHeader | None:
     """Return the single values, with the two frequencies checked against each other.
 
-    Of identified modes alone a sampling rate is not asked for.
+    Of identified modes alone a sampling rate is not asked for, nor where every recording has its own.
     """
     table = {key: document[key] for key in HEADER_KEYS if key in document}
+    own = _rates_of_recordings(document)
+    if own and None not in own:
+        table.setdefault("sampling_rate", own[0])
     required = () if modes_alone(document) else ("sampling_rate",)
     header = read_table(DatasetHeader, table, where, faults, required)
     rates = {key: table[key] for key in ("sampling_rate", "lowpass") if key in table}
     readable = read_table(_Rates, rates, where, []) or _Rates()
     faults.extend(f"{where} {fault}" for fault in check_rates(readable.sampling_rate, readable.lowpass))
     return header
+
+
+def _rates_of_recordings(document: Table) -> list[object]:
+    """Return the sampling rate that each recording's table states, None where it has none."""
+    tables = [table for _, table in read_list(document, "recordings", "", [])]
+    return [table.get("sampling_rate") if isinstance(table, dict) else None for table in tables]
 
 
 def modes_alone(document: Table) -> bool:
@@ -172,12 +183,15 @@ def read_recordings(
             else table
         )
         row = read_table(_RecordingTable, plain, place, faults)
-        found = _read_file(row, place, surroundings, channels, load_columns, faults) if row else None
+        alone = _with_own_rate(row, place, surroundings, faults) if row else surroundings
+        found = _read_file(row, place, alone, channels, load_columns, faults) if row else None
         samples = None if found is None else found.data.shape[1]
         checked = Checked(surroundings.folder, surroundings.dofs, surroundings.node_count, samples)
         loads, base = read_known_motion(table, place, checked, faults) if isinstance(table, dict) else ((), ())
         if row is not None and found is not None:
-            recordings.append(Recording(row.name, found.data, row.role, loads, base=base))
+            own = None if row.sampling_rate == surroundings.sampling_rate else row.sampling_rate
+            recordings.append(Recording(row.name, found.data, row.role, loads, 0, base, own, row.excitation))
+            faults.extend(f"{place} ({row.name}): {fault}" for fault in excitation_faults(row.excitation, table))
             if found.skipped:
                 skipped.setdefault(found.skipped, []).append(row.file)
             if found.form:
@@ -192,6 +206,17 @@ def read_recordings(
     notes = [f"{', '.join(dict.fromkeys(files))}: read as a file {form}" for form, files in forms.items()]
     notes += [skipped_note(columns, dict.fromkeys(files)) for columns, files in skipped.items()]
     return ReadRecordings(tuple(recordings), tuple(notes))
+
+
+def _with_own_rate(row: _RecordingTable, place: str, surroundings: Surroundings, faults: list[str]) -> Surroundings:
+    """Return what a recording is checked against, with its own sampling rate where it states one."""
+    if row.sampling_rate is None:
+        return surroundings
+    found = check_rates(row.sampling_rate, surroundings.lowpass)
+    faults.extend(f"{place} ({row.name}): {fault}" for fault in found)
+    if found:
+        return replace(surroundings, sampling_rate=None, lowpass=None)
+    return replace(surroundings, sampling_rate=row.sampling_rate)
 
 
 def read_assumptions(document: Table, where: str, surroundings: Surroundings, faults: list[str]) -> Assumptions:

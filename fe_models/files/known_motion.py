@@ -12,7 +12,7 @@ from fe_models.errors import noting
 from fe_models.files.recording_checks import UNITS, UNITS_BESIDE, check_place
 from fe_models.files.recording_files import load_force
 from fe_models.files.tables import Table, read_list, read_table
-from fe_models.recordings import Load
+from fe_models.recordings import Excitation, Load
 from fe_models.structure import Direction
 
 KNOWN_MOTION = ("loads", "base")
@@ -70,6 +70,17 @@ def read_known_motion(
     loads = (_read_load(item, where, checked, faults) for where, item in read_list(table, "loads", place, faults))
     base = (_read_base(item, where, checked, faults) for where, item in read_list(table, "base", place, faults))
     return tuple(load for load in loads if load is not None), tuple(motion for motion in base if motion is not None)
+
+
+def excitation_faults(excitation: Excitation | None, table: Table) -> list[str]:
+    """Return what contradicts the stated ``excitation`` in the table of a recording."""
+    known = [key for key in KNOWN_MOTION if table.get(key)]
+    if excitation == "measured" and not known:
+        keys = " or ".join(f"[[recordings.{key}]]" for key in KNOWN_MOTION)
+        return [f'excitation = "measured", but nothing says what was: name it in {keys}']
+    if excitation not in (None, "measured") and known:
+        return [f'excitation = "{excitation}" contradicts its {known[0]}; leave it out, or say "measured"']
+    return []
 
 
 def _read_load(item: object, where: str, checked: Checked, faults: list[str]) -> Load | None:

@@ -20,6 +20,7 @@ def diagnose(dataset: Dataset, advance: Callable[[str], object] | None = None) -
     `InputError` names what in the dataset cannot be diagnosed.
     """
     dataset.require_recordings("a diagnosis")
+    dataset = dataset.of_one_rate("a diagnosis by time series")
     begun = perf_counter()
     announce: Callable[[str], object] = advance or (lambda _: None)
     with threadpool_limits(THREADS.linear_algebra, "blas"):

@@ -71,6 +71,7 @@ def compare_recordings(dataset: Dataset, advance: Callable[[], object] = nothing
     come first: what cannot be compared is told as soon as it shows.
     """
     dataset.require_recordings("a comparison of recordings")
+    dataset = dataset.of_one_rate("a comparison of recordings")
     rate, highest = dataset.sampling_rate, min(dataset.lowpass or np.inf, dataset.sampling_rate / 2)
     nominal, shapes = _nominal(dataset, highest)
     raise_faults(_too_short(dataset, float(nominal[-1])))

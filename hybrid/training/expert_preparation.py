@@ -23,6 +23,7 @@ def prepare_experts(dataset: Dataset, config: Config, advance: Callable[[], obje
     """Return an expert for each training recording that one structure can have made; `InputError` where none can be."""
     if config.model.encoder != "window" or config.model.residual == "places" or not config.training.calibrate:
         raise InputError("experts need an encoder that reads windows, and a calibrated start: see --preset experts")
+    dataset = dataset.of_one_rate("training")
     recordings, measured = training_recordings(dataset), columns(dataset, "measured")
     length = window_length(dataset, config)
     modal = nominal_modes(dataset, config.model.modes)

@@ -30,6 +30,7 @@ def from_record(
 ) -> tuple[BandedForecast, Forecast, FloatArray]:
     """Return the hybrid and the FE forecast from a place in a record, and the FE model's own initial q (mode,)."""
     data.require_recordings("a prediction")
+    data = data.of_one_rate("a prediction")
     origin, seen = checkpoint.origin, checkpoint.config.model.encoder_samples
     faults = []
     if data.sensors != origin.sensors or data.sampling_rate != origin.sampling_rate:

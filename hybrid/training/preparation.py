@@ -69,6 +69,7 @@ def calibration_steps(dataset: Dataset, config: Config) -> int:
 
 def prepare(dataset: Dataset, config: Config, advance: Callable[[], object] = nothing) -> Prepared[NeuralModalODE]:
     """Return the starting model of ``config`` for the dataset's training recordings; `InputError` where it has none."""
+    dataset = dataset.of_one_rate("training")
     recordings = training_recordings(dataset)
     measured = columns(dataset, "measured")
     length = window_length(dataset, config)

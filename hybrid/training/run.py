@@ -95,6 +95,7 @@ def begin(
     advance: Callable[[], object] = nothing,
 ) -> Run:
     """Start a new training; `InputError` where dataset or ``folder`` do not allow one. ``advance``: see `prepare`."""
+    dataset = dataset.of_one_rate("training")
     results_in(folder).check()
     require_own(folder / PARTIAL_CHECKPOINT)
     torch.set_num_threads(config.training.threads)
@@ -122,6 +123,7 @@ def resume(dataset: Dataset, config: Config, folder: Path, device: str = "cpu") 
 
     `InputError` where it was started with other settings or other data.
     """
+    dataset = dataset.of_one_rate("training")
     results_in(folder).check()
     torch.set_num_threads(config.training.threads)
     found = load_checkpoint(folder / PARTIAL_CHECKPOINT)

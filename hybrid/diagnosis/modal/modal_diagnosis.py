@@ -120,20 +120,23 @@ def _listed(dataset: Dataset) -> tuple[MeasuredModes, ...]:
 
 def _identified(dataset: Dataset, nominal: NominalModel, tell: Callable[[str], object]) -> tuple[MeasuredModes, ...]:
     """Return the modes that the training recordings show at the measured sensors."""
-    columns, rate = list(measured_columns(dataset)), dataset.sampling_rate
-    slowest, highest = float(nominal.modes[0][0]) / (2 * np.pi), dataset.lowpass or rate / 2
+    columns, slowest = list(measured_columns(dataset)), float(nominal.modes[0][0]) / (2 * np.pi)
     found = []
     for recording in dataset.select("train"):
         tell(recording.name)
+        rate = dataset.rate_of(recording)
+        highest = dataset.lowpass or rate / 2
         motions = [motion[:, columns] for motion in recording.data]
         found.append(MeasuredModes.of(recording.name, identify_modes(motions, rate, slowest, highest)))
     return tuple(found)
 
 
 def _as_measured(dataset: Dataset) -> Dataset:
-    """Return a dataset that lists its modes as if it had been sampled fast enough for them, and for as many again."""
+    """Return the dataset at its highest sampling rate, or, where it lists its modes, as if it had been sampled fast
+    enough for them, and for as many again.
+    """
     if not dataset.modes:
-        return dataset
+        return dataset.of_highest_rate()
     highest = max(mode.frequency for mode in dataset.modes)
     return replace(dataset, sampling_rate=LISTED.samples_a_cycle * highest, lowpass=None, recordings=())
 
