@@ -10,7 +10,7 @@ import pytest
 from hybrid.identification.backbone import Backbone
 from hybrid.identification.combinations import Combination
 from hybrid.identification.comparison_tables import comparison_csv, comparison_table
-from hybrid.identification.free_decay_modes import IdentifiedModes
+from hybrid.identification.identified_modes import IdentifiedModes
 from hybrid.identification.recording_comparison import Compared, Observed
 
 RATIOS = np.array([0.01, 0.02, 0.03])

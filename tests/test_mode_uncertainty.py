@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from fe_models.arrays import ComplexArray, FloatArray
-from hybrid.identification.free_decay_modes import IdentifiedModes, identify_modes
+from hybrid.identification.free_decay_modes import identify_modes
+from hybrid.identification.identified_modes import IdentifiedModes
 from hybrid.identification.stabilisation import stabilisation_of
 
 RATE, SAMPLES = 50.0, 600

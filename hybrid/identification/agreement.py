@@ -6,7 +6,7 @@ from scipy.sparse.csgraph import connected_components
 from fe_models.arrays import FloatArray
 from hybrid.identification.config import AGREEMENT
 from hybrid.identification.damped_cosines import columns_of
-from hybrid.identification.free_decay_modes import IdentifiedModes
+from hybrid.identification.identified_modes import IdentifiedModes
 
 
 def window_of(models: list[IdentifiedModes], recordings: list[FloatArray], rate: float) -> int:

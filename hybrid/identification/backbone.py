@@ -11,7 +11,7 @@ import numpy as np
 from fe_models.arrays import ComplexArray, FloatArray
 from hybrid.identification.config import BACKBONE
 from hybrid.identification.damped_cosines import amplitudes_of, columns_of, fit_roots
-from hybrid.identification.free_decay_modes import IdentifiedModes
+from hybrid.identification.identified_modes import IdentifiedModes
 
 
 @dataclass(frozen=True)

@@ -9,79 +9,16 @@ replaced by one, which starts at the mean of their common motion z, weighed by i
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
-from fe_models.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from fe_models.arrays import BoolArray, ComplexArray, FloatArray
 from fe_models.modes import mac
 from hybrid.identification.config import FREE_DECAY
+from hybrid.identification.identified_modes import IdentifiedModes, no_modes, phase_collinearity
 from hybrid.identification.mode_uncertainty import covariance_of, is_above_noise, left_by, noise_at
 from hybrid.identification.shared_modes import Linearised, SharedModes, fit_shared_modes
 from hybrid.identification.stabilisation import stabilisation_of
-
-
-@dataclass(frozen=True)
-class IdentifiedModes:
-    """``roots`` (mode,), rad/s, by frequency, and complex ``shapes`` (sensor, mode), their ``reference`` (mode,) entry
-    one. ``covariance`` (mode, parameter, parameter) of Re s, Im s, then Re and Im of each entry of the shape.
-    ``energy`` (mode,) of each mode's own motion over the recording's; ``left``: share of the recording's energy that
-    all of them do not explain.
-    """
-
-    roots: ComplexArray
-    shapes: ComplexArray
-    reference: IntArray
-    covariance: FloatArray
-    energy: FloatArray
-    left: float
-
-    @property
-    def frequencies(self) -> FloatArray:
-        """Natural frequencies (mode,), Hz: |s| / 2 pi."""
-        return np.asarray(np.abs(self.roots) / (2 * np.pi))
-
-    @property
-    def ratios(self) -> FloatArray:
-        """Damping ratios (mode,): -Re s / |s|."""
-        return np.asarray(-self.roots.real / np.abs(self.roots))
-
-    @property
-    def frequency_errors(self) -> FloatArray:
-        """Standard deviations (mode,) of the natural frequencies, Hz."""
-        return self.frequencies * np.sqrt(self.scatter[:, 0, 0])
-
-    @property
-    def ratio_errors(self) -> FloatArray:
-        """Standard deviations (mode,) of the damping ratios."""
-        return np.sqrt(self.scatter[:, 1, 1])
-
-    @property
-    def scatter(self) -> FloatArray:
-        """The ``covariance`` with the logarithm of the frequency and the damping ratio instead of Re s and Im s."""
-        size, s = np.abs(self.roots), self.roots
-        turned = np.tile(np.eye(self.covariance.shape[1]), (len(s), 1, 1))
-        turned[:, 0, 0], turned[:, 0, 1] = s.real / size**2, s.imag / size**2
-        turned[:, 1, 0], turned[:, 1, 1] = -(s.imag**2) / size**3, s.real * s.imag / size**3
-        return np.asarray(turned @ self.covariance @ turned.swapaxes(1, 2))
-
-    @property
-    def real_shapes(self) -> FloatArray:
-        """Real shapes (sensor, mode), their largest entry one: turned to the phase that most sensors share."""
-        turned = np.real(self.shapes * np.exp(-0.5j * np.angle(np.sum(self.shapes**2, axis=0))))
-        largest = np.argmax(np.abs(turned), axis=0)
-        return np.asarray(turned / np.take_along_axis(turned, largest[None], axis=0))
-
-    def take(self, kept: BoolArray | IntArray) -> "IdentifiedModes":
-        """Return some of the modes."""
-        return IdentifiedModes(
-            self.roots[kept],
-            self.shapes[:, kept],
-            self.reference[kept],
-            self.covariance[kept],
-            self.energy[kept],
-            self.left,
-        )
 
 
 def identify_modes(
@@ -108,10 +45,10 @@ def _settled(
     parts: list[FloatArray], rate: float, roots: ComplexArray, shapes: ComplexArray, rms: FloatArray
 ) -> IdentifiedModes:
     """Return the modes that are left when those that are none have gone, and the noise is what they leave."""
-    noise, found, kept = rms, _none(len(rms)), np.zeros(0, dtype=bool)
+    noise, found, kept = rms, no_modes(len(rms)), np.zeros(0, dtype=bool)
     for _ in range(FREE_DECAY.max_rounds):
         if not len(roots):
-            return _none(len(rms))
+            return no_modes(len(rms))
         start = SharedModes.of(roots, shapes, noise)
         modes, linear = fit_shared_modes(parts, rate, start, noise)
         left = left_by(parts, rate, modes, linear, noise)
@@ -131,12 +68,6 @@ def _settled(
         if settled:
             return found
     return found.take(kept)
-
-
-def _none(sensors: int) -> IdentifiedModes:
-    """Return no modes."""
-    shapes, whole = np.zeros((sensors, 0), dtype=complex), 2 + 2 * sensors
-    return IdentifiedModes(shapes[0], shapes, np.zeros(0, dtype=int), np.zeros((0, whole, whole)), np.zeros(0), 1.0)
 
 
 def _energy(
@@ -159,14 +90,6 @@ def _is_known(found: IdentifiedModes) -> BoolArray:
     in_phase = phase_collinearity(found.shapes) >= FREE_DECAY.min_phase_collinearity
     damped = found.ratios < 0.99 * FREE_DECAY.max_damping_ratio
     return np.asarray(sure & in_phase & damped & (usual < FREE_DECAY.max_shape_error))
-
-
-def phase_collinearity(shapes: ComplexArray) -> FloatArray:
-    """Return the modal phase collinearity (mode,) of shapes (sensor, mode): one where all sensors are in phase.
-
-    (|Re|^2 - |Im|^2)^2 + 4 (Re . Im)^2 over (|Re|^2 + |Im|^2)^2 (Pappa, Elliott and Schenk, J. Guidance 16(5), 1993).
-    """
-    return np.asarray(np.abs(np.sum(shapes**2, axis=0)) ** 2 / np.sum(np.abs(shapes) ** 2, axis=0) ** 2)
 
 
 def _is_satellite(found: IdentifiedModes) -> BoolArray:

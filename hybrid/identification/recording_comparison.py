@@ -16,7 +16,8 @@ from hybrid.identification.agreement import shares_unexplained, window_of
 from hybrid.identification.backbone import Backbone, backbone_of
 from hybrid.identification.combinations import Combination, combinations_of
 from hybrid.identification.config import COMPARISON
-from hybrid.identification.free_decay_modes import IdentifiedModes, identify_modes
+from hybrid.identification.free_decay_modes import identify_modes
+from hybrid.identification.identified_modes import IdentifiedModes
 from hybrid.identification.pairing import displacements_of, paired
 
 NOTHING_IN_COMMON = (

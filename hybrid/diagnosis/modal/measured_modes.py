@@ -8,7 +8,7 @@ import numpy as np
 from fe_models.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from fe_models.mode_estimate import ModeEstimate
 from hybrid.diagnosis.modal.config import COMBINATION, LISTED
-from hybrid.identification.free_decay_modes import IdentifiedModes
+from hybrid.identification.identified_modes import IdentifiedModes
 
 
 @dataclass(frozen=True)
