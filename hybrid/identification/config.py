@@ -54,6 +54,28 @@ class FreeDecayConfig:
 
 
 @dataclass(frozen=True)
+class AmbientConfig:
+    """Modes of what unknown forces keep moving."""
+
+    # samples a second over the highest frequency looked for: two are the least; more are averaged
+    min_rate_ratio: float = 2.5
+    row_periods: float = 1.5  # of the slowest mode, which block rows span: about half a correlation's first fall
+    max_rows: int = 400  # block rows times sensors: the decomposition takes a quarter of a second
+    max_row_share: float = 0.1  # of all samples: block rows times sensors, beyond which noise correlates as modes do
+    edge_margin: float = 1.1  # over the correlations of noise, which samples that follow each other exceed a little
+    segments: int = 100  # parts of the recording, each of which has a say: the deviation is known to 7 %
+    # of the power of all channels, below which what the sensors show is taken for noise: 1 % of their rms; data that
+    # were filtered have no noise in some lines, whose inverse would be without bounds
+    least_noise_power: float = 1e-4
+    min_order_share: float = 0.5  # of all orders that can hold all modes: a mode stays, a pole of noise does not
+    # states beyond those that the recording shows: there, modes are free of what the others leave to them
+    min_further_orders: int = 20
+    # relative standard deviation of a frequency: what is known less well is taken for noise; a mode with a damping
+    # ratio of 0.02 is known so well after four periods
+    max_frequency_error: float = 0.03
+
+
+@dataclass(frozen=True)
 class BackboneConfig:
     """Frequency and damping over amplitude."""
 
@@ -116,6 +138,7 @@ class RealisationConfig:
 
 STABILISATION = StabilisationConfig()
 FREE_DECAY = FreeDecayConfig()
+AMBIENT = AmbientConfig()
 BACKBONE = BackboneConfig()
 AGREEMENT = AgreementConfig()
 COMPARISON = ComparisonConfig()

@@ -1,8 +1,8 @@
-"""Stabilisation: poles of eigensystem realisations of rising order; those that stay where they are stand for modes.
+"""Stabilisation: poles of rising order, of which those that stay where they are stand for modes.
 
-One singular value decomposition serves all orders: in balanced coordinates the realisation of a lower order is the
-leading block of that of the highest one (Juang & Pappa, J. Guidance 8(5), 1985). Poles of two orders with like
-frequency and shape are joined; a mode is what enough orders have.
+Poles of two orders with like frequency and shape are joined; a mode is what enough orders have. Of free decays they are
+those of eigensystem realisations. One singular value decomposition serves all orders: in balanced coordinates the
+realisation of a lower order is the leading block of that of the highest one (Juang & Pappa, J. Guidance 8(5), 1985).
 """
 
 from collections.abc import Sequence
@@ -28,6 +28,17 @@ class Stabilisation:
     roots: ComplexArray
     shapes: ComplexArray
     mode: IntArray
+
+    @staticmethod
+    def of(
+        order: IntArray, roots: ComplexArray, shapes: ComplexArray, scale: FloatArray, least: float, first: int = 0
+    ) -> "Stabilisation":
+        """Return the poles with their modes: what ``least`` so many orders have from the ``first`` on.
+
+        ``scale`` (sensor,): of the channels.
+        """
+        mode = _modes_of(order, roots, np.asarray(shapes / scale), least, first)
+        return Stabilisation(order, roots, shapes, mode)
 
     @property
     def modes(self) -> tuple[ComplexArray, ComplexArray]:
@@ -65,12 +76,10 @@ def stabilisation_of(
         usable = np.abs(values) > np.finfo(float).eps
         roots = np.log(values[usable]) * rate
         shapes = (model.output[:, :order] @ vectors[:, usable]).T * scale
-        kept = _vibrates(roots, band)
+        kept = vibrates(roots, band)
         found.append((np.full(int(kept.sum()), order), roots[kept], shapes[kept]))
-    orders = np.concatenate([part[0] for part in found])
-    every, shapes = np.concatenate([part[1] for part in found]), np.concatenate([part[2] for part in found])
-    own = np.asarray(shapes / scale, dtype=complex)
-    return Stabilisation(orders, every, shapes, _modes_of(orders, every, own, len(found)))
+    orders, every, shapes = (np.concatenate([part[kind] for part in found]) for kind in range(3))
+    return Stabilisation.of(orders, every, shapes, scale, STABILISATION.min_order_share * len(found))
 
 
 def _loud(part: FloatArray, least: int) -> FloatArray:
@@ -79,21 +88,23 @@ def _loud(part: FloatArray, least: int) -> FloatArray:
     return part[: max(int(np.searchsorted(power, STABILISATION.energy_share * power[-1])), least)]
 
 
-def _vibrates(roots: ComplexArray, band: tuple[float, float]) -> BoolArray:
+def vibrates(roots: ComplexArray, band: tuple[float, float]) -> BoolArray:
     """Return which roots are vibrations in the band (Hz) whose damping is that of a structure."""
     frequency, ratio = np.abs(roots) / (2 * np.pi), -roots.real / np.maximum(np.abs(roots), np.finfo(float).tiny)
     inside = (frequency > band[0]) & (frequency < band[1]) & (roots.imag > 0)
     return np.asarray(inside & (np.abs(ratio) < FREE_DECAY.max_damping_ratio))
 
 
-def _modes_of(order: IntArray, roots: ComplexArray, shapes: ComplexArray, orders: int) -> IntArray:
-    """Return the mode (pole,) of each pole, by frequency; -1 where too few of the ``orders`` have it."""
+def _modes_of(order: IntArray, roots: ComplexArray, shapes: ComplexArray, least: float, first: int) -> IntArray:
+    """Return the mode (pole,) of each pole, by frequency; -1 where fewer than ``least`` orders from the ``first`` on
+    have it.
+    """
     frequency = np.log(np.abs(roots))
     near = np.abs(frequency[:, None] - frequency) < STABILISATION.max_frequency_difference
     same = near & (mac(shapes.T, shapes.T) > STABILISATION.min_mac) & (order[:, None] != order)
     count, group = connected_components(same, directed=False)
-    held = [len(set(order[group == number])) for number in range(count)]
-    stable = [number for number in range(count) if held[number] >= STABILISATION.min_order_share * orders]
+    held = [len(set(order[(group == number) & (order >= first)])) for number in range(count)]
+    stable = [number for number in range(count) if held[number] >= least]
     stable.sort(key=lambda number: float(np.median(frequency[group == number])))
     mode = np.full(len(roots), -1)
     for position, number in enumerate(stable):
