@@ -6,16 +6,18 @@ u'' + r a (Clough and Penzien, Dynamics of Structures, on excitation by support 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import cos, hypot, inf, isfinite, radians, sin
 from typing import Literal
 
 import numpy as np
+from scipy.interpolate import BSpline
 from scipy.sparse import csr_array
 
 from fe_models.arrays import FloatArray
 from fe_models.dof_map import DofMap
 from fe_models.errors import InputError
+from fe_models.interpolant import interpolant
 
 BaseDirection = Literal["x", "y"] | float | tuple[float, ...]
 """Along an axis, at an angle (degrees) from x towards y, or along a vector (dx, dy) of any length."""
@@ -23,10 +25,15 @@ BaseDirection = Literal["x", "y"] | float | tuple[float, ...]
 
 @dataclass(frozen=True, repr=False)
 class BaseMotion:
-    """The acceleration (m/s^2) of all supports together along one ``direction``; ``values`` (time,), one a sample."""
+    """The acceleration (m/s^2) of all supports together along one ``direction``; ``values`` (time,), one a sample.
+
+    ``begun``: the velocity and displacement that it begins with, in m/s^2 times sampling intervals, once and twice:
+    zero but of a `part` of a longer motion.
+    """
 
     direction: BaseDirection
     values: FloatArray
+    begun: tuple[float, float] = (0.0, 0.0)
 
     def __repr__(self) -> str:
         return f"BaseMotion(along {self.direction}, {len(self.values)} samples)"
@@ -35,6 +42,20 @@ class BaseMotion:
     def along(self) -> tuple[float, float]:
         """The direction as a vector (dx, dy) of length one."""
         return unit_vector(self.direction)
+
+    def integrals(self) -> tuple[BSpline, BSpline]:
+        """Return velocity and displacement as functions of time in sampling intervals, in units of ``begun``."""
+        velocity = interpolant(self.values).antiderivative()
+        velocity.c = velocity.c + self.begun[0]  # the basis of a spline adds up to one
+        displacement = velocity.antiderivative()
+        displacement.c = displacement.c + self.begun[1]
+        return velocity, displacement
+
+    def part(self, begin: int, end: int | None) -> "BaseMotion":
+        """Return the samples from ``begin`` to before ``end``."""
+        velocity, displacement = self.integrals()
+        begun = float(velocity(begin)), float(displacement(begin))
+        return replace(self, values=self.values[begin:end], begun=begun)
 
 
 def unit_vector(direction: object) -> tuple[float, float]:

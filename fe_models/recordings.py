@@ -92,7 +92,7 @@ class Recording:
     def part(self, begin: int, end: int | None = None) -> "Recording":
         """Return the samples from ``begin`` to before ``end``, of loads and base motion, too."""
         loads = tuple(replace(load, values=load.values[begin:end]) for load in self.loads)
-        base = tuple(replace(motion, values=motion.values[begin:end]) for motion in self.base)
+        base = tuple(motion.part(begin, end) for motion in self.base)
         return replace(self, data=self.data[:, begin:end], loads=loads, skipped=self.skipped + begin, base=base)
 
 

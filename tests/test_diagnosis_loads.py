@@ -40,10 +40,10 @@ from hybrid.diagnosis.recorded.batches import batches_of
 from hybrid.diagnosis.recorded.noise_model import SensorRoles
 from hybrid.diagnosis.recorded.sensor_outputs import SensorOutputs
 from hybrid.diagnosis.response.hypothesis import Hypothesis
-from hybrid.diagnosis.response.loaded import loaded_states
+from hybrid.diagnosis.response.loaded import loaded_channels, loaded_states
 from hybrid.diagnosis.response.marching import respond
 from hybrid.diagnosis.response.state_space import system_of
-from hybrid.diagnosis.response.system import System
+from hybrid.diagnosis.response.system import LoadInput, System
 
 RATE, SAMPLES = 10.0, 301
 FITTED = tuple(sensor for sensor in SENSORS if sensor.role == "measured")
@@ -315,7 +315,7 @@ def test_a_load_between_samples_is_as_smooth_as_what_was_sampled(share: float, l
     """Of degree seven it is off by (2 pi share)^8 / 1.2e6 at most where that is small; a cubic one by 4e-4, 7e-2."""
     samples, often = 400, 10
     courses = courses_of(np.cos(2 * np.pi * share * np.arange(samples))[None, :, None], 1.0)
-    finer = Loads(((1, "x"),), courses).finer(often, 1.0).courses[0, 0, :, 0]
+    finer = Loads.of(((1, "x"),), courses, 1.0).finer(often).courses[0, 0, :, 0]
     truth = np.cos(2 * np.pi * share * np.arange(samples * often) / often)
     inner = slice(50 * often, -50 * often)  # its ends are not as smooth
     assert np.abs(finer - truth)[inner].max() < lost
@@ -343,6 +343,22 @@ def test_a_load_passes_the_low_pass_of_recordings_that_it_has_not_passed_however
     above = np.fft.rfftfreq(samples, 1 / rate) > lowpass
     assert power[above].sum() < 0.03 * power.sum()
     for given, used in ((wide, passed), (passed, passed)):
-        found = loads_of([(Load(1, "x", given[:, 0]),)], samples, rate, lowpass)
+        recording = Recording("r", np.zeros((1, samples, len(SENSORS))), loads=(Load(1, "x", given[:, 0]),))
+        found = loads_of([recording], samples, Dataset(four_dof(), rate, SENSORS, (recording,), lowpass))
         assert found is not None
         np.testing.assert_allclose(found.courses[0, 0], used, atol=1e-12)
+
+
+def test_a_mass_that_a_candidate_leaves_without_any_spring_goes_on_under_its_load() -> None:
+    """Both roots are zero there and nothing sets a scale, which ended a diagnosis of one mass in an AssertionError."""
+    samples, step = 200, 0.01
+    free, nothing = np.array([[[0.0, 1.0], [0.0, 0.0]]]), np.zeros((1, 1))
+    push, shown = np.array([[[0.0], [1.0]]]), np.array([[[1.0, 0.0]]])
+    bent = np.zeros((8, 1, 1))
+    entry = LoadInput(((1, "x"),), push, np.zeros((1, 1, 1)), bent, bent[:, :0], nothing + 1, nothing)
+    lawless = np.zeros((1, 2, 0)), shown, np.zeros((1, 1, 0)), np.zeros((1, 0, 2)), ()
+    system = System(free, *lawless, nothing + 1, nothing, nothing, step, None, entry)
+    loads = Loads.of(((1, "x"),), courses_of(np.ones((1, samples, 1)), step), step)
+    time = step * np.arange(samples)
+    found = loaded_channels(system, loads)[0, 0, :, 0]
+    np.testing.assert_allclose(found, time**2 / 2, atol=1e-6)  # of 2 m, which a spring of (1e-5 rad/s)^2 does not feel

@@ -20,6 +20,8 @@ from fe_models.causes import (
     Effect,
     GapStop,
     HarmonicForce,
+    LoadDelay,
+    LoadGain,
     MassChange,
     ModalDamping,
     PointDamper,
@@ -68,6 +70,8 @@ WORDS: list[tuple[Cause, dict[str, object], dict[str, tuple[object, str]]]] = [
     (MassChange((1, 2, 3), 1.1), {"elements": [1, 2, 3]}, {"factor": (1.1, "1")}),
     (SensorGain("a1", 1.1), {"sensor": "a1"}, {"factor": (1.1, "1")}),
     (SensorDelay("a1", 0.01), {"sensor": "a1"}, {"delay": (0.01, "s")}),
+    (LoadGain((2, "x"), 1.2), {"load": [2, "x"]}, {"factor": (1.2, "1")}),
+    (LoadDelay("base", 0.01), {"load": "base"}, {"delay": (0.01, "s")}),
     (SensorDrift("a1", 0.1), {"sensor": "a1"}, {"slope": (0.1, "unit/s")}),
     (TimeIntegration(0.05), {}, {"step": (0.05, "s")}),
     (WrongModalModel(), {}, {}),
@@ -88,7 +92,7 @@ def test_words_and_units_are_the_contract_s(
 def test_every_kind_has_an_example_here() -> None:
     assert {cause.kind for cause, _, _ in WORDS} == set(CAUSES)
     assert {effect.kind for effect in EXAMPLES} == set(known_effects())
-    assert len(CAUSES) == 19
+    assert len(CAUSES) == 21
 
 
 def test_all_effects_together_come_back_equal(tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ building it into the extended structure all use the definition here. There are t
   damping change K or C otherwise. `assembly.linearise` has all of these in its matrices; `matrix_changes` gives them
   alone. The others exert a force that depends on motion or time: a `ForceLaw`, on top of the linear model. Their
   elongations are measured from the state at rest, where they exert none. `laws.force_laws` gives those of a structure.
-- Faults of a sensor falsify a recording.
+- Faults of a sensor falsify a recording; faults of a load what is known to act in it.
 - The time steps, or the modal model, of the simulation itself.
 
 A cause registers itself where it is defined: `CAUSES` has them all, in the order of the imports below.
@@ -34,6 +34,9 @@ from fe_models.causes.sensor_fault import SensorEffect
 from fe_models.causes.sensor_gain import SensorGain
 from fe_models.causes.sensor_delay import SensorDelay
 from fe_models.causes.sensor_drift import SensorDrift
+from fe_models.causes.load_fault import LoadEffect
+from fe_models.causes.load_gain import LoadGain
+from fe_models.causes.load_delay import LoadDelay
 from fe_models.causes.time_integration import TimeIntegration
 from fe_models.causes.wrong_modal_model import WrongModalModel
 # isort: on
@@ -51,6 +54,9 @@ __all__ = [
     "ForceLaw",
     "GapStop",
     "HarmonicForce",
+    "LoadDelay",
+    "LoadEffect",
+    "LoadGain",
     "MassChange",
     "ModalDamping",
     "Part",

@@ -202,6 +202,26 @@ class SensorCandidate(Candidate):
 
 
 @dataclass(frozen=True, kw_only=True)
+class LoadCandidate(Candidate):
+    """A fault in how known loads, or the base's motion, were recorded: ``loads``, by their positions among what is
+    known, all of which were recorded alike; its parameter is their ``quantity``: a gain or a delay (s).
+    """
+
+    loads: tuple[int, ...]
+    quantity: Literal["gain", "delay"]
+
+    @property
+    def is_structural(self) -> bool:
+        """False."""
+        return False
+
+    @property
+    def listed_with(self) -> str:
+        """The other faults of the load."""
+        return f"fault {self.location}"
+
+
+@dataclass(frozen=True, kw_only=True)
 class StepCandidate(Candidate):
     """The simulation's own time steps, which act or do not."""
 

@@ -11,6 +11,7 @@ from scipy.sparse import csr_array
 from fe_models.arrays import FloatArray, IntArray
 from fe_models.causes.base import Cause, Effect, ForceLaw
 from fe_models.causes.candidate import Changes
+from fe_models.causes.load_name import LoadName
 from fe_models.causes.places import MIN_MOTION_SHARE, ModelForPlaces, Motion, MovingPlace, Place, places_of
 from fe_models.structure import Structure
 
@@ -68,16 +69,29 @@ class Channel:
 
 
 @dataclass(frozen=True)
+class LoadChannel:
+    """What one instrument recorded of the loads: ``load`` says which, ``positions`` among all that are known.
+
+    ``twins``: other loads that go with it in every recording, so that nothing tells which of them is meant.
+    """
+
+    load: LoadName
+    positions: tuple[int, ...]
+    twins: tuple[LoadName, ...] = ()
+
+
+@dataclass(frozen=True)
 class Known:
     """The ``nominal`` model, the ``motion`` that it needs to follow the recordings, and the measured ``channels``.
 
-    ``slowest`` (Hz): one cycle in the longest recording.
+    ``slowest`` (Hz): one cycle in the longest recording. ``loads``: what is known to act, by how it was recorded.
     """
 
     nominal: ModelForCauses
     motion: Motion
     channels: tuple[Channel, ...] = ()
     slowest: float = 0.0
+    loads: tuple[LoadChannel, ...] = ()
 
     @cached_property
     def places(self) -> list[Place]:

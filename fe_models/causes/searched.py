@@ -18,8 +18,8 @@ class Searched(ABC):
 
 
 def candidates_of(known: Known) -> tuple[Candidate, ...]:
-    """Return every cause at every place that it can have: by cause, but laws of a place and faults of a sensor go
-    together.
+    """Return every cause at every place that it can have: by cause, but laws of a place and faults of a sensor or
+    a load go together.
     """
     found: list[Candidate] = []
     for cause in CAUSES.values():

@@ -3,6 +3,8 @@
 from itertools import groupby
 from typing import Any
 
+from fe_models.causes.load_name import load_words
+
 
 def sentence(template: str, location: dict[str, Any], **words: str) -> str:
     """Return a ``template`` with its location, as "place" or "at", and further words filled in, as a sentence."""
@@ -14,6 +16,8 @@ def place_words(location: dict[str, Any]) -> str:
     """Return a location in words."""
     if "sensor" in location:
         return f"sensor {location['sensor']}"
+    if "load" in location:
+        return load_words(location["load"])
     if "element" in location:
         return f"element {location['element']}"
     if "elements" in location:

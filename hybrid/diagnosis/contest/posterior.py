@@ -6,7 +6,7 @@ import numpy as np
 
 from fe_models.arrays import FloatArray
 from fe_models.causes import DeadLoad
-from fe_models.causes.candidate import Candidate, HarmonicCandidate, SensorCandidate, SupportCandidate
+from fe_models.causes.candidate import Candidate, HarmonicCandidate, LoadCandidate, SensorCandidate, SupportCandidate
 from hybrid.diagnosis.contest.exactness import expected_square, log_evidences
 from hybrid.diagnosis.contest.odds import Odds, log_of_groups
 from hybrid.diagnosis.fitting.config import HARMONIC
@@ -46,7 +46,7 @@ def posterior_of(fits: tuple[Fit, ...], candidates: tuple[Candidate, ...], is_as
     A harmonic force whose amplitude does not differ from zero beyond chance is no hypothesis: slower than any mode, it
     may do no more than push a law to and fro, which takes up whatever that law's model lacks. Nor is a support that is
     not distinguished from a rigid one: the motion that it brings may take up what the structure's model lacks. Nor is
-    weight, or a sensor's fault, whose size is zero within chance: unlike others, no nominal value may
+    weight, or a fault of a sensor or a load, whose size is zero within chance: unlike others, no nominal value may
     stand for it in part.
     """
     fits = _distinct(
@@ -92,12 +92,12 @@ def _compliance_detected(fit: Fit) -> bool:
 
 
 def _sizes_detected(fit: Fit) -> bool:
-    """Return whether weight, and each fault of a sensor, in a fit is told from none."""
+    """Return whether weight, and each fault of a sensor or a load, in a fit is told from none."""
     errors = np.sqrt(np.diag(fit.covariance))
     return all(
         abs(fit.theta[part.start] - candidate.neutral[0]) > HARMONIC.min_amplitude_sigma * errors[part.start]
         for candidate, part in zip(fit.hypothesis.candidates, fit.hypothesis.slices, strict=True)
-        if isinstance(candidate, SensorCandidate) or candidate.kind == DeadLoad.kind
+        if isinstance(candidate, SensorCandidate | LoadCandidate) or candidate.kind == DeadLoad.kind
     )
 
 

@@ -47,7 +47,7 @@ def added_motion(
         _with_load_input(straight, hypothesis, reduced, outputs.sensors),
         GEOMETRY_RESPONSE.oversampling * batch.samples,
     )
-    known = None if batch.loads is None else batch.loads.finer(GEOMETRY_RESPONSE.oversampling, whole.step)
+    known = None if batch.loads is None else batch.loads.finer(GEOMETRY_RESPONSE.oversampling)
     picked = reduced.shapes[0].T @ geometry.weighted  # (vector, mode): to modal coordinates of the nominal structure
     moving, loads, forces = straight, known, np.zeros(0)
     for _ in range(GEOMETRY_RESPONSE.max_rounds):
@@ -101,7 +101,7 @@ def _with_load_input(
 def _as_loads(forces: FloatArray, step: float) -> Loads:
     """Return modal ``forces`` (time, recording, mode), a ``step`` (s) apart, as loads."""
     places = tuple(OnMode(mode + 1) for mode in range(forces.shape[2]))
-    return Loads(places, courses_of(forces.swapaxes(0, 1), step))
+    return Loads.of(places, courses_of(forces.swapaxes(0, 1), step), step)
 
 
 def _beside(known: Loads | None, own: Loads, system: System) -> Loads:
@@ -110,7 +110,7 @@ def _beside(known: Loads | None, own: Loads, system: System) -> Loads:
         return own
     assert system.loads is not None  # they enter it
     places = system.loads.places
-    return Loads(places, known.at(places) + own.at(places))
+    return Loads.of(places, known.at(places) + own.at(places), own.step)
 
 
 def _given_way(

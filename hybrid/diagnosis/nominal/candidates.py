@@ -7,6 +7,7 @@ from fe_models.causes.known import Channel, Known
 from fe_models.causes.places import Motion
 from fe_models.causes.searched import candidates_of
 from fe_models.recordings import Dataset
+from hybrid.diagnosis.nominal.load_channels import load_channels
 from hybrid.diagnosis.nominal.nominal_model import NominalModel
 
 
@@ -16,7 +17,8 @@ def all_candidates(
     """Return every cause at every place that it can have; ``measured``: columns of the sensors that are fitted."""
     longest = max(recording.data.shape[-2] for recording in dataset.select("train"))  # samples
     channels = tuple(_channel(dataset, column) for column in measured)
-    return candidates_of(Known(nominal, motion, channels, dataset.sampling_rate / longest))
+    slowest, loads = dataset.sampling_rate / longest, load_channels(dataset, nominal)
+    return candidates_of(Known(nominal, motion, channels, slowest, loads))
 
 
 def _channel(dataset: Dataset, column: int) -> Channel:

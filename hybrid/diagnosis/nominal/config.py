@@ -79,9 +79,8 @@ class ModalDifferenceConfig:
 
 @dataclass(frozen=True)
 class LoadConfig:
-    """Splines through known loads."""
+    """Known loads behind a low-pass."""
 
-    spline_degree: int = 7
     # of a load's energy: with more above the recordings' low-pass, the load has not passed it yet, nor with as much on
     # either side of it (`lowpass.WHITE`)
     max_share_above_lowpass: float = 0.1

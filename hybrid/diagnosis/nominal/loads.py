@@ -1,28 +1,47 @@
-"""Known loads of recordings, as smooth as what a sensor samples: splines of degree seven through their values.
+"""What is known to move a structure, as smooth as what a sensor samples: forces, and the motion of its base.
 
-Loads pass the filters that recordings pass, so that they hold nothing above half the sampling rate. Straight lines from
-sample to sample would take 3 % away from a force at a tenth of the sampling rate, and 26 % at three tenths; cubic
-splines 0.02 % and 4 %, these nothing and 0.1 %.
+Loads pass the filters that recordings pass, so that they hold nothing above half the sampling rate: see `interpolant`.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from math import factorial
 
 import numpy as np
-from scipy.interpolate import make_interp_spline
 
 from fe_models.arrays import FloatArray, IntArray
-from fe_models.errors import raise_faults
+from fe_models.base_motion import BaseMotion
+from fe_models.interpolant import SPLINE_DEGREE, interpolant
 from fe_models.measurement import lowpassed
-from fe_models.recordings import Dataset, Load
+from fe_models.recordings import QUANTITIES, Dataset, Quantity, Recording
 from fe_models.structure import Direction
 from hybrid.diagnosis.nominal.config import LOADS, LOWPASS
 from hybrid.diagnosis.nominal.lowpass import beyond
 
-ORDERS = LOADS.spline_degree + 1  # of such a spline: its value and its derivatives
+ORDERS = SPLINE_DEGREE + 1  # of such a spline: its value and its derivatives
 
 LoadPlace = tuple[int, Direction]
 """Node and direction of a load."""
+
+
+@dataclass(frozen=True)
+class OnBase:
+    """The motion of the base ``along`` a vector (dx, dy): its acceleration drives the structure, and sensors of the
+    absolute motion show it; its velocity and displacement are shown alone.
+    """
+
+    along: tuple[float, float]
+    quantity: Quantity = "acceleration"
+
+    @property
+    def drives(self) -> bool:
+        """Whether it pushes the structure."""
+        return self.quantity == "acceleration"
+
+
+KnownPlace = LoadPlace | OnBase
+"""Where something acts that was measured."""
 
 
 @dataclass(frozen=True)
@@ -32,56 +51,99 @@ class OnMode:
     number: int
 
 
-ForcePlace = LoadPlace | OnMode
+ForcePlace = KnownPlace | OnMode
 """Where a force acts whose course is given."""
 
 
 @dataclass(frozen=True)
 class Loads:
-    """``courses`` (order, recording, time, place): the force (N, or N m) at each of the ``places``, and its derivatives
-    by time (s) from each sample on.
+    """The course of what acts at each of the ``places`` in recordings or segments of ``samples``, ``step`` (s) apart.
+
+    ``whole`` (order, recording, time, place): the force (N, or N m; of a base m/s^2), and its derivatives by time (s),
+    from each sample of whole recordings on; ``rows`` and ``begins`` (segment,): of which recording each segment is, and
+    with which sample it begins.
     """
 
     places: tuple[ForcePlace, ...]
-    courses: FloatArray
+    whole: FloatArray
+    rows: IntArray
+    begins: IntArray
+    samples: int
+    step: float
+
+    @classmethod
+    def of(cls, places: tuple[ForcePlace, ...], courses: FloatArray, step: float) -> "Loads":
+        """Return loads with ``courses`` (order, recording, time, place) of whole recordings."""
+        recordings, samples = courses.shape[1:3]
+        return cls(places, courses, np.arange(recordings), np.zeros(recordings, dtype=np.int64), samples, step)
+
+    @cached_property
+    def courses(self) -> FloatArray:
+        """The courses (order, segment, time, place) from each sample on."""
+        is_whole = self.samples == self.whole.shape[2] and np.array_equal(self.rows, np.arange(self.whole.shape[1]))
+        return self.whole if is_whole else self.ahead(0.0)
+
+    def ahead(self, time: float) -> FloatArray:
+        """Return the courses (order, segment, time, place) so long (s) after each sample.
+
+        Beyond the ends of a recording by more than a sample they stay as they are there.
+        """
+        whole = round(time / self.step)
+        at = self.begins[:, None] + whole + np.arange(self.samples)  # (segment, time)
+        known = np.clip(at, 0, self.whole.shape[2] - 1)
+        found = self.whole[:, self.rows[:, None], known]
+        found[1:, at != known] = 0.0
+        rest = time - whole * self.step
+        return courses_after(found, np.full(self.samples, rest)) if rest else found
 
     def at(self, places: tuple[ForcePlace, ...]) -> FloatArray:
-        """Return the courses (order, recording, time, place) at other ``places``, which hold all of its own."""
-        found = np.zeros((*self.courses.shape[:3], len(places)))
-        found[..., [places.index(place) for place in self.places]] = self.courses
+        """Return the courses (order, segment, time, place) at other ``places``, which hold all of its own."""
+        return self.acting(places, np.ones(len(places)), np.zeros(len(places)))
+
+    def acting(self, places: tuple[ForcePlace, ...], gain: FloatArray, delay: FloatArray) -> FloatArray:
+        """Return what acts at other ``places``, (order, segment, time, place), if each is recorded with a ``gain`` and
+        a ``delay`` (s): (place,), of these.
+        """
+        own = [places.index(place) for place in self.places]
+        found = np.zeros((ORDERS, len(self.rows), self.samples, len(places)))
+        for late in np.unique(delay[own]):
+            courses = self.ahead(late) if late else self.courses
+            for number, position in enumerate(own):
+                if delay[position] == late:
+                    found[..., position] = courses[..., number] / gain[position]
         return found
 
     def take(self, rows: IntArray) -> "Loads":
         """Return those of some recordings or segments."""
-        return replace(self, courses=self.courses[:, rows])
+        return replace(self, rows=self.rows[rows], begins=self.begins[rows])
 
     def times(self, factor: float) -> "Loads":
         """Return loads ``factor`` times as large."""
-        return replace(self, courses=factor * self.courses)
+        return replace(self, whole=factor * self.whole)
 
-    def finer(self, oversampling: int, step: float) -> "Loads":
-        """Return those of samples ``often`` times as often, where they were a ``step`` (s) apart."""
-        rest = np.tile(step / oversampling * np.arange(oversampling), self.courses.shape[2])
-        return replace(self, courses=courses_after(np.repeat(self.courses, oversampling, axis=2), rest))
+    def finer(self, oversampling: int) -> "Loads":
+        """Return those of samples ``oversampling`` times as often."""
+        step = self.step / oversampling
+        rest = np.tile(step * np.arange(oversampling), self.whole.shape[2])
+        whole = courses_after(np.repeat(self.whole, oversampling, axis=2), rest)
+        begins, samples = oversampling * self.begins, oversampling * self.samples
+        return replace(self, whole=whole, begins=begins, samples=samples, step=step)
 
     def first(self, samples: int) -> "Loads":
         """Return those of the first ``samples``."""
-        return replace(self, courses=self.courses[:, :, :samples])
+        return replace(self, samples=samples)
 
     def cut(self, pieces: int, length: int) -> "Loads":
         """Return those of ``pieces`` segments of ``length`` samples of each recording."""
-        orders, recordings, _, places = self.courses.shape
-        kept = self.courses[:, :, : pieces * length]
-        return replace(self, courses=kept.reshape(orders, recordings * pieces, length, places))
+        begins = self.begins[:, None] + length * np.arange(pieces)
+        return replace(self, rows=np.repeat(self.rows, pieces), begins=begins.ravel(), samples=length)
 
 
 def courses_of(values: FloatArray, step: float) -> FloatArray:
     """Return the courses (order, recording, time, place) of forces with ``values`` (recording, time, place) at samples
     a ``step`` (s) apart; of few samples as many orders as these determine, and zeros.
     """
-    samples = np.arange(values.shape[1])
-    degree = min(LOADS.spline_degree, len(samples) // 2 * 2 - 1)  # odd ones wiggle least
-    spline = make_interp_spline(samples, values, degree, axis=1)
+    samples, spline = np.arange(values.shape[1]), interpolant(values, axis=1)
     return np.stack([spline(samples, order) / step**order for order in range(ORDERS)])
 
 
@@ -95,25 +157,49 @@ def courses_after(courses: FloatArray, rest: FloatArray) -> FloatArray:
     )
 
 
-def load_places(dataset: Dataset) -> tuple[LoadPlace, ...]:
-    """Return where a dataset's recordings are loaded."""
-    raise_faults(f"recording {r.name!r}: base motion is not taken yet" for r in dataset.recordings if r.base)
-    return tuple(sorted({(load.node, load.direction) for r in dataset.recordings for load in r.loads}))
+def known_places(dataset: Dataset) -> tuple[KnownPlace, ...]:
+    """Return where a dataset's recordings are loaded, and what of its base's motion is felt or shown."""
+    loaded = sorted({(load.node, load.direction) for r in dataset.recordings for load in r.loads})
+    along = sorted({motion.along for r in dataset.recordings for motion in r.base})
+    shown = {sensor.quantity for sensor in dataset.sensors if sensor.reference == "absolute"} | {"acceleration"}
+    wanted = [quantity for quantity in QUANTITIES if quantity in shown]
+    return (*loaded, *(OnBase(vector, quantity) for vector in along for quantity in wanted))
 
 
-def loads_of(recordings: list[tuple[Load, ...]], samples: int, rate: float, lowpass: float | None) -> Loads | None:
-    """Return the loads of recordings with as many ``samples`` at a ``rate`` (Hz), None where there are none.
+def loads_of(recordings: Sequence[Recording], samples: int, dataset: Dataset) -> Loads | None:
+    """Return what is known to act in ``recordings`` of a dataset with as many ``samples``, None where nothing is.
 
-    What a load holds above the ``lowpass`` (Hz) of the recordings is taken away, as it was from these.
+    What it holds above the low-pass of the recordings is taken away, as it was from these.
     """
-    places = tuple(sorted({(load.node, load.direction) for loads in recordings for load in loads}))
+    rate, lowpass = dataset.sampling_rate, dataset.lowpass
+    places, step = known_places(replace(dataset, recordings=tuple(recordings))), 1 / rate
     if not places:
         return None
     values = np.zeros((len(recordings), samples, len(places)))
-    for number, loads in enumerate(recordings):
-        for load in loads:
+    for number, recording in enumerate(recordings):
+        for load in recording.loads:
             values[number, :, places.index((load.node, load.direction))] += behind(load.values, rate, lowpass)
-    return Loads(places, courses_of(values, 1 / rate))
+    courses = courses_of(values, step)
+    for number, recording in enumerate(recordings):
+        for motion in recording.base:
+            passed = replace(motion, values=behind(motion.values, rate, lowpass))
+            for quantity, course in _base_courses(passed, step).items():
+                if OnBase(motion.along, quantity) in places:
+                    courses[:, number, :, places.index(OnBase(motion.along, quantity))] += course
+    return Loads.of(places, courses, step)
+
+
+def _base_courses(motion: BaseMotion, step: float) -> dict[Quantity, FloatArray]:
+    """Return the courses (order, time) of displacement, velocity and acceleration of a base."""
+    samples = np.arange(len(motion.values))
+    velocity, displacement = (integral(samples) for integral in motion.integrals())
+    acceleration = courses_of(motion.values[None, :, None], step)[:, 0, :, 0]
+    moving = np.vstack([step * velocity, acceleration[:-1]])
+    return {
+        "displacement": np.vstack([step**2 * displacement, moving[:-1]]),
+        "velocity": moving,
+        "acceleration": acceleration,
+    }
 
 
 def behind(values: FloatArray, rate: float, lowpass: float | None) -> FloatArray:

@@ -10,6 +10,7 @@ from scipy.sparse.linalg import SuperLU
 
 from fe_models.arrays import TINY, FloatArray
 from fe_models.assembly import linearise, unsupported
+from fe_models.base_motion import base_force, rigid_motion
 from fe_models.causes import DeadLoad, Effect, ForceLaw, TimeIntegration
 from fe_models.causes.candidate import Changes
 from fe_models.causes.laws import force_laws, with_parts
@@ -28,7 +29,7 @@ from fe_models.uncertain_parts import UncertainPart, uncertain_parts
 from hybrid.diagnosis.nominal.basis import basis_of
 from hybrid.diagnosis.nominal.config import NOMINAL, SCATTER
 from hybrid.diagnosis.nominal.geometry import Geometry
-from hybrid.diagnosis.nominal.loads import LoadPlace, load_places
+from hybrid.diagnosis.nominal.loads import KnownPlace, OnBase, known_places
 from hybrid.diagnosis.nominal.lowpass import highest_shown, lowpass_of
 from hybrid.diagnosis.nominal.scatter import NO_SCATTER, Scatter, scatter_of
 
@@ -48,8 +49,8 @@ class NominalModel:
     patterns, of the damping's `NOMINAL.damping_turn_std`, where it ``turns``, as the structure has a damping matrix of
     its own, and of the `dispersion`, where it ``disperses``, in this order (nuisance,). ``laws``: forces that the
     nominal structure itself has. ``integration``: the error of the user's own time steps, None where it integrates
-    exactly. ``loaded``: where recordings are loaded. ``geometry``: forces beyond the linear model's, None where there
-    are none. ``rate``: of the recordings' samples, Hz.
+    exactly. ``loaded``: where recordings are loaded, or shaken. ``geometry``: forces beyond the linear model's, None
+    where there are none. ``rate``: of the recordings' samples, Hz.
     """
 
     structure: Structure
@@ -66,7 +67,7 @@ class NominalModel:
     spread: FloatArray
     laws: tuple[ForceLaw, ...]
     integration: TimeIntegration | None
-    loaded: tuple[LoadPlace, ...] = ()
+    loaded: tuple[KnownPlace, ...] = ()
     geometry: Geometry | None = None
     highest: float = np.inf
     lowpass: LowPass | None = None
@@ -195,8 +196,21 @@ class NominalModel:
 
     @cached_property
     def load_pulls(self) -> FloatArray:
-        """What a unit of each known load pulls, (load, dof)."""
-        return np.eye(len(self.dofs))[[self.dofs.row(node, direction) for node, direction in self.loaded]]
+        """What a unit of each known load pulls, (load, dof); one of a base's motion, its inertia."""
+        found = np.zeros((len(self.loaded), len(self.dofs)))
+        for pull, place in zip(found, self.loaded, strict=True):
+            if not isinstance(place, OnBase):
+                pull[self.dofs.row(*place)] = 1.0
+            elif place.drives:
+                pull[:] = base_force(self.mass, self.dofs, place.along)
+        return found
+
+    @cached_property
+    def rigid_motions(self) -> FloatArray:
+        """How all degrees of freedom move with each thing known of a base, (dof, load); zero of other loads."""
+        still = np.zeros(len(self.dofs))
+        moved = [rigid_motion(self.dofs, at.along) if isinstance(at, OnBase) else still for at in self.loaded]
+        return np.array(moved).reshape(-1, len(self.dofs)).T
 
     @cached_property
     def load_shapes(self) -> FloatArray:
@@ -301,7 +315,7 @@ def nominal_model_of(dataset: Dataset) -> NominalModel:
         spread=np.maximum(spread, NOMINAL.least_std),
         laws=force_laws(structure),
         integration=None if own_step is None else TimeIntegration(float(own_step)),
-        loaded=load_places(dataset),
+        loaded=known_places(dataset),
         highest=highest,
         lowpass=lowpass,
         rate=dataset.sampling_rate,

@@ -11,10 +11,11 @@ from hybrid.diagnosis.nominal.lowpass import spectrum
 def unstated_lowpass(dataset: Dataset) -> list[str]:
     """Return a note where recordings end far below half their rate, or below the low-pass that the dataset states.
 
-    What a filter takes away of noise is then taken for a quiet sensor, and of motions for a fault of the model.
+    What a filter takes away of noise is then taken for a quiet sensor, and of motions for a fault of the model. What is
+    driven ends above its highest resonance by itself, and says nothing.
     """
     rate = dataset.sampling_rate
-    found = [_end(data, rate) for recording in dataset.recordings for data in recording.data]
+    found = [_end(data, rate) for recording in dataset.recordings if not recording.is_driven for data in recording.data]
     ends = [end for end in found if end is not None]
     if 2 * len(ends) <= len(found):
         return []

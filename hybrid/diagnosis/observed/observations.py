@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fe_models.arrays import TINY, FloatArray
-from fe_models.causes.candidate import SensorCandidate, SupportCandidate
+from fe_models.causes.candidate import LoadCandidate, SensorCandidate, SupportCandidate
 from fe_models.modes import mac
 from fe_models.recordings import Dataset, Sensor
 from hybrid.diagnosis.contest.growing import fit_growing, lengths_of
@@ -136,13 +136,16 @@ def every_translation(nominal: NominalModel) -> tuple[Sensor, ...]:
 def _free_fit(own: Fit, base: Fit, noise_model: NoiseModel) -> Fit | None:
     """Return the fit of a linear model whose factors the recordings alone determine, from where ``own`` is.
 
-    Causes that are linear and everywhere the same stay in it, a sensor's faults, too; a support that gives way would
-    bring a mode of its own. Calibrated values beside a cause that is left out may be far from those without it: then
-    from where the ``base`` is, too.
+    Causes that are linear and everywhere the same stay in it, faults of sensors and loads, too; a support that gives
+    way would bring a mode of its own. Calibrated values beside a cause that is left out may be far from those without
+    it: then from where the ``base`` is, too.
     """
     nominal, known = own.hypothesis.nominal, own.hypothesis.candidates
     off = {number for batch in own.batches for number in batch.off}
-    stays = [isinstance(c, SensorCandidate) or (c.is_structural and not isinstance(c, SupportCandidate)) for c in known]
+    stays = [
+        isinstance(c, SensorCandidate | LoadCandidate) or (c.is_structural and not isinstance(c, SupportCandidate))
+        for c in known
+    ]
     kept = [i for i in range(len(known)) if stays[i] and i not in off]
     spread = np.where(np.arange(len(nominal.spread)) < nominal.factors, OBSERVATION.free_factor_std, nominal.spread)
     free = Hypothesis(replace(nominal, laws=(), spread=spread), tuple(known[i] for i in kept))

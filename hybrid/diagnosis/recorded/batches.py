@@ -110,7 +110,7 @@ def batches_of(
     alike: dict[tuple[int, bool], list[tuple[int, Recording, FloatArray]]] = {}
     motions = [(r, data) for r in (dataset.select(role) if recordings is None else recordings) for data in r.data]
     for number, (recording, data) in enumerate(motions):
-        alike.setdefault((len(data), bool(recording.loads)), []).append((number, recording, data))
+        alike.setdefault((len(data), recording.is_driven), []).append((number, recording, data))
     rate, lowpass = dataset.sampling_rate, dataset.lowpass
     share = lowpass / (rate / 2) if lowpass and noise_is_lowpassed(dataset) else 1.0
     return tuple(
@@ -118,7 +118,7 @@ def batches_of(
             np.stack([data for _, _, data in items]),
             tuple(recording.name for _, recording, _ in items),
             share=share,
-            loads=loads_of([recording.loads for _, recording, _ in items], samples, rate, lowpass),
+            loads=loads_of([recording for _, recording, _ in items], samples, dataset),
             order=tuple(number for number, _, _ in items),
             skipped=tuple(recording.skipped for _, recording, _ in items),
         )

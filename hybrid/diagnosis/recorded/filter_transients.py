@@ -26,7 +26,8 @@ def without_ringing_ends(dataset: Dataset) -> tuple[Dataset, list[str]]:
         samples = recording.data.shape[1]
         count = max(min(wanted, int(FILTER_TRANSIENTS.max_cut_share * samples), (samples - MIN_SAMPLES) // 2), 0)
         loads = tuple(replace(load, values=behind(load.values, rate, lowpass)) for load in recording.loads)
-        recordings.append(replace(recording, loads=loads).part(count, samples - count))
+        base = tuple(replace(motion, values=behind(motion.values, rate, lowpass)) for motion in recording.base)
+        recordings.append(replace(recording, loads=loads, base=base).part(count, samples - count))
         left_out.add(count)
     if left_out == {0}:
         return dataset, []

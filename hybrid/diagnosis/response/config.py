@@ -68,6 +68,8 @@ class StateSpaceConfig:
     max_growth_nepers: float = 200.0  # of a motion without damping, in all; more would overflow, and is as wrong
     max_condition: float = 1e9  # condition number of eigenvectors, beyond which matrix exponentials serve better
     soft_spring_share: float = 1e-8  # of the highest eigenvalue: springs that hold a body that moves freely
+    # rad: what the largest root times a sample counts as at least, of a single mass that nothing holds any more
+    min_turn_per_sample: float = 1e-3
     # of the largest root: roots that lie closer count as one, of which phi is t exp(root t)
     min_root_distance: float = 1e-9
 

@@ -208,6 +208,17 @@ class Hypothesis:
         basis, of_mass = self.basis, self._of_mass
         return basis.mass + np.einsum("pe,eij->pij", factor[:, of_mass] - 1, basis.parts[of_mass])
 
+    def _carried(self, theta: FloatArray, factor: FloatArray) -> FloatArray:
+        """Return the mass that a moving base carries along, (variant, shape, load): shapes^T M r."""
+        basis, of_mass = self.basis, self._of_mass
+        more = factor[:, : len(of_mass)][:, of_mass] - 1
+        carried = basis.carried + np.einsum("pe,eil->pil", more, basis.carried_parts[of_mass])
+        every = zip(self.candidates, self.slices, basis.carried_changes, strict=True)
+        for candidate, part, change in every:
+            if isinstance(candidate, MatrixCandidate) and change is not None and change.any():
+                carried = carried + candidate.amount(theta[:, part.start])[:, None, None] * change
+        return carried
+
     @property
     def _of_mass(self) -> BoolArray:
         """Which of the nominal model's parts (part,) are masses; the others are stiffnesses."""
@@ -218,7 +229,7 @@ class Hypothesis:
         nominal, basis = self.nominal, self.basis
         parts, variants = len(nominal.parts), len(theta)
         factor, of_mass = np.exp(theta[:, : nominal.factors]), self._of_mass
-        M = self._drawn_mass(factor[:, :parts])
+        M, carried = self._drawn_mass(factor[:, :parts]), self._carried(theta, factor)
         C, K = (np.repeat(matrix[None], variants, axis=0) for matrix in (basis.damping, basis.stiffness))
         K += np.einsum("pe,eij->pij", factor[:, :parts][:, ~of_mass] - 1, basis.parts[~of_mass])
         K += np.einsum("pe,eij->pij", theta[:, nominal.factors : nominal.values], basis.scattered)
@@ -251,12 +262,12 @@ class Hypothesis:
             if nominal.has_dashpots or any(isinstance(c, DashpotCandidate) for c in self.candidates):
                 trailing = trailing_of(modes, T, C + more + dashpots, basis.shapes)
             M, C, K, more, dashpots = (T.transpose(0, 2, 1) @ matrix @ T for matrix in (M, C, K, more, dashpots))
-            shapes = basis.shapes @ T
+            shapes, carried = basis.shapes @ T, T.transpose(0, 2, 1) @ carried
         C = C + more
         C = C + assumed_damping(nominal, M, C, K, factor[:, parts:], self._replaced(theta), first_order) + dashpots
         if nominal.disperses:
             K = dispersed(M, K, theta[:, nominal.dispersion], nominal.rate)
-        return ReducedModel(M, C, K, shapes, trailing)
+        return ReducedModel(M, C, K, shapes, carried, trailing)
 
     @cached_property
     def residual(self) -> ResidualModes | None:

@@ -6,7 +6,7 @@ import numpy as np
 
 from fe_models.arrays import FloatArray
 from fe_models.recordings import Sensor, of_each_quantity
-from hybrid.diagnosis.nominal.loads import ORDERS, ForcePlace
+from hybrid.diagnosis.nominal.loads import ORDERS, ForcePlace, OnBase
 from hybrid.diagnosis.nominal.nominal_model import NominalModel
 from hybrid.diagnosis.response.reduced_model import ReducedModel
 from hybrid.diagnosis.response.system import LoadInput
@@ -36,13 +36,26 @@ def load_input_of(
     ``bent`` (term, dof, place): how modes that are not followed move under each force, its second derivative and so on;
     ``laws`` (law, dof): pulls of the force laws, which answer to that; ``inverse`` of the mass.
     """
-    n, rows = reduced.mass.shape[1], nominal.rows(sensors)
-    feed = np.zeros((len(inverse), 2 * n, len(pulls)))
+    n, rows, variants = reduced.mass.shape[1], nominal.rows(sensors), len(inverse)
+    feed = np.zeros((variants, 2 * n, len(pulls)))
     feed[:, n:] = reduced.feed(list(pulls), inverse)
+    on_base = [(number, place) for number, place in enumerate(places) if isinstance(place, OnBase)]
+    for number, place in on_base:  # the mass that it carries along changes with that of the variants
+        if place.drives:
+            feed[:, n:, number] = -np.einsum("pij,pj->pi", inverse, reduced.carried[..., number])
     direct = feedthrough(rows @ reduced.shapes, feed[:, n:], sensors)
+    for number, place in on_base:
+        direct[..., number] += _shown_of_base(place, sensors) * (rows @ nominal.rigid_motions[:, number])
     shown, stretch = np.zeros((ORDERS, len(rows), len(pulls))), np.zeros((ORDERS, len(laws), len(pulls)))
     for term, moved in enumerate(bent):
         stretch[2 * term] = laws @ moved
         for derivative, own in enumerate(of_each_quantity(sensors)):
             shown[2 * term + derivative] += own[:, None] * (rows @ moved)
-    return LoadInput(places, feed, direct, shown, stretch)
+    as_recorded = np.ones((variants, len(pulls))), np.zeros((variants, len(pulls)))
+    return LoadInput(places, feed, direct, shown, stretch, *as_recorded)
+
+
+def _shown_of_base(place: OnBase, sensors: tuple[Sensor, ...]) -> FloatArray:
+    """Return one for each of the ``sensors`` (sensor,) that shows a quantity of the base's motion, zero for others."""
+    shows = [sensor.reference == "absolute" and sensor.quantity == place.quantity for sensor in sensors]
+    return np.array(shows, dtype=float)

@@ -44,10 +44,11 @@ def loaded_channels(system: System, loads: Loads) -> FloatArray:
     gain, delay = np.ones_like(system.gain), np.zeros_like(system.delay)  # they come at the end
     still = replace(system, A=system.A[:, :own, :own], C=system.C[..., :own], gain=gain, delay=delay)
     form = free_form(still, own // 2)
-    courses, step = loads.at(entry.places), system.step  # (order, recording, time, place)
-    y = np.empty((len(gain), *courses.shape[1:3], gain.shape[1]))
-    longest = courses.shape[2] * step
+    step, longest = system.step, loads.samples * system.step
+    y = np.empty((len(gain), len(loads.rows), loads.samples, gain.shape[1]))
+    common = entry.acting(loads, 0) if entry.is_alike else None  # (order, recording, time, place)
     for variant, grown in enumerate(form.roots):
+        courses = entry.acting(loads, variant) if common is None else common
         roots = np.minimum(grown.real, STATE_SPACE.max_growth_nepers / longest) + 1j * grown.imag
         moved = form.left[variant] @ entry.feed[variant]  # (mode, place)
         x = _from_rest(roots, moved, courses, step)
@@ -66,9 +67,7 @@ def loaded_states(system: System, loads: Loads, ahead: float = 0.0) -> FloatArra
     assert entry is not None  # as above
     own, states, places = entry.feed.shape[1], system.A.shape[1], len(entry.places)
     nothing, one = np.zeros((1, states)), slice(0, 1)
-    entry = replace(
-        entry, feed=entry.feed[one], direct=np.zeros((1, states, places)), bent=np.zeros((ORDERS, states, places))
-    )
+    entry = replace(entry.only(0), direct=np.zeros((1, states, places)), bent=np.zeros((ORDERS, states, places)))
     watched = replace(
         system,
         A=system.A[one],

@@ -114,10 +114,10 @@ def march(
     substeps = max(substeps, ceil(fine))
     variants, recordings, states = start.shape
     watch = system.C if only_channels else np.broadcast_to(np.eye(states), (variants, states, states))
-    known = np.zeros((recordings, samples, 0))
+    known = np.zeros((1, recordings, samples, 0))
     if loads is not None:
         system, known = _with_loads(system, _repeated(loads, recordings))
-    whole, watch = (np.pad(part, ((0, 0), (0, 0), (0, known.shape[2]))) for part in (start, watch))
+    whole, watch = (np.pad(part, ((0, 0), (0, 0), (0, known.shape[3]))) for part in (start, watch))
     watched = np.empty((variants, recordings, samples, watch.shape[1]))
     applied = np.empty((variants, recordings, samples, len(system.forces)))
     scheme, coordinates = scheme_of(system, system.step / substeps, tables.rows, watch, apart=loads is None)
@@ -146,7 +146,8 @@ def _all_stepped(
         share = slice(*bounds)
         v, r = (share, whole) if variants > 1 else (whole, share)
         own, parts = Scheme(*(part[v] for part in scheme)), (part[v, r] for part in motion)
-        return bool(step_through(own, tables.values[v], *parts, tables.reach, law_of, known[r], substeps))
+        given = known[v if len(known) > 1 else whole, r]
+        return bool(step_through(own, tables.values[v], *parts, tables.reach, law_of, given, substeps))
 
     bounds = np.unique(np.linspace(0, variants if variants > 1 else recordings, THREADS.motions + 1).astype(int))
     return all(parallel_map(stepped, pairwise(bounds.tolist())))
@@ -154,14 +155,16 @@ def _all_stepped(
 
 def _repeated(loads: Loads, recordings: int) -> Loads:
     """Return the loads of as many ``recordings``: of fewer all, again and again."""
-    return loads.take(np.arange(recordings) % loads.courses.shape[1])
+    return loads.take(np.arange(recordings) % len(loads.rows))
 
 
 def _with_loads(system: System, loads: Loads) -> tuple[System, FloatArray]:
-    """Return a system whose states end with the loads' courses, and what these are, (recording, time, course)."""
+    """Return a system whose states end with the loads' courses, and what these are, (variant, recording, time, course);
+    of one variant alone where the same acts in all.
+    """
     entry = system.loads
     assert entry is not None  # a nominal model knows its dataset's loads
-    courses = loads.at(entry.places)
+    acting = np.stack([entry.acting(loads, variant) for variant in range(1 if entry.is_alike else len(system.B))])
     variants, states, laws = system.B.shape
     own, places = entry.feed.shape[1], len(entry.places)
     more = ORDERS * places
@@ -172,7 +175,7 @@ def _with_loads(system: System, loads: Loads) -> tuple[System, FloatArray]:
     G = np.pad(system.G, ((0, 0), (0, 0), (0, more)))
     G[:, :laws, states:] = entry.stretch.transpose(1, 0, 2).reshape(laws, more)
     G[:, laws:, states + places :] = G[:, :laws, states:-places]  # rates: each order's derivative
-    known = courses.transpose(1, 2, 0, 3).reshape(*courses.shape[1:3], more)
+    known = acting.transpose(0, 2, 3, 1, 4).reshape(len(acting), *acting.shape[2:4], more)
     return replace(system, A=A, B=np.pad(system.B, ((0, 0), (0, more), (0, 0))), G=G), np.ascontiguousarray(known)
 
 
@@ -228,9 +231,13 @@ def _channels(system: System, marched: Marched, loads: Loads | None) -> FloatArr
         y = marched.forces @ system.D[:, None].swapaxes(2, 3)
         y += marched.watched
         if loads is not None and system.loads is not None:
-            courses = _repeated(loads, y.shape[1]).at(system.loads.places)
-            y += np.einsum("psl,rtl->prts", system.loads.direct, courses[0])
-            y += np.einsum("osl,ortl->rts", system.loads.bent, courses)
+            entry, acting = system.loads, _repeated(loads, y.shape[1])
+            courses = entry.acting(acting, 0)
+            for variant, own in enumerate(y):
+                if not entry.is_alike:
+                    courses = entry.acting(acting, variant)
+                own += np.einsum("sl,rtl->rts", entry.direct[variant], courses[0])
+                own += np.einsum("osl,ortl->rts", entry.bent, courses)
         if system.lowpass is not None:
             y = through_lowpass(
                 y,

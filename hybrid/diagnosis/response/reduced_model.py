@@ -11,14 +11,16 @@ from hybrid.diagnosis.response.dashpots import Trailing
 
 @dataclass(frozen=True)
 class ReducedModel:
-    """``mass``, ``damping``, ``stiffness`` (variant, mode, mode) and ``shapes`` (variant, dof, mode) of the modes, and
-    what is ``trailing`` them, None where nothing does.
+    """``mass``, ``damping``, ``stiffness`` (variant, mode, mode) and ``shapes`` (variant, dof, mode) of the modes, the
+    mass that a moving base carries along in them, ``carried`` (variant, mode, load), zero of other loads, and what is
+    ``trailing`` them, None where nothing does.
     """
 
     mass: FloatArray
     damping: FloatArray
     stiffness: FloatArray
     shapes: FloatArray
+    carried: FloatArray
     trailing: Trailing | None = None
 
     def feed(self, pulls: list[FloatArray], inverse: Any) -> FloatArray:

@@ -15,7 +15,9 @@ from hybrid.diagnosis.response.config import REDUCTION
 class Basis:
     """``shapes`` (dof, vector), and M, C, K in it (vector, vector); ``parts`` (part, vector, vector): what doubling an
     uncertain part adds, ``scattered`` (pattern, vector, vector) what a unit of each pattern of the scatter does;
-    ``changes`` (3, vector, vector) dM, dC, dK a unit of each candidate's amount, None without.
+    ``changes`` (3, vector, vector) dM, dC, dK a unit of each candidate's amount, None without. ``carried`` (vector,
+    load): the mass that a moving base carries along, shapes^T M r, zero of other loads; ``carried_parts`` (part,
+    vector, load) and ``carried_changes`` (vector, load) what parts and candidates add to it.
     """
 
     shapes: FloatArray
@@ -25,6 +27,9 @@ class Basis:
     parts: FloatArray
     scattered: FloatArray
     changes: tuple[FloatArray | None, ...]
+    carried: FloatArray
+    carried_parts: FloatArray
+    carried_changes: tuple[FloatArray | None, ...]
 
 
 def basis_of(nominal: NominalModel, candidates: tuple[Candidate, ...]) -> Basis:
@@ -47,7 +52,15 @@ def basis_of(nominal: NominalModel, candidates: tuple[Candidate, ...]) -> Basis:
     M, C, K, *others = _projected(nominal, shapes)
     first, size = len(nominal.parts), shapes.shape[1]
     parts, scattered = (np.array(group).reshape(-1, size, size) for group in (others[:first], others[first:]))
-    return Basis(shapes, M, C, K, parts, scattered, changes)
+    rigid = nominal.rigid_motions
+    carried = shapes.T @ (nominal.mass @ rigid)
+    of_parts = np.zeros((len(nominal.part_changes), *carried.shape))
+    for own, part in zip(of_parts, nominal.part_changes, strict=True):
+        own[:] = shapes.T @ (part @ rigid)
+    of_candidates = tuple(
+        shapes.T @ (c.changes[0] @ rigid) if isinstance(c, MatrixCandidate) else None for c in candidates
+    )
+    return Basis(shapes, M, C, K, parts, scattered, changes, carried, of_parts, of_candidates)
 
 
 def _projected(nominal: NominalModel, shapes: FloatArray) -> FloatArray:

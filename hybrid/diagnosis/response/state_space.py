@@ -1,12 +1,13 @@
 """The state space of a hypothesis: how each parameter vector moves, and what its sensors show of that."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from fe_models.arrays import FloatArray
 from fe_models.causes import TimeIntegration
-from fe_models.causes.candidate import HarmonicCandidate, LawCandidate, SensorCandidate, StepCandidate
+from fe_models.causes.candidate import HarmonicCandidate, LawCandidate, LoadCandidate, SensorCandidate, StepCandidate
 from fe_models.recordings import Sensor, of_each_quantity
 from hybrid.diagnosis.recorded.sensor_outputs import SensorOutputs
 from hybrid.diagnosis.response.dashpots import with_trailing
@@ -17,6 +18,7 @@ from hybrid.diagnosis.response.reduced_model import ReducedModel
 from hybrid.diagnosis.response.system import Force, LoadInput, ResidualFlexibility, System
 
 FAULTS = "gain", "delay", "drift"
+LEAST_GAIN = 1e-3  # of a load: a thousand times as much acts as was recorded
 
 
 def system_of(hypothesis: Hypothesis, theta: FloatArray, outputs: SensorOutputs, first_order: bool = False) -> System:
@@ -66,7 +68,7 @@ def system_of(hypothesis: Hypothesis, theta: FloatArray, outputs: SensorOutputs,
     direct = feedthrough(picked, feed, outputs.sensors)
     forces = tuple(force for _, force in laws)
     gain, delay, slope = _faults(hypothesis, theta, outputs.positions)
-    loads = _loads(hypothesis, reduced, inverse, outputs.sensors, [pull for pull, _ in laws])
+    loads = _loads(hypothesis, theta, reduced, inverse, outputs.sensors, [pull for pull, _ in laws])
     lowpass = nominal.lowpass if loads is None else None  # known loads have passed it before they act
     residual, step, flexibility = hypothesis.residual, 1 / outputs.rate, None
     if residual is not None:
@@ -75,7 +77,12 @@ def system_of(hypothesis: Hypothesis, theta: FloatArray, outputs: SensorOutputs,
 
 
 def _loads(
-    hypothesis: Hypothesis, reduced: ReducedModel, inverse: Any, sensors: tuple[Sensor, ...], laws: list[FloatArray]
+    hypothesis: Hypothesis,
+    theta: FloatArray,
+    reduced: ReducedModel,
+    inverse: Any,
+    sensors: tuple[Sensor, ...],
+    laws: list[FloatArray],
 ) -> LoadInput | None:
     """Return how known loads enter, beside ``laws`` with their pulls (dof,); None where there are none."""
     nominal = hypothesis.nominal
@@ -83,7 +90,19 @@ def _loads(
         return None
     pulls, bent = nominal.load_pulls, nominal.load_shapes
     beside = np.array(laws).reshape(len(laws), pulls.shape[1])
-    return load_input_of(nominal.loaded, pulls, bent, beside, reduced, inverse, nominal, sensors)
+    entry = load_input_of(nominal.loaded, pulls, bent, beside, reduced, inverse, nominal, sensors)
+    faults = {"gain": entry.gain.copy(), "delay": entry.delay.copy()}
+    for candidate, part in zip(hypothesis.candidates, hypothesis.slices, strict=True):
+        if isinstance(candidate, LoadCandidate):
+            own = faults[candidate.quantity][:, list(candidate.loads)]
+            own = own * theta[:, part] if candidate.quantity == "gain" else own + theta[:, part]
+            faults[candidate.quantity][:, list(candidate.loads)] = own
+    return replace(entry, gain=_away_from_zero(faults["gain"]), delay=faults["delay"])
+
+
+def _away_from_zero(gain: FloatArray) -> FloatArray:
+    """Return gains that can be divided by: a search may pass zero on its way to another sign."""
+    return np.where(np.abs(gain) < LEAST_GAIN, np.copysign(LEAST_GAIN, gain), gain)
 
 
 def _laws(hypothesis: Hypothesis, theta: FloatArray) -> list[tuple[FloatArray, Force]]:

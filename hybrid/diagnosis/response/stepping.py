@@ -209,13 +209,14 @@ def step_through(
     """Fill ``watched`` and ``applied`` (variant, recording, sample, ...) and ``final``, the last sample's coordinates,
     from those of ``start`` (variant, recording, coordinate); return whether no elongation or rate left its table.
 
-    Each row of the tables belongs to a law (``law_of``). The last states are ``known`` at each sample (recording, time,
-    known).
+    Each row of the tables belongs to a law (``law_of``). The last states are ``known`` at each sample (variant,
+    recording, time, known); of one variant where all have the same.
     """
     for v in range(len(start)):
         for begin in range(0, start.shape[1], LANES):
             r = slice(begin, begin + LANES)
             parts = start[v, r], final[v, r], watched[v, r], applied[v, r]
-            if not _step_lanes(scheme, values, v, *parts, reach, law_of, known[r], substeps):
+            given = known[min(v, len(known) - 1), r]
+            if not _step_lanes(scheme, values, v, *parts, reach, law_of, given, substeps):
                 return False
     return True

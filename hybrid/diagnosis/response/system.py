@@ -10,7 +10,7 @@ from scipy.linalg import expm
 
 from fe_models.arrays import ComplexArray, FloatArray
 from fe_models.lowpass import LowPass
-from hybrid.diagnosis.nominal.loads import ForcePlace
+from hybrid.diagnosis.nominal.loads import ForcePlace, Loads
 from hybrid.diagnosis.response.config import STATE_SPACE
 from hybrid.diagnosis.response.filtering import convolved
 from hybrid.diagnosis.response.residual_modes import ResidualModes
@@ -27,7 +27,8 @@ class LoadInput:
     ``feed`` (variant, state, place): what a unit of each adds to the rate of the structure's own states, those of
     harmonic forces left out; ``direct`` (variant, sensor, place): what it shows at once. How modes that are not
     followed move under each order of its courses: ``bent`` (order, sensor, place), as sensors show it; ``stretch``
-    (order, law, place), along the elongation of each force law.
+    (order, law, place), along the elongation of each force law. ``gain`` and ``delay`` (s), (variant, place): how what
+    was recorded differs from what acts.
     """
 
     places: tuple[ForcePlace, ...]
@@ -35,12 +36,29 @@ class LoadInput:
     direct: FloatArray
     bent: FloatArray
     stretch: FloatArray
+    gain: FloatArray
+    delay: FloatArray
+
+    @property
+    def is_alike(self) -> bool:
+        """Whether the same acts in all variants."""
+        return bool((self.gain == self.gain[0]).all() and (self.delay == self.delay[0]).all())
+
+    def acting(self, loads: Loads, variant: int) -> FloatArray:
+        """Return the courses (order, recording, time, place) of what acts, of one variant."""
+        return loads.acting(self.places, self.gain[variant], self.delay[variant])
+
+    def only(self, variant: int) -> "LoadInput":
+        """Return that of one variant."""
+        one = slice(variant, variant + 1)
+        own = {name: getattr(self, name)[one] for name in ("feed", "direct", "gain", "delay")}
+        return replace(self, **own)
 
     def and_at(self, other: "LoadInput") -> "LoadInput":
         """Return how forces enter at these places and, behind them, at those of an ``other`` entry."""
         arrays = {
             name: np.concatenate([getattr(self, name), getattr(other, name)], axis=-1)
-            for name in ("feed", "direct", "bent", "stretch")
+            for name in ("feed", "direct", "bent", "stretch", "gain", "delay")
         }
         return LoadInput((*self.places, *other.places), **arrays)
 
@@ -87,8 +105,7 @@ class System:
         """Return one variant of a linear system."""
         one = slice(variant, variant + 1)
         parts = {name: getattr(self, name)[one] for name in ("A", "B", "C", "D", "G", "gain", "delay", "slope")}
-        own = self.loads
-        return replace(self, **parts, loads=own and replace(own, feed=own.feed[one], direct=own.direct[one]))
+        return replace(self, **parts, loads=self.loads and self.loads.only(variant))
 
 
 @dataclass(frozen=True)
@@ -146,7 +163,8 @@ def free_form(system: System, n: int) -> ModalForm:
     form = modal_form(free)
     if form is None:
         A = system.A.copy()
-        A[:, range(n, 2 * n), range(n)] -= STATE_SPACE.soft_spring_share * np.abs(np.linalg.eigvals(A)).max() ** 2
+        largest = max(float(np.abs(np.linalg.eigvals(A)).max()), STATE_SPACE.min_turn_per_sample / system.step)
+        A[:, range(n, 2 * n), range(n)] -= STATE_SPACE.soft_spring_share * largest**2
         form = modal_form(replace(free, A=A))
     assert form is not None  # nothing moves freely now
     return form

@@ -1,0 +1,22 @@
+"""Samples of a course as a function of time: a spline of degree seven through them.
+
+What is sampled has passed an anti-aliasing filter, and holds nothing above half the sampling rate. Straight lines from
+sample to sample would take 3 % away from a force at a tenth of the sampling rate, and 26 % at three tenths; cubic
+splines 0.02 % and 4 %, these nothing and 0.1 %.
+"""
+
+import numpy as np
+from scipy.interpolate import BSpline, make_interp_spline
+
+from fe_models.arrays import FloatArray
+
+SPLINE_DEGREE = 7
+
+
+def interpolant(values: FloatArray, axis: int = 0) -> BSpline:
+    """Return the spline through ``values`` at the samples 0, 1, 2, ... along an ``axis``: time in sampling intervals.
+
+    Of few samples as many degrees as these determine; odd ones, which wiggle least.
+    """
+    samples = values.shape[axis]
+    return make_interp_spline(np.arange(samples), values, min(SPLINE_DEGREE, samples // 2 * 2 - 1), axis=axis)
