@@ -112,7 +112,7 @@ TOML_FAULTS = [
     ('name = "a3"', 'name = "a2"', "sensors: name 'a2' is used 2 times"),
     ('role = "held_out"', 'role = "hidden"', 'sensors[2].role: expected "measured" or "held_out", found "hidden"'),
     ('file = "r1.npz"', 'file = "r9.npz"', "r9.npz: no such file; the folder has modal.npz, r1.npz, r2.npz"),
-    ('file = "r1.npz"', 'file = "r1.xls"', "unknown kind of file '.xls'; expected .npz, .mat, .csv"),
+    ('file = "r1.npz"', 'file = "r1.xls"', "unknown kind of file '.xls'; expected .npz, .npy, .mat, .csv"),
     ('key = "data"', 'key = "dat"', "holds no plain array 'dat'; it has data"),
     ('name = "r1"', 'name = "r2"', "recordings: name 'r2' is used 2 times"),
     ('key = "data"\n', 'key = "data"\nrole = "test"\n', 'recordings: none has the role "train"'),

@@ -18,8 +18,9 @@
 
     [[recordings]]
     name = "r1"
-    file = "r1.npz"               # .npz, .mat or .csv: (time, sensor), or (recording, time, sensor) for many alike
-    key = "data"                  # the array's name; not for .csv, whose header has the sensors' names (and "time")
+    file = "r1.npz"               # .npz, .npy, .mat: (time, sensor), or (recording, time, sensor) for many alike;
+                                  # .csv, .txt, .uff, .tdms: columns with the sensors' names
+    key = "data"                  # the array's name, for .npz and .mat
     role = "train"                # "train" (default) or "test"
     sampling_rate = 200.0         # optional: this recording's own
     excitation = "measured"       # "free", "measured" (loads are named) or "ambient" (unknown, broadband)

@@ -117,10 +117,11 @@ def modes_alone(document: Table) -> bool:
 
 @dataclass(frozen=True)
 class Channels:
-    """The ``names`` of all channels in their order, and the ``factors`` that bring each to SI."""
+    """The ``names`` of all channels in their order, and the ``factors`` that bring each from its unit to SI."""
 
     names: tuple[str, ...]
     factors: tuple[float, ...]
+    units: tuple[str, ...]
 
 
 def read_sensors(
@@ -130,10 +131,12 @@ def read_sensors(
     sensors: list[Sensor] = []
     channels: list[str] = []
     factors: list[float] = []
+    units: list[str] = []
     for place, table in read_list(document, "sensors", where, faults):
         sensor = read_table(Sensor, table, place, faults)
         name = table.get("name") if isinstance(table, dict) else None
         channels.append(name if isinstance(name, str) else f"number {len(channels) + 1}")
+        units.append("1" if sensor is None else sensor.unit)
         if sensor is None:
             faults.extend(f"{place}: {fault}" for fault in _misplaced(table, surroundings))
             factors.append(1.0)
@@ -147,7 +150,7 @@ def read_sensors(
         faults.append(f"{at(where, 'sensors')}: there are none; give one [[sensors]] table a channel")
     elif len(sensors) == len(channels):
         faults.extend(f"{where} {fault}" for fault in check_sensors(sensors))
-    return tuple(sensors), Channels(tuple(channels), tuple(factors))
+    return tuple(sensors), Channels(tuple(channels), tuple(factors), tuple(units))
 
 
 def _misplaced(table: object, surroundings: Surroundings) -> list[str]:
@@ -174,6 +177,7 @@ def read_recordings(
     recordings: list[Recording] = []
     forms: dict[str, list[str]] = {}  # the files of each form that is not one of commas alone
     skipped: dict[tuple[str, ...], list[str]] = {}  # the files that have the same columns that nobody asks for
+    notes = list[str]()
     tables = read_list(document, "recordings", where, faults)
     load_columns = named_columns([table for _, table in tables])
     for place, table in tables:
@@ -194,6 +198,7 @@ def read_recordings(
             faults.extend(f"{place} ({row.name}): {fault}" for fault in excitation_faults(row.excitation, table))
             if found.skipped:
                 skipped.setdefault(found.skipped, []).append(row.file)
+            notes += [f"{row.file}: {note}" for note in found.notes]
             if found.form:
                 forms.setdefault(found.form, []).append(row.file)
     roles = [table.get("role", "train") for _, table in tables if isinstance(table, dict)]
@@ -203,7 +208,7 @@ def read_recordings(
     for name, times in names.items():
         if times > 1:
             faults.append(f"{at(where, 'recordings')}: name {name!r} is used {times} times")
-    notes = [f"{', '.join(dict.fromkeys(files))}: read as a file {form}" for form, files in forms.items()]
+    notes += [f"{', '.join(dict.fromkeys(files))}: read as a file {form}" for form, files in forms.items()]
     notes += [skipped_note(columns, dict.fromkeys(files)) for columns, files in skipped.items()]
     return ReadRecordings(tuple(recordings), tuple(notes))
 
@@ -249,7 +254,7 @@ def _read_file(
     where = f"{place} ({row.name})"
     path, rate = surroundings.folder / row.file, surroundings.sampling_rate
     loads = {key for file, key in load_columns if file == row.file}
-    found = noting(faults, where, load_recording, path, row.key, channels.names, rate, loads)
+    found = noting(faults, where, load_recording, path, row.key, channels.names, rate, loads, channels.units)
     if found is not None:
         found = replace(found, data=found.data * channels.factors)
         wrong = check_data(found.data, channels.names, rate, surroundings.lowpass, surroundings.dead_channels)

@@ -20,9 +20,9 @@ from scipy.sparse import csr_array
 
 from fe_models.arrays import FloatArray
 from fe_models.errors import InputError, noting, raise_faults
-from fe_models.files.array_files import load_csv
 from fe_models.files.matrices_file import Dof, assemble_model
 from fe_models.files.tables import Table, check_keys, read_table
+from fe_models.files.text_table import open_table
 from fe_models.linear import LinearModel
 
 
@@ -66,18 +66,18 @@ def _load_matrix(path: Path) -> csr_array:
 
 
 def _load_nodes(path: Path) -> FloatArray:
-    table = load_csv(path)
+    table = open_table(path)
     if not {"x", "y"} <= set(table.header):
         raise InputError(f"{path}: expected the columns x,y (m), found {','.join(table.header)}")
     return table.numbers([table.header.index("x"), table.header.index("y")])
 
 
 def _load_dofs(path: Path) -> list[Dof]:
-    table = load_csv(path)
+    table = open_table(path)
     if not {"node", "direction"} <= set(table.header):
         raise InputError(f"{path}: expected the columns node,direction, found {','.join(table.header)}")
     node_column, direction_column = table.header.index("node"), table.header.index("direction")
-    cells = [(line, row[node_column], row[direction_column]) for line, row in table.rows]
+    cells = [(line, row[node_column], row[direction_column]) for line, row in table.rows()]
     raise_faults(
         f"{path}: line {line}: {node!r} is not a node number" for line, node, _ in cells if not node.isdecimal()
     )
