@@ -59,7 +59,6 @@ from fe_models.files.dataset_parts import (
     Surroundings,
     read_assumptions,
     read_header,
-    read_recordings,
     read_sensors,
 )
 from fe_models.files.matrices_file import save_linear_model
@@ -67,6 +66,7 @@ from fe_models.files.modal_file import save_modal_model
 from fe_models.files.mode_tables import check_states, mode_row, read_modes
 from fe_models.files.models import load_model
 from fe_models.files.recording_checks import check_rates
+from fe_models.files.recording_parts import read_recordings
 from fe_models.files.result_set import ResultSet, finish_exchanges
 from fe_models.files.structure_file import save_structure
 from fe_models.files.tables import Table, at, check_keys, read_toml

@@ -3,28 +3,24 @@
 Each function adds to ``faults`` what it finds.
 """
 
-from collections import Counter
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from math import inf
 from pathlib import Path
 from typing import Literal
 
 from fe_models.dof_map import DofMap
 from fe_models.errors import noting
-from fe_models.files.known_motion import KNOWN_MOTION, Checked, excitation_faults, named_columns, read_known_motion
 from fe_models.files.modal_file import load_modal_model
 from fe_models.files.recording_checks import (
     READS_ZERO,
-    check_data,
     check_place,
     check_rates,
     check_sensor,
     check_sensors,
     to_si,
 )
-from fe_models.files.recording_files import RecordingFile, load_recording, skipped_note
 from fe_models.files.tables import Table, at, check_keys, read_list, read_table
-from fe_models.recordings import Assumptions, Excitation, Recording, Sensor, Uncertainty
+from fe_models.recordings import Assumptions, Sensor, Uncertainty
 from fe_models.structure import Direction
 
 
@@ -75,16 +71,6 @@ class _SimulationTable:
     modal_model: str | None = None
     integrator: Literal["exact", "newmark"] = "exact"
     step: float | None = None
-
-
-@dataclass(frozen=True)
-class _RecordingTable:
-    name: str
-    file: str
-    key: str | None = None
-    role: Literal["train", "test"] = "train"
-    sampling_rate: float | None = None
-    excitation: Excitation | None = None
 
 
 def read_header(document: Table, where: str, faults: list[str]) -> DatasetHeader | None:
@@ -162,68 +148,6 @@ def _misplaced(table: object, surroundings: Surroundings) -> list[str]:
     return check_place(place.node, place.direction, surroundings.dofs, surroundings.node_count, READS_ZERO)
 
 
-@dataclass(frozen=True)
-class ReadRecordings:
-    """The ``recordings`` that could be read, with data (realisation, time, sensor) and loads; ``notes`` on the rest."""
-
-    recordings: tuple[Recording, ...]
-    notes: tuple[str, ...]
-
-
-def read_recordings(
-    document: Table, where: str, surroundings: Surroundings, channels: Channels, faults: list[str]
-) -> ReadRecordings:
-    """Return the recordings that could be read, and what of their files was skipped."""
-    recordings: list[Recording] = []
-    forms: dict[str, list[str]] = {}  # the files of each form that is not one of commas alone
-    skipped: dict[tuple[str, ...], list[str]] = {}  # the files that have the same columns that nobody asks for
-    notes = list[str]()
-    tables = read_list(document, "recordings", where, faults)
-    load_columns = named_columns([table for _, table in tables])
-    for place, table in tables:
-        plain = (
-            {key: value for key, value in table.items() if key not in KNOWN_MOTION}
-            if isinstance(table, dict)
-            else table
-        )
-        row = read_table(_RecordingTable, plain, place, faults)
-        alone = _with_own_rate(row, place, surroundings, faults) if row else surroundings
-        found = _read_file(row, place, alone, channels, load_columns, faults) if row else None
-        samples = None if found is None else found.data.shape[1]
-        checked = Checked(surroundings.folder, surroundings.dofs, surroundings.node_count, samples)
-        loads, base = read_known_motion(table, place, checked, faults) if isinstance(table, dict) else ((), ())
-        if row is not None and found is not None:
-            own = None if row.sampling_rate == surroundings.sampling_rate else row.sampling_rate
-            recordings.append(Recording(row.name, found.data, row.role, loads, 0, base, own, row.excitation))
-            faults.extend(f"{place} ({row.name}): {fault}" for fault in excitation_faults(row.excitation, table))
-            if found.skipped:
-                skipped.setdefault(found.skipped, []).append(row.file)
-            notes += [f"{row.file}: {note}" for note in found.notes]
-            if found.form:
-                forms.setdefault(found.form, []).append(row.file)
-    roles = [table.get("role", "train") for _, table in tables if isinstance(table, dict)]
-    if "train" not in roles and not modes_alone(document):
-        faults.append(f'{at(where, "recordings")}: none has the role "train"; at least one is needed to learn from')
-    names = Counter(str(table.get("name")) for _, table in tables if isinstance(table, dict) and "name" in table)
-    for name, times in names.items():
-        if times > 1:
-            faults.append(f"{at(where, 'recordings')}: name {name!r} is used {times} times")
-    notes += [f"{', '.join(dict.fromkeys(files))}: read as a file {form}" for form, files in forms.items()]
-    notes += [skipped_note(columns, dict.fromkeys(files)) for columns, files in skipped.items()]
-    return ReadRecordings(tuple(recordings), tuple(notes))
-
-
-def _with_own_rate(row: _RecordingTable, place: str, surroundings: Surroundings, faults: list[str]) -> Surroundings:
-    """Return what a recording is checked against, with its own sampling rate where it states one."""
-    if row.sampling_rate is None:
-        return surroundings
-    found = check_rates(row.sampling_rate, surroundings.lowpass)
-    faults.extend(f"{place} ({row.name}): {fault}" for fault in found)
-    if found:
-        return replace(surroundings, sampling_rate=None, lowpass=None)
-    return replace(surroundings, sampling_rate=row.sampling_rate)
-
-
 def read_assumptions(document: Table, where: str, surroundings: Surroundings, faults: list[str]) -> Assumptions:
     """Return what the user's own simulation assumes."""
     place, table = at(where, "simulation"), document.get("simulation", {})
@@ -241,25 +165,6 @@ def read_assumptions(document: Table, where: str, surroundings: Surroundings, fa
         path = surroundings.folder / row.modal_model
         modal_model = noting(faults, f"{place}.modal_model", load_modal_model, path, surroundings.dofs)
     return Assumptions(row.damping_ratio, row.modes, modal_model, row.integrator, row.step, uncertainty)
-
-
-def _read_file(
-    row: _RecordingTable,
-    place: str,
-    surroundings: Surroundings,
-    channels: Channels,
-    load_columns: set[tuple[str, str]],
-    faults: list[str],
-) -> RecordingFile | None:
-    where = f"{place} ({row.name})"
-    path, rate = surroundings.folder / row.file, surroundings.sampling_rate
-    loads = {key for file, key in load_columns if file == row.file}
-    found = noting(faults, where, load_recording, path, row.key, channels.names, rate, loads, channels.units)
-    if found is not None:
-        found = replace(found, data=found.data * channels.factors)
-        wrong = check_data(found.data, channels.names, rate, surroundings.lowpass, surroundings.dead_channels)
-        faults.extend(f"{where}: {row.file}: {fault}" for fault in wrong)
-    return found
 
 
 def _simulation_faults(row: _SimulationTable, uncertainty: Uncertainty, surroundings: Surroundings) -> list[str]:
