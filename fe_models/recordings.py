@@ -89,6 +89,11 @@ class Recording:
         """Whether known loads act, or the base moves in a known way."""
         return bool(self.loads or self.base)
 
+    @property
+    def driving(self) -> tuple[FloatArray, ...]:
+        """The values (time,) of each known load and each base motion."""
+        return (*(load.values for load in self.loads), *(motion.values for motion in self.base))
+
     def part(self, begin: int, end: int | None = None) -> "Recording":
         """Return the samples from ``begin`` to before ``end``, of loads and base motion, too."""
         loads = tuple(replace(load, values=load.values[begin:end]) for load in self.loads)

@@ -191,7 +191,7 @@ def test_a_modal_model_in_the_place_of_the_model_is_reported(folder: Path) -> No
 
 
 def test_all_faults_of_a_dataset_come_out_at_once(folder: Path) -> None:
-    np.savez(folder / "r1.npz", data=broken(3, 0, np.nan))
+    np.savez(folder / "r1.npz", data=broken(3, 0, np.inf))
     np.savez(folder / "modal.npz", omega=MODAL["omega"], xi=MODAL["xi"])
     faults = faults_of(
         folder,
@@ -202,7 +202,7 @@ def test_all_faults_of_a_dataset_come_out_at_once(folder: Path) -> None:
         ('file = "r2.npz"', 'file = "gone.npz"'),
         ("modes = 2", "modes = -2"),
     )
-    for words in ("colour", "low-pass", "node 99", "'inch'", "NaN", "gone.npz", "modes = -2", "phi"):
+    for words in ("colour", "low-pass", "node 99", "'inch'", "infinite", "gone.npz", "modes = -2", "phi"):
         assert_fault(faults, words)
     assert len(faults) == 9  # modes = -2 also contradicts the two damping ratios
 

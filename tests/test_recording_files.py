@@ -35,8 +35,7 @@ def test_mat_and_csv_recordings_read_like_npz(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("data", "fault"),
     [
-        (broken(16, 1, np.nan), "channel 'a3': 1 samples are NaN or infinite, the first is number 17"),
-        (broken(slice(9, 12), 0, np.inf), "channel 'a2': 3 samples are NaN or infinite, the first is number 10"),
+        (broken(slice(9, 12), 0, np.inf), "channel 'a2': 3 samples are infinite, the first is number 10"),
         (broken(slice(None), 2, 4.0), "channel 'd3' is constant (4): a dead sensor?"),
         (np.stack([free_decay(1), broken(slice(None), 2, 0.0)]), "is constant (0) (of recording 2 in this array)"),
         (free_decay(1)[:31], "only 31 samples; at least 32 are needed"),

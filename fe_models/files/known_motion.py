@@ -90,7 +90,7 @@ def _read_load(item: object, where: str, checked: Checked, faults: list[str]) ->
     if checked.dofs is not None:
         found = check_place(row.node, row.direction, checked.dofs, checked.node_count, "the load would do nothing")
         faults.extend(f"{where}: {fault}" for fault in found)
-    values = _read_values(row.file, row.key, where, checked, faults)
+    values = _read_values(row.file, row.key, "N m" if row.direction == "rz" else "N", where, checked, faults)
     return None if values is None else Load(row.node, row.direction, values)
 
 
@@ -107,18 +107,21 @@ def _read_base(item: object, where: str, checked: Checked, faults: list[str]) ->
         faults.append(f"{where}: no node of this model moves in direction {row.direction!r}; the base would do nothing")
     if row.unit not in BASE_UNITS:
         faults.append(f"{where}: unit {row.unit!r} is none of an acceleration; expected {' or '.join(BASE_UNITS)}")
-    values = _read_values(row.file, row.key, where, checked, faults)
+    values = _read_values(row.file, row.key, row.unit, where, checked, faults)
     if along is None or values is None or row.unit not in BASE_UNITS:
         return None
     return BaseMotion(row.direction, BASE_UNITS[row.unit] * values)  # type: ignore[arg-type]  # `unit_vector` knows it
 
 
-def _read_values(file: str, key: str | None, where: str, checked: Checked, faults: list[str]) -> FloatArray | None:
-    values = noting(faults, where, load_force, checked.folder / file, key)
+def _read_values(
+    file: str, key: str | None, unit: str, where: str, checked: Checked, faults: list[str]
+) -> FloatArray | None:
+    """Return the values in a file, in ``unit`` where it states its own; NaN where they were lost."""
+    values = noting(faults, where, load_force, checked.folder / file, key, unit)
     if values is None:
         return None
     if checked.samples is not None and len(values) != checked.samples:
         faults.append(f"{where}: {file}: {len(values)} values for {checked.samples} samples; one a sample is needed")
-    if not np.isfinite(values).all():
-        faults.append(f"{where}: {file}: holds NaN or infinite values")
+    if np.isinf(values).any():
+        faults.append(f"{where}: {file}: holds infinite values")
     return values

@@ -124,7 +124,7 @@ def check_data(
         if len(bad):
             which = _of_realisation(bad[0, 0], realisations)
             faults.append(
-                f"channel {name!r}: {len(bad)} samples are NaN or infinite, the first is number {bad[0, 1] + 1}{which}"
+                f"channel {name!r}: {len(bad)} samples are infinite, the first is number {bad[0, 1] + 1}{which}"
             )
         elif len(flat):
             which = _of_realisation(flat[0], realisations)

@@ -167,6 +167,9 @@ def _conversions(
 
 def _time_faults(table: NamedColumns, values: FloatArray, column: int, sampling_rate: float | None) -> list[str]:
     what = f"{table.path}: its column {table.names[column]!r}"
+    known, samples = np.isfinite(values), np.arange(len(values))
+    if known.any():  # the times of lost samples are lost with them
+        values = np.interp(samples, samples[known], values[known])
     return time_faults(values * table.seconds(column), sampling_rate, what)
 
 

@@ -6,6 +6,7 @@ from typing import Literal
 
 from fe_models.errors import noting
 from fe_models.files.dataset_parts import Channels, Surroundings, modes_alone
+from fe_models.files.gaps import Mended, mended
 from fe_models.files.known_motion import KNOWN_MOTION, Checked, excitation_faults, named_columns, read_known_motion
 from fe_models.files.recording_checks import check_data, check_rates
 from fe_models.files.recording_files import RecordingFile, load_recording, skipped_note
@@ -55,7 +56,10 @@ def read_recordings(
         loads, base = read_known_motion(table, place, checked, faults) if isinstance(table, dict) else ((), ())
         if row is not None and found is not None:
             own = None if row.sampling_rate == surroundings.sampling_rate else row.sampling_rate
-            recordings.append(Recording(row.name, found.data, row.role, loads, 0, base, own, row.excitation))
+            recording = Recording(row.name, found.data, row.role, loads, 0, base, own, row.excitation)
+            done = _mended(recording, row, place, alone, channels, faults)
+            recordings += done.stretches
+            notes += done.notes
             faults.extend(f"{place} ({row.name}): {fault}" for fault in excitation_faults(row.excitation, table))
             if found.skipped:
                 skipped.setdefault(found.skipped, []).append(row.file)
@@ -97,8 +101,25 @@ def _read_file(
     path, rate = surroundings.folder / row.file, surroundings.sampling_rate
     loads = {key for file, key in load_columns if file == row.file}
     found = noting(faults, where, load_recording, path, row.key, channels.names, rate, loads, channels.units)
-    if found is not None:
-        found = replace(found, data=found.data * channels.factors)
-        wrong = check_data(found.data, channels.names, rate, surroundings.lowpass, surroundings.dead_channels)
-        faults.extend(f"{where}: {row.file}: {fault}" for fault in wrong)
+    return None if found is None else replace(found, data=found.data * channels.factors)
+
+
+def _mended(
+    recording: Recording,
+    row: _RecordingTable,
+    place: str,
+    surroundings: Surroundings,
+    channels: Channels,
+    faults: list[str],
+) -> Mended:
+    """Return the recording without lost samples, noting what is wrong with any of its stretches."""
+    if {len(values) for values in recording.driving} - {recording.data.shape[1]}:
+        return Mended((recording,))  # a fault that is known already
+    found = noting(faults, f"{place} ({row.name}): {row.file}", mended, recording, channels.names)
+    if found is None:
+        return Mended(())
+    rate, lowpass = surroundings.sampling_rate, surroundings.lowpass
+    for stretch in found.stretches:
+        wrong = check_data(stretch.data, channels.names, rate, lowpass, surroundings.dead_channels)
+        faults.extend(f"{place} ({stretch.name}): {row.file}: {fault}" for fault in wrong)
     return found
