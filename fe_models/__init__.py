@@ -17,6 +17,7 @@ from fe_models.lazy_exports import lazy_exports
 
 if TYPE_CHECKING:
     from fe_models.assembly import linearise as linearise
+    from fe_models.base_motion import BaseMotion as BaseMotion
     from fe_models.built_in.bridge import bridge as bridge
     from fe_models.built_in.four_dof import four_dof as four_dof
     from fe_models.causes import AddedMass as AddedMass
@@ -95,6 +96,7 @@ _HOMES = {
     "fe_models.mode_estimate": ("ModeEstimate",),
     "fe_models.statics": ("PointLoad",),
     "fe_models.simulated_recordings": ("simulate",),
+    "fe_models.base_motion": ("BaseMotion",),
     "fe_models.recordings": ("Dataset", "Recording", "Sensor", "Load", "Assumptions", "Uncertainty"),
     "fe_models.files.dataset_file": ("load_dataset", "save_dataset"),
     "fe_models.errors": ("InputError",),

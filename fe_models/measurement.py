@@ -36,7 +36,7 @@ def measure(
     """
     raise_faults(_faults(response, sensors, sampling_rate, lowpass, noise, start))
     every = round(response.sampling_rate / sampling_rate)
-    motion = np.stack([response.channel(s.node, s.direction, s.quantity) for s in sensors], axis=-1)  # (time, sensor)
+    motion = np.stack([response.shown(sensor) for sensor in sensors], axis=-1)  # (time, sensor)
     signal = lowpassed(motion, response.sampling_rate, lowpass)[::every][round(start * sampling_rate) :]
     white = rng.standard_normal(signal.shape)
     disturbance = lowpassed(white, sampling_rate, lowpass)

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from fe_models.arrays import FloatArray
 from fe_models.dof_map import DofMap
-from fe_models.recordings import Quantity
+from fe_models.recordings import QUANTITIES, Quantity, Sensor
 
 
 @dataclass(frozen=True)
@@ -12,7 +12,8 @@ class Response:
     """Motion about the state at rest, on equal steps of ``time`` (time,) in s.
 
     ``displacement`` (m), ``velocity`` (m/s), ``acceleration`` (m/s^2), in rad for "rz": (time, dof), or
-    (realisation, time, dof) for many motions of one structure. Supports have their zeros.
+    (realisation, time, dof) for many motions of one structure. Supports have their zeros. Where the base moves they are
+    relative to it; ``ground`` (3, time, 2): its own displacement, velocity and acceleration in x and y.
     """
 
     time: FloatArray
@@ -20,6 +21,7 @@ class Response:
     velocity: FloatArray
     acceleration: FloatArray
     dofs: DofMap
+    ground: FloatArray | None = None
 
     @property
     def sampling_rate(self) -> float:
@@ -30,3 +32,10 @@ class Response:
         """Return one quantity at one degree of freedom, (..., time); `KeyError` where the model has none there."""
         values: FloatArray = getattr(self, quantity)
         return values[..., self.dofs.row(node, direction)]
+
+    def shown(self, sensor: Sensor) -> FloatArray:
+        """Return what a sensor without fault shows, (..., time): the absolute motion, or that relative to the base."""
+        relative = self.channel(sensor.node, sensor.direction, sensor.quantity)
+        if self.ground is None or sensor.reference == "base" or sensor.direction == "rz":
+            return relative
+        return relative + self.ground[QUANTITIES.index(sensor.quantity), :, "xy".index(sensor.direction)]

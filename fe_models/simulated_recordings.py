@@ -6,18 +6,19 @@ from dataclasses import replace
 
 import numpy as np
 
+from fe_models.base_motion import BaseMotion
 from fe_models.errors import InputError, noting, raise_faults
 from fe_models.files.recording_checks import UNITS, check_sensors
-from fe_models.recordings import Dataset, Quantity, Recording, Sensor
+from fe_models.recordings import Dataset, Load, Quantity, Recording, Sensor
 from fe_models.simulation import FreeConfig, ReleaseConfig
 from fe_models.statics import PointLoad
 from fe_models.structure import PLANE_FRAME, Beam, Cable, Direction, Structure
-from fe_models.synthetic import Acquisition, free_dataset, release_dataset
+from fe_models.synthetic import OVERSAMPLING, Acquisition, driven_dataset, free_dataset, release_dataset
 
 QUANTITY_LETTERS: dict[str, Quantity] = {"x": "displacement", "v": "velocity", "a": "acceleration"}
 SENSOR_NAME = re.compile(r"([xva])(\d+)(x|y|rz)?")
 DEFAULT_MOTIONS = 10  # of a chain: enough to train on and to test with, simulated in a second
-OVERSAMPLING = 5  # samples of a frame's motion to one that is recorded, so that the low-pass acts before
+Excitation = Load | BaseMotion
 LOWPASS_SHARE = 0.3  # of a frame's sampling rate: that of the laboratory bridge
 
 
@@ -27,6 +28,7 @@ def simulate(
     *,
     held_out: Iterable[str | Sensor] = (),
     pulls: Sequence[PointLoad | Sequence[PointLoad]] = (),
+    excitation: Sequence[Excitation | Sequence[Excitation]] = (),
     motions: int = DEFAULT_MOTIONS,
     duration: float | None = None,
     sampling_rate: float | None = None,
@@ -38,12 +40,15 @@ def simulate(
     """Return recordings of a structure with all its nonlinearity, each ready for training (see `Dataset.split`).
 
     A chain moves freely from as many random states as there are to be ``motions``; a frame is pulled and let go:
-    ``pulls`` holds a load, or several at once, for each recording. ``sensors`` are fitted, those ``held_out`` only
-    scored; "a3" is the acceleration of node 3, "x3" its displacement, "v3" its velocity, and "a3y" that in y, where
-    nodes move in several directions. ``duration`` (s): 50 for chains, 20 for frames; ``sampling_rate`` (Hz): 10 and
-    100; ``lowpass`` (Hz; 0 for none): none, and 0.3 times the sampling rate. ``noise``: its standard deviation, over
-    that of each channel (0.02) or in the sensors' units ({"m/s^2": 0.01}). The dataset's model is the structure itself:
-    give `hybrid.diagnose` the design beside it.
+    ``pulls`` holds a load, or several at once, for each recording. With an ``excitation`` either starts from rest and
+    is driven: by a `Load` or a `BaseMotion`, or several at once, for each recording, one value a sample.
+
+    ``sensors`` are fitted, those ``held_out`` only scored; "a3" is the acceleration of node 3, "x3" its displacement,
+    "v3" its velocity, and "a3y" that in y, where nodes move in several directions. ``duration`` (s): 50 for chains, 20
+    for frames; ``sampling_rate`` (Hz): 10 and 100, of what is driven 100; ``lowpass`` (Hz; 0 for none): none, of
+    frames 0.3 times the sampling rate, of what is driven none. ``noise``: its standard deviation, over that of each
+    channel (0.02) or in the sensors' units ({"m/s^2": 0.01}). The dataset's model is the structure itself: give
+    `hybrid.diagnose` the design beside it.
     `InputError` with all faults.
     """
     faults = list[str]()
@@ -53,6 +58,13 @@ def simulate(
     faults += check_sensors(list(channels)) if not faults else []
     raise_faults(faults)
     rng = np.random.default_rng(seed)
+    if excitation:
+        if pulls or duration is not None:
+            raise InputError("an excitation says how long recordings are, and nothing is pulled then: leave that out")
+        rate = sampling_rate or 100.0
+        acquisition = Acquisition(rate, lowpass or None, noise)
+        driven = tuple((item,) if isinstance(item, Load | BaseMotion) else tuple(item) for item in excitation)
+        return driven_dataset(structure, driven, channels, acquisition, rng, progress=progress)
     if not any(isinstance(element, Beam | Cable) for element in structure.elements):
         if pulls:
             raise InputError("pulls are for frames; a chain moves from random states, see motions")

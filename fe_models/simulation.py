@@ -1,6 +1,6 @@
 """Simulation in Exudyn: pull-and-release of a nonlinear structure, and free motion of a linear model with effects."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import ceil
 from typing import TYPE_CHECKING
 
@@ -13,6 +13,7 @@ from fe_models.causes import Effect, ForceLaw
 from fe_models.causes.laws import force_laws
 from fe_models.damping import full_damping
 from fe_models.dof_map import DofMap
+from fe_models.drive import Drive
 from fe_models.errors import InputError, raise_faults
 from fe_models.items import gravity_load
 from fe_models.linear import LinearModel
@@ -118,8 +119,6 @@ def simulate_free(
     included, which matrices alone cannot have. `InputError` for states that do not fit the model and for steps that the
     integrator cannot take.
     """
-    from fe_models.exudyn.solve import FreeMotion  # loads Exudyn only where it is needed
-
     config = config or FreeConfig()
     if isinstance(model, Structure):
         structure = model.with_effects(*(effect for effect in effects if isinstance(effect, Effect)))
@@ -128,13 +127,70 @@ def simulate_free(
     else:
         laws = _laws_alone(effects)
     displacement, velocity = _initial_states(model, displacement, velocity)
+    return _from_states(model, laws, displacement, velocity, config, progress)
+
+
+def simulate_driven(
+    structure: Structure, drive: Drive, config: FreeConfig | ReleaseConfig | None = None, progress: bool = True
+) -> Response:
+    """Return the motion from rest under a ``drive``, (time, dof), as long as that is given.
+
+    Of a chain as `simulate_free` does, with a `FreeConfig`; of all else as `simulate_release` does, with a
+    `ReleaseConfig`: large displacements about the state at rest under weight and prestress, slack cables, force laws.
+    The ``drive`` says how long. Where the base moves, displacements are relative to it, and ``ground`` is its own.
+    """
+    from fe_models.exudyn.solve import motion_after_release  # loads Exudyn only where it is needed
+
+    if structure.is_chain:
+        config = config if isinstance(config, FreeConfig) else FreeConfig(sampling_rate=drive.sampling_rate)
+        config = replace(config, duration=drive.duration)
+        linear = linearise(structure)
+        rest = np.zeros((1, linear.mass.shape[0]))
+        moved = _from_states(linear, force_laws(structure), rest, rest, config, progress, drive)
+        single = (moved.displacement[0], moved.velocity[0], moved.acceleration[0])
+        return Response(moved.time, *single, moved.dofs, drive.ground(moved.time))
+    config = config if isinstance(config, ReleaseConfig) else ReleaseConfig()
+    step = config.step if config.step is not None else time_step(structure, config.sampling_rate / 10).step
+    steps = _steps(drive.duration, config.sampling_rate, step)
+    rest = rest_state(structure, config.gravity)
+    tangent = linearise(structure, rest)
+    with progress_bar("driven motion", steps.outputs + 1, "sample", shown=None if progress else False) as bar:
+        motion = motion_after_release(
+            structure,
+            mesh(structure),
+            gravity_load(structure, config.gravity),
+            rest,
+            _modal_damping(tangent),
+            steps,
+            bar.update,
+            force_laws(structure),
+            rest,
+            drive.at,
+        )
+    time = _time(steps)
+    return Response(time, motion[0] - rest, motion[1], motion[2], tangent.dofs, drive.ground(time))
+
+
+def _from_states(
+    model: LinearModel,
+    laws: tuple[ForceLaw, ...],
+    displacement: FloatArray,
+    velocity: FloatArray,
+    config: FreeConfig,
+    progress: bool,
+    drive: Drive | None = None,
+) -> Response:
+    """Return motions from many initial states, each (realisation, free): see `simulate_free`."""
+    from fe_models.exudyn.solve import FreeMotion  # loads Exudyn only where it is needed
+
     step = config.step if config.step is not None else _usual_step(model, config)
     steps = _steps(config.duration, config.sampling_rate, step)
     mass, damping, stiffness = model.mass.toarray(), full_damping(model), model.stiffness.toarray()
-    joined = _coefficients(model.dofs, laws)
+    joined, free = _coefficients(model.dofs, laws), model.dofs.free
     if config.integrator == "rk67":
         _check_explicit(mass, stiffness, joined, steps)
-    run = FreeMotion(mass, damping, stiffness, joined, steps, config.integrator)
+    push = None if drive is None else lambda time: drive.at(time)[free]
+    run = FreeMotion(mass, damping, stiffness, joined, steps, config.integrator, push)
     motions = []
     with progress_bar("free motion", len(displacement), "motion", shown=None if progress else False) as bar:
         for x0, v0 in zip(displacement, velocity, strict=True):
@@ -144,6 +200,8 @@ def simulate_free(
     force = v @ damping.T + x @ stiffness.T
     for law, pull in joined:
         force += np.asarray(law.force(x @ pull, v @ pull, _time(steps)))[..., None] * pull
+    if drive is not None:
+        force -= drive.at(_time(steps))[:, free]
     a = -np.linalg.solve(mass, force.reshape(-1, len(mass)).T).T.reshape(force.shape)
     displacements, velocities, accelerations = (_expand(model.dofs, part) for part in (x, v, a))
     return Response(_time(steps), displacements, velocities, accelerations, model.dofs)

@@ -1,25 +1,29 @@
 """Synthetic recordings: a structure simulated with all its nonlinearity, as its sensors would have recorded it."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
 from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
+from fe_models.base_motion import BaseMotion
 from fe_models.dofs import structure_dofs
+from fe_models.drive import drive_of
 from fe_models.errors import InputError, noting, raise_faults
 from fe_models.files.recording_checks import check_rates, check_sensor
 from fe_models.lowpass import LowPass
 from fe_models.measurement import measure, noise_faults
-from fe_models.recordings import Dataset, Recording, Sensor
+from fe_models.recordings import Dataset, Load, Recording, Sensor
 from fe_models.response import Response
-from fe_models.simulation import FreeConfig, ReleaseConfig, simulate_free, simulate_release
+from fe_models.simulation import FreeConfig, ReleaseConfig, simulate_driven, simulate_free, simulate_release
 from fe_models.statics import PointLoad, load_vector
 from fe_models.structure import Structure
 from fe_models.structure_checks import require_structure
 from fe_models.time_step import sampling_faults, time_step
 
+OVERSAMPLING = 5  # samples of a motion to one that is recorded, so that a low-pass acts before
 MIN_PASSED_SHARE = 0.1  # share that a low-pass leaves of a mode: what is left of higher ones never misled a diagnosis
 
 
@@ -126,11 +130,59 @@ def free_dataset(
     return Dataset(structure, acquisition.sampling_rate, sensors, train_and_test(data), acquisition.lowpass)
 
 
+def driven_dataset(
+    structure: Structure,
+    excitations: Sequence[Sequence[Load | BaseMotion]],
+    sensors: tuple[Sensor, ...],
+    acquisition: Acquisition,
+    rng: np.random.Generator,
+    config: FreeConfig | ReleaseConfig | None = None,
+    progress: bool = True,
+) -> Dataset:
+    """Return one recording from rest under each of the ``excitations``, which have one value a sample; of several
+    recordings the last is for testing.
+
+    They have what the structure's linear model lacks, as in `release_dataset`. The loads and the motion of the base
+    stand in the dataset as they were given: sensors' filters did not act on them. ``config``: see `simulate_driven`.
+    """
+    raise_faults(check_driven(structure, excitations, sensors, acquisition))
+    rate = acquisition.sampling_rate
+    if config is None:
+        fine = OVERSAMPLING * rate if acquisition.lowpass else rate
+        step = None if structure.is_chain else time_step(structure, acquisition.band).step
+        config = FreeConfig(sampling_rate=fine) if structure.is_chain else ReleaseConfig(sampling_rate=fine, step=step)
+    recordings = []
+    for number, excitation in enumerate(excitations, start=1):
+        motion = simulate_driven(structure, drive_of(structure, excitation, rate), config, progress)
+        data = measure(motion, sensors, rate, rng, acquisition.lowpass, acquisition.noise)
+        loads = tuple(item for item in excitation if isinstance(item, Load))
+        base = tuple(item for item in excitation if isinstance(item, BaseMotion))
+        is_test = number == len(excitations) > 1
+        role: Literal["train", "test"] = "test" if is_test else "train"
+        recordings.append(Recording(f"driven_{number}", data[None], role, loads, excitation="measured", base=base))
+    return Dataset(structure, rate, sensors, tuple(recordings), acquisition.lowpass)
+
+
 def train_and_test(data: FloatArray) -> tuple[Recording, ...]:
     """Split ``data`` (realisation, time, sensor): the first 80 % for training, the others for tests."""
     train = max(1, len(data) * 4 // 5)
     parts = (Recording("train", data[:train], "train"), Recording("test", data[train:], "test"))
     return tuple(part for part in parts if len(part.data))
+
+
+def check_driven(
+    structure: Structure,
+    excitations: Sequence[Sequence[Load | BaseMotion]],
+    sensors: tuple[Sensor, ...],
+    acquisition: Acquisition,
+) -> list[str]:
+    """Return the faults of what is to be driven, before time is spent on it."""
+    faults = check_release(structure, (), sensors, acquisition)
+    if not excitations:
+        faults.append("nothing drives the structure: give loads, or a base motion")
+    for number, excitation in enumerate(excitations, start=1):
+        noting(faults, f"recording {number}", drive_of, structure, excitation, acquisition.sampling_rate)
+    return faults
 
 
 def check_free(structure: Structure, sensors: tuple[Sensor, ...], acquisition: Acquisition) -> list[str]:

@@ -238,6 +238,27 @@ def add_spread_law(system: ExudynSystem, law: ForceLaw, node: Index, pull: Float
     system.mbs.AddObject(ObjectGenericODE2(nodeNumbers=[node], massMatrix=nothing, forceUserFunction=force))
 
 
+def add_drive(system: ExudynSystem, nodes: list[Index], force: Callable[[float], FloatArray]) -> None:
+    """Add a ``force`` of time (n,) on the n coordinates of ``nodes``, in their order."""
+    size = len(force(0.0))
+
+    def pushed(mbs: Any, t: float, itemNumber: Any, q: Any, q_t: Any) -> FloatArray:
+        return force(t)
+
+    def slope(mbs: Any, t: float, itemNumber: Any, q: Any, q_t: Any, fODE2: Any, fODE2_t: Any) -> FloatArray:
+        return np.zeros((size, size))  # or Exudyn would take differences of it
+
+    system.functions.extend((pushed, slope))
+    system.mbs.AddObject(
+        ObjectGenericODE2(
+            nodeNumbers=nodes,
+            massMatrix=np.zeros((size, size)),
+            forceUserFunction=pushed,
+            jacobianUserFunction=slope,
+        )
+    )
+
+
 def _symbolic(system: ExudynSystem, function: Callable[..., object], item_type: str) -> object:
     symbolic = CreateSymbolicUserFunction(system.mbs, function, "springForceUserFunction", itemTypeName=item_type)
     system.functions.append(symbolic)

@@ -21,6 +21,7 @@ from fe_models.exudyn.item_matrices import element_vector, whole_system
 from fe_models.exudyn.items import (
     ExudynSystem,
     Options,
+    add_drive,
     add_force_law,
     add_spread_law,
     coordinate_marker,
@@ -101,8 +102,11 @@ def motion_after_release(
     advance: Callable[[], object],
     laws: tuple[ForceLaw, ...] = (),
     reference: FloatArray | None = None,
+    drive: Callable[[float], FloatArray] | None = None,
 ) -> FloatArray:
     """Return displacement, velocity and acceleration, (3, time, dof), from rest at ``start`` under the dead ``load``.
+
+    And under a ``drive`` (dof,) of time (s), N, where one is given.
 
     Trapezoidal rule (Newmark, constant average acceleration), which damps nothing itself, so that what a release starts
     of the highest modes goes on as accelerations that change sign with every step: see `SMOOTHING_WEIGHTS`.
@@ -116,6 +120,8 @@ def motion_after_release(
         system.mbs.AddObject(
             ObjectGenericODE2(nodeNumbers=nodes, massMatrix=0 * modal_damping, dampingMatrix=modal_damping)
         )
+    if drive is not None:
+        add_drive(system, list(range(len(mesh.coordinates))), drive)
     system.mbs.Assemble()
     data = system.mbs.systemData
     data.SetODE2Coordinates(start.tolist(), exu.ConfigurationType.Initial)
@@ -166,7 +172,10 @@ def _calming(centre: int, last: int) -> dict[int, float]:
 
 
 class FreeMotion:
-    """Free motion of M u'' + C u' + K u + force laws = 0 from any initial state; built once, run many times."""
+    """Motion of M u'' + C u' + K u + force laws = a drive, by default 0, from any initial state.
+
+    Built once, run many times.
+    """
 
     def __init__(
         self,
@@ -176,8 +185,11 @@ class FreeMotion:
         laws: tuple[tuple[ForceLaw, FloatArray], ...],
         steps: Steps,
         integrator: Literal["rk67", "newmark"],
+        drive: Callable[[float], FloatArray] | None = None,
     ) -> None:
-        """Build the system: matrices (free, free); each force law with its coefficients (free,)."""
+        """Build the system: matrices (free, free); each force law with its coefficients (free,); a ``drive`` (free,) of
+        time (s), N.
+        """
         zeros = [0.0] * len(mass)
         self._system = new_system(("x",))
         mbs = self._system.mbs
@@ -194,6 +206,8 @@ class FreeMotion:
         )
         for law, pull in laws:
             self._add_law(law, node, pull)
+        if drive is not None:
+            add_drive(self._system, [node], drive)
         kinds = (exu.OutputVariableType.Coordinates, exu.OutputVariableType.Coordinates_t)
         self._sensors = [
             mbs.AddSensor(SensorNode(nodeNumber=node, outputVariableType=kind, storeInternal=True)) for kind in kinds

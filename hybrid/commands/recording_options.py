@@ -17,6 +17,17 @@ class RecordingOptions:
             help="NODE:DIRECTION:FORCE (N; N m for rz) let go, several joined by +. Repeat for more recordings."
         ),
     ] = None
+    base: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="FILE[:COLUMN], acceleration of the base, one value a sample: from rest, no pulls. Repeat for more "
+            "recordings."
+        ),
+    ] = None
+    base_direction: Annotated[
+        str | None, typer.Option(help="x, y, or degrees from x towards y, of --base. [default: x]")
+    ] = None
+    base_unit: Annotated[str | None, typer.Option(help="m/s^2 or g, of --base. [default: m/s^2]")] = None
     sensor: Annotated[
         list[str] | None, typer.Option(help="NODE:DIRECTION[:QUANTITY[:held_out]], acceleration unless given. Repeat.")
     ] = None

@@ -4,17 +4,22 @@ import sys
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 from typing import Literal, TypeVar
 
 import numpy as np
 
+from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
+from fe_models.base_motion import BaseDirection, BaseMotion, unit_vector
 from fe_models.built_in.four_dof import four_dof
 from fe_models.dofs import structure_dofs
 from fe_models.errors import InputError, noting, raise_faults
 from fe_models.files.bridge_recordings import bridge_sensors
+from fe_models.files.known_motion import BASE_UNITS, SI_UNIT
 from fe_models.files.modal_file import load_modal_model
 from fe_models.files.recording_checks import UNITS
+from fe_models.files.recording_files import load_force
 from fe_models.four_dof_data import paper_dataset
 from fe_models.linear import LinearModel
 from fe_models.modes import natural_modes
@@ -22,7 +27,15 @@ from fe_models.recordings import Dataset, Quantity, Sensor
 from fe_models.simulation import FreeConfig, ReleaseConfig
 from fe_models.statics import STANDARD_GRAVITY, PointLoad
 from fe_models.structure import Beam, Cable, Direction, Structure
-from fe_models.synthetic import Acquisition, check_free, check_release, free_dataset, release_dataset
+from fe_models.synthetic import (
+    Acquisition,
+    check_driven,
+    check_free,
+    check_release,
+    driven_dataset,
+    free_dataset,
+    release_dataset,
+)
 from fe_models.time_step import MAX_FREQUENCY_ERROR, TimeStep, free_step, time_step
 from hybrid.commands.models import NO_DAMPING
 from hybrid.commands.recording_options import RecordingOptions
@@ -56,13 +69,28 @@ def recordings_of(
         sensors = bridge_sensors(unit="m/s^2")
     elif not given.sensor:
         faults.append("recordings need sensors: give at least one --sensor NODE:DIRECTION, such as --sensor 2:x")
+    if given.base:
+        return _shaken(subject, sensors, given, np.random.default_rng(seed), faults)
+    faults += given.useless("base_direction", "base_unit", because="is of --base, which is not given")
     is_frame = any(isinstance(element, Beam | Cable) for element in subject.elements)
     make = _frame if is_frame else _chain
     return make(model, subject, sensors, given, np.random.default_rng(seed), faults)
 
 
 def _paper_chain(given: RecordingOptions, seed: int) -> Callable[[], Dataset]:
-    useless = ("pull", "sensor", "duration", "step", "sampling_rate", "lowpass", "noise", "gravity")
+    useless = (
+        "pull",
+        "base",
+        "base_direction",
+        "base_unit",
+        "sensor",
+        "duration",
+        "step",
+        "sampling_rate",
+        "lowpass",
+        "noise",
+        "gravity",
+    )
     because = "four_dof gives the paper's data; for others build its structure.toml instead"
     raise_faults(given.useless(*useless, because=because))
     rng = np.random.RandomState(seed)  # the legacy generator of the paper's data
@@ -100,6 +128,45 @@ def _frame(
         return release_dataset(structure, releases, sensors, acquisition, rng, replace(config, step=step.step)).dataset
 
     return simulated
+
+
+def _shaken(
+    structure: Structure,
+    sensors: tuple[Sensor, ...],
+    given: RecordingOptions,
+    rng: np.random.Generator,
+    faults: list[str],
+) -> Callable[[], Dataset]:
+    """Check and return the simulation of recordings whose base moves."""
+    useless = ("pull", "realisations", "duration", "step", "gravity")
+    faults += given.useless(*useless, because="goes not with --base, whose files say how long the motion is")
+    text, unit = given.base_direction or "x", given.base_unit or SI_UNIT
+    direction = noting(faults, "--base-direction", _base_direction, text)
+    if unit not in BASE_UNITS:
+        faults.append(f"--base-unit {unit}: expected {' or '.join(BASE_UNITS)}")
+    courses = _all_of(given.base or (), _base_values, faults)
+    acquisition = _acquisition(given, 100.0, 0.0, faults)
+    raise_faults(faults)
+    assert direction is not None  # else there were faults
+    excitations = [(BaseMotion(direction, BASE_UNITS[unit] * values),) for values in courses]
+    raise_faults(check_driven(structure, excitations, sensors, acquisition))
+    return partial(driven_dataset, structure, excitations, sensors, acquisition, rng)
+
+
+def _base_direction(text: str) -> BaseDirection:
+    """Return the direction that a text means; `InputError` where it means none."""
+    try:
+        direction: object = float(text)
+    except ValueError:
+        direction = text
+    unit_vector(direction)
+    return direction  # type: ignore[return-value]  # it is one, or there was an error
+
+
+def _base_values(text: str) -> FloatArray:
+    """Return the values of FILE[:COLUMN]."""
+    file, _, column = text.partition(":") if not Path(text).is_file() else (text, "", "")
+    return load_force(Path(file), column or None)
 
 
 def step_line(step: TimeStep) -> str:
