@@ -8,16 +8,18 @@ u'' + r a (Clough and Penzien, Dynamics of Structures, on excitation by support 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import cos, hypot, inf, isfinite, radians, sin
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from scipy.interpolate import BSpline
 from scipy.sparse import csr_array
 
 from fe_models.arrays import FloatArray
 from fe_models.dof_map import DofMap
 from fe_models.errors import InputError
 from fe_models.interpolant import interpolant
+
+if TYPE_CHECKING:
+    from scipy.interpolate import BSpline
 
 BaseDirection = Literal["x", "y"] | float | tuple[float, ...]
 """Along an axis, at an angle (degrees) from x towards y, or along a vector (dx, dy) of any length."""
@@ -43,7 +45,7 @@ class BaseMotion:
         """The direction as a vector (dx, dy) of length one."""
         return unit_vector(self.direction)
 
-    def integrals(self) -> tuple[BSpline, BSpline]:
+    def integrals(self) -> "tuple[BSpline, BSpline]":
         """Return velocity and displacement as functions of time in sampling intervals, in units of ``begun``."""
         velocity = interpolant(self.values).antiderivative()
         velocity.c = velocity.c + self.begun[0]  # the basis of a spline adds up to one

@@ -5,18 +5,24 @@ sample to sample would take 3 % away from a force at a tenth of the sampling rat
 splines 0.02 % and 4 %, these nothing and 0.1 %.
 """
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-from scipy.interpolate import BSpline, make_interp_spline
 
 from fe_models.arrays import FloatArray
+
+if TYPE_CHECKING:
+    from scipy.interpolate import BSpline
 
 SPLINE_DEGREE = 7
 
 
-def interpolant(values: FloatArray, axis: int = 0) -> BSpline:
+def interpolant(values: FloatArray, axis: int = 0) -> "BSpline":
     """Return the spline through ``values`` at the samples 0, 1, 2, ... along an ``axis``: time in sampling intervals.
 
     Of few samples as many degrees as these determine; odd ones, which wiggle least.
     """
+    from scipy.interpolate import make_interp_spline  # here, as it takes longer to load than a dataset to read
+
     samples = values.shape[axis]
     return make_interp_spline(np.arange(samples), values, min(SPLINE_DEGREE, samples // 2 * 2 - 1), axis=axis)
