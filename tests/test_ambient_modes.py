@@ -20,7 +20,7 @@ RATE, SAMPLES = 20.0, 14400
 
 
 def identified(data: FloatArray, rate: float = RATE, first: float = float(FRAME.frequencies[0])) -> IdentifiedModes:
-    return identify_ambient_modes([data], rate, first, rate / 2)[0]
+    return identify_ambient_modes([data], rate, first, rate / 2).modes
 
 
 def least_deviations(modal: ModalModel, seconds: float) -> tuple[FloatArray, FloatArray]:
@@ -166,12 +166,12 @@ def test_a_faster_recorder_and_drift_change_nothing() -> None:
     drift = 5 * data.std() * np.linspace(-1, 1, SAMPLES)[:, None]
     plain, drifting = identified(data), identified(data + drift + 7.0)
     np.testing.assert_allclose(drifting.frequencies, plain.frequencies, rtol=1e-6)
-    low = identify_ambient_modes([frame_recording(3, 6 * SAMPLES, 6 * RATE)], 6 * RATE, 0.9, RATE / 2)[0]
+    low = identify_ambient_modes([frame_recording(3, 6 * SAMPLES, 6 * RATE)], 6 * RATE, 0.9, RATE / 2).modes
     assert np.abs(off_the_frame(low)).max() < 4.5
 
 
 def test_several_motions_of_one_state_count_together() -> None:
-    found = identify_ambient_modes([frame_recording(seed) for seed in range(3)], RATE, 0.9, RATE / 2)[0]
+    found = identify_ambient_modes([frame_recording(seed) for seed in range(3)], RATE, 0.9, RATE / 2).modes
     alone = identified(frame_recording(0))
     np.testing.assert_allclose(found.frequency_errors / alone.frequency_errors, 1 / np.sqrt(3), rtol=0.5)
     off_the_frame(found)
@@ -196,7 +196,7 @@ def test_the_bridge_under_wind_shows_every_mode_of_its_band_and_no_other() -> No
     for seed in range(2):
         rng = np.random.default_rng(seed)
         data = with_noise(ambient(modal, rows, forced, 60_000, 100.0, rng, corner=5.0), 0.03, rng)
-        found = identify_ambient_modes([data], 100.0, float(modal.frequencies[0]), 30.0)[0]
+        found = identify_ambient_modes([data], 100.0, float(modal.frequencies[0]), 30.0).modes
         assert len(found.roots) == 10
         off = (found.frequencies - modal.frequencies[:10]) / found.frequency_errors
         assert np.abs(off).max() < 4.5

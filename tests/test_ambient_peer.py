@@ -16,7 +16,7 @@ def test_pyoma2_finds_the_same_with_about_the_same_deviations() -> None:
     true = frame_modes().frequencies
     for seed in range(3):
         data = frame_recording(seed)
-        ours, _ = identify_ambient_modes([data], RATE, float(true[0]), RATE / 2)
+        ours = identify_ambient_modes([data], RATE, float(true[0]), RATE / 2).modes
         hankel, spread = ssi.build_hank(data.T, data.T, ROWS, "cov", True, SEGMENTS)
         observed, transition, output, _ = ssi.SSI_fast(hankel, ROWS, ORDER)
         found = ssi.SSI_poles(

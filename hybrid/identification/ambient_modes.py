@@ -10,24 +10,32 @@ e what one of n segments adds to the roots and shapes. Forces give shapes no sca
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import ceil
 
 import numpy as np
 from scipy.signal import decimate, detrend
 
 from fe_models.arrays import BoolArray, ComplexArray, FloatArray
-from hybrid.identification.config import AMBIENT, FREE_DECAY, STABILISATION
+from hybrid.identification.config import AMBIENT, FREE_DECAY, HARMONIC, STABILISATION
 from hybrid.identification.covariance_subspace import CovarianceSubspace, PolesOfOrder
+from hybrid.identification.harmonics import Harmonic, harmonics_among
 from hybrid.identification.identified_modes import IdentifiedModes, no_modes, phase_collinearity
 from hybrid.identification.output_correlations import Correlations, correlations_of
 from hybrid.identification.stabilisation import Stabilisation, vibrates
 
 
-def identify_ambient_modes(
-    motions: Sequence[FloatArray], rate: float, first: float, highest: float
-) -> tuple[IdentifiedModes, Stabilisation]:
-    """Return the modes of ``motions`` (time, sensor) up to ``highest`` Hz, by frequency, and the poles they come from.
+@dataclass(frozen=True)
+class AmbientModes:
+    """The ``modes``, by frequency, the poles that they come from (``stabilisation``), and lines of machines beside."""
+
+    modes: IdentifiedModes
+    stabilisation: Stabilisation
+    harmonics: tuple[Harmonic, ...] = ()
+
+
+def identify_ambient_modes(motions: Sequence[FloatArray], rate: float, first: float, highest: float) -> AmbientModes:
+    """Return the modes of ``motions`` (time, sensor), sampled at ``rate`` Hz, up to ``highest`` Hz.
 
     ``first``: the structure's lowest natural frequency, Hz, which says what is a drift, and how long correlations last.
     """
@@ -43,8 +51,8 @@ def identify_ambient_modes(
         min(len(part) for part in thinned) // 4,
     )
     lowest = min(FREE_DECAY.min_frequency_hz, FREE_DECAY.min_frequency_hz * first)
-    if rows < 2:
-        return no_modes(sensors), _stabilised([], rate, (lowest, highest), scale)
+    if rows < 2 or not rms.any():
+        return AmbientModes(no_modes(sensors), _stabilised([], rate, (lowest, highest), scale))
     found = correlations_of([part / scale for part in thinned], 2 * rows, AMBIENT.segments)
     subspace = CovarianceSubspace.of(found)
     enough = 2 * ceil(subspace.significant(samples) / 2)
@@ -53,8 +61,9 @@ def identify_ambient_modes(
     poles = [subspace.poles(order) for order in orders]
     stabilised = _stabilised(poles, rate, (lowest, highest), scale, enough)
     modes = _modes(stabilised, subspace, {own.order: own for own in poles if own.order >= enough}, rate, scale)
-    modes = modes.take(_is_known(modes))
-    return _with_energy(modes, found, rate, scale), stabilised
+    modes = _with_energy(modes.take(_is_known(modes)), found, rate, scale)
+    lines, harmonics = harmonics_among(modes, thinned, rate)
+    return AmbientModes(modes.take(~lines & (modes.ratios > 0)), stabilised, harmonics)
 
 
 def _thinned(data: FloatArray, every: int) -> FloatArray:
@@ -74,7 +83,7 @@ def _stabilised(
     shapes = np.zeros((0, len(scale)), dtype=complex)
     for own in poles:
         every = _roots_of(own, rate)
-        kept = vibrates(every, band) & (every.real < 0)
+        kept = vibrates(every, band) & (every.real < HARMONIC.largest_ratio * np.abs(every))
         order = np.concatenate([order, np.full(int(kept.sum()), own.order)])
         roots, shapes = np.concatenate([roots, every[kept]]), np.concatenate([shapes, own.shapes[kept] * scale])
     later = sum(own.order >= enough for own in poles)

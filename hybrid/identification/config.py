@@ -76,6 +76,38 @@ class AmbientConfig:
 
 
 @dataclass(frozen=True)
+class HarmonicConfig:
+    """Lines of machines among modes."""
+
+    largest_ratio: float = 2e-3  # damping ratio: steel without joints has as little, and a machine's speed wanders ...
+    ratio_sigma: float = 4.0  # ... or what is hardly told from none, in so many standard deviations
+    band_lines: int = 40  # that the recording can tell apart: how well a pole says where a line is
+    steps: int = 2  # from one such line to the next, in which the highest is looked for
+    nearest_lines: float = 2.0  # from a line: Hann's window leaves nothing of it there ...
+    farthest_lines: float = 8.0  # ... and a mode's peak has not fallen much
+    false_alarms: float = 1e-3  # of a mode without much damping taken for a line
+    end_share: int = 20  # of a recording, one in so many samples at either end: there a narrow band rings
+    largest_fourth_moment: float = 1.25  # over the squared second: 1 of a sine, 2 of noise, within 0.3 of 40 amplitudes
+
+
+@dataclass(frozen=True)
+class ExcitationConfig:
+    """Whether recordings die away."""
+
+    least_decay: float = 3.0  # logarithm of power, from the first third to the last: what dies away less cannot be told
+    most_decay: float = 6.0  # after which noise is left
+    # of the fall that a free decay has: what forces drive falls by chance, by a small part of it
+    largest_fall: float = 0.25
+    min_energy_share: float = 0.5  # of the modes', that those have which should have died away
+    band_decays: float = 4.0  # decay rates over pi, its peak's own width: nearly all of a mode's power
+    band_lines: float = 8.0  # that the recording can tell apart, at least: power over time asks for some
+    span_periods: float = 2.0  # of the strongest vibration, in which its power is taken: two modes beat more slowly ...
+    min_spans: int = 6  # ... in a recording at least
+    span_steps: int = 4  # to a span: where a blow comes within one
+    min_return: float = 0.2  # of the largest power before, that comes back from one span to the next
+
+
+@dataclass(frozen=True)
 class BackboneConfig:
     """Frequency and damping over amplitude."""
 
@@ -139,6 +171,8 @@ class RealisationConfig:
 STABILISATION = StabilisationConfig()
 FREE_DECAY = FreeDecayConfig()
 AMBIENT = AmbientConfig()
+HARMONIC = HarmonicConfig()
+EXCITATION = ExcitationConfig()
 BACKBONE = BackboneConfig()
 AGREEMENT = AgreementConfig()
 COMPARISON = ComparisonConfig()

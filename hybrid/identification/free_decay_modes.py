@@ -18,7 +18,7 @@ from hybrid.identification.config import FREE_DECAY
 from hybrid.identification.identified_modes import IdentifiedModes, no_modes, phase_collinearity
 from hybrid.identification.mode_uncertainty import covariance_of, is_above_noise, left_by, noise_at
 from hybrid.identification.shared_modes import Linearised, SharedModes, fit_shared_modes
-from hybrid.identification.stabilisation import stabilisation_of
+from hybrid.identification.stabilisation import Stabilisation, stabilisation_of
 
 
 def identify_modes(
@@ -30,15 +30,24 @@ def identify_modes(
     natural frequency, Hz, which says what is a drift, and how long to look.
     """
     parts = [motions] if isinstance(motions, np.ndarray) and motions.ndim == 2 else list(motions)
-    parts = [np.asarray(part, dtype=float) for part in parts]
+    found, _ = identify_free_decay(parts, rate, first, highest)
+    return found if count is None else found.strongest(count)
+
+
+def identify_free_decay(
+    motions: Sequence[FloatArray], rate: float, first: float, highest: float
+) -> tuple[IdentifiedModes, Stabilisation]:
+    """Return the modes of free decays (time, sensor), by frequency, and the poles that their fit began with.
+
+    See `identify_modes`.
+    """
+    parts = [np.asarray(part, dtype=float) for part in motions]
     lowest = min(FREE_DECAY.min_frequency_hz, FREE_DECAY.min_frequency_hz * first)
-    roots, shapes = stabilisation_of(parts, rate, first, (lowest, highest)).modes
+    stabilisation = stabilisation_of(parts, rate, first, (lowest, highest))
     rms = np.sqrt(np.mean(np.concatenate([part - part.mean(axis=0) for part in parts]) ** 2, axis=0))
     rms = np.where(rms > 0, rms, 1.0)
-    found = _settled(parts, rate, roots, shapes, rms)
-    if count is not None:
-        found = found.take(np.sort(np.argsort(-found.energy)[:count]))
-    return found.take(np.argsort(np.abs(found.roots)))
+    found = _settled(parts, rate, *stabilisation.modes, rms)
+    return found.take(np.argsort(np.abs(found.roots))), stabilisation
 
 
 def _settled(

@@ -58,6 +58,10 @@ class IdentifiedModes:
         largest = np.argmax(np.abs(turned), axis=0)
         return np.asarray(turned / np.take_along_axis(turned, largest[None], axis=0))
 
+    def strongest(self, count: int) -> "IdentifiedModes":
+        """Return the modes of most energy, at most so many, in the order that they have."""
+        return self.take(np.sort(np.argsort(-self.energy)[:count]))
+
     def take(self, kept: BoolArray | IntArray) -> "IdentifiedModes":
         """Return some of the modes."""
         return IdentifiedModes(
