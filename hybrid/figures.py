@@ -19,6 +19,14 @@ STYLES: dict[str, dict[str, Any]] = {  # colours of Okabe & Ito: distinguished b
     "FE model": {"color": "#E69F00", "linewidth": 1.0, "linestyle": "--"},
     "hybrid": {"color": "#0072B2", "linewidth": 1.1},
 }
+COLOURS = (
+    "#0072B2",
+    "#E69F00",
+    "#009E73",
+    "#CC79A7",
+    "#56B4E9",
+    "#D55E00",
+)  # of Okabe & Ito: distinguished by everyone
 PANEL_WIDTH, PANEL_HEIGHT = 6.2, 1.9  # inches
 WHOLE_WIDTH, ZOOM_WIDTH = 4.2, 2.6  # inches, of a long signal and of the part of it beside it
 ZOOM_PERIODS = 6.0  # of the strongest vibration: as many can be distinguished, and followed by eye

@@ -18,7 +18,8 @@ HEAVY = {"torch", "scipy", "matplotlib", "numba", "exudyn", "pyvista", "vtkmodul
 
 
 def test_it_has_the_sub_commands_that_the_documents_name() -> None:
-    assert set(NAMES) == {"build", "simulate", "train", "predict", "render", "diagnose", "compare", "benchmark"}
+    known = {"build", "simulate", "train", "predict", "render", "diagnose", "compare", "inspect", "benchmark"}
+    assert set(NAMES) == known
     result = CliRunner().invoke(app, ["--help"])
     assert result.exit_code == 0
     listed = [line.split()[0] for line in result.output.split("Commands:")[1].splitlines() if line.strip()]

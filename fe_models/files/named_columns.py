@@ -23,6 +23,7 @@ class NamedColumns:
 
     ``units``: one a column, "" where the file says none. ``others``: further names of a column, such as that without
     the group it is in. ``sampling_rate``: Hz, where the file says it. ``form``: in words, what was guessed of the file.
+    ``numeric``: which columns begin with a number; () where all hold numbers.
     """
 
     path: Path
@@ -32,6 +33,7 @@ class NamedColumns:
     others: tuple[tuple[str, ...], ...] = ()
     sampling_rate: float | None = None
     form: str = ""
+    numeric: tuple[bool, ...] = ()
 
     def find(self, name: str) -> int | None:
         """Return the number of the column of that name, None where there is none; `InputError` where there are two."""
@@ -48,7 +50,8 @@ class NamedColumns:
         taken = {self.find(name) for name in others}
         spoken = [(name, *more) for name, more in zip(self.names, self.others or [()] * len(self.names), strict=True)]
         for column, names in enumerate(spoken):
-            if column not in taken and time_column(list(names), []) is not None:
+            is_number = not self.numeric or self.numeric[column]  # a date is no time in seconds
+            if is_number and column not in taken and time_column(list(names), []) is not None:
                 return column
         return None
 

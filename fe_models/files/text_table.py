@@ -3,7 +3,7 @@
 from array import array
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import chain
+from itertools import chain, islice
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +16,7 @@ from fe_models.files.text_dialect import SPACES, TextDialect, dialect_of, filled
 from fe_models.files.unit_words import name_and_unit
 
 MAX_FAULTY_LINES = 5  # of a file, each with its fault
+FIRST_ROWS = 20  # that tell whether a column holds numbers
 CHUNK = 50_000  # lines, after which the numbers read so far are counted
 
 
@@ -111,7 +112,20 @@ class TextTable:
         below = [*self.dialect.units, *[""] * len(self.header)]
         units = tuple(below[column] or unit for column, (_, unit) in enumerate(spoken))
         others = tuple((name,) if unit else () for name, unit in spoken)
-        return NamedColumns(self.path, tuple(self.header), units, self.numbers, others, form=self.dialect.form)
+        return NamedColumns(
+            self.path, tuple(self.header), units, self.numbers, others, form=self.dialect.form, numeric=self._numeric()
+        )
+
+    def _numeric(self) -> tuple[bool, ...]:
+        """Return which columns hold a number or nothing in the first rows."""
+        found = [True] * len(self.header)
+        for _, row in islice(self.rows(), FIRST_ROWS):
+            for column, cell in enumerate(row[: len(found)]):
+                try:
+                    self.dialect.number(cell)
+                except ValueError:
+                    found[column] = False
+        return tuple(found)
 
 
 def open_table(path: Path) -> TextTable:

@@ -7,12 +7,13 @@ from hybrid.commands.build import build
 from hybrid.commands.compare import compare
 from hybrid.commands.console import new_app
 from hybrid.commands.diagnose import diagnose
+from hybrid.commands.inspect import inspect
 from hybrid.commands.predict import predict
 from hybrid.commands.render import render
 from hybrid.commands.simulate import simulate
 from hybrid.commands.train import train
 
-COMMANDS = (build, simulate, train, predict, render, diagnose, compare)
+COMMANDS = (build, simulate, train, predict, render, diagnose, compare, inspect)
 
 
 def main_app() -> typer.Typer:

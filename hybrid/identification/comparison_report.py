@@ -7,15 +7,13 @@ import numpy as np
 from fe_models.arrays import FloatArray
 from fe_models.recordings import Dataset
 from fe_models.spectra import line_frequencies, power_spectrum
-from hybrid.figures import figure
+from hybrid.figures import COLOURS, figure
 from hybrid.identification.agreement import largest_agreeing_group
 from hybrid.identification.backbone import Backbone
 from hybrid.identification.combinations import Combination
 from hybrid.identification.config import AGREEMENT, BACKBONE, COMPARISON
 from hybrid.identification.recording_comparison import Compared, Observed
 
-# of Okabe & Ito: distinguished by everyone
-COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00")
 MARKERS = "osD^vP"  # beside colours, for those who print in black
 PANEL_WIDTH, PANEL_HEIGHT = 5.2, 1.45  # inches of a panel: spectra make large pictures
 LEAST_WIDTH = 5.5  # inches: the title needs them
