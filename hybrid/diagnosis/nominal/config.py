@@ -84,6 +84,10 @@ class LoadConfig:
     # of a load's energy: with more above the recordings' low-pass, the load has not passed it yet, nor with as much on
     # either side of it (`lowpass.WHITE`)
     max_share_above_lowpass: float = 0.1
+    # of the low-pass: the usual filter leaves 0.01 of the power in the second band that it leaves in the first
+    bands: tuple[tuple[float, float], ...] = ((0.6, 0.9), (1.25, 1.6))
+    # of the power: half a sine of three samples has 0.05 and more
+    max_density_ratio_beyond: float = 0.03
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ from fe_models.base_motion import BaseMotion
 from fe_models.interpolant import SPLINE_DEGREE, interpolant
 from fe_models.measurement import lowpassed
 from fe_models.recordings import QUANTITIES, Dataset, Quantity, Recording
+from fe_models.spectra import line_frequencies, power_spectrum
 from fe_models.structure import Direction
 from hybrid.diagnosis.nominal.config import LOADS, LOWPASS
 from hybrid.diagnosis.nominal.lowpass import beyond
@@ -211,5 +212,20 @@ def behind(values: FloatArray, rate: float, lowpass: float | None) -> FloatArray
     passes_by = (
         power[above].sum() > LOADS.max_share_above_lowpass * power.sum()
         or beyond(values[:, None], rate, lowpass) > LOWPASS.min_power_of_white
+        or _fall(values, rate, lowpass) > LOADS.max_density_ratio_beyond
     )
     return lowpassed(values, rate, lowpass) if passes_by else values
+
+
+def _fall(values: FloatArray, rate: float, lowpass: float) -> float:
+    """Return the mean power of a load's ``values`` (time,) in a band beyond a low-pass over that in one below it.
+
+    Mean, as the spectrum of a knock has zeros, which a quantile takes for what a filter left.
+    """
+    power = power_spectrum(values[:, None] - values.mean())[:, 0]
+    frequency = line_frequencies(len(values), rate)
+    bands = [(frequency > low * lowpass) & (frequency < high * lowpass) for low, high in LOADS.bands]
+    if not all(band.any() for band in bands):
+        return 0.0
+    below, above = (float(power[band].mean()) for band in bands)
+    return above / below if below > 0 else 0.0
