@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 
 from fe_models.arrays import FloatArray
+from fe_models.base_motion import BaseMotion
 from fe_models.errors import InputError
 from fe_models.files.dataset_file import load_dataset
 from fe_models.files.gaps import mended
-from fe_models.recordings import Load, Recording
+from fe_models.recordings import Dataset, Load, Recording
 from tests.sample_dataset import NAMES, SAMPLES, TOML, broken, free_decay, write_sample
 
 DATA = free_decay(1)
@@ -87,6 +88,14 @@ def test_a_lost_load_cuts_as_well() -> None:
     assert "(its load or base motion)" in found.notes[0]
 
 
+def test_a_lost_base_motion_cuts_as_well() -> None:
+    shaking = np.random.default_rng(1).standard_normal(SAMPLES)
+    shaking[200] = np.nan
+    found = mended(recording(slow(), base=(BaseMotion("x", shaking),)), NAMES)
+    assert [len(part.base[0].values) for part in found.stretches] == [200, SAMPLES - 201]
+    assert all(np.isfinite((*part.base[0].values, *part.base[0].begun)).all() for part in found.stretches)
+
+
 def test_motions_without_a_gap_stay_together() -> None:
     data = np.stack([slow(), slow(), slow(30.0)])
     data[1, 200:250, 0] = np.nan
@@ -133,6 +142,42 @@ def test_a_channel_that_is_lost_throughout_is_a_dead_one(tmp_path: Path) -> None
     with pytest.raises(InputError, match="channel 'd3' is constant"):
         read(tmp_path, dead)
     assert read(tmp_path, dead, dead_channels=True) == [("r1", SAMPLES), ("r2", SAMPLES)]
+
+
+def written(folder: Path, rows: list[str], key: str = "") -> Dataset:
+    """The sample with its first recording from rows of time, channels and force; the force is a load with ``key``."""
+    write_sample(folder)
+    (folder / "r1.csv").write_text("\n".join(["time,a2,a3,d3,force", *rows]))
+    load = f'loads = [{{ node = 3, direction = "x", file = "r1.csv", key = "{key}" }}]\n' if key else ""
+    (folder / "dataset.toml").write_text(TOML.replace('"r1.npz"\nkey = "data"\n', f'"r1.csv"\n{load}'))
+    return load_dataset(folder / "dataset.toml")
+
+
+def rows_of(rate: float = 100.0) -> list[str]:
+    return [",".join(f"{value:.9f}" for value in (n / rate, *row, n)) for n, row in enumerate(DATA)]
+
+
+def test_rows_that_are_missing_by_their_times_are_gaps_of_the_load_as_well(tmp_path: Path) -> None:
+    rows = rows_of()
+    dataset = written(tmp_path, [*rows[:150], *rows[170:300], *rows[301:]], "force")
+    parts = dataset.recordings[:-1]
+    assert [(part.name, part.data.shape[1], part.skipped) for part in parts] == [
+        ("r1 (1)", 150, 0),
+        ("r1 (2)", 130, 170),
+        ("r1 (3)", 99, 301),
+    ]
+    for part in parts:
+        np.testing.assert_allclose(part.loads[0].values, part.skipped + np.arange(part.data.shape[1]))
+    assert any("samples 151 to 170, 301 to 301 are lost (a2, a3, d3)" in note for note in dataset.notes)
+
+
+def test_a_wrong_rate_is_named_beside_missing_rows_and_a_clock_that_goes_back_is_refused(tmp_path: Path) -> None:
+    rows = rows_of(50.0)
+    with pytest.raises(InputError, match=r"has a step of 0\.02 s \(50 Hz\), but sampling_rate says 100 Hz"):
+        written(tmp_path, [*rows[:150], *rows[170:]])
+    rows = rows_of()
+    with pytest.raises(InputError, match=r"jumps from 1\.99 to 0 s"):
+        written(tmp_path, [*rows[:200], *rows[:200]])
 
 
 def test_empty_cells_of_a_table_are_gaps(tmp_path: Path) -> None:

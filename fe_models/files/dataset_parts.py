@@ -10,6 +10,7 @@ from typing import Literal
 
 from fe_models.dof_map import DofMap
 from fe_models.errors import noting
+from fe_models.files.directions import axis_and_sign
 from fe_models.files.modal_file import load_modal_model
 from fe_models.files.recording_checks import (
     READS_ZERO,
@@ -119,6 +120,7 @@ def read_sensors(
     factors: list[float] = []
     units: list[str] = []
     for place, table in read_list(document, "sensors", where, faults):
+        table, sign = _along_an_axis(table, place, faults)
         sensor = read_table(Sensor, table, place, faults)
         name = table.get("name") if isinstance(table, dict) else None
         channels.append(name if isinstance(name, str) else f"number {len(channels) + 1}")
@@ -128,7 +130,7 @@ def read_sensors(
             factors.append(1.0)
         else:
             sensor, factor = to_si(sensor)
-            factors.append(factor)
+            factors.append(sign * factor)
             found = check_sensor(sensor, surroundings.dofs, surroundings.node_count)
             faults.extend(f"{place} ({sensor.name}): {fault}" for fault in found)
             sensors.append(sensor)
@@ -137,6 +139,17 @@ def read_sensors(
     elif len(sensors) == len(channels):
         faults.extend(f"{where} {fault}" for fault in check_sensors(sensors))
     return tuple(sensors), Channels(tuple(channels), tuple(factors), tuple(units))
+
+
+def _along_an_axis(table: object, place: str, faults: list[str]) -> tuple[object, float]:
+    """Return a sensor's table with an angle or a vector as the axis that it is along, and -1 where it points back."""
+    direction = table.get("direction") if isinstance(table, dict) else None
+    if not isinstance(table, dict) or not isinstance(direction, int | float | list) or isinstance(direction, bool):
+        return table, 1.0
+    given = tuple(direction) if isinstance(direction, list) else direction
+    known = noting(faults, f"{place}.direction", axis_and_sign, given)
+    axis, sign = ("x", 1.0) if known is None else known
+    return table | {"direction": axis}, sign
 
 
 def _misplaced(table: object, surroundings: Surroundings) -> list[str]:

@@ -48,6 +48,8 @@ def mended(recording: Recording, channels: Sequence[str]) -> Mended:
     missing: BoolArray = np.any(np.isnan(data), axis=2)  # (realisation, time)
     for values in recording.driving:
         missing |= np.isnan(values)
+    whole = tuple(replace(move, values=np.nan_to_num(move.values)) for move in base)  # its velocity is an integral
+    recording = replace(recording, base=whole)
     if not missing.any():
         return Mended((recording,), tuple(notes))
     return _cut(recording, missing, ", ".join(lost) or "its load or base motion", notes)

@@ -9,17 +9,20 @@ from fe_models.arrays import FloatArray
 from fe_models.base_motion import BaseDirection, BaseMotion, rigid_motion, unit_vector
 from fe_models.dof_map import DofMap
 from fe_models.errors import noting
+from fe_models.files.directions import FileDirection, components
 from fe_models.files.recording_checks import UNITS, UNITS_BESIDE, check_place
 from fe_models.files.recording_files import load_force
 from fe_models.files.tables import Table, read_list, read_table
 from fe_models.recordings import Excitation, Load
-from fe_models.structure import Direction
 
 KNOWN_MOTION = ("loads", "base")
 """Lists in the table of a recording of what is known to have moved the structure."""
 SI_UNIT = UNITS["acceleration", False]
 BASE_UNITS = {SI_UNIT: 1.0} | UNITS_BESIDE["acceleration", False]
 """Units that a base motion may have, each with what one of it is in m/s^2."""
+
+
+NO_EFFECT = "the load would do nothing"  # at a place that a support holds
 
 
 @dataclass(frozen=True)
@@ -37,7 +40,7 @@ class Checked:
 @dataclass(frozen=True)
 class _LoadTable:
     node: int
-    direction: Direction
+    direction: FileDirection
     file: str
     key: str | None = None
 
@@ -69,7 +72,7 @@ def read_known_motion(
     """Return the loads and the base motions in the ``table`` of a recording, noting the faults of others."""
     loads = (_read_load(item, where, checked, faults) for where, item in read_list(table, "loads", place, faults))
     base = (_read_base(item, where, checked, faults) for where, item in read_list(table, "base", place, faults))
-    return tuple(load for load in loads if load is not None), tuple(motion for motion in base if motion is not None)
+    return tuple(load for parts in loads for load in parts), tuple(motion for motion in base if motion is not None)
 
 
 def excitation_faults(excitation: Excitation | None, table: Table) -> list[str]:
@@ -83,15 +86,19 @@ def excitation_faults(excitation: Excitation | None, table: Table) -> list[str]:
     return []
 
 
-def _read_load(item: object, where: str, checked: Checked, faults: list[str]) -> Load | None:
+def _read_load(item: object, where: str, checked: Checked, faults: list[str]) -> tuple[Load, ...]:
+    """Return a load, or its two components where it acts between x and y."""
     row = read_table(_LoadTable, item, where, faults)
-    if row is None:
-        return None
+    along = None if row is None else noting(faults, where, components, row.direction)
+    if row is None or along is None:
+        return ()
     if checked.dofs is not None:
-        found = check_place(row.node, row.direction, checked.dofs, checked.node_count, "the load would do nothing")
-        faults.extend(f"{where}: {fault}" for fault in found)
+        found = [check_place(row.node, axis, checked.dofs, checked.node_count, NO_EFFECT) for axis in along]
+        if all(found):  # a support may well take one of two components
+            faults.extend(f"{where}: {fault}" for fault in dict.fromkeys(fault for each in found for fault in each))
+        along = {axis: part for (axis, part), wrong in zip(along.items(), found, strict=True) if not wrong}
     values = _read_values(row.file, row.key, "N m" if row.direction == "rz" else "N", where, checked, faults)
-    return None if values is None else Load(row.node, row.direction, values)
+    return () if values is None else tuple(Load(row.node, axis, part * values) for axis, part in along.items())
 
 
 def _read_base(item: object, where: str, checked: Checked, faults: list[str]) -> BaseMotion | None:

@@ -20,8 +20,9 @@ from fe_models.files.array_files import (
     pick_array,
 )
 from fe_models.files.named_columns import NamedColumns, converting_factor, required
+from fe_models.files.size_limit import check_values
 from fe_models.files.text_table import open_table
-from fe_models.files.time_column import time_faults
+from fe_models.files.time_column import places_of_rows, time_faults, usual_rate_faults
 
 STEP_TOLERANCE = 0.01  # relative: a stored time step is often rounded to three digits ...
 ROUNDED_TOLERANCE = 0.02  # ... or to two, as 0.033 s at 29.97 Hz
@@ -141,6 +142,7 @@ def _from_columns(
     values = noting(faults, "", table.read, found if times is None else [*found, times])
     if values is not None and times is not None:
         faults += _time_faults(table, values[:, -1], times, sampling_rate)
+        values = _with_lost_rows(table, values, times)
     if table.sampling_rate is not None:
         faults += _step_faults(1 / table.sampling_rate, sampling_rate, f"{path}: its time step")
     raise_faults(faults)
@@ -167,10 +169,9 @@ def _conversions(
 
 def _time_faults(table: NamedColumns, values: FloatArray, column: int, sampling_rate: float | None) -> list[str]:
     what = f"{table.path}: its column {table.names[column]!r}"
-    known, samples = np.isfinite(values), np.arange(len(values))
-    if known.any():  # the times of lost samples are lost with them
-        values = np.interp(samples, samples[known], values[known])
-    return time_faults(values * table.seconds(column), sampling_rate, what)
+    seconds = _filled_times(values) * table.seconds(column)
+    check = time_faults if places_of_rows(seconds) is None else usual_rate_faults
+    return check(seconds, sampling_rate, what)
 
 
 def _force_column(table: NamedColumns, key: str | None, unit: str) -> FloatArray:
@@ -183,7 +184,27 @@ def _force_column(table: NamedColumns, key: str | None, unit: str) -> FloatArray
         key = names[0]
     (column,) = required(table, [key], "")
     factor = converting_factor(table.names[column], table.units[column], unit)
-    return factor * table.read([column])[:, 0]
+    times = table.time([key])
+    if times is None:
+        return factor * table.read([column])[:, 0]
+    return factor * _with_lost_rows(table, table.read([column, times]), times)[:, 0]
+
+
+def _with_lost_rows(table: NamedColumns, values: FloatArray, times: int) -> FloatArray:
+    """Return values (row, column), the last of them times, with NaN in place of the rows that those say were lost."""
+    places = places_of_rows(_filled_times(values[:, -1]) * table.seconds(times))
+    if places is None:
+        return values
+    check_values(int(places[-1]) * values.shape[1], table.path)
+    whole = np.full((int(places[-1]) + 1, values.shape[1]), np.nan)
+    whole[places] = values
+    return whole
+
+
+def _filled_times(values: FloatArray) -> FloatArray:
+    """Return times (row,) with those of lost samples, which are lost with them, from their neighbours."""
+    known, rows = np.isfinite(values), np.arange(len(values))
+    return np.interp(rows, rows[known], values[known]) if known.any() else values
 
 
 def _as_columns(path: Path, single: dict[str, NDArray[np.generic]], arrays: Arrays) -> NamedColumns:

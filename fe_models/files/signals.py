@@ -12,7 +12,7 @@ from fe_models.errors import InputError
 from fe_models.files.array_files import Arrays, pick_array
 from fe_models.files.named_columns import NamedColumns
 from fe_models.files.recording_files import STEP_NAME, named_columns_of
-from fe_models.files.time_column import time_faults
+from fe_models.files.time_column import places_of_rows, time_faults
 
 RATE_NAMES = ("fs", "sampling_rate", "sample_rate", "rate")  # of single numbers beside arrays, in small letters
 
@@ -56,9 +56,16 @@ def _of_columns(table: NamedColumns) -> Signals:
     rate, source = table.sampling_rate, "stated in the file" if table.sampling_rate else ""
     if time is not None:
         seconds = values[:, -1] * table.seconds(time)
+        places = places_of_rows(seconds)
+        if places is not None:
+            notes.append(f"rows are lost between its times, {int(places[-1]) + 1 - len(places)} in all")
         values, source = values[:, :-1], f"from its column {table.names[time]!r}"
         rate = _rate_of(seconds)
-        notes += time_faults(seconds[np.isfinite(seconds)], None, f"column {table.names[time]!r}")
+        notes += (
+            []
+            if places is not None
+            else time_faults(seconds[np.isfinite(seconds)], None, f"column {table.names[time]!r}")
+        )
     short = [name_of(table, column) for column in channels]
     units = tuple(table.units[column] for column in channels)
     return Signals(table.path, tuple(short), units, values, rate, source if rate else "", notes=tuple(notes))

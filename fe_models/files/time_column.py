@@ -6,7 +6,7 @@ The step of n samples is (last - first) / (n - 1), which rounding hardly moves: 
 
 import numpy as np
 
-from fe_models.arrays import BoolArray, FloatArray
+from fe_models.arrays import BoolArray, FloatArray, IntArray
 
 NAMES = ("time", "t", "time (s)", "time [s]", "t (s)", "t [s]", "time_s", "seconds")
 """What loggers call it, in small letters or capitals; the first is the one that our documents name."""
@@ -18,6 +18,7 @@ USUAL_SPAN = 1 / 8  # of a recording, over which steps are measured: few of them
 MIN_USUAL_SPAN = 10  # samples, or a quarter of a recording, ... while scatter matters little
 RATE_TOLERANCE = 0.01  # relative: stated rates are often rounded to two or three digits
 MAX_JUMPS_NAMED = 3
+MAX_LOST = 1_000_000  # rows in one gap that are given a place: a longer pause of a logger cuts a recording as well
 MILLISECONDS = 1000.0  # in a second
 
 
@@ -51,6 +52,27 @@ def time_faults(time: FloatArray, sampling_rate: float | None, what: str) -> lis
         remedy = "resample the recording to a constant rate"
         return [f"{what} leaves a steady rate by up to {scatter / step:.1f} samples: {remedy}"]
     return _rate_faults(time, step, sampling_rate, what)
+
+
+def places_of_rows(time: FloatArray) -> IntArray | None:
+    """Return where rows (row,) with these times (s) belong among all samples, those between them that were lost.
+
+    None where none was lost, and where the clock goes back or jumps by a part of a sample, which `time_faults` names.
+    """
+    if len(time) < 2 or not np.isfinite(time).all() or (usual := _usual_step(time)) <= 0:
+        return None
+    jumps = np.flatnonzero(_jumps(time, usual))
+    lost = np.rint((time[jumps + 1] - time[jumps]) / usual) - 1
+    if not len(jumps) or lost.min() < 1:
+        return None
+    steps = np.ones(len(time) - 1, dtype=np.int64)
+    steps[jumps] += np.minimum(lost, MAX_LOST).astype(np.int64)
+    return np.concatenate([[0], np.cumsum(steps)])
+
+
+def usual_rate_faults(time: FloatArray, sampling_rate: float | None, what: str) -> list[str]:
+    """Return a fault where the step that most rows of times (row,), s, have contradicts ``sampling_rate`` (Hz)."""
+    return _rate_faults(time, _usual_step(time), sampling_rate, what)
 
 
 def _rate_faults(time: FloatArray, step: float, sampling_rate: float | None, what: str) -> list[str]:
