@@ -4,7 +4,8 @@ from pathlib import Path
 
 from fe_models.files.atomic import write_json, write_text
 from fe_models.recordings import Dataset
-from hybrid.identification.comparison_report import describe_compared, draw_backbones, draw_spectra
+from hybrid.identification.comparison_pictures import draw_backbones, draw_spectra
+from hybrid.identification.comparison_report import describe_compared
 from hybrid.identification.comparison_tables import comparison_csv, comparison_table
 from hybrid.identification.recording_comparison import Compared
 from hybrid.result_sets import BACKBONES, COMPARISON, COMPARISON_ROWS, COMPARISON_TABLE, SPECTRA, comparison_in

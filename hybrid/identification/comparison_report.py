@@ -1,22 +1,14 @@
-"""The comparison of recordings as tables and pictures."""
-
-from pathlib import Path
+"""The comparison of recordings as text: tables in Markdown."""
 
 import numpy as np
 
 from fe_models.arrays import FloatArray
-from fe_models.recordings import Dataset
-from fe_models.spectra import line_frequencies, power_spectrum
-from hybrid.figures import COLOURS, figure
 from hybrid.identification.agreement import largest_agreeing_group
 from hybrid.identification.backbone import Backbone
 from hybrid.identification.combinations import Combination
 from hybrid.identification.config import AGREEMENT, BACKBONE, COMPARISON
 from hybrid.identification.recording_comparison import Compared, Observed
 
-MARKERS = "osD^vP"  # beside colours, for those who print in black
-PANEL_WIDTH, PANEL_HEIGHT = 5.2, 1.45  # inches of a panel: spectra make large pictures
-LEAST_WIDTH = 5.5  # inches: the title needs them
 PEAK = f"{COMPARISON.min_peak_ratio:g}"
 
 
@@ -176,70 +168,3 @@ def _term(factor: int, mode: int, more: bool = False) -> str:
     sign = "- " if factor < 0 else "+ " if more else ""
     size = "" if abs(factor) == 1 else f"{abs(factor)} "
     return f"{sign}{size}f{mode}" if factor else ""
-
-
-def draw_backbones(path: Path, dataset: Dataset, compared: Compared) -> Path:
-    """Draw frequency against amplitude, a panel a mode, with bars of two standard deviations to either side."""
-    title = "Frequency while the motion decays\n(bars: two standard deviations of the fit)"
-    panels = len(compared.followed)
-    with figure(path, panels, panels, title) as (sheet, axes):
-        sheet.set_size_inches(max(4.5 * panels, LEAST_WIDTH), 4.0)
-        for number, (axis, mode) in enumerate(zip(axes, compared.followed, strict=True)):
-            for row, observed in enumerate(compared.recordings):
-                curve = observed.backbones[number]
-                axis.errorbar(
-                    curve.amplitude,
-                    curve.frequency,
-                    2 * curve.deviation,
-                    fmt=MARKERS[row % len(MARKERS)] + "-",
-                    label=observed.name,
-                    color=COLOURS[row % len(COLOURS)],
-                    markersize=4,
-                    linewidth=1.0,
-                    capsize=2.5,
-                )
-            axis.set_xscale("log")
-            axis.set(
-                xlabel=f"amplitude where it moves most ({_unit(dataset, compared, mode)})", ylabel="frequency (Hz)"
-            )
-            axis.set_title(f"mode {mode + 1}, nominal {compared.nominal[mode]:.3f} Hz", fontsize=9)
-        count = len(compared.recordings)
-        sheet.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=count, frameon=False)
-    return path
-
-
-def _unit(dataset: Dataset, compared: Compared, mode: int) -> str:
-    """Return the unit of a mode's amplitudes: that of the channel with the largest entry of the identified shape."""
-    largest = {
-        int(np.argmax(np.abs(each.identified.real_shapes[:, each.chosen[mode]]))) for each in compared.recordings
-    }
-    units = {dataset.sensors[sensor].unit for sensor in largest}
-    return units.pop() if len(units) == 1 else "of each recording's own channel"
-
-
-def draw_spectra(path: Path, dataset: Dataset, compared: Compared) -> Path:
-    """Draw the power of all channels of each recording, with the nominal frequencies and the combinations."""
-    singles = [data for recording in dataset.recordings for data in recording.data]
-    highest = min(dataset.lowpass or np.inf, dataset.sampling_rate / 2)
-    which = "peaks at sums and differences" if len(compared.followed) > 1 else "peaks at multiples"
-    with figure(path, len(singles), 1, "Power of all channels together, over its largest value") as (sheet, axes):
-        sheet.set_size_inches(PANEL_WIDTH, PANEL_HEIGHT * len(singles))
-        for axis, data, observed in zip(axes, singles, compared.recordings, strict=True):
-            frequencies, power = _power(data, dataset.sampling_rate)
-            axis.semilogy(frequencies, power, color="#555555", linewidth=0.8)
-            for frequency in compared.nominal:
-                axis.axvline(frequency, color=COLOURS[1], linewidth=0.8, linestyle=":", label="nominal modes")
-            for combination in (each for each in observed.combinations if each.is_peak):
-                place = (combination.found, 3 * combination.level)
-                axis.plot(*place, "v", color=COLOURS[0], markersize=4, label=which)
-            axis.set(ylabel=observed.name, xlim=(0, highest), ylim=(1e-9, 3))
-        axes[-1].set_xlabel("frequency (Hz)")
-        labelled = [pair for axis in axes for pair in zip(*reversed(axis.get_legend_handles_labels()), strict=True)]
-        handles = dict(labelled)
-        sheet.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=2, frameon=False)
-    return path
-
-
-def _power(data: FloatArray, rate: float) -> tuple[FloatArray, FloatArray]:
-    power = power_spectrum(data).sum(axis=1)
-    return line_frequencies(len(data), rate), np.asarray(power / power.max())
