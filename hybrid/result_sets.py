@@ -7,7 +7,8 @@ from fe_models.files.result_set import ResultSet
 REPORT, SUMMARY = "report.json", "summary.txt"
 EXTENDED, PICTURE = "extended_model.toml", "what_is_wrong.png"
 COMPARISON, COMPARISON_TABLE, COMPARISON_ROWS = "comparison.txt", "comparison.json", "comparison.csv"
-BACKBONES, SPECTRA = "backbones.png", "spectra.png"
+BACKBONES, SPECTRA, STABILISATION = "backbones.png", "spectra.png", "stabilisation.png"
+MAC, COORDINATE_MAC = "mac.png", "comac.png"
 
 
 def diagnosis_in(folder: Path) -> ResultSet:
@@ -17,4 +18,5 @@ def diagnosis_in(folder: Path) -> ResultSet:
 
 def comparison_in(folder: Path) -> ResultSet:
     """Return what a comparison of recordings leaves in ``folder``."""
-    return ResultSet(folder, "compare", (COMPARISON, COMPARISON_TABLE, COMPARISON_ROWS, BACKBONES, SPECTRA))
+    pictures = (BACKBONES, SPECTRA, STABILISATION, MAC, COORDINATE_MAC)
+    return ResultSet(folder, "compare", (COMPARISON, COMPARISON_TABLE, COMPARISON_ROWS, *pictures))

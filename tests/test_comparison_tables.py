@@ -10,8 +10,10 @@ import pytest
 from hybrid.identification.backbone import Backbone
 from hybrid.identification.combinations import Combination
 from hybrid.identification.comparison_tables import comparison_csv, comparison_table
+from hybrid.identification.identification import Identification
 from hybrid.identification.identified_modes import IdentifiedModes
 from hybrid.identification.recording_comparison import Compared, Observed
+from hybrid.identification.stabilisation import Stabilisation
 
 RATIOS = np.array([0.01, 0.02, 0.03])
 IDENTIFIED = IdentifiedModes(
@@ -22,6 +24,7 @@ IDENTIFIED = IdentifiedModes(
     energy=np.array([0.6, 0.1, 0.25]),
     left=0.05,
 )
+POLES = Stabilisation(np.array([2]), IDENTIFIED.roots[:1], IDENTIFIED.shapes.T[:1], np.array([0]))
 CURVES = (
     Backbone(*np.array([[0.3, 0.1], [2.2, 2.3], [0.01, 0.02], [0.001, 0.004], [0.002, 0.003]])),
     Backbone(*np.zeros((5, 0))),
@@ -29,7 +32,7 @@ CURVES = (
 OBSERVED = Observed(
     name="monday, early",
     lasts=10.0,
-    identified=IDENTIFIED,
+    found=Identification(IDENTIFIED, POLES, is_ambient=False),
     shapes=IDENTIFIED.real_shapes,
     criterion=np.array([[0.99, 0.5, 0.1], [0.2, 0.3, 0.97], [0.1, 0.1, 0.1]]),
     chosen=(0, 2, -1),

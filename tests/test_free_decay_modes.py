@@ -175,7 +175,7 @@ def test_recordings_too_short_for_any_mode_are_refused_before_any_work(
 ) -> None:
     """All of them at once: a twentieth of a second holds less than two periods of the fastest mode, 29 Hz."""
     short = tuple(replace(r, data=r.data[:, : round(0.05 * RATE)]) for r in dataset.recordings[:2])
-    monkeypatch.setattr(recording_comparison, "identify_modes", lambda *arguments: pytest.fail("work was done"))
+    monkeypatch.setattr(recording_comparison, "identify", lambda *arguments: pytest.fail("work was done"))
     with pytest.raises(InputError) as caught:
         compare_recordings(replace(dataset, recordings=(*short, dataset.recordings[2])))
     assert [fault[:26] for fault in caught.value.faults] == ["recording 'a' lasts 0.05 s", "recording 'b' lasts 0.05 s"]

@@ -1,4 +1,4 @@
-"""The sub-command `compare`: what recordings of free decays show by themselves."""
+"""The sub-command `compare`: what recordings show by themselves."""
 
 from hybrid.commands.console import command_line, print_notes
 from hybrid.commands.options import DatasetFile, Out, Quiet
@@ -7,16 +7,21 @@ from hybrid.commands.options import DatasetFile, Out, Quiet
 def compare(dataset: DatasetFile, out: Out, quiet: Quiet = False) -> None:
     """Compare the recordings of a dataset with the model's modes and with one another.
 
-    Nothing is fitted but damped cosines, to all channels of each recording, those held out elsewhere included. Prints
-    frequencies, damping and shapes of each recording beside the model's, how far the modes of one explain the others,
-    how frequencies change while the motion decays, and peaks at sums and differences of frequencies.
+    Modes are identified from all channels of each recording, those held out elsewhere included: from free decays by
+    fits of damped cosines, from ambient vibration by its correlations. Prints frequencies, damping and shapes of each
+    recording beside the model's, with their standard deviations, and what changed from one recording to another; of
+    free decays also how far the modes of one explain the others, how frequencies change while the motion decays, and
+    peaks at sums and differences of frequencies.
 
     \b
-    OUT/comparison.txt   what is printed
-    OUT/comparison.csv   a row a mode and recording: frequency, damping ratio, MAC, share of the energy
-    OUT/comparison.json  the same with shapes, and all other numbers
-    OUT/backbones.png    frequency against amplitude of the two strongest modes
-    OUT/spectra.png      the recordings' spectra, with the model's frequencies
+    OUT/comparison.txt     what is printed
+    OUT/comparison.csv     a row a mode and recording: frequency, damping ratio, MAC, share of the energy
+    OUT/comparison.json    the same with shapes, and all other numbers
+    OUT/stabilisation.png  poles over the order of the system, from which modes were chosen
+    OUT/mac.png            how alike the model's shapes and those of each recording are
+    OUT/comac.png          the same sensor by sensor
+    OUT/backbones.png      frequency against amplitude of the two strongest modes of free decays
+    OUT/spectra.png        the recordings' spectra, with the model's frequencies
 
     \b
     Example:

@@ -8,7 +8,19 @@ from hybrid.identification.comparison_pictures import draw_backbones, draw_spect
 from hybrid.identification.comparison_report import describe_compared
 from hybrid.identification.comparison_tables import comparison_csv, comparison_table
 from hybrid.identification.recording_comparison import Compared
-from hybrid.result_sets import BACKBONES, COMPARISON, COMPARISON_ROWS, COMPARISON_TABLE, SPECTRA, comparison_in
+from hybrid.identification.shape_pictures import draw_coordinate_mac, draw_mac
+from hybrid.identification.stabilisation_picture import draw_stabilisation
+from hybrid.result_sets import (
+    BACKBONES,
+    COMPARISON,
+    COMPARISON_ROWS,
+    COMPARISON_TABLE,
+    COORDINATE_MAC,
+    MAC,
+    SPECTRA,
+    STABILISATION,
+    comparison_in,
+)
 
 
 def save_comparison(compared: Compared, dataset: Dataset, folder: Path) -> None:
@@ -19,5 +31,9 @@ def save_comparison(compared: Compared, dataset: Dataset, folder: Path) -> None:
         write_json(new / COMPARISON_TABLE, comparison_table(compared))
         write_text(new / COMPARISON_ROWS, comparison_csv(compared))
     with results.adding() as new:
-        draw_backbones(new / BACKBONES, dataset, compared)
+        if any(not observed.found.is_ambient for observed in compared.recordings):
+            draw_backbones(new / BACKBONES, dataset, compared)
         draw_spectra(new / SPECTRA, dataset, compared)
+        draw_stabilisation(new / STABILISATION, dataset, compared)
+        draw_mac(new / MAC, compared)
+        draw_coordinate_mac(new / COORDINATE_MAC, compared)

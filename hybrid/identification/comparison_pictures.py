@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fe_models.arrays import FloatArray
+from fe_models.arrays import TINY, FloatArray
 from fe_models.recordings import Dataset
 from fe_models.spectra import line_frequencies, power_spectrum
 from hybrid.figures import COLOURS, figure
@@ -12,17 +12,19 @@ from hybrid.identification.recording_comparison import Compared
 
 MARKERS = "osD^vP"  # beside colours, for those who print in black
 PANEL_WIDTH, PANEL_HEIGHT = 5.2, 1.45  # inches of a panel: spectra make large pictures
+AVERAGES = 12  # parts of a recording over which the power of random motion is averaged
 LEAST_WIDTH = 5.5  # inches: the title needs them
 
 
 def draw_backbones(path: Path, dataset: Dataset, compared: Compared) -> Path:
     """Draw frequency against amplitude, a panel a mode, with bars of two standard deviations to either side."""
     title = "Frequency while the motion decays\n(bars: two standard deviations of the fit)"
+    free = [observed for observed in compared.recordings if not observed.found.is_ambient]
     panels = len(compared.followed)
     with figure(path, panels, panels, title) as (sheet, axes):
         sheet.set_size_inches(max(4.5 * panels, LEAST_WIDTH), 4.0)
         for number, (axis, mode) in enumerate(zip(axes, compared.followed, strict=True)):
-            for row, observed in enumerate(compared.recordings):
+            for row, observed in enumerate(free):
                 curve = observed.backbones[number]
                 axis.errorbar(
                     curve.amplitude,
@@ -40,7 +42,7 @@ def draw_backbones(path: Path, dataset: Dataset, compared: Compared) -> Path:
                 xlabel=f"amplitude where it moves most ({_unit(dataset, compared, mode)})", ylabel="frequency (Hz)"
             )
             axis.set_title(f"mode {mode + 1}, nominal {compared.nominal[mode]:.3f} Hz", fontsize=9)
-        count = len(compared.recordings)
+        count = len(free)
         sheet.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=count, frameon=False)
     return path
 
@@ -56,25 +58,40 @@ def _unit(dataset: Dataset, compared: Compared, mode: int) -> str:
 
 def draw_spectra(path: Path, dataset: Dataset, compared: Compared) -> Path:
     """Draw the power of all channels of each recording, with the nominal frequencies and the combinations."""
-    singles = [data for recording in dataset.recordings for data in recording.data]
-    highest = min(dataset.lowpass or np.inf, dataset.sampling_rate / 2)
+    singles = [(recording, data) for recording in dataset.recordings for data in recording.data]
     which = "peaks at sums and differences" if len(compared.followed) > 1 else "peaks at multiples"
     with figure(path, len(singles), 1, "Power of all channels together, over its largest value") as (sheet, axes):
         sheet.set_size_inches(PANEL_WIDTH, PANEL_HEIGHT * len(singles))
-        for axis, data, observed in zip(axes, singles, compared.recordings, strict=True):
-            frequencies, power = _power(data, dataset.sampling_rate)
+        for axis, (recording, data), observed in zip(axes, singles, compared.recordings, strict=True):
+            rate = dataset.rate_of(recording)
+            frequencies, power = averaged_power(data, rate) if observed.found.is_ambient else _power(data, rate)
             axis.semilogy(frequencies, power, color="#555555", linewidth=0.8)
             for frequency in compared.nominal:
                 axis.axvline(frequency, color=COLOURS[1], linewidth=0.8, linestyle=":", label="nominal modes")
             for combination in (each for each in observed.combinations if each.is_peak):
                 place = (combination.found, 3 * combination.level)
                 axis.plot(*place, "v", color=COLOURS[0], markersize=4, label=which)
-            axis.set(ylabel=observed.name, xlim=(0, highest), ylim=(1e-9, 3))
+            for line in observed.found.harmonics:
+                axis.axvline(line.frequency, color=COLOURS[3], linewidth=0.8, linestyle="--", label="machine's line")
+            axis.set(ylabel=observed.name, xlim=(0, min(dataset.lowpass or np.inf, rate / 2)))
+            axis.set_ylim(max(1e-9, 0.3 * float(power[1:].min())) if observed.found.is_ambient else 1e-9, 3)
         axes[-1].set_xlabel("frequency (Hz)")
         labelled = [pair for axis in axes for pair in zip(*reversed(axis.get_legend_handles_labels()), strict=True)]
         handles = dict(labelled)
-        sheet.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=2, frameon=False)
+        sheet.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=3, frameon=False)
     return path
+
+
+def averaged_power(data: FloatArray, rate: float, parts: int = AVERAGES) -> tuple[FloatArray, FloatArray]:
+    """Return frequencies (line,), Hz, and the power of all channels (line,), over its largest: Welch's averages over
+    ``parts`` of the recording, and those between.
+    """
+    from scipy.signal import welch
+
+    standard = data / np.where(data.std(axis=0) > 0, data.std(axis=0), 1.0)
+    frequencies, power = welch(standard, rate, nperseg=max(len(data) // parts, min(len(data), 64)), axis=0)
+    total = power.sum(axis=1)
+    return np.asarray(frequencies), np.asarray(total / max(float(total[1:].max()), TINY))
 
 
 def _power(data: FloatArray, rate: float) -> tuple[FloatArray, FloatArray]:

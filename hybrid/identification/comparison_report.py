@@ -1,5 +1,7 @@
 """The comparison of recordings as text: tables in Markdown."""
 
+from collections.abc import Callable, Sequence
+
 import numpy as np
 
 from fe_models.arrays import FloatArray
@@ -7,16 +9,33 @@ from hybrid.identification.agreement import largest_agreeing_group
 from hybrid.identification.backbone import Backbone
 from hybrid.identification.combinations import Combination
 from hybrid.identification.config import AGREEMENT, BACKBONE, COMPARISON
+from hybrid.identification.mode_changes import RecordingChange, states_among
 from hybrid.identification.recording_comparison import Compared, Observed
 
+MANY_SIGMA = 10.0  # from where on tenths of a standard deviation tell nothing
 PEAK = f"{COMPARISON.min_peak_ratio:g}"
 
 
 def describe_compared(compared: Compared) -> str:
     """Return what is seen, as tables in Markdown."""
-    parts = (_modes, _others, _shares, _shapes, _decays, _combinations)
-    first = one_structure([observed.name for observed in compared.recordings], compared.left)
-    return "\n\n".join([first, *("\n".join(part(compared)) for part in parts)])
+    names = [observed.name for observed in compared.recordings]
+    first = states(names, compared.changes) if compared.has_ambient else one_structure(names, compared.left)
+    parts: list[Callable[[Compared], list[str]]] = [_taken, _modes, _others, _changes, _coordinates, _shapes]
+    if any(not observed.found.is_ambient for observed in compared.recordings):
+        parts += [_shares, _decays, _combinations]
+    texts = ["\n".join(part(compared)) for part in parts]
+    return "\n\n".join([first, *(text for text in texts if text)])
+
+
+def states(names: list[str], changes: Sequence[RecordingChange]) -> str:
+    """Say which recordings of these ``names`` are of one state of the structure."""
+    if len(names) < 2:
+        return "There is one recording: whether the structure changed cannot be asked."
+    found = states_among(changes, len(names))
+    if len(found) == 1:
+        return "Between the recordings nothing changed beyond chance: the frequencies of their modes agree."
+    told = "; ".join(", ".join(names[number] for number in own) for own in found)
+    return f"The structure changed between the recordings, beyond chance: {told} are states of their own."
 
 
 def one_structure(names: list[str], left: FloatArray) -> str:
@@ -43,12 +62,28 @@ def one_structure(names: list[str], left: FloatArray) -> str:
     )
 
 
+def _taken(compared: Compared) -> list[str]:
+    """Return how each recording was taken, where any is no free decay."""
+    if not compared.has_ambient:
+        return []
+    lines = ["How the recordings were taken (ambient: unknown forces; shapes have no scale then, and masses are open):"]
+    for observed in compared.recordings:
+        kind = "ambient" if observed.found.is_ambient else "free decay"
+        lines.append(f"- {observed.name}: {kind}{', ' if observed.found.note else ''}{observed.found.note}")
+        lines += [
+            f"- {observed.name}: a machine's line at {line.frequency:.3f} Hz, no mode ({line.share:.1%} of the energy,"
+            f" largest at {compared.sensors[int(np.argmax(line.amplitude))]}: {line.amplitude.max():.3g})"
+            for line in observed.found.harmonics
+        ]
+    return lines
+
+
 def _modes(compared: Compared) -> list[str]:
     names = [observed.name for observed in compared.recordings]
     lines = [
         "Modes: frequency (Hz) of the nominal model and of each recording's mode of that shape, its deviation, damping",
-        "ratio, MAC of the shapes at the sensors; -: no such mode among the strongest; too short: the recording holds",
-        f"fewer than {COMPARISON.min_periods:g} periods of it",
+        "ratio, MAC of the shapes at the sensors (+-: a standard deviation); -: no such mode among the strongest; too",
+        f"short: the recording holds fewer than {COMPARISON.min_periods:g} periods of it",
         "",
         f"| mode | nominal | {' | '.join(names)} |",
         f"|---|---|{'---|' * len(names)}",
@@ -74,6 +109,47 @@ def _others(compared: Compared) -> list[str]:
     return lines
 
 
+def _changes(compared: Compared) -> list[str]:
+    """Return what changed in each mode between recordings: between each two of a few, from the first of many."""
+    every = len(compared.recordings) <= COMPARISON.max_pairs_of
+    changes = [change for change in compared.changes if every or change.recordings[0] == 0]
+    if not changes:
+        return []
+    lines = [
+        "Changes of modes from one recording to another (+-: a standard deviation, and how many of them a change of",
+        "frequency is; temperature and the size of the motion change frequencies by some tenths of a per cent, too)",
+        "",
+        "| from | to | mode | frequency | damping ratio | MAC |",
+        "|---|---|---|---|---|---|",
+    ]
+    for change in changes:
+        first, last = (compared.recordings[number] for number in change.recordings)
+        for mode in change.modes:
+            own, digits = mode.numbers[0], 1 if abs(mode.sigma) < MANY_SIGMA else 0
+            name = f"{first.chosen.index(own) + 1}" if own in first.chosen else "other"
+            lines.append(
+                f"| {first.name} | {last.name} | {name}, {first.identified.frequencies[own]:.3f} Hz"
+                f" | {100 * mode.change:+.2f} +- {100 * mode.error:.1g} % ({abs(mode.sigma):.{digits}f})"
+                f" | {100 * mode.ratio_change:+.2f} +- {100 * mode.ratio_error:.1g} % | {mode.mac:.3f} |"
+            )
+    return lines
+
+
+def _coordinates(compared: Compared) -> list[str]:
+    """Return the coordinate MAC of each sensor."""
+    names = [observed.name for observed in compared.recordings]
+    lines = [
+        "Coordinate MAC of each sensor over all modes that are the model's (1: it moves as there; where it is low",
+        "shapes differ, which need not be where the structure does)",
+        "",
+        f"| recording | {' | '.join(compared.sensors)} |",
+        f"|---|{'---|' * len(compared.sensors)}",
+    ]
+    for name, observed in zip(names, compared.recordings, strict=True):
+        lines.append(f"| {name} | {' | '.join(f'{value:.3f}' for value in compared.coordinate_mac(observed))} |")
+    return lines
+
+
 def _shares(compared: Compared) -> list[str]:
     names = [observed.name for observed in compared.recordings]
     lines = ["Energy that all modes together leave of a recording: noise, and what changes while the motion decays"]
@@ -82,7 +158,7 @@ def _shares(compared: Compared) -> list[str]:
     lines += ["", f"{caption}, windows of {compared.window:.3g} s", ""]
     lines += [f"| | {' | '.join(names)} |", f"|---|{'---|' * len(names)}"]
     for name, row in zip(names, compared.left, strict=True):
-        lines.append(f"| {name} | {' | '.join(f'{share:.1%}' for share in row)} |")
+        lines.append(f"| {name} | {' | '.join('-' if np.isnan(share) else f'{share:.1%}' for share in row)} |")
     return lines
 
 
@@ -105,7 +181,7 @@ def _decays(compared: Compared) -> list[str]:
         "| recording | mode | large | small | change of frequency |",
         "|---|---|---|---|---|",
     ]
-    for observed in compared.recordings:
+    for observed in (each for each in compared.recordings if not each.found.is_ambient):
         for mode, curve in zip(compared.followed, observed.backbones, strict=True):
             ends = ["too short to tell, or too noisy", "-", "-"]
             if len(curve.frequency) > 1:
@@ -117,18 +193,17 @@ def _decays(compared: Compared) -> list[str]:
 
 
 def _combinations(compared: Compared) -> list[str]:
+    free = [each for each in compared.recordings if not each.found.is_ambient]
     a, b = compared.followed[0] + 1, compared.followed[-1] + 1
     which = f"Sums and differences of f{a} and f{b}" if a != b else f"Multiples of f{a}"
-    words = [
-        f"{_term(c.first, a)} {_term(c.second, b, more=True)}".strip() for c in compared.recordings[0].combinations
-    ]
+    words = [f"{_term(c.first, a)} {_term(c.second, b, more=True)}".strip() for c in free[0].combinations]
     lines = [
         f"{which}: power there over what is round it; a force that is not linear raises peaks there, {PEAK} and more",
         "",
         f"| recording | {' | '.join(words)} |",
         f"|---|{'---|' * len(words)}",
     ]
-    for observed in compared.recordings:
+    for observed in free:
         lines.append(f"| {observed.name} | {' | '.join(map(_combined, observed.combinations))} |")
     return lines
 
@@ -144,9 +219,11 @@ def _cell(observed: Observed, mode: int, nominal: float) -> str:
     own = observed.chosen[mode]
     if own < 0:
         return "too short" if nominal * observed.lasts < COMPARISON.min_periods else "-"
-    frequency = observed.identified.frequencies[own]
-    ratio, criterion = observed.identified.ratios[own], observed.criterion[mode, own]
-    return f"{frequency:.3f} ({frequency / nominal - 1:+.1%}), {ratio:.2%}, {criterion:.3f}"
+    modes, criterion = observed.identified, observed.criterion[mode, own]
+    frequency = modes.frequencies[own]
+    ratio = f"{100 * modes.ratios[own]:.2f} +- {100 * modes.ratio_errors[own]:.1g} %"
+    told = f"{frequency:.3f} +- {modes.frequency_errors[own]:.1g} ({frequency / nominal - 1:+.1%})"
+    return f"{told}, {ratio}, {criterion:.3f}"
 
 
 def _end(curve: Backbone, place: int) -> str:

@@ -6,13 +6,16 @@ from typing import Any
 
 import numpy as np
 
+from hybrid.identification.mode_changes import RecordingChange
 from hybrid.identification.recording_comparison import Compared, Observed
 
 COLUMNS = (
     "recording",
     "mode",
     "frequency_hz",
+    "frequency_std_hz",
     "damping_ratio",
+    "damping_ratio_std",
     "nominal_frequency_hz",
     "deviation",
     "mac",
@@ -35,7 +38,36 @@ def comparison_table(compared: Compared) -> dict[str, Any]:
             )
         ],
         "recordings": [_recording(observed, compared) for observed in compared.recordings],
-        "left_by_modes_of_each": {"window_seconds": compared.window, "shares": compared.left.tolist()},
+        "left_by_modes_of_each": {
+            "window_seconds": compared.window,
+            "shares": [[None if np.isnan(share) else share for share in row] for row in compared.left.tolist()],
+        },
+        "changes": [_change(change, compared) for change in compared.changes],
+    }
+
+
+def _change(change: RecordingChange, compared: Compared) -> dict[str, Any]:
+    """Return what changed between two recordings."""
+    first, last = (compared.recordings[number] for number in change.recordings)
+    return {
+        "recordings": [first.name, last.name],
+        "chance": change.chance,
+        "changed": change.is_plain,
+        "modes": [
+            {
+                "mode": first.chosen.index(mode.numbers[0]) + 1 if mode.numbers[0] in first.chosen else None,
+                "frequencies_hz": [
+                    float(own.identified.frequencies[number])
+                    for own, number in zip((first, last), mode.numbers, strict=True)
+                ],
+                "change": mode.change,
+                "change_std": mode.error,
+                "damping_ratio_change": mode.ratio_change,
+                "damping_ratio_change_std": mode.ratio_error,
+                "mac": mode.mac,
+            }
+            for mode in change.modes
+        ],
     }
 
 
@@ -56,7 +88,9 @@ def _row(observed: Observed, compared: Compared, number: int) -> dict[str, Any]:
     row: dict[str, Any] = {
         "mode": None,
         "frequency_hz": frequency,
+        "frequency_std_hz": float(observed.identified.frequency_errors[number]),
         "damping_ratio": float(observed.identified.ratios[number]),
+        "damping_ratio_std": float(observed.identified.ratio_errors[number]),
         "nominal_frequency_hz": None,
         "deviation": None,
         "mac": None,
@@ -74,8 +108,16 @@ def _recording(observed: Observed, compared: Compared) -> dict[str, Any]:
     shapes = observed.shapes.T.tolist()
     return {
         "name": observed.name,
+        "taken_as": "ambient" if observed.found.is_ambient else "free",
+        "note": observed.found.note,
+        "harmonics": [
+            {"frequency_hz": line.frequency, "amplitude": line.amplitude.tolist(), "energy_share": line.share}
+            for line in observed.found.harmonics
+        ],
         "unexplained_energy": observed.identified.left,
         "seconds": observed.lasts,
+        "coordinate_mac": [None if np.isnan(value) else value for value in compared.coordinate_mac(observed).tolist()],
+        "mac": observed.criterion[:, observed.shown].tolist(),
         "modes": [{**_row(observed, compared, number), "shape": shapes[number]} for number in observed.shown],
         "while_it_decays": [
             {
@@ -86,7 +128,7 @@ def _recording(observed: Observed, compared: Compared) -> dict[str, Any]:
                 "damping_ratio": curve.ratio.tolist(),
                 "damping_ratio_std": curve.ratio_deviation.tolist(),
             }
-            for mode, curve in zip(compared.followed, observed.backbones, strict=True)
+            for mode, curve in zip(compared.followed, observed.backbones, strict=not observed.found.is_ambient)
         ],
         "combinations": [
             {

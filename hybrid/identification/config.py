@@ -139,6 +139,7 @@ class ComparisonConfig:
     # of its frequency: how far off a nominal mode may be where there are too few sensors to tell it by its shape
     max_frequency_difference: float = 0.2
     max_modes: int = 12  # of a recording at most; those beyond carry little
+    max_pairs_of: int = 4  # recordings, between each two of which changes are printed; of more, from the first to each
     extra_modes: int = 2  # identified than nominal ones: what a recording shows beside these
     backbone_modes: int = 2  # modes, the strongest, whose backbones are identified
     max_distance_hz: float = 0.06  # Hz: how far from its place a peak may be
@@ -161,6 +162,17 @@ class PairingConfig:
 
 
 @dataclass(frozen=True)
+class ChangesConfig:
+    """What changed from one recording to another."""
+
+    min_mac: float = 0.8  # of one mode in two states: a lost storey or cable leaves so much of most shapes
+    max_change: float = 0.15  # logarithm of its frequency: a quarter of the stiffness that it feels
+    false_alarms: float = 2e-3  # of two recordings of one state called changed; first-order deviations add a little
+    least_error: float = 1e-9  # relative: exact data
+    max_recordings: int = 12  # of which each two are compared: 66 pairs
+
+
+@dataclass(frozen=True)
 class RealisationConfig:
     """Linear models that recordings realise."""
 
@@ -177,4 +189,5 @@ BACKBONE = BackboneConfig()
 AGREEMENT = AgreementConfig()
 COMPARISON = ComparisonConfig()
 PAIRING = PairingConfig()
+CHANGES = ChangesConfig()
 REALISATION = RealisationConfig()

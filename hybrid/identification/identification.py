@@ -14,12 +14,18 @@ from hybrid.identification.harmonics import Harmonic
 from hybrid.identification.identified_modes import IdentifiedModes
 from hybrid.identification.stabilisation import Stabilisation
 
+SAID: dict[Excitation | None, str] = {
+    None: "nothing is said of what moved it",
+    "free": "it is called a free decay",
+    "measured": "its forces are known; they are not used here",
+}
+
 
 @dataclass(frozen=True)
 class Identification:
     """The ``modes`` of a recording and the poles they come from (``stabilisation``); ``is_ambient``: whether it was
     taken for one under unknown forces; ``harmonics``: lines of machines that are no modes. ``note``: what a user should
-    know of how the recording was taken, empty where it is as stated.
+    know of why it was taken so, empty where it is as stated.
     """
 
     modes: IdentifiedModes
@@ -51,5 +57,5 @@ def identify(
         return Identification(modes if count is None else modes.strongest(count), stabilisation, is_ambient=False)
     found = identify_ambient_modes(parts, rate, first, highest)
     modes = found.modes if count is None else found.modes.strongest(count)
-    note = "" if excitation == "ambient" else f"{course.value}; it is taken as ambient vibration"
+    note = "" if excitation == "ambient" else f"although {SAID[excitation]}: it {course.value}"
     return Identification(modes, found.stabilisation, True, found.harmonics, note)

@@ -1,7 +1,7 @@
 """The recordings of a dataset beside one another and beside the nominal model's modes."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,15 +10,17 @@ from fe_models.assembly import linearise
 from fe_models.errors import InputError, raise_faults
 from fe_models.modes import mac, natural_modes
 from fe_models.progress import nothing
-from fe_models.recordings import Dataset
+from fe_models.recordings import Dataset, Recording
 from fe_models.structure import Structure
 from hybrid.identification.agreement import shares_unexplained, window_of
 from hybrid.identification.backbone import Backbone, backbone_of
 from hybrid.identification.combinations import Combination, combinations_of
 from hybrid.identification.config import COMPARISON
-from hybrid.identification.free_decay_modes import identify_modes
+from hybrid.identification.identification import Identification, identify
 from hybrid.identification.identified_modes import IdentifiedModes
+from hybrid.identification.mode_changes import RecordingChange, changes_among
 from hybrid.identification.pairing import displacements_of, paired
+from hybrid.identification.shape_correlation import coordinate_mac
 
 NOTHING_IN_COMMON = (
     "none of the model's modes is seen in all recordings, no more in {name!r}: these are too short (ten periods are"
@@ -28,20 +30,25 @@ NOTHING_IN_COMMON = (
 
 @dataclass(frozen=True)
 class Observed:
-    """One recording of so many s (``lasts``): its ``identified`` modes, their ``shapes`` (sensor, identified) of
-    displacements; ``criterion`` (mode, identified), their MAC with the nominal modes at the sensors; ``chosen`` (mode,)
-    which is each nominal mode, -1 where none is; ``backbones`` of the followed modes; ``combinations`` of their
-    frequencies.
+    """One recording of so many s (``lasts``): what was ``found`` in it; ``shapes`` (sensor, identified), of
+    displacements, of its modes; ``criterion`` (mode, identified), their MAC with the nominal modes at the sensors;
+    ``chosen`` (mode,), which is each nominal mode, -1 where none is. Of a free decay, ``backbones`` of the followed
+    modes and ``combinations`` of their frequencies.
     """
 
     name: str
     lasts: float
-    identified: IdentifiedModes
+    found: Identification
     shapes: FloatArray
     criterion: FloatArray
     chosen: tuple[int, ...]
     backbones: tuple[Backbone, ...]
     combinations: tuple[Combination, ...]
+
+    @property
+    def identified(self) -> IdentifiedModes:
+        """The modes of the recording."""
+        return self.found.modes
 
     @property
     def shown(self) -> list[int]:
@@ -53,7 +60,8 @@ class Observed:
 class Compared:
     """``nominal`` frequencies (mode,) Hz and ``shapes`` (sensor, mode), of displacements, of the model; ``sensors``:
     their names; ``followed``: numbers (from 0) of the strongest modes, by frequency; ``recordings``, and the share that
-    each one's modes leave of the others, ``left`` (model, recording), in windows of ``window`` s.
+    each one's modes leave of the others, ``left`` (model, recording), in windows of ``window`` s, NaN of those that are
+    no free decays; ``changes`` between each two recordings.
     """
 
     nominal: FloatArray
@@ -63,6 +71,21 @@ class Compared:
     recordings: tuple[Observed, ...]
     left: FloatArray
     window: float
+    changes: tuple[RecordingChange, ...] = ()
+
+    @property
+    def has_ambient(self) -> bool:
+        """Whether any of the recordings is one of ambient vibration."""
+        return any(observed.found.is_ambient for observed in self.recordings)
+
+    def pairs(self, observed: Observed) -> list[tuple[int, int]]:
+        """Return the numbers of the nominal modes that a recording shows, and of the identified ones that they are."""
+        return [(mode, own) for mode, own in enumerate(observed.chosen) if own >= 0]
+
+    def coordinate_mac(self, observed: Observed) -> FloatArray:
+        """Return the coordinate MAC (sensor,) of a recording's shapes with the nominal ones."""
+        numbers = np.array(self.pairs(observed), dtype=int).reshape(-1, 2)
+        return coordinate_mac(self.shapes[:, numbers[:, 0]], observed.shapes[:, numbers[:, 1]])
 
 
 def compare_recordings(dataset: Dataset, advance: Callable[[], object] = nothing) -> Compared:
@@ -72,46 +95,74 @@ def compare_recordings(dataset: Dataset, advance: Callable[[], object] = nothing
     come first: what cannot be compared is told as soon as it shows.
     """
     dataset.require_recordings("a comparison of recordings")
-    dataset = dataset.of_one_rate("a comparison of recordings")
-    rate, highest = dataset.sampling_rate, min(dataset.lowpass or np.inf, dataset.sampling_rate / 2)
+    highest = max(_highest(dataset, recording) for recording in dataset.recordings)
     nominal, shapes = _nominal(dataset, highest)
     raise_faults(_too_short(dataset, float(nominal[-1])))
-    singles = [(recording.name, data) for recording in dataset.recordings for data in recording.data]
+    singles = [(recording, data) for recording in dataset.recordings for data in recording.data]
     count = min(COMPARISON.max_modes, len(nominal) + COMPARISON.extra_modes)
-    found_in: dict[int, tuple[IdentifiedModes, FloatArray, FloatArray, tuple[int, ...]]] = {}
+    found_in: dict[int, Observed] = {}
     seen = set(range(len(nominal)))
     for number in sorted(range(len(singles)), key=lambda number: len(singles[number][1])):
-        lasts = len(singles[number][1]) / rate
-        own = identify_modes(singles[number][1], rate, float(nominal[0]), highest, count)
-        moved = displacements_of(own.real_shapes, own.frequencies, dataset.sensors)
-        criterion = mac(shapes, moved)
-        picked = paired(nominal, own.frequencies, own.energy, criterion, len(moved), lasts)
-        found_in[number] = own, moved, criterion, picked
-        seen &= {mode for mode in seen if picked[mode] >= 0}
+        observed = _observed(dataset, *singles[number], (nominal, shapes), count)
+        found_in[number] = observed
+        seen &= {mode for mode in seen if observed.chosen[mode] >= 0}
         if not seen:
-            raise InputError(NOTHING_IN_COMMON.format(name=singles[number][0]))
+            raise InputError(NOTHING_IN_COMMON.format(name=observed.name))
         advance()
-    in_order = [found_in[number] for number in range(len(singles))]
-    identified = [own for own, *_ in in_order]
-    followed = _strongest(seen, [picked for *_, picked in in_order], identified)
-    found = [
-        Observed(
-            name,
-            len(data) / rate,
-            own,
-            moved,
-            criterion,
-            picked,
-            tuple(backbone_of(data, own, picked[mode], rate) for mode in followed),
-            tuple(_combinations(data, rate, own, picked, followed, highest)),
-        )
-        for (name, data), (own, moved, criterion, picked) in zip(singles, in_order, strict=True)
-    ]
-    motions = [data for _, data in singles]
-    samples = window_of(identified, motions, rate)
-    left = shares_unexplained(identified, motions, rate, samples)
+    observations = [found_in[number] for number in range(len(singles))]
+    followed = _strongest(seen, observations)
+    free = [number for number, observed in enumerate(observations) if not observed.found.is_ambient]
+    for number in free:
+        recording, data = singles[number]
+        observations[number] = _with_decay(dataset, recording, data, observations[number], followed)
+    left, window = _left(dataset, [singles[number] for number in free], [observations[n] for n in free])
+    every = np.full((len(singles), len(singles)), np.nan)
+    every[np.ix_(free, free)] = left
+    changes = changes_among([own.identified for own in observations], [own.shapes for own in observations])
     names = tuple(sensor.name for sensor in dataset.sensors)
-    return Compared(nominal, shapes, names, followed, tuple(found), left, samples / rate)
+    return Compared(nominal, shapes, names, followed, tuple(observations), every, window, changes)
+
+
+def _highest(dataset: Dataset, recording: Recording) -> float:
+    """Return the frequency (Hz) up to which a recording goes."""
+    return min(dataset.lowpass or np.inf, dataset.rate_of(recording) / 2)
+
+
+def _observed(
+    dataset: Dataset, recording: Recording, data: FloatArray, model: tuple[FloatArray, FloatArray], count: int
+) -> Observed:
+    """Return what a motion (time, sensor) shows beside the ``model``'s frequencies and shapes."""
+    (nominal, shapes), rate = model, dataset.rate_of(recording)
+    moved_by = "measured" if recording.is_driven else recording.excitation
+    found = identify([data], rate, float(nominal[0]), _highest(dataset, recording), moved_by, count)
+    own, lasts = found.modes, len(data) / rate
+    moved = displacements_of(own.real_shapes, own.frequencies, dataset.sensors)
+    criterion = mac(shapes, moved)
+    picked = paired(nominal, own.frequencies, own.energy, criterion, len(moved), lasts)
+    return Observed(recording.name, lasts, found, moved, criterion, picked, (), ())
+
+
+def _with_decay(
+    dataset: Dataset, recording: Recording, data: FloatArray, observed: Observed, followed: tuple[int, ...]
+) -> Observed:
+    """Return what a free decay shows besides: backbones and combinations of the modes ``followed``."""
+    rate, own, picked = dataset.rate_of(recording), observed.identified, observed.chosen
+    backbones = tuple(backbone_of(data, own, picked[mode], rate) for mode in followed)
+    combinations = _combinations(data, rate, own, picked, followed, _highest(dataset, recording))
+    return replace(observed, backbones=backbones, combinations=tuple(combinations))
+
+
+def _left(
+    dataset: Dataset, singles: Sequence[tuple[Recording, FloatArray]], observations: Sequence[Observed]
+) -> tuple[FloatArray, float]:
+    """Return the shares that the modes of free decays leave of each other, and the windows (s) for it."""
+    rates = {dataset.rate_of(recording) for recording, _ in singles}
+    if len(rates) != 1:
+        return np.full((len(singles), len(singles)), np.nan), 0.0
+    (rate,) = rates
+    models, motions = [own.identified for own in observations], [data for _, data in singles]
+    samples = window_of(models, motions, rate)
+    return shares_unexplained(models, motions, rate, samples), samples / rate
 
 
 def _combinations(
@@ -139,7 +190,7 @@ def _nominal(dataset: Dataset, highest: float) -> tuple[FloatArray, FloatArray]:
 def _too_short(dataset: Dataset, fastest: float) -> list[str]:
     """Return a fault for each recording that holds too little even of the ``fastest`` (Hz) of the model's modes."""
     least = COMPARISON.min_periods / fastest
-    lengths = [(each.name, each.data.shape[1] / dataset.sampling_rate) for each in dataset.recordings]
+    lengths = [(each.name, each.data.shape[1] / dataset.rate_of(each)) for each in dataset.recordings]
     return [
         f"recording {name!r} lasts {length:.3g} s: give {least:.3g} s or more, {COMPARISON.min_periods:g} periods of"
         " the fastest mode; ten of the lowest are enough for all"
@@ -148,10 +199,7 @@ def _too_short(dataset: Dataset, fastest: float) -> list[str]:
     ]
 
 
-def _strongest(
-    seen: set[int], chosen: Sequence[tuple[int, ...]], identified: Sequence[IdentifiedModes]
-) -> tuple[int, ...]:
+def _strongest(seen: set[int], observations: Sequence[Observed]) -> tuple[int, ...]:
     """Return the one or two of the modes ``seen`` in all recordings that hold most energy."""
-    every = list(zip(identified, chosen, strict=True))
-    held = {mode: sum(own.energy[picked[mode]] for own, picked in every) for mode in seen}
+    held = {mode: sum(own.identified.energy[own.chosen[mode]] for own in observations) for mode in seen}
     return tuple(sorted(sorted(seen, key=lambda mode: -held[mode])[: COMPARISON.backbone_modes]))

@@ -1,0 +1,117 @@
+"""What changed from one recording to another: frequencies and damping ratios of the modes that both show, with chance.
+
+Under no change the differences of n frequencies over their standard deviations have a sum of squares like n F, with n
+and as many degrees of freedom as the deviations were estimated from.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+from scipy.sparse.csgraph import connected_components
+from scipy.stats import f
+
+from fe_models.arrays import FloatArray
+from fe_models.modes import mac
+from hybrid.identification.config import AMBIENT, CHANGES, PAIRING
+from hybrid.identification.identified_modes import IdentifiedModes
+
+
+@dataclass(frozen=True)
+class ModeChange:
+    """One mode of two recordings, by its ``numbers`` in each (from 0); its relative ``change`` of frequency and the
+    change of its damping ratio, each with its standard deviation; ``mac`` of the two shapes.
+    """
+
+    numbers: tuple[int, int]
+    change: float
+    error: float
+    ratio_change: float
+    ratio_error: float
+    mac: float
+
+    @property
+    def sigma(self) -> float:
+        """The change of frequency in its standard deviations."""
+        return self.change / self.error
+
+
+@dataclass(frozen=True)
+class RecordingChange:
+    """Two ``recordings``, by number, and their ``modes``; ``chance``: of frequencies that differ as much in one state
+    of the structure, one where no mode is seen in both.
+    """
+
+    recordings: tuple[int, int]
+    modes: tuple[ModeChange, ...]
+    chance: float
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether the structure has changed from one recording to the other, beyond chance."""
+        return self.chance < CHANGES.false_alarms
+
+
+def changes_among(identified: Sequence[IdentifiedModes], shapes: Sequence[FloatArray]) -> tuple[RecordingChange, ...]:
+    """Return what changed between each two recordings; ``shapes`` (sensor, mode) of their modes, comparable ones.
+
+    Of many recordings, from the first to each.
+    """
+    count = len(identified)
+    firsts = range(count) if count <= CHANGES.max_recordings else range(min(count, 1))
+    return tuple(
+        _change((i, j), identified[i], identified[j], mac(shapes[i], shapes[j]))
+        for i in firsts
+        for j in range(i + 1, count)
+    )
+
+
+def states_among(changes: Sequence[RecordingChange], recordings: int) -> list[list[int]]:
+    """Return the numbers of recordings in which nothing plainly changed, state by state, the largest first."""
+    same = np.eye(recordings, dtype=bool)
+    for change in changes:
+        same[change.recordings] = not change.is_plain
+    count, group = connected_components(same, directed=False)
+    found = [np.flatnonzero(group == number).tolist() for number in range(count)]
+    return sorted(found, key=lambda own: (-len(own), own))
+
+
+def _change(
+    numbers: tuple[int, int], before: IdentifiedModes, after: IdentifiedModes, criterion: FloatArray
+) -> RecordingChange:
+    """Return what changed in the modes that two recordings have in common."""
+    modes = tuple(
+        _mode_change(i, j, before, after, float(criterion[i, j])) for i, j in _common(before, after, criterion)
+    )
+    if not modes:
+        return RecordingChange(numbers, (), 1.0)
+    mean = float(np.mean([mode.sigma**2 for mode in modes]))
+    return RecordingChange(numbers, modes, float(f.sf(mean, len(modes), AMBIENT.segments - 1)))
+
+
+def _mode_change(i: int, j: int, before: IdentifiedModes, after: IdentifiedModes, criterion: float) -> ModeChange:
+    """Return what changed in mode ``i`` of one recording, ``j`` of the other."""
+    error = np.hypot(
+        before.frequency_errors[i] / before.frequencies[i], after.frequency_errors[j] / after.frequencies[j]
+    )
+    return ModeChange(
+        (i, j),
+        float(after.frequencies[j] / before.frequencies[i] - 1),
+        float(max(error, CHANGES.least_error)),
+        float(after.ratios[j] - before.ratios[i]),
+        float(np.hypot(before.ratio_errors[i], after.ratio_errors[j])),
+        criterion,
+    )
+
+
+def _common(before: IdentifiedModes, after: IdentifiedModes, criterion: FloatArray) -> list[tuple[int, int]]:
+    """Return which modes two recordings have in common, by shape and frequency together (see `pairing`)."""
+    if not criterion.size:
+        return []
+    apart = np.abs(np.log(after.frequencies / before.frequencies[:, None]))
+    cost = (1 - criterion) / PAIRING.mac_scale + apart / PAIRING.frequency_scale
+    possible = (criterion >= CHANGES.min_mac) & (apart <= CHANGES.max_change)
+    cost = np.where(possible, cost, PAIRING.max_cost + cost.max())
+    rows, columns = linear_sum_assignment(cost)
+    return [(int(i), int(j)) for i, j in zip(rows, columns, strict=True) if possible[i, j]]
