@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 
 from fe_models.modes import mac
-from hybrid.figures import figure
-from hybrid.identification.comparison_pictures import COLOURS, MARKERS
+from hybrid.figures import COLOURS, figure
+from hybrid.identification.comparison_pictures import MARKERS
 from hybrid.identification.recording_comparison import Compared
 
 CELL = 0.42  # inches of a matrix's cell

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 
 from fe_models.recordings import Dataset
-from hybrid.figures import figure
-from hybrid.identification.comparison_pictures import AVERAGES, COLOURS, averaged_power
+from hybrid.figures import COLOURS, figure
+from hybrid.identification.comparison_pictures import AVERAGES, averaged_power
 from hybrid.identification.recording_comparison import Compared
 
 PANEL_WIDTH, PANEL_HEIGHT = 7.0, 2.6  # inches
