@@ -13,6 +13,7 @@ from fe_models.linear import LinearModel, ModalModel
 from fe_models.mode_estimate import ModeEstimate
 from fe_models.structure import Direction, Structure
 
+SAME_RATE = 1e-6  # relative
 Quantity = Literal["displacement", "velocity", "acceleration"]
 Excitation = Literal["free", "measured", "ambient"]
 QUANTITIES: tuple[Quantity, ...] = ("displacement", "velocity", "acceleration")  # each the rate of the one before
@@ -93,6 +94,10 @@ class Recording:
     def driving(self) -> tuple[FloatArray, ...]:
         """The values (time,) of each known load and each base motion."""
         return (*(load.values for load in self.loads), *(motion.values for motion in self.base))
+
+    def thinned(self, every: int) -> "Recording":
+        """Return every n-th sample, of a recording that no known force drives, at no rate of its own."""
+        return replace(self, data=self.data[:, ::every], skipped=self.skipped // every, sampling_rate=None)
 
     def part(self, begin: int, end: int | None = None) -> "Recording":
         """Return the samples from ``begin`` to before ``end``, of loads and base motion, too."""
@@ -179,17 +184,26 @@ class Dataset:
         return replace(self, sampling_rate=highest, recordings=recordings)
 
     def of_one_rate(self, task: str) -> "Dataset":
-        """Return the dataset with the one rate of all its recordings as its own.
+        """Return the dataset at the lowest rate of its recordings, with that as its own.
 
-        `InputError` where they differ; ``task``: what needs them alike.
+        Of a faster recording every n-th sample is taken, which loses nothing below a stated ``lowpass``. Where
+        none is stated, rates are no multiples of the lowest, or known forces act, `InputError`; ``task``: what needs
+        one rate.
         """
-        if len(self.sampling_rates) > 1:
+        if len(self.sampling_rates) < 2:
+            return self.of_highest_rate()
+        lowest = self.sampling_rates[0]
+        faster = [recording for recording in self.recordings if self.rate_of(recording) > lowest]
+        multiples = all(abs(rate / lowest - round(rate / lowest)) < SAME_RATE for rate in self.sampling_rates)
+        if self.lowpass is None or not multiples or any(recording.is_driven for recording in faster):
             rates = "; ".join(f"{self._named(rate)} at {rate:g} Hz" for rate in self.sampling_rates)
             raise InputError(
-                f"the recordings have different sampling rates ({rates}), and {task} needs one: resample them to the"
+                f"the recordings have different sampling rates ({rates}), and {task} needs one: state the lowpass that"
+                " all passed, if no forces are known and all rates are multiples of the lowest; or resample them to the"
                 " lowest, or make a dataset of each rate"
             )
-        return self.of_highest_rate()
+        parts = tuple(each.thinned(round(self.rate_of(each) / lowest)) for each in self.recordings)
+        return replace(self, sampling_rate=lowest, recordings=parts)
 
     def _named(self, sampling_rate: float) -> str:
         return ", ".join(recording.name for recording in self.recordings if self.rate_of(recording) == sampling_rate)

@@ -194,11 +194,11 @@ def test_a_dead_channel_is_left_out_of_the_starter(tmp_path: Path) -> None:
 
 def test_what_is_no_number_or_has_no_rate_is_said(tmp_path: Path) -> None:
     rows = [f"2024-05-01 10:00:{n / RATE:06.3f},{value:.6f},ok" for n, value in enumerate(AMBIENT[:500, 0])]
-    (tmp_path / "r.csv").write_text("\n".join(["time,a2,status", *rows]))
+    (tmp_path / "r.csv").write_text("\n".join(["when,a2,status", *rows]))
     found = inspect_file(tmp_path / "r.csv")
     words = describe(found)
     assert "the file does not say its sampling rate" in words
-    assert "no numbers: 'time', 'status'" in words
+    assert "no numbers: 'when', 'status'" in words
     assert "peaks (cycles a sample)" in words
     assert "# sampling_rate = 100.0   # CHECK" in starter_dataset(found.signals, found.facts, found.guess, "r.csv")
 

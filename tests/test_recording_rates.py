@@ -1,5 +1,6 @@
 """Each recording may have a sampling rate and an excitation of its own."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,7 +11,7 @@ from fe_models.built_in.four_dof import four_dof
 from fe_models.errors import InputError
 from fe_models.files.dataset_file import load_dataset, save_dataset
 from fe_models.four_dof_data import paper_sensors
-from fe_models.recordings import Dataset, Recording
+from fe_models.recordings import Dataset, Load, Recording, Sensor
 from fe_models.simulated_recordings import simulate
 from hybrid.config import Config
 from hybrid.diagnosis.diagnosis import diagnose
@@ -80,11 +81,12 @@ def test_an_excitation_that_contradicts_the_loads_is_refused(folder: Path, said:
     assert_fault(faults, 'excitation: expected "free" or "measured" or "ambient", found "wind"')
 
 
-def two_rates(first: float = 10.0, second: float = 20.0) -> Dataset:
+def two_rates(second: float = 20.0, duration: float = 50.0, sensors: Sequence[str | Sensor] | None = None) -> Dataset:
     """Free decays of the chain at 10 Hz, whose middle recording is said to be sampled at another rate."""
-    sensors = paper_sensors()
+    places = sensors or paper_sensors()
     slow, fast = (
-        simulate(four_dof(), sensors, sampling_rate=rate, noise=0.01, seed=1, motions=2) for rate in (first, second)
+        simulate(four_dof(), places, duration=duration, sampling_rate=rate, noise=0.01, seed=1, motions=2)
+        for rate in (10.0, second)
     )
     a, b = slow.recordings
     c, _ = fast.recordings
@@ -94,10 +96,37 @@ def two_rates(first: float = 10.0, second: float = 20.0) -> Dataset:
 
 def test_where_rates_differ_what_needs_one_says_so() -> None:
     dataset = two_rates()
-    words = r"different sampling rates \(motion_1, motion_2 at 10 Hz; fast at 20 Hz\), and .* needs one: resample"
-    for use in (diagnose, compare_recordings, lambda data: prepare(data, Config())):
+    words = (
+        r"different sampling rates \(motion_1, motion_2 at 10 Hz; fast at 20 Hz\), and .* needs one: state the lowpass"
+    )
+    for use in (diagnose, lambda data: prepare(data, Config())):
         with pytest.raises(InputError, match=words):
             use(dataset)
+
+
+def test_below_a_stated_lowpass_faster_recordings_are_thinned() -> None:
+    """Every second sample of a recording at 20 Hz, which goes with those at 10 Hz, with modes and windows alike."""
+    given = replace(two_rates(), lowpass=4.0)
+    thinned = given.of_one_rate("a test")
+    assert thinned.sampling_rates == (10.0,)
+    np.testing.assert_array_equal(thinned.recordings[1].data, given.recordings[1].data[:, ::2])
+    found = compare_recordings(replace(two_rates(duration=200.0, sensors=["x1", "x2", "x3", "x4"]), lowpass=4.0))
+    slow, fast, _ = found.recordings
+    for mode in found.followed:  # the strongest two, whose frequencies 200 s and 1 % noise tell to per milles
+        pair = [each.identified.frequencies[each.chosen[mode]] for each in (slow, fast)]
+        assert pair[0] == pytest.approx(pair[1], rel=0.005)
+
+
+@pytest.mark.parametrize("rate", [25.0, 20.0])
+def test_what_thinning_would_spoil_is_refused(rate: float) -> None:
+    """Rates that are no multiples, and forces, which go on above the low-pass."""
+    given = replace(two_rates(second=rate), lowpass=4.0)
+    if rate == 20.0:
+        fast = given.recordings[1]
+        load = Load(1, "x", np.ones(fast.data.shape[1]))
+        given = replace(given, recordings=(given.recordings[0], replace(fast, loads=(load,))))
+    with pytest.raises(InputError, match="different sampling rates"):
+        given.of_one_rate("a test")
 
 
 def test_one_rate_that_recordings_state_is_the_dataset_s() -> None:

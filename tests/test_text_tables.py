@@ -1,5 +1,6 @@
 """Text files as loggers and spreadsheets write them: separators, decimal commas, units, lines above."""
 
+from datetime import datetime, timedelta
 from pathlib import Path
 
 import numpy as np
@@ -70,6 +71,25 @@ def test_a_unit_behind_the_name_is_the_column_s(folder: Path) -> None:
 def test_a_unit_of_another_quantity_is_refused(folder: Path) -> None:
     with pytest.raises(InputError, match="column 'a2' is in mm, which is no m/s\\^2: name another"):
         loaded(folder, "a2,a3,d3\nmm,g,-\n" + rows_of(list(DATA.T)))
+
+
+@pytest.mark.parametrize(
+    ("form", "mark"),
+    [("%Y-%m-%dT%H:%M:%S.%f", ","), ("%Y-%m-%d %H:%M:%S.%f", ";"), ("%H:%M:%S.%f", ","), ("%d.%m.%Y %H:%M:%S.%f", ";")],
+)
+def test_the_times_of_a_clock_are_a_column_of_times(folder: Path, form: str, mark: str) -> None:
+    start = datetime(2024, 5, 1, 9, 59, 58)
+    for rate in (RATE, 200.0):
+        times = [(start + timedelta(seconds=n / rate)).strftime(form) for n in range(SAMPLES)]
+        rows = rows_of(list(DATA.T), mark, "," if mark == ";" else ".").splitlines()
+        text = "\n".join(
+            [mark.join(("Timestamp", *NAMES)), *(mark.join(pair) for pair in zip(times, rows, strict=True))]
+        )
+        if rate == RATE:
+            np.testing.assert_allclose(loaded(folder, text).recordings[0].data[0], DATA, atol=1e-9)
+            continue
+        with pytest.raises(InputError, match=r"'Timestamp' has a step of 0\.005 s \(200 Hz\)"):
+            loaded(folder, text)
 
 
 def test_a_load_s_unit_is_converted_to_newtons(folder: Path) -> None:

@@ -101,7 +101,17 @@ def load_dataset(path: str | Path, dead_channels: bool = False) -> Dataset:
     faults += [f"{where} {fault}" for fault in _tested_on_training_data(read.recordings)]
     raise_faults(faults)
     rate, lowpass = header.sampling_rate, header.lowpass
-    return Dataset(model, rate, sensors, read.recordings, lowpass, assumptions, read.notes, modes).of_highest_rate()
+    dataset = Dataset(model, rate, sensors, read.recordings, lowpass, assumptions, read.notes, modes)
+    return _with_note_on_rates(dataset.of_highest_rate())
+
+
+def _with_note_on_rates(dataset: Dataset) -> Dataset:
+    """Return the dataset with what a user should know where its recordings have different rates."""
+    if len(dataset.sampling_rates) < 2:
+        return dataset
+    rates = " and ".join(f"{rate:g}" for rate in dataset.sampling_rates)
+    note = f"recordings were sampled at {rates} Hz: what needs one rate takes the lowest, below a stated lowpass"
+    return replace(dataset, notes=(*dataset.notes, note))
 
 
 def _tested_on_training_data(recordings: tuple[Recording, ...]) -> list[str]:

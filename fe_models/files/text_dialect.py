@@ -22,7 +22,8 @@ SPACES = " "
 LOST = frozenset({"", "nan", "na", "n/a", "#n/a", "null", "-"})
 """What stands in place of a sample that was lost, in small letters."""
 BOMS = {codecs.BOM_UTF8: "utf-8-sig", codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16"}
-LIKE_A_NUMBER = re.compile(r"[-+]?[\d.,]*\d[\d.,]*([eE][-+]?\d+)?$")
+LIKE_A_NUMBER = re.compile(r"[-+]?(\d+[.,]?\d*|[.,]\d+|\d{1,3}([.,]\d{3})+[.,]\d+)([eE][-+]?\d+)?$")
+"""With a decimal point or comma, or thousands parted by one and decimals by the other; a date is none."""
 
 Line = tuple[int, str]
 

@@ -10,9 +10,11 @@ import numpy as np
 
 from fe_models.arrays import FloatArray
 from fe_models.errors import InputError, raise_faults
+from fe_models.files.clock_times import clock_seconds
 from fe_models.files.named_columns import NamedColumns
 from fe_models.files.size_limit import check_values
 from fe_models.files.text_dialect import SPACES, TextDialect, dialect_of, filled
+from fe_models.files.time_column import is_time
 from fe_models.files.unit_words import name_and_unit
 
 MAX_FAULTY_LINES = 5  # of a file, each with its fault
@@ -58,11 +60,12 @@ class TextTable:
 
     def numbers(self, columns: Sequence[int]) -> FloatArray:
         """Return the numbers (row, column) of ``columns``, NaN where one is lost; `InputError` names faulty lines."""
+        if self._clocks().intersection(columns):
+            return self._numbers(columns)
         try:
-            found = self._plain_numbers(columns)
+            return self._plain_numbers(columns)
         except ValueError:
             return self._numbers(columns)
-        return found
 
     def _plain_numbers(self, columns: Sequence[int]) -> FloatArray:
         """Return the numbers of a file without a fault or a lost sample; `ValueError` for any other."""
@@ -87,14 +90,15 @@ class TextTable:
     def _numbers(self, columns: Sequence[int]) -> FloatArray:
         """Return the same row by row, with what is wrong with each."""
         values, words, uneven = array("d"), list[str](), list[str]()
-        width = len(self.header)
+        width, clocks = len(self.header), self._clocks()
+        readers = [(column, clock_seconds if column in clocks else self.dialect.number) for column in columns]
         for number, row in self.rows():
             if len(row) < width or filled(row) > width:
                 uneven.append(f"line {number} has {max(filled(row), min(len(row), width))} values, the header {width}")
                 continue
-            for column in columns:
+            for column, read in readers:
                 try:
-                    values.append(self.dialect.number(row[column]))
+                    values.append(read(row[column]))
                 except ValueError:
                     words.append(f"line {number}: {row[column]!r} is not a number")
             check_values(len(values), self.path)
@@ -116,16 +120,31 @@ class TextTable:
             self.path, tuple(self.header), units, self.numbers, others, form=self.dialect.form, numeric=self._numeric()
         )
 
+    def _clocks(self) -> frozenset[int]:
+        """Return which columns are called times, and begin with the time of a clock."""
+        first = next(self.rows(), None)
+        cells = [] if first is None else first[1]
+        called = zip(self.header, cells, strict=False)
+        return frozenset(column for column, (name, cell) in enumerate(called) if is_time(name) and _is_clock(cell))
+
     def _numeric(self) -> tuple[bool, ...]:
-        """Return which columns hold a number or nothing in the first rows."""
-        found = [True] * len(self.header)
+        """Return which columns hold a number, the time of a clock, or nothing in the first rows."""
+        found, clocks = [True] * len(self.header), self._clocks()
         for _, row in islice(self.rows(), FIRST_ROWS):
             for column, cell in enumerate(row[: len(found)]):
                 try:
                     self.dialect.number(cell)
                 except ValueError:
-                    found[column] = False
+                    found[column] &= column in clocks
         return tuple(found)
+
+
+def _is_clock(cell: str) -> bool:
+    try:
+        clock_seconds(cell)
+    except ValueError:
+        return False
+    return not cell.strip().isdigit()  # "2024" is a number
 
 
 def open_table(path: Path) -> TextTable:

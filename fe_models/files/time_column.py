@@ -8,7 +8,7 @@ import numpy as np
 
 from fe_models.arrays import BoolArray, FloatArray, IntArray
 
-NAMES = ("time", "t", "time (s)", "time [s]", "t (s)", "t [s]", "time_s", "seconds")
+NAMES = ("time", "t", "time (s)", "time [s]", "t (s)", "t [s]", "time_s", "seconds", "timestamp", "datetime", "zeit")
 """What loggers call it, in small letters or capitals; the first is the one that our documents name."""
 
 MAX_SCATTER = 0.5  # of a step: a time further from its place is nearer to another sample's
@@ -26,6 +26,11 @@ def time_column(header: list[str], others: list[str]) -> int | None:
     """Return the number of the column of times, None where there is none; ``others`` are names of something else."""
     names = [None if name in others else name.lower() for name in header]
     return next((names.index(name) for name in NAMES if name in names), None)
+
+
+def is_time(name: str) -> bool:
+    """Whether a column of that name holds times."""
+    return name.lower() in NAMES
 
 
 def time_faults(time: FloatArray, sampling_rate: float | None, what: str) -> list[str]:
