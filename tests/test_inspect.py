@@ -16,7 +16,7 @@ from fe_models.files.structure_file import save_structure
 from hybrid.commands.app import app
 from hybrid.inspection.channel_facts import ChannelFacts, channel_facts
 from hybrid.inspection.inspection import inspect_file
-from hybrid.inspection.inspection_report import as_json, describe, faults_of
+from hybrid.inspection.inspection_report import _drawn, as_json, describe, faults_of
 from hybrid.inspection.likely_excitation import Moved, likely_excitation
 from hybrid.inspection.starter_dataset import starter_dataset
 from tests.sample_dataset import MAST, NAMES, RATE, free_decay
@@ -230,6 +230,17 @@ def test_the_command_prints_and_writes_and_never_over_a_user_s_file(tmp_path: Pa
     done = run(app, ["inspect", str(tmp_path / "r.csv"), "--out", str(out)])
     assert done.exit_code == 2
     assert (out / "dataset.toml").read_text() == "my own"
+
+
+def test_a_long_curve_keeps_its_extremes_and_its_gaps() -> None:
+    values = np.zeros(50_000)
+    values[[12_345, 40_001]] = 5.0, -7.0
+    values[20_000:21_000] = np.nan
+    time, drawn = _drawn(values, RATE)
+    assert len(drawn) < 10_000
+    assert (np.nanmax(drawn), np.nanmin(drawn)) == (5.0, -7.0)
+    assert time[np.nanargmax(drawn)] == pytest.approx(123.45, abs=24 / RATE)  # a span
+    assert np.isnan(drawn).sum() > 50
 
 
 def test_the_command_refuses_what_cannot_be_read(tmp_path: Path) -> None:

@@ -24,7 +24,7 @@ from fe_models.files import matlab_files, size_limit
 from fe_models.files.array_files import load_arrays
 from fe_models.files.dataset_file import load_dataset
 from fe_models.recordings import Dataset
-from tests.sample_dataset import NAMES, RATE, TOML, assert_fault, free_decay, write_sample
+from tests.sample_dataset import NAMES, RATE, SAMPLES, TOML, assert_fault, free_decay, write_sample
 
 DATA = free_decay(1)
 G = 9.80665  # m/s^2
@@ -245,6 +245,20 @@ def test_a_header_that_claims_terabytes_is_refused_before_anything_is_read(folde
     content[place : place + 8] = struct.pack("<II", 2**31 - 1, 2**10)
     (folder / "r1.mat").write_bytes(content)
     assert_fault(faults_with(folder, "r1.mat"), "announces 2.2e+12 numbers")
+
+
+@pytest.mark.parametrize("suffix", ["uff", "b.uff", "tdms"])
+def test_more_samples_announced_than_a_file_holds_are_refused(folder: Path, suffix: str) -> None:
+    path = folder / f"r1.{suffix}"
+    write_tdms(path, DATA) if suffix == "tdms" else write_uff(path, DATA, int("b." in suffix))
+    content = path.read_bytes()
+    if suffix == "tdms":
+        more = content.replace(struct.pack("<Q", SAMPLES), struct.pack("<Q", 10**12))
+    else:
+        more = content.replace(b"%10d" % SAMPLES, b"%10d" % 10**9)
+    assert more != content
+    path.write_bytes(more)
+    assert_fault(faults_with(folder, path.name), path.name)
 
 
 def test_what_unpacks_to_more_than_the_limit_is_refused_without_being_kept(

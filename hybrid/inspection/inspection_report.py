@@ -1,11 +1,13 @@
 """What was found in a recording file, in words, as JSON and as a picture."""
 
+import warnings
 from math import isfinite
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from fe_models.arrays import FloatArray
 from hybrid.figures import COLOURS, PANEL_HEIGHT, PANEL_WIDTH, figure
 from hybrid.inspection.channel_facts import ChannelFacts, spectrum
 from hybrid.inspection.inspection import Inspection
@@ -95,9 +97,8 @@ def draw(path: Path, found: Inspection) -> Path:
         sheet.set_size_inches(2 * PANEL_WIDTH, PANEL_HEIGHT * len(shown) + 0.9)
         for number, fact in enumerate(shown):
             values = signals.values[:, number]
-            every = max(1, len(values) // MAX_DRAWN)
             course, power = axes[2 * number], axes[2 * number + 1]
-            course.plot(np.arange(len(values))[::every] / rate, values[::every], color=COLOURS[0], linewidth=0.5)
+            course.plot(*_drawn(values, rate), color=COLOURS[0], linewidth=0.5)
             course.set(ylabel=f"{fact.name} ({fact.unit})" if fact.unit else fact.name)
             frequencies, density = spectrum(values, signals.sampling_rate)
             largest = float(density.max(initial=0.0))
@@ -111,6 +112,19 @@ def draw(path: Path, found: Inspection) -> Path:
         axes[-1].set_xlabel(words[1])
         axes[1].set_title("power, over its largest value", fontsize=9)
     return path
+
+
+def _drawn(values: FloatArray, rate: float) -> tuple[FloatArray, FloatArray]:
+    """Return times and values of a curve; of a long one the extremes of each short span, which no step would skip."""
+    every = 2 * max(1, len(values) // MAX_DRAWN)
+    if every <= 2:
+        return np.arange(len(values)) / rate, values
+    spans = values[: len(values) // every * every].reshape(-1, every)
+    begin = np.arange(len(spans)) * every / rate
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # of spans that are lost throughout, which stay blank
+        extremes = np.stack([np.nanmin(spans, axis=1), np.nanmax(spans, axis=1)], axis=1)
+    return np.repeat(begin, 2) + np.tile([0.0, every / (2 * rate)], len(begin)), extremes.ravel()
 
 
 def _table(found: Inspection) -> list[str]:

@@ -27,7 +27,7 @@ class Moved(Enum):
     MEASURED = "moved by a force that was measured"
     BASE = "moved at its base, in a way that was measured"
     EARTHQUAKE = "an earthquake: it rises, shakes and dies away"
-    AMBIENT = "ambient: it goes on alike, as under wind and traffic"
+    AMBIENT = "ambient vibration: it goes on alike, as under wind and traffic"
     STEADY = "one steady vibration: a free decay with hardly any damping, or a machine"
     UNCLEAR = "neither a decay nor steady"
 
