@@ -102,6 +102,8 @@ MAX_USUAL_STEPS = 1_000_000
 """Of one motion, where no step is given: more take many minutes."""
 RK67_MAX_PHASE = 1.0
 """Largest omega times step of the explicit integrator: beyond it is inaccurate, soon after unstable."""
+LAW_PHASE = 0.5
+"""Of what force laws make fastest: where no step is given."""
 
 
 def simulate_free(
@@ -183,12 +185,15 @@ def _from_states(
     """Return motions from many initial states, each (realisation, free): see `simulate_free`."""
     from fe_models.exudyn.solve import FreeMotion  # loads Exudyn only where it is needed
 
-    step = config.step if config.step is not None else _usual_step(model, config)
-    steps = _steps(config.duration, config.sampling_rate, step)
     mass, damping, stiffness = model.mass.toarray(), full_damping(model), model.stiffness.toarray()
     joined, free = _coefficients(model.dofs, laws), model.dofs.free
+    step = config.step if config.step is not None else _usual_step(model, config)
+    fastest = _fastest(mass, stiffness, joined) if config.integrator == "rk67" else (0.0, 0.0)
+    if config.step is None and drive is not None:  # friction and stops ask for shorter ones
+        step = min(step, *(LAW_PHASE / rate for rate in fastest if rate > 0))
+    steps = _steps(config.duration, config.sampling_rate, step)
     if config.integrator == "rk67":
-        _check_explicit(mass, stiffness, joined, steps)
+        _check_explicit(*fastest, steps)
     push = None if drive is None else lambda time: drive.at(time)[free]
     run = FreeMotion(mass, damping, stiffness, joined, steps, config.integrator, push)
     motions = []
@@ -266,10 +271,11 @@ def _initial_states(
     return states["displacement"], states["velocity"]
 
 
-def _check_explicit(mass: FloatArray, stiffness: FloatArray, laws: "Joined", steps: "Steps") -> None:
-    """Refuse what the explicit integrator cannot do: massless degrees of freedom, and steps too long for the modes.
+def _fastest(mass: FloatArray, stiffness: FloatArray, laws: "Joined") -> tuple[float, float]:
+    """Return the highest natural frequency (rad/s) and the largest rate of decay (1/s) that explicit steps must follow.
 
-    With the largest slopes that the force laws know of: a stop in contact, friction at rest.
+    With the largest slopes that the force laws know of: a stop in contact, friction at rest. `InputError` where degrees
+    of freedom have no mass.
     """
     stiffest = stiffness + sum(law.largest_slopes[0] * np.outer(pull, pull) for law, pull in laws)
     dampest = sum((law.largest_slopes[1] * np.outer(pull, pull) for law, pull in laws), np.zeros_like(mass))
@@ -279,6 +285,11 @@ def _check_explicit(mass: FloatArray, stiffness: FloatArray, laws: "Joined", ste
         fastest = eigh(dampest, mass, eigvals_only=True, subset_by_index=last)[0]
     except np.linalg.LinAlgError:
         raise InputError("some degrees of freedom have no mass: choose the integrator newmark") from None
+    return float(highest), float(fastest)
+
+
+def _check_explicit(highest: float, fastest: float, steps: "Steps") -> None:
+    """Refuse steps of the explicit integrator that are too long for what is `_fastest`."""
     step = steps.interval / steps.per_output
     if highest * step > RK67_MAX_PHASE:
         raise InputError(

@@ -9,13 +9,13 @@ from typer.testing import CliRunner
 
 import fe_models as fe
 from fe_models.base_motion import BaseMotion
-from fe_models.causes import CubicSpring
+from fe_models.causes import CoulombFriction, CubicSpring
 from fe_models.drive import drive_of
 from fe_models.errors import InputError
 from fe_models.files.dataset_file import load_dataset
 from fe_models.files.structure_file import save_structure
 from fe_models.recordings import Load
-from fe_models.simulation import ReleaseConfig, simulate_driven
+from fe_models.simulation import FreeConfig, ReleaseConfig, simulate_driven
 from hybrid.commands.app import app
 from tests.test_diagnosis_base_motion import RATE, SAMPLES, STOREYS, TIME, TOWER, every_sensor, quake, shaken, solved
 
@@ -49,6 +49,17 @@ def test_a_frame_on_a_moving_base_tends_to_another_solver_with_the_square_of_its
         errors.append(np.abs(found.displacement[::5, rows] - motion[0][:, rows]).max() / np.abs(motion[0]).max())
     assert errors[1] < 2e-4
     assert np.log2(errors[0] / errors[1]) == pytest.approx(2.0, abs=0.2)
+
+
+def test_friction_under_a_strong_motion_needs_no_step_of_the_user() -> None:
+    """Friction at rest is sharper than any mode; a fifth of the step that is taken changes nothing that matters."""
+    law = STOREYS.with_effects(CoulombFriction((1,), "x", 20.0))
+    drive = drive_of(law, [BaseMotion("x", quake(4, highest=8.0))], RATE)
+    usual, finer = (
+        simulate_driven(law, drive, FreeConfig(sampling_rate=RATE, step=step), progress=False).displacement
+        for step in (None, 2e-4)
+    )
+    assert np.abs(usual - finer).max() < 1e-4 * np.abs(finer).max()
 
 
 def test_a_load_and_a_base_together_are_the_sum_of_both() -> None:
