@@ -213,6 +213,14 @@ class Dataset:
         """Whether known loads act, or the base moves in a known way, in any recording."""
         return any(recording.is_driven for recording in self.recordings)
 
+    def parted(self) -> "tuple[Dataset | None, Dataset | None]":
+        """Return the dataset with its driven recordings alone, and with the others; None where there are none."""
+        driven, free = (tuple(r for r in self.recordings if r.is_driven is side) for side in (True, False))
+        return (
+            replace(self, recordings=driven) if driven else None,
+            replace(self, recordings=free) if free or not driven else None,
+        )
+
     def require_recordings(self, task: str) -> None:
         """Raise an `InputError` where there are identified modes alone; ``task``: what needs time series."""
         if self.modes and not self.recordings:

@@ -9,6 +9,7 @@ EXTENDED, PICTURE = "extended_model.toml", "what_is_wrong.png"
 COMPARISON, COMPARISON_TABLE, COMPARISON_ROWS = "comparison.txt", "comparison.json", "comparison.csv"
 BACKBONES, SPECTRA, STABILISATION = "backbones.png", "spectra.png", "stabilisation.png"
 MAC, COORDINATE_MAC = "mac.png", "comac.png"
+RESPONSES, RESPONSE_ROWS = "frequency_response.png", "frequency_response.csv"
 
 
 def diagnosis_in(folder: Path) -> ResultSet:
@@ -18,5 +19,5 @@ def diagnosis_in(folder: Path) -> ResultSet:
 
 def comparison_in(folder: Path) -> ResultSet:
     """Return what a comparison of recordings leaves in ``folder``."""
-    pictures = (BACKBONES, SPECTRA, STABILISATION, MAC, COORDINATE_MAC)
-    return ResultSet(folder, "compare", (COMPARISON, COMPARISON_TABLE, COMPARISON_ROWS, *pictures))
+    pictures = (BACKBONES, SPECTRA, STABILISATION, MAC, COORDINATE_MAC, RESPONSES)
+    return ResultSet(folder, "compare", (COMPARISON, COMPARISON_TABLE, COMPARISON_ROWS, RESPONSE_ROWS, *pictures))

@@ -11,7 +11,8 @@ def compare(dataset: DatasetFile, out: Out, quiet: Quiet = False) -> None:
     fits of damped cosines, from ambient vibration by its correlations. Prints frequencies, damping and shapes of each
     recording beside the model's, with their standard deviations, and what changed from one recording to another; of
     free decays also how far the modes of one explain the others, how frequencies change while the motion decays, and
-    peaks at sums and differences of frequencies.
+    peaks at sums and differences of frequencies. Of recordings under known loads or base motion it shows frequency
+    response functions with coherence, beside the model's.
 
     \b
     OUT/comparison.txt     what is printed
@@ -22,6 +23,7 @@ def compare(dataset: DatasetFile, out: Out, quiet: Quiet = False) -> None:
     OUT/comac.png          the same sensor by sensor
     OUT/backbones.png      frequency against amplitude of the two strongest modes of free decays
     OUT/spectra.png        the recordings' spectra, with the model's frequencies
+    OUT/frequency_response.png, .csv: the functions of recordings under known loads
 
     \b
     Example:
@@ -31,8 +33,10 @@ def compare(dataset: DatasetFile, out: Out, quiet: Quiet = False) -> None:
     from fe_models.files.dataset_file import load_dataset
     from fe_models.files.inputs import files_read
     from fe_models.progress import progress_bar
-    from hybrid.identification.comparison_files import save_comparison
+    from hybrid.identification.comparison_files import save_comparison, save_responses
     from hybrid.identification.comparison_report import describe_compared
+    from hybrid.identification.frequency_response import frequency_response
+    from hybrid.identification.frequency_response_report import describe_responses
     from hybrid.identification.recording_comparison import compare_recordings
     from hybrid.result_sets import comparison_in
 
@@ -43,10 +47,16 @@ def compare(dataset: DatasetFile, out: Out, quiet: Quiet = False) -> None:
         raise_faults(faults)
         assert data is not None  # else there were faults
         print_notes(data)
-        motions = sum(len(recording.data) for recording in data.recordings)
-        with progress_bar("modes of each motion", motions, "motion") as bar:
-            compared = compare_recordings(data, bar.update)
-        save_comparison(compared, data, out)
-        print(describe_compared(compared))
+        driven, free = data.parted()
+        responses = frequency_response(driven) if driven else None
+        if free:
+            motions = sum(len(recording.data) for recording in free.recordings)
+            with progress_bar("modes of each motion", motions, "motion") as bar:
+                compared = compare_recordings(free, bar.update)
+            save_comparison(compared, free, out)
+            print(describe_compared(compared))
+        if responses:
+            save_responses(responses, out, alone=not free)
+            print(("\n" if free else "") + describe_responses(responses))
         print(f"\nResults: {out}")
         result(out)

@@ -7,6 +7,8 @@ from fe_models.recordings import Dataset
 from hybrid.identification.comparison_pictures import draw_backbones, draw_spectra
 from hybrid.identification.comparison_report import describe_compared
 from hybrid.identification.comparison_tables import comparison_csv, comparison_table
+from hybrid.identification.frequency_response import FrequencyResponse
+from hybrid.identification.frequency_response_report import describe_responses, draw_responses, responses_csv
 from hybrid.identification.recording_comparison import Compared
 from hybrid.identification.shape_pictures import draw_coordinate_mac, draw_mac
 from hybrid.identification.stabilisation_picture import draw_stabilisation
@@ -17,6 +19,8 @@ from hybrid.result_sets import (
     COMPARISON_TABLE,
     COORDINATE_MAC,
     MAC,
+    RESPONSE_ROWS,
+    RESPONSES,
     SPECTRA,
     STABILISATION,
     comparison_in,
@@ -37,3 +41,17 @@ def save_comparison(compared: Compared, dataset: Dataset, folder: Path) -> None:
         draw_stabilisation(new / STABILISATION, dataset, compared)
         draw_mac(new / MAC, compared)
         draw_coordinate_mac(new / COORDINATE_MAC, compared)
+
+
+def save_responses(found: FrequencyResponse, folder: Path, alone: bool) -> None:
+    """Write frequency response functions into ``folder``; ``alone``: without a comparison of modes, in whose place."""
+    results = comparison_in(folder)
+    if alone:
+        with results.replacing() as new:
+            write_text(new / COMPARISON, describe_responses(found) + "\n")
+            write_text(new / RESPONSE_ROWS, responses_csv(found))
+    else:
+        with results.adding() as new:
+            write_text(new / RESPONSE_ROWS, responses_csv(found))
+    with results.adding() as new:
+        draw_responses(new / RESPONSES, found)

@@ -180,6 +180,21 @@ class RealisationConfig:
     order: int = 20  # states: ten modes, as the hybrid model has
 
 
+@dataclass(frozen=True)
+class FrequencyResponseConfig:
+    """Frequency response functions under known loads."""
+
+    segment_share: float = 0.25  # of a recording: with half of it overlapping, seven segments of each
+    min_segment: int = 256  # samples, if recordings hold as many: shorter ones resolve no resonance
+    min_averages: int = 2  # segments for each input: of fewer, any coherence is one
+    # of a load's energy in that share of a recording: a knock, which no window may cut
+    knock_energy: float = 0.98
+    knock_share: float = 0.1
+    min_power_share: float = 0.01  # of a load's largest power: with less at a frequency, noise is divided by nothing
+    max_condition: float = 1e6  # of the loads' cross spectra: beyond it they go with one another
+    max_modes: int = 100  # of a structure; the others answer statically
+
+
 STABILISATION = StabilisationConfig()
 FREE_DECAY = FreeDecayConfig()
 AMBIENT = AmbientConfig()
@@ -191,3 +206,4 @@ COMPARISON = ComparisonConfig()
 PAIRING = PairingConfig()
 CHANGES = ChangesConfig()
 REALISATION = RealisationConfig()
+FREQUENCY_RESPONSE = FrequencyResponseConfig()

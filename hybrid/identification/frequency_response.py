@@ -1,0 +1,193 @@
+"""Frequency response functions under known loads and base motion: measured, with their coherence, and the model's.
+
+    H1(f) = S_xx(f)^-1 S_xy(f)
+
+of loads x and a sensor y, with cross spectra averaged over segments and recordings (Bendat and Piersol, Random Data):
+noise of the sensors averages out. The multiple coherence H1^H S_xx H1 / S_yy is the share of a sensor's power that
+the loads explain linearly: less is noise, something unknown that pushes, or a structure that is not linear.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.signal import csd
+
+from fe_models.arrays import ComplexArray, FloatArray
+from fe_models.assembly import linearise, unsupported
+from fe_models.base_motion import base_force, rigid_motion
+from fe_models.errors import InputError
+from fe_models.mechanisms import factorise
+from fe_models.modes import natural_modes
+from fe_models.recordings import QUANTITIES, Dataset, Recording
+from fe_models.structure import Direction, Structure
+from hybrid.identification.config import FREQUENCY_RESPONSE
+
+Input = tuple[int, Direction] | tuple[float, float]
+"""Node and direction of a load, or the vector (dx, dy) along which the base moves."""
+
+
+@dataclass(frozen=True)
+class FrequencyResponse:
+    """How sensors answer to the ``inputs`` (see `Input`) at ``frequencies`` (line,), Hz, where these have power.
+
+    ``measured`` and ``nominal`` (line, input, sensor), in the sensor's unit over N, N m or m/s^2; ``coherence`` (line,
+    sensor); ``averages``: of how many segments.
+    """
+
+    inputs: tuple[str, ...]
+    sensors: tuple[str, ...]
+    frequencies: FloatArray
+    measured: ComplexArray
+    nominal: ComplexArray
+    coherence: FloatArray
+    averages: int
+
+    def assurance(self, response: ComplexArray | None = None) -> FloatArray:
+        """Return the frequency response assurance criterion (input, sensor) of a ``response``, by default the nominal.
+
+        As a MAC over frequencies: 1 where the measured one is a number times it.
+        """
+        other = self.nominal if response is None else response
+        cross = np.abs(np.sum(self.measured.conj() * other, axis=0)) ** 2
+        return np.asarray(cross / np.sum(np.abs(self.measured) ** 2, axis=0) / np.sum(np.abs(other) ** 2, axis=0))
+
+
+def frequency_response(dataset: Dataset) -> FrequencyResponse:
+    """Return the frequency response functions of a dataset's driven recordings; `InputError` where there are none.
+
+    Loads of recordings in which all go with one another cannot be told apart: also an `InputError`.
+    """
+    if not isinstance(dataset.model, Structure):
+        raise InputError("model: bare matrices do not say where loads act: give a structure file")
+    driven = [recording for recording in dataset.recordings if recording.is_driven]
+    if not driven:
+        raise InputError("no recording names loads or base motion: there are no frequency response functions")
+    inputs = _inputs(driven)
+    segment = _segment_length(driven, inputs)
+    channels = len(inputs) + len(dataset.sensors)
+    spectra, averages = np.zeros((segment // 2 + 1, channels, channels), dtype=np.complex128), 0
+    for recording in driven:
+        forces = _values(recording, inputs)
+        for motion in recording.data:
+            frequencies, own, count = _spectra(forces, motion, dataset.sampling_rate, segment)
+            spectra += count * own
+            averages += count
+    if averages < FREQUENCY_RESPONSE.min_averages * len(inputs):
+        raise InputError(
+            f"{len(inputs)} inputs and {averages} segments: frequency response functions need "
+            f"{FREQUENCY_RESPONSE.min_averages * len(inputs)}; give longer recordings, or more of them"
+        )
+    kept = _with_power(frequencies, spectra, len(inputs), dataset)
+    measured, coherence = _solved(spectra[kept], len(inputs))
+    nominal = nominal_response(dataset.model, dataset, inputs, frequencies[kept])
+    names = tuple(_name(item) for item in inputs)
+    sensors = tuple(sensor.name for sensor in dataset.sensors)
+    return FrequencyResponse(names, sensors, frequencies[kept], measured, nominal, coherence, averages)
+
+
+def _inputs(driven: Sequence[Recording]) -> tuple[Input, ...]:
+    loads: set[Input] = {(load.node, load.direction) for recording in driven for load in recording.loads}
+    base: set[Input] = {motion.along for recording in driven for motion in recording.base}
+    return (*sorted(loads, key=str), *sorted(base, key=str))
+
+
+def _name(item: Input) -> str:
+    first, second = item
+    return f"load at node {first} in {second}" if isinstance(second, str) else f"base along ({first:.3g}, {second:.3g})"
+
+
+def _values(recording: Recording, inputs: tuple[Input, ...]) -> FloatArray:
+    """Return what drives a recording, (time, input)."""
+    values = np.zeros((recording.data.shape[1], len(inputs)))
+    for load in recording.loads:
+        values[:, inputs.index((load.node, load.direction))] += load.values
+    for motion in recording.base:
+        values[:, inputs.index(motion.along)] += motion.values
+    return values
+
+
+def _segment_length(driven: Sequence[Recording], inputs: tuple[Input, ...]) -> int:
+    """Return how long segments are: whole recordings of knocks, whose answers die away; of others parts of them."""
+    shortest = min(recording.data.shape[1] for recording in driven)
+    if all(_is_knock(_values(recording, inputs)) for recording in driven):
+        return shortest
+    return max(int(FREQUENCY_RESPONSE.segment_share * shortest), min(shortest, FREQUENCY_RESPONSE.min_segment))
+
+
+def _is_knock(values: FloatArray) -> bool:
+    """Return whether forces (time, input) have nearly all of their energy in a short part of a recording."""
+    energy = np.sort(np.sum(values**2, axis=1))[::-1]
+    short = max(int(FREQUENCY_RESPONSE.knock_share * len(energy)), 1)
+    return bool(energy[:short].sum() > FREQUENCY_RESPONSE.knock_energy * energy.sum())
+
+
+def _spectra(forces: FloatArray, motion: FloatArray, rate: float, segment: int) -> tuple[FloatArray, ComplexArray, int]:
+    """Return frequencies (line,), cross spectra (line, channel, channel) of inputs, then sensors, and the number of
+    segments.
+    """
+    channels = np.column_stack([forces, motion]).T
+    whole = segment >= channels.shape[1] or _is_knock(forces)
+    window, overlap = ("boxcar", 0) if whole else ("hann", segment // 2)
+    step = segment - overlap
+    frequencies, found = csd(
+        channels[:, None], channels[None], rate, window, segment, overlap, detrend=False if whole else "constant"
+    )
+    count = 1 + (channels.shape[1] - segment) // step
+    return np.asarray(frequencies), np.asarray(found).transpose(2, 0, 1), count
+
+
+def _with_power(frequencies: FloatArray, spectra: ComplexArray, inputs: int, dataset: Dataset) -> FloatArray:
+    """Return which lines (line,) have power of every input, below the recordings' low-pass."""
+    power = np.abs(np.diagonal(spectra, axis1=1, axis2=2)[:, :inputs])
+    inside = (frequencies > 0) & (frequencies < min(dataset.lowpass or np.inf, dataset.sampling_rate / 2))
+    strong = power > FREQUENCY_RESPONSE.min_power_share * power[inside].max(axis=0)
+    return np.asarray(inside & strong.all(axis=1))
+
+
+def _solved(spectra: ComplexArray, inputs: int) -> tuple[ComplexArray, FloatArray]:
+    """Return H1 (line, input, sensor) and the multiple coherence (line, sensor)."""
+    xx, xy = spectra[:, :inputs, :inputs], spectra[:, :inputs, inputs:]
+    scale = np.sqrt(np.abs(np.diagonal(xx, axis1=1, axis2=2)))
+    alike = xx / scale[:, :, None] / scale[:, None]
+    if inputs > 1 and np.median(np.linalg.cond(alike)) > FREQUENCY_RESPONSE.max_condition:
+        raise InputError("the loads go with one another in all recordings: what each does cannot be told apart")
+    response = np.linalg.solve(xx, xy)
+    power = np.abs(np.diagonal(spectra, axis1=1, axis2=2)[:, inputs:])
+    explained = np.einsum("fis,fij,fjs->fs", response.conj(), xx, response).real
+    return np.asarray(response, dtype=np.complex128), np.asarray(np.clip(explained / power, 0.0, 1.0))
+
+
+def nominal_response(
+    structure: Structure, dataset: Dataset, inputs: tuple[Input, ...], frequencies: FloatArray
+) -> ComplexArray:
+    """Return the frequency response functions (line, input, sensor) of a structure's linear model.
+
+    By its modes up to beyond the ``frequencies`` (Hz), and the static response of the others.
+    """
+    linear = linearise(structure)
+    dofs, free = linear.dofs, linear.dofs.free_rows
+    modal = natural_modes(linear, min(FREQUENCY_RESPONSE.max_modes, len(free)))
+    rows = [dofs.row(sensor.node, sensor.direction) for sensor in dataset.sensors]
+    mass = unsupported(structure)[0]
+    turn = 2j * np.pi * frequencies[:, None]
+    poles = modal.omega**2 + turn**2 + 2 * modal.damping_ratio * modal.omega * turn  # (line, mode)
+    factors = factorise(linear.stiffness)
+    found = np.empty((len(frequencies), len(inputs), len(rows)), dtype=complex)
+    for number, item in enumerate(inputs):
+        first, second = item
+        pull = (
+            dofs.pull([(int(first), second, 1.0)])
+            if isinstance(second, str)
+            else np.where(dofs.free, base_force(mass, dofs, (first, second)), 0.0)
+        )
+        fed = modal.shapes.T @ pull
+        static = dofs.expand(factors.solve(pull[free])) - modal.shapes @ (fed / modal.omega**2)
+        moved = (fed / poles) @ modal.shapes[rows].T + static[rows]  # (line, sensor)
+        for position, sensor in enumerate(dataset.sensors):
+            order = QUANTITIES.index(sensor.quantity)
+            found[:, number, position] = moved[:, position] * turn[:, 0] ** order
+            if not isinstance(second, str) and sensor.reference == "absolute":
+                rigid = rigid_motion(dofs, (first, second))[rows[position]]
+                found[:, number, position] += rigid * turn[:, 0] ** (order - 2)
+    return found
