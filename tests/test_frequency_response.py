@@ -107,3 +107,13 @@ def test_the_command_shows_functions_of_driven_recordings(tmp_path: Path) -> Non
     rows = (tmp_path / "o" / "frequency_response.csv").read_text().splitlines()
     assert rows[0].startswith("frequency_hz,input,sensor,measured_real")
     assert len(rows) > 100
+
+
+def test_the_command_takes_the_decay_of_a_single_knock_by_its_modes(tmp_path: Path) -> None:
+    pulse = np.zeros(2048)
+    pulse[3:9] = 500 * np.sin(np.pi * np.arange(6) / 5)
+    save_dataset(shaken(Load(3, "x", pulse), noise=0.001), tmp_path / "data")
+    result = CliRunner().invoke(app, ["compare", str(tmp_path / "data" / "dataset.toml"), "--out", str(tmp_path / "o")])
+    assert result.exit_code == 0, result.output
+    assert "Note: no frequency response functions: 1 inputs and 1 segments" in result.output
+    assert "MAC" in result.output

@@ -48,7 +48,11 @@ def compare(dataset: DatasetFile, out: Out, quiet: Quiet = False) -> None:
         assert data is not None  # else there were faults
         print_notes(data)
         driven, free = data.parted()
-        responses = frequency_response(driven) if driven else None
+        untold = list[str]()
+        responses = noting(untold, "", frequency_response, driven) if driven else None
+        for reason in untold:  # then they are taken by what they show themselves, as a knock's decay
+            print(f"Note: no frequency response functions: {reason}.")
+        free = data if untold else free
         if free:
             motions = sum(len(recording.data) for recording in free.recordings)
             with progress_bar("modes of each motion", motions, "motion") as bar:

@@ -75,7 +75,7 @@ def frequency_response(dataset: Dataset) -> FrequencyResponse:
             averages += count
     if averages < FREQUENCY_RESPONSE.min_averages * len(inputs):
         raise InputError(
-            f"{len(inputs)} inputs and {averages} segments: frequency response functions need "
+            f"{len(inputs)} inputs and {averages} segments: they need "
             f"{FREQUENCY_RESPONSE.min_averages * len(inputs)}; give longer recordings, or more of them"
         )
     kept = _with_power(frequencies, spectra, len(inputs), dataset)
