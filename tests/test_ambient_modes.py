@@ -184,6 +184,46 @@ def test_a_dead_channel_and_a_recording_too_short_show_what_is_left() -> None:
     assert len(identified(data[:10]).roots) == 0
 
 
+def test_one_force_without_noise_is_enough() -> None:
+    """As a simulation gives it: five channels that one force moves hold less than five would."""
+    rows = [FRAME.dofs.row(node, "x") for node in range(1, 6)]
+    for seed in range(3):
+        found = identified(ambient(FRAME, rows, rows[:1], 6000, RATE, np.random.default_rng(seed)))
+        assert len(found.roots) == 5
+        assert np.abs((found.frequencies - FRAME.frequencies) / found.frequency_errors).max() < 4.5
+        assert np.all(found.frequency_errors < 0.015 * found.frequencies)
+        # what is called noise so that an inverse exists, 7 % of the rms, takes its part of the weakest shape
+        assert np.diag(mac(FRAME.shapes[rows], found.shapes)).min() > 0.95
+
+
+def test_gusts_are_no_modes() -> None:
+    """Forces that are ten times as large in one minute as in another: fewer samples count than there are."""
+    extra = 0
+    for seed in range(6):
+        rng = np.random.default_rng(seed)
+        gusts = np.exp(np.interp(np.arange(SAMPLES), np.arange(0, SAMPLES, 1200), rng.standard_normal(12)))
+        found = identified(frame_recording(seed) * gusts[:, None])
+        away = np.abs(found.frequencies[:, None] / FRAME.frequencies - 1).min(axis=1)
+        extra += int(np.sum(away > 0.03))
+        assert len(found.roots) >= 3
+    assert extra <= 1
+
+
+@pytest.mark.slow
+def test_a_slow_tower_is_seen_by_a_fast_recorder() -> None:
+    """0.15 Hz at 100 Hz: the lowest mode's period has 670 samples, more than there can be block rows."""
+    slow = ModalModel(FRAME.omega * 0.15 / FRAME.frequencies[0], np.full(5, 0.01), FRAME.shapes, FRAME.dofs)
+    rows = [FRAME.dofs.row(node, "x") for node in range(1, 6)]
+    rng = np.random.default_rng(0)
+    data = with_noise(ambient(slow, rows, rows, 120_000, 100.0, rng), 0.03, rng)
+    found = identify_ambient_modes([data], 100.0, 0.15, 50.0)
+    assert len(found.modes.roots) == 5
+    assert np.abs((found.modes.frequencies - slow.frequencies) / found.modes.frequency_errors).max() < 4
+    assert found.modes.energy.sum() < 0.5  # a white force moves accelerometers far above the modes
+    kept = found.stabilisation.modes[0]
+    assert all(np.min(np.abs(np.abs(kept) / root - 1)) < 0.01 for root in np.abs(found.modes.roots))
+
+
 @pytest.mark.slow
 def test_the_bridge_under_wind_shows_every_mode_of_its_band_and_no_other() -> None:
     """Ten minutes, coloured forces on deck and towers, seven accelerometers with 3 % of noise, filtered at 30 Hz."""

@@ -1,28 +1,22 @@
 """The modes of what unknown, broad-band forces keep moving: frequency, damping ratio and shape, with uncertainty.
 
-Correlations take the place of free decays (`output_correlations`), poles come of them by `covariance_subspace`, order
-by order, and those that stay where they are stand for modes (`stabilisation`). What is known too badly, or moves in no
-phase, is noise and left out. The covariance is the scatter of what the segments of the recording say,
-
-    cov = sum over segments of e e^T / (n (n - 1)),
-
-e what one of n segments adds to the roots and shapes. Forces give shapes no scale: nothing here knows a mass.
+Correlations take the place of free decays (`output_correlations`). Where the slowest mode asks for more block rows than
+there can be, slow modes are looked for in a band of their own, sampled more slowly (`ambient_band`). Lines of machines
+are told from modes (`harmonics`). Forces give shapes no scale: nothing here knows a mass.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import ceil
 
 import numpy as np
-from scipy.signal import decimate, detrend
 
-from fe_models.arrays import BoolArray, ComplexArray, FloatArray
-from hybrid.identification.config import AMBIENT, FREE_DECAY, HARMONIC, STABILISATION
-from hybrid.identification.covariance_subspace import CovarianceSubspace, PolesOfOrder
+from fe_models.arrays import FloatArray
+from fe_models.modes import mac
+from hybrid.identification.ambient_band import lack_of_rows, modes_of_band, thinned_to
+from hybrid.identification.config import AMBIENT, FREE_DECAY
 from hybrid.identification.harmonics import Harmonic, harmonics_among
-from hybrid.identification.identified_modes import IdentifiedModes, no_modes, phase_collinearity
-from hybrid.identification.output_correlations import Correlations, correlations_of
-from hybrid.identification.stabilisation import Stabilisation, vibrates
+from hybrid.identification.identified_modes import IdentifiedModes
+from hybrid.identification.stabilisation import Stabilisation
 
 
 @dataclass(frozen=True)
@@ -39,128 +33,54 @@ def identify_ambient_modes(motions: Sequence[FloatArray], rate: float, first: fl
 
     ``first``: the structure's lowest natural frequency, Hz, which says what is a drift, and how long correlations last.
     """
-    every = max(1, int(rate / (AMBIENT.min_rate_ratio * highest)))
-    thinned = [_thinned(part, every) for part in motions]
-    rate, sensors = rate / every, thinned[0].shape[1]
-    rms = np.sqrt(np.mean(np.concatenate(thinned) ** 2, axis=0))
-    scale = np.where(rms > 0, rms, 1.0)
-    samples = sum(len(part) for part in thinned)
-    rows = min(
-        ceil(AMBIENT.row_periods * rate / first),
-        min(AMBIENT.max_rows, int(AMBIENT.max_row_share * samples)) // sensors,
-        min(len(part) for part in thinned) // 4,
-    )
-    lowest = min(FREE_DECAY.min_frequency_hz, FREE_DECAY.min_frequency_hz * first)
-    if rows < 2 or not rms.any():
-        return AmbientModes(no_modes(sensors), _stabilised([], rate, (lowest, highest), scale))
-    found = correlations_of([part / scale for part in thinned], 2 * rows, AMBIENT.segments)
-    subspace = CovarianceSubspace.of(found)
-    enough = 2 * ceil(subspace.significant(samples) / 2)
-    most = min(enough + max(enough, AMBIENT.min_further_orders), rows * sensors)
-    orders = range(STABILISATION.order_step, most + 1, STABILISATION.order_step)
-    poles = [subspace.poles(order) for order in orders]
-    stabilised = _stabilised(poles, rate, (lowest, highest), scale, enough)
-    modes = _modes(stabilised, subspace, {own.order: own for own in poles if own.order >= enough}, rate, scale)
-    modes = _with_energy(modes.take(_is_known(modes)), found, rate, scale)
+    thinned, rate = thinned_to(motions, rate, highest)
+    modes, stabilisation = modes_of_band(thinned, rate, first, highest)
+    top = highest
+    while lack_of_rows(thinned, rate, first, top) > AMBIENT.max_lack_of_rows:
+        top /= AMBIENT.band_ratio
+        slow, poles = modes_of_band(thinned, rate, first, (1 + AMBIENT.band_overlap) * top)
+        modes = _joined(_of_all(slow, thinned, rate, top), modes, top)
+        stabilisation = _both(poles, stabilisation, top)
     lines, harmonics = harmonics_among(modes, thinned, rate)
-    return AmbientModes(modes.take(~lines & (modes.ratios > 0)), stabilised, harmonics)
+    found = modes.take(~lines & (modes.ratios > 0))
+    return AmbientModes(found.take(np.argsort(found.frequencies)), stabilisation, harmonics)
 
 
-def _thinned(data: FloatArray, every: int) -> FloatArray:
-    """Return a motion (time, sensor) without its trend, low-passed and at every so many samples."""
-    straight = detrend(data, axis=0)
-    return np.asarray(straight if every == 1 else decimate(straight, every, ftype="fir", axis=0))
+def _of_all(slow: IdentifiedModes, motions: Sequence[FloatArray], rate: float, top: float) -> IdentifiedModes:
+    """Return the modes of a lower band with their shares of the energy of all frequencies."""
+    own, _ = thinned_to(motions, rate, (1 + AMBIENT.band_overlap) * top)
+    part, whole = (sum(float(np.sum(np.var(each, axis=0))) * len(each) for each in data) for data in (own, motions))
+    counts = [sum(map(len, data)) for data in (own, motions)]
+    share = min(part / counts[0] / max(whole / counts[1], np.finfo(float).tiny), 1.0)
+    return replace(slow, energy=slow.energy * share)
 
 
-def _stabilised(
-    poles: Sequence[PolesOfOrder], rate: float, band: tuple[float, float], scale: FloatArray, enough: int = 0
-) -> Stabilisation:
-    """Return the poles that are vibrations in the band (Hz), in the channels' own ``scale``.
-
-    An order that is ``enough`` holds all modes: those that come later are of noise, and those that do not stay, too.
-    """
-    order, roots = np.zeros(0, dtype=int), np.zeros(0, dtype=complex)
-    shapes = np.zeros((0, len(scale)), dtype=complex)
-    for own in poles:
-        every = _roots_of(own, rate)
-        kept = vibrates(every, band) & (every.real < HARMONIC.largest_ratio * np.abs(every))
-        order = np.concatenate([order, np.full(int(kept.sum()), own.order)])
-        roots, shapes = np.concatenate([roots, every[kept]]), np.concatenate([shapes, own.shapes[kept] * scale])
-    later = sum(own.order >= enough for own in poles)
-    found = Stabilisation.of(order, roots, shapes, scale, AMBIENT.min_order_share * later, enough)
-    number, early = np.full(found.mode.max(initial=-1) + 2, -1), np.unique(found.mode[order <= enough])
-    early = early[early >= 0]
-    number[early] = np.arange(len(early))
-    return replace(found, mode=number[found.mode])
+def _joined(slow: IdentifiedModes, fast: IdentifiedModes, top: float) -> IdentifiedModes:
+    """Return the modes of two bands that meet at ``top`` Hz; what both have is the lower band's."""
+    slow = slow.take(slow.frequencies <= (1 + AMBIENT.band_overlap) * top)
+    fast = fast.take(fast.frequencies >= (1 - AMBIENT.band_overlap) * top)
+    alike = mac(slow.shapes, fast.shapes) >= FREE_DECAY.min_mac_of_one_mode
+    near = np.abs(slow.frequencies[:, None] / fast.frequencies - 1) < FREE_DECAY.max_relative_separation
+    fast = fast.take(~np.any(alike & near, axis=0))
+    energy = np.concatenate([slow.energy, fast.energy])
+    return IdentifiedModes(
+        np.concatenate([slow.roots, fast.roots]),
+        np.concatenate([slow.shapes, fast.shapes], axis=1),
+        np.concatenate([slow.reference, fast.reference]),
+        np.concatenate([slow.covariance, fast.covariance]),
+        energy,
+        float(max(1 - energy.sum(), 0.0)),
+    )
 
 
-def _roots_of(poles: PolesOfOrder, rate: float) -> ComplexArray:
-    """Return the roots (pole,), rad/s, of the poles of one order."""
-    return np.asarray(np.log(np.where(poles.values == 0, np.finfo(float).tiny, poles.values)) * rate, dtype=complex)
-
-
-def _modes(
-    stabilised: Stabilisation,
-    subspace: CovarianceSubspace,
-    poles: dict[int, PolesOfOrder],
-    rate: float,
-    scale: FloatArray,
-) -> IdentifiedModes:
-    """Return the stable modes: of each the pole in the middle of its kind, with its covariance."""
-    sensors = len(scale)
-    count = int(stabilised.mode.max(initial=-1)) + 1
-    found = no_modes(sensors)
-    roots, shapes = np.zeros(count, dtype=complex), np.zeros((sensors, count), dtype=complex)
-    reference, covariance = np.zeros(count, dtype=int), np.zeros((count, 2 + 2 * sensors, 2 + 2 * sensors))
-    for mode in range(count):
-        own = np.flatnonzero((stabilised.mode == mode) & (stabilised.order >= min(poles)))
-        chosen = own[_in_the_middle(stabilised.roots[own])]
-        order = poles[int(stabilised.order[chosen])]
-        pole = int(np.argmin(np.abs(_roots_of(order, rate) - stabilised.roots[chosen])))
-        roots[mode] = stabilised.roots[chosen]
-        reference[mode] = np.argmax(np.abs(order.shapes[pole]))
-        shapes[:, mode], covariance[mode] = _with_covariance(subspace, order, pole, rate, scale, int(reference[mode]))
-    return IdentifiedModes(roots, shapes, reference, covariance, np.zeros(count), found.left)
-
-
-def _in_the_middle(roots: ComplexArray) -> int:
-    """Return the number of the root nearest to the median decay and frequency of all, in units of their decay."""
-    middle = np.median(roots.real) + 1j * np.median(roots.imag)
-    return int(np.argmin(np.abs(roots - middle)))
-
-
-def _with_covariance(
-    subspace: CovarianceSubspace, order: PolesOfOrder, pole: int, rate: float, scale: FloatArray, reference: int
-) -> tuple[ComplexArray, FloatArray]:
-    """Return the shape (sensor,) of a pole, one at its ``reference``, and the covariance of its root and shape."""
-    influence = subspace.influence(order, pole)  # (segment, 1 + sensor)
-    entry = order.shapes[pole, reference]
-    shape = order.shapes[pole] / entry
-    to_units = scale / scale[reference]
-    ds = influence[:, :1] / order.values[pole] * rate
-    dv = (influence[:, 1:] - shape * influence[:, [1 + reference]]) / entry * to_units
-    parts = np.hstack([ds.real, ds.imag, dv.real, dv.imag])
-    return shape * to_units, parts.T @ parts / (len(parts) * (len(parts) - 1))
-
-
-def _is_known(found: IdentifiedModes) -> BoolArray:
-    """Return which modes are known well enough and in phase."""
-    entries = np.sqrt(np.diagonal(found.covariance, axis1=1, axis2=2)[:, 2:])  # (mode, 2 sensor)
-    usual = np.median(entries, axis=1) / np.abs(found.shapes).max(axis=0, initial=0)
-    sure = np.sqrt(found.scatter[:, 0, 0]) < AMBIENT.max_frequency_error
-    in_phase = phase_collinearity(found.shapes) >= FREE_DECAY.min_phase_collinearity
-    return np.asarray(sure & in_phase & (usual < FREE_DECAY.max_shape_error))
-
-
-def _with_energy(modes: IdentifiedModes, found: Correlations, rate: float, scale: FloatArray) -> IdentifiedModes:
-    """Return the modes with their shares of the energy: R(l) = Re sum_k v_k exp(s_k l) g_k^T, g of least squares."""
-    if not len(modes.roots):
-        return modes
-    lags = np.arange(1, len(found.mean))
-    count, shapes = len(modes.roots), modes.shapes / scale[:, None]
-    waves = np.exp(np.outer(lags / rate, modes.roots))[:, None] * shapes  # (lag, sensor, mode)
-    columns = np.concatenate([waves.real, -waves.imag], axis=2).reshape(-1, 2 * count)
-    solved = np.linalg.lstsq(columns, found.mean[1:].reshape(len(columns), -1), rcond=None)[0]
-    power = scale[:, None] ** 2 * np.real(shapes * (solved[:count] + 1j * solved[count:]).T)  # (sensor, mode)
-    share = np.clip(power.sum(axis=0) / np.sum(scale**2 * np.diag(found.mean[0])), 0.0, 1.0)
-    return replace(modes, energy=share, left=float(max(1 - share.sum(), 0.0)))
+def _both(slow: Stabilisation, fast: Stabilisation, top: float) -> Stabilisation:
+    """Return the poles of two bands that meet at ``top`` Hz."""
+    low, high = (np.abs(poles.roots) / (2 * np.pi) <= top for poles in (slow, fast))
+    parts = [(slow, low), (fast, ~high)]
+    later = np.where(fast.mode >= 0, fast.mode + slow.mode.max(initial=-1) + 1, -1)
+    return Stabilisation(
+        np.concatenate([poles.order[kept] for poles, kept in parts]),
+        np.concatenate([poles.roots[kept] for poles, kept in parts]),
+        np.concatenate([poles.shapes[kept] for poles, kept in parts]),
+        np.concatenate([slow.mode[low], later[~high]]),
+    )

@@ -60,19 +60,25 @@ class AmbientConfig:
     # samples a second over the highest frequency looked for: two are the least; more are averaged
     min_rate_ratio: float = 2.5
     row_periods: float = 1.5  # of the slowest mode, which block rows span: about half a correlation's first fall
+    # times the block rows there are, that the slowest mode asks for, from which on a band below is looked at by itself
+    max_lack_of_rows: float = 2.5
+    band_ratio: float = 4.0  # of one band's highest frequency to that of the next below
+    band_overlap: float = 0.05  # of a band's end: modes there are looked for in both bands
     max_rows: int = 400  # block rows times sensors: the decomposition takes a quarter of a second
     max_row_share: float = 0.1  # of all samples: block rows times sensors, beyond which noise correlates as modes do
     edge_margin: float = 1.1  # over the correlations of noise, which samples that follow each other exceed a little
     segments: int = 100  # parts of the recording, each of which has a say: the deviation is known to 7 %
-    # of the power of all channels, below which what the sensors show is taken for noise: 1 % of their rms; data that
-    # were filtered have no noise in some lines, whose inverse would be without bounds
-    least_noise_power: float = 1e-4
+    # of the mean power, below which what channels and lags show together is taken for noise: 7 % of the rms. Filtered
+    # data, and several channels that one force moves, hold nothing in some of these, whose inverse would be without
+    # bounds
+    least_noise_power: float = 5e-3
     min_order_share: float = 0.5  # of all orders that can hold all modes: a mode stays, a pole of noise does not
     # states beyond those that the recording shows: there, modes are free of what the others leave to them
     min_further_orders: int = 20
     # relative standard deviation of a frequency: what is known less well is taken for noise; a mode with a damping
     # ratio of 0.02 is known so well after four periods
     max_frequency_error: float = 0.03
+    least_energy: float = 1e-4  # share of the recording's: 1 % of its rms, below which modes are noise of others
 
 
 @dataclass(frozen=True)

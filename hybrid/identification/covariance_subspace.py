@@ -63,7 +63,7 @@ class CovarianceSubspace:
         output = root[: mean.shape[1]] @ U
         return CovarianceSubspace(correlations, S, U.T @ later @ Vt.T, output, future @ U, past @ Vt.T)
 
-    def significant(self, samples: int) -> int:
+    def significant(self, samples: float) -> int:
         """Return how many states ``samples`` of the recording show: canonical correlations above those of noise.
 
         Of two sets of d independent series of N samples they reach 2 sqrt(d / N (1 - d / N)) (Wachter, Ann. Stat. 8,
