@@ -2,10 +2,16 @@
 
 import numpy as np
 import pytest
+from scipy.linalg import eigh, expm
 
 from fe_models.arrays import FloatArray
 from fe_models.measurement import lowpassed
+from fe_models.recordings import Assumptions, Dataset, Load, Recording, Sensor, Uncertainty
+from fe_models.structure import Damping, PointMass, Spring, Structure
+from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.nominal.loads import behind, courses_of
+from hybrid.diagnosis.recorded.short_knocks import without_short_knocks
+from hybrid.diagnosis.report import report_table
 
 RATE, FINE, SAMPLES, LOWPASS = 1000.0, 50, 600, 300.0  # Hz, steps to a sample, samples, Hz
 
@@ -44,3 +50,79 @@ def test_the_impulse_of_an_unfiltered_knock_is_that_of_its_samples_nearly(width:
     courses = courses_of(knock(width)[::FINE][None, :, None], 1 / RATE)[:, 0, :, 0]
     per_step = sum(courses[order] / RATE ** (order + 1) / np.prod(np.arange(1, order + 2)) for order in range(8))
     assert float(np.sum(per_step)) == pytest.approx(2 * width / np.pi, rel=lost)
+
+
+CARTS = Structure(
+    name="carts",
+    nodes=((0.0, 0.0), (1.0, 0.0)),
+    directions=("x",),
+    elements=(Spring((1,), "x", 4e5), Spring((1, 2), "x", 3e5)),
+    point_masses=(PointMass(1, 2.0), PointMass(2, 3.0)),
+    damping=Damping(modal_ratios=(0.01,)),
+)
+SENSORS = tuple(Sensor(f"a{node}", node, "x", "acceleration", "m/s^2") for node in (1, 2))
+
+
+def answered(force: FloatArray, factor: float = 1.0) -> FloatArray:
+    """Return the accelerations (fine time, cart) under a ``force`` on the second cart, straight in each fine step;
+    ``factor``: on the second spring.
+    """
+    M, second = np.diag([2.0, 3.0]), 3e5 * factor
+    K = np.array([[4e5 + second, -second], [-second, second]])
+    omega2, shapes = eigh(K, M)
+    C = M @ shapes @ np.diag(0.02 * np.sqrt(omega2)) @ shapes.T @ M
+    h, A = 1 / RATE / FINE, np.zeros((6, 6))
+    A[:2, 2:4], A[2:4, :2], A[2:4, 2:4] = np.eye(2), -np.linalg.solve(M, K), -np.linalg.solve(M, C)
+    A[3, 4], A[4, 5] = 1 / 3.0, 1 / h
+    step, z, found = expm(A * h), np.zeros(4), np.empty((force.size - 1, 2))
+    for k in range(force.size - 1):
+        found[k] = A[2:4, :4] @ z + [0, force[k] / 3.0]
+        z = step[:4, :4] @ z + step[:4, 4] * force[k] + step[:4, 5] * (force[k + 1] - force[k])
+    return found
+
+
+def knocked(width: float, factor: float = 1.0, lowpass: float | None = None) -> Dataset:
+    """Return three recordings of knocks, unfiltered, of about that ``width`` (s); sensors behind a ``lowpass`` (Hz)."""
+    rng, recordings = np.random.default_rng(1), []
+    for number in range(3):
+        force = 500 * knock(width * rng.uniform(0.9, 1.1), 0.1 + 1e-3 * rng.random())
+        data = lowpassed(answered(force, factor), RATE * FINE, lowpass)[::FINE]
+        data = data + 0.01 * data.std(axis=0) * rng.standard_normal(data.shape)
+        loads = (Load(2, "x", force[::FINE][: len(data)]),)
+        recordings.append(Recording(f"k{number}", data[None], "test" if number == 2 else "train", loads))
+    uncertain = Assumptions(uncertainty=Uncertainty(0.02, 0.02, 0.2))
+    return Dataset(CARTS, RATE, SENSORS, tuple(recordings), lowpass, uncertain)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("width", "lowpass"), [(0.005, None), (0.003, 300.0)])
+def test_a_softer_spring_is_named_by_what_moves_after_an_unfiltered_knock(width: float, lowpass: float | None) -> None:
+    """Fitted as a load the knock's impulse, off by 1 %, left far more than noise, and nothing was named."""
+    report = report_table(diagnose(knocked(width, 0.9, lowpass)))
+    (finding,) = report["findings"]
+    assert (finding["kind"], finding["location"]) == ("stiffness_change", {"element": 2})
+    found = finding["parameters"]["factor"]
+    assert found["value"] == pytest.approx(0.9, abs=3 * found["std"])
+
+
+def test_recordings_of_short_knocks_begin_after_them() -> None:
+    dataset, (note,) = without_short_knocks(knocked(0.003))
+    assert "the knocks of k0, k1, k2 are too short" in note
+    for recording in dataset.recordings:
+        assert not recording.loads
+        assert 104 <= recording.skipped <= 107  # the knocks end 3.7 ms after the 100th sample at most, and two more
+
+
+def test_knocks_whose_samples_tell_their_force_stay_loads() -> None:
+    """Those that last many samples, those that a filter has widened, and what is no knock."""
+    long, filtered, lasting = knocked(0.02), knocked(0.003), knocked(0.003)
+    passed = lowpassed(500 * knock(0.003)[:, None], RATE * FINE, LOWPASS)[::FINE, 0]
+    (first, *_) = filtered.recordings
+    swept = np.sin(0.2 * np.arange(first.data.shape[1]))
+    for dataset, values in ((long, None), (filtered, passed), (lasting, swept)):
+        recordings = dataset.recordings
+        if values is not None:
+            load = Load(2, "x", values[: first.data.shape[1]])
+            recordings = tuple(Recording(r.name, r.data, r.role, (load,)) for r in recordings)
+        kept, notes = without_short_knocks(Dataset(CARTS, RATE, SENSORS, recordings))
+        assert (kept.recordings, notes) == (recordings, [])

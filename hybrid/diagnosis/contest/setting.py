@@ -36,6 +36,7 @@ from hybrid.diagnosis.recorded.noise_levels import NoiseLevels
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.recorded.offsets import without_offsets
 from hybrid.diagnosis.recorded.sensor_outputs import SensorOutputs
+from hybrid.diagnosis.recorded.short_knocks import without_short_knocks
 from hybrid.diagnosis.recorded.spectra import energy_near
 from hybrid.diagnosis.recorded.unit_check import other_sizes
 from hybrid.diagnosis.response.hypothesis import Hypothesis
@@ -118,6 +119,7 @@ def _too_fast(nominal: NominalModel) -> list[str]:
 def setting_of(dataset: Dataset) -> Setting:
     """Return the setting of a dataset; `InputError` where it cannot be diagnosed."""
     other_end = unstated_lowpass(dataset)
+    dataset, knocked = without_short_knocks(dataset)
     dataset, rung = without_ringing_ends(dataset)
     dataset, unusable = usable(dataset)
     nominal = nominal_model_of(with_ratios_of_modal_model(dataset))
@@ -144,6 +146,7 @@ def setting_of(dataset: Dataset) -> Setting:
     unlike = () if levels.are_alike or searched is not noise_model else (UNLIKE.format(pattern=levels.pattern.value),)
     notes = (
         *other_end,
+        *knocked,
         *rung,
         *unusable,
         *motionless,

@@ -1,0 +1,55 @@
+"""Knocks too short for their samples to tell their force: what comes after is a free decay, and is taken as one.
+
+Half a sine of five samples has an impulse that these tell to 1 %, of three to 2 %: more than many a cause changes a
+recording. What moves afterwards does not depend on it. Where a low-pass has widened what sensors show of it, its
+ringing is left out with that of other beginnings (`filter_transients`).
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from fe_models.arrays import FloatArray
+from fe_models.recordings import Dataset, Recording
+from fe_models.spectra import line_frequencies
+from hybrid.diagnosis.recorded.config import SHORT_KNOCKS
+
+
+def without_short_knocks(dataset: Dataset) -> tuple[Dataset, list[str]]:
+    """Return a dataset whose recordings of such knocks begin when these are over, without loads, and a note on them."""
+    recordings, names = [], []
+    for recording in dataset.recordings:
+        end = _end_of_knock(recording)
+        if end is None:
+            recordings.append(recording)
+        else:
+            recordings.append(replace(recording.part(end), loads=()))
+            names.append(recording.name)
+    if not names:
+        return dataset, []
+    note = (
+        f"the knocks of {', '.join(names)} are too short for their samples to tell their force: what comes after them"
+        " is taken as free decay; a faster sampling, or an anti-aliasing filter, would tell it"
+    )
+    return replace(dataset, recordings=tuple(recordings)), [note]
+
+
+def _end_of_knock(recording: Recording) -> int | None:
+    """Return the first sample after a recording's knock, None where it is none, or its samples tell its force."""
+    if recording.base or not recording.loads:
+        return None
+    force = np.sum([np.abs(load.values) for load in recording.loads], axis=0)
+    strong = np.flatnonzero(force > SHORT_KNOCKS.min_force_share * force.max())
+    begin, end = int(strong[0]), int(strong[-1]) + SHORT_KNOCKS.samples_after
+    lasts, left = int(strong[-1]) + 1 - begin, len(force) - end
+    if lasts > SHORT_KNOCKS.max_samples or left < SHORT_KNOCKS.min_share_left * len(force):
+        return None
+    return end if any(_is_unresolved(load.values) for load in recording.loads) else None
+
+
+def _is_unresolved(values: FloatArray) -> bool:
+    """Return whether the power of a load is not gone at half the sampling rate: more of it was folded down."""
+    power = np.abs(np.fft.rfft(values)) ** 2
+    share = 2 * line_frequencies(len(values), 1.0)  # of half the rate
+    top = power[share > SHORT_KNOCKS.top_band].mean()
+    return bool(top > SHORT_KNOCKS.max_top_power * power[share < 1 - SHORT_KNOCKS.top_band].mean())
