@@ -82,7 +82,7 @@ def test_ambient_data_called_free_decays_are_noticed() -> None:
     for recording in dataset.recordings:
         found = identify(list(recording.data), dataset.rate_of(recording), FIRST, 50.0, recording.excitation)
         assert found.is_ambient
-        assert found.note == "although nothing is said of what moved it: it does not die away: something drives it"
+        assert found.note == "although nothing is said of what moved it: it does not die away, so something drives it"
         ratios = found.modes.ratios
         # 25 s: damping of 2 % within four of its own standard deviations, where a fit of decays said 0.1 %
         assert np.all(np.abs(ratios - 0.02) < 4 * found.modes.ratio_errors)

@@ -23,8 +23,8 @@ class Course(Enum):
     """How a recording goes on."""
 
     DIES_AWAY = "dies away, as a free decay does"
-    GOES_ON = "does not die away: something drives it"
-    STARTS_AGAIN = "starts again after it has died away: something drives it"
+    GOES_ON = "does not die away, so something drives it"
+    STARTS_AGAIN = "starts again after it has died away, so something drives it"
 
 
 def course_of(motions: Sequence[FloatArray], rate: float, first: float, highest: float) -> Course:
