@@ -1,0 +1,1 @@
+"""What recordings show over time that no mode does: force laws, and how much of the motion nothing explains."""

@@ -1,0 +1,37 @@
+"""Numbers of the evidence over time, with the reason beside each."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class DiscrepancyConfig:
+    """How motion may differ from what a structure does by itself, and how that is followed."""
+
+    parts: int = 4  # of a time step, in which forces are evaluated: a hundred a cycle where ten samples are
+    # sizes of the discrepancy that are tried, over the motion of each mode; an octave and a half apart, then halfway
+    sizes: tuple[float, ...] = (3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 1e-1, 3e-1)
+    finer: tuple[float, ...] = (0.58, 1.7)
+    initial_amplitude: float = 10.0  # times that of the motion: nothing is known of initial states
+    least_amplitude: float = 1e-8  # of the strongest mode's
+    usual_size: float = 2e-3  # of the discrepancy of a model that is right: a damping ratio off by as much a radian
+    usual_spread: float = 1.2  # of its logarithm, as of other errors of models
+
+
+@dataclass(frozen=True)
+class LawFitConfig:
+    """The best parameters of a force law."""
+
+    first_steps: int = 2  # from each start, in a scan
+    steps: int = 4  # for each estimate of the motion
+    difference_step: float = 1e-3  # of a prior standard deviation
+    first_damping: float = 1e-3  # of Levenberg's and Marquardt's steps
+    tries: int = 4
+    converged_nats: float = 0.05
+    rounds: int = 10  # motion and parameters in turn
+    shrinking: tuple[float, ...] = (0.3, 0.6, 1.0)  # of the discrepancy's size, from one round to the next
+    settled_nats: float = 0.5  # gained in a round
+    refined: int = 3  # of the laws of a scan
+
+
+DISCREPANCY = DiscrepancyConfig()
+LAW_FIT = LawFitConfig()

@@ -1,0 +1,190 @@
+"""The modes that a claim expects in each recording: state space, values, and how these may be off.
+
+Values of a mode are its logarithm of frequency, its damping ratio, and Re and Im of its shape over its reference entry,
+as in `paired_rows`; they are off with the claim's parameters, by what any model gets wrong in all recordings alike, and
+by what differs from one to the next.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.linalg import eigh
+
+from fe_models.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from hybrid.diagnosis.discrepancy.modal_space import ModalSpace, amplitude_of, roots_of
+from hybrid.diagnosis.modal.claim import Measured
+from hybrid.diagnosis.modal.config import FIT
+from hybrid.diagnosis.modal.errors import QUANTITIES, SCALES, ErrorSizes
+from hybrid.diagnosis.modal.evidence import ModalFit
+from hybrid.diagnosis.modal.predicted_modes import PredictedModes, predicted_modes
+from hybrid.diagnosis.response.reduced_model import ReducedModel
+
+LEAST_RATIO = 1e-5  # of damping, where recordings know it badly
+ROOT_STEP = 1e-6  # of log frequency or damping ratio: of the slopes of what sensors show of q and q'
+
+
+@dataclass(frozen=True, eq=False)
+class ExpectedModes:
+    """Of recordings in which the same causes act: their ``space``; the ``reference`` sensor of each mode (mode,);
+    ``slopes`` (value, parameter) of all values by the claim's parameters; how far the space's values are ``moved``
+    (value,) from what the claim predicts.
+    """
+
+    space: ModalSpace
+    reference: IntArray
+    slopes: FloatArray
+    moved: FloatArray
+
+    @property
+    def free(self) -> BoolArray:
+        """Which of all values (mode, 2 + 2 sensor) say something: not the reference entries."""
+        return free_of(self.reference, len(self.space.shown))
+
+    def move(self, step: FloatArray) -> "ExpectedModes":
+        """Return the modes with their values a ``step`` (value,) further; none is damped by less than nothing."""
+        space, sensors = self.space, len(self.space.shown)
+        whole = np.zeros(self.free.shape)
+        whole[self.free] = step
+        ratio = np.maximum(space.ratio + whole[:, 1], LEAST_RATIO)
+        whole[:, 1] = ratio - space.ratio
+        turned = whole[:, 2 : 2 + sensors].T + 1j * whole[:, 2 + sensors :].T
+        over = space.shown[self.reference, np.arange(space.count)]
+        moved = replace(space, omega=space.omega * np.exp(whole[:, 0]), ratio=ratio, shown=space.shown + turned * over)
+        return replace(self, space=moved, moved=self.moved + whole[self.free])
+
+
+@dataclass(frozen=True, eq=False)
+class Expectation:
+    """What a claim expects: the modes in each recording (``modes``, by recording), how far its parameters may be from
+    where they are taken, ``shift`` and ``spread`` (parameter,); standard deviations (value,) of the errors that are
+    ``common`` to all recordings and of those that ``vary``.
+    """
+
+    modes: tuple[ExpectedModes, ...]
+    shift: FloatArray
+    spread: FloatArray
+    common: FloatArray
+    vary: FloatArray
+
+
+def free_of(reference: IntArray, sensors: int) -> BoolArray:
+    """Return which values (mode, 2 + 2 sensor) are none of ``reference`` entries."""
+    free = np.ones((len(reference), 2 + 2 * sensors), dtype=bool)
+    for part in (2, 2 + sensors):
+        free[np.arange(len(reference)), part + reference] = False
+    return free
+
+
+def expectation_of(
+    measured: Measured, fit: ModalFit, step: float, sizes: ErrorSizes | None = None
+) -> Expectation | None:
+    """Return what a fit's claim expects at its theta, of modes below half the sampling rate or the low-pass.
+
+    ``sizes`` of errors: the fit's own, or those given, with which nominal values are off as was stated. None where the
+    structure has no modes there.
+    """
+    claim, theta = fit.claim, fit.theta
+    found: dict[tuple[int, ...], ExpectedModes | None] = {}
+    recordings = range(len(measured.recordings))
+    for off in dict.fromkeys(claim.off(recording) for recording in recordings):
+        found[off] = _expected(measured, fit, off, step)
+    modes = [found[claim.off(recording)] for recording in recordings]
+    whole = tuple(item for item in modes if item is not None)
+    if len(whole) < len(modes) or len({item.space.count for item in whole}) != 1:
+        return None
+    hypothesis, first = claim.hypothesis, fit.nuisances
+    own = sizes or fit.sizes
+    factor = [getattr(own, SCALES[kind]) if kind and sizes is None else 1.0 for kind in measured.kind]
+    spread = hypothesis.width.copy()
+    spread[:first] *= factor
+    centre = hypothesis.centre.copy()
+    centre[:first] = -measured.offset
+    quantity = np.array([0, 1] + [2] * len(measured.sensors) + [3] * len(measured.sensors))
+    free = whole[0].free
+    common, vary = (
+        np.broadcast_to(np.array([getattr(own, name + end) for name in QUANTITIES])[quantity], free.shape)[free]
+        for end in ("", "_varies")
+    )
+    return Expectation(whole, centre - theta, spread, common, vary)
+
+
+def _expected(measured: Measured, fit: ModalFit, off: tuple[int, ...], step: float) -> ExpectedModes | None:
+    """Return the modes expected where some candidates are ``off``."""
+    whole, nominal = fit.claim.hypothesis, measured.nominal
+    hypothesis, kept = whole.less(off), whole.parameters_of(off)
+    theta = fit.theta[kept]
+    thetas = np.vstack([theta, theta + np.diag(FIT.difference_step * hypothesis.width)])
+    predicted = predicted_modes(hypothesis, thetas, measured.outputs, hardly_differ=True)
+    if predicted is None:
+        return None
+    passed = min(np.pi / step, nominal.cutoff)
+    below = np.flatnonzero(np.abs(predicted.roots[0]) < passed)
+    if not len(below):
+        return None
+    rows = nominal.rows(measured.sensors)
+    shapes, shown = _scaled(hypothesis.reduced(theta[None]), rows, predicted, below, measured.orders)
+    space = ModalSpace(
+        np.abs(predicted.roots[0, below]),
+        predicted.ratios[0, below],
+        shapes,
+        shown,
+        rows,
+        measured.orders == 2,
+        step,
+        nominal.lowpass,
+    )
+    reference = np.argmax(np.abs(shown) / space.omega ** measured.orders[:, None], axis=0)
+    every = predicted.over(below, reference)
+    slopes = np.zeros((every.shape[1], every.shape[2], len(whole.centre)))
+    moved = FIT.difference_step * hypothesis.width
+    slopes[..., kept] = ((every[1:] - every[0]) / moved[:, None, None]).transpose(1, 2, 0)
+    own = slopes[free_of(reference, len(rows))]
+    return ExpectedModes(space, reference, own, np.zeros(len(own)))
+
+
+def _scaled(
+    reduced: ReducedModel, rows: FloatArray, predicted: PredictedModes, below: IntArray, orders: IntArray
+) -> tuple[FloatArray, ComplexArray]:
+    """Return mass-normalised shapes (dof, mode) of the modes ``below`` a limit, and what sensors show of each one's
+    free motion, (sensor, mode): shapes of the state space, as large as these are.
+    """
+    squared, vectors = eigh(reduced.stiffness[0], reduced.mass[0])
+    every = reduced.shapes[0] @ vectors
+    order = np.abs(np.sqrt(np.maximum(squared, 0.0))[:, None] - np.abs(predicted.roots[0, below])).argmin(axis=0)
+    shapes = every[:, order]
+    undamped = (rows @ shapes) * predicted.roots[0, below] ** orders[:, None]
+    shown = predicted.shapes[0, below].T
+    scale = np.sum(shown.conj() * undamped, axis=0) / np.sum(np.abs(shown) ** 2, axis=0)
+    return shapes, shown * scale
+
+
+def slopes_over_time(
+    modes: ExpectedModes, states: FloatArray, between: tuple[FloatArray, FloatArray], mode: int
+) -> tuple[FloatArray, FloatArray]:
+    """Return what a unit of each value of a ``mode`` adds to ``states`` (time, 2 mode) in each step, and to the
+    channels at once: (value, time, 2 mode), (value, time, sensor); ``between``: the states within the steps.
+    """
+    space, n, sensors = modes.space, modes.space.count, len(modes.space.shown)
+    free = modes.free[mode]
+    added, shown = np.zeros((len(free), len(states), 2 * n)), np.zeros((len(free), len(states), sensors))
+    q, rate = states[:, mode], states[:, n + mode]
+    omega, ratio = space.omega[mode], space.ratio[mode]
+    within_q, within_rate = (part[:, mode] for part in between)
+    for number, force in enumerate(
+        (-2 * omega**2 * within_q - 2 * ratio * omega * within_rate, -2 * omega * within_rate)
+    ):
+        added[number][:, [mode, n + mode]] = space.driven(force, mode)
+        moved = (omega * np.exp(ROOT_STEP), ratio) if number == 0 else (omega, ratio + ROOT_STEP)
+        of_q, of_rate = (
+            (after - before) / ROOT_STEP
+            for after, before in zip(
+                amplitude_of(roots_of(*map(np.asarray, moved))), amplitude_of(space.roots[mode]), strict=True
+            )
+        )
+        shown[number] = np.real(space.shown[:, mode] * (of_q * q + of_rate * rate)[:, None])
+    of_q, of_rate = amplitude_of(space.roots[mode])
+    over_reference = space.shown[modes.reference[mode], mode] * (of_q * q + of_rate * rate)
+    for sensor in range(sensors):
+        shown[2 + sensor, :, sensor] = over_reference.real
+        shown[2 + sensors + sensor, :, sensor] = -over_reference.imag
+    return added[free], shown[free]

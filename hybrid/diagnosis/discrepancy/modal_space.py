@@ -1,0 +1,148 @@
+"""Natural modes as a state space at the samples of a recording: how they move under forces, and what sensors show.
+
+    q'' + 2 xi w q' + w^2 q = Phi^T p f(t),        y = Re(V Z e^(s t)) + direct f(t)
+
+Each mode's free motion q = Re(Z e^(s t)) shows at the sensors by a complex shape V, so that measured shapes serve as
+well as computed ones; Z e^(s t) = (q' - conj(s) q) / (i Im s).
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.linalg import expm
+
+from fe_models.arrays import BoolArray, ComplexArray, FloatArray
+from fe_models.lowpass import LowPass
+from hybrid.diagnosis.discrepancy.config import DISCREPANCY
+from hybrid.diagnosis.response.filtering import convolved
+
+
+@dataclass(frozen=True, eq=False)
+class ModalSpace:
+    """Modes (mode,) with their ``omega`` (rad/s) and damping ``ratio``; mass-normalised ``shapes`` (dof, mode); complex
+    ``shown`` (sensor, mode), what the sensors show of Z; ``rows`` (sensor, dof) and which sensors feel a force at once,
+    as accelerometers do, ``feels`` (sensor,); ``step`` (s) between samples; the ``lowpass`` that recordings passed.
+    """
+
+    omega: FloatArray
+    ratio: FloatArray
+    shapes: FloatArray
+    shown: ComplexArray
+    rows: FloatArray
+    feels: BoolArray
+    step: float
+    lowpass: LowPass | None = None
+
+    @property
+    def count(self) -> int:
+        """Number of modes."""
+        return len(self.omega)
+
+    @cached_property
+    def roots(self) -> ComplexArray:
+        """The eigenvalues s (mode,), rad/s."""
+        return roots_of(self.omega, self.ratio)
+
+    @cached_property
+    def output(self) -> FloatArray:
+        """What the sensors show of q and q', (sensor, 2 mode)."""
+        of_q, of_rate = amplitude_of(self.roots)
+        return np.ascontiguousarray(np.concatenate([np.real(self.shown * of_q), np.real(self.shown * of_rate)], axis=1))
+
+    @cached_property
+    def propagators(self) -> FloatArray:
+        """The transition of q and q' over each number of parts of a step, forwards and then backwards.
+
+        (2, part + 1, mode, 2, 2)
+        """
+        A = np.zeros((self.count, 2, 2))
+        A[:, 0, 1], A[:, 1, 0], A[:, 1, 1] = 1.0, -(self.omega**2), -2 * self.ratio * self.omega
+        times = self.step * np.arange(DISCREPANCY.parts + 1) / DISCREPANCY.parts
+        return np.array([[expm(sign * A * time) for time in times] for sign in (1, -1)])
+
+    @property
+    def transition(self) -> FloatArray:
+        """The transition of q and q' from sample to sample, (mode, 2, 2)."""
+        return np.ascontiguousarray(self.propagators[0, -1])
+
+    def between(self, states: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return q and q' (part, mode), ``parts`` a step, of ``states`` (time, 2 mode) at samples.
+
+        Within a step the states before and after it, each carried on as if no force acted, are weighed by nearness.
+        """
+        n, parts = self.count, DISCREPANCY.parts
+        both = states.reshape(len(states), 2, n)
+        forwards, backwards = self.propagators
+        found = np.zeros((2, len(states) - 1, parts, n))
+        for part in range(parts):
+            near = part / parts
+            ahead, back = (1 - near) * forwards[part], near * backwards[parts - part]
+            for i in (0, 1):
+                found[i, :, part] = sum(ahead[:, i, j] * both[:-1, j] + back[:, i, j] * both[1:, j] for j in (0, 1))
+        q, rate = (
+            np.concatenate([part.reshape(-1, n), last[None]]) for part, last in zip(found, both[-1], strict=True)
+        )
+        return q, rate
+
+    def pushed(self, force: FloatArray, pull: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return what a ``force`` (part,) along ``pull`` (dof,) adds to the states in each step (time, 2 mode), and to
+        the channels at once (time, sensor).
+        """
+        participation, passed = pull @ self.shapes, self._passed(force)
+        direct = (self.rows @ self.shapes) @ participation * self.feels
+        return self._within_steps(passed) @ self._integrals * np.tile(participation, 2), np.outer(
+            passed[:: DISCREPANCY.parts], direct
+        )
+
+    def _within_steps(self, force: FloatArray) -> FloatArray:
+        """Return a force (part,) in the parts of each step (time, part + 1); none acts after the last sample."""
+        parts = DISCREPANCY.parts
+        found = np.zeros(((len(force) - 1) // parts + 1, parts + 1))
+        found[:-1, :parts] = force[:-1].reshape(-1, parts)
+        found[:-1, parts] = force[parts::parts]
+        return found
+
+    @cached_property
+    def _integrals(self) -> FloatArray:
+        """What a unit force in each part of a step adds to the states at its end, by Simpson's rule (part + 1, 2 mode).
+
+        The integral of the transition times the force.
+        """
+        parts = DISCREPANCY.parts
+        weights = np.array([1.0, *[4.0, 2.0] * (parts // 2)])[: parts + 1] * self.step / parts / 3
+        weights[-1] = self.step / parts / 3
+        kicks = self.propagators[0, ::-1, :, :, 1].transpose(0, 2, 1).reshape(parts + 1, -1)
+        return weights[:, None] * kicks
+
+    def driven(self, force: FloatArray, mode: int) -> FloatArray:
+        """Return what a modal ``force`` (part,) on one mode adds to its states in each step (time, 2)."""
+        own = [mode, self.count + mode]
+        return self._within_steps(force) @ self._integrals[:, own]
+
+    def motion(self, added: FloatArray) -> FloatArray:
+        """Return the states (time, 2 mode) from rest that what is ``added`` in each step brings about."""
+        states = np.zeros((len(added), 2, self.count))
+        T, own = self.transition, added.reshape(states.shape)
+        for time in range(len(added) - 1):
+            states[time + 1] = np.einsum("kij,jk->ik", T, states[time]) + own[time]
+        return states.reshape(len(added), -1)
+
+    def _passed(self, force: FloatArray) -> FloatArray:
+        """Return what a low-pass leaves of a force (part,): the channels that it drives have passed it."""
+        if self.lowpass is None:
+            return force
+        kernel = self.lowpass.kernel(DISCREPANCY.parts / self.step)
+        half = len(kernel) // 2
+        longer = np.pad(force, half, mode="edge")
+        return convolved(longer[:, None], kernel)[:, 0]
+
+
+def roots_of(omega: FloatArray, ratio: FloatArray) -> ComplexArray:
+    """Return the eigenvalues s = -xi w + i w sqrt(1 - xi^2), rad/s."""
+    return np.asarray(omega * (-ratio + 1j * np.sqrt(1 - ratio**2)))
+
+
+def amplitude_of(roots: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+    """Return how q and q' make Z e^(s t), of each mode (mode,)."""
+    return -np.conj(roots) / (1j * roots.imag), 1 / (1j * roots.imag)
