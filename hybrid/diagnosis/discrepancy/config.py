@@ -21,16 +21,18 @@ class DiscrepancyConfig:
 class LawFitConfig:
     """The best parameters of a force law."""
 
-    first_steps: int = 2  # from each start, in a scan
     steps: int = 4  # for each estimate of the motion
     difference_step: float = 1e-3  # of a prior standard deviation
     first_damping: float = 1e-3  # of Levenberg's and Marquardt's steps
     tries: int = 4
     converged_nats: float = 0.05
-    rounds: int = 10  # motion and parameters in turn
+    rounds: int = 16  # motion and parameters in turn
+    easing: float = 0.5  # of how much of the new motion is taken, where a round fails, ...
+    least_share: float = 0.05  # ... until so little is taken that nothing more is to be had
     shrinking: tuple[float, ...] = (0.3, 0.6, 1.0)  # of the discrepancy's size, from one round to the next
     settled_nats: float = 0.5  # gained in a round
-    refined: int = 3  # of the laws of a scan
+    fitted: int = 12  # laws of a scan, along the motion as it is, ...
+    refined: int = 4  # ... and of these with their own motion
 
 
 DISCREPANCY = DiscrepancyConfig()

@@ -5,7 +5,7 @@ as in `paired_rows`; they are off with the claim's parameters, by what any model
 by what differs from one to the next.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import eigh
@@ -19,38 +19,23 @@ from hybrid.diagnosis.modal.evidence import ModalFit
 from hybrid.diagnosis.modal.predicted_modes import PredictedModes, predicted_modes
 from hybrid.diagnosis.response.reduced_model import ReducedModel
 
-LEAST_RATIO = 1e-5  # of damping, where recordings know it badly
 ROOT_STEP = 1e-6  # of log frequency or damping ratio: of the slopes of what sensors show of q and q'
 
 
 @dataclass(frozen=True, eq=False)
 class ExpectedModes:
     """Of recordings in which the same causes act: their ``space``; the ``reference`` sensor of each mode (mode,);
-    ``slopes`` (value, parameter) of all values by the claim's parameters; how far the space's values are ``moved``
-    (value,) from what the claim predicts.
+    ``slopes`` (value, parameter) of all values by the claim's parameters.
     """
 
     space: ModalSpace
     reference: IntArray
     slopes: FloatArray
-    moved: FloatArray
 
     @property
     def free(self) -> BoolArray:
         """Which of all values (mode, 2 + 2 sensor) say something: not the reference entries."""
         return free_of(self.reference, len(self.space.shown))
-
-    def move(self, step: FloatArray) -> "ExpectedModes":
-        """Return the modes with their values a ``step`` (value,) further; none is damped by less than nothing."""
-        space, sensors = self.space, len(self.space.shown)
-        whole = np.zeros(self.free.shape)
-        whole[self.free] = step
-        ratio = np.maximum(space.ratio + whole[:, 1], LEAST_RATIO)
-        whole[:, 1] = ratio - space.ratio
-        turned = whole[:, 2 : 2 + sensors].T + 1j * whole[:, 2 + sensors :].T
-        over = space.shown[self.reference, np.arange(space.count)]
-        moved = replace(space, omega=space.omega * np.exp(whole[:, 0]), ratio=ratio, shown=space.shown + turned * over)
-        return replace(self, space=moved, moved=self.moved + whole[self.free])
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,8 +123,7 @@ def _expected(measured: Measured, fit: ModalFit, off: tuple[int, ...], step: flo
     slopes = np.zeros((every.shape[1], every.shape[2], len(whole.centre)))
     moved = FIT.difference_step * hypothesis.width
     slopes[..., kept] = ((every[1:] - every[0]) / moved[:, None, None]).transpose(1, 2, 0)
-    own = slopes[free_of(reference, len(rows))]
-    return ExpectedModes(space, reference, own, np.zeros(len(own)))
+    return ExpectedModes(space, reference, slopes[free_of(reference, len(rows))])
 
 
 def _scaled(

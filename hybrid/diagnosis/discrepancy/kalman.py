@@ -9,17 +9,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from fe_models.arrays import FloatArray
-from hybrid.diagnosis.discrepancy.modal_space import ModalSpace
+from hybrid.diagnosis.discrepancy.linearisation import Linearisation
 from hybrid.diagnosis.response.compiled import compiled
 
 
 @dataclass(frozen=True, eq=False)
 class Filtered:
-    """Of a recording: ``white`` (time, sensor), what the filter did not expect; its ``gains`` (time, state, sensor);
+    """Of a ``motion``: ``white`` (time, sensor), what the filter did not expect; its ``gains`` (time, state, sensor);
     ``scales`` (time, sensor, sensor) that whiten; ``states`` (time, state), smoothed; ``log_scale``: of all scales,
     what a log density has of them.
     """
 
+    motion: Linearisation
     white: FloatArray
     gains: FloatArray
     scales: FloatArray
@@ -28,59 +29,60 @@ class Filtered:
 
 
 def filtered(
-    space: ModalSpace, data: FloatArray, noise: FloatArray, pushes: FloatArray, begin: FloatArray
+    motion: Linearisation, data: FloatArray, noise: FloatArray, pushes: FloatArray, begin: FloatArray, step: float
 ) -> Filtered:
     """Return what a filter makes of ``data`` (time, sensor) with a variance of ``noise`` (sensor,).
 
-    ``pushes`` (time, mode): the variance of each mode's rate by the force of a step; ``begin`` (2 mode,): that of the
-    initial state.
+    ``pushes`` (time, mode): the variance of each mode's rate by the force of a ``step`` (s); ``begin`` (2 mode,): that
+    of the initial state.
     """
-    T, C = space.transition, space.output
-    white, gains, scales, predicted, covariance, log_scale = _filter(T, C, pushes, space.step, noise, data, begin)
-    states = _smooth(T, C, white, gains, scales, predicted, covariance)
-    return Filtered(white, gains, scales, states, -float(log_scale))
+    T, C = motion.transition, motion.output
+    white, gains, scales, predicted, covariance, log_scale = _filter(
+        T, C, motion.drift, pushes, step, noise, data - motion.shown, -motion.states[0], begin
+    )
+    states = motion.states + _smooth(T, C, white, gains, scales, predicted, covariance)
+    return Filtered(motion, white, gains, scales, states, -float(log_scale))
 
 
-def unexpected(space: ModalSpace, known: Filtered, added: FloatArray, shown: FloatArray) -> FloatArray:
+def unexpected(known: Filtered, added: FloatArray, shown: FloatArray) -> FloatArray:
     """Return what the filter would not expect of motions that it does not know, white (variant, time, sensor): driven
     by what is ``added`` to states (variant, time, 2 mode), and ``shown`` (variant, time, sensor) at once.
     """
-    return np.asarray(_respond(space.transition, space.output, known.gains, known.scales, added, shown))
+    motion = known.motion
+    return np.asarray(_respond(motion.transition, motion.output, known.gains, known.scales, added, shown))
 
 
 @compiled
 def _filter(
     T: FloatArray,
     C: FloatArray,
+    drift: FloatArray,
     pushes: FloatArray,
     step: float,
     noise: FloatArray,
     data: FloatArray,
+    first: FloatArray,
     begin: FloatArray,
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray, float]:
     samples, sensors = data.shape
-    modes = len(T)
-    size = 2 * modes
+    size, modes, varying = len(first), len(first) // 2, len(T) > 1
     white, gains = np.zeros((samples, sensors)), np.zeros((samples, size, sensors))
     scales, predicted = np.zeros((samples, sensors, sensors)), np.zeros((samples, size))
     covariance = np.zeros((samples, size, size))
-    A = np.zeros((size, size))
-    for k in range(modes):
-        A[k, k], A[k, modes + k] = T[k, 0, 0], T[k, 0, 1]
-        A[modes + k, k], A[modes + k, modes + k] = T[k, 1, 0], T[k, 1, 1]
-    x, P, log_scale = np.zeros(size), np.diag(begin), 0.0
+    x, P, log_scale = first.copy(), np.diag(begin), 0.0
     for time in range(samples):
+        A, seen = T[time if varying else 0], C[time if varying else 0]
         predicted[time], covariance[time] = x, P
-        PC = P @ C.T
-        S = C @ PC + np.diag(noise)
+        PC = P @ seen.T
+        S = seen @ PC + np.diag(noise)
         lower = np.linalg.cholesky(S)
         scale = np.linalg.inv(lower)
         for i in range(sensors):
             log_scale += np.log(lower[i, i])
-        new = data[time] - C @ x
+        new = data[time] - seen @ x
         gain = PC @ (scale.T @ scale)
         white[time], scales[time], gains[time] = scale @ new, scale, gain
-        x = A @ (x + gain @ new)
+        x = A @ (x + gain @ new) + drift[time]
         P = A @ (P - gain @ PC.T) @ A.T
         P = 0.5 * (P + P.T)
         for k in range(modes):
@@ -104,13 +106,11 @@ def _smooth(
 ) -> FloatArray:
     """Return the states (time, state) given all samples: Bryson and Frazier's recursion."""
     samples, size = predicted.shape
-    modes = size // 2
-    states, r, back = np.zeros((samples, size)), np.zeros(size), np.zeros(size)
+    states, r, varying = np.zeros((samples, size)), np.zeros(size), len(T) > 1
     for time in range(samples - 1, -1, -1):
-        for k in range(modes):  # A^T r
-            back[k] = T[k, 0, 0] * r[k] + T[k, 1, 0] * r[modes + k]
-            back[modes + k] = T[k, 0, 1] * r[k] + T[k, 1, 1] * r[modes + k]
-        r = back + C.T @ (scales[time].T @ white[time] - gains[time].T @ back)
+        A, seen = T[time if varying else 0], C[time if varying else 0]
+        back = A.T @ r
+        r = back + seen.T @ (scales[time].T @ white[time] - gains[time].T @ back)
         states[time] = predicted[time] + covariance[time] @ r
     return states
 
@@ -120,17 +120,17 @@ def _respond(
     T: FloatArray, C: FloatArray, gains: FloatArray, scales: FloatArray, added: FloatArray, shown: FloatArray
 ) -> FloatArray:
     variants, samples, sensors = shown.shape
-    size = C.shape[1]
-    modes = size // 2
+    size, varying = C.shape[2], len(T) > 1
     found = np.zeros((variants, samples, sensors))
     ahead, new, x = np.zeros(size), np.zeros(sensors), np.zeros(size)
     for variant in range(variants):
         ahead[:] = 0.0
         for time in range(samples):
+            A, seen = T[time if varying else 0], C[time if varying else 0]
             for i in range(sensors):
                 value = shown[variant, time, i]
                 for j in range(size):
-                    value += C[i, j] * ahead[j]
+                    value += seen[i, j] * ahead[j]
                 new[i] = value
             for i in range(sensors):
                 value = 0.0
@@ -142,7 +142,9 @@ def _respond(
                 for j in range(sensors):
                     value -= gains[time, i, j] * new[j]
                 x[i] = value
-            for k in range(modes):
-                ahead[k] = T[k, 0, 0] * x[k] + T[k, 0, 1] * x[modes + k] + added[variant, time, k]
-                ahead[modes + k] = T[k, 1, 0] * x[k] + T[k, 1, 1] * x[modes + k] + added[variant, time, modes + k]
+            for i in range(size):
+                value = added[variant, time, i]
+                for j in range(size):
+                    value += A[i, j] * x[j]
+                ahead[i] = value
     return found

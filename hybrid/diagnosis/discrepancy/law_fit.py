@@ -4,7 +4,6 @@ Its force is taken along the motion as the filter knows it, so that the channels
 parameters are found in turn. What disturbs (nominal values, errors of models, initial states) is marginalised.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,9 +11,9 @@ import numpy as np
 from fe_models.arrays import FloatArray
 from fe_models.causes.candidate import LawCandidate
 from hybrid.diagnosis.discrepancy.config import DISCREPANCY, LAW_FIT
-from hybrid.diagnosis.discrepancy.expected_modes import Expectation
 from hybrid.diagnosis.discrepancy.kalman import unexpected
-from hybrid.diagnosis.discrepancy.tracking import Followed, Push, Track, most_probable
+from hybrid.diagnosis.discrepancy.linearisation import LawForce, linearised
+from hybrid.diagnosis.discrepancy.tracking import Track, most_probable
 from hybrid.diagnosis.nominal.nominal_model import NominalModel
 from hybrid.diagnosis.response.forces import force_of
 
@@ -32,38 +31,38 @@ class LawFit:
     track: Track
 
 
-def pushes_of(item: Track, nominal: NominalModel, law: LawCandidate, theta: FloatArray) -> list[Push]:
-    """Return what a law of ``theta`` (parameter,) does to each motion, as the structure moves there."""
+def force_along(nominal: NominalModel, law: LawCandidate, theta: FloatArray) -> LawForce:
+    """Return pull and force of a law of ``theta`` (parameter,)."""
     force = force_of(law, nominal, theta[None], np.ones((1, len(nominal.parts))))
-    pushes = []
-    for space, (q, rate) in zip(item.spaces, item.between, strict=True):
-        along = law.pull @ space.shapes
-        pulled = np.ravel(np.broadcast_to(force((q @ along)[None], (rate @ along)[None]), (1, len(q))))
-        pushes.append(space.pushed(-pulled, law.pull))
-    return pushes
+
+    def along(u: FloatArray, v: FloatArray) -> FloatArray:
+        return np.ravel(np.broadcast_to(force(u[None], v[None]), (1, len(u))))
+
+    return law.pull, along
 
 
-def responses_of(item: Track, pushes: Sequence[Push]) -> list[FloatArray]:
-    """Return what pushes make unexpected, white (time sensor,) of each motion."""
-    return [
-        unexpected(space, known, added[None], shown[None]).ravel()
-        for space, known, (added, shown) in zip(item.spaces, item.found, pushes, strict=True)
-    ]
+def response(item: Track, nominal: NominalModel, law: LawCandidate, theta: FloatArray) -> list[FloatArray]:
+    """Return what a law of ``theta`` (parameter,) makes unexpected, white (time sensor,) of each motion of a track."""
+    pull, force = force_along(nominal, law, theta)
+    found = []
+    for space, known, (q, rate) in zip(item.spaces, item.found, item.between, strict=True):
+        along = pull @ space.shapes
+        added, shown = space.pushed(-force(q @ along, rate @ along), pull)
+        found.append(unexpected(known, added[None], shown[None]).ravel())
+    return found
 
 
 def best_theta(
     item: Track, nominal: NominalModel, law: LawCandidate, theta: FloatArray, steps: int, within: FloatArray | None
 ) -> tuple[FloatArray, FloatArray, float]:
-    """Return the best parameters from ``theta`` (parameter,), their covariance, and the log evidence, motion and
-    discrepancy as in a track; ``within``: the parameters of the law that acts in the track already, None without.
-    """
+    """Return the best parameters from ``theta`` (parameter,), their covariance, the log evidence, motion and discrepancy as in a track; ``within``: the parameters of the law that acts in the track already, None without."""
     width, neutral = np.array(law.width), np.array(law.neutral)
     lower, upper = np.array(law.lower), np.array(law.upper or (np.inf,) * len(width))
 
-    def response(values: FloatArray) -> list[FloatArray]:
-        return responses_of(item, pushes_of(item, nominal, law, values))
+    def made(values: FloatArray) -> list[FloatArray]:
+        return response(item, nominal, law, values)
 
-    there = [np.zeros_like(own) for own in item.residuals] if within is None else response(within)
+    there = [np.zeros_like(own) for own in item.residuals] if within is None else made(within)
 
     def left_by(values: list[FloatArray]) -> list[FloatArray]:
         return [own - now + before for own, now, before in zip(item.residuals, values, there, strict=True)]
@@ -73,7 +72,7 @@ def best_theta(
         off = (at - neutral) / width
         return -0.5 * float(item.marginal.inner(columns, columns)[0, 0]) - 0.5 * float(off @ off)
 
-    shown = response(theta)
+    shown = made(theta)
     present, damping, normal = log_posterior(left_by(shown), theta), LAW_FIT.first_damping, np.diag(1 / width**2)
     for _ in range(steps):
         slopes = [np.zeros((len(own), len(width))) for own in shown]
@@ -82,7 +81,7 @@ def best_theta(
             step = LAW_FIT.difference_step * width[number]
             step = -step if theta[number] + step > upper[number] else step
             moved[number] += step
-            for own, before, after in zip(slopes, shown, response(moved), strict=True):
+            for own, before, after in zip(slopes, shown, made(moved), strict=True):
                 own[:, number] = (after - before) / step
         left = [own[:, None] for own in left_by(shown)]
         normal = item.marginal.inner(slopes, slopes) + np.diag(1 / width**2)
@@ -90,7 +89,7 @@ def best_theta(
         gained = 0.0
         for _ in range(LAW_FIT.tries):
             then = np.clip(theta + np.linalg.solve(normal + damping * np.diag(np.diag(normal)), along), lower, upper)
-            shown_then = response(then)
+            shown_then = made(then)
             value = log_posterior(left_by(shown_then), then)
             if value > present:
                 gained, theta, shown, present = value - present, then, shown_then, value
@@ -104,27 +103,58 @@ def best_theta(
     return theta, np.linalg.inv(normal), present + scale + occam
 
 
-def fit_law(
-    item: Track, nominal: NominalModel, law: LawCandidate, theta: FloatArray, expected: Expectation | None = None
-) -> LawFit:
-    """Return the best fit of a law from ``theta`` (parameter,), motion and discrepancy found with it in turn."""
-    best, size = None, item.size
-    bare: tuple[Followed, ...] = item.followed
+def fit_law(item: Track, nominal: NominalModel, law: LawCandidate, theta: FloatArray) -> LawFit:
+    """Return the best fit of a law from ``theta`` (parameter,), motion and discrepancy found with it in turn.
+
+    A force that answers to the motion at once, as friction does, makes the turns overshoot: where one fails, the next
+    goes on from the best with half as much of the new motion.
+    """
+    bare, best, share, size = item, None, 1.0, item.size
+    moving = item  # as whose motion the law's force is taken
     for _ in range(LAW_FIT.rounds):
-        pushes = pushes_of(item, nominal, law, theta)
-        followed = [replace(own, push=_together(own.push, push)) for own, push in zip(bare, pushes, strict=True)]
-        sizes = [size * factor for factor in LAW_FIT.shrinking if size * factor > DISCREPANCY.sizes[0]]
-        item = most_probable(expected or item.expected, followed, sizes or [size])
-        size = item.size
-        theta, covariance, evidence = best_theta(item, nominal, law, theta, LAW_FIT.steps, theta)
-        before = -np.inf if best is None else best.evidence
-        if best is None or evidence > before:
-            best = LawFit(law, theta, covariance, evidence, item)
-        if evidence < before + LAW_FIT.settled_nats:
+        try:
+            fit = _fit_once(bare, moving, nominal, law, theta, size)
+        except np.linalg.LinAlgError:  # a motion that grows beyond numbers
+            fit = None
+        gained = -np.inf if fit is None else fit.evidence - (best.evidence if best else -np.inf)
+        if fit is not None and gained > 0:
+            mixed = fit.track if best is None else _mixed(best.track, fit.track, share)
+            best, moving, theta, size = replace(fit, track=mixed), mixed, fit.theta, fit.track.size
+        elif best is None:
             break
-    assert best is not None
-    return best
+        else:
+            share *= LAW_FIT.easing
+            moving = _mixed(best.track, fit.track, share) if fit else best.track
+            theta, size = best.theta, best.track.size
+        if abs(gained) < LAW_FIT.settled_nats or share < LAW_FIT.least_share:
+            break
+    return best or LawFit(law, theta, np.diag(np.square(law.width)), -np.inf, bare)
 
 
-def _together(one: Push | None, other: Push) -> Push:
-    return other if one is None else (one[0] + other[0], one[1] + other[1])
+def _fit_once(
+    bare: Track,
+    moving: Track,
+    nominal: NominalModel,
+    law: LawCandidate,
+    theta: FloatArray,
+    size: float,
+) -> LawFit:
+    """Return the law with its force along the motion of a track ``moving``, then the discrepancy, then the law anew."""
+    laws = [force_along(nominal, law, theta)]
+    followed = [
+        replace(own, motion=linearised(space, known.states, laws))
+        for own, space, known in zip(bare.followed, moving.spaces, moving.found, strict=True)
+    ]
+    sizes = [size * factor for factor in LAW_FIT.shrinking if size * factor > DISCREPANCY.sizes[0]]
+    item = most_probable(bare.expected, followed, sizes or [size])
+    theta, covariance, evidence = best_theta(item, nominal, law, theta, LAW_FIT.steps, theta)
+    return LawFit(law, theta, covariance, evidence, item)
+
+
+def _mixed(one: Track, other: Track, share: float) -> Track:
+    """Return the ``other`` track with motions between both, nearer to it the larger its ``share``."""
+    found = [
+        replace(new, states=(1 - share) * old.states + share * new.states)
+        for old, new in zip(one.found, other.found, strict=True)
+    ]
+    return replace(other, found=tuple(found))

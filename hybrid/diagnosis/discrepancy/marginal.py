@@ -69,29 +69,30 @@ class Marginal:
                 common[side] = common[side] + np.vstack([modes.slopes.T @ rest, rest])
         return np.asarray(plain - common[0].T @ cho_solve(self.all, common[1]))
 
+    def weighed(self, vectors: Stacked) -> list[FloatArray]:
+        """Return what products with ``vectors`` (time sensor,) of each recording in that metric are made with."""
+        common, solved = np.zeros(len(self.expected.spread) + len(self.expected.common)), []
+        for x, N, modes, factor, square in zip(
+            vectors, self.slopes, self.expected.modes, self.own, self.squares, strict=True
+        ):
+            by = cho_solve(factor, N.T @ x)
+            solved.append(by)
+            rest = N.T @ x - square @ by
+            common = common + np.concatenate([modes.slopes.T @ rest, rest])
+        shared, count, found = cho_solve(self.all, common), len(self.expected.spread), []
+        for x, N, modes, factor, square, by in zip(
+            vectors, self.slopes, self.expected.modes, self.own, self.squares, solved, strict=True
+        ):
+            moved = modes.slopes @ shared[:count] + shared[count:]
+            found.append(x - N @ (by + moved - cho_solve(factor, square @ moved)))
+        return found
+
     def centred(self, residuals: Stacked) -> list[FloatArray]:
         """Return residuals where the claim's parameters are at their prior's centre."""
         return [
-            own - N @ (modes.slopes @ self.expected.shift - modes.moved)
+            own - N @ (modes.slopes @ self.expected.shift)
             for own, N, modes in zip(residuals, self.slopes, self.expected.modes, strict=True)
         ]
-
-    def values_of(self, residuals: Stacked) -> list[FloatArray]:
-        """Return how far the values (value,) of each recording are off most probably; ``residuals`` are `centred`."""
-        found, common = [], 0.0
-        solved = [cho_solve(factor, N.T @ own) for own, N, factor in zip(residuals, self.slopes, self.own, strict=True)]
-        for own, N, modes, square, by in zip(
-            residuals, self.slopes, self.expected.modes, self.squares, solved, strict=True
-        ):
-            rest = N.T @ own - square @ by
-            common = common + np.concatenate([modes.slopes.T @ rest, rest])
-        shared = cho_solve(self.all, common)
-        count = len(self.expected.spread)
-        for modes, square, factor, by in zip(self.expected.modes, self.squares, self.own, solved, strict=True):
-            both = modes.slopes @ (shared[:count] + self.expected.shift) + shared[count:] - modes.moved
-            alone = both - modes.slopes @ self.expected.shift + modes.moved
-            found.append(both + by - cho_solve(factor, square @ alone))
-        return found
 
     def log_density(self, residuals: Stacked) -> float:
         """Return the log density of ``residuals`` that are `centred`, but for what is the same of all."""

@@ -61,10 +61,13 @@ class ModalSpace:
         times = self.step * np.arange(DISCREPANCY.parts + 1) / DISCREPANCY.parts
         return np.array([[expm(sign * A * time) for time in times] for sign in (1, -1)])
 
-    @property
-    def transition(self) -> FloatArray:
-        """The transition of q and q' from sample to sample, (mode, 2, 2)."""
-        return np.ascontiguousarray(self.propagators[0, -1])
+    @cached_property
+    def whole_transition(self) -> FloatArray:
+        """The transition of q and q' from sample to sample, (2 mode, 2 mode)."""
+        n, every = self.count, np.arange(self.count)
+        whole = np.zeros((2, n, 2, n))
+        whole[:, every, :, every] = self.propagators[0, -1]
+        return np.ascontiguousarray(whole.reshape(2 * n, 2 * n))
 
     def between(self, states: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return q and q' (part, mode), ``parts`` a step, of ``states`` (time, 2 mode) at samples.
@@ -120,13 +123,26 @@ class ModalSpace:
         own = [mode, self.count + mode]
         return self._within_steps(force) @ self._integrals[:, own]
 
-    def motion(self, added: FloatArray) -> FloatArray:
-        """Return the states (time, 2 mode) from rest that what is ``added`` in each step brings about."""
-        states = np.zeros((len(added), 2, self.count))
-        T, own = self.transition, added.reshape(states.shape)
-        for time in range(len(added) - 1):
-            states[time + 1] = np.einsum("kij,jk->ik", T, states[time]) + own[time]
-        return states.reshape(len(added), -1)
+    def stiffened(self, by_u: FloatArray, by_v: FloatArray, pull: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return how a force along ``pull`` (dof,) that changes with elongation and rate, by so much (part,), changes
+        the transition of each step (time, 2 mode, 2 mode), and the output (time, sensor, 2 mode).
+        """
+        n, along = self.count, pull @ self.shapes
+        kicks = self._integrals * np.tile(along, 2)
+        within_u, within_v = self._within_steps(by_u), self._within_steps(by_v)
+        steps = np.zeros((len(within_u), 2 * n, 2 * n))
+        for part in range(DISCREPANCY.parts + 1):
+            forwards = self.propagators[0, part]  # (mode, 2, 2)
+            of_q = along[:, None] * forwards[:, 0]
+            of_rate = along[:, None] * forwards[:, 1]
+            rows = within_u[:, part, None, None] * of_q + within_v[:, part, None, None] * of_rate  # (time, mode, 2)
+            row = rows.transpose(0, 2, 1).reshape(len(rows), 2 * n)
+            steps += kicks[part][None, :, None] * row[:, None]
+        direct = (self.rows @ self.shapes) @ along * self.feels
+        at = np.concatenate(
+            [part[:: DISCREPANCY.parts, None] * along for part in (by_u, by_v)], axis=1
+        )  # (time, 2 mode)
+        return steps, direct[None, :, None] * at[:, None]
 
     def _passed(self, force: FloatArray) -> FloatArray:
         """Return what a low-pass leaves of a force (part,): the channels that it drives have passed it."""

@@ -1,33 +1,31 @@
 """Recordings followed by a filter: how large the discrepancy is, and how the structure moves in them."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from fe_models.arrays import FloatArray
 from hybrid.diagnosis.discrepancy.config import DISCREPANCY
-from hybrid.diagnosis.discrepancy.expected_modes import ExpectedModes, Expectation, slopes_over_time
+from hybrid.diagnosis.discrepancy.expected_modes import Expectation, ExpectedModes, slopes_over_time
 from hybrid.diagnosis.discrepancy.kalman import Filtered, filtered, unexpected
+from hybrid.diagnosis.discrepancy.linearisation import Linearisation, linear
 from hybrid.diagnosis.discrepancy.marginal import Marginal
 from hybrid.diagnosis.discrepancy.modal_space import ModalSpace
 from hybrid.diagnosis.parallel import parallel_map
-
-Push = tuple[FloatArray, FloatArray]
-"""What a force adds to the states in each step (time, 2 mode), and to the channels at once (time, sensor)."""
 
 
 @dataclass(frozen=True, eq=False)
 class Followed:
     """A motion: its ``data`` (time, sensor), the variance of their ``noise`` (sensor,), the ``amplitude`` of each mode's
-    own motion q (time, mode), and what known forces do, ``push``, None where none act.
+    own motion q (time, mode), and the motion under force laws, to first order, None where no law acts.
     """
 
     data: FloatArray
     noise: FloatArray
     amplitude: FloatArray
-    push: Push | None = None
+    motion: Linearisation | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,11 +78,8 @@ def _filtered(space: ModalSpace, own: Followed, size: float) -> Filtered:
     pushes = size**2 * space.omega**3 * space.step * own.amplitude**2
     begin = (DISCREPANCY.initial_amplitude * own.amplitude.max(axis=0)) ** 2
     variances = np.concatenate([begin, begin * space.omega**2])
-    if own.push is None:
-        return filtered(space, own.data, own.noise, pushes, variances)
-    states = space.motion(own.push[0])
-    known = filtered(space, own.data - states @ space.output.T - own.push[1], own.noise, pushes, variances)
-    return replace(known, states=known.states + states)
+    motion = own.motion or linear(space, len(own.data))
+    return filtered(motion, own.data, own.noise, pushes, variances, space.step)
 
 
 def track(expected: Expectation, followed: Sequence[Followed], size: float) -> Track:
@@ -95,7 +90,7 @@ def track(expected: Expectation, followed: Sequence[Followed], size: float) -> T
         known = _filtered(modes.space, own, size)
         parts, between = [], modes.space.between(known.states)
         for mode in range(modes.space.count):
-            rows = unexpected(modes.space, known, *slopes_over_time(modes, known.states, between, mode))
+            rows = unexpected(known, *slopes_over_time(modes, known.states, between, mode))
             parts.append(rows.reshape(len(rows), -1))
         return known, np.concatenate(parts).T
 
