@@ -18,7 +18,7 @@ Modes = Annotated[
     bool,
     typer.Option(
         "--modes",
-        help="By natural frequencies, damping ratios and mode shapes alone: for a structure that may be far from its"
+        help="By natural frequencies, damping ratios and mode shapes first: for a structure that may be far from its"
         " drawing, or has changed between recordings.",
     ),
 ]
@@ -33,9 +33,9 @@ def diagnose(
     test recordings are scored before and after. A modal model that the dataset simulates with is held against the
     structure's own modes. The exit status is 0 once a report is written, whatever its verdict.
 
-    With --modes the evidence is that of natural frequencies, damping ratios and shapes: it needs no nearly right model,
-    tells how far groups of elements are off, and what changed between recordings. A dataset of identified modes alone
-    ([[modes]]) is diagnosed so.
+    With --modes the evidence is that of natural frequencies, damping ratios and shapes, and of how motion strays from
+    them: it needs no nearly right model, tells how far groups of elements are off, what changed between recordings, and
+    which force law acts. A dataset of identified modes alone ([[modes]]) is diagnosed so.
 
     \b
     OUT/report.json          verdict, findings with probabilities and alternatives, scores

@@ -27,6 +27,7 @@ BY_MODES = (
     "by modes alone: force laws, drifts and harmonic forces, which modes do not show, were not looked for, and no"
     " forecasts were made"
 )
+BY_MODES_AND_MOTION = "drifts and harmonic forces were not looked for, and no forecasts were made"
 DRAWN, EXTENDED_COLOUR = "#E69F00", "#0072B2"  # Okabe & Ito, as in the other pictures
 
 
@@ -69,7 +70,7 @@ def modal_table(found: ModalDiagnosis) -> dict[str, Any]:
             for state in found.states
         ],
         "modes": [vars(mode) for mode in found.modes],
-        "notes": [BY_MODES, *found.notes],
+        "notes": [_scope(found), *found.notes],
     }
 
 
@@ -89,7 +90,12 @@ def describe_modal(found: ModalDiagnosis) -> str:
     lines.append("|---|---|---|---|---|---|---|")
     lines += [_row(mode) for mode in found.modes]
     lines += ["", f"Misfit left of the drawn structure's: {found.unexplained:.1%}."]
-    return "\n".join([*lines, *(f"Note: {note}." for note in (BY_MODES, *found.notes))])
+    return "\n".join([*lines, *(f"Note: {note}." for note in (_scope(found), *found.notes))])
+
+
+def _scope(found: ModalDiagnosis) -> str:
+    """Return what was not looked for."""
+    return BY_MODES_AND_MOTION if found.has_motion else BY_MODES
 
 
 def _row(mode: PairedMode) -> str:

@@ -23,6 +23,7 @@ MODAL_STAGES = (
     "changes between recordings",
     *MODAL_CAUSES,
     "other causes in their place",
+    "force laws",
     "conclusion",
 )
 """Of a diagnosis by modes alone."""

@@ -15,6 +15,9 @@ class DiscrepancyConfig:
     least_amplitude: float = 1e-8  # of the strongest mode's
     usual_size: float = 2e-3  # of the discrepancy of a model that is right: a damping ratio off by as much a radian
     usual_spread: float = 1.2  # of its logarithm, as of other errors of models
+    # that what is wrong is none of the list's laws, over that it is one of them: the list has what engineers look for
+    odds_off_list: float = 0.2
+    odds_unknown: float = 0.5  # of something that changes with amplitude or time and has no name, in any structure
 
 
 @dataclass(frozen=True)
@@ -32,7 +35,9 @@ class LawFitConfig:
     shrinking: tuple[float, ...] = (0.3, 0.6, 1.0)  # of the discrepancy's size, from one round to the next
     settled_nats: float = 0.5  # gained in a round
     fitted: int = 12  # laws of a scan, along the motion as it is, ...
-    refined: int = 4  # ... and of these with their own motion
+    refined: int = 3  # ... and of these with their own motion
+    neighbours: int = 4  # of the best law's place that are tried beside it, ...
+    moves: int = 3  # ... as often as one of them is better
 
 
 DISCREPANCY = DiscrepancyConfig()

@@ -55,7 +55,11 @@ def response(item: Track, nominal: NominalModel, law: LawCandidate, theta: Float
 def best_theta(
     item: Track, nominal: NominalModel, law: LawCandidate, theta: FloatArray, steps: int, within: FloatArray | None
 ) -> tuple[FloatArray, FloatArray, float]:
-    """Return the best parameters from ``theta`` (parameter,), their covariance, the log evidence, motion and discrepancy as in a track; ``within``: the parameters of the law that acts in the track already, None without."""
+    """Return the best parameters from ``theta`` (parameter,), their covariance, and the log evidence.
+
+    Motion and discrepancy are those of a track; ``within``: the parameters of the law that acts in it already, None
+    without.
+    """
     width, neutral = np.array(law.width), np.array(law.neutral)
     lower, upper = np.array(law.lower), np.array(law.upper or (np.inf,) * len(width))
 
@@ -100,7 +104,7 @@ def best_theta(
             break
     scale = item.evidence - log_posterior([*item.residuals], neutral)  # of the density, whatever the law
     occam = -0.5 * float(np.linalg.slogdet(normal * np.outer(width, width))[1])
-    return theta, np.linalg.inv(normal), present + scale + occam
+    return theta, np.asarray(np.linalg.inv(normal), dtype=np.float64), present + scale + occam
 
 
 def fit_law(item: Track, nominal: NominalModel, law: LawCandidate, theta: FloatArray) -> LawFit:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import norm
 
-from fe_models.arrays import FloatArray
+from fe_models.arrays import TINY, FloatArray
 from fe_models.causes.candidate import LawCandidate
 from fe_models.causes.known import Channel, Known
 from fe_models.causes.places import Motion
@@ -29,25 +29,33 @@ from hybrid.diagnosis.parallel import parallel_map
 
 @dataclass(frozen=True, eq=False)
 class LawSearch:
-    """The ``track`` without a law; the ``fits`` of laws, most probable first, with their ``probabilities`` (law,); what
-    is left over is that no law acts (``none``), or one that is not on the list (``other``).
+    """The ``track`` without a law, beside a ``nominal`` model; the ``fits`` of laws, most probable first, with their
+    ``probabilities`` (law,); what is left over is that no law acts (``none``), or one that is not on the list
+    (``other``). ``replaces_causes``: whether laws were sought in the place of all other causes, or beside them.
     """
 
     track: Track
+    nominal: NominalModel
     fits: tuple[LawFit, ...]
     probabilities: FloatArray
     none: float
     other: float
+    replaces_causes: bool = True
 
     @property
-    def best(self) -> LawFit | None:
-        """The most probable law, None where most probably none acts."""
-        return self.fits[0] if self.fits and self.none < float(self.probabilities.sum()) + self.other else None
+    def log_evidence(self) -> float:
+        """The log evidence of the most probable law, or of none."""
+        return max([self.track.evidence, *(fit.evidence for fit in self.fits)])
+
+    @property
+    def named(self) -> LawFit | None:
+        """The most probable law, None where most probably none of the list acts."""
+        return self.fits[0] if self.fits and float(self.probabilities.sum()) > self.none + self.other else None
 
     @property
     def explains(self) -> float:
-        """The share of the discrepancy's energy that the most probable law takes away."""
-        best = self.best
+        """The share of the discrepancy's energy that the law that is named takes away."""
+        best = self.named
         return 0.0 if best is None else float(np.clip(1 - (best.track.size / self.track.size) ** 2, 0.0, 1.0))
 
 
@@ -55,32 +63,66 @@ def search_laws(item: Track, measured: Measured) -> LawSearch:
     """Return the force laws that a track's motions ask for."""
     laws = _candidates(item, measured)
     if not laws:
-        return LawSearch(item, (), np.zeros(0), 1.0, 0.0)
+        return LawSearch(item, measured.nominal, (), np.zeros(0), 1.0, 0.0)
     nominal, odds = measured.nominal, Odds.among(laws, 1.0)
     promise = _Promise.of(item, nominal)
-    starts = [(promise.gain(law, theta), law, theta) for law in laws for theta in map(np.array, law.first_starts)]
-    first = _best_of_each(starts)[: LAW_FIT.fitted]
 
-    def fitted(start: tuple[float, LawCandidate, FloatArray]) -> tuple[float, LawCandidate, FloatArray]:
-        _, law, theta = start
-        theta, _, evidence = best_theta(item, nominal, law, theta, LAW_FIT.steps, None)
-        return evidence + odds.log(law), law, theta
+    def fitted(law: LawCandidate) -> LawFit:
+        """Return the law along the motion as it is, from the start that promises most."""
+        starts = [np.array(start) for start in law.first_starts]
+        theta = max(starts, key=lambda start: promise.gain(law, start))
+        theta, covariance, evidence = best_theta(item, nominal, law, theta, LAW_FIT.steps, None)
+        return LawFit(law, theta, covariance, evidence, item)
 
-    ranked = _best_of_each(parallel_map(fitted, first))[: LAW_FIT.refined]
-    fits = parallel_map(lambda start: fit_law(item, nominal, start[1], start[2]), ranked)
-    return _concluded(item, fits, odds)
+    def score(fit: LawFit) -> float:
+        return fit.evidence + odds.log(fit.candidate)
+
+    def followed(some: Sequence[LawCandidate], count: int) -> list[LawFit]:
+        """Return the best ``count`` of some laws, each with its own motion."""
+        ranked = sorted(parallel_map(fitted, some), key=lambda fit: -score(fit))[:count]
+        return parallel_map(lambda fit: fit_law(item, nominal, fit.candidate, fit.theta), ranked)
+
+    gains = parallel_map(lambda law: max(promise.gain(law, np.array(start)) for start in law.first_starts), laws)
+    promising = [laws[number] for number in np.argsort(gains)[::-1][: LAW_FIT.fitted]]
+    fits = followed(promising, LAW_FIT.refined)
+    for _ in range(LAW_FIT.moves):
+        best, known = max(fits, key=score), {fit.candidate.key for fit in fits}
+        beside = [law for law in _nearest(item, best.candidate, laws) if law.key not in known][: LAW_FIT.neighbours]
+        more = followed(beside, LAW_FIT.neighbours) if best.evidence > item.evidence else []
+        fits += more
+        if not more or max(map(score, more)) <= score(best):
+            break
+    return _concluded(item, nominal, fits, odds)
 
 
-def _concluded(item: Track, fits: Sequence[LawFit], odds: Odds) -> LawSearch:
+def _nearest(item: Track, best: LawCandidate, laws: Sequence[LawCandidate]) -> list[LawCandidate]:
+    """Return the laws of the same kind and side as the best, those first whose places move most alike."""
+    space, side = item.spaces[0], best.location.get("side")
+    own = best.pull @ space.shapes
+    alike = [law for law in laws if law.kind == best.kind and law.location.get("side") == side]
+
+    def likeness(law: LawCandidate) -> float:
+        other = law.pull @ space.shapes
+        sizes = float(np.linalg.norm(own)) * float(np.linalg.norm(other))
+        return abs(float(own @ other)) / max(sizes, TINY)
+
+    return sorted(alike, key=lambda law: -likeness(law))
+
+
+def _concluded(item: Track, nominal: NominalModel, fits: Sequence[LawFit], odds: Odds) -> LawSearch:
+    """Return the laws with their probabilities; what a law only resembles is another one that is not on the list, or
+    what any model gets wrong, as the discrepancy without it is usual or not.
+    """
     scores = np.array([fit.evidence + odds.log(fit.candidate) for fit in fits]) + np.log1p(-NOTHING)
     order = np.argsort(-scores)
     every = np.append(scores[order], item.evidence + np.log(NOTHING))
     weights = np.exp(every - every.max())
-    weights = weights / weights.sum()
+    weights /= weights.sum()
     right = np.array([share_right(item.size, fits[number].track.size) for number in order])
     found = weights[:-1] * right
-    other = float(weights[:-1].sum() - found.sum())
-    return LawSearch(item, tuple(fits[number] for number in order), found, float(weights[-1]), other)
+    usual, rest = share_usual(item.size), float(weights[:-1].sum() - found.sum())
+    none, other = float(weights[-1]) + usual * rest, (1 - usual) * rest
+    return LawSearch(item, nominal, tuple(fits[number] for number in order), found, none, other)
 
 
 def share_right(before: float, after: float) -> float:
@@ -90,9 +132,22 @@ def share_right(before: float, after: float) -> float:
     That of a right model has a log-normal distribution; a law like another leaves any share of the energy: a share
     (after / before)^2 that is uniform has the density 2 (after / before)^2 over the logarithm of the size.
     """
-    right = norm.pdf(np.log(after), np.log(DISCREPANCY.usual_size), DISCREPANCY.usual_spread)
-    alike = 2 * min(after / before, 1.0) ** 2
-    return float(right / (right + alike))
+    alike = DISCREPANCY.odds_off_list * 2 * min(after / before, 1.0) ** 2
+    return _usual_density(after) / (_usual_density(after) + alike)
+
+
+def share_usual(size: float) -> float:
+    """Return how probable it is that a discrepancy is that of a right model, rather than of something unknown: that has
+    any size beyond the usual one, up to the whole motion.
+    """
+    if size <= DISCREPANCY.usual_size:
+        return 1.0
+    unknown = DISCREPANCY.odds_unknown / -float(np.log(DISCREPANCY.usual_size))
+    return _usual_density(size) / (_usual_density(size) + unknown)
+
+
+def _usual_density(size: float) -> float:
+    return float(norm.pdf(np.log(size), np.log(DISCREPANCY.usual_size), DISCREPANCY.usual_spread))
 
 
 def _candidates(item: Track, measured: Measured) -> tuple[LawCandidate, ...]:
@@ -103,18 +158,6 @@ def _candidates(item: Track, measured: Measured) -> tuple[LawCandidate, ...]:
     channels = tuple(Channel(sensor.name, 1.0, 1.0) for sensor in measured.sensors)
     found = candidates_of(Known(measured.nominal, motion, channels))
     return tuple(candidate for candidate in found if isinstance(candidate, LawCandidate))
-
-
-def _best_of_each(
-    starts: Sequence[tuple[float, LawCandidate, FloatArray]],
-) -> list[tuple[float, LawCandidate, FloatArray]]:
-    """Return the best start of each law, most promising first."""
-    best: dict[str, tuple[float, LawCandidate, FloatArray]] = {}
-    for start in starts:
-        known = best.get(start[1].key)
-        if known is None or start[0] > known[0]:
-            best[start[1].key] = start
-    return sorted(best.values(), key=lambda start: -start[0])
 
 
 @dataclass(frozen=True, eq=False)

@@ -57,16 +57,18 @@ class Marginal:
         """Return the products (i, j) of ``left`` and ``right`` vectors, each (time sensor, i) of each recording, in the
         metric of what disturbs: of a residual with itself, twice the negative logarithm of its density.
         """
-        plain, common = 0.0, [0.0, 0.0]
+        count = len(self.expected.spread) + len(self.expected.common)
+        plain = np.zeros((left[0].shape[1], right[0].shape[1]))
+        common = [np.zeros((count, side[0].shape[1])) for side in (left, right)]
         for x, y, N, modes, factor, square in zip(
             left, right, self.slopes, self.expected.modes, self.own, self.squares, strict=True
         ):
             by = [N.T @ vector for vector in (x, y)]
             solved = [cho_solve(factor, item) for item in by]
-            plain = plain + x.T @ y - by[0].T @ solved[1]
+            plain += x.T @ y - by[0].T @ solved[1]
             for side in (0, 1):
                 rest = by[side] - square @ solved[side]
-                common[side] = common[side] + np.vstack([modes.slopes.T @ rest, rest])
+                common[side] += np.vstack([modes.slopes.T @ rest, rest])
         return np.asarray(plain - common[0].T @ cho_solve(self.all, common[1]))
 
     def weighed(self, vectors: Stacked) -> list[FloatArray]:

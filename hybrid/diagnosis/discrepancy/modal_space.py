@@ -123,6 +123,13 @@ class ModalSpace:
         own = [mode, self.count + mode]
         return self._within_steps(force) @ self._integrals[:, own]
 
+    def motion(self, added: FloatArray) -> FloatArray:
+        """Return the states (time, 2 mode) from rest that what is ``added`` in each step brings about."""
+        states, A = np.zeros_like(added), self.whole_transition
+        for time in range(len(added) - 1):
+            states[time + 1] = A @ states[time] + added[time]
+        return states
+
     def stiffened(self, by_u: FloatArray, by_v: FloatArray, pull: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return how a force along ``pull`` (dof,) that changes with elongation and rate, by so much (part,), changes
         the transition of each step (time, 2 mode, 2 mode), and the output (time, sensor, 2 mode).
@@ -161,4 +168,4 @@ def roots_of(omega: FloatArray, ratio: FloatArray) -> ComplexArray:
 
 def amplitude_of(roots: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
     """Return how q and q' make Z e^(s t), of each mode (mode,)."""
-    return -np.conj(roots) / (1j * roots.imag), 1 / (1j * roots.imag)
+    return np.asarray(-np.conj(roots) / (1j * roots.imag)), np.asarray(1 / (1j * roots.imag))

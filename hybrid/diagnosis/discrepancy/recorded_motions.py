@@ -42,9 +42,7 @@ def _noise_of(batches: tuple[Batch, ...], rate: float, band: Band) -> tuple[Floa
     return np.exp(levels.usual), [levels.of_recordings(batch) for batch in batches]
 
 
-def track_of(
-    dataset: Dataset, measured: Measured, fit: ModalFit, sizes: ErrorSizes | None = None
-) -> Track | None:
+def track_of(dataset: Dataset, measured: Measured, fit: ModalFit, sizes: ErrorSizes | None = None) -> Track | None:
     """Return all motions as a fit's claim expects them, with the most probable discrepancy; see `expectation_of`."""
     expected = expectation_of(measured, fit, 1 / dataset.sampling_rate, sizes)
     if expected is None:
@@ -57,4 +55,3 @@ def track_of(
         return Followed(data, noise, amplitudes_of(expected.modes[number].space, data, noise))
 
     return tracked(replace(expected, modes=modes), parallel_map(follow, motions))
-

@@ -18,8 +18,8 @@ from hybrid.diagnosis.parallel import parallel_map
 
 @dataclass(frozen=True, eq=False)
 class Followed:
-    """A motion: its ``data`` (time, sensor), the variance of their ``noise`` (sensor,), the ``amplitude`` of each mode's
-    own motion q (time, mode), and the motion under force laws, to first order, None where no law acts.
+    """A motion: its ``data`` (time, sensor), the variance of their ``noise`` (sensor,), the ``amplitude`` of q in each
+    mode (time, mode), and the motion under force laws, to first order, None where no law acts.
     """
 
     data: FloatArray

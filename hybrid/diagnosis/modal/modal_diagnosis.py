@@ -1,4 +1,4 @@
-"""Diagnosis by modes alone: of recordings, whose modes are identified first, or of a table of modes.
+"""Diagnosis by modes: of recordings, whose modes are identified first and whose motion shows force laws, or of a table.
 
 It needs no nearly right model: nominal values may be off by far more than was stated, and how far is estimated.
 """
@@ -17,25 +17,35 @@ from fe_models.causes.candidate import Candidate
 from fe_models.causes.known import Channel, Known
 from fe_models.causes.places import Motion
 from fe_models.causes.searched import candidates_of
+from fe_models.causes.wording import at_place
 from fe_models.errors import InputError
 from fe_models.modes import mac
 from fe_models.recordings import Dataset
 from fe_models.structure import Structure
 from hybrid.diagnosis.config import THREADS
+from hybrid.diagnosis.discrepancy.law_search import LawSearch
+from hybrid.diagnosis.discrepancy.laws_in_recordings import Left, laws_in, left_after, without_law
 from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.config import CONCLUSION, FIT, LISTED
 from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim, misfit_of
 from hybrid.diagnosis.modal.measured_modes import MeasuredModes
-from hybrid.diagnosis.modal.modal_findings import State, findings_of, states_of
+from hybrid.diagnosis.modal.modal_findings import LISTED as LISTED_RIVAL
+from hybrid.diagnosis.modal.modal_findings import State, findings_of, law_finding, states_of
 from hybrid.diagnosis.modal.paired_rows import predicted_of
 from hybrid.diagnosis.modal.search import Search, null_fit, probabilities
 from hybrid.diagnosis.nominal.nominal_model import NominalModel, nominal_model_of
 from hybrid.diagnosis.outcome.calibration import Calibrated, calibration_of
 from hybrid.diagnosis.outcome.extend import extended_structure
-from hybrid.diagnosis.outcome.findings import Finding, Parameter, sentence_of
+from hybrid.diagnosis.outcome.findings import NOT_ON_THE_LIST, Alternative, Finding, Parameter, sentence_of
 from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.diagnosis.recorded.batches import measured_columns
 from hybrid.identification.free_decay_modes import identify_modes
+
+CHANGES_WITH_TIME = (
+    "within a recording the motion strays from that of any structure with constant values, by {size:.1%} of itself a"
+    " radian: frequency or damping change with amplitude or time, and no force law on the list explains that"
+)
+MENTIONED = 0.02  # probability of a law that is mentioned all the same
 
 
 @dataclass(frozen=True)
@@ -61,7 +71,8 @@ class ModalDiagnosis:
     """All that modes say: ``verdict``; ``findings``, local causes first, then groups that are off by more than was
     stated; ``calibration`` of all nominal values; ``unexplained``: share of the drawn structure's misfit that is left;
     the ``states`` that recordings distinguish; every measured mode beside the structure's (``modes``); the ``extended``
-    structure; ``notes``; ``seconds`` that it took.
+    structure; ``notes``; ``seconds`` that it took; ``has_motion``: whether there were recordings, which show force
+    laws, too.
     """
 
     verdict: Verdict
@@ -73,6 +84,7 @@ class ModalDiagnosis:
     extended: Structure
     notes: tuple[str, ...]
     seconds: float
+    has_motion: bool
 
 
 def diagnose_modes(dataset: Dataset, advance: Callable[[str], object] | None = None) -> ModalDiagnosis:
@@ -84,15 +96,33 @@ def diagnose_modes(dataset: Dataset, advance: Callable[[str], object] | None = N
     with threadpool_limits(THREADS.linear_algebra, "blas"):
         measured = _measured(dataset, tell)
         tell("nominal values")
-        null = null_fit(measured)
-        if null is None or not len(null.pairs):
+        drawn = null_fit(measured)
+        if drawn is None or not len(drawn.pairs):
             raise InputError("no recording shows a mode of this structure: check node numbers, directions and units")
-        measured, null = _rebased(dataset, measured, null)
-        search = Search.of(measured, _candidates(measured))
-        fits = search.run(null, tell)
+        beside = _rebased(dataset, measured, drawn)
+        search, fits = _searched(*beside, tell)
+        tell("force laws")
+        laws = laws_in(dataset, (measured, drawn), beside, (fits[0], search.log_odds(fits[0].claim)))
+        if laws is not None and laws.replaces_causes and laws.named is not None:
+            found = _identified(without_law(dataset, laws), measured.nominal, lambda _: None)
+            beside = _rebased(dataset, *_refitted(replace(measured, recordings=found), drawn))
+            search, fits = _searched(*beside, lambda _: None)
         tell("conclusion")
-        found = _concluded(measured, fits, probabilities(search, fits))
-    return replace(found, seconds=perf_counter() - begun)
+        after = None if laws is None else left_after(dataset, beside[0], fits[0], laws)
+        conclusion = _concluded(beside[0], fits, probabilities(search, fits), laws, after)
+    return replace(conclusion, seconds=perf_counter() - begun)
+
+
+def _searched(measured: Measured, null: ModalFit, tell: Callable[[str], object]) -> tuple[Search, list[ModalFit]]:
+    """Return the search for causes that modes tell, and the fits of all claims, most probable first."""
+    search = Search.of(measured, _candidates(measured))
+    return search, search.run(null, tell)
+
+
+def _refitted(measured: Measured, known: ModalFit) -> tuple[Measured, ModalFit]:
+    """Return what was measured, and the fit of nothing wrong; that which is ``known`` where there is none."""
+    null = null_fit(measured)
+    return measured, known if null is None or not len(null.pairs) else null
 
 
 def _measured(dataset: Dataset, tell: Callable[[str], object]) -> Measured:
@@ -179,29 +209,52 @@ def _candidates(measured: Measured) -> tuple[Candidate, ...]:
     return candidates_of(Known(nominal, motion, channels))
 
 
-def _concluded(measured: Measured, fits: list[ModalFit], probability: FloatArray) -> ModalDiagnosis:
-    """Return what the fits amount to, most probable first."""
+def _concluded(
+    measured: Measured, fits: list[ModalFit], probability: FloatArray, laws: LawSearch | None, after: Left | None
+) -> ModalDiagnosis:
+    """Return what the fits amount to, most probable first, with the force laws and what is left ``after`` all."""
     best = fits[0]
     nominal, first = measured.nominal, best.nuisances
     theta = best.theta.copy()
     theta[:first] += measured.offset
     drawn = replace(best, claim=measured.null, theta=-measured.offset)
-    before, after = misfit_of(measured, drawn, best), misfit_of(measured, best)
-    left = float(np.clip(after / max(before, np.finfo(float).tiny), 0.0, 1.0))
+    before, rows = misfit_of(measured, drawn, best), len(best.residual)
+    beyond = max(misfit_of(measured, best) - rows, 0.0)  # of what chance leaves
+    left = float(np.clip(beyond / max(before - rows, beyond, np.finfo(float).tiny), 0.0, 1.0))
     local = findings_of(measured, fits, probability, before)
+    if after is not None:
+        local = tuple(_beside_unknown(finding, after, len(measured.recordings)) for finding in local)
+    if laws is not None and laws.named is not None:
+        local = (law_finding(measured, laws), *local)
     groups = _groups_off(measured, best, theta)
     widened = replace(nominal, spread=best.rows.scales(best.sizes))  # as far off as values may be here
     return ModalDiagnosis(
-        verdict=_verdict(best, (*local, *groups), left),
+        verdict=_verdict(best, (*local, *groups), left, after),
         findings=(*local, *groups),
         calibration=calibration_of(widened, theta, best.covariance),
         unexplained=left,
         states=states_of(measured, best),
         modes=paired_modes(measured, drawn, best),
         extended=extended_structure(nominal, best.theta[:first], local),
-        notes=_notes(measured, best),
+        notes=(*_notes(measured, best), *_notes_on_motion(laws, after)),
         seconds=0.0,
+        has_motion=laws is not None,
     )
+
+
+def _beside_unknown(finding: Finding, after: Left, recordings: int) -> Finding:
+    """Return a finding as sure as it may be where something that nobody knows changes all recordings, too: that moves
+    modes as well, and whether it or the finding does is even. What differs between recordings it does not explain.
+    """
+    if len(set(finding.recordings)) < recordings or after.usual == 1.0:
+        return finding
+    surely = 0.5 * (1 + after.usual)
+    others = tuple(replace(item, probability=surely * item.probability) for item in finding.alternatives)
+    own = surely * finding.probability
+    rest = 1 - own - sum(item.probability for item in others if item.kind != NOT_ON_THE_LIST)
+    listed = tuple(item for item in others if item.kind != NOT_ON_THE_LIST)
+    remainder = (Alternative(NOT_ON_THE_LIST, {}, rest),) if rest >= LISTED_RIVAL else ()
+    return replace(finding, probability=own, alternatives=(*listed, *remainder))
 
 
 def _groups_off(measured: Measured, best: ModalFit, theta: FloatArray) -> tuple[Finding, ...]:
@@ -227,10 +280,17 @@ def _groups_off(measured: Measured, best: ModalFit, theta: FloatArray) -> tuple[
     return tuple(found)
 
 
-def _verdict(best: ModalFit, findings: tuple[Finding, ...], left: float) -> Verdict:
-    """Return the answer in a word: by the share of the drawn structure's misfit that is ``left``."""
+def _verdict(best: ModalFit, findings: tuple[Finding, ...], left: float, after: Left | None) -> Verdict:
+    """Return the answer in a word: by the share of the drawn structure's misfit that is ``left``, and by what is left
+    of the motion ``after`` all, which no law on the list explains where it is more than usual.
+    """
+    strange = best.claim.changed or (after is not None and not after.is_usual)
     if not findings:
-        return Verdict.UNEXPLAINED if best.claim.changed else Verdict.NOTHING_WRONG
+        return Verdict.UNEXPLAINED if strange else Verdict.NOTHING_WRONG
+    if after is not None and not after.is_usual and after.share > CONCLUSION.max_left_of_part:
+        return Verdict.UNEXPLAINED if left > CONCLUSION.max_left_of_part else Verdict.PARTLY_EXPLAINED
+    if after is not None and not after.is_usual:
+        return Verdict.PARTLY_EXPLAINED
     if best.claim.changed or left > CONCLUSION.max_left_of_explained:
         return Verdict.PARTLY_EXPLAINED if left < CONCLUSION.max_left_of_part else Verdict.UNEXPLAINED
     return Verdict.EXPLAINED
@@ -252,6 +312,17 @@ def _notes(measured: Measured, best: ModalFit) -> tuple[str, ...]:
     if scale > CONCLUSION.worth_a_note:
         notes.append(f"stiffnesses are off by {scale:.0f} times what the dataset calls normal")
     return tuple(notes)
+
+
+def _notes_on_motion(laws: LawSearch | None, after: Left | None) -> tuple[str, ...]:
+    """Return what the user should know of how the motion differs from what structure and causes do by themselves."""
+    if laws is None or after is None or after.is_usual:
+        return ()
+    about = CHANGES_WITH_TIME.format(size=after.after)
+    rivals = [fit.candidate for fit, own in zip(laws.fits, laws.probabilities, strict=True) if own >= MENTIONED]
+    if laws.named is None and rivals:
+        about += f"; {rivals[0].kind.replace('_', ' ')} {at_place(rivals[0].reported_location)} is most like it"
+    return (about,)
 
 
 def paired_modes(measured: Measured, drawn: ModalFit, best: ModalFit) -> tuple[PairedMode, ...]:

@@ -7,6 +7,7 @@ import numpy as np
 
 from fe_models.arrays import FloatArray
 from fe_models.causes.wording import at_place
+from hybrid.diagnosis.discrepancy.law_search import LawSearch
 from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.evidence import ModalFit, misfit_of
 from hybrid.diagnosis.outcome.findings import (
@@ -50,6 +51,26 @@ def findings_of(
         share = float(np.clip((without - own) / max(nominal_misfit, without, np.finfo(float).tiny), 0.0, 1.0))
         found.append(_finding(measured, fits, probability, number, share))
     return tuple(sorted(found, key=lambda finding: -finding.explains))
+
+
+def law_finding(measured: Measured, laws: LawSearch) -> Finding:
+    """Return the force law that is named, with the laws that may act in its place."""
+    best, *others = laws.fits
+    cause, deviations = built(best.candidate, best.theta, np.sqrt(np.diag(best.covariance)))
+    parameters = parameters_of(cause, deviations)
+    rivals = []
+    for fit, own in zip(others, laws.probabilities[1:], strict=True):
+        if own >= LISTED:
+            rival, errors = built(fit.candidate, fit.theta, np.sqrt(np.diag(fit.covariance)))
+            location = fit.candidate.reported_location
+            rivals.append(Alternative(rival.kind, location, float(own), parameters_of(rival, errors)))
+    rest = 1 - float(laws.probabilities[0]) - sum(item.probability for item in rivals)
+    remainder = [Alternative(NOT_ON_THE_LIST, {}, rest)] if rest >= LISTED else []
+    names = tuple(own.name for own in measured.recordings)
+    sentence = sentence_of(cause, parameters, measured.nominal.structure)
+    return Finding(
+        cause, parameters, float(laws.probabilities[0]), laws.explains, names, (*rivals, *remainder), sentence
+    )
 
 
 def _without(item: ModalFit, number: int) -> ModalFit:

@@ -66,14 +66,18 @@ class Search:
 
     def score(self, item: ModalFit) -> float:
         """Return the log posterior of a fit's claim, but for what all have in common."""
-        claim, prior = item.claim, 0.0
+        return item.evidence + self.log_odds(item.claim)
+
+    def log_odds(self, claim: Claim) -> float:
+        """Return the log probability of a claim before anything is measured, but for what all have in common."""
+        prior = 0.0
         for candidate, acts in zip(claim.hypothesis.candidates, claim.acts, strict=True):
             prior += float(np.log(1 - NOTHING)) + self.odds.log(candidate) + self._log_of(acts)
         if claim.changed:
             prior += (
                 float(np.log(1 - NOTHING)) - float(np.log(1 + len(self.odds.weights))) + self._log_of(claim.changed)
             )
-        return item.evidence + prior
+        return prior
 
     def _log_of(self, acts: Recordings) -> float:
         """Return the log probability that a cause acts there: of the two sides of a change the smaller is the likelier,

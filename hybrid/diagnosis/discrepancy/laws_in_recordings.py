@@ -1,0 +1,114 @@
+"""Force laws in the recordings of a dataset: searched for before modes are asked for other causes, and taken away."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fe_models.arrays import FloatArray
+from fe_models.recordings import Dataset, Recording
+from hybrid.diagnosis.discrepancy.config import DISCREPANCY
+from hybrid.diagnosis.discrepancy.law_fit import force_along
+from hybrid.diagnosis.discrepancy.law_search import LawSearch, search_laws, share_usual
+from hybrid.diagnosis.discrepancy.recorded_motions import track_of
+from hybrid.diagnosis.discrepancy.tracking import Track
+from hybrid.diagnosis.modal.claim import Measured
+from hybrid.diagnosis.modal.errors import ErrorSizes
+from hybrid.diagnosis.modal.evidence import ModalFit
+from hybrid.diagnosis.recorded.batches import measured_columns
+
+
+def laws_in(
+    dataset: Dataset,
+    drawn: tuple[Measured, ModalFit],
+    found: tuple[Measured, ModalFit],
+    best: tuple[ModalFit, float],
+) -> LawSearch | None:
+    """Return the force laws in the training recordings, None where there are no recordings.
+
+    First in the place of all other causes: beside the structure as it was ``drawn``, its values as exact as was stated,
+    or as the modes have it, ``found``, whichever follows the recordings better; a strong law bends the modes and leads
+    nominal values astray. Where the ``best`` claim of all modes, with its log odds beforehand, follows them better
+    still, only what it leaves is asked for a law.
+    """
+    if not dataset.select("train"):
+        return None
+    measured, fit = drawn
+    as_drawn = replace(fit, claim=measured.null, theta=-measured.offset)
+    bare = [
+        (track_of(dataset, measured, as_drawn, ErrorSizes()), measured),
+        (track_of(dataset, *found), found[0]),
+    ]
+    known = [(item, own) for item, own in bare if item is not None]
+    if not known:
+        return None
+    instead = _searched(*max(known, key=lambda pair: pair[0].evidence))
+    claim, odds = best
+    item = track_of(dataset, found[0], claim) if claim.claim.hypothesis.candidates else None
+    if item is None or instead.log_evidence > item.evidence + odds:
+        return instead
+    return replace(_searched(item, found[0]), replaces_causes=False)
+
+
+def _searched(item: Track, measured: Measured) -> LawSearch:
+    """Return the laws that a track asks for: none where the filter sees no discrepancy."""
+    if item.size <= min(DISCREPANCY.sizes):
+        return LawSearch(item, measured.nominal, (), np.zeros(0), 1.0, 0.0)
+    return search_laws(item, measured)
+
+
+def without_law(dataset: Dataset, laws: LawSearch) -> Dataset:
+    """Return the dataset with training recordings less what the named law does in them."""
+    best, columns = laws.named, list(measured_columns(dataset))
+    if best is None:
+        return dataset
+    pull, force = force_along(laws.nominal, best.candidate, best.theta)
+    done: list[FloatArray] = []
+    for space, (q, rate) in zip(best.track.spaces, best.track.between, strict=True):
+        along = pull @ space.shapes
+        added, shown = space.pushed(-force(q @ along, rate @ along), pull)
+        done.append(space.motion(added) @ space.output.T + shown)
+    made = iter(done)
+
+    def less(recording: Recording) -> Recording:
+        if recording.role != "train":
+            return recording
+        data = recording.data.copy()
+        for motion in data:
+            motion[:, columns] -= next(made)
+        return replace(recording, data=data)
+
+    return replace(dataset, recordings=tuple(less(recording) for recording in dataset.recordings))
+
+
+EVEN = 0.5
+
+
+@dataclass(frozen=True)
+class Left:
+    """The discrepancy over the motion, its size ``before`` anything is named and ``after``."""
+
+    before: float
+    after: float
+
+    @property
+    def usual(self) -> float:
+        """The probability that what is left is what any right model leaves."""
+        return share_usual(self.after)
+
+    @property
+    def is_usual(self) -> bool:
+        """Whether it is that rather than not."""
+        return self.usual >= EVEN
+
+    @property
+    def share(self) -> float:
+        """The share of the discrepancy's energy that is left."""
+        return float(np.clip((self.after / self.before) ** 2, 0.0, 1.0))
+
+
+def left_after(dataset: Dataset, measured: Measured, best: ModalFit, laws: LawSearch) -> Left:
+    """Return what is left with the causes of the ``best`` claim of all modes, and the law that is named."""
+    if laws.named is not None:
+        return Left(laws.track.size, laws.named.track.size)
+    item: Track | None = track_of(dataset, measured, best)
+    return Left(laws.track.size, laws.track.size if item is None else item.size)
