@@ -12,11 +12,11 @@ from fe_models.causes.places import Motion
 from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.structure import Damping, PointMass, Spring, Structure
+from hybrid.diagnosis.joint.modal_findings import findings_of, states_of
 from hybrid.diagnosis.modal.claim import Claim, Measured
 from hybrid.diagnosis.modal.errors import ErrorSizes, sizes_of
 from hybrid.diagnosis.modal.evidence import fit_claim
 from hybrid.diagnosis.modal.measured_modes import MeasuredModes
-from hybrid.diagnosis.modal.modal_findings import findings_of, states_of
 from hybrid.diagnosis.modal.pairing import paired
 from hybrid.diagnosis.modal.predicted_modes import predicted_modes
 from hybrid.diagnosis.modal.search import Search, null_fit, probabilities

@@ -15,7 +15,7 @@ from fe_models.recordings import Dataset, Load, Recording, Sensor
 from fe_models.simulated_recordings import simulate
 from hybrid.config import Config
 from hybrid.diagnosis.diagnosis import diagnose
-from hybrid.diagnosis.modal.modal_diagnosis import diagnose_modes
+from hybrid.diagnosis.joint.modal_diagnosis import diagnose_modes
 from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.identification.recording_comparison import compare_recordings
 from hybrid.training.preparation import prepare

@@ -68,7 +68,7 @@ def diagnose(
         if modes or (data.modes and not data.recordings):
             with stage_bar(MODAL_STAGES) as begin:
                 begin("loading")
-                from hybrid.diagnosis.modal.modal_diagnosis import diagnose_modes
+                from hybrid.diagnosis.joint.modal_diagnosis import diagnose_modes
                 from hybrid.diagnosis.modal_report import describe_modal, save_modal_diagnosis
 
                 seen = diagnose_modes(data, begin)

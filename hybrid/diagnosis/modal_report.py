@@ -8,8 +8,8 @@ import numpy as np
 from fe_models.files.atomic import write_json, write_text
 from fe_models.files.structure_file import save_structure
 from hybrid.diagnosis.config import REPORT
+from hybrid.diagnosis.joint.modal_diagnosis import ModalDiagnosis, PairedMode
 from hybrid.diagnosis.modal.config import LISTED
-from hybrid.diagnosis.modal.modal_diagnosis import ModalDiagnosis, PairedMode
 from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.diagnosis.report import calibration_table, finding_table, rival_words
 from hybrid.diagnosis.report_files import saved

@@ -25,12 +25,12 @@ from fe_models.structure import Structure
 from hybrid.diagnosis.config import THREADS
 from hybrid.diagnosis.discrepancy.law_search import LawSearch
 from hybrid.diagnosis.discrepancy.laws_in_recordings import Left, laws_in, left_after, without_law
+from hybrid.diagnosis.joint.modal_findings import LISTED as LISTED_RIVAL
+from hybrid.diagnosis.joint.modal_findings import State, findings_of, law_finding, states_of
 from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.config import CONCLUSION, FIT, LISTED
 from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim, misfit_of
 from hybrid.diagnosis.modal.measured_modes import MeasuredModes
-from hybrid.diagnosis.modal.modal_findings import LISTED as LISTED_RIVAL
-from hybrid.diagnosis.modal.modal_findings import State, findings_of, law_finding, states_of
 from hybrid.diagnosis.modal.paired_rows import predicted_of
 from hybrid.diagnosis.modal.search import Search, null_fit, probabilities
 from hybrid.diagnosis.nominal.nominal_model import NominalModel, nominal_model_of
