@@ -23,16 +23,18 @@ def laws_in(
     found: tuple[Measured, ModalFit],
     best: tuple[ModalFit, float],
 ) -> LawSearch | None:
-    """Return the force laws in the training recordings, None where there are no recordings.
+    """Return the force laws in the training recordings, None where there are none, or not free ones of one sampling
+    rate, or where the structure has force laws of its own.
 
     First in the place of all other causes: beside the structure as it was ``drawn``, its values as exact as was stated,
     or as the modes have it, ``found``, whichever follows the recordings better; a strong law bends the modes and leads
     nominal values astray. Where the ``best`` claim of all modes, with its log odds beforehand, follows them better
     still, only what it leaves is asked for a law.
     """
-    if not dataset.select("train"):
-        return None
     measured, fit = drawn
+    free = [recording for recording in dataset.select("train") if not recording.is_driven]
+    if not free or len(free) < len(dataset.select("train")) or measured.nominal.laws or len(dataset.sampling_rates) > 1:
+        return None
     as_drawn = replace(fit, claim=measured.null, theta=-measured.offset)
     bare = [
         (track_of(dataset, measured, as_drawn, ErrorSizes()), measured),

@@ -25,25 +25,27 @@ from fe_models.structure import Structure
 from hybrid.diagnosis.config import THREADS
 from hybrid.diagnosis.discrepancy.law_search import LawSearch
 from hybrid.diagnosis.discrepancy.laws_in_recordings import Left, laws_in, left_after, without_law
+from hybrid.diagnosis.joint.measured_in_dataset import as_measured, measured_in
 from hybrid.diagnosis.joint.modal_findings import LISTED as LISTED_RIVAL
 from hybrid.diagnosis.joint.modal_findings import State, findings_of, law_finding, states_of
 from hybrid.diagnosis.modal.claim import Measured
-from hybrid.diagnosis.modal.config import CONCLUSION, FIT, LISTED
+from hybrid.diagnosis.modal.config import CONCLUSION, FIT
 from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim, misfit_of
-from hybrid.diagnosis.modal.measured_modes import MeasuredModes
 from hybrid.diagnosis.modal.paired_rows import predicted_of
 from hybrid.diagnosis.modal.search import Search, null_fit, probabilities
-from hybrid.diagnosis.nominal.nominal_model import NominalModel, nominal_model_of
+from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
 from hybrid.diagnosis.outcome.calibration import Calibrated, calibration_of
 from hybrid.diagnosis.outcome.extend import extended_structure
 from hybrid.diagnosis.outcome.findings import NOT_ON_THE_LIST, Alternative, Finding, Parameter, sentence_of
 from hybrid.diagnosis.outcome.verdict import Verdict
-from hybrid.diagnosis.recorded.batches import measured_columns
-from hybrid.identification.free_decay_modes import identify_modes
 
 CHANGES_WITH_TIME = (
     "within a recording the motion strays from that of any structure with constant values, by {size:.1%} of itself a"
     " radian: frequency or damping change with amplitude or time, and no force law on the list explains that"
+)
+UNKNOWN_FORCES = (
+    "unknown forces, as of wind and traffic, drove {names}: no force law was looked for, and shapes have no scale, so"
+    " that masses and stiffnesses are known but for a factor that all of them share"
 )
 MENTIONED = 0.02  # probability of a law that is mentioned all the same
 
@@ -92,9 +94,10 @@ def diagnose_modes(dataset: Dataset, advance: Callable[[str], object] | None = N
 
     `InputError` where the dataset has no structure, or no recording shows a mode of it.
     """
-    begun, tell, dataset = perf_counter(), advance or (lambda _: None), _as_measured(dataset)
+    begun, tell, dataset = perf_counter(), advance or (lambda _: None), as_measured(dataset)
     with threadpool_limits(THREADS.linear_algebra, "blas"):
-        measured = _measured(dataset, tell)
+        tell("modes of the recordings")
+        measured, ambient = measured_in(dataset, tell)
         tell("nominal values")
         drawn = null_fit(measured)
         if drawn is None or not len(drawn.pairs):
@@ -102,15 +105,17 @@ def diagnose_modes(dataset: Dataset, advance: Callable[[str], object] | None = N
         beside = _rebased(dataset, measured, drawn)
         search, fits = _searched(*beside, tell)
         tell("force laws")
-        laws = laws_in(dataset, (measured, drawn), beside, (fits[0], search.log_odds(fits[0].claim)))
+        best = fits[0], search.log_odds(fits[0].claim)
+        laws = None if ambient else laws_in(dataset, (measured, drawn), beside, best)
         if laws is not None and laws.replaces_causes and laws.named is not None:
-            found = _identified(without_law(dataset, laws), measured.nominal, lambda _: None)
-            beside = _rebased(dataset, *_refitted(replace(measured, recordings=found), drawn))
+            linear, _ = measured_in(without_law(dataset, laws), lambda _: None)
+            beside = _rebased(dataset, *_refitted(linear, drawn))
             search, fits = _searched(*beside, lambda _: None)
         tell("conclusion")
         after = None if laws is None else left_after(dataset, beside[0], fits[0], laws)
-        conclusion = _concluded(beside[0], fits, probabilities(search, fits), laws, after)
-    return replace(conclusion, seconds=perf_counter() - begun)
+        found = _concluded(beside[0], fits, probabilities(search, fits), laws, after)
+        notes = (*found.notes, UNKNOWN_FORCES.format(names=", ".join(ambient))) if ambient else found.notes
+    return replace(found, notes=notes, seconds=perf_counter() - begun)
 
 
 def _searched(measured: Measured, null: ModalFit, tell: Callable[[str], object]) -> tuple[Search, list[ModalFit]]:
@@ -123,52 +128,6 @@ def _refitted(measured: Measured, known: ModalFit) -> tuple[Measured, ModalFit]:
     """Return what was measured, and the fit of nothing wrong; that which is ``known`` where there is none."""
     null = null_fit(measured)
     return measured, known if null is None or not len(null.pairs) else null
-
-
-def _measured(dataset: Dataset, tell: Callable[[str], object]) -> Measured:
-    """Return the modes of all training recordings, listed or else identified, beside the nominal model."""
-    nominal = nominal_model_of(dataset).undispersed
-    tell("modes of the recordings")
-    if dataset.modes:
-        found = _listed(dataset)
-        sensors = tuple(replace(sensor, quantity="displacement") for sensor in dataset.sensors)
-    else:
-        sensors = tuple(dataset.sensors[column] for column in measured_columns(dataset))
-        found = _identified(dataset, nominal, tell)
-    return Measured(nominal, np.zeros(len(nominal.spread)), sensors, dataset.sampling_rate, found)
-
-
-def _listed(dataset: Dataset) -> tuple[MeasuredModes, ...]:
-    """Return the modes for training that the dataset lists, by their state; their shapes are those of displacements."""
-    own = [mode for mode in dataset.modes if mode.role == "train"]
-    states = dict.fromkeys(mode.recording for mode in own)
-    count = len(dataset.sensors)
-    return tuple(
-        MeasuredModes.listed(state, [mode for mode in own if mode.recording == state], count) for state in states
-    )
-
-
-def _identified(dataset: Dataset, nominal: NominalModel, tell: Callable[[str], object]) -> tuple[MeasuredModes, ...]:
-    """Return the modes that the training recordings show at the measured sensors."""
-    columns, slowest = list(measured_columns(dataset)), float(nominal.modes[0][0]) / (2 * np.pi)
-    found = []
-    for recording in dataset.select("train"):
-        tell(recording.name)
-        rate = dataset.rate_of(recording)
-        highest = dataset.lowpass or rate / 2
-        motions = [motion[:, columns] for motion in recording.data]
-        found.append(MeasuredModes.of(recording.name, identify_modes(motions, rate, slowest, highest)))
-    return tuple(found)
-
-
-def _as_measured(dataset: Dataset) -> Dataset:
-    """Return the dataset at its highest sampling rate, or, where it lists its modes, as if it had been sampled fast
-    enough for them, and for as many again.
-    """
-    if not dataset.modes:
-        return dataset.of_highest_rate()
-    highest = max(mode.frequency for mode in dataset.modes)
-    return replace(dataset, sampling_rate=LISTED.samples_a_cycle * highest, lowpass=None, recordings=())
 
 
 def _rebased(dataset: Dataset, measured: Measured, null: ModalFit) -> tuple[Measured, ModalFit]:

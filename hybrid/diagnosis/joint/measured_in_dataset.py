@@ -1,0 +1,65 @@
+"""The modes that a dataset lists, or that its training recordings show, beside the nominal model."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from fe_models.recordings import Dataset
+from hybrid.diagnosis.modal.claim import Measured
+from hybrid.diagnosis.modal.config import LISTED
+from hybrid.diagnosis.modal.measured_modes import MeasuredModes
+from hybrid.diagnosis.nominal.nominal_model import NominalModel, nominal_model_of
+from hybrid.diagnosis.recorded.batches import measured_columns
+from hybrid.identification.identification import identify
+
+
+def as_measured(dataset: Dataset) -> Dataset:
+    """Return the dataset at its highest sampling rate, or, where it lists its modes, as if it had been sampled fast
+    enough for them, and for as many again.
+    """
+    if not dataset.modes:
+        return dataset.of_highest_rate()
+    highest = max(mode.frequency for mode in dataset.modes)
+    return replace(dataset, sampling_rate=LISTED.samples_a_cycle * highest, lowpass=None, recordings=())
+
+
+def measured_in(dataset: Dataset, tell: Callable[[str], object]) -> tuple[Measured, tuple[str, ...]]:
+    """Return the modes of all training recordings, listed or else identified, beside the nominal model; and the names
+    of those recordings that something unknown drove. ``tell`` hears the name of each.
+    """
+    nominal = nominal_model_of(dataset).undispersed
+    ambient: tuple[str, ...] = ()
+    if dataset.modes:
+        found = _listed(dataset)
+        sensors = tuple(replace(sensor, quantity="displacement") for sensor in dataset.sensors)
+    else:
+        sensors = tuple(dataset.sensors[column] for column in measured_columns(dataset))
+        found, ambient = _identified(dataset, nominal, tell)
+    return Measured(nominal, np.zeros(len(nominal.spread)), sensors, dataset.sampling_rate, found), ambient
+
+
+def _listed(dataset: Dataset) -> tuple[MeasuredModes, ...]:
+    """Return the modes for training that the dataset lists, by their state; their shapes are those of displacements."""
+    own = [mode for mode in dataset.modes if mode.role == "train"]
+    states = dict.fromkeys(mode.recording for mode in own)
+    count = len(dataset.sensors)
+    return tuple(
+        MeasuredModes.listed(state, [mode for mode in own if mode.recording == state], count) for state in states
+    )
+
+
+def _identified(
+    dataset: Dataset, nominal: NominalModel, tell: Callable[[str], object]
+) -> tuple[tuple[MeasuredModes, ...], tuple[str, ...]]:
+    """Return the modes that the training recordings show at the measured sensors, and which of these were driven."""
+    columns, slowest = list(measured_columns(dataset)), float(nominal.modes[0][0]) / (2 * np.pi)
+    found, ambient = list[MeasuredModes](), list[str]()
+    for recording in dataset.select("train"):
+        tell(recording.name)
+        rate = dataset.rate_of(recording)
+        motions = [motion[:, columns] for motion in recording.data]
+        shown = identify(motions, rate, slowest, dataset.lowpass or rate / 2, recording.excitation)
+        found.append(MeasuredModes.of(recording.name, shown.modes))
+        ambient += [recording.name] if shown.is_ambient else []
+    return tuple(found), tuple(ambient)
