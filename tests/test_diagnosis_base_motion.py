@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from scipy.integrate import solve_ivp
 from scipy.interpolate import make_interp_spline
 
@@ -125,6 +126,7 @@ def quake(seed: int, size: float = 3.0, highest: float = 12.0) -> FloatArray:
 TOWER = replace(MAST, damping=Damping(0.5, 1e-4), name="tower")
 
 
+@pytest.mark.slow
 def test_a_frame_whose_supports_carry_part_of_a_consistent_mass_moves_as_in_another_solver() -> None:
     base = {"x": quake(1), "y": quake(2)}
     motion = solved(TOWER, base)

@@ -19,7 +19,7 @@ def found_in(seed: int, kind: str) -> tuple[list[str], ModalDiagnosis]:
 @pytest.mark.parametrize(
     ("seed", "kind"),
     [
-        (9200, "cubic_spring"),
+        pytest.param(9200, "cubic_spring", marks=SLOW),
         pytest.param(312, "coulomb_friction", marks=SLOW),
         pytest.param(313, "quadratic_damper", marks=SLOW),
         pytest.param(314, "gap_stop", marks=SLOW),

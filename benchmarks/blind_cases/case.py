@@ -35,6 +35,8 @@ BRIDGE_KINDS = (*KINDS, "axial_force")
 NOT_DRAWN = {
     "axial_force": "in a chain: it moves along its springs, where an axial force changes nothing",
     "mass_change": "of groups, whose factors every diagnosis estimates; tiers whose masses are off draw them",
+    "load_gain": "blind cases are free vibration, without known loads; loads have tests of their own",
+    "load_delay": "as load_gain",
     "dead_load": "blind structures move without weight or prestress; frames under both have tests of their own",
     "modal_model": "a wrong modal model is the user's input, not part of a structure; it has tests of its own",
 }
