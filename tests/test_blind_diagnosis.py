@@ -127,6 +127,7 @@ def test_what_no_cause_explains_is_said_to_be_unexplained(config: BlindConfig, k
         assert finding.probability + sum(listed) <= LISTED_IN_PART
 
 
+@pytest.mark.slow
 def test_two_causes_in_the_chain_are_both_named() -> None:
     check_named(blind_case(123, replace(CHAIN, kinds=("added_mass", "sensor_gain"), tier="off")))
 

@@ -90,6 +90,7 @@ def test_a_case_that_never_ends_counts_as_wrong(tmp_path: Path, monkeypatch: pyt
     assert found.columns[0].done == 2
 
 
+@pytest.mark.slow
 def test_a_run_that_is_killed_loses_the_cases_in_work_alone(tmp_path: Path) -> None:
     script = (
         "from pathlib import Path\n"

@@ -62,6 +62,7 @@ def under_gravity() -> Diagnosis:
     return diagnose(recorded(9.81))
 
 
+@pytest.mark.slow
 def test_weight_that_modes_lack_is_named_with_its_share() -> None:
     found = under_gravity()
     assert found.verdict is Verdict.EXPLAINED
@@ -118,6 +119,7 @@ def dead_loads(structure: Structure) -> list[str]:
     return [c.kind for c in DeadLoad.candidates(Known(nominal, still))]
 
 
+@pytest.mark.slow
 def test_dead_load_is_asked_where_it_may_be_felt() -> None:
     assert dead_loads(mast()) == ["dead_load"]
     assert dead_loads(mast().with_effects(DeadLoad())) == []  # it has it already

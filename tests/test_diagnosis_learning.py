@@ -97,6 +97,7 @@ def quick(_: object) -> Config:
     return replace(preset, training=replace(preset.training, epochs=3, first_horizon=80))
 
 
+@pytest.mark.slow
 def test_hybrid_has_less_left_to_learn_on_the_extended_structure(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

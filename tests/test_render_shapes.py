@@ -75,6 +75,7 @@ def test_script_draws_the_modes_of_a_model(tmp_path: Path) -> None:
     assert names == {"structure.png", "mode_01.png", "mode_02.png", "modes.png"}
 
 
+@pytest.mark.slow
 def test_script_draws_a_training(tmp_path: Path) -> None:
     write_run(tmp_path)
     write_prediction(tmp_path)
