@@ -112,7 +112,7 @@ def test_nothing_hidden_nothing_found(config: BlindConfig) -> None:
 @pytest.mark.parametrize(
     ("config", "kind", "seed"),
     [
-        (CHAIN, OUTSIDE[0], 121),
+        pytest.param(CHAIN, OUTSIDE[0], 121, marks=pytest.mark.slow),
         pytest.param(CHAIN, OUTSIDE[1], 122, marks=pytest.mark.slow),
         pytest.param(BRIDGE, OUTSIDE[0], 221, marks=pytest.mark.slow),
     ],

@@ -83,6 +83,7 @@ def test_knocks_are_taken_whole() -> None:
     assert found.assurance().min() > 0.999  # the answer has died away at the end: nothing leaks
 
 
+@pytest.mark.slow
 def test_what_cannot_be_told_is_refused() -> None:
     course = band(1)
     for excitation, words in (

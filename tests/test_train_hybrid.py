@@ -98,6 +98,7 @@ def test_ctrl_c_ends_with_130_and_says_how_to_go_on(dataset: Path, whole: Path, 
     assert metrics_of(tmp_path)["scores"] == metrics_of(whole)["scores"]
 
 
+@pytest.mark.slow
 def test_killed_over_older_results_it_leaves_them_whole(dataset: Path, tmp_path: Path) -> None:
     """And --fresh throws away what was killed."""
     assert train(dataset, "--out", tmp_path, *TINY, "--epochs", "1").exit_code == 0
