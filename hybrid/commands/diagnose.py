@@ -1,12 +1,16 @@
 """The sub-command `diagnose`: name what a simulation gets wrong, extend the model, measure the gain."""
 
 import sys
-from typing import Annotated
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from hybrid.commands.console import command_line, print_notes
 from hybrid.commands.options import DatasetFile, Out, Quiet
+
+if TYPE_CHECKING:
+    from fe_models.recordings import Dataset
 
 Hybrid = Annotated[
     bool,
@@ -51,7 +55,7 @@ def diagnose(
     from fe_models.files.dataset_file import load_dataset
     from fe_models.files.inputs import files_read
     from fe_models.progress import progress_bar, stage_bar
-    from hybrid.diagnosis.stage_names import MODAL_STAGES, STAGE_NAMES
+    from hybrid.diagnosis.stage_names import STAGE_NAMES
     from hybrid.result_sets import diagnosis_in
 
     with command_line(quiet) as result:
@@ -66,15 +70,7 @@ def diagnose(
         assert data is not None  # else there were faults
         print_notes(data)
         if modes or (data.modes and not data.recordings):
-            with stage_bar(MODAL_STAGES) as begin:
-                begin("loading")
-                from hybrid.diagnosis.joint.modal_diagnosis import diagnose_modes
-                from hybrid.diagnosis.modal_report import describe_modal, save_modal_diagnosis
-
-                seen = diagnose_modes(data, begin)
-            _say(save_modal_diagnosis(seen, out))
-            print(describe_modal(seen))
-            print(f"Results: {out}")
+            _diagnose_modes(data, out)
             result(out / "report.json")
             return
         with stage_bar(STAGE_NAMES) as begin:
@@ -97,6 +93,22 @@ def diagnose(
         print(describe_diagnosis(found, gain))
         print(f"Results: {out}")
         result(out / "report.json")
+
+
+def _diagnose_modes(data: "Dataset", out: Path) -> None:
+    """Diagnose by modes and motion, save the report and print it."""
+    from fe_models.progress import stage_bar
+    from hybrid.diagnosis.stage_names import MODAL_STAGES
+
+    with stage_bar(MODAL_STAGES) as begin:
+        begin("loading")
+        from hybrid.diagnosis.joint.modal_diagnosis import diagnose_modes
+        from hybrid.diagnosis.modal_report import describe_modal, save_modal_diagnosis
+
+        seen = diagnose_modes(data, begin)
+    _say(save_modal_diagnosis(seen, out))
+    print(describe_modal(seen))
+    print(f"Results: {out}")
 
 
 def _say(notes: list[str]) -> None:

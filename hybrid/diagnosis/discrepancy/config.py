@@ -13,7 +13,8 @@ class DiscrepancyConfig:
     finer: tuple[float, ...] = (0.58, 1.7)
     initial_amplitude: float = 10.0  # times that of the motion: nothing is known of initial states
     least_amplitude: float = 1e-8  # of the strongest mode's
-    usual_size: float = 2e-3  # of the discrepancy of a model that is right: a damping ratio off by as much a radian
+    # of the discrepancy of a model that is right, over the motion and a radian: some thousandths, as of its frequencies
+    usual_size: float = 2e-3
     usual_spread: float = 1.2  # of its logarithm, as of other errors of models
     # that what is wrong is none of the list's laws, over that it is one of them: the list has what engineers look for
     odds_off_list: float = 0.2
@@ -27,8 +28,8 @@ class LawFitConfig:
     steps: int = 4  # for each estimate of the motion
     difference_step: float = 1e-3  # of a prior standard deviation
     first_damping: float = 1e-3  # of Levenberg's and Marquardt's steps
-    tries: int = 4
-    converged_nats: float = 0.05
+    tries: int = 4  # each ten times shorter: then none helps
+    converged_nats: float = 0.05  # a step that gains less changes no answer
     rounds: int = 16  # motion and parameters in turn
     easing: float = 0.5  # of how much of the new motion is taken, where a round fails, ...
     least_share: float = 0.05  # ... until so little is taken that nothing more is to be had

@@ -12,7 +12,7 @@ from fe_models.arrays import FloatArray
 from fe_models.causes.candidate import LawCandidate
 from hybrid.diagnosis.discrepancy.config import DISCREPANCY, LAW_FIT
 from hybrid.diagnosis.discrepancy.kalman import unexpected
-from hybrid.diagnosis.discrepancy.linearisation import LawForce, linearised
+from hybrid.diagnosis.discrepancy.linearisation import LawForce, linearised, pushed_by
 from hybrid.diagnosis.discrepancy.tracking import Track, most_probable
 from hybrid.diagnosis.nominal.nominal_model import NominalModel
 from hybrid.diagnosis.response.forces import force_of
@@ -43,11 +43,9 @@ def force_along(nominal: NominalModel, law: LawCandidate, theta: FloatArray) -> 
 
 def response(item: Track, nominal: NominalModel, law: LawCandidate, theta: FloatArray) -> list[FloatArray]:
     """Return what a law of ``theta`` (parameter,) makes unexpected, white (time sensor,) of each motion of a track."""
-    pull, force = force_along(nominal, law, theta)
-    found = []
-    for space, known, (q, rate) in zip(item.spaces, item.found, item.between, strict=True):
-        along = pull @ space.shapes
-        added, shown = space.pushed(-force(q @ along, rate @ along), pull)
+    acting, found = force_along(nominal, law, theta), []
+    for space, known, between in zip(item.spaces, item.found, item.between, strict=True):
+        added, shown = pushed_by(acting, space, between)
         found.append(unexpected(known, added[None], shown[None]).ravel())
     return found
 

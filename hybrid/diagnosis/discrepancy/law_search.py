@@ -8,9 +8,9 @@ energy may be any share.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import exp
 
 import numpy as np
-from scipy.stats import norm
 
 from fe_models.arrays import TINY, FloatArray
 from fe_models.causes.candidate import LawCandidate
@@ -21,7 +21,7 @@ from hybrid.diagnosis.contest.odds import Odds
 from hybrid.diagnosis.contest.posterior import NOTHING
 from hybrid.diagnosis.discrepancy.config import DISCREPANCY, LAW_FIT
 from hybrid.diagnosis.discrepancy.law_fit import LawFit, best_theta, fit_law, response
-from hybrid.diagnosis.discrepancy.tracking import Track
+from hybrid.diagnosis.discrepancy.tracking import Track, log_prior_of
 from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.nominal.nominal_model import NominalModel
 from hybrid.diagnosis.parallel import parallel_map
@@ -133,7 +133,8 @@ def share_right(before: float, after: float) -> float:
     (after / before)^2 that is uniform has the density 2 (after / before)^2 over the logarithm of the size.
     """
     alike = DISCREPANCY.odds_off_list * 2 * min(after / before, 1.0) ** 2
-    return _usual_density(after) / (_usual_density(after) + alike)
+    right = exp(log_prior_of(after))
+    return right / (right + alike)
 
 
 def share_usual(size: float) -> float:
@@ -143,11 +144,8 @@ def share_usual(size: float) -> float:
     if size <= DISCREPANCY.usual_size:
         return 1.0
     unknown = DISCREPANCY.odds_unknown / -float(np.log(DISCREPANCY.usual_size))
-    return _usual_density(size) / (_usual_density(size) + unknown)
-
-
-def _usual_density(size: float) -> float:
-    return float(norm.pdf(np.log(size), np.log(DISCREPANCY.usual_size), DISCREPANCY.usual_spread))
+    usual = exp(log_prior_of(size))
+    return usual / (usual + unknown)
 
 
 def _candidates(item: Track, measured: Measured) -> tuple[LawCandidate, ...]:

@@ -9,6 +9,7 @@ from fe_models.recordings import Dataset, Recording
 from hybrid.diagnosis.discrepancy.config import DISCREPANCY
 from hybrid.diagnosis.discrepancy.law_fit import force_along
 from hybrid.diagnosis.discrepancy.law_search import LawSearch, search_laws, share_usual
+from hybrid.diagnosis.discrepancy.linearisation import pushed_by
 from hybrid.diagnosis.discrepancy.recorded_motions import track_of
 from hybrid.diagnosis.discrepancy.tracking import Track
 from hybrid.diagnosis.modal.claim import Measured
@@ -63,11 +64,9 @@ def without_law(dataset: Dataset, laws: LawSearch) -> Dataset:
     best, columns = laws.named, list(measured_columns(dataset))
     if best is None:
         return dataset
-    pull, force = force_along(laws.nominal, best.candidate, best.theta)
-    done: list[FloatArray] = []
-    for space, (q, rate) in zip(best.track.spaces, best.track.between, strict=True):
-        along = pull @ space.shapes
-        added, shown = space.pushed(-force(q @ along, rate @ along), pull)
+    law, done = force_along(laws.nominal, best.candidate, best.theta), list[FloatArray]()
+    for space, between in zip(best.track.spaces, best.track.between, strict=True):
+        added, shown = pushed_by(law, space, between)
         done.append(space.motion(added) @ space.output.T + shown)
     made = iter(done)
 

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from fe_models.arrays import TINY, FloatArray
-from hybrid.diagnosis.discrepancy.config import DISCREPANCY
 from hybrid.diagnosis.discrepancy.modal_space import ModalSpace
 
 SLOPE_STEP = 1e-5  # of the rms elongation, or rate
@@ -42,18 +41,29 @@ def linear(space: ModalSpace, samples: int) -> Linearisation:
     return Linearisation(rest, space.whole_transition[None], rest, space.output[None], np.zeros((samples, sensors)))
 
 
+def pushed_by(
+    law: LawForce, space: ModalSpace, between: tuple[FloatArray, FloatArray]
+) -> tuple[FloatArray, FloatArray]:
+    """Return what a law adds to the states in each step (time, 2 mode), and to the channels at once (time, sensor),
+    along a motion whose states within the steps, q and q' (part, mode), are ``between``.
+    """
+    pull, force = law
+    along = pull @ space.shapes
+    u, v = (part @ along for part in between)
+    return space.pushed(-force(u, v), pull)
+
+
 def linearised(space: ModalSpace, states: FloatArray, laws: Sequence[LawForce]) -> Linearisation:
     """Return the motion under force ``laws`` about ``states`` (time, 2 mode)."""
-    q, rate = space.between(states)
+    between = space.between(states)
     A, C = space.whole_transition, space.output
     transition, output = np.repeat(A[None], len(states), axis=0), np.repeat(C[None], len(states), axis=0)
     drift, shown = states @ A.T, states @ C.T
-    for pull, force in laws:
-        along = pull @ space.shapes
-        u, v = q @ along, rate @ along
-        added, direct = space.pushed(-force(u, v), pull)
+    for law in laws:
+        pull, force = law
+        added, direct = pushed_by(law, space, between)
         drift, shown = drift + added, shown + direct
-        by_u, by_v = _slopes(force, u, v)
+        by_u, by_v = _slopes(force, *(part @ (pull @ space.shapes) for part in between))
         steps, felt = space.stiffened(-by_u, -by_v, pull)
         transition += steps
         output += felt
@@ -70,8 +80,3 @@ def _slopes(
     by_u = (force(u + steps[0], v) - force(u - steps[0], v)) / (2 * steps[0])
     by_v = (force(u, v + steps[1]) - force(u, v - steps[1])) / (2 * steps[1])
     return by_u, by_v
-
-
-def parts_of_samples(values: FloatArray) -> FloatArray:
-    """Return the values (part,) at samples (time,)."""
-    return values[:: DISCREPANCY.parts]

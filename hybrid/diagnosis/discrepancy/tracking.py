@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy.stats import norm
 
 from fe_models.arrays import FloatArray
 from hybrid.diagnosis.discrepancy.config import DISCREPANCY
@@ -102,9 +103,8 @@ def track(expected: Expectation, followed: Sequence[Followed], size: float) -> T
 
 
 def log_prior_of(size: float) -> float:
-    """Return the log prior density of the discrepancy's size, of its logarithm, but for a constant."""
-    off = np.log(size / DISCREPANCY.usual_size) / DISCREPANCY.usual_spread
-    return -0.5 * float(off**2)
+    """Return the log density, over its logarithm, of the discrepancy's size where a model is right: log-normal."""
+    return float(norm.logpdf(np.log(size), np.log(DISCREPANCY.usual_size), DISCREPANCY.usual_spread))
 
 
 def most_probable(expected: Expectation, followed: Sequence[Followed], sizes: Sequence[float]) -> Track:
