@@ -5,6 +5,7 @@ sample to sample would take 3 % away from a force at a tenth of the sampling rat
 splines 0.02 % and 4 %, these nothing and 0.1 %.
 """
 
+from math import factorial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from scipy.interpolate import BSpline
 
 SPLINE_DEGREE = 7
+ORDERS = SPLINE_DEGREE + 1  # of such a spline: its value and its derivatives
 
 
 def interpolant(values: FloatArray, axis: int = 0) -> "BSpline":
@@ -26,3 +28,21 @@ def interpolant(values: FloatArray, axis: int = 0) -> "BSpline":
 
     samples = values.shape[axis]
     return make_interp_spline(np.arange(samples), values, min(SPLINE_DEGREE, samples // 2 * 2 - 1), axis=axis)
+
+
+def courses_of(values: FloatArray, step: float) -> FloatArray:
+    """Return the courses (order, recording, time, place) of forces with ``values`` (recording, time, place) at samples
+    a ``step`` (s) apart; of few samples as many orders as these determine, and zeros.
+    """
+    samples, spline = np.arange(values.shape[1]), interpolant(values, axis=1)
+    return np.stack([spline(samples, order) / step**order for order in range(ORDERS)])
+
+
+def courses_after(courses: FloatArray, rest: FloatArray) -> FloatArray:
+    """Return what courses (order, recording, time, place) are a ``rest`` (time,), s, after each sample."""
+    return np.stack(
+        [
+            sum(courses[order + more] * (rest**more / factorial(more))[:, None] for more in range(ORDERS - order))
+            for order in range(ORDERS)
+        ]
+    )

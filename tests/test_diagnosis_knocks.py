@@ -5,13 +5,14 @@ import pytest
 from scipy.linalg import eigh, expm
 
 from fe_models.arrays import FloatArray
+from fe_models.interpolant import courses_of
 from fe_models.measurement import lowpassed
 from fe_models.recordings import Assumptions, Dataset, Load, Recording, Sensor, Uncertainty
 from fe_models.structure import Damping, PointMass, Spring, Structure
 from hybrid.diagnosis.diagnosis import diagnose
-from hybrid.diagnosis.nominal.loads import behind, courses_of
-from hybrid.diagnosis.recorded.short_knocks import without_short_knocks
 from hybrid.diagnosis.report import report_table
+from hybrid.known_loads.behind_lowpass import behind
+from hybrid.known_loads.short_knocks import without_short_knocks
 
 RATE, FINE, SAMPLES, LOWPASS = 1000.0, 50, 600, 300.0  # Hz, steps to a sample, samples, Hz
 

@@ -20,6 +20,7 @@ from fe_models.causes import AddedMass, CubicSpring, Effect, ForceLaw, HarmonicF
 from fe_models.causes.places import Motion
 from fe_models.errors import InputError
 from fe_models.files.dataset_file import load_dataset, save_dataset
+from fe_models.interpolant import courses_of
 from fe_models.measurement import lowpassed
 from fe_models.modes import natural_modes
 from fe_models.recordings import Assumptions, Dataset, Load, Recording
@@ -32,7 +33,7 @@ from hybrid.diagnosis.fitting.forecast_score import forecast, model_of
 from hybrid.diagnosis.fitting.least_squares import fit
 from hybrid.diagnosis.learned.gain import hybrid_gain
 from hybrid.diagnosis.nominal.candidates import all_candidates
-from hybrid.diagnosis.nominal.loads import Loads, courses_of, loads_of
+from hybrid.diagnosis.nominal.loads import Loads, loads_of
 from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
 from hybrid.diagnosis.outcome.verdict import Verdict

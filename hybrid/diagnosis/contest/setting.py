@@ -36,12 +36,12 @@ from hybrid.diagnosis.recorded.noise_levels import NoiseLevels
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.recorded.offsets import without_offsets
 from hybrid.diagnosis.recorded.sensor_outputs import SensorOutputs
-from hybrid.diagnosis.recorded.short_knocks import without_short_knocks
 from hybrid.diagnosis.recorded.spectra import energy_near
 from hybrid.diagnosis.recorded.unit_check import other_sizes
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.load_removal import without_load_response
 from hybrid.diagnosis.response.marching import is_too_fast
+from hybrid.known_loads.short_knocks import without_short_knocks
 
 UNLIKE = "noise goes with {pattern}: each recording counts by its own"
 SEED = 0  # of the states at which geometric forces are taken: the same of the same recordings

@@ -11,12 +11,13 @@ import numpy as np
 from scipy.interpolate import make_interp_spline
 
 from fe_models.arrays import FloatArray
+from fe_models.interpolant import courses_of
 from fe_models.recordings import QUANTITIES, Sensor
 from hybrid.diagnosis.fitting.config import GEOMETRY_RESPONSE
 from hybrid.diagnosis.fitting.driven import sampled_motion
 from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.nominal.geometry import Geometry
-from hybrid.diagnosis.nominal.loads import Loads, OnMode, courses_of
+from hybrid.diagnosis.nominal.loads import Loads, OnMode
 from hybrid.diagnosis.recorded.batches import Batch
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.recorded.sensor_outputs import SensorOutputs

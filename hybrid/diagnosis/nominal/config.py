@@ -78,19 +78,6 @@ class ModalDifferenceConfig:
 
 
 @dataclass(frozen=True)
-class LoadConfig:
-    """Known loads behind a low-pass."""
-
-    # of a load's energy: with more above the recordings' low-pass, the load has not passed it yet, nor with as much on
-    # either side of it (`lowpass.WHITE`)
-    max_share_above_lowpass: float = 0.1
-    # of the low-pass: the usual filter leaves 0.01 of the power in the second band that it leaves in the first
-    bands: tuple[tuple[float, float], ...] = ((0.6, 0.9), (1.25, 1.6))
-    # of the power: half a sine of three samples has 0.05 and more
-    max_density_ratio_beyond: float = 0.03
-
-
-@dataclass(frozen=True)
 class LowpassConfig:
     """Which low-pass recordings have passed, and what of noise and motion is beyond it."""
 
@@ -98,12 +85,6 @@ class LowpassConfig:
     sharp_steepness: int = 64
     # of the power below the cutoff: a Butterworth filter of order 4, run both ways, leaves 1e-4 and more
     max_power_of_sharp: float = 1e-6
-    # of that power: a filter of order 4, run both ways, leaves 0.08 at most, and noise that came after it all
-    min_power_of_white: float = 0.3
-    band_within: tuple[float, float] = (0.75, 0.9)  # of the cutoff: where power is compared
-    band_beyond: tuple[float, float] = (1.12, 1.3)  # of the cutoff: where power is compared
-    quiet_quantile: float = 0.2  # quantile of the power in a band: of what lies between the lines of motions
-    max_spectrum_samples: int = 512  # samples of a spectrum
     leakage_lines: int = 3  # lines of a spectrum with a Hann window: how far a sinusoid shows beyond its own
     # of a motion: what a low-pass leaves of it where motions end, unless recordings hold more than
     passed_share: float = 0.2
@@ -140,6 +121,5 @@ SCATTER = ScatterConfig()
 GEOMETRY = GeometryConfig()
 MESH_ERROR = MeshErrorConfig()
 MODAL_DIFFERENCE = ModalDifferenceConfig()
-LOADS = LoadConfig()
 LOWPASS = LowpassConfig()
 UNSTATED_LOWPASS = UnstatedLowpassConfig()

@@ -6,21 +6,15 @@ Loads pass the filters that recordings pass, so that they hold nothing above hal
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import factorial
 
 import numpy as np
 
 from fe_models.arrays import FloatArray, IntArray
 from fe_models.base_motion import BaseMotion
-from fe_models.interpolant import SPLINE_DEGREE, interpolant
-from fe_models.measurement import lowpassed
+from fe_models.interpolant import ORDERS, courses_after, courses_of
 from fe_models.recordings import QUANTITIES, Dataset, Quantity, Recording
-from fe_models.spectra import line_frequencies, power_spectrum
 from fe_models.structure import Direction
-from hybrid.diagnosis.nominal.config import LOADS, LOWPASS
-from hybrid.diagnosis.nominal.lowpass import beyond
-
-ORDERS = SPLINE_DEGREE + 1  # of such a spline: its value and its derivatives
+from hybrid.known_loads.behind_lowpass import behind
 
 LoadPlace = tuple[int, Direction]
 """Node and direction of a load."""
@@ -140,24 +134,6 @@ class Loads:
         return replace(self, rows=np.repeat(self.rows, pieces), begins=begins.ravel(), samples=length)
 
 
-def courses_of(values: FloatArray, step: float) -> FloatArray:
-    """Return the courses (order, recording, time, place) of forces with ``values`` (recording, time, place) at samples
-    a ``step`` (s) apart; of few samples as many orders as these determine, and zeros.
-    """
-    samples, spline = np.arange(values.shape[1]), interpolant(values, axis=1)
-    return np.stack([spline(samples, order) / step**order for order in range(ORDERS)])
-
-
-def courses_after(courses: FloatArray, rest: FloatArray) -> FloatArray:
-    """Return what courses (order, recording, time, place) are a ``rest`` (time,), s, after each sample."""
-    return np.stack(
-        [
-            sum(courses[order + more] * (rest**more / factorial(more))[:, None] for more in range(ORDERS - order))
-            for order in range(ORDERS)
-        ]
-    )
-
-
 def known_places(dataset: Dataset) -> tuple[KnownPlace, ...]:
     """Return where a dataset's recordings are loaded, and what of its base's motion is felt or shown."""
     loaded = sorted({(load.node, load.direction) for r in dataset.recordings for load in r.loads})
@@ -201,31 +177,3 @@ def _base_courses(motion: BaseMotion, step: float) -> dict[Quantity, FloatArray]
         "velocity": moving,
         "acceleration": acceleration,
     }
-
-
-def behind(values: FloatArray, rate: float, lowpass: float | None) -> FloatArray:
-    """Return a load's ``values`` (time,) behind the ``lowpass`` (Hz) of the recordings, which it may have passed."""
-    if lowpass is None:
-        return values
-    power = np.abs(np.fft.rfft(values)) ** 2
-    above = np.fft.rfftfreq(len(values), 1 / rate) > lowpass
-    passes_by = (
-        power[above].sum() > LOADS.max_share_above_lowpass * power.sum()
-        or beyond(values[:, None], rate, lowpass) > LOWPASS.min_power_of_white
-        or _fall(values, rate, lowpass) > LOADS.max_density_ratio_beyond
-    )
-    return lowpassed(values, rate, lowpass) if passes_by else values
-
-
-def _fall(values: FloatArray, rate: float, lowpass: float) -> float:
-    """Return the mean power of a load's ``values`` (time,) in a band beyond a low-pass over that in one below it.
-
-    Mean, as the spectrum of a knock has zeros, which a quantile takes for what a filter left.
-    """
-    power = power_spectrum(values[:, None] - values.mean())[:, 0]
-    frequency = line_frequencies(len(values), rate)
-    bands = [(frequency > low * lowpass) & (frequency < high * lowpass) for low, high in LOADS.bands]
-    if not all(band.any() for band in bands):
-        return 0.0
-    below, above = (float(power[band].mean()) for band in bands)
-    return above / below if below > 0 else 0.0

@@ -8,6 +8,8 @@ from fe_models.lowpass import LowPass
 from fe_models.recordings import Dataset
 from fe_models.spectra import line_frequencies, power_spectrum
 from hybrid.diagnosis.nominal.config import LOWPASS
+from hybrid.known_loads.config import POWER_BEYOND
+from hybrid.known_loads.power_beyond import beyond
 
 
 def lowpass_of(dataset: Dataset) -> LowPass | None:
@@ -27,7 +29,7 @@ def noise_is_lowpassed(dataset: Dataset) -> bool:
     return (
         dataset.lowpass is not None
         and dataset.lowpass < half
-        and not _power_beyond(dataset, dataset.lowpass) > LOWPASS.min_power_of_white
+        and not _power_beyond(dataset, dataset.lowpass) > POWER_BEYOND.min_power_of_white
     )
 
 
@@ -61,7 +63,7 @@ def highest_shown(dataset: Dataset, lowpass: LowPass | None) -> float:
 
 def _share_above(data: FloatArray, rate: float, lower: float) -> float:
     """Return the largest share of a channel's energy above ``lower`` (Hz), of ``data`` (time, sensor), noise apart."""
-    frequency, power = welch(data, rate, nperseg=min(len(data), LOWPASS.max_spectrum_samples), axis=0)
+    frequency, power = welch(data, rate, nperseg=min(len(data), POWER_BEYOND.max_spectrum_samples), axis=0)
     above = frequency > lower + LOWPASS.leakage_lines * frequency[1]
     if not above.any():
         return 0.0
@@ -77,7 +79,7 @@ def _rings_above(data: FloatArray, rate: float, cutoff: float, lower: float) -> 
     """
     samples = len(data) // LOWPASS.parts
     frequency = line_frequencies(max(samples, 1), rate)
-    passed, above = (frequency > cutoff / 2) & (frequency < LOWPASS.band_within[1] * cutoff), frequency > lower
+    passed, above = (frequency > cutoff / 2) & (frequency < POWER_BEYOND.band_within[1] * cutoff), frequency > lower
     if not (passed.any() and above.any()):
         return False
     parts = data[: samples * LOWPASS.parts].reshape(LOWPASS.parts, samples, -1)
@@ -89,25 +91,3 @@ def _rings_above(data: FloatArray, rate: float, cutoff: float, lower: float) -> 
     return bool(
         np.any((most > LOWPASS.min_loudness_ratio * usual) & (most - usual > LOWPASS.min_ringing_share * noise))
     )
-
-
-def spectrum(data: FloatArray, rate: float) -> tuple[FloatArray, FloatArray]:
-    """Return frequencies (Hz) and power (frequency, sensor) of ``data`` (time, sensor), each of the sensors that move
-    over its own energy; not of those with a value that is not finite.
-    """
-    size = data.std(axis=0)
-    alive = data[:, size > 0] / size[size > 0]
-    return welch(alive, rate, nperseg=min(len(data), LOWPASS.max_spectrum_samples), axis=0)
-
-
-def beyond(data: FloatArray, rate: float, cutoff: float) -> float:
-    """Return the power beyond a cutoff over that below it, of ``data`` (time, sensor); NaN where none is sampled."""
-    frequency, power = spectrum(data, rate)
-    bands = [
-        (frequency > low * cutoff) & (frequency < high * cutoff)
-        for low, high in (LOWPASS.band_within, LOWPASS.band_beyond)
-    ]
-    if not (power.size and all(band.any() for band in bands)):
-        return float("nan")
-    below, beyond = (float(np.quantile(power[band], LOWPASS.quiet_quantile)) for band in bands)
-    return beyond / below if below > 0 else float("nan")

@@ -4,8 +4,9 @@ import numpy as np
 
 from fe_models.arrays import FloatArray
 from fe_models.recordings import Dataset
-from hybrid.diagnosis.nominal.config import LOWPASS, UNSTATED_LOWPASS
-from hybrid.diagnosis.nominal.lowpass import spectrum
+from hybrid.diagnosis.nominal.config import UNSTATED_LOWPASS
+from hybrid.known_loads.config import POWER_BEYOND
+from hybrid.known_loads.power_beyond import spectrum
 
 
 def unstated_lowpass(dataset: Dataset) -> list[str]:
@@ -34,9 +35,11 @@ def _end(data: FloatArray, rate: float) -> float | None:
     for cutoff in frequency[UNSTATED_LOWPASS.first_line :]:
         far, edge = (
             _quiet(frequency, power, band[0] * cutoff, band[1] * cutoff)
-            for band in (UNSTATED_LOWPASS.band_far_beyond, LOWPASS.band_within)
+            for band in (UNSTATED_LOWPASS.band_far_beyond, POWER_BEYOND.band_within)
         )
-        before = _quiet(frequency, power, frequency[UNSTATED_LOWPASS.first_line - 1], LOWPASS.band_within[0] * cutoff)
+        before = _quiet(
+            frequency, power, frequency[UNSTATED_LOWPASS.first_line - 1], POWER_BEYOND.band_within[0] * cutoff
+        )
         if far is None or before is None or edge is None:
             continue
         level = (
@@ -54,7 +57,7 @@ def _quiet(frequency: FloatArray, power: FloatArray, lower: float, upper: float)
     """Return the power (sensor,) of what lies between the lines of motions in a band, None of too few lines."""
     inside = (frequency > lower) & (frequency < upper)
     return (
-        np.quantile(power[inside], LOWPASS.quiet_quantile, axis=0)
+        np.quantile(power[inside], POWER_BEYOND.quiet_quantile, axis=0)
         if inside.sum() >= UNSTATED_LOWPASS.min_lines
         else None
     )
@@ -67,7 +70,10 @@ def _lasts(data: FloatArray, rate: float, cutoff: float) -> bool:
         moving = part[:, part.std(axis=0) > 0]
         frequency, power = spectrum(moving, rate)
         level = _quiet(
-            frequency, power * moving.var(axis=0), LOWPASS.band_within[0] * cutoff, LOWPASS.band_within[1] * cutoff
+            frequency,
+            power * moving.var(axis=0),
+            POWER_BEYOND.band_within[0] * cutoff,
+            POWER_BEYOND.band_within[1] * cutoff,
         )
         if level is None:
             return False

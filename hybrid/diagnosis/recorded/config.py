@@ -134,20 +134,6 @@ class SpectraConfig:
     line_width: float = 1.5  # of a recording's resolution: how far from its place a line may be
 
 
-@dataclass(frozen=True)
-class ShortKnocksConfig:
-    """Knocks whose samples do not tell their force."""
-
-    max_samples: int = 12  # of a knock: a longer one is resolved
-    min_force_share: float = 0.02  # of the largest force: less is what a load cell shows at rest
-    samples_after: int = 2  # after the last strong one: where the force ends between samples
-    min_share_left: float = 0.5  # of a recording: with less after its knock it is left as it is
-    top_band: float = 0.8  # of half the sampling rate, where power is compared
-    # of the power in as wide a band from zero on: half a sine of five samples has 2e-3, and an impulse off by 1 %; of
-    # ten 1e-4, and one off by 0.2 %
-    max_top_power: float = 1e-4
-
-
 UNIT_CHECK = UnitCheckConfig()
 CHANNEL_FAULTS = ChannelFaultConfig()
 MOTIONLESS = MotionlessConfig()
@@ -157,4 +143,3 @@ OFFSETS = OffsetConfig()
 NOISE = NoiseConfig()
 NOISE_LEVELS = NoiseLevelConfig()
 SPECTRA = SpectraConfig()
-SHORT_KNOCKS = ShortKnocksConfig()

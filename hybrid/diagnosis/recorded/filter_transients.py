@@ -9,8 +9,8 @@ from math import ceil
 
 from fe_models.files.recording_checks import MIN_SAMPLES
 from fe_models.recordings import Dataset
-from hybrid.diagnosis.nominal.loads import behind
 from hybrid.diagnosis.recorded.config import FILTER_TRANSIENTS
+from hybrid.known_loads.behind_lowpass import behind
 
 
 def without_ringing_ends(dataset: Dataset) -> tuple[Dataset, list[str]]:

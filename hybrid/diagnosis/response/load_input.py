@@ -5,8 +5,9 @@ from typing import Any
 import numpy as np
 
 from fe_models.arrays import FloatArray
+from fe_models.interpolant import ORDERS
 from fe_models.recordings import Sensor, of_each_quantity
-from hybrid.diagnosis.nominal.loads import ORDERS, ForcePlace, OnBase
+from hybrid.diagnosis.nominal.loads import ForcePlace, OnBase
 from hybrid.diagnosis.nominal.nominal_model import NominalModel
 from hybrid.diagnosis.response.reduced_model import ReducedModel
 from hybrid.diagnosis.response.system import LoadInput

@@ -14,7 +14,8 @@ import numpy as np
 from scipy.signal import lfilter
 
 from fe_models.arrays import ComplexArray, FloatArray
-from hybrid.diagnosis.nominal.loads import ORDERS, Loads, courses_after
+from fe_models.interpolant import ORDERS, courses_after
+from hybrid.diagnosis.nominal.loads import Loads
 from hybrid.diagnosis.recorded.batches import Batch
 from hybrid.diagnosis.response.config import STATE_SPACE
 from hybrid.diagnosis.response.system import System, drifted, free_form

@@ -12,8 +12,9 @@ import numpy as np
 from scipy.linalg import expm
 
 from fe_models.arrays import FloatArray, IntArray
+from fe_models.interpolant import ORDERS
 from hybrid.diagnosis.config import THREADS
-from hybrid.diagnosis.nominal.loads import ORDERS, Loads
+from hybrid.diagnosis.nominal.loads import Loads
 from hybrid.diagnosis.nominal.nominal_model import NominalModel
 from hybrid.diagnosis.parallel import parallel_map
 from hybrid.diagnosis.response.config import MARCHING

@@ -12,7 +12,7 @@ import numpy as np
 from fe_models.arrays import FloatArray
 from fe_models.recordings import Dataset, Recording
 from fe_models.spectra import line_frequencies
-from hybrid.diagnosis.recorded.config import SHORT_KNOCKS
+from hybrid.known_loads.config import SHORT_KNOCKS
 
 
 def without_short_knocks(dataset: Dataset) -> tuple[Dataset, list[str]]:
