@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from fe_models.arrays import FloatArray
+from hybrid.compiled import compiled
 from hybrid.diagnosis.discrepancy.linearisation import Linearisation
-from hybrid.diagnosis.response.compiled import compiled
 
 
 @dataclass(frozen=True, eq=False)

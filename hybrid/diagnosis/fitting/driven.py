@@ -6,12 +6,12 @@ import numpy as np
 from scipy.linalg import expm
 
 from fe_models.arrays import ComplexArray, FloatArray
+from hybrid.compiled import compiled
 from hybrid.diagnosis.fitting.config import FORECAST
 from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.nominal.loads import Loads
 from hybrid.diagnosis.recorded.batches import Batch
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
-from hybrid.diagnosis.response.compiled import compiled
 from hybrid.diagnosis.response.loaded import loaded_states
 from hybrid.diagnosis.response.marching import march
 from hybrid.diagnosis.response.residual_states import with_residual

@@ -6,7 +6,7 @@ Five times as fast as SciPy's, which walk along each channel apart, and up to 20
 import numpy as np
 
 from fe_models.arrays import FloatArray
-from hybrid.diagnosis.response.compiled import compiled
+from hybrid.compiled import compiled
 
 BLOCK_VALUES = 1024  # values at a time, which stay near the processor
 

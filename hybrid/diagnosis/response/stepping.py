@@ -9,7 +9,7 @@ import numpy as np
 from scipy.linalg import expm
 
 from fe_models.arrays import FloatArray, IntArray
-from hybrid.diagnosis.response.compiled import compiled
+from hybrid.compiled import compiled
 from hybrid.diagnosis.response.config import MARCHING
 from hybrid.diagnosis.response.system import System
 
