@@ -17,12 +17,17 @@ from fe_models.arrays import FloatArray
 from fe_models.dof_map import DofMap
 from fe_models.errors import InputError
 from fe_models.interpolant import interpolant
+from fe_models.structure import TRANSLATIONS
 
 if TYPE_CHECKING:
     from scipy.interpolate import BSpline
 
-BaseDirection = Literal["x", "y"] | float | tuple[float, ...]
-"""Along an axis, at an angle (degrees) from x towards y, or along a vector (dx, dy) of any length."""
+BaseDirection = Literal["x", "y", "z"] | float | tuple[float, ...]
+"""Along an axis, at an angle (degrees) from x towards y, or along a vector (dx, dy), or (dx, dy, dz), of any length."""
+
+
+Along = tuple[float, float] | tuple[float, float, float]
+"""A vector of length one, of three components where it has a part along z."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -41,8 +46,8 @@ class BaseMotion:
         return f"BaseMotion(along {self.direction}, {len(self.values)} samples)"
 
     @property
-    def along(self) -> tuple[float, float]:
-        """The direction as a vector (dx, dy) of length one."""
+    def along(self) -> Along:
+        """The direction as a vector (dx, dy), or (dx, dy, dz), of length one."""
         return unit_vector(self.direction)
 
     def integrals(self) -> "tuple[BSpline, BSpline]":
@@ -60,8 +65,11 @@ class BaseMotion:
         return replace(self, values=self.values[begin:end], begun=begun)
 
 
-def unit_vector(direction: object) -> tuple[float, float]:
-    """Return a direction as a vector (dx, dy) of length one; `InputError` where it is none."""
+def unit_vector(direction: object) -> Along:
+    """Return a direction as a vector (dx, dy) of length one, (dx, dy, dz) where it has a part along z.
+
+    `InputError` where it is none.
+    """
     match direction:
         case "x":
             return 1.0, 0.0
@@ -71,18 +79,26 @@ def unit_vector(direction: object) -> tuple[float, float]:
             return cos(radians(direction)), sin(radians(direction))
         case (int() | float() as x, int() | float() as y) if 0 < hypot(x, y) < inf:
             return x / hypot(x, y), y / hypot(x, y)
+        case "z":
+            return 0.0, 0.0, 1.0
+        case (int() | float() as x, int() | float() as y, int() | float() as z) if 0 < hypot(x, y, z) < inf:
+            length = hypot(x, y, z)
+            return (x / length, y / length, z / length) if z else (x / length, y / length)
     raise InputError(
         f"direction = {direction!r} is none that a base moves in; expected 'x', 'y', an angle in degrees from x towards"
-        " y, or a vector [dx, dy]"
+        " y, or a vector [dx, dy]; in space also 'z' or [dx, dy, dz]"
     )
 
 
-def rigid_motion(dofs: DofMap, along: tuple[float, float]) -> FloatArray:
-    """Return r (dof,): how all degrees of freedom move when the base moves by one ``along`` a vector (dx, dy)."""
-    return np.where(dofs.direction == "x", along[0], np.where(dofs.direction == "y", along[1], 0.0))
+def rigid_motion(dofs: DofMap, along: Along) -> FloatArray:
+    """Return r (dof,): how all degrees of freedom move when the base moves by one ``along`` (dx, dy[, dz])."""
+    moved = np.zeros(len(dofs))
+    for axis, part in zip(TRANSLATIONS, along, strict=False):
+        moved[dofs.direction == axis] = part
+    return moved
 
 
-def base_force(mass: csr_array, dofs: DofMap, along: tuple[float, float]) -> FloatArray:
+def base_force(mass: csr_array, dofs: DofMap, along: Along) -> FloatArray:
     """Return -M r (dof,), N for an acceleration of 1 m/s^2.
 
     ``mass``: sparse (dof, dof) as if no support held the structure, so that what supports carry of a consistent mass

@@ -96,7 +96,9 @@ def _place_faults(item: Load | BaseMotion, dofs: DofMap) -> list[str]:
     """Return what is wrong with where a load acts, or how a base moves."""
     if isinstance(item, BaseMotion):
         faults = list[str]()
-        noting(faults, "", unit_vector, item.direction)
+        along = noting(faults, "", unit_vector, item.direction)
+        if along is not None and len(along) > 2:
+            faults.append(f"direction = {item.direction!r} leaves the plane, in which this structure is")
         return faults
     try:
         row = dofs.row(item.node, item.direction)

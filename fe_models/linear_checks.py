@@ -36,7 +36,7 @@ def check_linear_model(model: LinearModel) -> list[str]:
             faults += _check_symmetry(name, matrix, model.dofs) if symmetric else []
             faults += _check_signs("K", "stiffness", matrix.diagonal(), model.dofs) if name == "K" else []
             faults += _check_damping(model) if name == "C" else []
-    return faults or _check_mass(model)
+    return faults or [*_check_mass(model), *_check_lines(model), *_check_groups(model)]
 
 
 def dof_name(dofs: DofMap, free_row: int) -> str:
@@ -82,8 +82,8 @@ def _check_dof_map(model: LinearModel) -> list[str]:
     faults = []
     if not len(dofs.node) == len(dofs.direction) == len(dofs.free):
         faults.append("the dof map's node, direction and free have different lengths")
-    if model.coordinates.ndim != 2 or model.coordinates.shape[1] != 2:
-        faults.append(f"coordinates have shape {model.coordinates.shape}; expected (node, 2): x and y of each node")
+    if model.coordinates.ndim != 2 or model.coordinates.shape[1] not in (2, 3):
+        faults.append(f"coordinates have shape {model.coordinates.shape}; expected (node, 2), or (node, 3) in space")
     elif not np.isfinite(model.coordinates).all():
         faults.append("coordinates hold numbers that are not finite (NaN or infinity)")
     elif len(dofs.node) and not 1 <= dofs.node.min() <= dofs.node.max() <= len(model.coordinates):
@@ -129,6 +129,54 @@ def _check_damping(model: LinearModel) -> list[str]:
         except (InputError, np.linalg.LinAlgError, ValueError):  # too large; or M or K is at fault, as others report
             return []
     return _check_signs("C", "damping", diagonal, model.dofs)
+
+
+def _check_lines(model: LinearModel) -> list[str]:
+    lines, count = model.lines, len(model.coordinates)
+    if lines is None or not len(lines):
+        return []
+    if lines.ndim != 2 or lines.shape[1] != 2:
+        return [f"lines have shape {lines.shape}; expected (line, 2): the numbers of two nodes each"]
+    if lines.min() < 1 or lines.max() > count:
+        return [f"lines name nodes {lines.min()} to {lines.max()}; coordinates are given for nodes 1 to {count}"]
+    return []
+
+
+def _check_groups(model: LinearModel) -> list[str]:
+    """Return faults of the groups' shares: each like M and K, and together no more than these."""
+    faults, totals = list[str](), {"M": model.mass, "K": model.stiffness}
+    for group in model.groups:
+        found = list[str]()
+        for name, share in (("M", group.mass), ("K", group.stiffness)):
+            if share.shape != totals[name].shape:
+                found.append(f"its share of {name} is {_size(share)}; {name} is {_size(totals[name])}")
+            elif not np.isfinite(share.data).all():
+                found.append(f"its share of {name} holds numbers that are not finite (NaN or infinity)")
+            else:
+                quantity = "mass" if name == "M" else "stiffness"
+                found += _check_symmetry(f"its share of {name}", share, model.dofs)
+                found += _check_signs(f"its share of {name}", quantity, share.diagonal(), model.dofs)
+        if not found and not (group.mass.count_nonzero() or group.stiffness.count_nonzero()):
+            found.append("it has a share of neither M nor K; give it one, or leave it out")
+        faults += [f"group {group.name!r}: {fault}" for fault in found]
+    return faults or _check_sums(model)
+
+
+def _check_sums(model: LinearModel) -> list[str]:
+    """Return faults where groups together have more than M or K has."""
+    faults = []
+    for name, total, shares in (
+        ("M", model.mass, [group.mass.diagonal() for group in model.groups]),
+        ("K", model.stiffness, [group.stiffness.diagonal() for group in model.groups]),
+    ):
+        whole, together = total.diagonal(), np.sum(shares, axis=0) if shares else np.zeros(total.shape[0])
+        beyond = np.flatnonzero(together > whole + SYMMETRY_TOLERANCE * np.abs(whole).max(initial=0.0))
+        faults += [
+            f"the groups' shares of {name} at {dof_name(model.dofs, row)} add up to {together[row]:.6g}, more than the"
+            f" {whole[row]:.6g} of {name}: {name} is the sum of all shares and of what never changes"
+            for row in beyond[:3]
+        ]
+    return faults
 
 
 def _check_mass(model: LinearModel) -> list[str]:

@@ -12,6 +12,7 @@ from scipy.sparse.linalg import SuperLU, splu
 from fe_models.arrays import BoolArray, FloatArray
 from fe_models.dof_map import DofMap
 from fe_models.linear import LinearModel
+from fe_models.structure import ROTATIONS
 
 ROUNDING_MARGIN = 10.0
 """Strain energy, over that of rounding, that a shape must have; a bridge refined to 100,000 dofs still has 65."""
@@ -46,15 +47,16 @@ def resists(stiffness: csr_array, shapes: FloatArray) -> BoolArray:
 def describe_mechanism(model: LinearModel) -> list[str]:
     """Return the faults of a model whose K is singular or negative: which nodes move freely, and in which direction."""
     size = np.ptp(model.coordinates, axis=0).max() or 1.0
+    turning = np.isin(model.dofs.direction[model.dofs.free], ROTATIONS)
     faults = []
     motions = free_motions(model.stiffness)
     # A rotation counts by what it moves at the far end of the structure, so that it compares with translations.
-    amplitude = np.linalg.norm(motions, axis=1) * np.where(model.dofs.direction[model.dofs.free] == "rz", size, 1.0)
+    amplitude = np.linalg.norm(motions, axis=1) * np.where(turning, size, 1.0)
     for direction in dict.fromkeys(model.dofs.direction.tolist()):
         here = model.dofs.direction[model.dofs.free] == direction
         moving = here & (amplitude > 1e-3 * amplitude.max(initial=0.0))
         if moving.any():
-            verb = "turn (rz)" if direction == "rz" else f"move in {direction}"
+            verb = f"turn ({direction})" if direction in ROTATIONS else f"move in {direction}"
             faults.append(
                 f"{_name_nodes(model.dofs, moving)} can {verb} without resistance: "
                 "a support or an element to hold this is missing"

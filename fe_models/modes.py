@@ -16,7 +16,7 @@ from fe_models.errors import InputError, raise_faults
 from fe_models.linear import LinearModel, ModalModel
 from fe_models.linear_checks import check_linear_model
 from fe_models.mechanisms import describe_mechanism, energy, factorise, resists
-from fe_models.structure import Structure
+from fe_models.structure import TRANSLATIONS, Structure
 
 LARGEST_DENSE_SOLVE = 400
 """Free degrees of freedom up to which all modes at once take no longer than a few by shift and invert (0.1 s)."""
@@ -114,7 +114,7 @@ def _refuse_massless(count: int, available: int) -> None:
 
 def _signed(shapes: FloatArray, dofs: DofMap) -> FloatArray:
     """Return the shapes (free, mode) with the sign that the module states."""
-    translations = dofs.direction[dofs.free] != "rz"
+    translations = np.isin(dofs.direction[dofs.free], TRANSLATIONS)
     size = np.abs(shapes)
     judged = np.where(translations[:, None], size, 0.0)
     judged = np.where(judged.max(axis=0) > 0, judged, size)

@@ -12,7 +12,10 @@ from fe_models.errors import raise_faults
 from fe_models.one_node import node_or_nodes
 from fe_models.sections import Section
 
-Direction = Literal["x", "y", "rz"]
+Direction = Literal["x", "y", "z", "rx", "ry", "rz"]
+"""Axes and rotations about them; structures are plane, and have those of `PLANE_FRAME` alone, matrices all."""
+TRANSLATIONS: tuple[Direction, ...] = ("x", "y", "z")
+ROTATIONS: tuple[Direction, ...] = ("rx", "ry", "rz")
 PLANE_FRAME: tuple[Direction, ...] = ("x", "y", "rz")
 
 

@@ -222,7 +222,7 @@ def test_a_design_takes_the_place_of_the_datasets_model(tmp_path: Path) -> None:
         (fe.AddedMass(node="one", mass=1.0), "AddedMass: node = 'one'; expected an integer"),  # type: ignore[arg-type]
         (
             fe.CubicSpring(node=1, direction="q", stiffness=1.0),  # type: ignore[arg-type, call-arg]
-            "CubicSpring: direction = 'q'; expected one of x, y, rz",
+            "CubicSpring: direction = 'q'; expected one of x, y, z, rx, ry, rz",
         ),
     ],
 )

@@ -104,7 +104,11 @@ TOML_FAULTS = [
     ("lowpass = 30.0", "lowpass = 5.0", "of its energy lies well above the lowpass of 5 Hz"),
     ("node = 2", "node = 9", "sensors[1] (a2): node 9 does not exist; the model's nodes are 1 to 3"),
     ("node = 2", "node = 1", "sensors[1] (a2): node 1 is held in x by a support; the sensor would read zero"),
-    ('direction = "x"', 'direction = "z"', 'sensors[1].direction: expected "x" or "y" or "rz", found "z"'),
+    (
+        'direction = "x"',
+        'direction = "u"',
+        'sensors[1].direction: expected "x" or "y" or "z" or "rx" or "ry" or "rz", found "u"',
+    ),
     ('"acceleration"', '"accel"', 'sensors[1].quantity: expected "displacement" or "velocity" or "acceleration"'),
     ('"m/s^2"', '"mm/s"', "sensors[1] (a2): unit 'mm/s' does not fit acceleration in x"),
     ('"m/s^2"', '"m"', "sensors[1] (a2): unit 'm' does not fit acceleration in x"),

@@ -177,7 +177,7 @@ def faults_of(kind_and_keys: str) -> tuple[str, ...]:
         ('kind = "support_spring"\nnode = 4\ndirection = "y"\nstiffness = -1.0', ": stiffness = -1.0; must not be"),
         (
             'kind = "support_spring"\nnode = 4\ndirection = "z"\nstiffness = 1.0',
-            '.direction: expected "x" or "y" or "rz"',
+            ": direction 'z' is not among those of the nodes, x, y, rz",
         ),
         (
             'kind = "axial_force"\nelements = [3]\nforce = "big"',

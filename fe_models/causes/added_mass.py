@@ -11,7 +11,7 @@ from fe_models.causes.base import Part, node_faults, parameter
 from fe_models.causes.candidate import ChangeCandidate
 from fe_models.causes.known import Known, ModelForCauses
 from fe_models.causes.searched import Searched
-from fe_models.structure import PointMass, Structure
+from fe_models.structure import TRANSLATIONS, PointMass, Structure
 
 PRIOR_STD_SHARE_OF_MEAN = 0.5  # of a chain's mean mass: the prior standard deviation of an added one
 PRIOR_STD_SHARE_OF_WHOLE = 0.05  # of a frame's whole mass: the same
@@ -73,4 +73,4 @@ def _masses(nominal: ModelForCauses) -> dict[int, float]:
 
 
 def _translations(nominal: ModelForCauses, node: int) -> IntArray:
-    return np.flatnonzero((nominal.dofs.node == node) & (nominal.dofs.direction != "rz"))
+    return np.flatnonzero((nominal.dofs.node == node) & np.isin(nominal.dofs.direction, TRANSLATIONS))

@@ -8,7 +8,7 @@ from numbers import Integral, Real
 from typing import Any, ClassVar, get_args
 
 from fe_models.causes.wording import sentence
-from fe_models.structure import Carried, Direction, Structure
+from fe_models.structure import ROTATIONS, Carried, Direction, Structure
 
 
 def parameter(unit: str, turning: str = "", word: str = "", **options: Any) -> Any:
@@ -79,7 +79,7 @@ class Cause(ABC):
     @property
     def units(self) -> dict[str, str]:
         """The SI unit of each parameter."""
-        which = "turning" if getattr(self, "direction", "") == "rz" else "unit"
+        which = "turning" if getattr(self, "direction", "") in ROTATIONS else "unit"
         names = words(self)
         return {names[item.name]: item.metadata[which] for item in fields(self) if "unit" in item.metadata}  # type: ignore[arg-type]
 
@@ -184,6 +184,23 @@ def element_faults(structure: Structure, elements: tuple[int, ...]) -> list[str]
         f"element {i} is given {elements.count(i)} times" for i in sorted(set(elements)) if elements.count(i) > 1
     ]
     return faults
+
+
+def group_faults(structure: Structure, elements: tuple[int, ...], group: str) -> list[str]:
+    """Return faults of what is named by its ``group``, or by the numbers of its ``elements``."""
+    if not group:
+        return element_faults(structure, elements)
+    if elements:
+        return [f"names group {group!r} and elements; give one of them"]
+    known = dict.fromkeys(element.group for element in structure.elements)
+    return [] if group in known else [f"there is no group {group!r}; the groups are {', '.join(known)}"]
+
+
+def elements_of(structure: Structure, elements: tuple[int, ...], group: str) -> tuple[int, ...]:
+    """Return the numbers of ``elements``, or of those that a ``group`` has."""
+    if not group:
+        return elements
+    return tuple(number for number, element in enumerate(structure.elements, start=1) if element.group == group)
 
 
 def value_of(values: float | tuple[float, ...], position: int) -> float:

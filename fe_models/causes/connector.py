@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
 
 from fe_models.causes.base import Cause, Effect, ForceLaw, node_faults
 from fe_models.causes.candidate import LawCandidate
@@ -20,7 +19,7 @@ class ConnectorEffect(Searched, Effect, ForceLaw):
     """
 
     nodes: tuple[int] | tuple[int, int]
-    direction: Literal["x", "y", "rz"]
+    direction: Direction
 
     @property
     def pulls(self) -> tuple[tuple[int, Direction, float], ...]:

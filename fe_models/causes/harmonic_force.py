@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from functools import partial
 from math import pi
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar
 
 from fe_models.causes.arithmetic import sine
 from fe_models.causes.base import Effect, ForceLaw, node_faults, parameter
@@ -24,7 +24,7 @@ class HarmonicForce(Searched, Effect, ForceLaw):
     template: ClassVar[str] = "a harmonic force of {amplitude} at {frequency} acts {at}: look for a machine"
     timed: ClassVar[bool] = True
     node: int
-    direction: Literal["x", "y", "rz"]
+    direction: Direction
     amplitude: float = parameter("N", "N m")
     frequency: float = parameter("Hz")
     phase: float = parameter("rad", default=0.0)

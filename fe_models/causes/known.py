@@ -13,7 +13,7 @@ from fe_models.causes.base import Cause, Effect, ForceLaw
 from fe_models.causes.candidate import Changes
 from fe_models.causes.load_name import LoadName
 from fe_models.causes.places import MIN_MOTION_SHARE, ModelForPlaces, Motion, MovingPlace, Place, places_of
-from fe_models.structure import Structure
+from fe_models.structure import TRANSLATIONS, Structure
 
 
 class UncertainStiffnessOrMass(Protocol):
@@ -113,7 +113,7 @@ class Known:
     @property
     def period(self) -> float:
         """The usual period of the motion, s."""
-        moving = self.nominal.dofs.direction != "rz"  # rotations are no lengths
+        moving = np.isin(self.nominal.dofs.direction, TRANSLATIONS)  # rotations are no lengths
         displacement, velocity = self.motion.displacement[..., moving], self.motion.velocity[..., moving]
         return 2 * np.pi * float(np.std(displacement) / np.std(velocity))
 

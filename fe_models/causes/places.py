@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 
 from fe_models.arrays import FloatArray
 from fe_models.dof_map import DofMap
-from fe_models.structure import Direction, Spring, Structure
+from fe_models.structure import ROTATIONS, Direction, Spring, Structure
 
 MIN_MOTION_SHARE = 1e-4  # of the largest entry of the mode shapes, or motion: a place that moves less feels no force
 MAX_GAP_SHARE = 0.5  # of the shortest element there: nearer nodes that no element joins are of two parts side by side
@@ -140,7 +140,7 @@ def _elongations(nominal: ModelForPlaces) -> list[Elongation]:
     units = np.eye(len(dofs))
     found: list[Elongation] = []
     for direction in structure.directions:
-        if direction == "rz":
+        if direction in ROTATIONS:
             continue
         rows = [row for row in dofs.free_rows if dofs.direction[row] == direction]
         nodes = {int(dofs.node[row]): row for row in rows if dofs.node[row] <= len(structure.nodes)}

@@ -2,14 +2,14 @@
 
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import ClassVar, Literal
+from typing import ClassVar
 
 from fe_models.causes.base import Part, node_faults, parameter
 from fe_models.causes.candidate import UNBOUNDED, DashpotCandidate
 from fe_models.causes.known import Known, outer
 from fe_models.causes.searched import Searched
 from fe_models.one_node import node_or_nodes
-from fe_models.structure import Dashpot, Structure
+from fe_models.structure import Dashpot, Direction, Structure
 
 
 @node_or_nodes
@@ -23,7 +23,7 @@ class PointDamper(Searched, Part):
     kind: ClassVar[str] = "point_damper"
     template: ClassVar[str] = "a damper of {coefficient} acts {at} (negative: the model has too much damping there)"
     nodes: tuple[int] | tuple[int, int]
-    direction: Literal["x", "y", "rz"]
+    direction: Direction
     coefficient: float = parameter("N s/m", "N m s/rad")
 
     def extend(self, structure: Structure) -> Structure:

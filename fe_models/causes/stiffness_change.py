@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import ClassVar
 
-from fe_models.causes.base import Part, count_faults, element_faults, negative_faults, parameter, value_of
+from fe_models.causes.base import Part, count_faults, elements_of, group_faults, negative_faults, parameter, value_of
 from fe_models.causes.candidate import ChangeCandidate
 from fe_models.causes.known import Known
 from fe_models.causes.searched import Searched
@@ -21,28 +21,32 @@ class StiffnessChange(Searched, Part):
 
     All forces of the element are multiplied: K_e -> factor K_e, a cable's prestress and, where the structure has
     damping proportional to stiffness, its share of that, too. ``factor`` is one for all elements, or one for each.
+    A ``group``, by its name, stands for all its elements; of matrices for its share of K: K + (factor - 1) K_group.
     """
 
     kind: ClassVar[str] = "stiffness_change"
     template: ClassVar[str] = "{place} has {factor} times its nominal stiffness"
     elements: tuple[int, ...]
     factor: float | tuple[float, ...] = parameter("1")
+    group: str = ""
 
     @property
     def location(self) -> dict[str, object]:
-        """The element, or the elements."""
+        """The element, the elements or the group."""
+        if self.group:
+            return {"group": self.group}
         return {"element": self.elements[0]} if len(self.elements) == 1 else {"elements": list(self.elements)}
 
     def extend(self, structure: Structure) -> Structure:
         """Return the structure with the elements' stiffness multiplied."""
         elements = list(structure.elements)
-        for position, number in enumerate(self.elements):
+        for position, number in enumerate(elements_of(structure, self.elements, self.group)):
             elements[number - 1] = scaled(elements[number - 1], value_of(self.factor, position))
         return replace(structure, elements=tuple(elements))
 
     def faults(self, structure: Structure) -> list[str]:
         """Return faults of the elements and of the factors."""
-        faults = element_faults(structure, self.elements) + count_faults("factor", self.factor, self.elements)
+        faults = group_faults(structure, self.elements, self.group) + count_faults("factor", self.factor, self.elements)
         factors = self.factor if isinstance(self.factor, tuple) else (self.factor,)
         return faults + self.number_faults() + [fault for value in factors for fault in negative_faults(factor=value)]
 

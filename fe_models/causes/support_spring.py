@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import ClassVar, Literal, cast
+from typing import ClassVar, cast
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -39,7 +39,7 @@ class SupportSpring(Searched, Part):
     kind: ClassVar[str] = "support_spring"
     template: ClassVar[str] = "{place} is held by {stiffness} that the model lacks (negative: it has too much)"
     node: int
-    direction: Literal["x", "y", "rz"]
+    direction: Direction
     stiffness: float = parameter("N/m", "N m/rad")
 
     def extend(self, structure: Structure) -> Structure:

@@ -20,6 +20,8 @@ def place_words(location: dict[str, Any]) -> str:
         return load_words(location["load"])
     if "element" in location:
         return f"element {location['element']}"
+    if "group" in location:
+        return f"group {location['group']!r}"
     if "elements" in location:
         one = len(location["elements"]) == 1
         return f"element {location['elements'][0]}" if one else f"each of elements {_runs(location['elements'])}"

@@ -1,8 +1,10 @@
-"""Directions of dataset files: an axis, an angle in degrees from x towards y, or a vector [dx, dy] of any length."""
+"""Directions of dataset files: an axis, an angle in degrees from x towards y, or a vector of any length, [dx, dy], in
+space also [dx, dy, dz].
+"""
 
 from fe_models.base_motion import unit_vector
 from fe_models.errors import InputError
-from fe_models.structure import Direction
+from fe_models.structure import ROTATIONS, TRANSLATIONS, Direction
 
 FileDirection = Direction | float | tuple[float, ...]
 ROUNDING = 1e-9  # of a component of length one
@@ -10,17 +12,16 @@ ROUNDING = 1e-9  # of a component of length one
 
 def components(direction: FileDirection) -> dict[Direction, float]:
     """Return the part of a direction along each axis that it has one along; `InputError` where it is none."""
-    if direction in ("x", "y", "rz"):
+    if isinstance(direction, str) and direction in (*TRANSLATIONS, *ROTATIONS):
         return {direction: 1.0}
     try:
         along = unit_vector(direction)
     except InputError:
         raise InputError(
             f"direction = {direction!r} is none; expected an axis, an angle in degrees from x towards y, or a vector"
-            " [dx, dy]"
+            " [dx, dy], in space [dx, dy, dz]"
         ) from None
-    axes: tuple[Direction, ...] = ("x", "y")
-    return {axis: part for axis, part in zip(axes, along, strict=True) if abs(part) > ROUNDING}
+    return {axis: part for axis, part in zip(TRANSLATIONS, along, strict=False) if abs(part) > ROUNDING}
 
 
 def axis_and_sign(direction: FileDirection) -> tuple[Direction, float]:
@@ -31,8 +32,8 @@ def axis_and_sign(direction: FileDirection) -> tuple[Direction, float]:
     parts = components(direction)
     if len(parts) > 1:
         raise InputError(
-            f"direction = {direction!r} is between x and y, which sensors cannot be yet: of two sensors at the node,"
-            " turn their channels to x and y, or turn the model"
+            f"direction = {direction!r} is between {' and '.join(parts)}, which sensors cannot be yet: of two sensors"
+            " at the node, turn their channels to the axes, or turn the model"
         )
     ((axis, part),) = parts.items()
     return axis, 1.0 if part > 0 else -1.0

@@ -14,6 +14,7 @@ from fe_models.files.recording_checks import UNITS, UNITS_BESIDE, check_place
 from fe_models.files.recording_files import load_force
 from fe_models.files.tables import Table, read_list, read_table
 from fe_models.recordings import Excitation, Load
+from fe_models.structure import ROTATIONS
 
 KNOWN_MOTION = ("loads", "base")
 """Lists in the table of a recording of what is known to have moved the structure."""
@@ -97,7 +98,7 @@ def _read_load(item: object, where: str, checked: Checked, faults: list[str]) ->
         if all(found):  # a support may well take one of two components
             faults.extend(f"{where}: {fault}" for fault in dict.fromkeys(fault for each in found for fault in each))
         along = {axis: part for (axis, part), wrong in zip(along.items(), found, strict=True) if not wrong}
-    values = _read_values(row.file, row.key, "N m" if row.direction == "rz" else "N", where, checked, faults)
+    values = _read_values(row.file, row.key, "N m" if row.direction in ROTATIONS else "N", where, checked, faults)
     return () if values is None else tuple(Load(row.node, axis, part * values) for axis, part in along.items())
 
 

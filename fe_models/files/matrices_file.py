@@ -1,13 +1,18 @@
 """Linear models from matrices that another program assembled (Abaqus, Ansys, OpenSees), over the free dofs. Units SI.
 
-An .npz file holds ``M``, ``K`` and, optionally, ``C`` (free, free), dense or as the parts of a compressed sparse row
-matrix (``M_data``, ``M_indices``, ``M_indptr``, ``M_shape``); ``nodes`` (node, 2), x and y in m; ``dof_node`` (free,),
-from 1, and ``dof_direction`` (free,), "x", "y" or "rz", of each row. Optional: ``all_dof_node`` and
-``all_dof_direction``, the same for all degrees of freedom, those at supports included; ``modal_ratios``;
-``replaced_ratios`` (mode, 2): number and damping ratio of modes that have their own.
+An .npz file holds ``M``, ``K`` and, optionally, ``C`` (row, row), dense or as the parts of a compressed sparse row
+matrix (``M_data``, ``M_indices``, ``M_indptr``, ``M_shape``); ``nodes`` (node, 2), x and y in m, or (node, 3) in space;
+``dof_node`` (row,), from 1, and ``dof_direction`` (row,), "x", "y", "z", "rx", "ry" or "rz", of each row. Optional:
+
+- ``groups`` (group,): names of groups of elements, and for the first of them ``K_1`` and ``M_1``, its shares of K and
+  M, dense or in parts, for the second ``K_2`` and ``M_2``, ...; one of the two may be left out.
+- ``rigid_links`` (link, 2): numbers of a leading node, whose degrees of freedom have rows, and of one that follows; or
+  ``linked_node`` and ``linked_direction`` (linked,) and ``T`` (linked, row): their motion for a unit of each row's.
+- ``lines`` (line, 2): numbers of nodes between which pictures draw a line.
+- ``all_dof_node`` and ``all_dof_direction``, the same for all degrees of freedom, those at supports included;
+  ``modal_ratios``; ``replaced_ratios`` (mode, 2): number and damping ratio of modes that have their own.
 """
 
-from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -15,19 +20,18 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import csr_array
 
-from fe_models.arrays import FloatArray
-from fe_models.dof_map import DofMap
+from fe_models.arrays import FloatArray, IntArray
 from fe_models.errors import InputError, noting, raise_faults
 from fe_models.files.array_files import load_arrays, pick_array
 from fe_models.files.atomic import write_npz
-from fe_models.linear import LinearModel
-from fe_models.linear_checks import check_linear_model
+from fe_models.files.matrix_parts import Dof, MatrixParts, assemble_model
+from fe_models.linear import LinearModel, MatrixGroup
+from fe_models.rigid_links import Linked
 
 LARGEST_DENSE = 1000  # rows; larger matrices are saved as sparse parts
 SPARSE_PARTS = ("data", "indices", "indptr", "shape")
 
 Arrays = dict[str, NDArray[np.generic]]
-Dof = tuple[int, str]
 
 
 def load_linear_model(path: Path) -> LinearModel:
@@ -37,75 +41,101 @@ def load_linear_model(path: Path) -> LinearModel:
         raise InputError(f"{where}: holds a modal model, no matrices: name it as modal_model in [simulation] instead")
     mass = _npz_matrix(arrays, "M", where, faults)
     stiffness = _npz_matrix(arrays, "K", where, faults)
-    has_damping = "C" in arrays or "C_data" in arrays
-    damping = _npz_matrix(arrays, "C", where, faults) if has_damping else None
+    damping = _npz_matrix(arrays, "C", where, faults) if _has(arrays, "C") else None
     nodes = _numbers(arrays, "nodes", where, faults)
     dofs = _npz_dofs(arrays, "dof", where, faults)
     everywhere = _npz_dofs(arrays, "all_dof", where, faults) if "all_dof_node" in arrays else dofs
     ratios = _numbers(arrays, "modal_ratios", where, faults) if "modal_ratios" in arrays else None
     replaced = _numbers(arrays, "replaced_ratios", where, faults) if "replaced_ratios" in arrays else None
+    links, lines = (_node_numbers(arrays, name, where, faults) for name in ("rigid_links", "lines"))
+    linked = _npz_linked(arrays, where, faults)
+    groups = _npz_groups(arrays, mass, where, faults)
     if mass is None or stiffness is None or nodes is None or dofs is None or everywhere is None:
         raise InputError(faults)
     raise_faults(faults)
-    return assemble_model(where, mass, damping, stiffness, nodes, dofs, everywhere, ratios, replaced)
+    parts = MatrixParts(
+        mass, stiffness, nodes, dofs, damping, everywhere, ratios, replaced, groups, lines, links, linked
+    )
+    return assemble_model(where, parts)
 
 
 def save_linear_model(model: LinearModel, path: Path, extra: Mapping[str, ArrayLike] | None = None) -> None:
     """Write ``model``, and any ``extra`` arrays beside it (frequencies, mode shapes), as .npz."""
     arrays: dict[str, ArrayLike] = {}
-    for name, matrix in (("M", model.mass), ("K", model.stiffness), ("C", model.damping)):
+    named = [("M", model.mass), ("K", model.stiffness), ("C", model.damping)]
+    for number, group in enumerate(model.groups, start=1):
+        named += [(f"M_{number}", group.mass), (f"K_{number}", group.stiffness)]
+    for name, matrix in named:
         if matrix.shape[0] <= LARGEST_DENSE:
             arrays[name] = matrix.toarray()
         else:
-            arrays |= {f"{name}_{part}": getattr(matrix, part) for part in SPARSE_PARTS}
-    free = model.dofs.free
-    arrays |= {"dof_node": model.dofs.node[free], "dof_direction": model.dofs.direction[free]}
-    arrays |= {"all_dof_node": model.dofs.node, "all_dof_direction": model.dofs.direction}
+            arrays |= _sparse_parts(name, matrix)
+    dofs = model.dofs
+    free, own = dofs.free, slice(None)
+    if dofs.links is not None:
+        follows = np.diff(dofs.links.indptr) > 0
+        arrays |= {"linked_node": dofs.node[follows], "linked_direction": dofs.direction[follows]}
+        arrays |= _sparse_parts("T", dofs.links[follows])
+        own = ~follows
+    arrays |= {"dof_node": dofs.node[free], "dof_direction": dofs.direction[free]}
+    arrays |= {"all_dof_node": dofs.node[own], "all_dof_direction": dofs.direction[own]}
     arrays |= {"nodes": model.coordinates, "modal_ratios": np.array(model.modal_ratios, dtype=float)}
     if model.replaced_ratios:
         arrays["replaced_ratios"] = np.array(model.replaced_ratios)
+    if model.groups:
+        arrays["groups"] = np.array([group.name for group in model.groups])
+    if model.lines is not None:
+        arrays["lines"] = model.lines
     write_npz(path, arrays | dict(extra or {}))
 
 
-def assemble_model(
-    where: str,
-    mass: csr_array,
-    damping: csr_array | None,
-    stiffness: csr_array,
-    nodes: FloatArray,
-    dofs: list[Dof],
-    everywhere: list[Dof],
-    ratios: FloatArray | None = None,
-    replaced: FloatArray | None = None,
-) -> LinearModel:
-    """Return the model, checked as every linear model is; ``dofs`` are the free ones among ``everywhere``."""
-    faults = _dof_faults(everywhere)
-    free = set(dofs)
-    places = [dof for dof in everywhere if dof in free] if everywhere is not dofs else dofs
-    if places != dofs:
-        raise InputError(f"{where}: all_dof_node and all_dof_direction must hold those of dof_*, in the same order")
-    dof_map = DofMap(
-        node=np.array([node for node, _ in everywhere], dtype=np.int64),
-        direction=np.array([direction for _, direction in everywhere], dtype=np.str_),
-        free=np.array([dof in free for dof in everywhere], dtype=bool),
-    )
-    damping = csr_array(mass.shape) if damping is None else damping
-    modal_ratios = () if ratios is None else tuple(ratios.ravel().tolist())
-    pairs: tuple[tuple[int, float], ...] = ()
-    if replaced is not None and (replaced.ndim != 2 or replaced.shape[1] != 2 or not np.isfinite(replaced).all()):
-        faults.append(f"replaced_ratios is no table of mode and ratio; it has shape {replaced.shape}")
-    elif replaced is not None:
-        pairs = tuple((int(mode), float(ratio)) for mode, ratio in replaced)
-    model = LinearModel(mass, damping, stiffness, dof_map, nodes, modal_ratios, pairs)
-    raise_faults(f"{where}: {fault}" for fault in [*faults, *check_linear_model(model)])
-    return model
+def _sparse_parts(name: str, matrix: csr_array) -> dict[str, ArrayLike]:
+    return {f"{name}_{part}": getattr(matrix, part) for part in SPARSE_PARTS}
 
 
-def _dof_faults(dofs: list[Dof]) -> list[str]:
-    times = Counter(dofs)
-    faults = [f"node {node} {direction} appears {n} times" for (node, direction), n in times.items() if n > 1]
-    unknown = sorted({direction for _, direction in dofs} - {"x", "y", "rz"})
-    return faults + [f"direction {direction!r} is unknown; expected x, y or rz" for direction in unknown]
+def _has(arrays: Arrays, name: str) -> bool:
+    return name in arrays or f"{name}_data" in arrays
+
+
+def _npz_groups(arrays: Arrays, mass: csr_array | None, where: str, faults: list[str]) -> tuple[MatrixGroup, ...]:
+    """Return the groups that the file names, as far as their shares can be read."""
+    if "groups" not in arrays:
+        return ()
+    names = arrays["groups"]
+    if names.dtype.kind != "U" or names.ndim != 1:
+        faults.append(f"{where}: groups must be a list of texts, the name of each group")
+        return ()
+    found, zero = [], csr_array((0, 0) if mass is None else mass.shape)
+    for number, name in enumerate(names.tolist(), start=1):
+        if not _has(arrays, f"K_{number}") and not _has(arrays, f"M_{number}"):
+            faults.append(f"{where}: group {name!r}: holds neither K_{number} nor M_{number}, its shares of K and M")
+            continue
+        shares = [
+            _npz_matrix(arrays, f"{letter}_{number}", where, faults) if _has(arrays, f"{letter}_{number}") else zero
+            for letter in "MK"
+        ]
+        present = [share for share in shares if share is not None]
+        if len(present) == len(shares):
+            found.append(MatrixGroup(name, *present))
+    return tuple(found)
+
+
+def _npz_linked(arrays: Arrays, where: str, faults: list[str]) -> Linked:
+    if "linked_node" not in arrays:
+        return Linked()
+    dofs, motion = _npz_dofs(arrays, "linked", where, faults), _npz_matrix(arrays, "T", where, faults)
+    return Linked() if dofs is None or motion is None else Linked(tuple(dofs), motion)
+
+
+def _node_numbers(arrays: Arrays, name: str, where: str, faults: list[str]) -> IntArray | None:
+    """Return an optional table of node numbers."""
+    values = _numbers(arrays, name, where, faults) if name in arrays else None
+    if values is None:
+        return None
+    if not np.isfinite(values).all() or (values != np.round(values)).any():
+        faults.append(f"{where}: {name} must hold whole numbers, those of nodes from 1")
+        return None
+    return values.astype(np.int64)
 
 
 def _npz_matrix(arrays: Arrays, name: str, where: str, faults: list[str]) -> csr_array | None:
@@ -136,7 +166,9 @@ def _npz_dofs(arrays: Arrays, prefix: str, where: str, faults: list[str]) -> lis
     nodes = _numbers(arrays, f"{prefix}_node", where, faults)
     directions = arrays.get(f"{prefix}_direction")
     if directions is None or directions.dtype.kind != "U":
-        faults.append(f'{where}: {prefix}_direction must be an array of texts "x", "y" or "rz", one a row')
+        faults.append(
+            f'{where}: {prefix}_direction must be an array of texts, "x", "y", "z", "rx", "ry" or "rz", one a row'
+        )
         return None
     if nodes is None:
         return None

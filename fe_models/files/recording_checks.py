@@ -11,6 +11,7 @@ from fe_models.arrays import FloatArray
 from fe_models.dof_map import DofMap
 from fe_models.recordings import Quantity, Sensor
 from fe_models.spectra import line_frequencies, power_spectrum
+from fe_models.structure import ROTATIONS
 
 MIN_SAMPLES = 32
 """Six samples in the first fifth, from which initial states are found, is the least that distinguishes two modes."""
@@ -46,7 +47,7 @@ UNITS_BESIDE: dict[tuple[Quantity, bool], dict[str, float]] = {
 
 def to_si(sensor: Sensor) -> tuple[Sensor, float]:
     """Return the sensor with its unit in SI, and the factor that brings its recordings there."""
-    place = sensor.quantity, sensor.direction == "rz"
+    place = sensor.quantity, sensor.direction in ROTATIONS
     factor = UNITS_BESIDE.get(place, {}).get(sensor.unit)
     return (sensor, 1.0) if factor is None else (replace(sensor, unit=UNITS[place]), factor)
 
@@ -54,10 +55,11 @@ def to_si(sensor: Sensor) -> tuple[Sensor, float]:
 def check_sensor(sensor: Sensor, dofs: DofMap | None, node_count: int) -> list[str]:
     """Return faults of a sensor's unit and, where the model could be read (``dofs``), of its place."""
     faults = []
-    expected = UNITS[sensor.quantity, sensor.direction == "rz"]
+    place = sensor.quantity, sensor.direction in ROTATIONS
+    expected = UNITS[place]
     if sensor.unit not in (expected, "1"):
         kind = f"{sensor.quantity} in {sensor.direction}"
-        others = "".join(f', "{unit}"' for unit in UNITS_BESIDE.get((sensor.quantity, sensor.direction == "rz"), {}))
+        others = "".join(f', "{unit}"' for unit in UNITS_BESIDE.get(place, {}))
         beside = f"; files may have{others[1:]}" if others else ""
         faults.append(
             f'unit {sensor.unit!r} does not fit {kind}; expected "{expected}" (SI), or "1" if normalised{beside}'
@@ -75,7 +77,7 @@ def check_place(node: int, direction: str, dofs: DofMap, node_count: int, if_hel
     if len(rows) == 0:
         have = ", ".join(dofs.direction[dofs.node == node].tolist()) or "nothing"
         return [f"node {node} cannot move in direction {direction!r} of this model; it has {have}"]
-    if not dofs.free[rows[0]]:
+    if not dofs.moves[rows[0]]:
         return [f"node {node} is held in {direction} by a support; {if_held}"]
     return []
 

@@ -191,6 +191,8 @@ def _effect_row(effect: Effect) -> Table:
     for one, many in (("node", "nodes"), ("element", "elements")):
         if len(row.get(many, ())) == 1:
             row = {one: row.pop(many)[0]} | row
+    if "group" in row:  # either says where
+        row.pop("elements" if row["group"] else "group", None)
     return {"kind": effect.kind} | row
 
 

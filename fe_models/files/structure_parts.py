@@ -115,6 +115,8 @@ def read_effects(document: Table, where: str, faults: list[str]) -> Placed[Effec
         for one, many in (("node", "nodes"), ("element", "elements")):
             if many in words(make):
                 rest = _as_list(rest, one, many)
+        if "group" in words(make) and "group" in rest:
+            rest = {"elements": []} | rest
         placed.append((place, read_table(_in_words(make), rest, place, faults)))
     return placed
 

@@ -26,7 +26,7 @@ from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset, Quantity, Sensor
 from fe_models.simulation import FreeConfig, ReleaseConfig
 from fe_models.statics import STANDARD_GRAVITY, PointLoad
-from fe_models.structure import Beam, Cable, Direction, Structure
+from fe_models.structure import ROTATIONS, TRANSLATIONS, Beam, Cable, Direction, Structure
 from fe_models.synthetic import (
     Acquisition,
     check_driven,
@@ -50,7 +50,7 @@ Role = Literal["measured", "held_out"]
 Word = TypeVar("Word", bound=str)
 Value = TypeVar("Value")
 QUANTITIES: tuple[Quantity, ...] = ("displacement", "velocity", "acceleration")
-DIRECTIONS: tuple[Direction, ...] = ("x", "y", "rz")
+DIRECTIONS: tuple[Direction, ...] = (*TRANSLATIONS, *ROTATIONS)
 ROLES: tuple[Role, ...] = ("measured", "held_out")
 
 
@@ -264,7 +264,7 @@ def _sensor(text: str) -> Sensor:
     if not 2 <= len(parts) <= 4:
         raise InputError(f"--sensor {text}: expected NODE:DIRECTION[:QUANTITY[:held_out]], such as 12:y:acceleration")
     name = f"{quantity[0]}{node}{direction}"
-    return Sensor(name, node, direction, quantity, UNITS[quantity, direction == "rz"], role)
+    return Sensor(name, node, direction, quantity, UNITS[quantity, direction in ROTATIONS], role)
 
 
 def _one_of(known: tuple[Word, ...], text: str) -> Word:

@@ -88,7 +88,7 @@ def frequency_response(dataset: Dataset) -> FrequencyResponse:
 
 def _inputs(driven: Sequence[Recording]) -> tuple[Input, ...]:
     loads: set[Input] = {(load.node, load.direction) for recording in driven for load in recording.loads}
-    base: set[Input] = {motion.along for recording in driven for motion in recording.base}
+    base: set[Input] = {motion.along[:2] for recording in driven for motion in recording.base}
     return (*sorted(loads, key=str), *sorted(base, key=str))
 
 
@@ -103,7 +103,7 @@ def _values(recording: Recording, inputs: tuple[Input, ...]) -> FloatArray:
     for load in recording.loads:
         values[:, inputs.index((load.node, load.direction))] += load.values
     for motion in recording.base:
-        values[:, inputs.index(motion.along)] += motion.values
+        values[:, inputs.index(motion.along[:2])] += motion.values
     return values
 
 

@@ -8,6 +8,7 @@ from fe_models.arrays import FloatArray
 from fe_models.dof_map import DofMap
 from fe_models.errors import InputError
 from fe_models.recordings import Sensor
+from fe_models.structure import TRANSLATIONS
 
 
 @dataclass(frozen=True, repr=False)
@@ -42,7 +43,7 @@ class PredictedField:
         return self.displacement[:, row], self.std[:, row]
 
     def __repr__(self) -> str:
-        moved = np.abs(self.displacement) * (self.dofs.direction != "rz")
+        moved = np.abs(self.displacement) * np.isin(self.dofs.direction, TRANSLATIONS)
         instant, row = np.unravel_index(int(np.argmax(moved)), moved.shape)
         unit = "" if any(sensor.unit == "1" for sensor in self.sensors) else " m"
         place = f"node {self.dofs.node[row]} in {self.dofs.direction[row]}"

@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from fe_models.arrays import FloatArray, IntArray
-from fe_models.base_motion import BaseMotion
+from fe_models.base_motion import Along, BaseMotion
 from fe_models.interpolant import ORDERS, courses_after, courses_of
 from fe_models.recordings import QUANTITIES, Dataset, Quantity, Recording
 from fe_models.structure import Direction
@@ -22,11 +22,11 @@ LoadPlace = tuple[int, Direction]
 
 @dataclass(frozen=True)
 class OnBase:
-    """The motion of the base ``along`` a vector (dx, dy): its acceleration drives the structure, and sensors of the
+    """The motion of the base ``along`` a vector: its acceleration drives the structure, and sensors of the
     absolute motion show it; its velocity and displacement are shown alone.
     """
 
-    along: tuple[float, float]
+    along: Along
     quantity: Quantity = "acceleration"
 
     @property
