@@ -54,6 +54,13 @@ class BlindOptions:
         Literal["all", "one"],
         typer.Option(help="With --blind or --rates: the effect in all recordings, or in the last for training alone."),
     ] = "all"
+    excitation: Annotated[
+        Literal["free", "ambient", "measured", "base"],
+        typer.Option(
+            help="With --blind or --rates: what moves the structure: its state alone, unknown forces for minutes "
+            "(diagnosed by modes), recorded forces, or a recorded motion of its base; the last two of the chain alone."
+        ),
+    ] = "free"
     noise: Annotated[float, typer.Option(min=0.0, help="With --blind: standard deviation over each channel's.")] = 0.03
     noisy: Annotated[
         Literal["alike", "uneven", "unfiltered"],
@@ -69,7 +76,7 @@ class BlindOptions:
         int | None,
         typer.Option(min=1, help="With --blind: measured sensors, drawn. [default: 4 of the chain, 7 of the bridge]"),
     ] = None
-    peers: Annotated[bool, typer.Option(help="With --blind: have the peers answer, too.")] = True
+    peers: Annotated[bool, typer.Option(help="With --blind: have the peers answer, too, of free vibration.")] = True
 
 
 @dataclass(frozen=True)
@@ -77,7 +84,8 @@ class CertificateOptions:
     """Options on the certificate."""
 
     certificate: Annotated[
-        bool, typer.Option("--certificate", help="Instead: the certificate of this commit, about an hour on two cores.")
+        bool,
+        typer.Option("--certificate", help="Instead: the certificate of this commit; four hours on two cores."),
     ] = False
     minutes: Annotated[
         float | None,

@@ -18,7 +18,9 @@ class RunKind(Enum):
 
 
 ALWAYS = frozenset({"out", "quiet"})
-CASES = frozenset({"kinds", "structure", "tier", "off", "acts", "jobs", "seed"})  # on blind cases, however many
+CASES = frozenset(
+    {"kinds", "structure", "tier", "off", "acts", "excitation", "jobs", "seed"}
+)  # on blind cases, however many
 HEEDED: dict[RunKind, frozenset[str]] = {
     RunKind.TABLE: frozenset({"only", "modal_model", "recordings", "seed", "quick"}),
     RunKind.BLIND: CASES | {"noise", "noisy", "changed", "step", "train", "sensors", "peers"},

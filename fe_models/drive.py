@@ -48,15 +48,18 @@ class Drive:
 
         At rest before the first sample.
         """
-        if not self.base:
-            return None
-        at, step = time * self.sampling_rate, 1 / self.sampling_rate
-        found = np.zeros((3, len(time), 2))
-        for motion in self.base:
-            velocity, displacement = motion.integrals()
-            courses = step**2 * displacement(at), step * velocity(at), interpolant(motion.values)(at)
-            found += np.stack([np.outer(course, motion.along) for course in courses])
-        return found
+        return ground_motion(self.base, self.sampling_rate, time) if self.base else None
+
+
+def ground_motion(base: Sequence[BaseMotion], sampling_rate: float, time: FloatArray) -> FloatArray:
+    """Return displacement, velocity and acceleration in x and y, (3, time, 2), of a base that several motions move."""
+    at, step = time * sampling_rate, 1 / sampling_rate
+    found = np.zeros((3, len(time), 2))
+    for motion in base:
+        velocity, displacement = motion.integrals()
+        courses = step**2 * displacement(at), step * velocity(at), interpolant(motion.values)(at)
+        found += np.stack([np.outer(course, motion.along) for course in courses])
+    return found
 
 
 def drive_of(structure: Structure, excitation: Sequence[Load | BaseMotion], sampling_rate: float) -> Drive:

@@ -11,7 +11,7 @@ from tests.blind_results import CUBIC, EXPLAINED, case_of, diagnosis, finding, r
 
 CODE = Code("0123456789abcdef0123456789abcdef01234567")
 FIRST = 5000  # no seed of the certificate
-COLUMNS = (Column("four_dof", False, 4, FIRST), Column("four_dof", True, 2, FIRST + 100))
+COLUMNS = (Column("four_dof", "exact", 4, FIRST), Column("four_dof", "off", 2, FIRST + 100))
 
 
 def right(task: Task) -> BlindResult:

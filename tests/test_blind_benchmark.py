@@ -2,7 +2,9 @@
 
 import json
 from collections.abc import Sequence
+from math import inf
 from pathlib import Path
+from typing import get_args
 
 import pytest
 from typer.testing import CliRunner
@@ -14,8 +16,8 @@ from benchmarks.blind.confusion import text as confusion_text
 from benchmarks.blind.rates import FORECAST, Rate, Share, rates, table
 from benchmarks.blind.reliability import calibration
 from benchmarks.blind.reliability import text as calibration_text
-from benchmarks.blind_cases import BRIDGE_KINDS, FAR_KINDS, KINDS, OUTSIDE, BlindConfig, bridge_draw, chain
-from benchmarks.blind_cases.case import NOT_DRAWN
+from benchmarks.blind_cases import BRIDGE_KINDS, FAR_KINDS, KINDS, OUTSIDE, BlindConfig, Excitation, bridge_draw, chain
+from benchmarks.blind_cases.kinds import NOT_DRAWN, kinds_of
 from fe_models.causes.base import CAUSES
 from scripts.benchmark import app
 from tests.blind_results import (
@@ -123,6 +125,18 @@ def test_a_cause_in_one_recording_has_aims_of_its_own_and_is_no_matter_of_foreca
     assert "the same, of causes that forecasts need" not in one
 
 
+def test_modes_under_unknown_forces_forecast_nothing_and_have_aims_of_their_own() -> None:
+    results = [result(case_of(WEAK_2), diagnosis(EXPLAINED, finding(WEAK_2, 0.99), over_floor=inf))]
+    found = by_name(rates(results, "far", "one", "ambient"))
+    assert (found["kind and place right, first"].measured, found["kind and place right, first"].aim) == (
+        Share(1, 1),
+        ">= 80 %",
+    )
+    assert FORECAST not in found
+    assert not any("noise floor, median" in what for what in found)
+    assert by_name(rates(results, "exact", "all", "base"))["kind and place right, first"].aim == ">= 95 %"
+
+
 def test_the_table_has_a_column_for_each_peer() -> None:
     lines = table(rates(some_results(), tier="off"), ("peer",)).splitlines()
     assert {line.count("|") for line in lines} == {6}
@@ -148,7 +162,7 @@ def test_the_calibration_curve_bins_by_probability() -> None:
 
 
 def test_every_miss_is_reported_with_its_seed() -> None:
-    missed = summary.text(some_results(), tier="off").split("missed:\n")[1].splitlines()
+    missed = summary.text(some_results(), BlindConfig(tier="off")).split("missed:\n")[1].splitlines()
     assert len(missed) == 3
     wrong_place = "explained, named stiffness_change {'element': 3} (0.950)"
     assert missed[0] == f"seed 1: stiffness_change {{'element': 2}}: {wrong_place}"
@@ -270,4 +284,7 @@ def test_every_cause_of_the_list_is_drawn_or_left_out_for_a_reason() -> None:
         assert set(kinds) <= registered
         assert registered - set(kinds) <= NOT_DRAWN.keys()
         assert set(kinds) <= sizes.keys()
+    for excitation in get_args(Excitation):
+        assert set(kinds_of("four_dof", excitation)) <= registered & chain.SIZES.keys()
+    assert set(kinds_of("four_dof", "measured")) - set(KINDS) == {"load_gain", "load_delay"}
     assert not NOT_DRAWN.keys() - (registered - set(KINDS))  # no reason without a cause that is left out

@@ -9,14 +9,15 @@ from collections import Counter
 from functools import partial
 from math import inf
 from pathlib import Path
+from typing import get_args
 
 import pytest
 from typer.testing import CliRunner
 
-from benchmarks.blind.cases import CERTIFICATE_SEED, Task, tasks, words_of
+from benchmarks.blind.cases import CERTIFICATE_SEED, Task, tasks
 from benchmarks.blind.judging import Judgement
 from benchmarks.blind.rates import Share
-from benchmarks.blind_cases import BlindConfig
+from benchmarks.blind_cases import BlindConfig, Excitation
 from benchmarks.certificate import door
 from benchmarks.certificate import run as running
 from benchmarks.certificate.code import Code, code_of
@@ -43,7 +44,7 @@ def of_code() -> Code:
 
 def test_seeds_are_the_certificates_alone() -> None:
     seeds = [task.seed for column in COLUMNS for task in column.tasks]
-    assert len(seeds) == len(set(seeds)) == 840
+    assert len(seeds) == len(set(seeds)) == 1120
     assert min(seeds) >= CERTIFICATE_SEED
     assert tasks(1, CERTIFICATE_SEED - 1, ("nothing",), BlindConfig())[0].seed == CERTIFICATE_SEED - 1
     with pytest.raises(InputError, match="seeds from 20000000 on are for --certificate alone"):
@@ -52,17 +53,26 @@ def test_seeds_are_the_certificates_alone() -> None:
 
 def test_every_kind_is_hidden_as_often_as_another() -> None:
     for column in COLUMNS:
-        counts, words = Counter(task.hidden for task in column.tasks), Counter(words_of(column.structure))
+        counts, words = Counter(task.hidden for task in column.tasks), Counter(column.words)
         for word, times in words.items():  # "nothing" stands three times in each round
             assert counts[word] // times in (column.count // words.total(), -(-column.count // words.total()))
-        assert {(task.config.structure, task.config.tier) for task in column.tasks} == {(column.structure, column.tier)}
+        assert {task.config for task in column.tasks} == {column.config}
 
 
 def test_the_first_cases_of_a_run_stand_for_all_columns() -> None:
     order = interleaved(COLUMNS)
-    assert len(order) == 840
-    first = Counter((task.config.structure, task.config.tier) for task in order[:84])
-    assert first == {("four_dof", "exact"): 30, ("four_dof", "off"): 30, ("bridge", "exact"): 12, ("bridge", "off"): 12}
+    assert len(order) == 1120
+    first = Counter(task.config for task in order[:112])
+    assert first == {column.config: column.count // 10 for column in COLUMNS}
+
+
+def test_each_excitation_has_a_column_and_free_vibration_keeps_its_seeds() -> None:
+    assert {column.excitation for column in COLUMNS} == set(get_args(Excitation))
+    free = [column for column in COLUMNS if column.excitation == "free"]
+    assert [column.first_seed - CERTIFICATE_SEED for column in free] == [0, 100_000, 200_000, 300_000]
+    # As in the certificate that is printed.
+    first = ["harmonic_force", "added_mass", "axial_force", "sensor_drift"]
+    assert [column.tasks[0].hidden for column in free] == first
 
 
 # The run
@@ -85,7 +95,7 @@ def test_a_case_whose_process_dies_or_raises_counts_as_wrong(tmp_path: Path) -> 
 @pytest.mark.slow
 def test_a_case_that_never_ends_counts_as_wrong(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(running, "LIMIT", 3.0)
-    found = run((Column("four_dof", False, 2, FIRST),), tmp_path, jobs=1, code=of_code, work=endless)
+    found = run((Column("four_dof", "exact", 2, FIRST),), tmp_path, jobs=1, code=of_code, work=endless)
     assert found.columns[0].failures == {"TimeoutError": 1}
     assert found.columns[0].done == 2
 
@@ -126,7 +136,7 @@ def test_a_run_out_of_time_begins_nothing_new_and_says_how_far_it_came(tmp_path:
 
 
 def test_a_certificate_is_of_one_code(tmp_path: Path) -> None:
-    few = (Column("four_dof", False, 1, FIRST),)
+    few = (Column("four_dof", "exact", 1, FIRST),)
     with pytest.raises(InputError, match="not committed: commit or stash them, or give --dirty"):
         run(few, tmp_path, jobs=1, code=lambda: Code("a" * 40, "b" * 64), work=right)
     changed = run(few, tmp_path, jobs=1, code=lambda: Code("a" * 40, "b" * 64), work=right, changed=True)
@@ -135,20 +145,25 @@ def test_a_certificate_is_of_one_code(tmp_path: Path) -> None:
         run(few, tmp_path, jobs=1, code=of_code, work=right)
     with pytest.raises(InputError, match="holds cases of other columns"):
         run(
-            (Column("four_dof", True, 1, FIRST),), tmp_path, jobs=1, code=lambda: changed.code, work=right, changed=True
+            (Column("four_dof", "off", 1, FIRST),),
+            tmp_path,
+            jobs=1,
+            code=lambda: changed.code,
+            work=right,
+            changed=True,
         )
 
 
 def test_code_that_changes_while_it_runs_ends_the_run(tmp_path: Path) -> None:
     codes = iter([CODE, Code("f" * 40), Code("f" * 40)])
     with pytest.raises(InputError, match="the code changed while cases of commit 0123456789ab ran"):
-        run((Column("four_dof", False, 1, FIRST),), tmp_path, jobs=1, code=lambda: next(codes), work=right)
+        run((Column("four_dof", "exact", 1, FIRST),), tmp_path, jobs=1, code=lambda: next(codes), work=right)
     assert not list(tmp_path.glob("cases/*.json"))
 
 
 @pytest.mark.slow
 def test_a_diagnosis_is_counted_as_it_is_judged(tmp_path: Path) -> None:
-    column = Column("four_dof", False, 2, FIRST)
+    column = Column("four_dof", "exact", 2, FIRST)
     found = run((column,), tmp_path, jobs=2, code=of_code)
     records = kept(tmp_path, column.tasks)
     assert [record.failure for record in records.values()] == ["", ""]
@@ -304,7 +319,7 @@ def test_a_case_without_a_report_is_right_in_nothing() -> None:
 
 def hide_cubic_springs(monkeypatch: pytest.MonkeyPatch) -> None:
     """Have cubic springs alone hidden in the plan."""
-    monkeypatch.setattr("benchmarks.certificate.plan.words_of", lambda _: ("cubic_spring",))
+    monkeypatch.setattr("benchmarks.certificate.plan.default_words", lambda _: ("cubic_spring",))
 
 
 # The command

@@ -1,8 +1,10 @@
-"""What the rates of blind cases are to be, by how near the drawing is to the truth and where the hidden cause acts."""
+"""What the rates of blind cases are to be: by what moves the structure, how near its drawing is to the truth, and where
+the hidden cause acts.
+"""
 
 from dataclasses import dataclass, replace
 
-from benchmarks.blind_cases.case import Acts, Tier
+from benchmarks.blind_cases import Acts, Excitation, Tier
 
 OVER_FLOOR = {"exact": 1.05, "off": 1.15, "far": 1.15}  # extended forecast over noise floor
 
@@ -31,3 +33,15 @@ AIMS: dict[tuple[Tier, Acts], Aims] = {
     ("off", "one"): OFF,
     ("far", "one"): replace(FAR, first=">= 90 %", listed=">= 97 %", wrong="<= 1 %"),
 }
+AMBIENT = Aims("", ">= 90 %", "", "<= 2 %", "<= 2 %", "", "")
+ON_A_BASE = Aims(">= 95 %", "", "", "<= 2 %", "<= 2 %", ">= 95 %", ">= 95 %")
+
+
+def aims_of(tier: Tier, acts: Acts, excitation: Excitation) -> Aims:
+    """Return what is to be reached in such cases."""
+    match excitation:
+        case "ambient":
+            return replace(AMBIENT, first=">= 80 %") if acts == "one" else AMBIENT
+        case "base":
+            return ON_A_BASE
+    return AIMS[tier, acts]

@@ -13,7 +13,8 @@ from pebble import ProcessPool
 from threadpoolctl import threadpool_limits
 
 from benchmarks.blind.judging import Judgement, judge
-from benchmarks.blind_cases import BRIDGE_KINDS, FAR_KINDS, KINDS, OUTSIDE, BlindConfig, blind_case
+from benchmarks.blind_cases import FAR_KINDS, OUTSIDE, BlindCase, BlindConfig, Excitation, StructureName, blind_case
+from benchmarks.blind_cases.kinds import kinds_of, outside_of
 from benchmarks.peers.answer import Peer, PeerMark, mark
 from benchmarks.peers.exhaustive import name_by_aic
 from benchmarks.peers.sparse import name_by_regression
@@ -21,6 +22,8 @@ from fe_models.causes import TimeIntegration
 from fe_models.errors import InputError
 from hybrid.diagnosis.config import THREADS
 from hybrid.diagnosis.diagnosis import diagnose
+from hybrid.diagnosis.joint.modal_diagnosis import ModalDiagnosis, diagnose_modes
+from hybrid.diagnosis.outcome.conclusion import Diagnosis
 
 NOTHING = "nothing"  # the word for a clean case
 CERTIFICATE_SEED = 20_000_000  # seeds from here on are the certificate's alone, so that nobody works towards them
@@ -77,9 +80,9 @@ class BlindResult:
         return f"seed {self.task.seed}: {truth}: {found.verdict.value}, named {names or 'nothing'}"
 
 
-def words_of(structure: str) -> tuple[str, ...]:
+def words_of(structure: StructureName, excitation: Excitation = "free") -> tuple[str, ...]:
     """Return what is hidden in turn: every kind that a structure can have, clean cases, what is outside the list."""
-    return (*(BRIDGE_KINDS if structure == "bridge" else KINDS), *[NOTHING] * CLEAN_CASES, *OUTSIDE)
+    return (*kinds_of(structure, excitation), *[NOTHING] * CLEAN_CASES, *outside_of(excitation))
 
 
 def default_words(config: BlindConfig) -> tuple[str, ...]:
@@ -88,7 +91,7 @@ def default_words(config: BlindConfig) -> tuple[str, ...]:
     In a structure that is far from its drawing only what has a linear effect: there is always something wrong with its
     groups, so that no case is clean. In one recording only what can act in one.
     """
-    words = words_of(config.structure)
+    words = words_of(config.structure, config.excitation)
     if config.tier == "far":
         words = tuple(word for word in words if word in FAR_KINDS)
     return tuple(word for word in words if config.acts == "all" or word != TimeIntegration.kind)
@@ -117,7 +120,7 @@ def done(task: Task, peers: tuple[str, ...] = ()) -> BlindResult:
         case = blind_case(task.seed, replace(task.config, kinds=hidden))
         begun = time.process_time()  # which says the same beside other work
         try:
-            answered = diagnose(case.dataset)
+            answered = _answer(case)
             judgement = replace(judge(case, answered), seconds=time.process_time() - begun)
         except Exception as error:
             error.add_note(f"while the blind case of seed {task.seed} was diagnosed: {task.hidden} hidden")
@@ -127,6 +130,13 @@ def done(task: Task, peers: tuple[str, ...] = ()) -> BlindResult:
             answer = PEERS[name](case.dataset)
             marks[name] = mark(case, answer, time.process_time() - begun)
     return BlindResult(task, judgement, marks)
+
+
+def _answer(case: BlindCase) -> Diagnosis | ModalDiagnosis:
+    """Return the diagnosis of a case: by modes, where what moved the structure is unknown."""
+    if all(recording.excitation == "ambient" for recording in case.dataset.recordings):
+        return diagnose_modes(case.dataset)
+    return diagnose(case.dataset)
 
 
 def all_done(

@@ -8,7 +8,8 @@ from typing import Any
 from pydantic import TypeAdapter
 
 from benchmarks.blind_cases import BlindCase
-from fe_models.causes import Cause
+from fe_models.causes import Cause, MassChange, StiffnessChange
+from hybrid.diagnosis.joint.modal_diagnosis import ModalDiagnosis
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
 from hybrid.diagnosis.outcome.findings import Finding
 from hybrid.diagnosis.outcome.verdict import BESIDE, MATERIAL, Verdict
@@ -69,15 +70,19 @@ def key_of(cause: Cause) -> str:
     return f"{cause.kind} {cause.location}"
 
 
-def judge(case: BlindCase, found: Diagnosis) -> Judgement:
-    """Return the judgement of a diagnosis."""
+def judge(case: BlindCase, found: Diagnosis | ModalDiagnosis) -> Judgement:
+    """Return the judgement of a diagnosis: of the local causes that it names, and of groups that are as drawn.
+
+    That a group is off where its structure is far from its drawing is said rightly, and is none of the hidden causes.
+    """
     truth = tuple(key_of(cause) for cause in case.truth)
-    named = tuple(key_of(finding.cause) for finding in found.findings)
+    findings = [item for item in found.findings if key_of(item.cause) in truth or not _is_far(item.cause, case)]
+    named = tuple(key_of(finding.cause) for finding in findings)
     listed = set(named)
-    for finding in found.findings:
+    for finding in findings:
         listed |= {f"{item.kind} {item.location}" for item in finding.alternatives}
-    right = [finding for finding in found.findings if key_of(finding.cause) in truth]
-    wrong = [finding for finding in found.findings if key_of(finding.cause) not in truth]
+    right = [finding for finding in findings if key_of(finding.cause) in truth]
+    wrong = [finding for finding in findings if key_of(finding.cause) not in truth]
     marks = [mark for finding in right for mark in _marks(finding, case)]
     if case.outside:
         first = found.verdict.is_wanting
@@ -94,12 +99,30 @@ def judge(case: BlindCase, found: Diagnosis) -> Judgement:
         first,
         first or (bool(truth) and set(truth) <= listed),
         any(finding.probability >= CONFIDENT_PROBABILITY for finding in wrong),
-        tuple((finding.probability, key_of(finding.cause) in truth) for finding in found.findings),
+        tuple((finding.probability, key_of(finding.cause) in truth) for finding in findings),
         tuple(within for within, _ in marks),
         tuple(covered for _, covered in marks),
-        float(found.scores["extended"]["measured"] or 0.0) / found.noise_floor,
+        _over_floor(found),
         found.seconds,
     )
+
+
+def _over_floor(found: Diagnosis | ModalDiagnosis) -> float:
+    if isinstance(found, ModalDiagnosis):
+        return inf  # modes alone forecast nothing
+    return float(found.scores["extended"]["measured"] or 0.0) / found.noise_floor
+
+
+def _is_far(cause: Cause, case: BlindCase) -> bool:
+    """Return whether a cause is that a group, or one of its elements, is off, and the case says so of the group."""
+    quantity = {StiffnessChange.kind: "stiffness", MassChange.kind: "mass"}.get(cause.kind)
+    elements = _elements(cause.location)
+    groups = [_elements(item.location) for item in case.factors if item.what == quantity]
+    return any(elements and elements <= group for group in groups)
+
+
+def _elements(location: Mapping[str, Any]) -> set[int]:
+    return set(location.get("elements") or ([location["element"]] if "element" in location else []))
 
 
 def no_report(hidden: str) -> Judgement:

@@ -6,9 +6,9 @@ from statistics import median
 
 from scipy.stats import binomtest
 
-from benchmarks.blind.aims import AIMS, OVER_FLOOR
+from benchmarks.blind.aims import OVER_FLOOR, aims_of
 from benchmarks.blind.cases import BlindResult
-from benchmarks.blind_cases.case import Acts, Tier
+from benchmarks.blind_cases import Acts, Excitation, Tier
 from benchmarks.peers.answer import PeerMark
 
 FORECAST = "extended forecast within {exact} (off: {off}) times the noise floor".format(**OVER_FLOOR)
@@ -70,12 +70,20 @@ def share(marks: Iterable[bool]) -> Share:
     return Share(sum(all_marks), len(all_marks))
 
 
-def rates(results: Sequence[BlindResult], tier: Tier, acts: Acts = "all", *, empty: bool = False) -> list[Rate]:
-    """Return every rate, with the aims of how near the nominal models are (``tier``) and where the cause ``acts``.
+def rates(
+    results: Sequence[BlindResult],
+    tier: Tier,
+    acts: Acts = "all",
+    excitation: Excitation = "free",
+    *,
+    empty: bool = False,
+) -> list[Rate]:
+    """Return every rate, with the aims of how near the nominal models are (``tier``), where the cause ``acts`` and what
+    moves the structure (``excitation``).
 
     ``empty``: whether rates of no case are among them, too.
     """
-    aims = AIMS[tier, acts]
+    aims = aims_of(tier, acts, excitation)
     names = peer_names(results)
     single = [r for r in results if r.is_single]
     clean, outside = [r for r in results if r.is_clean], [r for r in results if r.is_outside]
@@ -92,8 +100,9 @@ def rates(results: Sequence[BlindResult], tier: Tier, acts: Acts = "all", *, emp
         return Rate(what, share(own(r) for r in chosen), target, tuple(others))
 
     limit = OVER_FLOOR[tier]
-    # Forecasts of test recordings need nothing that acts in one training recording alone.
-    needing = [] if acts == "one" else [r for r in results if not r.judgement.is_immaterial]
+    # Forecasts of test recordings need nothing that acts in one training recording alone; modes alone forecast nothing.
+    forecast = excitation != "ambient"
+    needing = [r for r in results if not r.judgement.is_immaterial] if forecast and acts == "all" else []
     felt, both = [r for r in needing if r.is_single], [r for r in needing if r.is_pair]
     forces = [r for r in single if r.task.hidden not in SENSOR_KINDS]
     found = [
@@ -123,9 +132,9 @@ def rates(results: Sequence[BlindResult], tier: Tier, acts: Acts = "all", *, emp
             aims.parameters,
         ),
         Rate("95 % intervals cover", share(mark for r in results for mark in r.judgement.covered), "92-98 %"),
-        line(FORECAST, known, lambda r: r.judgement.over_floor <= limit, ""),
+        line(FORECAST, known if forecast else [], lambda r: r.judgement.over_floor <= limit, ""),
     ]
-    if known:
+    if known and forecast:
         middle = median(r.judgement.over_floor for r in known)
         found.append(Rate("extended forecast / noise floor, median", middle, f"<= {limit}"))
     limit_s = "< 180" if any(r.task.config.structure == "bridge" for r in results) else "< 30"

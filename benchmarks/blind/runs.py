@@ -13,20 +13,20 @@ from fe_models.progress import progress_bar
 
 def run_blind(wanted: list[Task], peers: tuple[str, ...], jobs: int, out: Path) -> None:
     """Diagnose blind cases; print and draw how right that was. What is at hand is written after each case."""
-    tier, acts = wanted[0].config.tier, wanted[0].config.acts
+    config = wanted[0].config
     with progress_bar("Blind cases", len(wanted), "case") as bar:
 
         def finished(found: list[BlindResult]) -> None:
             bar.update()
             if not found[-1].judgement.first:
                 bar.write(found[-1].line)
-            write_json(out / "blind.json", summary.content(found, tier, acts))
+            write_json(out / "blind.json", summary.content(found, config))
 
         results = all_done(wanted, peers, jobs, finished)
-    write_json(out / "blind.json", summary.content(results, tier, acts))
+    write_json(out / "blind.json", summary.content(results, config))
     figures.draw_confusion(confusion(results), out / "blind_confusion.png")
     figures.draw_calibration(calibration(results), out / "blind_calibration.png")
-    print(summary.text(results, tier, acts))
+    print(summary.text(results, config))
     print(f"Results: {out}")
 
 

@@ -7,18 +7,18 @@ from typing import Any
 from benchmarks.blind.cases import BlindResult
 from benchmarks.blind.confusion import confusion
 from benchmarks.blind.confusion import text as confusion_text
-from benchmarks.blind.rates import peer_names, rates, table
+from benchmarks.blind.rates import Rate, peer_names, rates, table
 from benchmarks.blind.reliability import calibration
 from benchmarks.blind.reliability import text as calibration_text
-from benchmarks.blind_cases.case import Acts, Tier
+from benchmarks.blind_cases import BlindConfig
 
 
-def text(results: Sequence[BlindResult], tier: Tier, acts: Acts = "all") -> str:
-    """Return table, confusion matrix, calibration curve and every miss."""
+def text(results: Sequence[BlindResult], config: BlindConfig) -> str:
+    """Return table, confusion matrix, calibration curve and every miss of cases like ``config``."""
     missed = [result.line for result in results if not result.judgement.first]
     return "\n\n".join(
         [
-            table(rates(results, tier, acts), peer_names(results)),
+            table(_rates(results, config), peer_names(results)),
             confusion_text(confusion(results)),
             calibration_text(calibration(results)),
             "\n".join(["missed:", *missed]) if missed else "missed: none",
@@ -26,14 +26,19 @@ def text(results: Sequence[BlindResult], tier: Tier, acts: Acts = "all") -> str:
     )
 
 
-def content(results: Sequence[BlindResult], tier: Tier, acts: Acts = "all") -> dict[str, Any]:
+def _rates(results: Sequence[BlindResult], config: BlindConfig) -> list[Rate]:
+    return rates(results, config.tier, config.acts, config.excitation)
+
+
+def content(results: Sequence[BlindResult], config: BlindConfig) -> dict[str, Any]:
     """Return the same for a JSON file, and every case."""
     names, matrix = peer_names(results), confusion(results)
     return {
         "schema": 1,
-        "tier": tier,
-        "acts": acts,
-        "rates": [rate.as_json(names) for rate in rates(results, tier, acts)],
+        "tier": config.tier,
+        "acts": config.acts,
+        "excitation": config.excitation,
+        "rates": [rate.as_json(names) for rate in _rates(results, config)],
         "confusion": {"hidden": matrix.hidden, "named": matrix.named, "counts": matrix.counts.tolist()},
         "calibration": [item.as_json() for item in calibration(results)],
         "cases": [case_content(result) for result in results],

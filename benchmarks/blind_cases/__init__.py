@@ -6,19 +6,9 @@ a hysteretic spring (Bouc and Wen) and a stiffness that drifts during each recor
 """
 
 from benchmarks.blind_cases.bridge import bridge_case
-from benchmarks.blind_cases.case import (
-    BRIDGE_KINDS,
-    FAR_KINDS,
-    KINDS,
-    OUTSIDE,
-    Acts,
-    BlindCase,
-    BlindConfig,
-    Noisy,
-    Tier,
-    check_config,
-)
+from benchmarks.blind_cases.case import Acts, BlindCase, BlindConfig, Noisy, Tier, check_config
 from benchmarks.blind_cases.chain import SENSORS, chain_case
+from benchmarks.blind_cases.kinds import BRIDGE_KINDS, FAR_KINDS, KINDS, OUTSIDE, Excitation, StructureName
 from benchmarks.blind_cases.saving import save_case
 
 __all__ = [
@@ -30,7 +20,9 @@ __all__ = [
     "Acts",
     "BlindCase",
     "BlindConfig",
+    "Excitation",
     "Noisy",
+    "StructureName",
     "Tier",
     "blind_case",
     "save_case",

@@ -9,7 +9,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from benchmarks.blind_cases.marching import Force, Grid, integrate_motion
+from benchmarks.blind_cases.ambient import UnknownForces, ambient_motion
+from benchmarks.blind_cases.marching import Force, Grid, damping_coupling, integrate_motion
 from benchmarks.blind_cases.outside import HystereticSpring
 from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
@@ -98,12 +99,7 @@ def motion_at(
     From ``margin`` s before the time 0, with which time-dependent forces count, to as much after the ``duration`` (s).
     ``more``: force laws on top of those of the structure's effects. Modes above ``highest`` (Hz) are at rest first.
     """
-    linear = linearise(truth.structure)
-    modal = natural_modes(linear, linear.mass.shape[0])
-    factors = np.ones(len(modal.omega))
-    factors[: len(truth.ratios)] = truth.ratios[: len(factors)]
-    factors[[mode - 1 for mode, _ in linear.replaced_ratios]] = 1.0  # what an effect says, it says of the truth
-    modal = replace(modal, damping_ratio=modal.damping_ratio + (factors - 1) * _own_ratios(truth.structure, modal))
+    linear, modal = modes_of(truth)
     laws = (*force_laws(truth.structure), *more)
     others = _geometric(truth.structure, linear, modal) if truth.rich else _coupled_damping(linear, modal)
     modal = modal if truth.step is None else _stepped(modal, truth.step)
@@ -116,6 +112,30 @@ def motion_at(
     motion = integrate_motion(modal, (q, p), grid, rows, laws, others)
     which = [QUANTITIES.index(sensor.quantity) for sensor in sensors]
     return motion[which, :, range(len(sensors))].transpose(2, 1, 0)  # (motion, time, sensor)
+
+
+def ambient_at(
+    truth: Truth, forces: UnknownForces, sensors: tuple[Sensor, ...], duration: float, margin: float
+) -> FloatArray:
+    """Return what the ``sensors`` would show of so small a motion that it is linear, as `motion_at` does, (1, time,
+    sensor). Modes too fast for `OUTPUT_RATE` are left out: far above the recordings' low-pass they just give way.
+    """
+    linear, modal = modes_of(truth)
+    modal = modal if truth.step is None else _stepped(modal, truth.step)
+    count = int(np.sum(modal.frequencies < OUTPUT_RATE / 2))
+    modal = ModalModel(modal.omega[:count], modal.damping_ratio[:count], modal.shapes[:, :count], modal.dofs)
+    return ambient_motion(linear, modal, forces, sensors, duration + 2 * margin, OUTPUT_RATE)[None]
+
+
+def modes_of(truth: Truth) -> tuple[LinearModel, ModalModel]:
+    """Return the linear model of a truth, and all its modes with the damping that the truth has."""
+    linear = linearise(truth.structure)
+    modal = natural_modes(linear, linear.mass.shape[0])
+    factors = np.ones(len(modal.omega))
+    factors[: len(truth.ratios)] = truth.ratios[: len(factors)]
+    factors[[mode - 1 for mode, _ in linear.replaced_ratios]] = 1.0  # what an effect says, it says of the truth
+    ratio = modal.damping_ratio + (factors - 1) * _own_ratios(truth.structure, modal)
+    return linear, replace(modal, damping_ratio=ratio)
 
 
 def _stepped(modal: ModalModel, step: float) -> ModalModel:
@@ -165,10 +185,9 @@ def _own_ratios(structure: Structure, modal: ModalModel) -> FloatArray:
 
 def _coupled_damping(linear: LinearModel, modal: ModalModel) -> Force | None:
     """Return the modal forces of what damping couples the modes; None where it does not."""
-    damping = modal.shapes[modal.dofs.free].T @ (linear.damping @ modal.shapes[modal.dofs.free])
-    diagonal = np.abs(np.diag(damping)).max()
-    coupling = damping - np.diag(np.diag(damping))
-    if np.abs(coupling).max() <= 1e-9 * diagonal:  # rounding
+    coupling = damping_coupling(linear, modal)
+    own = 2 * modal.damping_ratio * modal.omega
+    if np.abs(coupling).max() <= 1e-9 * own.max():  # rounding
         return None
     return lambda q, p: np.asarray(-coupling @ p)
 

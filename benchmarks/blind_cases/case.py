@@ -7,46 +7,18 @@ from typing import Literal
 import numpy as np
 
 from benchmarks.blind_cases.far import TrueFactor
+from benchmarks.blind_cases.kinds import OUTSIDE, Excitation, StructureName, kinds_of, outside_of
 from fe_models.arrays import BoolArray, FloatArray
+from fe_models.base_motion import BaseMotion
 from fe_models.causes import Cause, SensorDelay, SensorEffect, TimeIntegration
 from fe_models.errors import InputError, raise_faults
 from fe_models.measurement import lowpassed
-from fe_models.recordings import Assumptions, Dataset, Recording, Sensor, Uncertainty
+from fe_models.recordings import Assumptions, Dataset, Load, Recording, Sensor, Uncertainty
 from fe_models.structure import Structure
 
-KINDS = (
-    "stiffness_change",
-    "added_mass",
-    "support_spring",
-    "modal_damping",
-    "point_damper",
-    "quadratic_damper",
-    "coulomb_friction",
-    "cubic_spring",
-    "gap_stop",
-    "slack_cable",
-    "harmonic_force",
-    "sensor_gain",
-    "sensor_delay",
-    "sensor_drift",
-    "time_integration",
-)
-BRIDGE_KINDS = (*KINDS, "axial_force")
-NOT_DRAWN = {
-    "axial_force": "in a chain: it moves along its springs, where an axial force changes nothing",
-    "mass_change": "of groups, whose factors every diagnosis estimates; tiers whose masses are off draw them",
-    "load_gain": "blind cases are free vibration, without known loads; loads have tests of their own",
-    "load_delay": "as load_gain",
-    "dead_load": "blind structures move without weight or prestress; frames under both have tests of their own",
-    "modal_model": "a wrong modal model is the user's input, not part of a structure; it has tests of its own",
-}
-"""Causes of the list that no case hides, or not every structure's, and why. Sizes go by what stands beside a cause in
-the structure of a case, so that they are the generators' and not the cause's own."""
-FAR_KINDS = ("stiffness_change", "added_mass", "support_spring", "axial_force")  # linear: modes alone tell them
 Tier = Literal["exact", "off", "far"]
 Acts = Literal["all", "one"]
 Noisy = Literal["alike", "uneven", "unfiltered"]
-OUTSIDE = ("hysteretic_spring", "drifting_stiffness")
 
 
 @dataclass(frozen=True)
@@ -73,6 +45,15 @@ CAMPAIGNS = {
     "four_dof": Campaign(train=9, test=3, duration=50.0, sampling_rate=10.0),
     "bridge": Campaign(train=3, test=1, duration=19.99, sampling_rate=100.0),  # as in the laboratory, but shorter
 }
+AMBIENT_CAMPAIGNS = {  # nothing is forecast under unknown forces, so that nothing is kept for testing
+    "four_dof": Campaign(train=3, test=0, duration=1440.0, sampling_rate=10.0),  # 57 periods of the slowest mode
+    "bridge": Campaign(train=3, test=0, duration=600.0, sampling_rate=100.0),
+}
+
+
+def campaign_of(structure: StructureName, excitation: Excitation) -> Campaign:
+    """Return what is recorded of a structure, unless a case says otherwise."""
+    return (AMBIENT_CAMPAIGNS if excitation == "ambient" else CAMPAIGNS)[structure]
 
 
 @dataclass(frozen=True)
@@ -82,6 +63,8 @@ class BlindConfig:
     ``tier``: how near the drawing is to the truth: "exact", "off" by the stated uncertainty, or "far": off by much more
     than is stated, which stays as it is (see `far`). ``acts``: in which recordings the last of the kinds acts, "all" or
     "one": the last training recording, so that it had gone again when those for testing were made.
+    ``excitation``: what moves the structure. "free": its state alone; "ambient": unknown forces, while it is linear;
+    of the chain alone "measured": forces that are recorded, too, or "base": a motion of its support that is.
     ``noisy``: whether noise is "alike" in all recordings, "uneven", over the rms of each channel in each of them, or
     "unfiltered", come after the low-pass. ``size``: from 0, barely detectable, to 1, large; None draws it. ``changed``:
     number of training recordings made before the last of the kinds came; those before it act in all of them.
@@ -95,6 +78,7 @@ class BlindConfig:
     kinds: tuple[str, ...] = ()
     tier: Tier = "exact"
     acts: Acts = "all"
+    excitation: Excitation = "free"
     noise: float = 0.03
     noisy: Noisy = "alike"
     size: float | None = None
@@ -104,7 +88,7 @@ class BlindConfig:
     sampling_rate: float | None = None
     measured: int | None = None
     changed: int = 0
-    structure: Literal["four_dof", "bridge"] = "four_dof"
+    structure: StructureName = "four_dof"
     rich: bool = True
     step: float | None = None
 
@@ -113,7 +97,7 @@ class BlindConfig:
         """What is recorded."""
         names = ("train", "test", "duration", "sampling_rate")
         given = {name: value for name in names if (value := getattr(self, name)) is not None}
-        return replace(CAMPAIGNS[self.structure], **given)
+        return replace(campaign_of(self.structure, self.excitation), **given)
 
     @property
     def hidden(self) -> tuple[str, ...]:
@@ -168,9 +152,11 @@ def sensors_of(every: tuple[Sensor, ...], config: BlindConfig, rng: np.random.Ge
 
 def check_config(config: BlindConfig) -> None:
     """Raise an `InputError` with all that cannot be hidden, or not there."""
-    known = (BRIDGE_KINDS if config.structure == "bridge" else KINDS) + OUTSIDE
+    known = kinds_of(config.structure, config.excitation) + outside_of(config.excitation)
     unknown = [kind for kind in config.kinds if kind not in known]
     faults = [f"kinds {', '.join(unknown)} are unknown; expected {', '.join(known)}"] if unknown else []
+    if config.structure == "bridge" and config.excitation not in ("free", "ambient"):
+        faults.append(f"excitation = {config.excitation} of the bridge; expected free or ambient, or the chain")
     if config.noisy == "unfiltered" and config.structure != "bridge":
         faults.append(f"noisy = {config.noisy}: recordings of {config.structure} have no low-pass")
     if config.step is not None and config.structure != "bridge":
@@ -206,12 +192,14 @@ def as_recorded(
     rng: np.random.Generator,
     lowpass: float | None = None,
     margin: int = 0,
+    driving: Sequence[tuple[tuple[Load, ...], tuple[BaseMotion, ...]]] = (),
 ) -> BlindCase:
     """Return the case of the motion at the sensors, ``clean`` (recording, time, sensor): sensor faults, noise, names.
 
     ``design`` is what the user believes in. Behind a ``lowpass`` (Hz), the noise has nothing above it either, unless it
     is unfiltered.
     ``margin``: samples before and after each recording that are known, too: what a late sensor shows at its beginning.
+    ``driving``: the recorded loads and base motions of each recording, where there are some.
     """
     campaign, affected = config.campaign, config.affected
     names = tuple(f"r{number:02d}" for number in range(1, campaign.count + 1))
@@ -228,6 +216,11 @@ def as_recorded(
     recordings = tuple(
         Recording(name, data[i : i + 1], "train" if i < campaign.train else "test") for i, name in enumerate(names)
     )
+    if config.excitation == "ambient":
+        recordings = tuple(replace(recording, excitation="ambient") for recording in recordings)
+    for i, (loads, base) in enumerate(driving):
+        driven = replace(recordings[i], loads=loads, base=base, excitation="measured")
+        recordings = (*recordings[:i], driven, *recordings[i + 1 :])
     step = next((cause.step for cause in causes if isinstance(cause, TimeIntegration)), None)
     assumptions = Assumptions(integrator="newmark" if step else "exact", step=step, uncertainty=Uncertainty())
     dataset = Dataset(design, campaign.sampling_rate, sensors, recordings, lowpass, assumptions)

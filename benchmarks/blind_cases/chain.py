@@ -1,23 +1,20 @@
-"""Blind cases of the chain: what is hidden where and how large, and its simulation in Exudyn.
+"""Blind cases of the chain: what moves it, what is hidden where and how large.
 
-In steps a fraction of those that a diagnosis takes and, where asked for, of a chain that is off by what its user
-considers normal everywhere at once, or by far more.
+Where asked for, of a chain that is off by what its user considers normal everywhere at once, or by far more.
 """
 
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from scipy.integrate import solve_ivp
-from scipy.linalg import eigh
-from scipy.sparse import csr_array
 
+from benchmarks.blind_cases.ambient import UnknownForces
 from benchmarks.blind_cases.case import BlindCase, BlindConfig, as_recorded, sensors_of
+from benchmarks.blind_cases.chain_motion import Chain, Moved, motion_of, scaled, shown
 from benchmarks.blind_cases.drawing import amount_between, causes_apart, recording_cause, slack_cable
 from benchmarks.blind_cases.far import far_from
-from benchmarks.blind_cases.outside import DriftingSpring, HystereticSpring
+from benchmarks.blind_cases.known_forces import drawn_driving, loads_of
 from fe_models.arrays import FloatArray
-from fe_models.assembly import linearise
 from fe_models.built_in.four_dof import four_dof
 from fe_models.causes import (
     AddedMass,
@@ -25,21 +22,19 @@ from fe_models.causes import (
     CoulombFriction,
     CubicSpring,
     Effect,
-    ForceLaw,
     GapStop,
     HarmonicForce,
+    LoadDelay,
+    LoadGain,
     ModalDamping,
     PointDamper,
     QuadraticDamper,
     StiffnessChange,
     SupportSpring,
 )
-from fe_models.damping import full_damping
 from fe_models.errors import InputError
-from fe_models.linear import LinearModel
 from fe_models.recordings import Sensor
 from fe_models.response import Response
-from fe_models.simulation import FreeConfig, simulate_free
 from fe_models.structure import Spring, Structure
 
 SENSORS = (
@@ -49,6 +44,8 @@ SENSORS = (
     Sensor("a4", 4, "x", "acceleration", "m/s^2"),
     Sensor("a2", 2, "x", "acceleration", "m/s^2", "held_out"),
 )
+# On a moving base nobody measures a displacement from elsewhere.
+ON_A_BASE = tuple(replace(s, reference="base") if s.quantity == "displacement" else s for s in SENSORS)
 SIZES = {  # smallest and largest, relative to what stands beside it in `draw_cause`; drawn evenly in the logarithm
     "stiffness_change": (0.05, 0.6),
     "added_mass": (0.06, 0.8),
@@ -65,44 +62,73 @@ SIZES = {  # smallest and largest, relative to what stands beside it in `draw_ca
     "sensor_delay": (0.02, 0.3),
     "sensor_drift": (0.1, 2.0),
     "time_integration": (0.05, 0.4),
-    "hysteretic_spring": (0.2, 1.0),
-    "drifting_stiffness": (0.2, 0.6),
+    "load_gain": (0.03, 0.5),  # as of sensors
+    "load_delay": (0.02, 0.3),
 }
-FINE_STEP = 0.02  # s; of order 6, where the diagnosis takes 0.05 s at order 4
 CREEP_RATE = 3e-3  # m/s, of the hidden friction
-# kg: largest dashpot that a law is at rest, times the step; masses of 1 kg and 2 kg move it together
-MAX_DASHPOT_STEP = 0.5
+CORNERS = (0.5, 2.0)  # Hz: up to where unknown forces are white; the modes end at 0.34 Hz
 
 
 def chain_case(seed: int, config: BlindConfig) -> BlindCase:
     """Return the case of a seed: everything random in it comes from there."""
     rng = np.random.default_rng(seed)
-    design, sensors = four_dof(), sensors_of(SENSORS, config, rng)
-    state = rng.standard_normal((2, config.campaign.count, len(design.nodes)))  # m and m/s
+    design, sensors = four_dof(), sensors_of(ON_A_BASE if config.excitation == "base" else SENSORS, config, rng)
+    moved = _moved(design, config, rng)
     far = far_from(design, rng) if config.tier == "far" else None
-    built, ratios = (far.structure, far.ratios) if far else (design, None)
-    calm = _motion(built, (), state, config, (), rng, ratios)
-    causes = causes_apart(config.hidden, lambda kind: draw_cause(kind, calm, rng, config.size, sensors))
+    drawn = Chain(far.structure, ratios=far.ratios) if far else Chain(design)
+    moved = replace(moved, driving=scaled(drawn, moved.driving, config)) if moved.driving else moved
+    calm = motion_of(drawn, moved, config, rng)
+    causes = causes_apart(
+        config.hidden, lambda kind: draw_cause(kind, calm, rng, config.size, sensors, loads_of(moved.driving))
+    )
     effects = tuple(cause for cause in causes if isinstance(cause, Effect))
     if far is None:
         built = _off(design, rng) if config.tier == "off" else design
         ratios = 1 + 0.1 * rng.standard_normal(len(design.nodes)) * (config.tier == "off")
-    motion = _motion(built, effects, state, config, config.outside, rng, ratios)
+        drawn = Chain(built, ratios=ratios)
+    motion = motion_of(replace(drawn, effects=effects, outside=config.outside), moved, config, rng)
     if not config.affected.all():
         lasting = tuple(effect for effect in effects if effect in config.lasting(causes))
-        before = _motion(built, lasting, state, config, (), rng, ratios)
+        before = motion_of(replace(drawn, effects=lasting), moved, config, rng)
         acts = config.affected[:, None, None]
         parts = [np.where(acts, a, b) for a, b in zip(_parts(motion), _parts(before), strict=True)]
         motion = replace(motion, displacement=parts[0], velocity=parts[1], acceleration=parts[2])
-    clean = np.stack([motion.channel(s.node, s.direction, s.quantity) for s in sensors], axis=-1)
-    case = as_recorded(design, sensors, clean, tuple(causes), config, rng)
+    rate = config.campaign.sampling_rate
+    clean = np.stack([shown(motion, sensor, moved.driving, rate) for sensor in sensors], axis=-1)
+    driving = [
+        item.recorded(rate, causes if acts else config.lasting(causes))
+        for item, acts in zip(moved.driving, config.affected, strict=bool(moved.driving))
+    ]
+    known = [(item.loads, item.base) for item in driving]
+    case = as_recorded(design, sensors, clean, tuple(causes), config, rng, driving=known)
     return replace(case, factors=far.factors if far else ())
 
 
+def _moved(design: Structure, config: BlindConfig, rng: np.random.Generator) -> Moved:
+    """Return what moves each recording."""
+    count, nodes = config.campaign.count, len(design.nodes)
+    if config.excitation == "free":
+        return Moved(rng.standard_normal((2, count, nodes)))
+    rest = np.zeros((2, count, nodes))
+    if config.excitation != "ambient":
+        return Moved(rest, drawn_driving(config, nodes, rng))
+    places = tuple((node, design.directions[0]) for node in range(1, nodes + 1))
+    drawn = [(float(rng.uniform(*CORNERS)), int(rng.integers(2**32))) for _ in range(count)]
+    return Moved(rest, unknown=tuple(UnknownForces(places, np.ones(nodes), corner, seed) for corner, seed in drawn))
+
+
 def draw_cause(
-    kind: str, calm: Response, rng: np.random.Generator, size: float | None, sensors: tuple[Sensor, ...] = SENSORS
+    kind: str,
+    calm: Response,
+    rng: np.random.Generator,
+    size: float | None,
+    sensors: tuple[Sensor, ...] = SENSORS,
+    loads: tuple[int, ...] = (),
 ) -> Cause:
-    """Return a cause of that ``kind`` at a random place; ``calm``: the motion without it, which gives scales."""
+    """Return a cause of that ``kind`` at a random place; ``calm``: the motion without it, which gives scales.
+
+    ``loads``: the nodes at which forces were recorded.
+    """
     amount = amount_between(*SIZES[kind], rng, size)
     node, sign = int(rng.integers(1, 5)), float(rng.choice([-1.0, 1.0]))
     nodes: Any = (node,) if rng.uniform() < 0.6 or node == 1 else (node - 1, node)
@@ -139,6 +165,10 @@ def draw_cause(
         case "harmonic_force":
             frequency = float(np.exp(rng.uniform(np.log(0.05), np.log(1.0))))
             return HarmonicForce(node, "x", amount, frequency, float(rng.uniform(0, 2 * np.pi)))
+        case "load_gain":
+            return LoadGain((int(rng.choice(loads)), "x"), 1 + sign * amount)
+        case "load_delay":
+            return LoadDelay((int(rng.choice(loads)), "x"), sign * amount)
     found = recording_cause(kind, amount, sign, sensor, calm)
     if found is None:
         raise InputError(f"kind {kind!r} cannot be drawn")
@@ -154,65 +184,6 @@ def _off(design: Structure, rng: np.random.Generator) -> Structure:
     )
     masses = tuple(replace(m, mass=m.mass * (1 + 0.01 * rng.standard_normal())) for m in design.point_masses)
     return replace(design, elements=elements, point_masses=masses)
-
-
-def _motion(
-    built: Structure,
-    effects: tuple[Effect, ...],
-    state: FloatArray,
-    config: BlindConfig,
-    outside: tuple[str, ...],
-    rng: np.random.Generator,
-    ratios: FloatArray | None = None,
-) -> Response:
-    """Return the motion of ``built`` with ``effects``, and every damping ratio multiplied by ``ratios`` (mode,)."""
-    linear_model = linearise(built.with_effects(*effects))
-    if ratios is not None:
-        linear_model = replace(linear_model, damping=linear_model.damping + _more_damping(built, ratios))
-    laws: list[ForceLaw] = [law for effect in effects if (law := effect.law(built)) is not None]
-    if "drifting_stiffness" in outside:
-        element = int(rng.integers(1, 5))
-        least, most = SIZES["drifting_stiffness"]
-        change = rng.uniform(least, most) * rng.choice([-1, 1]) * element / config.campaign.duration
-        last: tuple[tuple[int, Any, float], ...] = ((element, "x", 1.0),)
-        laws.append(DriftingSpring(last if element == 1 else ((element - 1, "x", -1.0), *last), float(change)))
-    if "hysteretic_spring" in outside:
-        return _hysteretic(linear_model, state, config, rng)
-    step = min(FINE_STEP, *(MAX_DASHPOT_STEP / max(law.largest_slopes[1], 1e-9) for law in laws)) if laws else FINE_STEP
-    run = FreeConfig(config.campaign.duration, config.campaign.sampling_rate, step)
-    return simulate_free(linear_model, state[0], state[1], run, tuple(laws), progress=False)
-
-
-def _more_damping(built: Structure, ratios: FloatArray) -> csr_array:
-    """Return what multiplying each mode's damping ratio adds to C, of the structure without what is hidden in it."""
-    model = linearise(built)
-    mass, own = model.mass.toarray(), full_damping(model)
-    _, shapes = eigh(model.stiffness.toarray(), mass)
-    weighted = mass @ shapes
-    return csr_array((weighted * (np.einsum("di,de,ei->i", shapes, own, shapes) * (ratios - 1))) @ weighted.T)
-
-
-def _hysteretic(model: LinearModel, state: FloatArray, config: BlindConfig, rng: np.random.Generator) -> Response:
-    """Return the motion with a hysteretic spring between a random node and the ground."""
-    least, most = SIZES["hysteretic_spring"]
-    node, k = int(rng.integers(0, 4)), float(rng.uniform(least, most))
-    spring = HystereticSpring(((node + 1, "x", 1.0),), k, reach=float(rng.uniform(0.2, 0.5)))
-    M, C, K = model.mass.toarray(), model.damping.toarray(), model.stiffness.toarray()
-    count, n = state.shape[1:]
-    time = np.arange(config.campaign.samples) / config.campaign.sampling_rate
-    pull = np.eye(n)[node]
-
-    def rates(_t: float, y: FloatArray) -> FloatArray:
-        x, v, z = np.split(y.reshape(2 * n + 1, count), [n, 2 * n])
-        a = -np.linalg.solve(M, C @ v + K @ x + np.outer(pull, k * z[0]))
-        return np.concatenate([v, a, spring.rate(v[node], z[0])[None]]).ravel()
-
-    start = np.concatenate([state[0].T, state[1].T, np.zeros((1, count))]).ravel()
-    done = solve_ivp(rates, (0, time[-1]), start, t_eval=time, rtol=1e-8, atol=1e-9, method="DOP853")
-    y = done.y.reshape(2 * n + 1, count, len(time)).transpose(1, 2, 0)  # (recording, time, state)
-    x, v, z = y[..., :n], y[..., n : 2 * n], y[..., 2 * n]
-    a = -np.linalg.solve(M, (x @ K.T + v @ C.T + k * z[..., None] * pull).reshape(-1, n).T).T.reshape(x.shape)
-    return Response(time, x, v, a, model.dofs)
 
 
 def _parts(motion: Response) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -15,7 +15,7 @@ from scipy.linalg import expm
 from benchmarks.blind_cases.outside import HystereticSpring
 from fe_models.arrays import FloatArray
 from fe_models.causes import ForceLaw
-from fe_models.linear import ModalModel
+from fe_models.linear import LinearModel, ModalModel
 
 Force = Callable[[FloatArray, FloatArray], FloatArray]
 """Modal forces (mode, motion) at modal coordinates and rates (mode, motion)."""
@@ -56,11 +56,13 @@ def integrate_motion(
     rows: list[int],
     laws: tuple[ForceLaw | HystereticSpring, ...] = (),
     others: Force | None = None,
+    known: FloatArray | None = None,
 ) -> FloatArray:
     """Return displacement, velocity and acceleration of some ``rows``, (3, output, row, motion), at every output.
 
     ``modal``: all modes of the structure; ``start``: its modal coordinates and their rates, each (mode, motion).
     Forces of the ``laws`` are found by iteration in each step, those of ``others`` are taken at the prediction.
+    ``known``: modal forces at each step (step, mode, motion), from the first to beyond the last.
     """
     propagator = _propagator(modal.omega, modal.damping_ratio, grid.step)
     contact = _Contact(modal, laws, propagator, start[0].shape[1], grid.step)
@@ -73,14 +75,15 @@ def integrate_motion(
     stiffness, damping = (modal.omega**2)[:, None], (2 * modal.damping_ratio * modal.omega)[:, None]
     for taken in range(grid.outputs * grid.per_output + 1):
         output, rest = divmod(taken, grid.per_output)
+        given, later = (0.0, 0.0) if known is None else known[taken : taken + 2]
+        total = force + other + given
         if rest == 0:
-            result[:, output] = seen @ q, seen @ p, seen @ (force + other - stiffness * q - damping * p)
-        total = force + other
+            result[:, output] = seen @ q, seen @ p, seen @ (total - stiffness * q - damping * p)
         q, p = (
             propagator.state[i, 0, :, None] * q
             + propagator.state[i, 1, :, None] * p
             + propagator.from_old[i, :, None] * total
-            + propagator.from_new[i, :, None] * (other + growth)
+            + propagator.from_new[i, :, None] * (other + growth + later)
             for i in (0, 1)
         )
         if laws:
@@ -92,6 +95,13 @@ def integrate_motion(
             other, growth = now, now - other
             q, p = (part + propagator.from_new[i, :, None] * miss for i, part in enumerate((q, p)))
     return result
+
+
+def damping_coupling(linear: LinearModel, modal: ModalModel) -> FloatArray:
+    """Return what damping couples the modes by, (mode, mode): all but each mode's own."""
+    free = modal.shapes[modal.dofs.free]
+    damping = free.T @ (linear.damping @ free)
+    return np.asarray(damping - np.diag(np.diag(damping)))
 
 
 def _propagator(omega: FloatArray, ratio: FloatArray, step: float) -> _Propagator:

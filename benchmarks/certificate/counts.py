@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.blind.cases import BlindResult, Task, words_of
+from benchmarks.blind.cases import BlindResult, Task
 from benchmarks.blind.rates import Rate, Share, rates, share
 from benchmarks.blind.reliability import Bin, bins_of, calibration
 from benchmarks.certificate.code import Code
@@ -87,14 +87,14 @@ def counts(column: Column, records: Mapping[Task, Record]) -> ColumnCounts:
     reports = [record.judgement for _, record in own if record.judgement]
     failures = Counter(record.failure for _, record in own if record.judgement is None)
     none = Rate("no report, which counts as wrong above", Share(failures.total(), len(own)), "0")
-    every = rates(results, column.tier, empty=True) if results else []
+    every = rates(results, column.tier, column.acts, column.excitation, empty=True) if results else []
     shares = [rate for rate in every if isinstance(rate.measured, Share)]
     return ColumnCounts(
         column,
         len(own),
         (*shares, none) if own else (),
         tuple(calibration(results)),
-        {word: _right(results, word) for word in dict.fromkeys(words_of(column.structure))},
+        {word: _right(results, word) for word in dict.fromkeys(column.words)},
         _findings(results),
         dict(Counter(report.verdict.value for report in reports)),
         dict(failures),
@@ -139,7 +139,9 @@ def _column_content(own: ColumnCounts) -> dict[str, Any]:
     return {
         "name": own.column.name,
         "structure": own.column.structure,
-        "off": own.column.off,
+        "tier": own.column.tier,
+        "excitation": own.column.excitation,
+        "acts": own.column.acts,
         "planned": own.column.count,
         "done": own.done,
         "rates": [rate.as_json(()) for rate in own.rates],
