@@ -18,7 +18,7 @@ from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
 from hybrid.diagnosis.recorded.sensor_outputs import SensorOutputs
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.state_space import system_of
-from hybrid.diagnosis.screening.force_screening import screen_forces
+from hybrid.diagnosis.screening.force_screening import _harmonic_gains, screen_forces
 from tests.chain_fits import RATE, candidate, gauge_of
 from tests.masts import DURATION, masts, recorded
 
@@ -115,3 +115,21 @@ def test_a_machine_that_was_found_is_none_of_the_modes_whose_multiples_a_frame_m
     best = screen_forces(found.whole, (forces[6],), setting.noise_model)[0]
     assert best.start[0] == pytest.approx(14.8, abs=1 / DURATION / 2)
     assert best.gain > 0.5 * found.whole.misfit
+
+
+def test_gains_are_those_of_least_squares() -> None:
+    """A force at each frequency, free in amplitude and phase, beside a basis that was projected out."""
+    rng, samples, sensors, count = np.random.default_rng(3), 30, 2, 80
+    basis = np.linalg.qr(rng.standard_normal((samples * sensors, 3)))[0]
+    residual = rng.standard_normal((2, samples * sensors))
+    residual -= residual @ basis @ basis.T
+    lines = np.array([2, 7, 19])
+    transfer = rng.standard_normal((3, sensors, 1)) + 1j * rng.standard_normal((3, sensors, 1))
+    found = _harmonic_gains(residual, basis, transfer, lines, count)[:, 0]
+    for line, shown, gain in zip(lines, transfer[..., 0], found, strict=True):
+        turning = np.exp(2j * np.pi * line / count * np.arange(samples))
+        course = (turning[:, None] * shown).ravel()
+        columns = np.column_stack([course.real, course.imag])
+        columns -= basis @ (basis.T @ columns)
+        left = residual.T - columns @ np.linalg.lstsq(columns, residual.T, rcond=None)[0]
+        assert gain == pytest.approx(np.sum(residual**2) - np.sum(left**2), rel=1e-6)  # a ridge of 1e-9

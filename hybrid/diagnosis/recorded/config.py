@@ -63,6 +63,7 @@ class MotionFreeConfig:
     min_frequency_share: float = 0.5  # of the slowest mode: what is slower is no motion of the structure
     # slow components of a recording at least, by which an offset in it is judged: motion takes up half a dozen of them
     min_half_waves: int = 16
+    max_half_waves: int = 128  # ... and at most: as many judge an offset as well as more, in a hundredth of the time
     min_share_beside_motion: float = 0.1  # of the largest: components with less beside motion are motion's own
     stretch_periods: float = 1.5  # of the slowest mode: as much is looked at together to identify its pole ...
     max_stretch_share: float = 0.3  # ... but no more of the shortest recording ...

@@ -130,6 +130,7 @@ def _slow_beside_motion(courses: FloatArray, poles: ComplexArray, periods: float
     decays = np.hstack([decays, time[:, None] * decays])
     motion = orth(np.hstack([decays.real, decays.imag]))
     half_waves = max(ceil(2 * MOTION_FREE.min_frequency_share * periods), MOTION_FREE.min_half_waves)
+    half_waves = min(half_waves, MOTION_FREE.max_half_waves)
     slow = np.column_stack([np.cos(np.pi * np.outer(time + 0.5 / len(time), np.arange(half_waves))), courses[:, -1]])
     slow /= np.linalg.norm(slow, axis=0)
     beside = orth(slow - motion @ (motion.T @ slow), rcond=MOTION_FREE.min_share_beside_motion)

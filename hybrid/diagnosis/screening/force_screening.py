@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fe_models.arrays import BoolArray, FloatArray
+from fe_models.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from fe_models.causes.candidate import Candidate, HarmonicCandidate
 from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.fitting.linearisation import linearise_batch
@@ -31,7 +31,8 @@ def screen_forces(fit: Fit, candidates: tuple[Candidate, ...], noise_model: Nois
     inverse = np.linalg.inv(reduced.mass)
     longest = max(batch.samples for batch in fit.batches)
     count = longest * SCREENING.frequencies_per_line
-    trials = np.arange(SCREENING.frequencies_per_line, count // 2) * noise_model.rate / count
+    lines = np.arange(SCREENING.frequencies_per_line, count // 2)
+    trials = lines * noise_model.rate / count
     feed = np.stack([reduced.fed(force.pull, inverse)[0] for force in forces], axis=1)  # (mode, place)
     B = np.zeros((2 * n, len(forces)))  # the structure's own states: at another force's frequency its own are singular
     B[n:] = feed
@@ -48,7 +49,7 @@ def screen_forces(fit: Fit, candidates: tuple[Candidate, ...], noise_model: Nois
         sigma = batch.sigma(noise_model)[:, 0]  # (recording, sensor), or one row for all
         for number, residual in enumerate(np.array_split(part.residual, len(sigma))):
             basis = part.basis[number] if part.basis.ndim == 3 else part.basis  # of laws: the first one's
-            gains += _harmonic_gains(residual, basis, transfer / sigma[number][:, None], trials / noise_model.rate)
+            gains += _harmonic_gains(residual, basis, transfer / sigma[number][:, None], lines, count)
     if hypothesis.nominal.kept is not None:
         least = min(
             SCREENING.min_combination_share * _energy(fit, noise_model),
@@ -86,23 +87,28 @@ def _energy(fit: Fit, noise_model: NoiseModel) -> float:
 
 
 def _harmonic_gains(
-    residual: FloatArray, basis: FloatArray, transfer: FloatArray, frequencies: FloatArray
+    residual: FloatArray, basis: FloatArray, transfer: ComplexArray, lines: IntArray, count: int
 ) -> FloatArray:
     """Return the fall in the sum of squares (frequency, place) by a harmonic force, free in each recording.
 
     ``residual`` (recording, value), of which the ``basis`` (value, vector) was projected out; ``transfer`` (frequency,
-    sensor, place) is what the sensors show of a unit force, in units of the noise; ``frequencies`` in cycles a sample.
-    All products with these are Fourier transforms, of the residual and of the basis.
+    sensor, place) is what the sensors show of a unit force, in units of the noise; ``lines`` (frequency,): the number
+    of each frequency among those of ``count`` samples. All products with these are Fourier transforms, of the residual
+    and of the basis.
     """
     sensors = transfer.shape[1]
     samples = len(basis) // sensors
-    turns = np.exp(2j * np.pi * np.outer(frequencies, np.arange(samples)))  # (frequency, time)
-    along = turns @ residual.reshape(-1, samples, sensors).transpose(1, 0, 2).reshape(samples, -1)
-    inside = turns @ basis.reshape(samples, -1)
-    along = along.reshape(len(turns), -1, sensors) @ transfer  # (frequency, recording, place)
-    inside = inside.reshape(len(turns), sensors, -1).transpose(0, 2, 1) @ transfer  # (frequency, state, place)
+
+    def turned(courses: FloatArray, at: IntArray) -> ComplexArray:
+        """Return the sum of courses (time, ...) times exp(2 pi i at time / count), (frequency, ...)."""
+        return np.asarray(np.fft.fft(courses, count, axis=0)[at % count].conj())
+
+    along = turned(residual.reshape(-1, samples, sensors).transpose(1, 0, 2).reshape(samples, -1), lines)
+    inside = turned(basis.reshape(samples, -1), lines)
+    along = along.reshape(len(lines), -1, sensors) @ transfer  # (frequency, recording, place)
+    inside = inside.reshape(len(lines), sensors, -1).transpose(0, 2, 1) @ transfer  # (frequency, state, place)
     size = samples * np.sum(np.abs(transfer) ** 2, axis=1) - np.sum(np.abs(inside) ** 2, axis=1)
-    double = np.sum(turns**2, axis=1)[:, None] * np.sum(transfer**2, axis=1) - np.sum(inside**2, axis=1)
+    double = turned(np.ones((samples, 1)), 2 * lines) * np.sum(transfer**2, axis=1) - np.sum(inside**2, axis=1)
     a, b, c = (size + double.real) / 2, (size - double.real) / 2, double.imag / 2  # of cosines and sines
     ridge = 1e-9 * (a + b)
     a, b = a + ridge, b + ridge
