@@ -25,26 +25,32 @@ class Course(Enum):
     DIES_AWAY = "dies away, as a free decay does"
     GOES_ON = "does not die away, so something drives it"
     STARTS_AGAIN = "starts again after it has died away, so something drives it"
+    UNTOLD = "is too short to tell whether it dies away, or shows no mode"
+
+    @property
+    def may_be_free(self) -> bool:
+        """Whether nothing contradicts a free decay, which users state by stating nothing."""
+        return self in (Course.DIES_AWAY, Course.UNTOLD)
 
 
 def course_of(motions: Sequence[FloatArray], rate: float, first: float, highest: float) -> Course:
     """Return how ``motions`` (time, sensor), sampled at ``rate`` Hz, go on.
 
-    ``first`` and ``highest``: the structure's lowest natural frequency, and up to where recordings go, Hz. What lasts
-    too short to die away, or shows no mode, is taken for a free decay, which users state by stating nothing.
+    ``first`` and ``highest``: the structure's lowest natural frequency, and up to where recordings go, Hz.
     """
     parts = [np.asarray(part, dtype=float) - np.mean(part, axis=0) for part in motions]
     scale = np.sqrt(np.mean(np.concatenate(parts) ** 2, axis=0))
     parts = [part / np.where(scale > 0, scale, 1.0) for part in parts]
     if any(_starts_again(part) for part in parts):
         return Course.STARTS_AGAIN
-    return Course.GOES_ON if _goes_on(parts, rate, first, highest) else Course.DIES_AWAY
+    if _fall(parts) > EXCITATION.largest_fall * EXCITATION.most_decay:
+        return Course.DIES_AWAY  # without any work
+    return _course_of_modes(parts, rate, first, highest)
 
 
 def _starts_again(part: FloatArray) -> bool:
     """Return whether the power of a motion (time, sensor) has fallen, and comes back from one span to the next."""
-    power = power_spectrum(part).sum(axis=1)
-    span = round(EXCITATION.span_periods * len(part) / max(int(np.argmax(power)), 1))
+    span = round(EXCITATION.span_periods * len(part) / strongest_line(part))
     if len(part) < EXCITATION.min_spans * span:
         return False
     total = np.concatenate([[0.0], np.cumsum(np.sum(part**2, axis=1))])
@@ -56,19 +62,23 @@ def _starts_again(part: FloatArray) -> bool:
     return bool(np.any(down & up))
 
 
-def _goes_on(motions: Sequence[FloatArray], rate: float, first: float, highest: float) -> bool:
+def strongest_line(part: FloatArray) -> int:
+    """Return the number of cycles in a motion (time, sensor) of its strongest vibration, at least one."""
+    return max(int(np.argmax(power_spectrum(part).sum(axis=1))), 1)
+
+
+def _course_of_modes(motions: Sequence[FloatArray], rate: float, first: float, highest: float) -> Course:
     """Return whether the power of the modes falls far less than free decays would let it."""
-    if _fall(motions) > EXCITATION.largest_fall * EXCITATION.most_decay:
-        return False  # without any work
     modes = identify_ambient_modes(motions, rate, first, highest).modes
     expected = -2 * modes.roots.real * float(np.mean([len(part) for part in motions])) / rate * 2 / 3
     tested = np.flatnonzero(expected > EXCITATION.least_decay)
     energy = modes.energy[tested]
     if energy.sum() <= EXCITATION.min_energy_share * modes.energy.sum():
-        return False
+        return Course.UNTOLD
     found = np.array([_fall(_of_mode(motions, rate, modes, int(mode))) for mode in tested])
     most = EXCITATION.largest_fall * float(np.minimum(expected[tested], EXCITATION.most_decay) @ energy)
-    return bool(found @ energy < most and _fall(motions) * energy.sum() < most)
+    goes_on = found @ energy < most and _fall(motions) * energy.sum() < most
+    return Course.GOES_ON if goes_on else Course.DIES_AWAY
 
 
 def _of_mode(motions: Sequence[FloatArray], rate: float, modes: IdentifiedModes, mode: int) -> list[FloatArray]:

@@ -52,7 +52,7 @@ def identify(
     """
     parts = [np.asarray(part, dtype=float) for part in motions]
     course = Course.GOES_ON if excitation == "ambient" else course_of(parts, rate, first, highest)
-    if course is Course.DIES_AWAY:
+    if course.may_be_free:
         modes, stabilisation = identify_free_decay(parts, rate, first, highest)
         return Identification(modes if count is None else modes.strongest(count), stabilisation, is_ambient=False)
     found = identify_ambient_modes(parts, rate, first, highest)

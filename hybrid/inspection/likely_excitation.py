@@ -1,4 +1,8 @@
-"""What a recording looks as if it had been moved by: a guess from its course, for a user to confirm."""
+"""What a recording looks as if it had been moved by: a guess, for a user to confirm.
+
+By names and units of its channels; else by its course (`identification.excitation`), and, where that cannot be told
+from the modes that it shows, by its power.
+"""
 
 import re
 from collections.abc import Sequence
@@ -9,8 +13,10 @@ import numpy as np
 
 from fe_models.arrays import FloatArray
 from fe_models.files.unit_words import known_unit
+from hybrid.identification.excitation import Course, course_of, strongest_line
 
 BLOCKS = 40  # of a recording, in each of which its power is taken
+MIN_BLOCKS = 8  # of which there are fewer in recordings too short to tell anything
 QUIET = 0.1  # of the largest RMS
 STEADY = 0.5  # largest coefficient of variation of the blocks' RMS, of what goes on alike
 RISE_BLOCKS = 2  # in which a decay that begins late has reached its largest RMS; an earthquake takes longer
@@ -48,7 +54,7 @@ def likely_excitation(names: Sequence[str], units: Sequence[str], values: FloatA
     base = tuple(i for i, name in enumerate(names) if BASE_WORDS.search(name))
     if base and len(base) < len(names):
         return Guess(Moved.BASE, base)
-    moved = _course(course_of_power(values))
+    moved = _by_course(values)
     return Guess(Moved.STEADY if moved is Moved.AMBIENT and _kurtosis(values) < MAX_KURTOSIS_OF_SINES else moved)
 
 
@@ -69,19 +75,26 @@ def _kurtosis(values: FloatArray) -> float:
     return float(np.mean(np.nanmean(centred[:, alive] ** 4, axis=0) / variance[alive] ** 2)) if alive.any() else 0.0
 
 
-def _course(power: FloatArray) -> Moved:
+def _by_course(values: FloatArray) -> Moved:
+    power = course_of_power(values)
     largest = float(power.max(initial=0.0))
-    if largest <= 0 or len(power) < 8:
+    if largest <= 0 or len(power) < MIN_BLOCKS:
         return Moved.UNCLEAR
-    course = power / largest
-    peak = int(np.argmax(course))
-    if course.std() < STEADY * course.mean() and course.min() > QUIET:
-        return Moved.AMBIENT if not _falls(course[peak:]) or peak > 1 else Moved.FREE
-    begins = int(np.flatnonzero(course > QUIET)[0])
-    if _starts(course) > 1:
-        return Moved.DECAYS
-    if _falls(course[peak:]) and course[-1] < 0.5:
-        return Moved.FREE if peak - begins < RISE_BLOCKS else Moved.EARTHQUAKE
+    power = power / largest
+    peak, begins = int(np.argmax(power)), int(np.flatnonzero(power > QUIET)[0])
+    if peak - begins >= RISE_BLOCKS and _falls(power[peak:]) and power[-1] < QUIET:
+        return Moved.EARTHQUAKE
+    motion = np.nan_to_num(values - np.nanmean(values, axis=0))
+    course = course_of([motion], 1.0, strongest_line(motion) / len(motion), 0.5)
+    match course:
+        case Course.STARTS_AGAIN:
+            return Moved.DECAYS
+        case Course.GOES_ON:
+            return Moved.AMBIENT
+        case Course.DIES_AWAY:
+            return Moved.FREE
+    if power.std() < STEADY * power.mean() and power.min() > QUIET:
+        return Moved.AMBIENT if not _falls(power[peak:]) or peak > 1 else Moved.FREE
     return Moved.UNCLEAR
 
 
@@ -91,13 +104,6 @@ def _falls(course: FloatArray) -> bool:
         return False
     first, middle, last = (float(part.mean()) for part in np.array_split(course, 3))
     return first > middle > last and last < 0.6 * first
-
-
-def _starts(course: FloatArray) -> int:
-    """Return how often a course jumps to half of its largest value or more within a block or two."""
-    before = np.concatenate([[0.0, 0.0], course[:-2]])
-    jumps = (course > 0.5) & (course > 2.5 * np.maximum(before, QUIET))
-    return int((np.diff(np.concatenate([[0], jumps.astype(int)])) == 1).sum())
 
 
 def _is_force(name: str, unit: str) -> bool:
