@@ -136,13 +136,17 @@ def random_states(count: int, seed: int = 0, size: float = 1.0) -> Tensor:
     return size * torch.randn(count, 8, generator=torch.Generator().manual_seed(seed))
 
 
-def plain_loop(dynamics: ModalDynamics, z0: Tensor, samples: int, step: float) -> Tensor:
-    """The propagator step by step, (batch, time, 2 mode), the force as the residual itself gives it."""
+def plain_loop(dynamics: ModalDynamics, z0: Tensor, samples: int, step: float, pushes: Tensor | float = 0.0) -> Tensor:
+    """The propagator step by step, (batch, time, 2 mode), the force as the residual itself gives it.
+
+    ``pushes`` (batch, step, 2 mode): what known forces add.
+    """
     weights = propagator_weights(dynamics, step)
     states, before = [z0], dynamics.force(z0)
-    for _ in range(samples - 1):
+    for k in range(samples - 1):
         force = dynamics.force(states[-1])
-        states.append(torch.cat([states[-1], force, before], dim=1) @ weights)
+        push = pushes[:, k] if isinstance(pushes, Tensor) else pushes
+        states.append(torch.cat([states[-1], force, before], dim=1) @ weights + push)
         before = force
     return torch.stack(states, dim=1)
 

@@ -8,18 +8,25 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner, Result
 
+import hybrid
 from fe_models.arrays import FloatArray
+from fe_models.errors import InputError
 from fe_models.files.dataset_file import save_dataset
 from fe_models.files.run_folder import Prediction, load_run
 from hybrid.config import Config
 from hybrid.estimation.experts import fe_counterpart
 from hybrid.estimation.forecast import forecast_windows
 from hybrid.estimation.uncertainty import banded_forecast
+from hybrid.estimation.windows import driving_of
+from hybrid.known_loads.modal_input import modal_input
+from hybrid.notebook.trained import load_trained
 from hybrid.training.checkpoint import load_checkpoint
 from hybrid.training.results import write_results
 from hybrid.training.run import CHECKPOINT, begin
+from hybrid.training.scoring import nrmse
 from scripts import render_shapes
 from scripts.predict_motion import app
+from tests.driven_problems import loaded_dataset
 from tests.hybrid_problems import SENSORS, STEP, TINY, chain_dataset, chain_modes, channels, decay
 
 NAMES = [sensor.name for sensor in SENSORS]
@@ -93,6 +100,32 @@ def test_whole_records_need_a_model_that_solves_for_its_states(run: Path, tmp_pa
     )
     assert result.exit_code == 2
     assert "--preset places" in result.output
+
+
+def test_under_known_loads_it_is_what_the_model_forecasts_and_only_as_long_as_they_are_known(tmp_path: Path) -> None:
+    """From sample 20 on, in the command and in Python alike; the loads come from the dataset's files."""
+    dataset = loaded_dataset(chain_modes(), 2)
+    path = save_dataset(dataset, tmp_path, "four_dof")
+    training = begin(dataset, Config(TINY.model, replace(TINY.training, epochs=1)), tmp_path / "run")
+    list(training.epochs())
+    write_results(training, dataset)
+    options = ("--dataset", path, "--record", "test", "--start", "10")
+    prediction = predicted(tmp_path / "run", tmp_path / "out", *options, "--duration", "30")
+    trained = load_trained(tmp_path / "run")
+    (recording,) = dataset.select("test")
+    field = hybrid.predict(trained, recording, start=10.0, duration=30.0)
+    np.testing.assert_allclose(prediction.hybrid, field.displacement, rtol=0, atol=FLOAT32)
+    driving = driving_of(modal_input(dataset, chain_modes(), [recording]), recording)
+    assert driving is not None
+    window = recording.data[:, 20:81]
+    forecast = forecast_windows(trained.model, window, driving=driving.part(20, 81))
+    np.testing.assert_allclose(field.channels, forecast.channels[0], rtol=0, atol=FLOAT32)
+    assert nrmse(forecast.channels, window).mean() < 0.1
+    refused = predict(tmp_path / "run", tmp_path / "out", *options, "--duration", "80")
+    assert refused.exit_code == 2
+    assert "known for 69.5 s more" in refused.output
+    with pytest.raises(InputError, match=r"expected up to 69.5 s, over which the forces are known"):
+        hybrid.predict(trained, recording, start=10.0, duration=80.0)
 
 
 def test_a_record_is_read_only_as_far_as_the_encoder_sees(run: Path, tmp_path: Path) -> None:

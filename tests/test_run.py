@@ -12,7 +12,7 @@ import torch
 
 from fe_models.errors import InputError
 from fe_models.files.result_list import LIST_FILE
-from fe_models.recordings import Assumptions, Dataset, Load, Recording
+from fe_models.recordings import Assumptions, Dataset, Recording
 from hybrid.config import Config
 from hybrid.estimation.experts import fe_counterpart
 from hybrid.estimation.forecast import forecast_windows
@@ -20,7 +20,17 @@ from hybrid.training.checkpoint import Checkpoint, load_checkpoint
 from hybrid.training.gradient_training import TrainingDivergedError
 from hybrid.training.results import write_results
 from hybrid.training.run import CHECKPOINT, PARTIAL_CHECKPOINT, begin, resume
-from tests.hybrid_problems import HELD_OUT, TINY, chain_dataset, chain_modes, learned, same, with_column
+from tests.driven_problems import loaded_dataset
+from tests.hybrid_problems import (
+    HELD_OUT,
+    TINY,
+    chain_dataset,
+    chain_modes,
+    learned,
+    off_chain,
+    same,
+    with_column,
+)
 
 EPOCHS = TINY.training.epochs
 
@@ -177,15 +187,28 @@ def test_test_recordings_may_change_between_interruption_and_resumption(folders:
     assert len(resume(replace(dataset, recordings=others), TINY, folders[0]).history) == 1
 
 
-def test_nothing_is_begun_without_training_recordings_or_with_loads(dataset: Dataset, tmp_path: Path) -> None:
-    tests = dataset.select("test")
-    pushed = replace(tests[0], loads=(Load(1, "x", np.ones(100)),))
-    with pytest.raises(InputError) as caught:
-        begin(replace(dataset, recordings=(pushed,)), TINY, tmp_path)
-    assert len(caught.value.faults) == 2
-    assert "'unseen' names loads" in caught.value.faults[0]
-    assert "no training recording or no measured sensor" in caught.value.faults[1]
+def test_nothing_is_begun_without_training_recordings(dataset: Dataset, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="no training recording or no measured sensor"):
+        begin(replace(dataset, recordings=dataset.select("test")), TINY, tmp_path)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_training_under_loads_resumes_as_if_never_interrupted_and_not_under_others(tmp_path: Path) -> None:
+    dataset = loaded_dataset(off_chain(), 2)
+    for folder in ("whole", "parts"):
+        run = begin(dataset, TINY, tmp_path / folder)
+        for result in run.epochs():
+            if folder == "parts" and result.epoch == 2:
+                break
+    louder = tuple(
+        replace(each, loads=(replace(each.loads[0], values=2 * each.loads[0].values), each.loads[1]))
+        for each in dataset.recordings
+    )
+    assert "other recordings" in refusal(replace(dataset, recordings=louder), TINY, tmp_path / "parts")
+    again = resume(dataset, TINY, tmp_path / "parts")
+    assert [result.epoch for result in again.epochs()] == [3, 4]
+    whole = resume(dataset, TINY, tmp_path / "whole")
+    assert same(learned(again.trainer.model), learned(whole.trainer.model))
 
 
 def test_scores_in_the_metrics_are_those_of_the_checkpoint(folders: list[Path], dataset: Dataset) -> None:

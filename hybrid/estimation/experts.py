@@ -18,9 +18,15 @@ from typing import TypeVar, cast
 import torch
 from torch import Tensor, nn
 
+from fe_models.errors import InputError
 from hybrid.estimation.start_evidence import StartEvidence
+from hybrid.neural_modal_ode.driving import Driving
 from hybrid.neural_modal_ode.model import NeuralModalODE, Trajectory
 from hybrid.neural_modal_ode.residuals.free_residual import NoResidual
+
+NO_KNOWN_FORCES = (
+    "experts are weighed by how free motions begin, and take no known loads or base motion: choose another --preset"
+)
 
 
 class Experts(nn.Module):
@@ -73,8 +79,10 @@ class Experts(nn.Module):
         weights = torch.full((len(q), len(self.members)), 1 / len(self.members), dtype=q.dtype, device=q.device)
         return torch.cat([weights, *(member.scale_state(q, q_dot) for member in self.members)], dim=1)
 
-    def forecast(self, z0: Tensor, samples: int) -> Trajectory:
-        """Return the mean trajectory of ``samples`` samples from rows of `initial_state`."""
+    def forecast(self, z0: Tensor, samples: int, driving: Driving | None = None) -> Trajectory:
+        """Return the mean trajectory of ``samples`` samples from rows of `initial_state`; `InputError` under forces."""
+        if driving is not None:
+            raise InputError(NO_KNOWN_FORCES)
         members = self.members
         weights, states = z0[:, : len(members)], z0[:, len(members) :].chunk(len(members), dim=1)
         parts = [member.forecast(state, samples) for member, state in zip(members, states, strict=True)]

@@ -11,6 +11,7 @@ from fe_models.errors import InputError
 from hybrid.estimation.config import UNCERTAINTY
 from hybrid.estimation.experts import Experts, Hybrid
 from hybrid.estimation.most_probable_state import estimate_state, smooth_state
+from hybrid.neural_modal_ode.driving import Driving
 from hybrid.neural_modal_ode.model import Trajectory
 from hybrid.neural_modal_ode.state_prior import StatePrior
 
@@ -32,11 +33,13 @@ def forecast_windows(
     dynamics: Hybrid | None = None,
     samples: int | None = None,
     whole: bool = False,
+    driving: Driving | None = None,
 ) -> Forecast:
     """Forecast windows (window, time, sensor) from their first samples, starting at the mean of q(z0 | samples).
 
     ``dynamics`` (the FE counterpart, say) forecasts in place of ``model``, from the state that ``model`` encodes;
-    ``samples`` of them, or as many as the windows have. ``whole``: see `posterior`.
+    ``samples`` of them, or as many as the windows have. ``whole``: see `posterior`. ``driving``: what is known to drive
+    the windows, over as many samples.
     """
     parts: list[Trajectory] = []
     for start in range(0, len(windows), UNCERTAINTY.windows_per_batch):
@@ -45,8 +48,9 @@ def forecast_windows(
             dtype=model.channel_scale.dtype,
             device=model.channel_scale.device,
         )
-        mean, _ = posterior(model, batch, whole)
-        parts.append((dynamics or model).forecast(mean, samples or windows.shape[1]))
+        known = None if driving is None else driving[start : start + UNCERTAINTY.windows_per_batch].to(batch)
+        mean, _ = posterior(model, batch, whole, known)
+        parts.append((dynamics or model).forecast(mean, samples or windows.shape[1], known))
     return joined(parts)
 
 
@@ -56,12 +60,14 @@ def solves_for_states(model: Hybrid) -> bool:
 
 
 @torch.no_grad()
-def posterior(model: Hybrid, windows: Tensor, whole: bool = False) -> tuple[Tensor, Tensor]:
+def posterior(
+    model: Hybrid, windows: Tensor, whole: bool = False, driving: Driving | None = None
+) -> tuple[Tensor, Tensor]:
     """Return the mean (window, 2 mode) of z0 given windows (window, time, sensor), and a root of its covariance.
 
     From the windows' first samples, or, ``whole``, from all of them: that needs a model which solves for its states
     (`InputError` otherwise). There the covariance is scaled by how well the window is explained: as under a
-    chi-squared prior of the noise's variance.
+    chi-squared prior of the noise's variance. ``driving``: what is known to drive the windows.
     """
     if whole and not solves_for_states(model):
         raise InputError("only models that solve for their states (--preset places) can use a whole record")
@@ -70,10 +76,10 @@ def posterior(model: Hybrid, windows: Tensor, whole: bool = False) -> tuple[Tens
         return state, state.new_zeros(*state.shape, state.shape[1])
     prior = model.encoder
     if not isinstance(prior, StatePrior):
-        mean, log_variance = model.encode(windows)
+        mean, log_variance = model.encode(windows, driving)
         return mean, torch.diag_embed((0.5 * log_variance).exp())
     seen = windows if whole else windows[:, : model.config.encoder_samples]
-    estimate = smooth_state(model, prior, seen) if whole else estimate_state(model, prior, seen)
+    estimate = (smooth_state if whole else estimate_state)(model, prior, seen, driving=driving)
     samples = seen.shape[1] * len(model.measured)
     scale = (2 * estimate.misfit + UNCERTAINTY.noise_degrees_of_freedom) / (
         samples + UNCERTAINTY.noise_degrees_of_freedom

@@ -14,7 +14,8 @@ from torch import Tensor
 from hybrid.estimation.config import STATE
 from hybrid.estimation.trajectory_sensitivity import sensitivities, trajectory_jacobian
 from hybrid.levenberg_marquardt import Damping
-from hybrid.neural_modal_ode.integrators import propagate
+from hybrid.neural_modal_ode.driving import Driving, parts_of
+from hybrid.neural_modal_ode.integrators import propagate, pushes_of
 from hybrid.neural_modal_ode.model import NeuralModalODE
 from hybrid.neural_modal_ode.state_prior import StatePrior
 
@@ -33,15 +34,19 @@ class StateEstimate:
     misfit: Tensor
 
 
-def smooth_state(model: NeuralModalODE, prior: StatePrior, windows: Tensor) -> StateEstimate:
+def smooth_state(
+    model: NeuralModalODE, prior: StatePrior, windows: Tensor, driving: Driving | None = None
+) -> StateEstimate:
     """Return the posterior given whole windows (batch, time, sensor), however long: the span of samples grows."""
     parts = []
-    for batch in windows.split(STATE.windows_per_batch):
+    known = parts_of(driving, STATE.windows_per_batch, len(windows))
+    for batch, own in zip(windows.split(STATE.windows_per_batch), known, strict=True):
         span = model.config.encoder_samples
-        estimate = estimate_state(model, prior, batch[:, :span])
+        estimate = estimate_state(model, prior, batch[:, :span], driving=own)
         while span < windows.shape[1]:
             span = round(STATE.span_growth * span)
-            estimate = estimate_state(model, prior, batch[:, :span], estimate.mean, STATE.max_iterations_from_near)
+            near = STATE.max_iterations_from_near
+            estimate = estimate_state(model, prior, batch[:, :span], estimate.mean, near, own)
         parts.append(estimate)
     return StateEstimate(*(torch.cat([getattr(part, name) for part in parts]) for name in vars(parts[0])))
 
@@ -53,14 +58,17 @@ def estimate_state(
     windows: Tensor,
     start: Tensor | None = None,
     iterations: int = STATE.max_iterations,
+    driving: Driving | None = None,
 ) -> StateEstimate:
     """Return the posterior of the initial state given all samples of ``windows`` (batch, time, sensor).
 
     Only measured channels are read. ``start`` (batch, 2 mode): where the search begins; left out: at rest.
+    ``driving``: what is known to drive the windows, over at least as many samples.
     """
-    seen = windows[:, :, model.measured].transpose(0, 1)  # (time, batch, measured)
+    known = None if driving is None else driving.first(windows.shape[1])
+    seen = by_motion(model, windows, known)  # (time, batch, measured)
     z0 = windows.new_zeros(len(windows), len(prior.precision)) if start is None else start
-    states = trajectory(model, z0, len(seen))
+    states = trajectory(model, z0, len(seen), known)
     misfit, residual = misfits(model, prior, states, seen)
     damping = torch.full_like(misfit, DAMPING.start)
     for _ in range(iterations):
@@ -70,7 +78,7 @@ def estimate_state(
         damped = normal + torch.diag_embed(damping[:, None] * normal.diagonal(dim1=1, dim2=2))
         move = torch.linalg.solve_ex(damped, downhill)[0]
         move = move * (STATE.max_step / move.norm(dim=1, keepdim=True)).clamp(max=1.0)
-        tried = trajectory(model, z0 + move, len(seen))
+        tried = trajectory(model, z0 + move, len(seen), known)
         tried_misfit, tried_residual = misfits(model, prior, tried, seen)
         better = tried_misfit <= misfit  # (batch,); false where numbers overflow
         z0 = torch.where(better[:, None], z0 + move, z0)
@@ -82,17 +90,24 @@ def estimate_state(
     return StateEstimate(z0, torch.linalg.inv(J @ J.transpose(1, 2) + prior.precision), misfit)
 
 
-def trajectory(model: NeuralModalODE, z0: Tensor, samples: int) -> Tensor:
-    """Return the states at every substep (substep, batch, 2 mode)."""
+def by_motion(model: NeuralModalODE, windows: Tensor, driving: Driving | None) -> Tensor:
+    """Return what the measured channels of windows show of the motion (time, batch, measured), and not of forces."""
+    own = windows if driving is None else windows - driving.shown
+    return own[:, :, model.measured].transpose(0, 1)
+
+
+def trajectory(model: NeuralModalODE, z0: Tensor, samples: int, driving: Driving | None = None) -> Tensor:
+    """Return the states at every substep (substep, batch, 2 mode); ``driving`` of as many samples."""
     every = model.substeps
-    states = propagate(model.dynamics, z0, (samples - 1) * every + 1, model.step / every)
+    pushes = None if driving is None else pushes_of(model.dynamics, driving, model.step, every)
+    states = propagate(model.dynamics, z0, (samples - 1) * every + 1, model.step / every, pushes)
     return states.transpose(0, 1).contiguous()
 
 
 def misfits(model: NeuralModalODE, prior: StatePrior, states: Tensor, seen: Tensor) -> tuple[Tensor, Tensor]:
     """Return the misfit (batch,) and the channels' misfits in noise standard deviations (batch, time * measured).
 
-    ``states`` (substep, batch, 2 mode), ``seen`` (time, batch, measured).
+    ``states`` (substep, batch, 2 mode), ``seen`` (time, batch, measured): see `by_motion`.
     """
     at_samples = states[:: model.substeps]
     channels = model.decode(at_samples, model.dynamics.force(at_samples))[..., model.measured]

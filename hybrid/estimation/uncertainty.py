@@ -19,7 +19,8 @@ from fe_models.recordings import Sensor
 from hybrid.estimation.config import UNCERTAINTY
 from hybrid.estimation.experts import Experts, Hybrid
 from hybrid.estimation.forecast import Forecast, forecast_windows, joined, posterior, solves_for_states
-from hybrid.estimation.windows import evenly
+from hybrid.estimation.windows import evenly, evenly_chosen
+from hybrid.neural_modal_ode.driving import Driving, parts_of
 from hybrid.neural_modal_ode.model import Trajectory
 from hybrid.neural_modal_ode.state_prior import StatePrior
 
@@ -34,48 +35,66 @@ class BandedForecast:
 
 @torch.no_grad()
 def banded_forecast(
-    model: Hybrid, windows: FloatArray, samples: int | None = None, whole: bool = False
+    model: Hybrid,
+    windows: FloatArray,
+    samples: int | None = None,
+    whole: bool = False,
+    driving: Driving | None = None,
 ) -> BandedForecast:
     """Forecast windows (window, time, sensor) as `forecast_windows` does, and say how sure it is."""
-    centre, std = _with_std(model, windows, samples, whole, lambda motion: motion.channels)
+    centre, std = _with_std(model, windows, samples, whole, driving, lambda motion: motion.channels)
     return BandedForecast(joined(centre), std)
 
 
 @torch.no_grad()
 def banded_field(
-    model: Hybrid, windows: FloatArray, shapes: FloatArray, samples: int | None = None, whole: bool = False
+    model: Hybrid,
+    windows: FloatArray,
+    shapes: FloatArray,
+    samples: int | None = None,
+    whole: bool = False,
+    driving: Driving | None = None,
 ) -> tuple[FloatArray, FloatArray]:
     """Return the displacement (window, time, dof) estimated from windows, and its standard deviation.
 
     ``shapes`` (dof, mode): of the model's modes. The model's own error is taken as of the channels.
     """
     basis = torch.tensor(shapes).to(model.channel_scale)
-    centre, std = _with_std(model, windows, samples, whole, lambda motion: motion.q @ basis.T)
+    centre, std = _with_std(model, windows, samples, whole, driving, lambda motion: motion.q @ basis.T)
     return joined(centre).q @ shapes.T, std
 
 
 def _with_std(
-    model: Hybrid, windows: FloatArray, samples: int | None, whole: bool, shown: Callable[[Trajectory], Tensor]
+    model: Hybrid,
+    windows: FloatArray,
+    samples: int | None,
+    whole: bool,
+    driving: Driving | None,
+    shown: Callable[[Trajectory], Tensor],
 ) -> tuple[list[Trajectory], FloatArray]:
     """Return the forecasts and the standard deviation (window, time, value) of what is ``shown`` of them."""
     generator = torch.Generator().manual_seed(UNCERTAINTY.seed)
     length = samples or windows.shape[1]
     centres, stds = [], []
-    for batch in torch.tensor(windows).to(model.channel_scale).split(UNCERTAINTY.windows_per_draw_batch):
-        mean, root = posterior(model, batch, whole)
+    known = parts_of(driving, UNCERTAINTY.windows_per_draw_batch, len(windows))
+    batches = torch.tensor(windows).to(model.channel_scale).split(UNCERTAINTY.windows_per_draw_batch)
+    for batch, part in zip(batches, known, strict=True):
+        own = None if part is None else part.to(batch)
+        mean, root = posterior(model, batch, whole, own)
         count = UNCERTAINTY.draws if bool(root.any()) else 1  # where a state is certain, all draws of it are alike
         draws = torch.randn(count, *mean.shape, 1, generator=generator, dtype=torch.float64).to(mean)
         states = mean + (root @ draws)[..., 0]  # (draw, window, 2 mode)
-        centre = model.forecast(mean, length)
+        centre = model.forecast(mean, length, own)
         middle = shown(centre)
-        drawn = shown(model.forecast(states.flatten(0, 1), length)).unflatten(0, states.shape[:2])
-        own = model.relative_error * middle.square().mean(dim=1, keepdim=True).sqrt()
+        repeated = None if own is None else own.repeated(count)
+        drawn = shown(model.forecast(states.flatten(0, 1), length, repeated)).unflatten(0, states.shape[:2])
+        error = model.relative_error * middle.square().mean(dim=1, keepdim=True).sqrt()
         centres.append(centre)
-        stds.append(((drawn - middle).square().mean(dim=0) + own**2).sqrt())
+        stds.append(((drawn - middle).square().mean(dim=0) + error**2).sqrt())
     return centres, torch.cat(stds).cpu().double().numpy()
 
 
-def relative_error(model: Hybrid, windows: FloatArray) -> float:
+def relative_error(model: Hybrid, windows: FloatArray, driving: Driving | None = None) -> float:
     """Return the model's own error, relative to the size of the channels, on windows (window, time, sensor).
 
     Where whole windows are explained down to the sensors' noise, the noise is treated apart by being white: the
@@ -86,7 +105,7 @@ def relative_error(model: Hybrid, windows: FloatArray) -> float:
     whole = solves_for_states(model)
     before = model.relative_error.clone()
     model.relative_error.zero_()
-    banded = banded_forecast(model, windows, whole=whole)
+    banded = banded_forecast(model, windows, whole=whole, driving=driving)
     model.relative_error.copy_(before)
     fitted, std = (values[:, :, model.measured] for values in (banded.forecast.channels, banded.std))
     misfit = windows[:, :, model.measured] - fitted
@@ -119,12 +138,14 @@ def unseen_error(model: Experts, windows: FloatArray) -> float:
     return float(np.quantile(np.concatenate(ratios), UNCERTAINTY.level) / UNCERTAINTY.level_sigma)
 
 
-def set_relative_error(model: Hybrid, windows: FloatArray) -> None:
+def set_relative_error(model: Hybrid, windows: FloatArray, driving: Driving | None = None) -> None:
     """Let the model know its own error, from some of its training windows (window, time, sensor)."""
     if isinstance(model, Experts) and len(model.members) > 1:
         found = unseen_error(model, windows)
     else:
-        found = relative_error(model, evenly(windows, UNCERTAINTY.max_band_windows))
+        picks = torch.tensor(evenly_chosen(len(windows), UNCERTAINTY.max_band_windows))
+        some = None if driving is None else driving[picks]
+        found = relative_error(model, evenly(windows, UNCERTAINTY.max_band_windows), some)
     model.relative_error.fill_(found)
 
 

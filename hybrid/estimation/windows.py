@@ -4,12 +4,15 @@ from collections.abc import Sequence
 from typing import Literal
 
 import numpy as np
+import torch
 
-from fe_models.arrays import BoolArray, FloatArray
+from fe_models.arrays import BoolArray, FloatArray, IntArray
 from fe_models.errors import InputError
 from fe_models.recordings import Dataset, Recording
 from hybrid.config import Config
 from hybrid.estimation.config import WINDOWS
+from hybrid.known_loads.modal_input import ModalInput
+from hybrid.neural_modal_ode.driving import Driving
 
 
 def cut(recording: Recording, length: int, stride: int) -> FloatArray:
@@ -52,10 +55,43 @@ def cut_all(recordings: Sequence[Recording], length: int, stride: int) -> FloatA
     return np.concatenate([cut(recording, length, stride) for recording in recordings])
 
 
+def cut_driving(forces: ModalInput | None, recordings: Sequence[Recording], length: int, stride: int) -> Driving | None:
+    """Return what drives the windows that `cut_all` has of the recordings; None where ``forces`` are none."""
+    if forces is None:
+        return None
+    courses, shown = list[FloatArray](), list[FloatArray]()
+    for recording in recordings:
+        own = forces.courses(recording)  # (time, order, force)
+        seen = forces.shown_at_once(recording, own)
+        for motion in _alive(_stretches(recording.data, length, stride)):  # (window,) of each realisation
+            courses.append(_stretches(own.reshape(1, len(own), -1), length, stride)[0, motion])
+            shown.append(_stretches(seen[None], length, stride)[0, motion])
+    return _driving(np.concatenate(courses), np.concatenate(shown), forces)
+
+
+def driving_of(forces: ModalInput | None, recording: Recording) -> Driving | None:
+    """Return what drives whole motions of a recording, one window each; None where ``forces`` are none."""
+    if forces is None:
+        return None
+    courses = forces.courses(recording)
+    shown = forces.shown_at_once(recording, courses)
+    return _driving(courses[None], shown[None], forces).repeated(len(recording.data))
+
+
+def _driving(courses: FloatArray, shown: FloatArray, forces: ModalInput) -> Driving:
+    """Return ``courses`` (window, time, ...) and what is ``shown`` (window, time, sensor) as tensors."""
+    known = courses.reshape(*courses.shape[:2], -1, len(forces.participation))
+    return Driving(*(torch.tensor(part) for part in (known, forces.participation, shown)))
+
+
 def evenly(windows: FloatArray, most: int) -> FloatArray:
     """Return ``most`` of the windows, evenly chosen; all, where they are fewer."""
-    picks = np.linspace(0, len(windows) - 1, min(most, len(windows))).round().astype(int)
-    return np.ascontiguousarray(windows[picks])
+    return np.ascontiguousarray(windows[evenly_chosen(len(windows), most)])
+
+
+def evenly_chosen(count: int, most: int) -> IntArray:
+    """Return the numbers of ``most`` windows of ``count``, evenly chosen; of all, where they are fewer."""
+    return np.linspace(0, count - 1, min(most, count)).round().astype(int)
 
 
 def window_length(dataset: Dataset, config: Config) -> int:

@@ -43,6 +43,17 @@ class ShortKnocksConfig:
     max_top_power: float = 1e-4
 
 
+@dataclass(frozen=True)
+class ModalInputConfig:
+    """Known loads on modes."""
+
+    # of what loads do to modes that are not kept: accelerations are up to a sixth derivative of them
+    left_out_terms: int = 3
+    # of the elastic forces of all modes: eigenvectors leave rounding, a modal model of the user's own more
+    max_eigen_residual: float = 1e-4
+
+
 POWER_BEYOND = PowerBeyondConfig()
 BEHIND_LOWPASS = BehindLowpassConfig()
 SHORT_KNOCKS = ShortKnocksConfig()
+MODAL_INPUT = ModalInputConfig()

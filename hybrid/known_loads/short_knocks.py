@@ -19,12 +19,9 @@ def without_short_knocks(dataset: Dataset) -> tuple[Dataset, list[str]]:
     """Return a dataset whose recordings of such knocks begin when these are over, without loads, and a note on them."""
     recordings, names = [], []
     for recording in dataset.recordings:
-        end = _end_of_knock(recording)
-        if end is None:
-            recordings.append(recording)
-        else:
-            recordings.append(replace(recording.part(end), loads=()))
-            names.append(recording.name)
+        after = after_short_knock(recording)
+        recordings.append(after)
+        names += [recording.name] * (after is not recording)
     if not names:
         return dataset, []
     note = (
@@ -34,11 +31,19 @@ def without_short_knocks(dataset: Dataset) -> tuple[Dataset, list[str]]:
     return replace(dataset, recordings=tuple(recordings)), [note]
 
 
+def after_short_knock(recording: Recording) -> Recording:
+    """Return what comes after a recording's knock, without loads; the recording itself where it is no such knock."""
+    end = _end_of_knock(recording)
+    return recording if end is None else replace(recording.part(end), loads=())
+
+
 def _end_of_knock(recording: Recording) -> int | None:
     """Return the first sample after a recording's knock, None where it is none, or its samples tell its force."""
     if recording.base or not recording.loads:
         return None
     force = np.sum([np.abs(load.values) for load in recording.loads], axis=0)
+    if not force.any():
+        return None
     strong = np.flatnonzero(force > SHORT_KNOCKS.min_force_share * force.max())
     begin, end = int(strong[0]), int(strong[-1]) + SHORT_KNOCKS.samples_after
     lasts, left = int(strong[-1]) + 1 - begin, len(force) - end

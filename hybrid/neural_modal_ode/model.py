@@ -11,6 +11,7 @@ from fe_models.recordings import Sensor
 from hybrid.config import ModelConfig
 from hybrid.neural_modal_ode.connectors import Connectors
 from hybrid.neural_modal_ode.decoder import Decoder
+from hybrid.neural_modal_ode.driving import Driving
 from hybrid.neural_modal_ode.dynamics import ModalDynamics
 from hybrid.neural_modal_ode.encoder import PaperEncoder, WindowEncoder
 from hybrid.neural_modal_ode.integrators import integrate
@@ -78,27 +79,40 @@ class NeuralModalODE(nn.Module):
         self.substeps = max(config.substeps, self.dynamics.substeps(step))
         self.decoder = Decoder(modal, sensors)
 
-    def encode(self, windows: Tensor) -> tuple[Tensor, Tensor]:
+    def encode(self, windows: Tensor, driving: Driving | None = None) -> tuple[Tensor, Tensor]:
         """Return mean and log-variance of the scaled z0, each (batch, 2 mode), from the start of windows.
 
         ``windows``: (batch, time, sensor) with at least `ModelConfig.encoder_samples` samples; all later ones and the
-        held-out sensors are ignored. `TypeError` of a model that has a `StatePrior` in its encoder's place: its states
-        are solved for, by `estimation`.
+        held-out sensors are ignored. What the known forces of ``driving`` move from rest is taken away before, so that
+        a free motion is encoded. `TypeError` of a model that has a `StatePrior` in its encoder's place: its states are
+        solved for, by `estimation`.
         """
         if isinstance(self.encoder, StatePrior):
             raise TypeError("this model encodes no states: ask hybrid.estimation.forecast.posterior for them")
         first = windows[:, : self.config.encoder_samples]
+        if driving is not None:
+            rest = first.new_zeros(len(first), 2 * self.dynamics.modes)
+            first = first - self.forecast(rest, first.shape[1], driving).channels
         mean, log_variance = self.encoder(first[:, :, self.measured] / self.channel_scale[self.measured])
         return mean, log_variance
 
-    def forecast(self, z0: Tensor, samples: int) -> Trajectory:
-        """Return the trajectory of ``samples`` samples from scaled initial states z0 (batch, 2 mode)."""
+    def forecast(self, z0: Tensor, samples: int, driving: Driving | None = None) -> Trajectory:
+        """Return the trajectory of ``samples`` samples from scaled initial states z0 (batch, 2 mode).
+
+        ``driving``: what is known to drive it, over at least as many samples.
+        """
         config = self.config
-        z = integrate(self.dynamics, z0, samples, self.step, config.integrator, self.substeps)  # (batch, time, 2 mode)
+        z = integrate(
+            self.dynamics, z0, samples, self.step, config.integrator, self.substeps, driving
+        )  # (batch, time, 2 mode)
         force = self.dynamics.force(z)
         q, q_dot = self.dynamics.unscale(z)
         q_ddot = self.dynamics.acceleration(z, force)
-        return Trajectory(q, q_dot, q_ddot, self.decoder(q, q_dot, q_ddot))
+        channels = self.decoder(q, q_dot, q_ddot)
+        if driving is None:
+            return Trajectory(q, q_dot, q_ddot, channels)
+        known = driving.first(samples)
+        return Trajectory(q, q_dot, q_ddot + known.acceleration, channels + known.shown)
 
     def decode(self, z: Tensor, force: Tensor) -> Tensor:
         """Return the channels (..., sensor) of scaled states (..., 2 mode) and the forces at them (..., mode)."""

@@ -1,6 +1,6 @@
 """The propagator's loop for a net with one layer of tanh, with everything linear around the tanh folded into it.
 
-    h_k = tanh(z_k into + bias),    z_k+1 = z_k free + h_k now + h_k-1 before + drift,    h_-1 = h_0
+    h_k = tanh(z_k into + bias),    z_k+1 = z_k free + h_k now + h_k-1 before + drift + push_k,    h_-1 = h_0
 
 Four small operations a step, and a backward pass written out: a loop that autograd records costs ten times as much.
 """
@@ -16,7 +16,8 @@ class TanhRecursion(torch.autograd.Function):
     """States (time, batch, state) of the recursion above.
 
     Arguments: z0 (batch, state), free (state, state), now and before (hidden, state), drift (state,), into (state,
-    hidden), bias (hidden,), and the number of samples. The gradient is that of the whole trajectory.
+    hidden), bias (hidden,), the number of samples, and the pushes (samples - 1, batch, state), None for none. The
+    gradient is that of the whole trajectory.
     """
 
     @staticmethod
@@ -30,6 +31,7 @@ class TanhRecursion(torch.autograd.Function):
         into: Tensor,
         bias: Tensor,
         samples: int,
+        pushes: Tensor | None = None,
     ) -> Tensor:
         """Return the states (samples, batch, state)."""
         z = z0.new_empty(samples, *z0.shape)
@@ -39,8 +41,11 @@ class TanhRecursion(torch.autograd.Function):
         for k in range(samples - 1):
             torch.tanh(torch.addmm(bias, states[k], into), out=bent[k])
             move = torch.addmm(drift, bent[k], now).addmm_(bent[max(k - 1, 0)], before)
+            if pushes is not None:
+                move += pushes[k]
             torch.addmm(move, states[k], free, out=states[k + 1])
         ctx.save_for_backward(z, h, free, now, before, into)
+        ctx.is_pushed = pushes is not None
         return z
 
     @staticmethod
@@ -78,4 +83,5 @@ class TanhRecursion(torch.autograd.Function):
             states.T @ kicked,
             kicked.sum(dim=0),
             None,
+            adjoint[1:] if ctx.is_pushed else None,
         )

@@ -1,5 +1,6 @@
 """Predict the motion of the whole structure from a recording of a few sensors, in one call."""
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -7,6 +8,7 @@ import numpy as np
 from fe_models.arrays import FloatArray
 from fe_models.errors import InputError, raise_faults
 from fe_models.recordings import Recording
+from hybrid.known_loads.short_knocks import after_short_knock
 from hybrid.notebook.predicted_field import PredictedField
 
 if TYPE_CHECKING:
@@ -25,16 +27,21 @@ def predict(
 
     ``recording``: a `Recording`, of several motions the first, or its data (time, sensor), with all sensors that the
     model was trained with. The state is estimated from the first samples at ``start`` (s) and carried on for
-    ``duration`` (s; None: to the end of the recording, beyond which it may go). ``whole``: all samples are used, which
-    takes a model that solves for its states (preset "places"). `InputError` where the recording does not fit.
+    ``duration`` (s; None: to the end of the recording, beyond which it may go where no known force acts). ``whole``:
+    all samples are used, which takes a model that solves for its states (preset "places"). Loads and base motion of a
+    `Recording` drive the forecast. `InputError` where the recording does not fit.
     """
     from hybrid.estimation.uncertainty import banded_field, banded_forecast  # loads PyTorch only where it is needed
+    from hybrid.estimation.windows import driving_of
+    from hybrid.known_loads.modal_input import input_of
     from hybrid.training.summary import band_warning
 
     origin, model = trained.checkpoint.origin, trained.model
-    data = recording.data[0] if isinstance(recording, Recording) else np.asarray(recording, dtype=float)
+    given = recording if isinstance(recording, Recording) else Recording("", np.asarray(recording, dtype=float)[None])
+    used = after_short_knock(given)
+    data, knock = used.data[0], used.skipped - given.skipped
     seen, rate = trained.checkpoint.config.model.encoder_samples, origin.sampling_rate
-    first = round(start * rate)
+    first = max(round(start * rate) - knock, 0)
     if data.ndim != 2 or data.shape[1] != len(origin.sensors):
         names = ", ".join(sensor.name for sensor in origin.sensors)
         raise InputError(f"the recording has shape {data.shape}; expected (time, {len(origin.sensors)}): {names}")
@@ -43,15 +50,19 @@ def predict(
     faults = []
     if start < 0 or left < seen:
         faults.append(f"start = {start:g} s; expected 0 to {(len(data) - seen) / rate:g} s: {seen} samples are read")
-    if samples < 1 or (whole and samples > left):
-        span = f"up to {(left - 1) / rate:g} s" if whole else "0 s or more"
+    if samples < 1 or ((whole or used.is_driven) and samples > left):
+        why = ", over which the forces are known" if used.is_driven else ""
+        span = f"up to {(left - 1) / rate:g} s{why}" if whole or used.is_driven else "0 s or more"
         faults.append(f"duration = {duration} s; expected {span}")
     raise_faults(faults)
     window = data[None, first : first + (samples if whole else seen)]
-    banded = banded_forecast(model, window, samples, whole)
-    field, std = banded_field(model, window, origin.modal.shapes, samples, whole)
+    forces = input_of(origin.structure, origin.modal, origin.sensors, rate, origin.lowpass, [used])
+    driving = driving_of(forces, replace(used, data=used.data[:1]))
+    known = None if driving is None else driving.part(first, first + samples)
+    banded = banded_forecast(model, window, samples, whole, known)
+    field, std = banded_field(model, window, origin.modal.shapes, samples, whole, known)
     return PredictedField(
-        time=start + np.arange(samples) / rate,
+        time=(start if not knock else (first + knock) / rate) + np.arange(samples) / rate,
         displacement=field[0],
         std=std[0],
         channels=banded.forecast.channels[0],

@@ -42,7 +42,8 @@ READING_ERRORS = (pickle.UnpicklingError, RuntimeError, EOFError, OSError, Looku
 class Origin:
     """What a model was made from, besides its configuration.
 
-    ``structure`` is None for a model of the user's own matrices. ``data_digest`` is that of the training windows.
+    ``structure`` is None for a model of the user's own matrices. ``data_digest`` is that of the training windows;
+    ``sampling_rate`` and ``lowpass`` (Hz) are those of the recordings.
     """
 
     structure: Structure | None
@@ -54,6 +55,7 @@ class Origin:
     unexplained: float | None
     data_digest: str
     connectors: Connectors | None = None
+    lowpass: float | None = None
 
 
 @dataclass(frozen=True, repr=False)
@@ -89,6 +91,7 @@ def save_checkpoint(checkpoint: Checkpoint, path: Path) -> None:
             "dof_free": torch.tensor(modal.dofs.free),
         },
         "sampling_rate": origin.sampling_rate,
+        "lowpass": origin.lowpass,
         "kept": list(origin.kept),
         "left_out": list(origin.left_out),
         "unexplained": origin.unexplained,
@@ -183,6 +186,7 @@ def _origin(content: dict[str, Any]) -> Origin:
         modal=ModalModel(modal["omega"].numpy(), modal["damping_ratio"].numpy(), modal["shapes"].numpy(), dofs),
         sensors=tuple(Sensor(**sensor) for sensor in content["sensors"]),
         sampling_rate=content["sampling_rate"],
+        lowpass=content.get("lowpass"),  # models of before know of none
         kept=tuple(content["kept"]),
         left_out=tuple(content["left_out"]),
         unexplained=content["unexplained"],

@@ -8,22 +8,29 @@ from torch import Tensor
 
 from fe_models.arrays import FloatArray
 from fe_models.progress import nothing
-from hybrid.estimation.linear_calibration import Observer, fit_linear_rest, smooth
+from hybrid.estimation.linear_calibration import Observer, fit_linear_rest, free_part, smooth
+from hybrid.neural_modal_ode.driving import Driving
 
 
 def unexplained_shares(
-    observer: Observer, recordings: Sequence[Tensor], advance: Callable[[], object] = nothing
+    observer: Observer,
+    recordings: Sequence[Tensor],
+    advance: Callable[[], object] = nothing,
+    drivings: Sequence[Driving | None] | None = None,
 ) -> FloatArray:
     """Return the median unexplained share of each recording's windows under each one's model, (model, recording).
 
-    ``recordings``: windows (window, time, sensor) of each recording.
+    ``recordings``: windows (window, time, sensor) of each recording; ``drivings``: what drives them.
     """
+    known = drivings or [None] * len(recordings)
     shares = np.empty((len(recordings), len(recordings)))
     for i, own in enumerate(recordings):
-        fit = fit_linear_rest(observer, own, advance)
-        observability = observer.matrix(torch.tensor(fit.rest), own.shape[1])
+        fit = fit_linear_rest(observer, own, advance, known[i])
+        rest = torch.tensor(fit.rest)
+        observability = observer.matrix(rest, own.shape[1])
         for j, windows in enumerate(recordings):
-            _, fitted = smooth(observability, windows)
-            left = (fitted - windows).square().mean(dim=(1, 2)) / windows.square().mean(dim=(1, 2))
+            free = free_part(observer, rest, windows, known[j])
+            _, fitted = smooth(observability, free)
+            left = (fitted - free).square().mean(dim=(1, 2)) / windows.square().mean(dim=(1, 2))
             shares[i, j] = float(left.median())
     return shares

@@ -6,6 +6,7 @@ import torch
 from torch import Tensor
 
 from hybrid.config import TrainingConfig
+from hybrid.neural_modal_ode.driving import Driving
 from hybrid.neural_modal_ode.model import NeuralModalODE
 from hybrid.training.config import GRADIENT
 
@@ -28,15 +29,22 @@ def sample_normal(mean: Tensor, log_variance: Tensor, generator: torch.Generator
 
 
 def negative_elbo(
-    model: NeuralModalODE, windows: Tensor, std: Tensor, horizon: int, kl_weight: float, generator: torch.Generator
+    model: NeuralModalODE,
+    windows: Tensor,
+    std: Tensor,
+    horizon: int,
+    kl_weight: float,
+    generator: torch.Generator,
+    driving: Driving | None = None,
 ) -> Tensor:
     """Return -ELBO (batch,) of the first ``horizon`` samples of windows (batch, time, sensor), measured channels only.
 
     ``std`` (batch, 1, measured): standard deviation of the Gaussian likelihood. One sample of z0 by reparameterisation.
+    ``driving``: what is known to drive the windows.
     """
-    mean, log_variance = model.encode(windows)
+    mean, log_variance = model.encode(windows, driving)
     z0 = sample_normal(mean, log_variance, generator)
-    decoded = model.forecast(z0, horizon).channels[:, :, model.measured]
+    decoded = model.forecast(z0, horizon, driving).channels[:, :, model.measured]
     log_likelihood = gaussian_log_likelihood(windows[:, :horizon, model.measured], decoded, std)
     return kl_weight * kl_to_standard_normal(mean, log_variance) - log_likelihood
 
@@ -44,8 +52,10 @@ def negative_elbo(
 class Elbo:
     """The negative evidence lower bound; the noise is a fixed share of each window's channels, as model errors are."""
 
-    def __init__(self, model: NeuralModalODE, windows: Tensor, config: TrainingConfig) -> None:
-        self.kl_weight = config.kl_weight
+    def __init__(
+        self, model: NeuralModalODE, windows: Tensor, config: TrainingConfig, driving: Driving | None = None
+    ) -> None:
+        self.kl_weight, self.driving = config.kl_weight, driving
         measured = windows[:, :, model.measured]
         overall = measured.square().mean(dim=(0, 1)).sqrt()  # (measured,)
         own = measured.square().mean(dim=1, keepdim=True).sqrt()  # (window, 1, measured)
@@ -55,4 +65,5 @@ class Elbo:
         self, model: NeuralModalODE, windows: Tensor, batch: Tensor, horizon: int, generator: torch.Generator
     ) -> Tensor:
         """Return -ELBO (batch,) of the windows with the numbers ``batch``."""
-        return negative_elbo(model, windows[batch], self.std[batch], horizon, self.kl_weight, generator)
+        driving = None if self.driving is None else self.driving[batch]
+        return negative_elbo(model, windows[batch], self.std[batch], horizon, self.kl_weight, generator, driving)

@@ -11,19 +11,21 @@ from fe_models.nominal import nominal_modes
 from fe_models.progress import nothing
 from fe_models.recordings import Dataset, Recording
 from hybrid.config import Config
-from hybrid.estimation.experts import Experts
+from hybrid.estimation.experts import NO_KNOWN_FORCES, Experts
 from hybrid.estimation.linear_calibration import Observer
 from hybrid.estimation.start_evidence import StartEvidence, evidence_of
 from hybrid.estimation.windows import columns, cut, evenly, window_length
 from hybrid.training.config import PREPARATION
-from hybrid.training.preparation import Prepared, agreeing_recordings, prepare, training_recordings
+from hybrid.training.preparation import Prepared, agreeing_recordings, prepare, trainable, training_recordings
 
 
 def prepare_experts(dataset: Dataset, config: Config, advance: Callable[[], object] = nothing) -> Prepared[Experts]:
     """Return an expert for each training recording that one structure can have made; `InputError` where none can be."""
     if config.model.encoder != "window" or config.model.residual == "places" or not config.training.calibrate:
         raise InputError("experts need an encoder that reads windows, and a calibrated start: see --preset experts")
-    dataset = dataset.of_one_rate("training")
+    dataset = trainable(dataset)
+    if dataset.is_loaded:
+        raise InputError(NO_KNOWN_FORCES)
     recordings, measured = training_recordings(dataset), columns(dataset, "measured")
     length = window_length(dataset, config)
     modal = nominal_modes(dataset, config.model.modes)

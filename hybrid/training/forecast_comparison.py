@@ -7,12 +7,15 @@ import numpy as np
 
 from fe_models.arrays import FloatArray
 from fe_models.linear import ModalModel
+from fe_models.nominal import nominal_modes
 from fe_models.recordings import Dataset, Sensor
 from hybrid.estimation.config import UNCERTAINTY
 from hybrid.estimation.experts import Hybrid, fe_counterpart
 from hybrid.estimation.forecast import Forecast, forecast_windows, solves_for_states
 from hybrid.estimation.uncertainty import BandedForecast, banded_forecast, coverage, noise_std
-from hybrid.estimation.windows import cut_all
+from hybrid.estimation.windows import cut_all, cut_driving
+from hybrid.known_loads.modal_input import modal_input
+from hybrid.neural_modal_ode.driving import Driving
 from hybrid.training.gradient_training import TrainingDivergedError
 
 
@@ -21,12 +24,14 @@ class Comparison:
     """Test windows (window, time, sensor) and what the FE and the hybrid model forecast of them.
 
     ``whole_record``: the hybrid's motion given all samples of the windows; None where the model encodes its states.
+    ``driving``: what is known to drive the windows, None of free motions.
     """
 
     windows: FloatArray
     fe: Forecast
     hybrid: BandedForecast
     whole_record: BandedForecast | None = None
+    driving: Driving | None = None
 
     @property
     def by_name(self) -> dict[str, Forecast]:
@@ -41,15 +46,20 @@ def compare(model: Hybrid, dataset: Dataset, length: int, stride: int) -> Compar
     if not recordings:
         return None
     windows = cut_all(recordings, length, stride)
-    fe = forecast_windows(model, windows, dynamics=fe_counterpart(model))
-    hybrid = banded_forecast(model, windows)
+    driving = None
+    if any(recording.is_driven for recording in recordings):
+        forces = modal_input(dataset, nominal_modes(dataset, model.config.modes), recordings)
+        driving = cut_driving(forces, recordings, length, stride)
+    fe = forecast_windows(model, windows, dynamics=fe_counterpart(model), driving=driving)
+    hybrid = banded_forecast(model, windows, driving=driving)
     if not np.isfinite(hybrid.forecast.channels).all():
         raise TrainingDivergedError(
             "The trained model's forecasts of the test recordings grow beyond all bounds."
             " Train again with --fresh and a smaller --learning-rate, or more --epochs."
         )
     solves = solves_for_states(model)
-    return Comparison(windows, fe, hybrid, banded_forecast(model, windows, whole=True) if solves else None)
+    whole = banded_forecast(model, windows, whole=True, driving=driving) if solves else None
+    return Comparison(windows, fe, hybrid, whole, driving)
 
 
 def band_scores(model: Hybrid, comparison: Comparison, sensors: tuple[Sensor, ...]) -> dict[str, Any]:

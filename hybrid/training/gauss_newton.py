@@ -17,9 +17,10 @@ from torch import Tensor
 from fe_models.arrays import FloatArray
 from hybrid.config import TrainingConfig
 from hybrid.estimation.config import STATE
-from hybrid.estimation.most_probable_state import estimate_state, misfits, trajectory
+from hybrid.estimation.most_probable_state import by_motion, estimate_state, misfits, trajectory
 from hybrid.estimation.normal_equations import normal_equations
 from hybrid.levenberg_marquardt import Damping
+from hybrid.neural_modal_ode.driving import Driving, parts_of
 from hybrid.neural_modal_ode.model import NeuralModalODE
 from hybrid.neural_modal_ode.residuals.connector_residual import ConnectorResidual
 from hybrid.neural_modal_ode.state_prior import StatePrior
@@ -47,6 +48,7 @@ class GaussNewtonTrainer:
         windows: FloatArray,
         config: TrainingConfig,
         device: str = "cpu",
+        driving: Driving | None = None,
     ) -> None:
         residual, prior = model.dynamics.residual, model.encoder
         if not isinstance(residual, ConnectorResidual) or not isinstance(prior, StatePrior):
@@ -57,6 +59,8 @@ class GaussNewtonTrainer:
         self.windows = torch.tensor(windows, dtype=dtype, device=device)  # (window, time, sensor)
         chosen = np.random.default_rng(config.seed).permutation(len(windows))[: config.batch]
         self.chosen = self.windows[torch.as_tensor(np.sort(chosen))]
+        self.driving = None if driving is None else driving.to(self.windows)
+        self.chosen_driving = None if self.driving is None else self.driving[torch.as_tensor(np.sort(chosen))]
         self.states: Tensor | None = None  # (chosen, 2 mode)
         self.horizon = min(config.first_horizon, self.windows.shape[1])
         self.damping = DAMPING.start
@@ -106,7 +110,7 @@ class GaussNewtonTrainer:
         self._follow_noise(fit.error, each=horizon > GAUSS_NEWTON.own_noise_share * length)
         fit, gain = self._step(windows, self._solve(windows, fit.states))
         self.states = fit.states
-        self._follow_spread(fit)
+        self._follow_spread(fit, horizon)
         if gain < GAUSS_NEWTON.min_relative_gain:
             self.converged = horizon == length
             self.horizon, self.damping = min(GAUSS_NEWTON.horizon_growth * horizon, length), DAMPING.start
@@ -149,15 +153,13 @@ class GaussNewtonTrainer:
 
     def _solve(self, windows: Tensor, start: Tensor | None, refinements: int | None = None) -> WindowFit:
         """Return the initial states that fit the windows best, and what they leave."""
-        starts = (
-            [None] * len(windows.split(STATE.windows_per_batch))
-            if start is None
-            else start.split(STATE.windows_per_batch)
-        )
+        parts = windows.split(STATE.windows_per_batch)
+        starts = [None] * len(parts) if start is None else start.split(STATE.windows_per_batch)
         few = GAUSS_NEWTON.state_refinements if refinements is None else refinements
+        iterations = STATE.max_iterations if start is None else few
         estimates = [
-            estimate_state(self.model, self.prior, part, first, *(() if first is None else (few,)))
-            for part, first in zip(windows.split(STATE.windows_per_batch), starts, strict=True)
+            estimate_state(self.model, self.prior, part, first, iterations, known)
+            for part, first, known in zip(parts, starts, self._drivings(windows.shape[1]), strict=True)
         ]
         states, misfit = (torch.cat([getattr(e, name) for e in estimates]) for name in ("mean", "misfit"))
         errors = [
@@ -167,12 +169,17 @@ class GaussNewtonTrainer:
         return WindowFit(states, misfit, torch.cat(errors))
 
     def _trajectories(self, states: Tensor, samples: int) -> Iterator[Tensor]:
-        for part in states.split(STATE.windows_per_batch):
-            yield trajectory(self.model, part, samples)
+        for part, known in zip(states.split(STATE.windows_per_batch), self._drivings(samples), strict=True):
+            yield trajectory(self.model, part, samples, known)
 
     def _measured(self, windows: Tensor) -> Iterator[Tensor]:
-        for part in windows.split(STATE.windows_per_batch):
-            yield part[:, :, self.model.measured].transpose(0, 1).contiguous()
+        drivings = self._drivings(windows.shape[1])
+        for part, known in zip(windows.split(STATE.windows_per_batch), drivings, strict=True):
+            yield by_motion(self.model, part, known).contiguous()
+
+    def _drivings(self, samples: int) -> list[Driving | None]:
+        known = None if self.chosen_driving is None else self.chosen_driving.first(samples)
+        return parts_of(known, STATE.windows_per_batch, len(self.chosen))
 
     def _set(self, table: Tensor) -> None:
         self.residual.table.copy_(table)
@@ -190,10 +197,19 @@ class GaussNewtonTrainer:
             std = size * (std / size).log().mean().exp()
         self.prior.noise_std.copy_(std)
 
-    def _follow_spread(self, fit: WindowFit) -> None:
-        """Let the prior be the spread of the states found, outlying windows counted little."""
+    def _follow_spread(self, fit: WindowFit, horizon: int) -> None:
+        """Let the prior be the spread of the states found, outlying windows counted little.
+
+        Under known forces the states of whole motions: windows may begin with any, and many of these at rest.
+        """
         weights = (1 + fit.misfit / (GAUSS_NEWTON.outlier_ratio * fit.misfit.median())).pow(-2)
-        spread = (fit.states.T * weights) @ fit.states / weights.sum()
+        if self.driving is None:
+            spread = (fit.states.T * weights) @ fit.states / weights.sum()
+        else:
+            moving = torch.cat(
+                [path[:: self.model.substeps] for path in self._trajectories(fit.states, horizon)], dim=1
+            )
+            spread = torch.einsum("tbi,tbj,b->ij", moving, moving, weights) / (len(moving) * weights.sum())
         guard = (
             GAUSS_NEWTON.least_spread_share * spread.diagonal().mean() * torch.eye(len(spread), device=spread.device)
         )

@@ -14,6 +14,7 @@ import torch
 
 from fe_models.arrays import FloatArray
 from hybrid.config import TrainingConfig
+from hybrid.neural_modal_ode.driving import Driving
 from hybrid.neural_modal_ode.model import NeuralModalODE
 from hybrid.training.config import GRADIENT
 from hybrid.training.elbo import Elbo
@@ -59,12 +60,14 @@ class Trainer:
         windows: FloatArray,
         config: TrainingConfig,
         device: str = "cpu",
+        driving: Driving | None = None,
     ) -> None:
         self.model = model.to(device)
         self.config = config
         self.device = device
         self.windows = torch.tensor(windows, dtype=torch.get_default_dtype(), device=device)  # (window, time, sensor)
-        self.objective = Elbo(self.model, self.windows, config)
+        self.driving = None if driving is None else driving.to(self.windows)
+        self.objective = Elbo(self.model, self.windows, config, self.driving)
         self.optimiser = torch.optim.Adam(model.parameters(), lr=config.learning_rate)
         self.done = 0
 
@@ -117,8 +120,9 @@ class Trainer:
     @torch.no_grad()
     def _gives_numbers(self) -> bool:
         """Return whether forecasts are finite: no gradient looks at the model after its very last step."""
-        mean, _ = self.model.encode(self.windows[: self.config.batch])
-        return bool(torch.isfinite(self.model.forecast(mean, self.windows.shape[1]).channels).all())
+        driving = None if self.driving is None else self.driving[: self.config.batch]
+        mean, _ = self.model.encode(self.windows[: self.config.batch], driving)
+        return bool(torch.isfinite(self.model.forecast(mean, self.windows.shape[1], driving).channels).all())
 
     def _diverged(self, epoch: int, horizon: int) -> TrainingDivergedError:
         return TrainingDivergedError(

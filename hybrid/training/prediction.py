@@ -14,7 +14,10 @@ from hybrid.estimation.experts import fe_counterpart
 from hybrid.estimation.forecast import Forecast, forecast_windows, generate
 from hybrid.estimation.given_state import modal_state, read_nodal_state
 from hybrid.estimation.uncertainty import BandedForecast, banded_forecast
+from hybrid.estimation.windows import driving_of
+from hybrid.known_loads.modal_input import modal_input
 from hybrid.training.checkpoint import Checkpoint
+from hybrid.training.preparation import trainable
 from hybrid.training.results import fe_initial_state
 
 CHANNELS = "channels.csv"
@@ -28,9 +31,12 @@ def prediction_in(folder: Path) -> ResultSet:
 def from_record(
     checkpoint: Checkpoint, data: Dataset, name: str | None, start: float, samples: int, whole: bool
 ) -> tuple[BandedForecast, Forecast, FloatArray]:
-    """Return the hybrid and the FE forecast from a place in a record, and the FE model's own initial q (mode,)."""
+    """Return the hybrid and the FE forecast from a place in a record, and the FE model's own initial q (mode,).
+
+    Where known forces act, they have to be known over all ``samples``.
+    """
     data.require_recordings("a prediction")
-    data = data.of_one_rate("a prediction")
+    data = trainable(data)
     origin, seen = checkpoint.origin, checkpoint.config.model.encoder_samples
     faults = []
     if data.sensors != origin.sensors or data.sampling_rate != origin.sampling_rate:
@@ -43,13 +49,22 @@ def from_record(
     if whole and first + samples > end:
         available = (end - first - 1) / data.sampling_rate
         faults.append(f"--whole: record {chosen.name} has {available:g} s left; give --duration {available:g} or less")
+    if chosen.is_driven and first + samples > end:
+        available = (end - first - 1) / data.sampling_rate
+        faults.append(
+            f"--duration: the forces on record {chosen.name} are known for {available:g} s more, and a forecast needs"
+            f" them: give --duration {available:g} or less"
+        )
     if first + seen > end:
         faults.append(f"--start {start:g}: record {chosen.name} ends after {end / data.sampling_rate:g} s")
     raise_faults(faults)
     window = chosen.data[:1, first : first + (samples if whole else seen)]
     model = checkpoint.model
-    fe = forecast_windows(model, window, fe_counterpart(model), samples, whole)
-    return banded_forecast(model, window, samples, whole), fe, fe_initial_state(origin, window[0], seen)
+    driving = driving_of(modal_input(data, origin.modal, [chosen]), chosen)
+    known = None if driving is None else driving[:1].part(first, first + samples)
+    fe = forecast_windows(model, window, fe_counterpart(model), samples, whole, known)
+    hybrid = banded_forecast(model, window, samples, whole, known)
+    return hybrid, fe, fe_initial_state(origin, window[0], seen, known)
 
 
 def from_state(checkpoint: Checkpoint, path: Path, samples: int) -> tuple[Forecast, Forecast, FloatArray]:

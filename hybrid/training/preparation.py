@@ -1,7 +1,7 @@
 """From a dataset to a model ready to train: modes, windows, scales, and the start that linear calibration gives."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Generic
 
 import numpy as np
@@ -23,10 +23,20 @@ from hybrid.config import Config
 from hybrid.estimation.config import LINEAR_CALIBRATION
 from hybrid.estimation.experts import Kind
 from hybrid.estimation.forecast import posterior
-from hybrid.estimation.linear_calibration import Observer, as_modelled, fit_linear_rest, initial_state_estimator, smooth
-from hybrid.estimation.windows import columns, cut, cut_all, evenly, window_length
+from hybrid.estimation.linear_calibration import (
+    Observer,
+    as_modelled,
+    fit_linear_rest,
+    free_part,
+    initial_state_estimator,
+    smooth,
+)
+from hybrid.estimation.windows import columns, cut, cut_all, cut_driving, evenly, evenly_chosen, window_length
 from hybrid.identification.agreement import largest_agreeing_group
+from hybrid.known_loads.modal_input import ModalInput, modal_input
+from hybrid.known_loads.short_knocks import without_short_knocks
 from hybrid.neural_modal_ode.connectors import Connectors, chain_connectors, complete_basis
+from hybrid.neural_modal_ode.driving import Driving
 from hybrid.neural_modal_ode.encoder import WindowEncoder
 from hybrid.neural_modal_ode.model import NeuralModalODE
 from hybrid.neural_modal_ode.residuals.backbone_residual import BackboneResidual
@@ -42,6 +52,7 @@ from hybrid.training.consistency import unexplained_shares
 class Prepared(Generic[Kind]):
     """A model at its start and the windows (window, time, sensor) it trains on, from the recordings that are ``kept``.
 
+    ``driving``: what is known to drive the windows, None where they are free motions.
     ``connectors``: the places of a residual that is tied to them, None for a free one. ``left_out`` names training
     recordings that contradict the others; ``unexplained`` is the share of the windows' energy that the calibrated
     linear model leaves (None where nothing was calibrated).
@@ -54,6 +65,7 @@ class Prepared(Generic[Kind]):
     connectors: Connectors | None = None
     left_out: tuple[str, ...] = ()
     unexplained: float | None = None
+    driving: Driving | None = None
 
 
 def calibration_steps(dataset: Dataset, config: Config) -> int:
@@ -69,51 +81,66 @@ def calibration_steps(dataset: Dataset, config: Config) -> int:
 
 def prepare(dataset: Dataset, config: Config, advance: Callable[[], object] = nothing) -> Prepared[NeuralModalODE]:
     """Return the starting model of ``config`` for the dataset's training recordings; `InputError` where it has none."""
-    dataset = dataset.of_one_rate("training")
+    dataset = trainable(dataset)
     recordings = training_recordings(dataset)
     measured = columns(dataset, "measured")
-    length = window_length(dataset, config)
+    length, stride = window_length(dataset, config), config.training.stride
     modal = nominal_modes(dataset, config.model.modes)
+    forces = modal_input(dataset, modal, recordings)
     step = 1 / dataset.sampling_rate
     if not config.training.calibrate:
-        windows = cut_all(recordings, length, config.training.stride)
+        windows, driving = cut_all(recordings, length, stride), cut_driving(forces, recordings, length, stride)
         scale = StateScale.unit(len(modal.omega))
         model = _model(config, dataset, modal, torch.ones(len(dataset.sensors)), scale, step)
-        return Prepared(model, modal, windows, tuple(recording.name for recording in recordings))
+        return Prepared(model, modal, windows, tuple(recording.name for recording in recordings), driving=driving)
     connectors = connectors_of(dataset, modal) if config.model.residual == "places" else None
     damping = None if connectors is None else modal_damping_matrix(dataset, modal)
     observer = Observer(modal, [dataset.sensors[i] for i in measured], step, connectors, damping)
     bent = bool(known_laws(dataset))  # a linear model would take the structure's own laws for springs and dashpots
-    kept = recordings if bent else agreeing_recordings(observer, recordings, measured, length, advance)
-    windows = cut_all(kept, length, config.training.stride)
+    kept = recordings if bent else agreeing_recordings(observer, recordings, measured, length, advance, forces)
+    windows, driving = cut_all(kept, length, stride), cut_driving(forces, kept, length, stride)
     some = torch.tensor(evenly(windows[:, :, measured], PREPARATION.max_calibration_windows))
-    fit = as_modelled(observer, some) if bent else fit_linear_rest(observer, some, advance)
+    picks = torch.tensor(evenly_chosen(len(windows), PREPARATION.max_calibration_windows))
+    known = None if driving is None else driving[picks].of_sensors(measured)
+    fit = as_modelled(observer, some, known) if bent else fit_linear_rest(observer, some, advance, known)
     rest = torch.tensor(fit.rest)
     observability = observer.matrix(rest, fit.samples)
-    some = some[:, : fit.samples]
+    some = free_part(observer, rest, some[:, : fit.samples], known)
     states, _ = smooth(observability, some)  # (window, 2 mode)
+    moving = None if known is None else observer.states(rest, known.first(fit.samples), states).flatten(0, 1)
+    states = states if moving is None else moving  # forces move windows that begin at rest
     size = states.square().reshape(len(states), 2, -1).mean(dim=(0, 1)).sqrt().numpy()
     scale = StateScale.of_velocity(np.maximum(size, PREPARATION.least_mode_share * size.max()), modal.omega)
     channels = torch.tensor(channel_scale(windows))
     model = _model(config, dataset, modal, channels, scale, step, connectors)
     start_at_linear_model(model, observer, rest)
-    set_encoder(model, observer, observability, some)
+    set_encoder(model, observer, observability, some, moving)
     if isinstance(model.dynamics.residual, BackboneResidual):
-        starts, _ = posterior(model, torch.tensor(windows, dtype=model.channel_scale.dtype))
+        if moving is None:
+            starts, _ = posterior(model, torch.tensor(windows, dtype=model.channel_scale.dtype))
+        else:
+            starts = (moving / state_size(model, observer)).to(model.channel_scale)
         model.dynamics.residual.set_levels(starts)
     names = tuple(recording.name for recording in kept)
     left_out = tuple(recording.name for recording in recordings if recording.name not in names)
-    return Prepared(model, modal, windows, names, connectors, left_out, fit.unexplained)
+    return Prepared(model, modal, windows, names, connectors, left_out, fit.unexplained, driving)
+
+
+def trainable(dataset: Dataset) -> Dataset:
+    """Return the dataset at one rate; of knocks that samples do not tell what comes after them alone, with a note."""
+    known, notes = without_short_knocks(dataset.of_one_rate("training"))
+    return replace(known, notes=(*known.notes, *notes)) if notes else known
 
 
 def training_recordings(dataset: Dataset) -> tuple[Recording, ...]:
     """Return the recordings to train on; `InputError` where there are none, or where they cannot be trained on."""
     dataset.require_recordings("training")
     faults = [
-        f"recording {recording.name!r} names loads or base motion: the hybrid model learns from free vibrations only;"
-        " leave it out"
-        for recording in dataset.recordings
-        if recording.is_driven
+        f"recording {recording.name!r} is ambient vibration, whose forces nobody knows: no forecast can be held against"
+        ' it, so that nothing is learned from it. Train on free decays or under known loads, and give it role = "test":'
+        " the motion at all nodes is then estimated from it"
+        for recording in dataset.select("train")
+        if recording.excitation == "ambient"
     ]
     if not dataset.select("train") or not columns(dataset, "measured"):
         faults.append("the dataset has no training recording or no measured sensor: give at least one of each")
@@ -152,17 +179,23 @@ def agreeing_recordings(
     measured: list[int],
     length: int,
     advance: Callable[[], object] = nothing,
+    forces: ModalInput | None = None,
 ) -> tuple[Recording, ...]:
-    """Return the recordings that one structure can have made: the largest group that agrees; all, if they are two."""
+    """Return the recordings that one structure can have made: the largest group that agrees; all, if they are two.
+
+    ``forces``: how what drives them enters.
+    """
     if len(recordings) < PREPARATION.min_recordings_to_compare:
         return recordings
-    windows = [
-        torch.tensor(
-            evenly(cut(recording, length, max(length // 5, 1))[:, :, measured], PREPARATION.max_consistency_windows)
-        )
-        for recording in recordings
-    ]
-    return tuple(recordings[i] for i in largest_agreeing_group(unexplained_shares(observer, windows, advance)))
+    stride, most = max(length // 5, 1), PREPARATION.max_consistency_windows
+    windows = [torch.tensor(evenly(cut(each, length, stride)[:, :, measured], most)) for each in recordings]
+    drivings = list[Driving | None]()
+    for recording in recordings:
+        own = cut_driving(forces, [recording], length, stride)
+        picks = None if own is None else torch.tensor(evenly_chosen(len(own.courses), most))
+        drivings.append(None if own is None or picks is None else own[picks].of_sensors(measured))
+    shares = unexplained_shares(observer, windows, advance, drivings)
+    return tuple(recordings[i] for i in largest_agreeing_group(shares))
 
 
 def start_at_linear_model(model: NeuralModalODE, observer: Observer, rest: Tensor) -> None:
@@ -181,19 +214,30 @@ def start_at_linear_model(model: NeuralModalODE, observer: Observer, rest: Tenso
             free.rest.weight.copy_(extra / b[:, None])  # (mode, 2 mode)
 
 
-def set_encoder(model: NeuralModalODE, observer: Observer, observability: Tensor, windows: Tensor) -> None:
-    """Start the encoder at the best linear estimate, or give it what the windows (measured channels) say beforehand."""
+def state_size(model: NeuralModalODE, observer: Observer) -> Tensor:
+    """Return the size (2 mode,) of the observer's state [omega q, q'] whose scaled state is one."""
+    return torch.cat([observer.omega * model.dynamics.a.double(), model.dynamics.b.double()])
+
+
+def set_encoder(
+    model: NeuralModalODE, observer: Observer, observability: Tensor, windows: Tensor, moving: Tensor | None = None
+) -> None:
+    """Start the encoder at the best linear estimate, or give it what the windows (measured channels) say beforehand.
+
+    ``windows``: without what known forces move from rest; ``moving`` (n, 2 mode): the states under these forces, with
+    any of which a window may begin; None of free motions.
+    """
     encoder, samples = model.encoder, model.config.encoder_samples
-    size = torch.cat([observer.omega * model.dynamics.a.double(), model.dynamics.b.double()])  # (2 mode,)
+    size = state_size(model, observer)
     with torch.no_grad():
         if isinstance(encoder, WindowEncoder):
             channels = model.channel_scale[model.measured].double().repeat(samples)
-            estimator = initial_state_estimator(observability, windows, samples)
+            estimator = initial_state_estimator(observability, windows, samples, moving)
             encoder.linear.weight.copy_(estimator * channels / size[:, None])
         elif isinstance(encoder, StatePrior):
             span = min(PREPARATION.smoothing_span * samples, windows.shape[1])
             states, fitted = smooth(observability[:span], windows[:, :span])
-            scaled = states / size
+            scaled = (states if moving is None else moving) / size
             spread = scaled.T @ scaled / len(scaled)
             encoder.precision.copy_(
                 torch.linalg.inv(

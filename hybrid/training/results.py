@@ -16,13 +16,16 @@ from fe_models.recordings import Dataset
 from fe_models.structure import Structure
 from hybrid.estimation.experts import Experts
 from hybrid.estimation.forecast import Forecast
-from hybrid.estimation.linear_calibration import Observer, smooth
+from hybrid.estimation.linear_calibration import Observer, free_part, smooth
 from hybrid.estimation.uncertainty import set_relative_error
 from hybrid.estimation.windows import cut_field
 from hybrid.figures import channel_labels, draw_channels, draw_curves, draw_latent, draw_loop
+from hybrid.neural_modal_ode.driving import Driving
 from hybrid.training.checkpoint import Origin, save_checkpoint
 from hybrid.training.evaluation import score_table
+from hybrid.training.expert_training import ExpertsTrainer
 from hybrid.training.forecast_comparison import Comparison, band_scores, compare, field_scores
+from hybrid.training.preparation import trainable
 from hybrid.training.run import CHECKPOINT, LOOP, METRICS, Run, results_in
 from hybrid.training.training_figure import draw_history
 
@@ -47,7 +50,8 @@ def write_results(
         if truth is not None:
             truth = cut_field(truth, dataset.select("test")[0], length, training.stride)
             metrics["field"] = field_scores(comparison, modal, truth)
-        initial = fe_initial_state(run.origin, comparison.windows[0], run.config.model.encoder_samples)
+        known = None if comparison.driving is None else comparison.driving[:1]
+        initial = fe_initial_state(run.origin, comparison.windows[0], run.config.model.encoder_samples, known)
         first = None if truth is None else truth[0]
         prediction = prediction_of(comparison.hybrid.forecast, comparison.fe, run.origin, initial, first)
     results = results_in(run.folder)
@@ -68,9 +72,10 @@ def write_results(
 
 def scored(run: Run, dataset: Dataset) -> tuple[Comparison | None, dict[str, Any]]:
     """Return the forecasts of the test recordings, None without any, and their scores; the model learns its error."""
-    set_relative_error(run.trainer.model, run.trainer.windows.cpu().double().numpy())
-    length = run.trainer.windows.shape[1]
-    comparison = compare(run.trainer.model, dataset, length, run.config.training.stride)
+    trainer, dataset = run.trainer, trainable(dataset)
+    driving = None if isinstance(trainer, ExpertsTrainer) or trainer.driving is None else trainer.driving
+    set_relative_error(trainer.model, trainer.windows.cpu().double().numpy(), driving)
+    comparison = compare(trainer.model, dataset, trainer.windows.shape[1], run.config.training.stride)
     return comparison, _metrics(run, dataset, comparison)
 
 
@@ -115,14 +120,19 @@ def expert_weights(model: Experts, origin: Origin, windows: FloatArray) -> dict[
     return dict(zip(origin.kept, weights.mean(dim=0).tolist(), strict=True))
 
 
-def fe_initial_state(origin: Origin, window: FloatArray, samples: int) -> FloatArray:
-    """Return q0 (mode,) that the FE model alone infers from the first samples of a window (time, sensor)."""
+def fe_initial_state(origin: Origin, window: FloatArray, samples: int, driving: Driving | None = None) -> FloatArray:
+    """Return q0 (mode,) that the FE model alone infers from the first samples of a window (time, sensor).
+
+    ``driving``: what is known to drive this one window.
+    """
     measured = [i for i, sensor in enumerate(origin.sensors) if sensor.role == "measured"]
     modal = origin.modal
     observer = Observer(modal, [origin.sensors[i] for i in measured], 1 / origin.sampling_rate)
     modes = len(modal.omega)
-    observability = observer.matrix(torch.zeros(2, modes, modes, dtype=torch.float64), samples)
-    states, _ = smooth(observability, torch.tensor(window[None, :samples, measured]))
+    rest = torch.zeros(2, modes, modes, dtype=torch.float64)
+    known = None if driving is None else driving.to(rest).of_sensors(measured)
+    free = free_part(observer, rest, torch.tensor(window[None, :samples, measured]), known)
+    states, _ = smooth(observer.matrix(rest, samples), free)
     return (states[0, :modes] / observer.omega).numpy()
 
 

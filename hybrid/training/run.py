@@ -25,12 +25,14 @@ from fe_models.recordings import Dataset
 from fe_models.structure import Structure
 from hybrid.config import Config
 from hybrid.estimation.experts import Experts
-from hybrid.estimation.windows import cut_all, window_length
+from hybrid.estimation.windows import cut_all, cut_driving, window_length
+from hybrid.known_loads.modal_input import modal_input
+from hybrid.neural_modal_ode.driving import Driving
 from hybrid.neural_modal_ode.model import NeuralModalODE
 from hybrid.training.checkpoint import Checkpoint, Origin, load_checkpoint, require_own, save_checkpoint
 from hybrid.training.expert_preparation import prepare_experts
 from hybrid.training.gradient_training import EpochResult
-from hybrid.training.preparation import Prepared, prepare
+from hybrid.training.preparation import Prepared, prepare, trainable
 from hybrid.training.trainers import AnyTrainer, trainer_for
 
 PARTIAL_CHECKPOINT = "training.pt"
@@ -95,7 +97,7 @@ def begin(
     advance: Callable[[], object] = nothing,
 ) -> Run:
     """Start a new training; `InputError` where dataset or ``folder`` do not allow one. ``advance``: see `prepare`."""
-    dataset = dataset.of_one_rate("training")
+    dataset = trainable(dataset)
     results_in(folder).check()
     require_own(folder / PARTIAL_CHECKPOINT)
     torch.set_num_threads(config.training.threads)
@@ -111,10 +113,11 @@ def begin(
         kept=prepared.kept,
         left_out=prepared.left_out,
         unexplained=prepared.unexplained,
-        data_digest=digest(prepared.windows),
+        data_digest=digest(prepared.windows, prepared.driving),
         connectors=prepared.connectors,
+        lowpass=dataset.lowpass,
     )
-    trainer = trainer_for(prepared.model, prepared.windows, config.training, device)
+    trainer = trainer_for(prepared.model, prepared.windows, config.training, device, prepared.driving)
     return Run(folder, config, origin, trainer, seconds=time.perf_counter() - started)
 
 
@@ -123,18 +126,18 @@ def resume(dataset: Dataset, config: Config, folder: Path, device: str = "cpu") 
 
     `InputError` where it was started with other settings or other data.
     """
-    dataset = dataset.of_one_rate("training")
+    dataset = trainable(dataset)
     results_in(folder).check()
     torch.set_num_threads(config.training.threads)
     found = load_checkpoint(folder / PARTIAL_CHECKPOINT)
-    windows = _windows(dataset, config, found.origin)
+    windows, driving = _windows(dataset, config, found.origin)
     faults = []
     if found.config != config:
         faults.append(
             f"{folder / PARTIAL_CHECKPOINT} is an interrupted training with other settings:"
             f" {_differences(found, config)}"
         )
-    if windows is None or digest(windows) != found.origin.data_digest:
+    if windows is None or digest(windows, driving) != found.origin.data_digest:
         faults.append(
             f"{folder / PARTIAL_CHECKPOINT} is an interrupted training on other recordings than the dataset's"
         )
@@ -144,15 +147,19 @@ def resume(dataset: Dataset, config: Config, folder: Path, device: str = "cpu") 
         )
     if faults:
         raise InputError([*faults, "give the same settings and data to go on with it, or --fresh to start anew"])
-    trainer = trainer_for(found.model, windows if windows is not None else np.empty(0), config.training, device)
+    known = windows if windows is not None else np.empty(0)
+    trainer = trainer_for(found.model, known, config.training, device, driving)
     trainer.load_state(found.trainer)
     trainer.done = len(found.history)
     return Run(folder, config, found.origin, trainer, found.history, found.seconds)
 
 
-def digest(windows: FloatArray) -> str:
-    """Return a fingerprint of training windows."""
-    return hashlib.sha256(np.ascontiguousarray(windows).tobytes()).hexdigest()
+def digest(windows: FloatArray, driving: Driving | None = None) -> str:
+    """Return a fingerprint of training windows, and of what drives them."""
+    found = hashlib.sha256(np.ascontiguousarray(windows).tobytes())
+    for part in () if driving is None else (driving.courses[:, :, 0], driving.participation, driving.shown):
+        found.update(part.contiguous().numpy().tobytes())
+    return found.hexdigest()
 
 
 def _made_from(origin: Origin, dataset: Dataset, config: Config) -> bool:
@@ -165,13 +172,15 @@ def _made_from(origin: Origin, dataset: Dataset, config: Config) -> bool:
     return all(one.shape == other.shape and np.allclose(one, other) for one, other in pairs)
 
 
-def _windows(dataset: Dataset, config: Config, origin: Origin) -> FloatArray | None:
-    """Return the training windows; None where the dataset's training recordings are not those of ``origin``."""
+def _windows(dataset: Dataset, config: Config, origin: Origin) -> tuple[FloatArray | None, Driving | None]:
+    """Return the training windows and what drives them; None where the recordings are not those of ``origin``."""
     recordings = {recording.name: recording for recording in dataset.select("train")}
     if recordings.keys() != {*origin.kept, *origin.left_out}:
-        return None
-    length = window_length(dataset, config)
-    return cut_all([recordings[name] for name in origin.kept], length, config.training.stride)
+        return None, None
+    length, stride = window_length(dataset, config), config.training.stride
+    kept = [recordings[name] for name in origin.kept]
+    forces = modal_input(dataset, origin.modal, dataset.select("train"))
+    return cut_all(kept, length, stride), cut_driving(forces, kept, length, stride)
 
 
 def _differences(found: Checkpoint, config: Config) -> str:

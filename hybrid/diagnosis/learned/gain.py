@@ -58,11 +58,12 @@ def hybrid_gain(
 
     data = _with_test(dataset)
     own = replace(data.assumptions, damping_ratio=None, modal_model=None)  # the extended structure has it all
-    extended = replace(corrected(data, found.findings), model=found.extended, assumptions=own)
     notes: list[str] = []
     trained: list[Trained | None] = []
-    for name, each in (("nominal", data), ("extended", extended)):
+    for name in ("nominal", "extended"):
         try:
+            extended = name == "extended"
+            each = replace(corrected(data, found.findings), model=found.extended, assumptions=own) if extended else data
             trained.append(_trained(learn(each, config or learning_preset(each.model), advance), each))
         except (InputError, TrainingDivergedError) as error:
             notes.append(f"no hybrid model of the {name} structure: {' '.join(str(error).split())}")

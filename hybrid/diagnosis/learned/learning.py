@@ -8,7 +8,8 @@ import torch
 from torch import Tensor
 
 from fe_models.arrays import FloatArray
-from fe_models.causes import SensorDelay, SensorDrift, SensorEffect, SensorGain
+from fe_models.causes import LoadEffect, SensorDelay, SensorDrift, SensorEffect, SensorGain
+from fe_models.errors import raise_faults
 from fe_models.progress import nothing
 from fe_models.recordings import Dataset, Recording
 from fe_models.structure import Structure
@@ -19,10 +20,13 @@ from hybrid.diagnosis.learned.forces import Learned, PlaceForce
 from hybrid.diagnosis.outcome.findings import Finding
 from hybrid.estimation.linear_parameters import ConnectorParameters
 from hybrid.estimation.most_probable_state import smooth_state, trajectory
+from hybrid.estimation.windows import driving_of
+from hybrid.known_loads.modal_input import modal_input
+from hybrid.neural_modal_ode.driving import Driving
 from hybrid.neural_modal_ode.model import NeuralModalODE
 from hybrid.neural_modal_ode.residuals.connector_residual import ConnectorResidual
 from hybrid.neural_modal_ode.state_prior import StatePrior
-from hybrid.training.preparation import Prepared, modal_damping_matrix, prepare
+from hybrid.training.preparation import Prepared, modal_damping_matrix, prepare, trainable
 from hybrid.training.trainers import trainer_for
 
 UNDOING_ORDER = (SensorDrift, SensorGain, SensorDelay)  # faults of one sensor, as they are undone
@@ -38,8 +42,13 @@ def corrected(dataset: Dataset, findings: tuple[Finding, ...]) -> Dataset:
     """Return the dataset as sensors without the faults among ``findings`` would have recorded it.
 
     Each in the recordings where it acts, the last that came in first: motion is late, then scaled by a gain, then
-    drifts.
+    drifts. `InputError` where a load was recorded with a fault.
     """
+    raise_faults(
+        f"{finding.cause.kind} is a fault of a load as it was recorded, with which nothing is trained: correct the load"
+        for finding in findings
+        if isinstance(finding.cause, LoadEffect)
+    )
     names = [sensor.name for sensor in dataset.sensors]
     faults = [(finding.cause, finding.recordings) for finding in findings if isinstance(finding.cause, SensorEffect)]
     recordings = dataset.recordings
@@ -65,18 +74,22 @@ def learn(dataset: Dataset, config: Config, advance: Callable[[], object] = noth
     `TrainingDivergedError` where it fails.
     """
     torch.set_num_threads(config.training.threads)
+    dataset = trainable(dataset)
     prepared = prepare(dataset, config)
-    for _ in trainer_for(prepared.model, prepared.windows, config.training).epochs():
+    for _ in trainer_for(prepared.model, prepared.windows, config.training, driving=prepared.driving).epochs():
         advance()
     model = prepared.model
-    prior = _prior(model, prepared.windows)
-    scores = [_score(model, prior, recording.data) for recording in dataset.select("test")]
+    forces = modal_input(dataset, prepared.modal, dataset.recordings)
+    prior = _prior(model, prepared.windows, prepared.driving)
+    scores = [
+        _score(model, prior, recording.data, driving_of(forces, recording)) for recording in dataset.select("test")
+    ]
     share, places = _learned(prepared, prior, dataset)
     return Learned(np.concatenate(scores), share, places)
 
 
 @torch.no_grad()
-def _prior(model: NeuralModalODE, windows: FloatArray) -> StatePrior:
+def _prior(model: NeuralModalODE, windows: FloatArray, driving: Driving | None) -> StatePrior:
     """Return what the training windows say beforehand of initial states and of the noise.
 
     Each entry of a state by itself: how they go together cannot be estimated from a few recordings, and those of a test
@@ -86,20 +99,22 @@ def _prior(model: NeuralModalODE, windows: FloatArray) -> StatePrior:
     if isinstance(model.encoder, StatePrior):
         variance, noise = torch.linalg.inv(model.encoder.precision).diagonal(), model.encoder.noise_std
     else:
-        states, _ = model.encode(seen)
+        known = None if driving is None else driving.to(seen)
+        states, _ = model.encode(seen, known)
         span = 2 * model.config.encoder_samples
-        error = (model.forecast(states, span).channels - seen[:, :span])[..., model.measured]
+        error = (model.forecast(states, span, known).channels - seen[:, :span])[..., model.measured]
         variance, noise = states.square().mean(dim=0), error.square().mean(dim=(0, 1)).sqrt()
     return StatePrior(torch.diag(1 / variance.clamp(min=LEARNING.min_variance_share * float(variance.mean()))), noise)
 
 
 @torch.no_grad()
-def _score(model: NeuralModalODE, prior: StatePrior, data: FloatArray) -> FloatArray:
+def _score(model: NeuralModalODE, prior: StatePrior, data: FloatArray, driving: Driving | None) -> FloatArray:
     """Return the NRMSE (realisation, sensor) over the last 80 % of recordings (realisation, time, sensor)."""
     first = max(shown_of(data.shape[1]), model.config.encoder_samples)
     windows = torch.tensor(data, dtype=model.channel_scale.dtype)
-    states = smooth_state(model, prior, windows[:, :first]).mean
-    forecast = model.forecast(states, data.shape[1]).channels.double().numpy()[:, first:]
+    known = None if driving is None else driving.to(windows)
+    states = smooth_state(model, prior, windows[:, :first], known).mean
+    forecast = model.forecast(states, data.shape[1], known).channels.double().numpy()[:, first:]
     wanted = data[:, first:]
     return np.sqrt(np.mean((forecast - wanted) ** 2, axis=1)) / np.maximum(np.ptp(wanted, axis=1), 1e-30)
 
@@ -111,13 +126,15 @@ def _learned(
     """Return the share of the acceleration that was learned, and the forces at places, along the training motion."""
     model = prepared.model
     dynamics, residual = model.dynamics, model.dynamics.residual
-    states = []
+    states, forces = list[Tensor](), modal_input(dataset, prepared.modal, dataset.recordings)
     for recording in dataset.select("train"):
         if recording.name in prepared.kept:
             data = torch.tensor(recording.data, dtype=model.channel_scale.dtype)
             first = max(shown_of(data.shape[1]), model.config.encoder_samples)
-            start = smooth_state(model, prior, data[:, :first]).mean
-            states.append(trajectory(model, start, data.shape[1])[:: model.substeps].flatten(0, 1))
+            driving = driving_of(forces, recording)
+            known = None if driving is None else driving.to(data)
+            start = smooth_state(model, prior, data[:, :first], known).mean
+            states.append(trajectory(model, start, data.shape[1], known)[:: model.substeps].flatten(0, 1))
     z = torch.cat(states)  # (n, 2 mode)
     if isinstance(residual, ConnectorResidual) and prepared.connectors is not None:
         form = ConnectorParameters(prepared.modal, prepared.connectors, modal_damping_matrix(dataset, prepared.modal))

@@ -1,0 +1,91 @@
+"""The four-mass chain under known forces, by scipy's Runge-Kutta: motion that knows none of the project's solvers."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from fe_models.arrays import FloatArray
+from fe_models.base_motion import BaseMotion
+from fe_models.built_in.four_dof import four_dof
+from fe_models.interpolant import interpolant
+from fe_models.linear import ModalModel
+from fe_models.recordings import Assumptions, Dataset, Load, Recording, Sensor
+from tests.hybrid_problems import MASS, SENSORS, STEP, chain_modes
+
+QUANTITIES = ("displacement", "velocity", "acceleration")
+
+
+def smooth_force(samples: int, seed: int, size: float = 1.0) -> FloatArray:
+    """A random force (time,) with little above a fifth of the sampling rate."""
+    nodes = np.random.default_rng(seed).standard_normal(samples // 3 + 9)
+    return np.asarray(size * interpolant(nodes)(np.arange(samples) / 3 + 3))
+
+
+def driven_motion(
+    modal: ModalModel,
+    pulls: Sequence[FloatArray],
+    values: Sequence[FloatArray],
+    start: FloatArray | None = None,
+    cubic: float = 0.0,
+) -> FloatArray:
+    """u, u' and u'' of the four masses (quantity, time, mass) under forces ``values`` (time,) along ``pulls`` (mass,).
+
+    K and C are those of the modes; a cubic spring (N/m^3) joins mass 1 to the ground. To about 1e-9.
+    """
+    rows = modal.dofs.free_rows
+    shapes = modal.shapes[rows]
+    K = MASS @ shapes @ np.diag(modal.omega**2) @ shapes.T @ MASS
+    C = MASS @ shapes @ np.diag(2 * modal.damping_ratio * modal.omega) @ shapes.T @ MASS
+    inverse, courses = np.linalg.inv(MASS), [interpolant(each) for each in values]
+
+    def acceleration(time: float, x: FloatArray, v: FloatArray) -> FloatArray:
+        known = sum(float(course(time / STEP)) * pull for course, pull in zip(courses, pulls, strict=True))
+        return np.asarray(inverse @ (known - K @ x - C @ v - cubic * np.array([x[0] ** 3, 0, 0, 0])))
+
+    def rate(time: float, state: FloatArray) -> FloatArray:
+        return np.concatenate([state[4:], acceleration(time, state[:4], state[4:])])
+
+    times = STEP * np.arange(len(values[0]))
+    begin = np.zeros(8) if start is None else start
+    states = solve_ivp(rate, (0.0, times[-1]), begin, "DOP853", times, rtol=1e-9, atol=1e-10, max_step=STEP).y.T
+    rates = [acceleration(time, state[:4], state[4:]) for time, state in zip(times, states, strict=True)]
+    return np.stack([states[:, :4], states[:, 4:], np.array(rates)])
+
+
+def shown(motion: FloatArray, sensors: Sequence[Sensor]) -> FloatArray:
+    """What sensors show of a motion (quantity, time, mass), (time, sensor)."""
+    return np.column_stack([motion[QUANTITIES.index(each.quantity), :, each.node - 1] for each in sensors])
+
+
+def loaded_recording(
+    name: str, modal: ModalModel, seed: int, samples: int = 160, noise: float = 0.0, cubic: float = 0.0
+) -> Recording:
+    """The chain from rest under forces on masses 1 and 3; a test where the name says so."""
+    forces = [smooth_force(samples, 10 * seed + i, 0.5) for i in (0, 1)]
+    data = shown(driven_motion(modal, np.eye(4)[[0, 2]], forces, cubic=cubic), SENSORS)
+    noisy = data + noise * data.std(axis=0) * np.random.default_rng(seed).standard_normal(data.shape)
+    loads = (Load(1, "x", forces[0]), Load(3, "x", forces[1]))
+    return Recording(name, noisy[None], "test" if "test" in name else "train", loads)
+
+
+def loaded_dataset(modal: ModalModel, count: int = 4, noise: float = 0.0, cubic: float = 0.0) -> Dataset:
+    """``count`` training recordings and a test of the chain that has the modes of ``modal``, beside the nominal one."""
+    names = [*(f"train {number}" for number in range(count)), "test"]
+    recordings = [loaded_recording(name, modal, seed, noise=noise, cubic=cubic) for seed, name in enumerate(names)]
+    assumed = Assumptions(modal_model=chain_modes())
+    return Dataset(four_dof(), 1 / STEP, SENSORS, tuple(recordings), assumptions=assumed)
+
+
+def shaken_recording(modal: ModalModel, sensors: Sequence[Sensor], samples: int = 160) -> Recording:
+    """The chain on a base that moves along x, as sensors show it that are absolute, or on the base."""
+    ground = smooth_force(samples, 7)
+    course = interpolant(ground)
+    velocity = course.antiderivative()
+    time = np.arange(samples)
+    moved = np.stack([STEP**2 * velocity.antiderivative()(time), STEP * velocity(time), ground])
+    relative = driven_motion(modal, [-MASS @ np.ones(4)], [ground])
+    absolute = relative + moved[:, :, None]
+    both = {"absolute": shown(absolute, sensors), "base": shown(relative, sensors)}
+    columns = [both[sensor.reference][:, column] for column, sensor in enumerate(sensors)]
+    return Recording("shaken", np.column_stack(columns)[None], base=(BaseMotion("x", ground),))
