@@ -63,7 +63,7 @@ def loaded_recording(
 ) -> Recording:
     """The chain from rest under forces on masses 1 and 3; a test where the name says so."""
     forces = [smooth_force(samples, 10 * seed + i, 0.5) for i in (0, 1)]
-    data = shown(driven_motion(modal, np.eye(4)[[0, 2]], forces, cubic=cubic), SENSORS)
+    data = shown(driven_motion(modal, [np.eye(4)[0], np.eye(4)[2]], forces, cubic=cubic), SENSORS)
     noisy = data + noise * data.std(axis=0) * np.random.default_rng(seed).standard_normal(data.shape)
     loads = (Load(1, "x", forces[0]), Load(3, "x", forces[1]))
     return Recording(name, noisy[None], "test" if "test" in name else "train", loads)

@@ -76,7 +76,7 @@ def test_one_mass_under_a_polynomial_of_degree_seven_follows_the_closed_form(ste
         dynamics, torch.zeros(1, 2), SAMPLES, step, "propagator", substeps, driving_of(values[:, None], np.ones((1, 1)))
     )
     found = np.column_stack([part[0, :, 0] for part in dynamics.unscale(z)])
-    exact = polynomial_response(omega, ratio, force, time)
+    exact = polynomial_response(omega, ratio, np.asarray(force, dtype=float), time)
     np.testing.assert_allclose(found, exact, rtol=0, atol=1e-9 * np.abs(exact).max())
 
 

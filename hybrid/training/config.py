@@ -16,6 +16,7 @@ class GaussNewtonConfig:
     outlier_ratio: float = 2.0  # times the median misfit: windows beyond count less and less
     horizon_growth: int = 2  # of the horizon, once a step gains too little
     min_relative_gain: float = 0.01  # of the cost; at the whole length the end of the training
+    growing_share: float = 0.5  # of the epochs: after it the horizon of windows under known forces is the whole length
     own_noise_share: float = 0.25  # of the whole length: from horizons beyond on, each channel has its own noise
     # misfit a sample (half a square of noise deviations; about 0.5 is right): numbers near overflow
     max_misfit_per_sample: float = 1e8
