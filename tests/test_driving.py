@@ -24,7 +24,7 @@ from tests.hybrid_problems import chain_modes, double_precision, dynamics_of, ob
 from tests.places_problems import place_dynamics, plain_loop, random_states
 
 SAMPLES = 40
-STEPS = (0.04, 0.02, 0.01, 0.005)  # s
+STEPS = (0.04, 0.02, 0.01)  # s
 
 
 @pytest.fixture(autouse=True)
@@ -69,14 +69,15 @@ def test_one_mass_under_a_polynomial_of_degree_seven_follows_the_closed_form(ste
     """
     omega, ratio = 2.0, 0.05
     time = step * np.arange(SAMPLES)
-    force = np.array([factorial(7) / factorial(p) / time[-1] ** p for p in range(8)]) * np.array([1, -1] * 4) / 1e3
+    sizes = [(-1) ** p * factorial(7) / factorial(p) / time[-1] ** p / 1e3 for p in range(8)]
+    force: FloatArray = np.array(sizes, dtype=np.float64)
     dynamics = one_mass(omega, ratio)
     values = (time[:, None] ** np.arange(8)) @ force
     z = integrate(
         dynamics, torch.zeros(1, 2), SAMPLES, step, "propagator", substeps, driving_of(values[:, None], np.ones((1, 1)))
     )
     found = np.column_stack([part[0, :, 0] for part in dynamics.unscale(z)])
-    exact = polynomial_response(omega, ratio, np.asarray(force, dtype=float), time)
+    exact = polynomial_response(omega, ratio, force, time)
     np.testing.assert_allclose(found, exact, rtol=0, atol=1e-9 * np.abs(exact).max())
 
 
@@ -89,7 +90,7 @@ def random_forces(step: float, duration: float = 8.0, knots: float = 0.4) -> Flo
 
 
 def solved(dynamics: ModalDynamics, values: FloatArray, participation: FloatArray, step: float) -> FloatArray:
-    """The state at the last sample by DOP853, to about 1e-11, the forces as their splines."""
+    """The state at the last sample by DOP853, to about 1e-10, the forces as their splines."""
     course = interpolant(values)
 
     @torch.no_grad()
@@ -99,7 +100,7 @@ def solved(dynamics: ModalDynamics, values: FloatArray, participation: FloatArra
 
     start = np.linspace(-0.5, 0.5, 2 * dynamics.modes)
     return np.asarray(
-        solve_ivp(rate, (0.0, step * (len(values) - 1)), start, "DOP853", rtol=1e-11, atol=1e-12).y[:, -1]
+        solve_ivp(rate, (0.0, step * (len(values) - 1)), start, "DOP853", rtol=1e-10, atol=1e-11).y[:, -1]
     )
 
 

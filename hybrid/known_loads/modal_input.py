@@ -15,14 +15,14 @@ import numpy as np
 
 from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise, unsupported
-from fe_models.base_motion import BaseMotion, base_force, rigid_motion
+from fe_models.base_motion import Along, BaseMotion, base_force, rigid_motion
 from fe_models.errors import raise_faults
 from fe_models.interpolant import courses_of
 from fe_models.linear import LinearModel, ModalModel
 from fe_models.mechanisms import factorise
 from fe_models.modes import natural_modes
-from fe_models.recordings import Dataset, Recording, Sensor, of_each_quantity
-from fe_models.structure import Structure
+from fe_models.recordings import QUANTITIES, Dataset, Recording, Sensor, of_each_quantity
+from fe_models.structure import TRANSLATIONS, Structure
 from hybrid.known_loads.behind_lowpass import behind
 from hybrid.known_loads.config import MODAL_INPUT
 
@@ -40,7 +40,7 @@ class ModalInput:
     """
 
     places: tuple[LoadPlace, ...]
-    along: tuple[tuple[float, float], ...]
+    along: tuple[Along, ...]
     participation: FloatArray
     shown: FloatArray
     felt: FloatArray
@@ -79,9 +79,9 @@ class ModalInput:
         courses = np.stack([step**2 * displacement(samples), step * velocity(samples), motion.values])
         found = np.zeros((len(samples), len(self.sensors)))
         for column, sensor in enumerate(self.sensors):
-            if sensor.reference == "absolute" and sensor.direction != "rz":
-                quantity = int(np.argmax(of_each_quantity([sensor])[:, 0]))
-                found[:, column] = motion.along["xy".index(sensor.direction)] * courses[quantity]
+            along = dict(zip(TRANSLATIONS, motion.along, strict=False)).get(sensor.direction, 0.0)
+            if sensor.reference == "absolute":
+                found[:, column] = along * courses[QUANTITIES.index(sensor.quantity)]
         return found
 
 
@@ -136,12 +136,14 @@ def input_of(
     )
 
 
-def _inertia(model: Structure | LinearModel | None, modal: ModalModel, along: tuple[float, float]) -> FloatArray:
+def _inertia(model: Structure | LinearModel | None, modal: ModalModel, along: Along) -> FloatArray:
     """Return what a moving base pulls, (dof,): of bare matrices without what supports carry of the mass."""
     assert model is not None  # as was told before
     if isinstance(model, Structure):
         return base_force(unsupported(model)[0], modal.dofs, along)
-    return modal.dofs.expand(-(model.mass @ rigid_motion(modal.dofs, along)[modal.dofs.free]))
+    pull, free = np.zeros(len(modal.dofs)), modal.dofs.free
+    pull[free] = -(model.mass @ rigid_motion(modal.dofs, along)[free])
+    return pull
 
 
 def _left_out(model: Structure | LinearModel | None, modal: ModalModel, pulls: FloatArray, band: float) -> FloatArray:
@@ -159,7 +161,7 @@ def _left_out(model: Structure | LinearModel | None, modal: ModalModel, pulls: F
         return nothing
     if kept < moving and natural_modes(linear, kept + 1).frequencies[-1] < band:
         return nothing
-    force, factors = np.ascontiguousarray(pulls.T[modal.dofs.free]), factorise(linear.stiffness)
+    force, factors = np.ascontiguousarray(modal.dofs.gathered(pulls.T)), factorise(linear.stiffness)
     terms = list[FloatArray]()
     for _ in range(MODAL_INPUT.left_out_terms):
         moved = factors.solve(force)
