@@ -6,7 +6,7 @@ largest one (of the largest rotation where nothing translates) is positive.
 
 import numpy as np
 from scipy.linalg import LinAlgError, eigh
-from scipy.sparse.linalg import LinearOperator, eigsh
+from scipy.sparse.linalg import LinearOperator, SuperLU, eigsh
 
 from fe_models.arrays import ComplexArray, FloatArray
 from fe_models.assembly import linearise
@@ -26,13 +26,16 @@ MASS_TOLERANCE = 1e-14
 """1 / omega^2, relative to that of the first mode, below which a mode has no mass."""
 
 
-def natural_modes(model: LinearModel | Structure, count: int | None = None) -> ModalModel:
+def natural_modes(
+    model: LinearModel | Structure, count: int | None = None, factors: SuperLU | None = None
+) -> ModalModel:
     """Return the ``count`` lowest modes, with damping ratios xi = phi^T C phi / (2 omega) plus the modal ratios.
 
     Of a structure those of its linear model as drawn. Without ``count``: `USUAL_COUNT`, or all of a smaller model.
 
-    Lanczos iterations on K^-1 M with one sparse factorisation of K (shift 0, inverted); a full solution for small
-    models and where most of the modes are wanted. M may be singular: degrees of freedom without mass add no mode.
+    Lanczos iterations on K^-1 M with one sparse factorisation of K (shift 0, inverted), or with the ``factors`` of K
+    where they are known; a full solution for small models and where most of the modes are wanted. M may be singular:
+    degrees of freedom without mass add no mode.
     `InputError` where a matrix cannot be used, the structure can move without resistance, or has fewer modes.
     """
     if isinstance(model, Structure):
@@ -47,7 +50,7 @@ def natural_modes(model: LinearModel | Structure, count: int | None = None) -> M
         raise InputError(f"{count} modes asked for; the model has {size} free degrees of freedom: ask for 1 to {size}")
     weighty = int(np.count_nonzero(model.mass.diagonal()))
     full = size <= LARGEST_DENSE_SOLVE or 2 * count > weighty
-    omega_squared, shapes = _all_modes(model, count) if full else _lowest_modes(model, count, weighty)
+    omega_squared, shapes = _all_modes(model, count) if full else _lowest_modes(model, count, weighty, factors)
     if not resists(model.stiffness, shapes).all():
         raise InputError(describe_mechanism(model))
     omega = np.sqrt(omega_squared)
@@ -79,20 +82,22 @@ def _all_modes(model: LinearModel, count: int) -> tuple[FloatArray, FloatArray]:
     return 1 / mu[:count], shapes[:, :count] / np.sqrt(mu[:count])  # eigh scales to Phi^T K Phi = I
 
 
-def _lowest_modes(model: LinearModel, count: int, weighty: int) -> tuple[FloatArray, FloatArray]:
+def _lowest_modes(
+    model: LinearModel, count: int, weighty: int, factors: SuperLU | None
+) -> tuple[FloatArray, FloatArray]:
     """Return omega^2 and shapes of the lowest modes; ``weighty`` degrees of freedom of the model have mass."""
     size = model.mass.shape[0]
     try:
-        factors = factorise(model.stiffness)
+        factors = factors or factorise(model.stiffness)
     except RuntimeError:
         raise InputError(describe_mechanism(model)) from None
-    extended = model.stiffness.astype(np.longdouble)
+    known, extended = factors, model.stiffness.astype(np.longdouble)
 
     def solve(load: FloatArray) -> FloatArray:
         """Solve K u = load; one refinement with an extended residual keeps 4 digits at 100,000 dofs, not 1 or 2."""
-        u = factors.solve(load)
+        u = known.solve(load)
         residual = np.asarray(load - extended @ u.astype(np.longdouble), dtype=float)
-        return np.asarray(u + factors.solve(residual))
+        return np.asarray(u + known.solve(residual))
 
     omega_squared, shapes = eigsh(
         model.stiffness,

@@ -17,15 +17,21 @@ MIN_LUMPED_SHARE = 0.5
 
 @dataclass(frozen=True)
 class UncertainPart:
-    """The stiffness of ``elements``, or the mass of ``elements`` and of the point masses at ``nodes``; from 1."""
+    """The stiffness of ``elements``, or the mass of ``elements`` and of the point masses at ``nodes``; from 1.
+
+    Of matrices, which have no elements: of a ``group``, by its name.
+    """
 
     quantity: Literal["stiffness", "mass"]
     elements: tuple[int, ...]
     nodes: tuple[int, ...] = ()
+    group: str = ""
 
     @property
     def location(self) -> dict[str, Any]:
         """Where it is, in the words of a report."""
+        if self.group:
+            return {"group": self.group}
         if not self.elements:
             return {"node": self.nodes[0]}
         return {"element": self.elements[0]} if len(self.elements) == 1 else {"elements": list(self.elements)}

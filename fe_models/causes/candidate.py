@@ -89,9 +89,13 @@ class Candidate(ABC):
 
 @dataclass(frozen=True, kw_only=True)
 class MatrixCandidate(Candidate, ABC):
-    """What changes M, C or K: by ``changes`` for each unit of its `amount`."""
+    """What changes M, C or K: by ``changes`` for each unit of its `amount`.
+
+    ``pulls`` (dof, force): along which it acts, where that is known beforehand; None: as its changes have it.
+    """
 
     changes: Changes = field(compare=False, repr=False)
+    pulls: FloatArray | None = field(default=None, compare=False, repr=False)
 
     @property
     def is_structural(self) -> bool:

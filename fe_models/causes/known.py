@@ -12,7 +12,16 @@ from fe_models.arrays import FloatArray, IntArray
 from fe_models.causes.base import Cause, Effect, ForceLaw
 from fe_models.causes.candidate import Changes
 from fe_models.causes.load_name import LoadName
-from fe_models.causes.places import MIN_MOTION_SHARE, ModelForPlaces, Motion, MovingPlace, Place, places_of
+from fe_models.causes.places import (
+    MIN_MOTION_SHARE,
+    Elongation,
+    ModelForPlaces,
+    Motion,
+    MovingPlace,
+    Place,
+    places_among,
+    places_of,
+)
 from fe_models.structure import TRANSLATIONS, Structure
 
 
@@ -85,6 +94,7 @@ class Known:
     """The ``nominal`` model, the ``motion`` that it needs to follow the recordings, and the measured ``channels``.
 
     ``slowest`` (Hz): one cycle in the longest recording. ``loads``: what is known to act, by how it was recorded.
+    ``elongations``: along which forces may act, None where the structure says it.
     """
 
     nominal: ModelForCauses
@@ -92,10 +102,13 @@ class Known:
     channels: tuple[Channel, ...] = ()
     slowest: float = 0.0
     loads: tuple[LoadChannel, ...] = ()
+    elongations: tuple[Elongation, ...] | None = None
 
     @cached_property
     def places(self) -> list[Place]:
         """Where forces can act."""
+        if self.elongations is not None:
+            return places_among(self.nominal, self.motion, self.elongations)
         return places_of(self.nominal, self.motion)
 
     @cached_property
@@ -115,6 +128,9 @@ class Known:
         """The usual period of the motion, s."""
         moving = np.isin(self.nominal.dofs.direction, TRANSLATIONS)  # rotations are no lengths
         displacement, velocity = self.motion.displacement[..., moving], self.motion.velocity[..., moving]
+        if self.elongations is not None:  # coordinates are no lengths, what is sensed is
+            pulls = np.column_stack([pull for *_, pull in self.elongations])
+            displacement, velocity = self.motion.displacement @ pulls, self.motion.velocity @ pulls
         return 2 * np.pi * float(np.std(displacement) / np.std(velocity))
 
     @property

@@ -1,5 +1,6 @@
 """Where forces can act on a structure, and how much of one is felt there."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Protocol
@@ -116,10 +117,15 @@ def places_of(nominal: ModelForPlaces, motion: Motion) -> list[Place]:
 
     Of places that move alike in all modes (the nodes of a stiff deck along it) the first stands for all.
     """
+    return places_among(nominal, motion, _elongations(nominal))
+
+
+def places_among(nominal: ModelForPlaces, motion: Motion, elongations: Sequence[Elongation]) -> list[Place]:
+    """Return those of the ``elongations`` that move, the first of any that move alike standing for the others."""
     found: list[Place] = []
     moves: list[FloatArray] = []
     shapes = nominal.modes[1]
-    for location, nodes, direction, pull in _elongations(nominal):
+    for location, nodes, direction, pull in elongations:
         move = pull @ shapes
         size = float(np.linalg.norm(move))
         if size < MIN_MOTION_SHARE * np.abs(shapes).max():

@@ -166,7 +166,7 @@ def structure_table(structure: Structure) -> Table:
         "dashpots": [_row(dashpot) for dashpot in structure.dashpots],
         "supports": [_row(support) for support in structure.supports],
         "damping": _row(structure.damping),
-        "effects": [_effect_row(effect) for effect in effects_of(structure)],
+        "effects": [effect_row(effect) for effect in effects_of(structure)],
     }
     return {key: value for key, value in table.items() if value not in ([], {})}
 
@@ -185,7 +185,7 @@ def _row(item: Any) -> Table:
     return row
 
 
-def _effect_row(effect: Effect) -> Table:
+def effect_row(effect: Effect) -> Table:
     """Return an effect as a table, with all its numbers, in the words of its kind."""
     row = {word: _plain(getattr(effect, name)) for name, word in words(effect).items()}
     for one, many in (("node", "nodes"), ("element", "elements")):

@@ -27,11 +27,13 @@ Modes = Annotated[
     ),
 ]
 
+HYBRID_OF_MATRICES = "a diagnosis of matrices makes no forecasts to train on; use hybrid-modal train"
+
 
 def diagnose(
     dataset: DatasetFile, out: Out, hybrid: Hybrid = False, modes: Modes = False, quiet: Quiet = False
 ) -> None:
-    """Diagnose a chain or frame from its recordings.
+    """Diagnose a chain, a frame or matrices by groups from recordings.
 
     All causes of the list compete at all their places. What is found is built into the structure, and forecasts of the
     test recordings are scored before and after. A modal model that the dataset simulates with is held against the
@@ -39,7 +41,7 @@ def diagnose(
 
     With --modes the evidence is that of natural frequencies, damping ratios and shapes, and of how motion strays from
     them: it needs no nearly right model, tells how far groups of elements are off, what changed between recordings, and
-    which force law acts. A dataset of identified modes alone ([[modes]]) is diagnosed so.
+    which force law acts. A dataset of identified modes alone ([[modes]]), and matrices by groups, are diagnosed so.
 
     \b
     OUT/report.json          verdict, findings with probabilities and alternatives, scores
@@ -51,9 +53,10 @@ def diagnose(
     Example:
       hybrid-modal diagnose runs/chain/dataset.toml --out runs/chain/diagnosis
     """
-    from fe_models.errors import noting, raise_faults
+    from fe_models.errors import InputError, noting, raise_faults
     from fe_models.files.dataset_file import load_dataset
     from fe_models.files.inputs import files_read
+    from fe_models.linear import LinearModel
     from fe_models.progress import progress_bar, stage_bar
     from hybrid.diagnosis.stage_names import STAGE_NAMES
     from hybrid.result_sets import diagnosis_in
@@ -68,8 +71,10 @@ def diagnose(
         data = noting(faults, "", load_dataset, dataset, dead_channels=True)
         raise_faults(faults)
         assert data is not None  # else there were faults
+        if hybrid and isinstance(data.model, LinearModel):
+            raise InputError(f"--hybrid: {HYBRID_OF_MATRICES}")
         print_notes(data)
-        if modes or (data.modes and not data.recordings):
+        if modes or (data.modes and not data.recordings) or isinstance(data.model, LinearModel):
             _diagnose_modes(data, out)
             result(out / "report.json")
             return

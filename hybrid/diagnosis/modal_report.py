@@ -10,11 +10,12 @@ from fe_models.files.structure_file import save_structure
 from hybrid.diagnosis.config import REPORT
 from hybrid.diagnosis.joint.modal_diagnosis import ModalDiagnosis, PairedMode
 from hybrid.diagnosis.modal.config import LISTED
+from hybrid.diagnosis.outcome.extend_matrices import ExtendedMatrices, save_extended_matrices
 from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.diagnosis.report import calibration_table, finding_table, rival_words
 from hybrid.diagnosis.report_files import saved
 from hybrid.figures import figure
-from hybrid.result_sets import EXTENDED, PICTURE, SUMMARY
+from hybrid.result_sets import EXTENDED, EXTENDED_MATRICES, PICTURE, SUMMARY
 from hybrid.result_sets import REPORT as REPORT_FILE
 
 HEADLINES = {
@@ -42,10 +43,17 @@ def save_modal_diagnosis(found: ModalDiagnosis, folder: Path) -> list[str]:
         folder,
         write_report,
         {
-            EXTENDED: lambda path: save_structure(found.extended, path),
+            EXTENDED: lambda path: _save_extended(found, path),
             PICTURE: lambda path: draw_modes(path, found.modes),
         },
     )
+
+
+def _save_extended(found: ModalDiagnosis, path: Path) -> None:
+    if isinstance(found.extended, ExtendedMatrices):
+        save_extended_matrices(found.extended, path, path.with_name(EXTENDED_MATRICES))
+    else:
+        save_structure(found.extended, path)
 
 
 def modal_table(found: ModalDiagnosis) -> dict[str, Any]:

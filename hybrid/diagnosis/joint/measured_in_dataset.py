@@ -9,7 +9,8 @@ from fe_models.recordings import Dataset
 from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.config import LISTED
 from hybrid.diagnosis.modal.measured_modes import MeasuredModes
-from hybrid.diagnosis.nominal.nominal_model import NominalModel, nominal_model_of
+from hybrid.diagnosis.nominal.any_model import any_nominal_model_of, followed_as_found
+from hybrid.diagnosis.nominal.nominal_model import NominalModel
 from hybrid.diagnosis.recorded.batches import measured_columns
 from hybrid.identification.identification import identify
 
@@ -28,7 +29,7 @@ def measured_in(dataset: Dataset, tell: Callable[[str], object]) -> tuple[Measur
     """Return the modes of all training recordings, listed or else identified, beside the nominal model; and the names
     of those recordings that something unknown drove. ``tell`` hears the name of each.
     """
-    nominal = nominal_model_of(dataset).undispersed
+    nominal = any_nominal_model_of(dataset)
     ambient: tuple[str, ...] = ()
     if dataset.modes:
         found = _listed(dataset)
@@ -36,6 +37,9 @@ def measured_in(dataset: Dataset, tell: Callable[[str], object]) -> tuple[Measur
     else:
         sensors = tuple(dataset.sensors[column] for column in measured_columns(dataset))
         found, ambient = _identified(dataset, nominal, tell)
+        highest = max((float(own.log_omega.max()) for own in found if len(own.log_omega)), default=None)
+        if highest is not None:
+            nominal = followed_as_found(nominal, dataset, float(np.exp(highest)) / (2 * np.pi))
     return Measured(nominal, np.zeros(len(nominal.spread)), sensors, dataset.sampling_rate, found), ambient
 
 

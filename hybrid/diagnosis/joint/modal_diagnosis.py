@@ -14,11 +14,11 @@ from threadpoolctl import threadpool_limits
 from fe_models.arrays import FloatArray
 from fe_models.causes import MassChange, StiffnessChange
 from fe_models.causes.candidate import Candidate
-from fe_models.causes.known import Channel, Known
+from fe_models.causes.known import Channel
 from fe_models.causes.places import Motion
-from fe_models.causes.searched import candidates_of
 from fe_models.causes.wording import at_place
 from fe_models.errors import InputError
+from fe_models.linear import LinearModel
 from fe_models.modes import mac
 from fe_models.recordings import Dataset
 from fe_models.structure import Structure
@@ -33,9 +33,11 @@ from hybrid.diagnosis.modal.config import CONCLUSION, FIT
 from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim, misfit_of
 from hybrid.diagnosis.modal.paired_rows import predicted_of
 from hybrid.diagnosis.modal.search import Search, null_fit, probabilities
-from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
+from hybrid.diagnosis.nominal.any_model import all_candidates_of, with_parts_scaled
+from hybrid.diagnosis.nominal.nominal_model import NominalModel
 from hybrid.diagnosis.outcome.calibration import Calibrated, calibration_of
 from hybrid.diagnosis.outcome.extend import extended_structure
+from hybrid.diagnosis.outcome.extend_matrices import ExtendedMatrices, extended_matrices
 from hybrid.diagnosis.outcome.findings import NOT_ON_THE_LIST, Alternative, Finding, Parameter, sentence_of
 from hybrid.diagnosis.outcome.verdict import Verdict
 
@@ -83,7 +85,7 @@ class ModalDiagnosis:
     unexplained: float
     states: tuple[State, ...]
     modes: tuple[PairedMode, ...]
-    extended: Structure
+    extended: Structure | ExtendedMatrices
     notes: tuple[str, ...]
     seconds: float
     has_motion: bool
@@ -106,7 +108,11 @@ def diagnose_modes(dataset: Dataset, advance: Callable[[str], object] | None = N
         search, fits = _searched(*beside, tell)
         tell("force laws")
         best = fits[0], search.log_odds(fits[0].claim)
-        laws = None if ambient else laws_in(dataset, (measured, drawn), beside, best)
+        laws = (
+            None
+            if ambient or isinstance(dataset.model, LinearModel)
+            else laws_in(dataset, (measured, drawn), beside, best)
+        )
         if laws is not None and laws.replaces_causes and laws.named is not None:
             linear, _ = measured_in(without_law(dataset, laws), lambda _: None)
             beside = _rebased(dataset, *_refitted(linear, drawn))
@@ -140,10 +146,7 @@ def _rebased(dataset: Dataset, measured: Measured, null: ModalFit) -> tuple[Meas
         shift = null.theta[:parts]
         if np.abs(shift).max(initial=0.0) < FIT.max_basis_shift:
             break
-        structure = measured.nominal.structure
-        for part, factor in zip(measured.nominal.parts, np.exp(shift), strict=True):
-            structure = part.scaled(structure, float(factor))
-        nominal = nominal_model_of(replace(dataset, model=structure)).undispersed
+        nominal = with_parts_scaled(measured.nominal, dataset, np.exp(shift))
         if len(nominal.spread) != len(measured.nominal.spread):
             break  # other patterns are felt; the older basis serves
         offset = measured.offset.copy()
@@ -165,7 +168,7 @@ def _candidates(measured: Measured) -> tuple[Candidate, ...]:
     amplitude = np.random.default_rng(0).standard_normal((200, len(omega)))
     motion = Motion((amplitude / omega) @ shapes.T, amplitude @ shapes.T)
     channels = tuple(Channel(sensor.name, 1.0, 1.0) for sensor in measured.sensors)  # of drifts, which no mode shows
-    return candidates_of(Known(nominal, motion, channels))
+    return all_candidates_of(nominal, motion, channels)
 
 
 def _concluded(
@@ -194,11 +197,18 @@ def _concluded(
         unexplained=left,
         states=states_of(measured, best),
         modes=paired_modes(measured, drawn, best),
-        extended=extended_structure(nominal, best.theta[:first], local),
+        extended=_extended(nominal, best.theta[:first], local),
         notes=(*_notes(measured, best), *_notes_on_motion(laws, after)),
         seconds=0.0,
         has_motion=laws is not None,
     )
+
+
+def _extended(nominal: NominalModel, theta: FloatArray, local: tuple[Finding, ...]) -> Structure | ExtendedMatrices:
+    """Return the model with what was found built in; ``theta`` (nuisance,)."""
+    if nominal.coordinates is not None:
+        return extended_matrices(nominal, theta, local)
+    return extended_structure(nominal, theta, local)
 
 
 def _beside_unknown(finding: Finding, after: Left, recordings: int) -> Finding:
@@ -228,11 +238,11 @@ def _groups_off(measured: Measured, best: ModalFit, theta: FloatArray) -> tuple[
     for number, part in enumerate(nominal.parts):
         stated, off, error = nominal.spread[number], abs(theta[number]), errors[number]
         surely = float(norm.cdf((off - CONCLUSION.normal_sigma * stated) / max(error, np.finfo(float).tiny)))
-        if surely < CONCLUSION.min_probability or not part.elements:
+        if surely < CONCLUSION.min_probability or not (part.elements or part.group):
             continue
         factor = float(np.exp(theta[number]))
         kind = StiffnessChange if part.quantity == "stiffness" else MassChange
-        cause = kind(part.elements, factor)
+        cause = kind(part.elements, factor, part.group)
         parameters = {"factor": Parameter(factor, factor * float(error), "1")}
         sentence = sentence_of(cause, parameters, nominal.structure)
         found.append(Finding(cause, parameters, surely, 0.0, every, (), sentence))

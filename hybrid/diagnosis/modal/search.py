@@ -155,6 +155,8 @@ class Search:
         """
         if isinstance(candidate, ModeCandidate):
             return True
+        if "group" in candidate.location:  # its stiffness and its mass, too
+            return True
         part = getattr(candidate, "part", None)
         if part is None or candidate.kind != StiffnessChange.kind:
             return False

@@ -1,10 +1,13 @@
 """The basis in which a structure is searched: a chain's degrees of freedom, or a frame's first natural modes."""
 
+from dataclasses import replace
+
 import numpy as np
+from scipy.sparse.linalg import SuperLU
 
 from fe_models.arrays import FloatArray
 from fe_models.errors import raise_faults
-from fe_models.linear import LinearModel
+from fe_models.linear import LinearModel, ModalModel
 from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset
 from fe_models.structure import Structure
@@ -19,14 +22,35 @@ def basis_of(dataset: Dataset, linear: LinearModel, highest: float) -> tuple[Flo
         massless = linear.dofs.node[linear.dofs.free_rows][linear.mass.diagonal() <= 0]
         raise_faults(f"model: node {node} has no mass: give it a point mass, or join its springs" for node in massless)
         return linear.dofs.expand(np.eye(free)), None
-    count = min(NOMINAL.extra_modes, free)
-    modal = natural_modes(linear, count)
+    modal, kept = followed_modes(dataset, linear, highest)
+    return modal.shapes, kept
+
+
+def followed_modes(
+    dataset: Dataset,
+    linear: LinearModel,
+    highest: float,
+    factors: SuperLU | None = None,
+    most: int | None = None,
+) -> tuple[ModalModel, int]:
+    """Return the modes that recordings can show up to ``highest`` (Hz), with some beyond, and how many can be shown.
+
+    ``factors`` of K, where they are known; ``most``: as many modes at most, those beyond counted.
+    """
+    weighty = int(np.count_nonzero(linear.mass.diagonal()))
+    free = min(weighty, most or weighty)
+    count = min(most or NOMINAL.extra_modes, free)
+    modal = natural_modes(linear, count, factors)
     while modal.frequencies[-1] < highest and count < free:
         count = min(2 * count, free)
-        modal = natural_modes(linear, count)
+        modal = natural_modes(linear, count, factors)
     wished, passed = dataset.assumptions.modes, min(dataset.lowpass or np.inf, dataset.sampling_rate / 2)
     kept = max(int(np.sum(modal.frequencies < (passed if wished else highest))), wished or 1)
+    if most is not None and free < weighty:
+        kept = min(kept, max(most - NOMINAL.extra_modes, 1))
     wanted = min(kept + NOMINAL.extra_modes, free)
     if wanted > count:
-        modal = natural_modes(linear, wanted)
-    return modal.shapes[:, :wanted], min(kept, wanted)
+        modal = natural_modes(linear, wanted, factors)
+    first = slice(None, wanted)
+    modal = replace(modal, omega=modal.omega[first], damping_ratio=modal.damping_ratio[first])
+    return replace(modal, shapes=modal.shapes[:, first]), min(kept, wanted)

@@ -116,7 +116,30 @@ class UnstatedLowpassConfig:
     min_lines: int = 4  # lines of a spectrum in a band that determine its level
 
 
+@dataclass(frozen=True)
+class CoordinateConfig:
+    """Matrices in few coordinates."""
+
+    # modes of a larger model: more than a few dozen sensors never tell apart, and a spectrum has no end
+    most_modes: int = 48
+    reach: float = 1.35  # of the highest frequency that was found: up to there the structure is followed
+    most_whole: int = 400  # free degrees of freedom of a model that keeps them: as fast as fewer, and exact
+    # nodes at which causes are sought: sensors do not tell more apart, and each costs three static shapes and a second
+    most_nodes: int = 48
+    min_motion_share: float = 1e-4  # of the largest motion in the modes: a node that moves less feels no force
+    # of a share of K or M, by what it does to the modes seen: those and their combinations that are larger ...
+    most_shapes_a_share: int = 6
+    min_force_share: float = 1e-3  # ... than so much of the largest
+    min_independent_share: float = 1e-10  # of the largest: what other shapes nearly make up is left out
+    # relative difference of two natural frequencies, below which their shapes are any mixture; and by how much of it
+    # the mass is then taken to differ from axis to axis, which is less than any model knows
+    min_separation: float = 1e-5
+    parting_share: float = 1e-3
+    loads_at_once: int = 16  # of static solutions: more take more memory and no less time
+
+
 NOMINAL = NominalConfig()
+COORDINATES = CoordinateConfig()
 SCATTER = ScatterConfig()
 GEOMETRY = GeometryConfig()
 MESH_ERROR = MeshErrorConfig()

@@ -28,6 +28,7 @@ from fe_models.structure import Damping, Structure
 from fe_models.uncertain_parts import UncertainPart, uncertain_parts
 from hybrid.diagnosis.nominal.basis import basis_of
 from hybrid.diagnosis.nominal.config import NOMINAL, SCATTER
+from hybrid.diagnosis.nominal.coordinates import Coordinates
 from hybrid.diagnosis.nominal.geometry import Geometry
 from hybrid.diagnosis.nominal.loads import KnownPlace, OnBase, known_places
 from hybrid.diagnosis.nominal.lowpass import highest_shown, lowpass_of
@@ -50,7 +51,8 @@ class NominalModel:
     its own, and of the `dispersion`, where it ``disperses``, in this order (nuisance,). ``laws``: forces that the
     nominal structure itself has. ``integration``: the error of the user's own time steps, None where it integrates
     exactly. ``loaded``: where recordings are loaded, or shaken. ``geometry``: forces beyond the linear model's, None
-    where there are none. ``rate``: of the recordings' samples, Hz.
+    where there are none. ``rate``: of the recordings' samples, Hz. ``coordinates``: of matrices, what all of the above
+    is over in place of degrees of freedom; None of a structure.
     """
 
     structure: Structure
@@ -74,6 +76,7 @@ class NominalModel:
     rate: float = np.inf
     turns: bool = False
     disperses: bool = False
+    coordinates: Coordinates | None = None
 
     @property
     def size(self) -> int:
@@ -226,6 +229,8 @@ class NominalModel:
 
     def rows(self, sensors: tuple[Sensor, ...]) -> FloatArray:
         """Return what each sensor picks of the degrees of freedom, (sensor, dof)."""
+        if self.coordinates is not None:
+            return np.array([self.coordinates.pull(sensor.node, sensor.direction) for sensor in sensors])
         picked = np.zeros((len(sensors), len(self.dofs)))
         for position, sensor in enumerate(sensors):
             picked[position, self.dofs.row(sensor.node, sensor.direction)] = 1.0
@@ -268,7 +273,8 @@ def nominal_model_of(dataset: Dataset) -> NominalModel:
     structure = dataset.model
     if not isinstance(structure, Structure):
         raise InputError(
-            "model: bare matrices say nothing of springs, beams and supports, where causes sit: give a structure file"
+            "model: bare matrices say nothing of springs, beams and supports, where causes sit: give a structure file,"
+            " or diagnose matrices by groups by their modes"
         )
     raise_faults(
         f"model: its own {law.kind} depends on time, which no recording shows; the diagnosis looks for it: take it out"

@@ -83,6 +83,8 @@ def _static_shapes(nominal: NominalModel, candidate: Candidate) -> FloatArray:
         return nominal.released(candidate.row)[:, None]
     if nominal.kept is None or not isinstance(candidate, MatrixCandidate):
         return np.zeros((len(nominal.dofs), 0))
+    if candidate.pulls is not None:
+        return nominal.static(candidate.pulls)
     forces = []
     for change in candidate.changes:
         rows = np.unique(np.concatenate(change.nonzero()))
@@ -92,11 +94,11 @@ def _static_shapes(nominal: NominalModel, candidate: Candidate) -> FloatArray:
             full = np.zeros((len(nominal.dofs), int(felt.sum())))
             full[rows] = vectors[:, felt]
             local = full.shape[1] <= REDUCTION.max_local_forces
-            forces.append(full if local else _spread(nominal, change, candidate.width[0]))
+            forces.append(full if local else spread_forces(nominal, change, candidate.width[0]))
     return nominal.static(np.hstack(forces)) if forces else np.zeros((len(nominal.dofs), 0))
 
 
-def _spread(nominal: NominalModel, change: csr_array, amount: float) -> FloatArray:
+def spread_forces(nominal: NominalModel, change: csr_array, amount: float) -> FloatArray:
     """Return the forces (dof, load) of a spread change on those followed modes that bend most under them beyond the
     nominal model's basis, where an ``amount`` of it is felt at all: a sagging beam's bending goes with its stretching.
     """
