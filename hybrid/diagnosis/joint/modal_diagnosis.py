@@ -28,12 +28,13 @@ from hybrid.diagnosis.discrepancy.laws_in_recordings import Left, laws_in, left_
 from hybrid.diagnosis.joint.measured_in_dataset import as_measured, measured_in
 from hybrid.diagnosis.joint.modal_findings import LISTED as LISTED_RIVAL
 from hybrid.diagnosis.joint.modal_findings import State, findings_of, law_finding, states_of
+from hybrid.diagnosis.modal.all_candidates import all_candidates_of
 from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.config import CONCLUSION, FIT
 from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim, misfit_of
 from hybrid.diagnosis.modal.paired_rows import predicted_of
 from hybrid.diagnosis.modal.search import Search, null_fit, probabilities
-from hybrid.diagnosis.nominal.any_model import all_candidates_of, with_parts_scaled
+from hybrid.diagnosis.nominal.any_model import with_parts_scaled
 from hybrid.diagnosis.nominal.nominal_model import NominalModel
 from hybrid.diagnosis.outcome.calibration import Calibrated, calibration_of
 from hybrid.diagnosis.outcome.extend import extended_structure

@@ -3,13 +3,8 @@
 from dataclasses import replace
 
 from fe_models.arrays import FloatArray
-from fe_models.causes.candidate import Candidate
-from fe_models.causes.known import Channel, Known
-from fe_models.causes.places import Motion
-from fe_models.causes.searched import candidates_of
 from fe_models.linear import LinearModel
 from fe_models.recordings import Dataset
-from hybrid.diagnosis.nominal.grouped_candidates import grouped_candidates
 from hybrid.diagnosis.nominal.grouped_model import grouped_model_of, narrowed, rescaled
 from hybrid.diagnosis.nominal.nominal_model import NominalModel, nominal_model_of
 
@@ -36,10 +31,3 @@ def followed_as_found(nominal: NominalModel, dataset: Dataset, highest: float) -
     ``highest`` (Hz).
     """
     return nominal if nominal.coordinates is None else narrowed(nominal, dataset, highest)
-
-
-def all_candidates_of(nominal: NominalModel, motion: Motion, channels: tuple[Channel, ...]) -> tuple[Candidate, ...]:
-    """Return every cause at every place that it can have."""
-    if nominal.coordinates is not None:
-        return grouped_candidates(nominal, motion, channels)
-    return candidates_of(Known(nominal, motion, channels))
