@@ -45,6 +45,10 @@ def predict(
     tests stayed within 1.645 of it, which should be nine times in ten, metrics.json of RUN says); 'hybrid-modal render
     OUT' draws it.
 
+    Known loads and base motion of the record drive the forecast, as far as they are known. Of a record with excitation
+    = "ambient" the motion is estimated from all its samples, its forces unknown but for what they leave in it, with its
+    standard deviation, and scored on the sensors that were left out.
+
     With --whole the motion is reconstructed instead, from all samples of the record: virtual sensing. That takes a
     model which solves for its states (hybrid-modal train --preset places).
 
@@ -61,6 +65,7 @@ def predict(
     from hybrid.training.prediction import CHANNELS, from_record, from_state, prediction_in, write_channels
     from hybrid.training.results import prediction_of
     from hybrid.training.run import CHECKPOINT, metrics_in
+    from hybrid.training.sensing import beside_forecasts, describe_sensing
     from hybrid.training.session import check_device
     from hybrid.training.summary import band_warning
 
@@ -80,16 +85,20 @@ def predict(
         model = load_run(run).model
         samples = round(duration * checkpoint.origin.sampling_rate) + 1
         if data is not None:
-            banded, fe, fe_initial = from_record(checkpoint, data, record, start, samples, whole)
-            hybrid, std = banded.forecast, banded.std
+            found = from_record(checkpoint, data, record, start, samples, whole)
+            hybrid, std, fe, fe_initial = found.hybrid.forecast, found.hybrid.std, found.fe, found.fe_initial
+            scores = found.scores
         else:
             hybrid, fe, fe_initial = from_state(checkpoint, Path(str(initial)), samples)
-            std = None
+            std, scores = None, None
         with results.replacing() as new:
             save_run_model(model, checkpoint.origin.modal, new)
             save_prediction(prediction_of(hybrid, fe, checkpoint.origin, fe_initial), new)
             write_channels(hybrid, fe, std, checkpoint, new / CHANNELS)
-        for line in band_warning(metrics_in(run)) if std is not None else ():
+        metrics = metrics_in(run)
+        if scores is not None:
+            print("\n".join([*describe_sensing(scores), *beside_forecasts(metrics)]))
+        for line in band_warning(metrics) if std is not None and scores is None else ():
             print(f"Warning: {line}.")
         print(f"{samples} samples predicted: {out / PREDICTION}, {out / CHANNELS}")
         result(out / PREDICTION)

@@ -63,7 +63,25 @@ class WindowConfig:
     min_recording_share: float = 0.5
 
 
+@dataclass(frozen=True)
+class SensingConfig:
+    """Motion under unknown forces."""
+
+    min_samples: int = 100  # of a recording: with fewer, forces and noise cannot be told apart
+    max_samples: int = 4000  # of the stretch from which the sizes of forces and noise are estimated: to some per cent
+    linearisations: int = 3  # of a learned model, the first at rest: the third moves states by less than their band
+    size_searches: int = 2  # along the first of these: sizes hardly follow the last
+    iterations: int = 40  # of the search for these sizes
+    log_range: float = 15.0  # of a variance about its start: a factor of three million
+    first_noise_share: float = 0.01  # of a channel's energy: where the search for its noise begins
+    first_state_ratio: float = 10.0  # times the covariance that forces of the first sizes maintain
+    max_spectral_radius: float = 0.9999  # of a step: a model that hardly decays maintains a finite covariance then
+    doublings: int = 20  # of the steps that are summed for it: a million
+    states_at_once: int = 2000  # whose steps are computed together: bounds memory
+
+
 LINEAR_CALIBRATION = LinearCalibrationConfig()
 STATE = StateConfig()
 UNCERTAINTY = UncertaintyConfig()
 WINDOWS = WindowConfig()
+SENSING = SensingConfig()

@@ -154,16 +154,21 @@ def noise_std(model: Hybrid, sensors: tuple[Sensor, ...]) -> FloatArray:
 
     A sensor that is not fitted is taken to be like the fitted ones of its quantity and unit.
     """
+    if isinstance(model, Experts) or not isinstance(model.encoder, StatePrior):
+        return np.zeros(len(sensors))
+    return like_measured(
+        dict(zip(model.measured, model.encoder.noise_std.cpu().double().tolist(), strict=True)), sensors
+    )
+
+
+def like_measured(known: dict[int, float], sensors: tuple[Sensor, ...]) -> FloatArray:
+    """Return the noise (sensor,) of all sensors from the ``known`` one of some, by their numbers; zero of others."""
     found = np.zeros(len(sensors))
-    if not isinstance(model, Experts) and isinstance(model.encoder, StatePrior):
-        known = dict(zip(model.measured, model.encoder.noise_std.cpu().double().tolist(), strict=True))
-        for i, sensor in enumerate(sensors):
-            like = [
-                std
-                for j, std in known.items()
-                if (sensors[j].quantity, sensors[j].unit) == (sensor.quantity, sensor.unit)
-            ]
-            found[i] = known.get(i, float(np.mean(like)) if like else 0.0)
+    for i, sensor in enumerate(sensors):
+        like = [
+            std for j, std in known.items() if (sensors[j].quantity, sensors[j].unit) == (sensor.quantity, sensor.unit)
+        ]
+        found[i] = known.get(i, float(np.mean(like)) if like else 0.0)
     return found
 
 

@@ -29,7 +29,8 @@ def predict(
     model was trained with. The state is estimated from the first samples at ``start`` (s) and carried on for
     ``duration`` (s; None: to the end of the recording, beyond which it may go where no known force acts). ``whole``:
     all samples are used, which takes a model that solves for its states (preset "places"). Loads and base motion of a
-    `Recording` drive the forecast. `InputError` where the recording does not fit.
+    `Recording` drive the forecast. Of one with ``excitation`` "ambient" the motion, about its mean, is estimated from
+    all its samples, whatever forces moved it. `InputError` where the recording does not fit.
     """
     from hybrid.estimation.uncertainty import banded_field, banded_forecast  # loads PyTorch only where it is needed
     from hybrid.estimation.windows import driving_of
@@ -50,11 +51,15 @@ def predict(
     faults = []
     if start < 0 or left < seen:
         faults.append(f"start = {start:g} s; expected 0 to {(len(data) - seen) / rate:g} s: {seen} samples are read")
-    if samples < 1 or ((whole or used.is_driven) and samples > left):
+    ambient = used.excitation == "ambient"
+    bounded = whole or used.is_driven or ambient
+    if samples < 1 or (bounded and samples > left):
         why = ", over which the forces are known" if used.is_driven else ""
-        span = f"up to {(left - 1) / rate:g} s{why}" if whole or used.is_driven else "0 s or more"
+        span = f"up to {(left - 1) / rate:g} s{why}" if bounded else "0 s or more"
         faults.append(f"duration = {duration} s; expected {span}")
     raise_faults(faults)
+    if ambient:
+        return _sensed(trained, used, first, samples)
     window = data[None, first : first + (samples if whole else seen)]
     forces = input_of(origin.structure, origin.modal, origin.sensors, rate, origin.lowpass, [used])
     driving = driving_of(forces, replace(used, data=used.data[:1]))
@@ -70,4 +75,24 @@ def predict(
         dofs=origin.modal.dofs,
         sensors=origin.sensors,
         warnings=tuple(band_warning(trained.scores)),
+    )
+
+
+def _sensed(trained: "TrainedModel", recording: Recording, first: int, samples: int) -> PredictedField:
+    """Return the motion under unknown forces, estimated from a whole recording, from its sample ``first`` on."""
+    from hybrid.training.sensing import sensed, sensing_scores, too_narrow
+
+    origin = trained.checkpoint.origin
+    found = sensed(trained.model, replace(recording, data=recording.data[:1]))
+    own = found[0].hybrid.part(first, first + samples)
+    shapes = origin.modal.shapes
+    return PredictedField(
+        time=(first + np.arange(samples)) / origin.sampling_rate,
+        displacement=own.motion.q[0] @ shapes.T,
+        std=own.field_std(shapes),
+        channels=own.motion.channels[0],
+        channels_std=own.channels_std,
+        dofs=origin.modal.dofs,
+        sensors=origin.sensors,
+        warnings=tuple(too_narrow(sensing_scores(found, origin.sensors))),
     )

@@ -8,7 +8,7 @@ import numpy as np
 from fe_models.arrays import FloatArray
 from fe_models.linear import ModalModel
 from fe_models.nominal import nominal_modes
-from fe_models.recordings import Dataset, Sensor
+from fe_models.recordings import Dataset, Recording, Sensor
 from hybrid.estimation.config import UNCERTAINTY
 from hybrid.estimation.experts import Hybrid, fe_counterpart
 from hybrid.estimation.forecast import Forecast, forecast_windows, solves_for_states
@@ -40,9 +40,14 @@ class Comparison:
         return found if self.whole_record is None else {**found, "whole_record": self.whole_record.forecast}
 
 
+def forecast_recordings(dataset: Dataset) -> tuple[Recording, ...]:
+    """Return the test recordings that can be forecast: all but those of unknown forces."""
+    return tuple(recording for recording in dataset.select("test") if recording.excitation != "ambient")
+
+
 def compare(model: Hybrid, dataset: Dataset, length: int, stride: int) -> Comparison | None:
     """Forecast the test recordings, None where there are none; `TrainingDivergedError` where numbers overflow."""
-    recordings = dataset.select("test")
+    recordings = forecast_recordings(dataset)
     if not recordings:
         return None
     windows = cut_all(recordings, length, stride)

@@ -1,6 +1,8 @@
 """The motion of the whole structure by a trained model, from a record's first samples or from any initial state."""
 
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -9,7 +11,7 @@ from fe_models.errors import InputError, raise_faults
 from fe_models.files.atomic import writing
 from fe_models.files.result_set import ResultSet
 from fe_models.files.run_folder import MODEL, PREDICTION
-from fe_models.recordings import Dataset
+from fe_models.recordings import Dataset, Recording
 from hybrid.estimation.experts import fe_counterpart
 from hybrid.estimation.forecast import Forecast, forecast_windows, generate
 from hybrid.estimation.given_state import modal_state, read_nodal_state
@@ -19,6 +21,7 @@ from hybrid.known_loads.modal_input import modal_input
 from hybrid.training.checkpoint import Checkpoint
 from hybrid.training.preparation import trainable
 from hybrid.training.results import fe_initial_state
+from hybrid.training.sensing import sensed, sensing_scores
 
 CHANNELS = "channels.csv"
 
@@ -28,12 +31,25 @@ def prediction_in(folder: Path) -> ResultSet:
     return ResultSet(folder, "predict", (MODEL, PREDICTION, CHANNELS))
 
 
+@dataclass(frozen=True)
+class RecordPrediction:
+    """What the ``hybrid`` and the FE model predict from a record, the FE model's own initial q (mode,), and the
+    ``scores`` of an ambient record (`sensing_scores`), None of others.
+    """
+
+    hybrid: BandedForecast
+    fe: Forecast
+    fe_initial: FloatArray
+    scores: dict[str, Any] | None = None
+
+
 def from_record(
     checkpoint: Checkpoint, data: Dataset, name: str | None, start: float, samples: int, whole: bool
-) -> tuple[BandedForecast, Forecast, FloatArray]:
-    """Return the hybrid and the FE forecast from a place in a record, and the FE model's own initial q (mode,).
+) -> RecordPrediction:
+    """Return what is predicted from a place in a record on, for so many ``samples``.
 
-    Where known forces act, they have to be known over all ``samples``.
+    Where known forces act, they have to be known over all of these. Of an ambient record, the motion is estimated from
+    all its samples, before the place and after.
     """
     data.require_recordings("a prediction")
     data = trainable(data)
@@ -46,9 +62,11 @@ def from_record(
         raise InputError([*faults, f"--record {name}: the dataset has {', '.join(records)}"])
     chosen = records[name or data.recordings[0].name]
     first, end = round(start * origin.sampling_rate), chosen.data.shape[1]
-    if whole and first + samples > end:
+    ambient = chosen.excitation == "ambient"
+    if (whole or ambient) and first + samples > end:
         available = (end - first - 1) / data.sampling_rate
-        faults.append(f"--whole: record {chosen.name} has {available:g} s left; give --duration {available:g} or less")
+        what = "--duration" if ambient else "--whole"
+        faults.append(f"{what}: record {chosen.name} has {available:g} s left; give --duration {available:g} or less")
     if chosen.is_driven and first + samples > end:
         available = (end - first - 1) / data.sampling_rate
         faults.append(
@@ -58,13 +76,25 @@ def from_record(
     if first + seen > end:
         faults.append(f"--start {start:g}: record {chosen.name} ends after {end / data.sampling_rate:g} s")
     raise_faults(faults)
+    if ambient:
+        return _from_ambient(checkpoint, chosen, first, first + samples)
     window = chosen.data[:1, first : first + (samples if whole else seen)]
     model = checkpoint.model
     driving = driving_of(modal_input(data, origin.modal, [chosen]), chosen)
     known = None if driving is None else driving[:1].part(first, first + samples)
     fe = forecast_windows(model, window, fe_counterpart(model), samples, whole, known)
     hybrid = banded_forecast(model, window, samples, whole, known)
-    return hybrid, fe, fe_initial_state(origin, window[0], seen, known)
+    return RecordPrediction(hybrid, fe, fe_initial_state(origin, window[0], seen, known))
+
+
+def _from_ambient(checkpoint: Checkpoint, record: Recording, first: int, end: int) -> RecordPrediction:
+    """Return the motion of a whole record under unknown forces, from ``first`` to before ``end``, and its scores."""
+    found = sensed(checkpoint.model, replace(record, data=record.data[:1]))
+    hybrid, fe = (each.part(first, end) for each in (found[0].hybrid, found[0].fe))
+    scores = sensing_scores(found, checkpoint.origin.sensors)
+    return RecordPrediction(
+        BandedForecast(hybrid.motion, hybrid.channels_std[None]), fe.motion, fe.motion.q[0, 0], scores
+    )
 
 
 def from_state(checkpoint: Checkpoint, path: Path, samples: int) -> tuple[Forecast, Forecast, FloatArray]:

@@ -24,9 +24,10 @@ from hybrid.neural_modal_ode.driving import Driving
 from hybrid.training.checkpoint import Origin, save_checkpoint
 from hybrid.training.evaluation import score_table
 from hybrid.training.expert_training import ExpertsTrainer
-from hybrid.training.forecast_comparison import Comparison, band_scores, compare, field_scores
+from hybrid.training.forecast_comparison import Comparison, band_scores, compare, field_scores, forecast_recordings
 from hybrid.training.preparation import trainable
 from hybrid.training.run import CHECKPOINT, LOOP, METRICS, Run, results_in
+from hybrid.training.sensing import sensed, sensing_scores
 from hybrid.training.training_figure import draw_history
 
 RESULT_STEPS = 4  # of `write_results`: forecasts, and three figures that take a while
@@ -48,7 +49,7 @@ def write_results(
     prediction = None
     if comparison is not None:
         if truth is not None:
-            truth = cut_field(truth, dataset.select("test")[0], length, training.stride)
+            truth = cut_field(truth, forecast_recordings(dataset)[0], length, training.stride)
             metrics["field"] = field_scores(comparison, modal, truth)
         known = None if comparison.driving is None else comparison.driving[:1]
         initial = fe_initial_state(run.origin, comparison.windows[0], run.config.model.encoder_samples, known)
@@ -76,7 +77,12 @@ def scored(run: Run, dataset: Dataset) -> tuple[Comparison | None, dict[str, Any
     driving = None if isinstance(trainer, ExpertsTrainer) or trainer.driving is None else trainer.driving
     set_relative_error(trainer.model, trainer.windows.cpu().double().numpy(), driving)
     comparison = compare(trainer.model, dataset, trainer.windows.shape[1], run.config.training.stride)
-    return comparison, _metrics(run, dataset, comparison)
+    metrics = _metrics(run, dataset, comparison)
+    ambient = [recording for recording in dataset.select("test") if recording.excitation == "ambient"]
+    if ambient:
+        found = [each for recording in ambient for each in sensed(trainer.model, recording)]
+        metrics["virtual_sensing"] = sensing_scores(found, dataset.sensors)
+    return comparison, metrics
 
 
 def _metrics(run: Run, dataset: Dataset, comparison: Comparison | None) -> dict[str, Any]:
@@ -100,9 +106,9 @@ def _metrics(run: Run, dataset: Dataset, comparison: Comparison | None) -> dict[
     model = run.trainer.model
     forecasts = {name: forecast.channels for name, forecast in comparison.by_name.items()}
     metrics["test"] = {
-        "recordings": [recording.name for recording in dataset.select("test")],
+        "recordings": [recording.name for recording in forecast_recordings(dataset)],
         "windows": len(comparison.windows),
-        "overlapping": len(comparison.windows) > sum(len(recording.data) for recording in dataset.select("test")),
+        "overlapping": len(comparison.windows) > sum(len(each.data) for each in forecast_recordings(dataset)),
         "window_samples": run.trainer.windows.shape[1],
         "encoder_samples": run.config.model.encoder_samples,
     }

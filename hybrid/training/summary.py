@@ -4,10 +4,13 @@ from typing import Any
 
 from hybrid.config import Config
 from hybrid.estimation.config import UNCERTAINTY, WINDOWS
+from hybrid.training.sensing import describe_sensing
 
-MEANING = """\
+SCORES_MEAN = """\
 NRMSE is the root mean square error over the range (maximum - minimum) of the window; 0 is perfect.
-R2 is the share of the variance that is explained (1 is perfect, 0 no better than the mean, negative worse).
+R2 is the share of the variance that is explained (1 is perfect, 0 no better than the mean, negative worse)."""
+MEANING = f"""\
+{SCORES_MEAN}
 Every number is a forecast of whole windows of recordings that were never trained on, from their first samples."""
 NOTHING_LEARNED = """\
 The hybrid model forecasts no better than the mean of each channel: it has learned nothing. Likely causes: too few or
@@ -47,8 +50,10 @@ def describe(metrics: dict[str, Any]) -> str:
         for name in metrics["training"]["left_out"]
     ]
     test, scores = metrics["test"], metrics["scores"]
+    sensing = describe_sensing(metrics["virtual_sensing"]) if "virtual_sensing" in metrics else []
     if scores is None:
-        return "\n".join([*lines, "The dataset has no test recording, so that nothing is scored."])
+        lines += sensing or ["The dataset has no test recording, so that nothing is scored."]
+        return "\n".join([*lines, *(["", SCORES_MEAN] if sensing else [])])
     lines += [
         f"Tested on {', '.join(test['recordings'])}: {test['windows']} windows of {test['window_samples']} samples,"
         f" each forecast from its first {test['encoder_samples']}.",
@@ -79,7 +84,7 @@ def describe(metrics: dict[str, Any]) -> str:
         )
     if scores["hybrid"]["measured"]["r2"] <= 0:
         lines += ["", NOTHING_LEARNED]
-    return "\n".join([*lines, "", MEANING])
+    return "\n".join([*lines, "", MEANING, *(["", *sensing] if sensing else [])])
 
 
 def _experts(weights: dict[str, float]) -> list[str]:
