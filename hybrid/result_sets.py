@@ -5,7 +5,8 @@ from pathlib import Path
 from fe_models.files.result_set import ResultSet
 
 REPORT, SUMMARY = "report.json", "summary.txt"
-EXTENDED, EXTENDED_MATRICES, PICTURE = "extended_model.toml", "extended_matrices.npz", "what_is_wrong.png"
+EXTENDED, EXTENDED_MATRICES = "extended_model.toml", "extended_matrices.npz"
+PICTURE, MODES = "what_is_wrong.png", "modes.png"
 COMPARISON, COMPARISON_TABLE, COMPARISON_ROWS = "comparison.txt", "comparison.json", "comparison.csv"
 BACKBONES, SPECTRA, STABILISATION = "backbones.png", "spectra.png", "stabilisation.png"
 MAC, COORDINATE_MAC = "mac.png", "comac.png"
@@ -14,7 +15,7 @@ RESPONSES, RESPONSE_ROWS = "frequency_response.png", "frequency_response.csv"
 
 def diagnosis_in(folder: Path) -> ResultSet:
     """Return what a diagnosis leaves in ``folder``."""
-    return ResultSet(folder, "diagnose", (REPORT, SUMMARY, EXTENDED, EXTENDED_MATRICES, PICTURE))
+    return ResultSet(folder, "diagnose", (REPORT, SUMMARY, EXTENDED, EXTENDED_MATRICES, PICTURE, MODES))
 
 
 def comparison_in(folder: Path) -> ResultSet:

@@ -10,8 +10,8 @@ from fe_models.errors import bad_input_exits, noting, raise_faults
 from fe_models.files.bridge_recordings import RECORDINGS, write_bridge_dataset
 from fe_models.files.dataset_file import load_dataset
 from fe_models.progress import progress_bar, stage_bar
+from hybrid.diagnosis.answer import answer_in_words
 from hybrid.diagnosis.diagnosis import diagnose
-from hybrid.diagnosis.report import describe_diagnosis
 from hybrid.diagnosis.report_files import save_diagnosis
 from hybrid.diagnosis.stage_names import STAGE_NAMES
 from hybrid.identification.comparison_files import save_comparison
@@ -59,7 +59,7 @@ def main(
                 found = diagnose(dataset, begin)
             for note in save_diagnosis(found, folder):
                 print(f"note: {note}", file=sys.stderr)
-            print(f"\nTest r{test}, A2 held out\n\n{describe_diagnosis(found)}")
+            print(f"\nTest r{test}, A2 held out\n\n{answer_in_words(found)}")
         print(f"Results: {out}")
 
 

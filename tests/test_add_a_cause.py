@@ -19,7 +19,7 @@ from fe_models.files.structure_file import load_structure, save_structure
 from fe_models.recordings import Assumptions, Dataset, Recording, Uncertainty
 from fe_models.simulation import FreeConfig, simulate_free
 from hybrid.diagnosis.contest.setting import setting_of
-from hybrid.diagnosis.diagnosis import diagnose
+from hybrid.diagnosis.series_diagnosis import diagnose_series as diagnose
 
 PAGE = Path(__file__).parents[1] / "docs" / "add_a_cause.md"
 PLACE = {"node": 3, "direction": "x"}

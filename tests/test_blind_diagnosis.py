@@ -15,12 +15,12 @@ from fe_models.arrays import FloatArray
 from fe_models.causes import SensorEffect
 from fe_models.lowpass import USUAL_STEEPNESS, LowPass
 from fe_models.recordings import Recording
-from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.nominal.config import LOWPASS
 from hybrid.diagnosis.nominal.lowpass import lowpass_of
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
 from hybrid.diagnosis.outcome.findings import NOT_ON_THE_LIST
 from hybrid.diagnosis.outcome.verdict import LISTED_IN_PART, Verdict
+from hybrid.diagnosis.series_diagnosis import diagnose_series as diagnose
 
 LARGE = 0.8  # of the way from barely detectable to large, in the logarithm
 GAINED = 0.5  # of the nominal forecast error: what the extended model must stay below

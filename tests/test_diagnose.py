@@ -18,8 +18,8 @@ from fe_models.files.models import load_model
 from fe_models.recordings import Dataset, Recording
 from fe_models.simulation import FreeConfig, simulate_free
 from fe_models.structure import Structure
-from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.outcome.verdict import Verdict
+from hybrid.diagnosis.series_diagnosis import diagnose_series as diagnose
 from scripts.diagnose import app
 
 

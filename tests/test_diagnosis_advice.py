@@ -12,7 +12,6 @@ from fe_models.causes.places import Motion
 from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.simulation import FreeConfig, simulate_free
 from hybrid.diagnosis.contest.posterior import Posterior
-from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.fitting.least_squares import Fit, fit
 from hybrid.diagnosis.nominal.candidates import all_candidates
 from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
@@ -21,6 +20,7 @@ from hybrid.diagnosis.outcome.too_few import BETTER, MANY
 from hybrid.diagnosis.recorded.batches import batches_of
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.response.hypothesis import Hypothesis
+from hybrid.diagnosis.series_diagnosis import diagnose_series as diagnose
 
 NOISE = 0.03
 

@@ -14,10 +14,10 @@ from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.simulation import FreeConfig, simulate_free
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.contest.stages import fits_unalike
-from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.fitting.forecast_score import forecast, model_of, without
 from hybrid.diagnosis.fitting.least_squares import fit
 from hybrid.diagnosis.outcome.verdict import Verdict
+from hybrid.diagnosis.series_diagnosis import diagnose_series as diagnose
 
 
 @pytest.mark.slow

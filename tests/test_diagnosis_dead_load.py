@@ -15,10 +15,10 @@ from fe_models.sections import square_tube
 from fe_models.simulation import ReleaseConfig, simulate_release
 from fe_models.statics import PointLoad
 from fe_models.structure import Beam, Damping, PointMass, Structure, Support
-from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
 from hybrid.diagnosis.outcome.verdict import Verdict
+from hybrid.diagnosis.series_diagnosis import diagnose_series as diagnose
 
 TUBE = square_tube("tube", youngs_modulus=2.1e11, density=7850.0, side=0.1, wall=0.005)
 HEAD = 600.0  # kg, a tenth of what would buckle the mast

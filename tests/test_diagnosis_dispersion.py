@@ -16,13 +16,13 @@ from fe_models.files.bridge_recordings import LOWPASS
 from fe_models.measurement import lowpassed
 from fe_models.modes import natural_modes
 from fe_models.recordings import Assumptions, Dataset, Recording
-from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
 from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.diagnosis.response.dispersion import dispersed, shift, step_of
 from hybrid.diagnosis.response.eigenmodes import eigenmodes
 from hybrid.diagnosis.response.hypothesis import Hypothesis
+from hybrid.diagnosis.series_diagnosis import diagnose_series as diagnose
 
 RATE = 100.0  # Hz
 STEP = 1e-3  # s: a tenth of the sampling interval

@@ -14,10 +14,10 @@ from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset, Load, Recording
 from fe_models.simulation import FreeConfig, simulate_free
 from fe_models.structure import Structure
-from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.nominal.unstated_lowpass import unstated_lowpass
 from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.diagnosis.recorded.filter_transients import without_ringing_ends
+from hybrid.diagnosis.series_diagnosis import diagnose_series as diagnose
 from tests.masts import SENSORS, masts
 
 RATE, LOWPASS, FINE = 100.0, 30.0, 1000.0

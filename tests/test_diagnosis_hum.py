@@ -7,10 +7,10 @@ import pytest
 
 from benchmarks.blind_cases import BlindConfig, blind_case
 from fe_models.recordings import Dataset
-from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
 from hybrid.diagnosis.outcome.hum import AS_WELL, LINE, RATHER
 from hybrid.diagnosis.outcome.verdict import LISTED, Verdict
+from hybrid.diagnosis.series_diagnosis import diagnose_series as diagnose
 
 SIZE = 0.1  # of a channel's motion
 

@@ -9,8 +9,8 @@ from fe_models.interpolant import courses_of
 from fe_models.measurement import lowpassed
 from fe_models.recordings import Assumptions, Dataset, Load, Recording, Sensor, Uncertainty
 from fe_models.structure import Damping, PointMass, Spring, Structure
-from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.report import report_table
+from hybrid.diagnosis.series_diagnosis import diagnose_series as diagnose
 from hybrid.known_loads.behind_lowpass import behind
 from hybrid.known_loads.short_knocks import without_short_knocks
 

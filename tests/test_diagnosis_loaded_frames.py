@@ -3,8 +3,8 @@
 import pytest
 
 from fe_models.causes import StiffnessChange
-from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.outcome.verdict import Verdict
+from hybrid.diagnosis.series_diagnosis import diagnose_series as diagnose
 from tests.shaken_mast import recorded
 
 

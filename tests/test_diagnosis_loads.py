@@ -26,7 +26,6 @@ from fe_models.modes import natural_modes
 from fe_models.recordings import Assumptions, Dataset, Load, Recording
 from fe_models.simulation import FreeConfig, simulate_free
 from hybrid.diagnosis.contest.setting import setting_of
-from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.fitting.crossvalidation import as_recordings
 from hybrid.diagnosis.fitting.driven import fitted_motion
 from hybrid.diagnosis.fitting.forecast_score import forecast, model_of
@@ -44,6 +43,7 @@ from hybrid.diagnosis.response.loaded import loaded_channels, loaded_states
 from hybrid.diagnosis.response.marching import respond
 from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.response.system import LoadInput, System
+from hybrid.diagnosis.series_diagnosis import diagnose_series as diagnose
 
 RATE, SAMPLES = 10.0, 301
 FITTED = tuple(sensor for sensor in SENSORS if sensor.role == "measured")

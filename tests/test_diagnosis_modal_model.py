@@ -26,7 +26,6 @@ from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.simulation import FreeConfig, simulate_free
 from fe_models.structure import Damping, Structure
 from hybrid.diagnosis.contest.setting import setting_of
-from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.fitting.forecast_score import ForecastModel, predicted
 from hybrid.diagnosis.learned.gain import hybrid_gain
 from hybrid.diagnosis.learned.learning import learning_preset
@@ -37,6 +36,7 @@ from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.diagnosis.recorded.batches import batches_of
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.response.hypothesis import Hypothesis
+from hybrid.diagnosis.series_diagnosis import diagnose_series as diagnose
 from scripts.diagnose import app
 
 RATE = 10.0

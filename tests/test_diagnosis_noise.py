@@ -12,7 +12,6 @@ from fe_models.measurement import lowpassed
 from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.simulation import FreeConfig, simulate_free
 from hybrid.diagnosis.contest.setting import setting_of
-from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.nominal.lowpass import noise_is_lowpassed
 from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
 from hybrid.diagnosis.outcome.verdict import Verdict
@@ -25,6 +24,7 @@ from hybrid.diagnosis.recorded.noise import (
     structure_band,
     variance_of_log_noise,
 )
+from hybrid.diagnosis.series_diagnosis import diagnose_series as diagnose
 
 RATE, BAND = 10.0, Band(0.55, room=True)  # Hz
 WHITE = np.random.default_rng(0).standard_normal((9, 501, 4))

@@ -10,7 +10,6 @@ from fe_models.arrays import FloatArray
 from fe_models.causes.candidate import HarmonicCandidate
 from fe_models.recordings import Sensor
 from hybrid.diagnosis.contest.setting import setting_of
-from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.fitting.least_squares import fit
 from hybrid.diagnosis.fitting.linearisation import linearise_batch
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
@@ -20,6 +19,7 @@ from hybrid.diagnosis.recorded.noise import Band
 from hybrid.diagnosis.recorded.noise_levels import NoiseLevels, Pattern
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.screening.force_screening import screen_forces
+from hybrid.diagnosis.series_diagnosis import diagnose_series as diagnose
 
 RATE = 10.0  # Hz
 BANDS = (Band(0.55, room=True), Band(4.5, room=False))

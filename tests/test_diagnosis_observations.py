@@ -14,7 +14,6 @@ from fe_models.causes import AddedMass, CubicSpring, Effect, PointDamper, Quadra
 from fe_models.modes import mac, natural_modes
 from fe_models.recordings import Dataset, Recording, Uncertainty
 from fe_models.simulation import FreeConfig, simulate_free
-from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.fitting.least_squares import fit
 from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
 from hybrid.diagnosis.observed.amplitude_dependence import amplitude_dependence
@@ -27,6 +26,7 @@ from hybrid.diagnosis.recorded.batches import batches_of, columns_of
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.recorded.spectra import energy_near
 from hybrid.diagnosis.response.hypothesis import Hypothesis
+from hybrid.diagnosis.series_diagnosis import diagnose_series as diagnose
 
 NOISE = 0.02
 MEASURED = (0, 1, 2, 3)

@@ -13,7 +13,6 @@ from fe_models.four_dof_data import paper_dataset
 from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset, Recording, Sensor
 from hybrid.diagnosis.contest.setting import setting_of
-from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.diagnosis.recorded.offsets import (
     NOTE_DIFFERING,
@@ -22,6 +21,7 @@ from hybrid.diagnosis.recorded.offsets import (
     NOTE_TAKEN_OFF,
     without_offsets,
 )
+from hybrid.diagnosis.series_diagnosis import diagnose_series as diagnose
 from tests.frames import portal
 from tests.masts import recorded
 

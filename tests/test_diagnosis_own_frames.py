@@ -20,7 +20,6 @@ from fe_models.uncertain_parts import uncertain_parts
 from hybrid.diagnosis.contest.growing import fit_growing
 from hybrid.diagnosis.contest.posterior import posterior_of
 from hybrid.diagnosis.contest.setting import Setting, setting_of
-from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.fitting.least_squares import Fit, fit
 from hybrid.diagnosis.nominal.mesh_error import coarse_mesh
 from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
@@ -29,6 +28,7 @@ from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.screening.modal_scan import modal_scan
 from hybrid.diagnosis.screening.screening import screen
+from hybrid.diagnosis.series_diagnosis import diagnose_series as diagnose
 from tests.frames import beam, gable, portal, vibrations
 from tests.masts import TUBE, masts, recorded
 

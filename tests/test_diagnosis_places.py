@@ -21,11 +21,11 @@ from hybrid.diagnosis.contest.growing import fit_growing, passed_by, reference_f
 from hybrid.diagnosis.contest.pairs import asks_for_more
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.contest.stages import Search
-from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.fitting.least_squares import fit
 from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
 from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.diagnosis.screening.force_screening import screen_forces
+from hybrid.diagnosis.series_diagnosis import diagnose_series as diagnose
 from tests.frames import beam
 from tests.masts import RATE, SENSORS, TUBE, masts, recorded
 

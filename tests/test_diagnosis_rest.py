@@ -10,10 +10,10 @@ from fe_models.arrays import FloatArray
 from fe_models.causes import StiffnessChange
 from fe_models.recordings import Sensor
 from hybrid.diagnosis.contest.setting import Setting, setting_of
-from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.fitting.least_squares import Fit, fit
 from hybrid.diagnosis.outcome.rest import rest_of
 from hybrid.diagnosis.outcome.verdict import Verdict
+from hybrid.diagnosis.series_diagnosis import diagnose_series as diagnose
 from tests.frames import beam, vibrations
 
 RATE = 10.0

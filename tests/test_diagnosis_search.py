@@ -19,7 +19,6 @@ from hybrid.diagnosis.contest.recording_groups import asked_for
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.contest.shortlist import foremost, most_promising_of_each_kind, promising
 from hybrid.diagnosis.contest.switching import acting_recordings, fit_switched
-from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.fitting import linearisation
 from hybrid.diagnosis.fitting.calibration_deviation import farthest_of
 from hybrid.diagnosis.fitting.driven import states_along
@@ -33,6 +32,7 @@ from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.marching import respond
 from hybrid.diagnosis.response.system import System
 from hybrid.diagnosis.screening.screening import Screened
+from hybrid.diagnosis.series_diagnosis import diagnose_series as diagnose
 from tests.chain_fits import MEASURED, MOTION, candidate, gauge_of, nominal_fit
 
 

@@ -13,12 +13,12 @@ from hybrid.diagnosis.contest.growing import reference_fits_of
 from hybrid.diagnosis.contest.recording_groups import Asked
 from hybrid.diagnosis.contest.setting import Setting, setting_of
 from hybrid.diagnosis.contest.switching import fit_switched
-from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.fitting.harmonic_amplitude import harmonic_amplitude
 from hybrid.diagnosis.fitting.least_squares import fit
 from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.diagnosis.response.eigenmodes import eigenmodes
 from hybrid.diagnosis.response.hypothesis import Hypothesis
+from hybrid.diagnosis.series_diagnosis import diagnose_series as diagnose
 from tests.masts import TUBE, masts, recorded
 
 FOOT = {"node": 1, "direction": "rz"}

@@ -10,10 +10,10 @@ from fe_models.causes.candidate import Candidate
 from fe_models.recordings import Sensor
 from hybrid.diagnosis.contest.growing import fit_growing
 from hybrid.diagnosis.contest.setting import setting_of
-from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.outcome.verdict import LISTED, Errors, Verdict, verdict_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
+from hybrid.diagnosis.series_diagnosis import diagnose_series as diagnose
 from tests.frames import beam, vibrations
 
 

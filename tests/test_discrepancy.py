@@ -126,7 +126,7 @@ def test_slopes_are_those_of_a_filter_whose_modes_are_off() -> None:
     data, noise, pushes = states @ space.output.T, np.array([1e-4, 1e-2]), np.full((200, 2), 1e-8)
     begin = np.full(4, 100.0)
     known = filtered(linear(space, 200), data, noise, pushes, begin, STEP)
-    modes = ExpectedModes(space, np.array([0, 0]), np.zeros((8, 1)))
+    modes = ExpectedModes(space, np.array([0, 0]), np.zeros((8, 1)), np.zeros(8))
     slopes = unexpected(known, *slopes_over_time(modes, known.states, space.between(known.states), 1))
     off = 1e-5
     for number, other in (
@@ -142,7 +142,7 @@ def test_slopes_are_those_of_a_filter_whose_modes_are_off() -> None:
 def test_marginal_is_the_normal_distribution_of_residuals() -> None:
     slopes = [RNG.standard_normal((30, 3)) for _ in range(2)]
     J = RNG.standard_normal((3, 2))
-    modes = tuple(ExpectedModes(space_of(), np.array([0, 0]), J) for _ in range(2))
+    modes = tuple(ExpectedModes(space_of(), np.array([0, 0]), J, np.zeros(3)) for _ in range(2))
     expected = Expectation(
         modes, np.array([0.3, -0.2]), np.array([0.5, 1.5]), np.array([0.1, 0.2, 0.3]), np.array([0.4, 0.1, 0.2])
     )

@@ -19,7 +19,6 @@ from fe_models.modes import natural_modes
 from fe_models.recordings import Assumptions, Dataset, Recording
 from fe_models.simulation import FreeConfig, simulate_free
 from fe_models.structure import Damping, Structure
-from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
 from hybrid.diagnosis.outcome.extend import extended_structure
 from hybrid.diagnosis.outcome.findings import Finding
@@ -27,6 +26,7 @@ from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.diagnosis.recorded.sensor_outputs import SensorOutputs
 from hybrid.diagnosis.response.marching import respond
 from hybrid.diagnosis.response.state_space import system_of
+from hybrid.diagnosis.series_diagnosis import diagnose_series as diagnose
 from scripts.build_fe_model import app as build
 from tests.masts import masts, recorded
 

@@ -7,12 +7,12 @@ import pytest
 
 from benchmarks.blind_cases import BlindConfig, blind_case
 from fe_models.causes import AddedMass, CoulombFriction
-from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.outcome.findings import NOT_ON_THE_LIST, OTHER_CAUSES, Alternative, Finding, Parameter
 from hybrid.diagnosis.outcome.named import remainder
 from hybrid.diagnosis.outcome.scorer import Scorer
 from hybrid.diagnosis.outcome.verdict import Verdict, is_contradicted
 from hybrid.diagnosis.report import describe_diagnosis, finding_table, headline, summary
+from hybrid.diagnosis.series_diagnosis import diagnose_series as diagnose
 
 
 def answer(probability: float, *alternatives: Alternative, verdict: Verdict = Verdict.EXPLAINED) -> Any:

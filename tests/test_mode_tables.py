@@ -14,7 +14,7 @@ from fe_models.errors import InputError
 from fe_models.files.dataset_file import load_dataset, save_dataset
 from fe_models.mode_estimate import ModeEstimate
 from hybrid.commands.app import app
-from hybrid.diagnosis.diagnosis import diagnose
+from hybrid.diagnosis.series_diagnosis import diagnose_series as diagnose
 from hybrid.identification.recording_comparison import compare_recordings
 from tests.sample_dataset import assert_fault, faults_of, write_sample
 

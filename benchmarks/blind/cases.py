@@ -13,7 +13,7 @@ from pebble import ProcessPool
 from threadpoolctl import threadpool_limits
 
 from benchmarks.blind.judging import Judgement, judge
-from benchmarks.blind_cases import FAR_KINDS, OUTSIDE, BlindCase, BlindConfig, Excitation, StructureName, blind_case
+from benchmarks.blind_cases import FAR_KINDS, OUTSIDE, BlindConfig, Excitation, StructureName, blind_case
 from benchmarks.blind_cases.kinds import kinds_of, outside_of
 from benchmarks.peers.answer import Peer, PeerMark, mark
 from benchmarks.peers.exhaustive import name_by_aic
@@ -22,8 +22,6 @@ from fe_models.causes import TimeIntegration
 from fe_models.errors import InputError
 from hybrid.diagnosis.config import THREADS
 from hybrid.diagnosis.diagnosis import diagnose
-from hybrid.diagnosis.joint.modal_diagnosis import ModalDiagnosis, diagnose_modes
-from hybrid.diagnosis.outcome.conclusion import Diagnosis
 
 NOTHING = "nothing"  # the word for a clean case
 CERTIFICATE_SEED = 20_000_000  # seeds from here on are the certificate's alone, so that nobody works towards them
@@ -120,7 +118,7 @@ def done(task: Task, peers: tuple[str, ...] = ()) -> BlindResult:
         case = blind_case(task.seed, replace(task.config, kinds=hidden))
         begun = time.process_time()  # which says the same beside other work
         try:
-            answered = _answer(case)
+            answered = diagnose(case.dataset)
             judgement = replace(judge(case, answered), seconds=time.process_time() - begun)
         except Exception as error:
             error.add_note(f"while the blind case of seed {task.seed} was diagnosed: {task.hidden} hidden")
@@ -130,13 +128,6 @@ def done(task: Task, peers: tuple[str, ...] = ()) -> BlindResult:
             answer = PEERS[name](case.dataset)
             marks[name] = mark(case, answer, time.process_time() - begun)
     return BlindResult(task, judgement, marks)
-
-
-def _answer(case: BlindCase) -> Diagnosis | ModalDiagnosis:
-    """Return the diagnosis of a case: by modes, where what moved the structure is unknown."""
-    if all(recording.excitation == "ambient" for recording in case.dataset.recordings):
-        return diagnose_modes(case.dataset)
-    return diagnose(case.dataset)
 
 
 def all_done(

@@ -9,8 +9,9 @@ from pydantic import TypeAdapter
 
 from benchmarks.blind_cases import BlindCase
 from fe_models.causes import Cause, MassChange, StiffnessChange
-from hybrid.diagnosis.joint.modal_diagnosis import ModalDiagnosis
-from hybrid.diagnosis.outcome.conclusion import Diagnosis
+from fe_models.structure import Structure
+from fe_models.uncertain_parts import uncertain_parts
+from hybrid.diagnosis.answer import Answer
 from hybrid.diagnosis.outcome.findings import Finding
 from hybrid.diagnosis.outcome.verdict import BESIDE, MATERIAL, Verdict
 
@@ -70,7 +71,7 @@ def key_of(cause: Cause) -> str:
     return f"{cause.kind} {cause.location}"
 
 
-def judge(case: BlindCase, found: Diagnosis | ModalDiagnosis) -> Judgement:
+def judge(case: BlindCase, found: Answer) -> Judgement:
     """Return the judgement of a diagnosis: of the local causes that it names, and of groups that are as drawn.
 
     That a group is off where its structure is far from its drawing is said rightly, and is none of the hidden causes.
@@ -107,16 +108,20 @@ def judge(case: BlindCase, found: Diagnosis | ModalDiagnosis) -> Judgement:
     )
 
 
-def _over_floor(found: Diagnosis | ModalDiagnosis) -> float:
-    if isinstance(found, ModalDiagnosis):
-        return inf  # modes alone forecast nothing
-    return float(found.scores["extended"]["measured"] or 0.0) / found.noise_floor
+def _over_floor(found: Answer) -> float:
+    """Return the NRMSE of the extended model's forecast over the noise floor, infinity where there is no forecast."""
+    error = found.scores["extended"]["measured"]
+    return inf if error is None or not found.noise_floor else error / found.noise_floor
 
 
 def _is_far(cause: Cause, case: BlindCase) -> bool:
-    """Return whether a cause is that a group, or one of its elements, is off, and the case says so of the group."""
+    """Return whether a cause is that a whole group of the drawing is off, and the case says so of it, or of the larger
+    one that it belongs to.
+    """
     quantity = {StiffnessChange.kind: "stiffness", MassChange.kind: "mass"}.get(cause.kind)
-    elements = _elements(cause.location)
+    drawn, elements = case.dataset.model, _elements(cause.location)
+    if not isinstance(drawn, Structure) or not any(elements == set(part.elements) for part in uncertain_parts(drawn)):
+        return False
     groups = [_elements(item.location) for item in case.factors if item.what == quantity]
     return any(elements and elements <= group for group in groups)
 

@@ -1,16 +1,12 @@
 """The sub-command `diagnose`: name what a simulation gets wrong, extend the model, measure the gain."""
 
 import sys
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from hybrid.commands.console import command_line, print_notes
 from hybrid.commands.options import DatasetFile, Out, Quiet
-
-if TYPE_CHECKING:
-    from fe_models.recordings import Dataset
 
 Hybrid = Annotated[
     bool,
@@ -22,8 +18,8 @@ Modes = Annotated[
     bool,
     typer.Option(
         "--modes",
-        help="By natural frequencies, damping ratios and mode shapes first: for a structure that may be far from its"
-        " drawing, or has changed between recordings.",
+        help="By natural frequencies, damping ratios, mode shapes and motion in any case: for a structure that may be"
+        " far from its drawing. Left out, a first look at the modes decides.",
     ),
 ]
 
@@ -39,15 +35,17 @@ def diagnose(
     test recordings are scored before and after. A modal model that the dataset simulates with is held against the
     structure's own modes. The exit status is 0 once a report is written, whatever its verdict.
 
-    With --modes the evidence is that of natural frequencies, damping ratios and shapes, and of how motion strays from
-    them: it needs no nearly right model, tells how far groups of elements are off, what changed between recordings, and
-    which force law acts. A dataset of identified modes alone ([[modes]]), and matrices by groups, are diagnosed so.
+    A structure that is nearly right is held against every sample. Where a first look shows that it is not, or that it
+    changed between recordings, the evidence is that of natural frequencies, damping ratios and shapes, and of how
+    motion strays from them: that tells how far groups of elements are off, what changed, and which force law acts.
+    Recordings of wind and traffic, datasets of identified modes alone ([[modes]]), and matrices by groups are diagnosed so, too.
 
     \b
     OUT/report.json          verdict, findings with probabilities and alternatives, scores
     OUT/summary.txt          the same in words, as printed
     OUT/extended_model.toml  the structure with the findings, which every command accepts as a model
     OUT/what_is_wrong.png    a test recording beside both models' forecasts, and the spectra of their errors
+    OUT/modes.png            measured modes beside the structure's, where these were the evidence
 
     \b
     Example:
@@ -64,27 +62,22 @@ def diagnose(
     with command_line(quiet) as result:
         faults = list[str]()
         noting(faults, "--out", diagnosis_in(out).check, files_read(dataset))
-        if hybrid and modes:
-            faults.append(
-                "--modes: --hybrid trains on forecasts, of which modes alone make none; leave one of them out"
-            )
         data = noting(faults, "", load_dataset, dataset, dead_channels=True)
         raise_faults(faults)
         assert data is not None  # else there were faults
         if hybrid and isinstance(data.model, LinearModel):
             raise InputError(f"--hybrid: {HYBRID_OF_MATRICES}")
         print_notes(data)
-        if modes or (data.modes and not data.recordings) or isinstance(data.model, LinearModel):
-            _diagnose_modes(data, out)
-            result(out / "report.json")
-            return
+        if hybrid and not data.recordings:
+            raise InputError("--hybrid: training needs recordings, and the dataset has only modes; leave it out")
         with stage_bar(STAGE_NAMES) as begin:
             begin("loading")
             from hybrid.diagnosis import diagnosis  # only now: it takes longer to load than a mistake to be reported
-            from hybrid.diagnosis.report import describe_diagnosis
+            from hybrid.diagnosis.answer import answer_in_words
+            from hybrid.diagnosis.joint.modal_diagnosis import diagnose_modes
             from hybrid.diagnosis.report_files import add_gain, save_diagnosis
 
-            found = diagnosis.diagnose(data, begin)
+            found = diagnose_modes(data, begin) if modes else diagnosis.diagnose(data, begin)
         _say(save_diagnosis(found, out))  # now: the training below takes minutes
         gain = None
         if hybrid:
@@ -95,25 +88,9 @@ def diagnose(
             with progress_bar("training hybrid models", epochs, "epoch") as bar:
                 gain = hybrid_gain(data, found, advance=bar.update)
             add_gain(found, gain, out)
-        print(describe_diagnosis(found, gain))
+        print(answer_in_words(found, gain))
         print(f"Results: {out}")
         result(out / "report.json")
-
-
-def _diagnose_modes(data: "Dataset", out: Path) -> None:
-    """Diagnose by modes and motion, save the report and print it."""
-    from fe_models.progress import stage_bar
-    from hybrid.diagnosis.stage_names import MODAL_STAGES
-
-    with stage_bar(MODAL_STAGES) as begin:
-        begin("loading")
-        from hybrid.diagnosis.joint.modal_diagnosis import diagnose_modes
-        from hybrid.diagnosis.modal_report import describe_modal, save_modal_diagnosis
-
-        seen = diagnose_modes(data, begin)
-    _say(save_modal_diagnosis(seen, out))
-    print(describe_modal(seen))
-    print(f"Results: {out}")
 
 
 def _say(notes: list[str]) -> None:

@@ -23,5 +23,14 @@ class ReportConfig:
     min_factor_change: float = 1e-4  # a smaller change of an uncertain factor is not worth a line
 
 
+@dataclass(frozen=True)
+class DoorConfig:
+    """Which search goes first, and whether its answer is enough."""
+
+    far_groups: int = 2  # of elements surely off by more than was stated: one may stand for a local cause
+    sure_probability: float = 0.9  # of each finding of an answer that leaves nothing open
+
+
 THREADS = ThreadConfig()
 REPORT = ReportConfig()
+DOOR = DoorConfig()

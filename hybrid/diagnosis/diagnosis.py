@@ -1,32 +1,108 @@
-"""The whole chain: show what a simulation gets wrong, name the cause, extend the model, measure the gain."""
+"""The whole chain: show what a simulation gets wrong, name the cause, extend the model, measure the gain.
+
+Two searches stand behind this door. That by time series holds every sample against the drawn structure, and tells
+nearly all causes where it is as right as was stated. That by modes and motion needs no nearly right structure, and
+tells what changed between recordings. A first look at the modes says which goes first; where its answer leaves
+something open, the other is asked as well.
+"""
 
 from collections.abc import Callable
 from dataclasses import replace
 from time import perf_counter
 
-from threadpoolctl import threadpool_limits
-
+from fe_models.causes.laws import force_laws
+from fe_models.errors import InputError
 from fe_models.recordings import Dataset
-from hybrid.diagnosis.config import THREADS
-from hybrid.diagnosis.contest.evidence import gather
-from hybrid.diagnosis.contest.setting import setting_of
-from hybrid.diagnosis.outcome.conclusion import Diagnosis, concluded
+from fe_models.structure import Structure
+from hybrid.diagnosis.answer import Answer
+from hybrid.diagnosis.config import DOOR
+from hybrid.diagnosis.joint.conclusion import ModalDiagnosis
+from hybrid.diagnosis.joint.look import Look, look_at
+from hybrid.diagnosis.joint.modal_diagnosis import diagnosed
+from hybrid.diagnosis.outcome.conclusion import Diagnosis
+from hybrid.diagnosis.series_diagnosis import diagnose_series
+from hybrid.diagnosis.stage_names import MODAL_STAGES, SERIES_STAGES
 
 
-def diagnose(dataset: Dataset, advance: Callable[[str], object] | None = None) -> Diagnosis:
+def diagnose(dataset: Dataset, advance: Callable[[str], object] | None = None) -> Answer:
     """Return the diagnosis of a dataset; ``advance`` hears the name of each stage (`stage_names`) as it begins, and
     what is done in it, step by step.
 
     `InputError` names what in the dataset cannot be diagnosed.
     """
-    dataset.require_recordings("a diagnosis")
-    dataset = dataset.of_one_rate("a diagnosis by time series")
-    begun = perf_counter()
-    announce: Callable[[str], object] = advance or (lambda _: None)
-    with threadpool_limits(THREADS.linear_algebra, "blas"):
-        announce("recordings")
-        setting = setting_of(dataset)
-        evidence = gather(setting, announce)
-        announce("forecasts")
-        found = concluded(setting, evidence)
-    return replace(found, seconds=perf_counter() - begun)
+    if not dataset.modes:
+        dataset.require_recordings("a diagnosis")
+    begun, tell = perf_counter(), advance or (lambda _: None)
+    return replace(_answer(dataset, tell), seconds=perf_counter() - begun)
+
+
+def _answer(dataset: Dataset, tell: Callable[[str], object]) -> Answer:
+    if _only_series_tell(dataset):
+        return _by_series(dataset, tell)
+    if not _series_tell(dataset):
+        return _by_modes(look_at(dataset, tell), tell)
+    try:
+        look = look_at(dataset, tell)
+    except InputError:  # no mode is seen: the series say why, in their own words
+        return _by_series(dataset, tell)
+    if look.ambient:
+        return _by_modes(look, tell)
+    if look.measured.nominal.is_chain or look.is_near:  # of a chain the series take seconds
+        series = _by_series(dataset, tell)
+        return _better(series, _by_modes(look, tell)) if series.verdict.is_wanting else series
+    modal = _by_modes(look, tell)
+    return modal if _is_settled(modal) or modal.is_far else _better(_by_series(dataset, tell), modal)
+
+
+def _by_series(dataset: Dataset, tell: Callable[[str], object]) -> Diagnosis:
+    _skip(MODAL_STAGES, tell)
+    return diagnose_series(dataset, tell)
+
+
+def _by_modes(look: Look, tell: Callable[[str], object]) -> ModalDiagnosis:
+    found = diagnosed(look, tell)
+    _skip(SERIES_STAGES, tell)
+    return found
+
+
+def _only_series_tell(dataset: Dataset) -> bool:
+    """Return whether known forces act, or the simulation has something that modes do not tell: time steps, laws or a
+    modal model of its own.
+    """
+    assumed = dataset.assumptions
+    return (
+        dataset.is_loaded
+        or assumed.modal_model is not None
+        or assumed.integrator != "exact"
+        or (isinstance(dataset.model, Structure) and bool(force_laws(dataset.model)))
+    )
+
+
+def _series_tell(dataset: Dataset) -> bool:
+    """Return whether a dataset has recordings that the search by series takes."""
+    return not dataset.modes and len(dataset.sampling_rates) == 1 and isinstance(dataset.model, Structure)
+
+
+def _is_settled(found: Answer) -> bool:
+    """Return whether an answer leaves nothing open: all is explained, by causes that are as good as sure."""
+    return not found.verdict.is_wanting and all(
+        finding.probability >= DOOR.sure_probability for finding in found.findings
+    )
+
+
+def _better(series: Diagnosis, modal: ModalDiagnosis) -> Answer:
+    """Return the answer that explains more: all rather than a part, by a cause rather than by none, surely rather than
+    perhaps.
+    """
+
+    def merit(found: Answer) -> tuple[bool, bool, float]:
+        least = min((finding.probability for finding in found.findings), default=0.0)
+        return not found.verdict.is_wanting, bool(found.findings), least
+
+    return modal if merit(modal) > merit(series) else series
+
+
+def _skip(stages: tuple[str, ...], tell: Callable[[str], object]) -> None:
+    """Go past the stages of the search that is not needed."""
+    for stage in stages:
+        tell(stage)

@@ -5,18 +5,21 @@ from typing import Any
 
 import numpy as np
 
-from fe_models.files.atomic import write_json, write_text
-from fe_models.files.structure_file import save_structure
 from hybrid.diagnosis.config import REPORT
-from hybrid.diagnosis.joint.modal_diagnosis import ModalDiagnosis, PairedMode
+from hybrid.diagnosis.joint.conclusion import ModalDiagnosis
+from hybrid.diagnosis.joint.paired_modes import PairedMode
+from hybrid.diagnosis.learned.gain import Gain
 from hybrid.diagnosis.modal.config import LISTED
-from hybrid.diagnosis.outcome.extend_matrices import ExtendedMatrices, save_extended_matrices
 from hybrid.diagnosis.outcome.verdict import Verdict
-from hybrid.diagnosis.report import calibration_table, finding_table, rival_words
-from hybrid.diagnosis.report_files import saved
+from hybrid.diagnosis.report import (
+    calibration_table,
+    finding_table,
+    hybrid_lines,
+    rival_words,
+    score_lines,
+    with_gain,
+)
 from hybrid.figures import figure
-from hybrid.result_sets import EXTENDED, EXTENDED_MATRICES, PICTURE, SUMMARY
-from hybrid.result_sets import REPORT as REPORT_FILE
 
 HEADLINES = {
     Verdict.NOTHING_WRONG: "Nothing is wrong that modes would show: the structure is as drawn, within its uncertainty.",
@@ -28,36 +31,16 @@ BY_MODES = (
     "by modes alone: force laws, drifts and harmonic forces, which modes do not show, were not looked for, and no"
     " forecasts were made"
 )
-BY_MODES_AND_MOTION = "drifts and harmonic forces were not looked for, and no forecasts were made"
+BY_MODES_AND_MOTION = "by modes and motion: drifts and harmonic forces were not looked for"
 DRAWN, EXTENDED_COLOUR = "#E69F00", "#0072B2"  # Okabe & Ito, as in the other pictures
 
 
-def save_modal_diagnosis(found: ModalDiagnosis, folder: Path) -> list[str]:
-    """Replace the older diagnosis in ``folder``; return a note on each file that could not be made after the report."""
-
-    def write_report(new: Path) -> None:
-        write_json(new / REPORT_FILE, modal_table(found))
-        write_text(new / SUMMARY, describe_modal(found) + "\n")
-
-    return saved(
-        folder,
-        write_report,
-        {
-            EXTENDED: lambda path: _save_extended(found, path),
-            PICTURE: lambda path: draw_modes(path, found.modes),
-        },
-    )
+def modal_table(found: ModalDiagnosis, gain: Gain | None = None) -> dict[str, Any]:
+    """Return the report as plain data, ready for JSON; ``gain``: what was learned on top, where it was."""
+    return with_gain(_table(found), gain)
 
 
-def _save_extended(found: ModalDiagnosis, path: Path) -> None:
-    if isinstance(found.extended, ExtendedMatrices):
-        save_extended_matrices(found.extended, path, path.with_name(EXTENDED_MATRICES))
-    else:
-        save_structure(found.extended, path)
-
-
-def modal_table(found: ModalDiagnosis) -> dict[str, Any]:
-    """Return the report as plain data, ready for JSON."""
+def _table(found: ModalDiagnosis) -> dict[str, Any]:
     return {
         "schema": 1,
         "verdict": found.verdict.value,
@@ -65,8 +48,8 @@ def modal_table(found: ModalDiagnosis) -> dict[str, Any]:
         "findings": [finding_table(finding) for finding in found.findings],
         "calibration": calibration_table(found.calibration),
         "unexplained_fraction": found.unexplained,
-        "scores": {name: {"measured": None, "held_out": None} for name in ("baseline", "extended")},
-        "noise_floor": None,
+        "scores": found.scores,
+        "noise_floor": found.noise_floor,
         "seconds": round(found.seconds, 2),
         "states": [
             {
@@ -82,8 +65,16 @@ def modal_table(found: ModalDiagnosis) -> dict[str, Any]:
     }
 
 
-def describe_modal(found: ModalDiagnosis) -> str:
-    """Return the report in lines: the answer, what is named with its rivals, states, modes, notes."""
+def describe_modal(found: ModalDiagnosis, gain: Gain | None = None) -> str:
+    """Return the report in lines: modes, then the `modal_summary`."""
+    lines = ["| recording | measured (Hz) | drawn | MAC | with what was found | MAC | damping ratio |"]
+    lines.append("|---|---|---|---|---|---|---|")
+    lines += [_row(mode) for mode in found.modes]
+    return "\n".join([*lines, "", modal_summary(found, gain)])
+
+
+def modal_summary(found: ModalDiagnosis, gain: Gain | None = None) -> str:
+    """Return the answer in lines: what is named with its rivals, states, forecasts, notes."""
     lines = [HEADLINES[found.verdict]]
     for finding in found.findings:
         lines.append(f"- {finding.sentence}")
@@ -94,11 +85,13 @@ def describe_modal(found: ModalDiagnosis) -> str:
     if len(found.states) > 1:
         lines.append(f"The recordings show {len(found.states)} states of the structure:")
         lines += [f"- {', '.join(state.recordings)}" for state in found.states]
-    lines += ["", "| recording | measured (Hz) | drawn | MAC | with what was found | MAC | damping ratio |"]
-    lines.append("|---|---|---|---|---|---|---|")
-    lines += [_row(mode) for mode in found.modes]
-    lines += ["", f"Misfit left of the drawn structure's: {found.unexplained:.1%}."]
-    return "\n".join([*lines, *(f"Note: {note}." for note in (_scope(found), *found.notes))])
+    lines.append(f"Misfit left of the drawn structure's modes: {found.unexplained:.1%}.")
+    if found.noise_floor is not None:
+        lines += score_lines(found.scores, found.noise_floor, bool(found.findings))
+    if gain is not None:
+        lines += hybrid_lines(gain)
+    notes = (_scope(found), *found.notes, *(gain.notes if gain else ()))
+    return "\n".join([*lines, *(f"Note: {note}." for note in notes)])
 
 
 def _scope(found: ModalDiagnosis) -> str:

@@ -35,7 +35,11 @@ FORECAST_NEAR_NOISE = "nearly as well as the noise lets it, and leaves nothing b
 
 def report_table(diagnosis: Diagnosis, gain: Gain | None = None) -> dict[str, Any]:
     """Return the report as plain data, ready for JSON; ``gain``: what was learned on top, where it was."""
-    table = _table(diagnosis)
+    return with_gain(_table(diagnosis), gain)
+
+
+def with_gain(table: dict[str, Any], gain: Gain | None) -> dict[str, Any]:
+    """Return a report's ``table``, changed in place, with what was learned on top, where it was."""
     if gain is not None:
         table["notes"] += gain.notes
         if gain.extended is not None:
@@ -132,19 +136,25 @@ def summary(diagnosis: Diagnosis, gain: Gain | None = None) -> str:
         lines.append(f"- {finding.sentence}")
         lines.append(f"  {_probability(finding)}; {_explained(finding)}.")
         lines += _rival_lines(finding)
-    base, extended = diagnosis.scores["baseline"], diagnosis.scores["extended"]
-    after = "after" if diagnosis.findings else "without a named cause"
     rest = f"; left unexplained {diagnosis.unexplained:.1%}" if diagnosis.findings else ""
-    lines.append(
-        f"Forecast NRMSE: {base['measured']:.4f} before, {extended['measured']:.4f} {after}, noise floor"
-        f" {diagnosis.noise_floor:.4f}{rest}."
-    )
-    if base["held_out"] is not None:
-        lines.append(f"Held-out sensors: {base['held_out']:.4f} before, {extended['held_out']:.4f} {after}.")
+    lines += score_lines(diagnosis.scores, diagnosis.noise_floor, bool(diagnosis.findings), rest)
     if gain is not None:
-        lines += _hybrid_lines(gain)
+        lines += hybrid_lines(gain)
     lines += [f"Note: {note}." for note in (*diagnosis.notes, *(gain.notes if gain else ()))]
     return "\n".join(lines)
+
+
+def score_lines(scores: dict[str, dict[str, float | None]], floor: float, is_named: bool, rest: str = "") -> list[str]:
+    """Return the forecasts before and after in words, and what is left, the ``rest``."""
+    base, extended = scores["baseline"], scores["extended"]
+    after = "after" if is_named else "without a named cause"
+    lines = [
+        f"Forecast NRMSE: {base['measured']:.4f} before, {extended['measured']:.4f} {after}, noise floor"
+        f" {floor:.4f}{rest}."
+    ]
+    if base["held_out"] is not None:
+        lines.append(f"Held-out sensors: {base['held_out']:.4f} before, {extended['held_out']:.4f} {after}.")
+    return lines
 
 
 def headline(diagnosis: Diagnosis) -> str:
@@ -198,7 +208,7 @@ def rival_words(rival: Alternative) -> str:
     return f"{rival.kind} {at_place(rival.location)}{sizes}"
 
 
-def _hybrid_lines(gain: Gain) -> list[str]:
+def hybrid_lines(gain: Gain) -> list[str]:
     """Return the hybrid's scores on both structures, and where its learned forces act."""
     lines = []
     for name, trained in (("nominal", gain.nominal), ("extended", gain.extended)):

@@ -5,20 +5,31 @@ from pathlib import Path
 
 from fe_models.files.atomic import write_json, write_text
 from fe_models.files.structure_file import save_structure
+from hybrid.diagnosis.answer import Answer, answer_in_words, answer_table
+from hybrid.diagnosis.joint.conclusion import ModalDiagnosis
 from hybrid.diagnosis.learned.gain import Gain
+from hybrid.diagnosis.modal_report import draw_modes
 from hybrid.diagnosis.observed.example import draw_example
-from hybrid.diagnosis.outcome.conclusion import Diagnosis
-from hybrid.diagnosis.report import describe_diagnosis, report_table
-from hybrid.result_sets import EXTENDED, PICTURE, REPORT, SUMMARY, diagnosis_in
+from hybrid.diagnosis.outcome.extend_matrices import ExtendedMatrices, save_extended_matrices
+from hybrid.result_sets import EXTENDED, EXTENDED_MATRICES, MODES, PICTURE, REPORT, SUMMARY, diagnosis_in
 
 
-def save_diagnosis(found: Diagnosis, folder: Path) -> list[str]:
+def save_diagnosis(found: Answer, folder: Path) -> list[str]:
     """Replace the older diagnosis in ``folder``; return a note on each file that could not be made after the report."""
-    makers: dict[str, Callable[[Path], object]] = {
-        EXTENDED: lambda path: save_structure(found.extended, path),
-        PICTURE: lambda path: draw_example(path, found.example),
-    }
+    makers: dict[str, Callable[[Path], object]] = {EXTENDED: lambda path: _save_extended(found, path)}
+    example = found.example
+    if example is not None:
+        makers[PICTURE] = lambda path: draw_example(path, example)
+    if isinstance(found, ModalDiagnosis):
+        makers[MODES] = lambda path: draw_modes(path, found.modes)
     return saved(folder, lambda new: _write_report(found, None, new), makers)
+
+
+def _save_extended(found: Answer, path: Path) -> None:
+    if isinstance(found.extended, ExtendedMatrices):
+        save_extended_matrices(found.extended, path, path.with_name(EXTENDED_MATRICES))
+    else:
+        save_structure(found.extended, path)
 
 
 def saved(
@@ -44,12 +55,12 @@ def saved(
     return notes
 
 
-def add_gain(found: Diagnosis, gain: Gain, folder: Path) -> None:
+def add_gain(found: Answer, gain: Gain, folder: Path) -> None:
     """Write the report in ``folder`` again, with what was learned on top."""
     with diagnosis_in(folder).adding() as new:
         _write_report(found, gain, new)
 
 
-def _write_report(found: Diagnosis, gain: Gain | None, folder: Path) -> None:
-    write_json(folder / REPORT, report_table(found, gain))
-    write_text(folder / SUMMARY, describe_diagnosis(found, gain) + "\n")
+def _write_report(found: Answer, gain: Gain | None, folder: Path) -> None:
+    write_json(folder / REPORT, answer_table(found, gain))
+    write_text(folder / SUMMARY, answer_in_words(found, gain) + "\n")

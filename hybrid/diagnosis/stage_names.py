@@ -15,7 +15,8 @@ SEARCH = (
     "the best once more",
 )
 """Beyond single causes, in the order of `contest.evidence.STAGES`."""
-STAGE_NAMES = ("recordings", "single causes", *SEARCH, "forecasts")
+SERIES_STAGES = ("recordings", "single causes", *SEARCH, "forecasts")
+"""Of a diagnosis by time series."""
 MODAL_CAUSES = ("the first cause", "a second cause", "a third cause")
 MODAL_STAGES = (
     "modes of the recordings",
@@ -24,6 +25,7 @@ MODAL_STAGES = (
     *MODAL_CAUSES,
     "other causes in their place",
     "force laws",
-    "conclusion",
+    "forecasts by modes",
 )
-"""Of a diagnosis by modes alone."""
+"""Of a diagnosis by modes and motion."""
+STAGE_NAMES = (*MODAL_STAGES, *SERIES_STAGES)

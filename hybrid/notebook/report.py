@@ -8,10 +8,11 @@ from typing import Any
 from fe_models.files.atomic import write_text
 from fe_models.html import html_page, html_paragraph, html_table
 from fe_models.structure import Structure
-from hybrid.diagnosis.outcome.conclusion import Diagnosis
+from hybrid.diagnosis.answer import Answer, answer_table, headline_of, summary_of
+from hybrid.diagnosis.outcome.extend_matrices import ExtendedMatrices
 from hybrid.diagnosis.outcome.findings import Finding
 from hybrid.diagnosis.outcome.verdict import Verdict
-from hybrid.diagnosis.report import headline, report_table, rival_words, summary
+from hybrid.diagnosis.report import rival_words
 from hybrid.diagnosis.report_files import save_diagnosis
 from hybrid.result_sets import diagnosis_in
 
@@ -20,7 +21,7 @@ from hybrid.result_sets import diagnosis_in
 class Report:
     """What `hybrid.diagnose` returns; the ``diagnosis`` holds all that it is made of."""
 
-    diagnosis: Diagnosis
+    diagnosis: Answer
 
     @property
     def verdict(self) -> Verdict:
@@ -33,7 +34,7 @@ class Report:
         return self.diagnosis.findings
 
     @property
-    def extended(self) -> Structure:
+    def extended(self) -> Structure | ExtendedMatrices:
         """The design with the findings built in and its nominal values calibrated."""
         return self.diagnosis.extended
 
@@ -43,10 +44,10 @@ class Report:
         return self.diagnosis.scores
 
     def __repr__(self) -> str:
-        return summary(self.diagnosis)
+        return summary_of(self.diagnosis)
 
     def _repr_html_(self) -> str:
-        parts = [html_paragraph(headline(self.diagnosis))]
+        parts = [html_paragraph(headline_of(self.diagnosis))]
         if self.findings:
             header = ("what is wrong", "probability", "explains", "cannot be ruled out")
             parts.append(html_table(header, (_row(finding) for finding in self.findings)))
@@ -72,7 +73,7 @@ class Report:
 
     def table(self) -> dict[str, Any]:
         """Return the report as plain data, as ``report.json`` of the command has it."""
-        return report_table(self.diagnosis)
+        return answer_table(self.diagnosis)
 
     def _scores(self) -> list[tuple[str, dict[str, float | None]]]:
         before, after = self.scores["baseline"], self.scores["extended"]

@@ -41,5 +41,18 @@ class LawFitConfig:
     moves: int = 3  # ... as often as one of them is better
 
 
+@dataclass(frozen=True)
+class SettlingConfig:
+    """Modes that are moved to where recordings have them."""
+
+    steps: int = 8  # Newton's, of which a handful is enough where phases are not off by whole turns
+    easing: float = 0.5  # of a step that fails, ...
+    least_share: float = 0.1  # ... until so little is left that nothing more is to be had
+    shrinking: tuple[float, ...] = (0.3, 0.6, 1.0)  # of the discrepancy's size, from one step to the next
+    settled_nats: float = 0.5  # gained by a step
+    turns: int = 3  # of a law and the modes beside it
+
+
 DISCREPANCY = DiscrepancyConfig()
 LAW_FIT = LawFitConfig()
+SETTLING = SettlingConfig()

@@ -5,7 +5,7 @@ as in `paired_rows`; they are off with the claim's parameters, by what any model
 by what differs from one to the next.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import eigh
@@ -25,24 +25,62 @@ ROOT_STEP = 1e-6  # of log frequency or damping ratio: of the slopes of what sen
 @dataclass(frozen=True, eq=False)
 class ExpectedModes:
     """Of recordings in which the same causes act: their ``space``; the ``reference`` sensor of each mode (mode,);
-    ``slopes`` (value, parameter) of all values by the claim's parameters.
+    ``slopes`` (value, parameter) of all values by the claim's parameters; how far they were ``moved`` (value,) from
+    where the claim has them.
     """
 
     space: ModalSpace
     reference: IntArray
     slopes: FloatArray
+    moved: FloatArray
 
     @property
     def free(self) -> BoolArray:
         """Which of all values (mode, 2 + 2 sensor) say something: not the reference entries."""
         return free_of(self.reference, len(self.space.shown))
 
+    def by(self, step: FloatArray) -> "ExpectedModes":
+        """Return the modes with all values moved by a ``step`` (value,)."""
+        space, sensors = self.space, len(self.space.shown)
+        every = np.zeros(self.free.shape)
+        every[self.free] = step
+        shape = (every[:, 2 : 2 + sensors] + 1j * every[:, 2 + sensors :]).T
+        at_reference = space.shown[self.reference, np.arange(space.count)]
+        there = replace(
+            space,
+            omega=space.omega * np.exp(every[:, 0]),
+            ratio=space.ratio + every[:, 1],
+            shown=space.shown + at_reference * shape,
+        )
+        return replace(self, space=there, moved=self.moved + step)
+
+
+@dataclass(frozen=True, eq=False)
+class Claimed:
+    """The claim of a ``fit`` about what was ``measured``, for motions sampled each ``step`` (s), by the numbers of
+    their ``recordings`` (motion,).
+
+    ``sizes`` of errors: None, the fit's own; or those given, with which nominal values are off as was stated.
+    ``reference``: the reference sensor of each mode (mode,), None: where it moves most.
+    """
+
+    measured: Measured
+    fit: ModalFit
+    step: float
+    recordings: tuple[int, ...]
+    sizes: ErrorSizes | None = None
+    reference: IntArray | None = None
+
+    def at(self, theta: FloatArray, reference: IntArray) -> "Claimed":
+        """Return the claim with other parameters (parameter,), and values over the same entries of shapes."""
+        return replace(self, fit=replace(self.fit, theta=theta), reference=reference)
+
 
 @dataclass(frozen=True, eq=False)
 class Expectation:
-    """What a claim expects: the modes in each recording (``modes``, by recording), how far its parameters may be from
-    where they are taken, ``shift`` and ``spread`` (parameter,); standard deviations (value,) of the errors that are
-    ``common`` to all recordings and of those that ``vary``.
+    """What a claim expects: the modes in each motion (``modes``), how far its parameters may be from where they are
+    taken, ``shift`` and ``spread`` (parameter,); standard deviations (value,) of the errors that are ``common`` to all
+    recordings and of those that ``vary``.
     """
 
     modes: tuple[ExpectedModes, ...]
@@ -60,26 +98,21 @@ def free_of(reference: IntArray, sensors: int) -> BoolArray:
     return free
 
 
-def expectation_of(
-    measured: Measured, fit: ModalFit, step: float, sizes: ErrorSizes | None = None
-) -> Expectation | None:
-    """Return what a fit's claim expects at its theta, of modes below half the sampling rate or the low-pass.
+def expectation_of(claimed: Claimed) -> Expectation | None:
+    """Return what a claim expects at its fit's theta, of modes below half the sampling rate or the low-pass.
 
-    ``sizes`` of errors: the fit's own, or those given, with which nominal values are off as was stated. None where the
-    structure has no modes there.
+    None where the structure has no modes there.
     """
+    measured, fit = claimed.measured, claimed.fit
     claim, theta = fit.claim, fit.theta
-    found: dict[tuple[int, ...], ExpectedModes | None] = {}
-    recordings = range(len(measured.recordings))
-    for off in dict.fromkeys(claim.off(recording) for recording in recordings):
-        found[off] = _expected(measured, fit, off, step)
-    modes = [found[claim.off(recording)] for recording in recordings]
-    whole = tuple(item for item in modes if item is not None)
-    if len(whole) < len(modes) or len({item.space.count for item in whole}) != 1:
+    offs = [claim.off(recording) for recording in claimed.recordings]
+    found = {off: _expected(claimed, off) for off in dict.fromkeys(offs)}
+    whole = tuple(item for item in (found[off] for off in offs) if item is not None)
+    if len(whole) < len(offs) or len({item.space.count for item in whole}) != 1:
         return None
     hypothesis, first = claim.hypothesis, fit.nuisances
-    own = sizes or fit.sizes
-    factor = [getattr(own, SCALES[kind]) if kind and sizes is None else 1.0 for kind in measured.kind]
+    own = claimed.sizes or fit.sizes
+    factor = [getattr(own, SCALES[kind]) if kind and claimed.sizes is None else 1.0 for kind in measured.kind]
     spread = hypothesis.width.copy()
     spread[:first] *= factor
     centre = hypothesis.centre.copy()
@@ -93,8 +126,9 @@ def expectation_of(
     return Expectation(whole, centre - theta, spread, common, vary)
 
 
-def _expected(measured: Measured, fit: ModalFit, off: tuple[int, ...], step: float) -> ExpectedModes | None:
+def _expected(claimed: Claimed, off: tuple[int, ...]) -> ExpectedModes | None:
     """Return the modes expected where some candidates are ``off``."""
+    measured, fit, step = claimed.measured, claimed.fit, claimed.step
     whole, nominal = fit.claim.hypothesis, measured.nominal
     hypothesis, kept = whole.less(off), whole.parameters_of(off)
     theta = fit.theta[kept]
@@ -102,9 +136,12 @@ def _expected(measured: Measured, fit: ModalFit, off: tuple[int, ...], step: flo
     predicted = predicted_modes(hypothesis, thetas, measured.outputs, hardly_differ=True)
     if predicted is None:
         return None
-    passed = min(np.pi / step, nominal.cutoff)
-    below = np.flatnonzero(np.abs(predicted.roots[0]) < passed)
-    if not len(below):
+    reference = claimed.reference
+    if reference is None:
+        below = np.flatnonzero(np.abs(predicted.roots[0]) < min(np.pi / step, nominal.cutoff))
+    else:  # the same modes, though one may have moved beyond the limit
+        below = np.arange(len(reference))
+    if not 0 < len(below) <= predicted.roots.shape[1]:
         return None
     rows = nominal.rows(measured.sensors)
     shapes, shown = _scaled(hypothesis.reduced(theta[None]), rows, predicted, below, measured.orders)
@@ -118,12 +155,14 @@ def _expected(measured: Measured, fit: ModalFit, off: tuple[int, ...], step: flo
         step,
         nominal.lowpass,
     )
-    reference = np.argmax(np.abs(shown) / space.omega ** measured.orders[:, None], axis=0)
+    if reference is None:
+        reference = np.argmax(np.abs(shown) / space.omega ** measured.orders[:, None], axis=0)
     every = predicted.over(below, reference)
     slopes = np.zeros((every.shape[1], every.shape[2], len(whole.centre)))
     moved = FIT.difference_step * hypothesis.width
     slopes[..., kept] = ((every[1:] - every[0]) / moved[:, None, None]).transpose(1, 2, 0)
-    return ExpectedModes(space, reference, slopes[free_of(reference, len(rows))])
+    slopes = slopes[free_of(reference, len(rows))]
+    return ExpectedModes(space, reference, slopes, np.zeros(len(slopes)))
 
 
 def _scaled(

@@ -10,9 +10,10 @@ import numpy as np
 
 from fe_models.arrays import FloatArray
 from fe_models.causes.candidate import LawCandidate
-from hybrid.diagnosis.discrepancy.config import DISCREPANCY, LAW_FIT
+from hybrid.diagnosis.discrepancy.config import DISCREPANCY, LAW_FIT, SETTLING
 from hybrid.diagnosis.discrepancy.kalman import unexpected
 from hybrid.diagnosis.discrepancy.linearisation import LawForce, linearised, pushed_by
+from hybrid.diagnosis.discrepancy.settling import log_posterior_of, settled
 from hybrid.diagnosis.discrepancy.tracking import Track, most_probable
 from hybrid.diagnosis.nominal.nominal_model import NominalModel
 from hybrid.diagnosis.response.forces import force_of
@@ -133,6 +134,21 @@ def fit_law(item: Track, nominal: NominalModel, law: LawCandidate, theta: FloatA
     return best or LawFit(law, theta, np.diag(np.square(law.width)), -np.inf, bare)
 
 
+def settled_law(fit: LawFit, nominal: NominalModel) -> LawFit:
+    """Return a law's fit whose modes are where the recordings have them beside it: law and modes in turn."""
+    for _ in range(SETTLING.turns):
+        moved = settled(fit.track, [force_along(nominal, fit.candidate, fit.theta)])
+        if moved is fit.track:
+            break
+        new = fit_law(moved, nominal, fit.candidate, fit.theta)
+        gained = log_posterior_of(new.track) - log_posterior_of(fit.track)
+        if gained > 0:
+            fit = new
+        if gained < SETTLING.settled_nats:
+            break
+    return fit
+
+
 def _fit_once(
     bare: Track,
     moving: Track,
@@ -148,7 +164,7 @@ def _fit_once(
         for own, space, known in zip(bare.followed, moving.spaces, moving.found, strict=True)
     ]
     sizes = [size * factor for factor in LAW_FIT.shrinking if size * factor > DISCREPANCY.sizes[0]]
-    item = most_probable(bare.expected, followed, sizes or [size])
+    item = most_probable(bare.claimed, bare.expected, followed, sizes or [size])
     theta, covariance, evidence = best_theta(item, nominal, law, theta, LAW_FIT.steps, theta)
     return LawFit(law, theta, covariance, evidence, item)
 

@@ -20,7 +20,7 @@ from fe_models.causes.searched import candidates_of
 from hybrid.diagnosis.contest.odds import Odds
 from hybrid.diagnosis.contest.posterior import NOTHING
 from hybrid.diagnosis.discrepancy.config import DISCREPANCY, LAW_FIT
-from hybrid.diagnosis.discrepancy.law_fit import LawFit, best_theta, fit_law, response
+from hybrid.diagnosis.discrepancy.law_fit import LawFit, best_theta, fit_law, response, settled_law
 from hybrid.diagnosis.discrepancy.tracking import Track, log_prior_of
 from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.nominal.nominal_model import NominalModel
@@ -92,7 +92,10 @@ def search_laws(item: Track, measured: Measured) -> LawSearch:
         fits += more
         if not more or max(map(score, more)) <= score(best):
             break
-    return _concluded(item, nominal, fits, odds)
+    best_fits = sorted(fits, key=lambda fit: -score(fit))[: LAW_FIT.refined]
+    moved = parallel_map(lambda fit: settled_law(fit, nominal), best_fits)
+    kept = {fit.candidate.key for fit in best_fits}
+    return _concluded(item, nominal, [*moved, *(fit for fit in fits if fit.candidate.key not in kept)], odds)
 
 
 def _nearest(item: Track, best: LawCandidate, laws: Sequence[LawCandidate]) -> list[LawCandidate]:

@@ -18,38 +18,39 @@ from hybrid.diagnosis.modal.evidence import ModalFit
 from hybrid.diagnosis.recorded.batches import measured_columns
 
 
+def may_have_laws(dataset: Dataset, measured: Measured) -> bool:
+    """Return whether motion tells force laws: free motion, of one sampling rate, where the structure has none of its
+    own.
+    """
+    free = [recording for recording in dataset.select("train") if not recording.is_driven]
+    alone = len(free) == len(dataset.select("train")) > 0 and len(dataset.sampling_rates) == 1
+    return alone and not measured.nominal.laws
+
+
 def laws_in(
-    dataset: Dataset,
-    drawn: tuple[Measured, ModalFit],
-    found: tuple[Measured, ModalFit],
-    best: tuple[ModalFit, float],
-) -> LawSearch | None:
-    """Return the force laws in the training recordings, None where there are none, or not free ones of one sampling
-    rate, or where the structure has force laws of its own.
+    dataset: Dataset, drawn: tuple[Measured, ModalFit], found: tuple[Measured, ModalFit], best: Track, odds: float
+) -> LawSearch:
+    """Return the force laws in the training recordings.
 
     First in the place of all other causes: beside the structure as it was ``drawn``, its values as exact as was stated,
     or as the modes have it, ``found``, whichever follows the recordings better; a strong law bends the modes and leads
-    nominal values astray. Where the ``best`` claim of all modes, with its log odds beforehand, follows them better
+    nominal values astray. Where the ``best`` claim of all modes, with its log ``odds`` beforehand, follows them better
     still, only what it leaves is asked for a law.
     """
     measured, fit = drawn
-    free = [recording for recording in dataset.select("train") if not recording.is_driven]
-    if not free or len(free) < len(dataset.select("train")) or measured.nominal.laws or len(dataset.sampling_rates) > 1:
-        return None
     as_drawn = replace(fit, claim=measured.null, theta=-measured.offset)
     bare = [
         (track_of(dataset, measured, as_drawn, ErrorSizes()), measured),
         (track_of(dataset, *found), found[0]),
     ]
     known = [(item, own) for item, own in bare if item is not None]
-    if not known:
-        return None
+    claim = best.claimed.fit.claim
+    if not known or (claim.hypothesis.candidates and best.size <= DISCREPANCY.usual_size):
+        return replace(_searched(best, found[0]), replaces_causes=False)
     instead = _searched(*max(known, key=lambda pair: pair[0].evidence))
-    claim, odds = best
-    item = track_of(dataset, found[0], claim) if claim.claim.hypothesis.candidates else None
-    if item is None or instead.log_evidence > item.evidence + odds:
+    if not claim.hypothesis.candidates or instead.log_evidence > best.evidence + odds:
         return instead
-    return replace(_searched(item, found[0]), replaces_causes=False)
+    return replace(_searched(best, found[0]), replaces_causes=False)
 
 
 def _searched(item: Track, measured: Measured) -> LawSearch:
@@ -105,11 +106,3 @@ class Left:
     def share(self) -> float:
         """The share of the discrepancy's energy that is left."""
         return float(np.clip((self.after / self.before) ** 2, 0.0, 1.0))
-
-
-def left_after(dataset: Dataset, measured: Measured, best: ModalFit, laws: LawSearch) -> Left:
-    """Return what is left with the causes of the ``best`` claim of all modes, and the law that is named."""
-    if laws.named is not None:
-        return Left(laws.track.size, laws.named.track.size)
-    item: Track | None = track_of(dataset, measured, best)
-    return Left(laws.track.size, laws.track.size if item is None else item.size)

@@ -89,10 +89,24 @@ class Marginal:
             found.append(x - N @ (by + moved - cho_solve(factor, square @ moved)))
         return found
 
+    def means(self, residuals: Stacked) -> tuple[FloatArray, FloatArray]:
+        """Return how far the claim's parameters (parameter,) are from where they were taken, and the common errors of
+        all values (value,), as ``residuals`` that are `centred` have them.
+        """
+        common = np.zeros(len(self.expected.spread) + len(self.expected.common))
+        for x, N, modes, factor, square in zip(
+            residuals, self.slopes, self.expected.modes, self.own, self.squares, strict=True
+        ):
+            by = N.T @ x
+            rest = by - square @ cho_solve(factor, by)
+            common += np.concatenate([modes.slopes.T @ rest, rest])
+        shared, count = cho_solve(self.all, common), len(self.expected.spread)
+        return self.expected.shift + shared[:count], shared[count:]
+
     def centred(self, residuals: Stacked) -> list[FloatArray]:
-        """Return residuals where the claim's parameters are at their prior's centre."""
+        """Return residuals where the claim's parameters are at their prior's centre, and values as these have them."""
         return [
-            own - N @ (modes.slopes @ self.expected.shift)
+            own - N @ (modes.slopes @ self.expected.shift - modes.moved)
             for own, N, modes in zip(residuals, self.slopes, self.expected.modes, strict=True)
         ]
 
@@ -100,3 +114,14 @@ class Marginal:
         """Return the log density of ``residuals`` that are `centred`, but for what is the same of all."""
         columns = [own[:, None] for own in residuals]
         return -0.5 * float(self.inner(columns, columns)[0, 0]) + self.log_scale
+
+    def log_density_here(self, white: Stacked) -> float:
+        """Return the log density of ``white`` residuals and of the claim's parameters and common errors, where these
+        are as they were taken, but for what is the same of all: only what is each recording's own is marginalised.
+        """
+        expected, total = self.expected, 0.0
+        for x, N, factor in zip(white, self.slopes, self.own, strict=True):
+            by = N.T @ x
+            total += float(x @ x - by @ cho_solve(factor, by)) + 2 * float(np.log(np.diag(factor[0])).sum())
+        off = np.concatenate([expected.shift / expected.spread, expected.modes[0].moved / expected.common])
+        return -0.5 * (total + float(off @ off))

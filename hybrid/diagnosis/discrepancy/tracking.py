@@ -9,7 +9,7 @@ from scipy.stats import norm
 
 from fe_models.arrays import FloatArray
 from hybrid.diagnosis.discrepancy.config import DISCREPANCY
-from hybrid.diagnosis.discrepancy.expected_modes import Expectation, ExpectedModes, slopes_over_time
+from hybrid.diagnosis.discrepancy.expected_modes import Claimed, Expectation, ExpectedModes, slopes_over_time
 from hybrid.diagnosis.discrepancy.kalman import Filtered, filtered, unexpected
 from hybrid.diagnosis.discrepancy.linearisation import Linearisation, linear
 from hybrid.diagnosis.discrepancy.marginal import Marginal
@@ -31,11 +31,13 @@ class Followed:
 
 @dataclass(frozen=True, eq=False)
 class Track:
-    """All motions with a discrepancy of one ``size``: the ``expected`` modes, what was ``followed``, what the filter
-    ``found`` in each motion, its ``residuals``, white (time sensor,), and the evidence of that, `Marginal`.
+    """All motions with a discrepancy of one ``size``: what is ``claimed``, the ``expected`` modes, what was
+    ``followed``, what the filter ``found`` in each motion, its ``residuals``, white (time sensor,), and the evidence of
+    that, `Marginal`.
     """
 
     size: float
+    claimed: Claimed
     expected: Expectation
     followed: tuple[Followed, ...]
     found: tuple[Filtered, ...]
@@ -47,6 +49,12 @@ class Track:
     def between(self) -> tuple[tuple[FloatArray, FloatArray], ...]:
         """The states within the steps, q and q' (part, mode), of each motion."""
         return tuple(space.between(known.states) for space, known in zip(self.spaces, self.found, strict=True))
+
+    @cached_property
+    def log_posterior(self) -> float:
+        """The log density of the motions and of the values of all modes, where these are."""
+        white = [known.white.ravel() for known in self.found]
+        return self.marginal.log_density_here(white) + sum(known.log_scale for known in self.found)
 
     @property
     def spaces(self) -> tuple[ModalSpace, ...]:
@@ -83,7 +91,7 @@ def _filtered(space: ModalSpace, own: Followed, size: float) -> Filtered:
     return filtered(motion, own.data, own.noise, pushes, variances, space.step)
 
 
-def track(expected: Expectation, followed: Sequence[Followed], size: float) -> Track:
+def track(claimed: Claimed, expected: Expectation, followed: Sequence[Followed], size: float) -> Track:
     """Return the motions as they are with a discrepancy of a ``size``."""
 
     def one(item: tuple[ExpectedModes, Followed]) -> tuple[Filtered, FloatArray]:
@@ -99,7 +107,7 @@ def track(expected: Expectation, followed: Sequence[Followed], size: float) -> T
     marginal = Marginal.of(slopes, expected)
     residuals = tuple(marginal.centred([known.white.ravel() for known in found]))
     evidence = marginal.log_density(residuals) + sum(known.log_scale for known in found) + log_prior_of(size)
-    return Track(size, expected, tuple(followed), found, residuals, marginal, float(evidence))
+    return Track(size, claimed, expected, tuple(followed), found, residuals, marginal, float(evidence))
 
 
 def log_prior_of(size: float) -> float:
@@ -107,15 +115,17 @@ def log_prior_of(size: float) -> float:
     return float(norm.logpdf(np.log(size), np.log(DISCREPANCY.usual_size), DISCREPANCY.usual_spread))
 
 
-def most_probable(expected: Expectation, followed: Sequence[Followed], sizes: Sequence[float]) -> Track:
+def most_probable(
+    claimed: Claimed, expected: Expectation, followed: Sequence[Followed], sizes: Sequence[float]
+) -> Track:
     """Return the track with the most probable of the ``sizes``."""
-    return max((track(expected, followed, size) for size in sizes), key=lambda item: item.evidence)
+    return max((track(claimed, expected, followed, size) for size in sizes), key=lambda item: item.evidence)
 
 
-def tracked(expected: Expectation, followed: Sequence[Followed]) -> Track:
+def tracked(claimed: Claimed, expected: Expectation, followed: Sequence[Followed]) -> Track:
     """Return the track with the most probable size of all."""
-    best = most_probable(expected, followed, DISCREPANCY.sizes)
+    best = most_probable(claimed, expected, followed, DISCREPANCY.sizes)
     return max(
-        (best, *(track(expected, followed, best.size * factor) for factor in DISCREPANCY.finer)),
+        (best, *(track(claimed, expected, followed, best.size * factor) for factor in DISCREPANCY.finer)),
         key=lambda item: item.evidence,
     )

@@ -1,6 +1,6 @@
 """Forecasts of recordings from their first fifth, for every model alike, and what a perfect model would score."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -18,7 +18,10 @@ from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.loaded import loaded_size
 from hybrid.diagnosis.response.marching import respond
 from hybrid.diagnosis.response.state_space import system_of
-from hybrid.diagnosis.response.system import drifted, is_defective, observability
+from hybrid.diagnosis.response.system import System, drifted, is_defective, observability
+
+Start = tuple[FloatArray, FloatArray]
+"""What initial states do to channels (time, sensor, state), and their covariance (state, state)."""
 
 
 @dataclass(frozen=True)
@@ -89,21 +92,35 @@ def model_of(item: Fit, noise_model: NoiseModel, theta: FloatArray | None = None
     """
     most = max(states.shape[1] for states in item.states)
     full = np.concatenate([states for states in item.states if states.shape[1] == most])
-    wider = (
-        student(2 * len(full)).ppf(FORECAST.initial_state_quantile) / norm.ppf(FORECAST.initial_state_quantile)
-    ) ** 2
-    spread = wider * _at_any_phase(item, noise_model, full) + np.diag(np.broadcast_to(_pushed(item, noise_model), most))
-    least = _least(np.sqrt(np.diag(spread)), item.hypothesis.size)
-    return ForecastModel(
-        item.hypothesis, item.theta if theta is None else theta, spread + np.diag(least**2), switched_in(item)
-    )
+    A = system_of(item.hypothesis, item.theta[None], noise_model.outputs).A[0]
+    own = _of_few(len(full)) * _at_any_phase(A, full) + np.diag(np.broadcast_to(_pushed(item, noise_model), most))
+    spread = _bounded(own, item.hypothesis.size)
+    return ForecastModel(item.hypothesis, item.theta if theta is None else theta, spread, switched_in(item))
 
 
-def _at_any_phase(item: Fit, noise_model: NoiseModel, states: FloatArray) -> FloatArray:
-    """Return the covariance (state, state) of a fit's initial ``states`` (recording, state), each natural mode and
+def spread_of(A: FloatArray, states: FloatArray) -> FloatArray:
+    """Return the covariance (state, state) of the initial states of z' = A z, displacements before velocities, as those
+    of other recordings, ``states`` (recording, state), have it: see `model_of`.
+    """
+    return _bounded(_of_few(len(states)) * _at_any_phase(A, states), len(A) // 2)
+
+
+def _of_few(recordings: int) -> float:
+    """Return how much larger than that of many recordings the covariance of so few is taken."""
+    quantile = FORECAST.initial_state_quantile
+    return float((student(2 * recordings).ppf(quantile) / norm.ppf(quantile)) ** 2)
+
+
+def _bounded(spread: FloatArray, modes: int) -> FloatArray:
+    """Return a covariance (state, state) with the least that each state may vary."""
+    return np.asarray(spread + np.diag(_least(np.sqrt(np.diag(spread)), modes) ** 2))
+
+
+def _at_any_phase(A: FloatArray, states: FloatArray) -> FloatArray:
+    """Return the covariance (state, state) of initial ``states`` (recording, state) of z' = A z, each natural mode and
     harmonic force at any phase of its turn.
     """
-    vectors = np.linalg.eig(system_of(item.hypothesis, item.theta[None], noise_model.outputs).A[0])[1]
+    vectors = np.linalg.eig(A)[1]
     if is_defective(vectors):  # a body that moves freely turns nowhere
         return np.diag(np.mean(states**2, axis=0))
     amplitudes = np.linalg.solve(vectors, states.T)  # (mode, recording)
@@ -156,7 +173,11 @@ def _pushed(item: Fit, noise_model: NoiseModel) -> FloatArray:
 
 def forecast(model: ForecastModel, batches: tuple[Batch, ...], roles: SensorRoles) -> ForecastScore:
     """Return the scores over the last 80 % of the recordings, of all sensors in ``roles``."""
-    parts = [_one(model, batch, roles) for batch in batches]
+    return summed([_one(model, batch, roles) for batch in batches])
+
+
+def summed(parts: Sequence[tuple[FloatArray, FloatArray, float, float, float]]) -> ForecastScore:
+    """Return the score of all batches from the parts of each: see `scored`."""
     nrmse, floor = (np.concatenate([part[i] for part in parts]) for i in (0, 1))
     energy, floor_energy, variance = (float(sum(part[i] for part in parts)) for i in (2, 3, 4))
     return ForecastScore(nrmse, floor, energy, floor_energy, float(np.sqrt(variance)))
@@ -246,9 +267,18 @@ def without(model: ForecastModel, off: tuple[int, ...]) -> tuple[Hypothesis, Flo
 
 
 def _one(model: ForecastModel, batch: Batch, roles: SensorRoles) -> tuple[FloatArray, FloatArray, float, float, float]:
-    """Return the parts of a `ForecastScore` of one batch, the last the square of its ``chance``."""
+    return scored(predicted(model, batch, roles), batch, roles, lambda noise: _start(model, batch, roles, noise))
+
+
+def scored(
+    y: FloatArray, batch: Batch, roles: SensorRoles, start: Callable[[FloatArray], Start]
+) -> tuple[FloatArray, FloatArray, float, float, float]:
+    """Return the parts of a `ForecastScore` of one batch, of which ``y`` (recording, time, sensor) is forecast; the
+    last part is the square of its ``chance``. ``start``: what initial states do, by the ``noise`` (sensor,): see
+    `start_of`.
+    """
     first = shown_of(batch.samples)
-    y = predicted(model, batch, roles)[:, first:]
+    y = y[:, first:]
     data = batch.recorded[:, first:]
     span = np.maximum(np.ptp(data, axis=1), 1e-30)  # (recording, sensor)
     square = np.mean((y - data) ** 2, axis=1)
@@ -256,8 +286,8 @@ def _one(model: ForecastModel, batch: Batch, roles: SensorRoles) -> tuple[FloatA
     noise = columns_of((batch,), roles.measured)[0].sigma(roles.noise_model)[:, 0]  # (recording or one row, sensor)
     sigma = np.full((len(noise), len(roles.sensors)), np.nan)
     sigma[:, own] = noise
-    starts = [_start(model, batch, roles, row) for row in noise]
-    levers = np.stack([_variance(*start) for start in starts])
+    starts = [start(row) for row in noise]
+    levers = np.stack([_variance(*begun) for begun in starts])
     floor = sigma * np.sqrt(batch.share + levers.mean(axis=1)) / span
     each = len(data) / len(noise)
     energy = float(np.sum(square[:, own] / noise**2)) * data.shape[1]
@@ -271,14 +301,17 @@ def leverage(model: ForecastModel, batch: Batch, roles: SensorRoles, noise: Floa
     return _variance(*_start(model, batch, roles, noise))
 
 
-def _start(model: ForecastModel, batch: Batch, roles: SensorRoles, noise: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _start(model: ForecastModel, batch: Batch, roles: SensorRoles, noise: FloatArray) -> Start:
+    hypothesis, theta, spread = without(model, tuple(range(len(model.hypothesis.candidates))))
+    return start_of(system_of(hypothesis, theta[None], roles.outputs), spread, batch.samples, roles, noise)
+
+
+def start_of(system: System, spread: FloatArray, samples: int, roles: SensorRoles, noise: FloatArray) -> Start:
     """Return what initial states do to the channels that are forecast (time, sensor, state), in units of the ``noise``,
     and their covariance (state, state) given the first fifth.
     """
-    hypothesis, theta, spread = without(model, tuple(range(len(model.hypothesis.candidates))))
-    system = system_of(hypothesis, theta[None], roles.outputs)
-    rows = observability(system, batch.samples)[0]
-    sigma, first = np.ones(len(roles.sensors)), shown_of(batch.samples)
+    rows = observability(system, samples)[0]
+    sigma, first = np.ones(len(roles.sensors)), shown_of(samples)
     sigma[list(roles.measured)] = noise
     rows = rows / sigma[:, None]
     X = rows[:first, list(roles.measured)].reshape(-1, rows.shape[-1])

@@ -28,7 +28,13 @@ def initial_states(
     Prior: normal with covariance ``spread`` (state, state). ``near``: states that are nearly so, from where force
     laws begin at once over the whole stretch.
     """
-    system = system_of(hypothesis, theta[None], noise_model.outputs)
+    return states_of(system_of(hypothesis, theta[None], noise_model.outputs), spread, batch, noise_model, near)
+
+
+def states_of(
+    system: System, spread: FloatArray, batch: Batch, noise_model: NoiseModel, near: FloatArray | None = None
+) -> tuple[FloatArray, FloatArray]:
+    """Return what `initial_states` does, of a ``system`` of one variant."""
     prior = precision_of(spread)
     if system.is_linear:
         return _linear_states(system, prior, batch, noise_model)

@@ -8,6 +8,7 @@ import numpy as np
 from fe_models.arrays import FloatArray
 from fe_models.causes.wording import at_place
 from hybrid.diagnosis.discrepancy.law_search import LawSearch
+from hybrid.diagnosis.joint.found import Found
 from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.evidence import ModalFit, misfit_of
 from hybrid.diagnosis.outcome.findings import (
@@ -53,9 +54,9 @@ def findings_of(
     return tuple(sorted(found, key=lambda finding: -finding.explains))
 
 
-def law_finding(measured: Measured, laws: LawSearch) -> Finding:
-    """Return the force law that is named, with the laws that may act in its place."""
-    best, *others = laws.fits
+def law_finding(measured: Measured, laws: LawSearch, found: Found) -> Finding:
+    """Return the force law that was ``found``, with the laws that may act in its place."""
+    others, best = laws.fits[1:], found.law or laws.fits[0]
     cause, deviations = built(best.candidate, best.theta, np.sqrt(np.diag(best.covariance)))
     parameters = parameters_of(cause, deviations)
     rivals = []
@@ -68,9 +69,8 @@ def law_finding(measured: Measured, laws: LawSearch) -> Finding:
     remainder = [Alternative(NOT_ON_THE_LIST, {}, rest)] if rest >= LISTED else []
     names = tuple(own.name for own in measured.recordings)
     sentence = sentence_of(cause, parameters, measured.nominal.structure)
-    return Finding(
-        cause, parameters, float(laws.probabilities[0]), laws.explains, names, (*rivals, *remainder), sentence
-    )
+    explains = float(np.clip(1 - (found.track.size / laws.track.size) ** 2, 0.0, 1.0))
+    return Finding(cause, parameters, float(laws.probabilities[0]), explains, names, (*rivals, *remainder), sentence)
 
 
 def _without(item: ModalFit, number: int) -> ModalFit:

@@ -12,9 +12,11 @@ from fe_models.recordings import Dataset
 from fe_models.structure import Structure
 from hybrid.config import Config
 from hybrid.diagnosis.fitting.crossvalidation import as_recordings
+from hybrid.diagnosis.joint.conclusion import ModalDiagnosis
 from hybrid.diagnosis.learned.forces import Learned
 from hybrid.diagnosis.learned.projection import Projected, project
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
+from hybrid.diagnosis.outcome.extend_matrices import ExtendedMatrices
 from hybrid.diagnosis.outcome.findings import Finding
 from hybrid.diagnosis.recorded.faulty_channels import usable
 from hybrid.diagnosis.recorded.filter_transients import without_ringing_ends
@@ -48,7 +50,7 @@ class Gain:
 
 def hybrid_gain(
     dataset: Dataset,
-    found: Diagnosis,
+    found: Diagnosis | ModalDiagnosis,
     config: Config | None = None,
     advance: Callable[[], object] = nothing,
 ) -> Gain:
@@ -56,6 +58,8 @@ def hybrid_gain(
     from hybrid.diagnosis.learned.learning import corrected, learn, learning_preset  # loads PyTorch, for this alone
     from hybrid.training.gradient_training import TrainingDivergedError
 
+    if isinstance(found.extended, ExtendedMatrices):
+        raise InputError("model: a diagnosis of matrices has no structure to train on; use hybrid-modal train")
     data = _with_test(dataset)
     own = replace(data.assumptions, damping_ratio=None, modal_model=None)  # the extended structure has it all
     notes: list[str] = []

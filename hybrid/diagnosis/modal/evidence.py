@@ -87,7 +87,7 @@ def fit_claim(
         present = _at(measured, claim, theta, sizes, pairs, rows, at_centre, slopes)
         best = present if best is None or present.evidence > best.evidence else best
         step = _step(measured, present)
-        then = _bounded(hypothesis, theta, step)
+        then = bounded(hypothesis, theta, step)
         errors = np.sqrt(np.diag(present.covariance)[first:])
         settled = (
             np.abs(step[:first]).max(initial=0.0) < FIT.converged_log_step
@@ -159,7 +159,7 @@ def _step(measured: Measured, item: ModalFit) -> FloatArray:
     return np.concatenate([wanted - measured.offset - item.theta[:first], sizes_step])
 
 
-def _bounded(hypothesis: Hypothesis, theta: FloatArray, step: FloatArray) -> FloatArray:
+def bounded(hypothesis: Hypothesis, theta: FloatArray, step: FloatArray) -> FloatArray:
     """Return theta (parameter,) after a step, cut where it would cross a bound or go too far at once."""
     first = hypothesis.nuisances
     step = step.copy()

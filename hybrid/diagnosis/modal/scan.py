@@ -98,14 +98,14 @@ def _moved(
     centre.
     """
     claim = base.claim
-    sizes = _standing(claim.hypothesis.adding(candidate), base.theta, sizes)
+    with_it = claim.hypothesis.adding(candidate)
+    sizes = _standing(with_it, base.theta, sizes)
     if not len(sizes):
         return None
     every = np.concatenate([sizes, sizes + SCAN.difference_step * candidate.width[0]])
     pairs, free = base.pairs, free_values(measured, base.pairs)
     residuals = np.zeros((len(every), *free.shape))
     residuals[:, free] = base.residual - base.rows.slopes @ total
-    with_it = claim.hypothesis.adding(candidate)
     for off in dict.fromkeys(claim.off(recording) for recording in shown):
         hypothesis, kept = with_it.less(off), claim.hypothesis.parameters_of(off)
         thetas = _with_each(base.theta[kept], every)

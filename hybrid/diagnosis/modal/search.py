@@ -98,7 +98,7 @@ class Search:
     def run(self, null: ModalFit, tell: Callable[[str], object]) -> list[ModalFit]:
         """Return the fits of all claims that were tried, most probable first; ``null``: that of no cause."""
         tell("changes between recordings")
-        fits = [null, *self._changed(null)]
+        fits = self.run_changes(null)
         frontier = self.ranked(fits)[: SCAN.kept]
         for number, stage in enumerate(MODAL_CAUSES):
             tell(stage)
@@ -109,7 +109,11 @@ class Search:
                 break
         tell("other causes in their place")
         fits += self._replaced(self.ranked(fits)[0])
-        return self.ranked(fits)
+        return self.ranked([*fits, *self._dropped(fits)])
+
+    def run_changes(self, null: ModalFit) -> list[ModalFit]:
+        """Return the fits without a cause, of an unknown change in some recordings, too, most probable first."""
+        return self.ranked([null, *self._changed(null)])
 
     def _changed(self, null: ModalFit) -> list[ModalFit]:
         """Return fits with an unknown change in some recordings: where they differ at all."""
@@ -173,6 +177,28 @@ class Search:
         items = [item for item in parallel_map(fitted, starts) if item is not None]
         best = sorted(items, key=lambda item: -self.score(item))[: SCAN.fitted]
         return [Start(item.claim, item.theta, item.sizes) for item in best]
+
+    def _dropped(self, fits: Sequence[ModalFit]) -> list[ModalFit]:
+        """Return fits in which causes of the best claim are taken out, one by one, as long as it is the better for it:
+        a cause may have come in before nominal values were where they should be.
+        """
+        best, found = self.ranked(fits)[0], list[ModalFit]()
+        while best.claim.acts:
+            less = [
+                fit_claim(
+                    self.measured,
+                    best.claim.less(number),
+                    best.theta[best.claim.hypothesis.parameters_of((number,))],
+                    best.sizes,
+                )
+                for number in range(len(best.claim.acts))
+            ]
+            own = self.ranked([item for item in less if item is not None])
+            found += own
+            if not own or self.score(own[0]) < self.score(best):
+                break
+            best = own[0]
+        return found
 
     def _replaced(self, best: ModalFit) -> list[ModalFit]:
         """Return fits in which one of the best claim's several causes is another, or has another place."""

@@ -260,6 +260,11 @@ class NominalModel:
         return shape
 
     @cached_property
+    def bent_by(self) -> dict[object, FloatArray]:
+        """How candidates bend the structure statically, (dof, load) by candidate, once that was asked for."""
+        return {}
+
+    @cached_property
     def _factors(self) -> SuperLU:
         free = self.dofs.free_rows
         return factorise(self.stiffness[free][:, free])

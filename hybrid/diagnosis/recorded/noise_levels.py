@@ -11,7 +11,7 @@ from enum import Enum
 import numpy as np
 
 from fe_models.arrays import TINY, FloatArray
-from hybrid.diagnosis.recorded.batches import Batch
+from hybrid.diagnosis.recorded.batches import Batch, columns_of
 from hybrid.diagnosis.recorded.config import NOISE, NOISE_LEVELS
 from hybrid.diagnosis.recorded.noise import Band, noise_of_recordings, variance_of_log_noise
 
@@ -70,6 +70,16 @@ class NoiseLevels:
         most = NOISE_LEVELS.max_deviation_sigma * np.sqrt(variance_of_log_noise(free.samples, self.rate, self.band))
         own = self.pattern is Pattern.MOTION and np.abs(off - level) > most
         return np.asarray(np.exp(np.where(own, off, level)))
+
+    def beside(self, batch: Batch, columns: Sequence[int]) -> Batch:
+        """Return a free ``batch`` of all channels with the noise of each recording, as its measured ``columns`` show
+        it.
+        """
+        if self.are_alike:
+            return batch
+        noise = np.ones((len(batch.names), batch.data.shape[2]))
+        noise[:, list(columns)] = self.of_recordings(*columns_of((batch,), tuple(columns)))
+        return replace(batch, noise=noise)
 
 
 def _levels_by(

@@ -40,7 +40,10 @@ def basis_of(nominal: NominalModel, candidates: tuple[Candidate, ...]) -> Basis:
     """
     shapes = nominal.basis
     for candidate in candidates:
-        bent = _static_shapes(nominal, candidate)
+        known = candidate.key, candidate.width
+        if known not in nominal.bent_by:  # of hundreds of hypotheses with the same candidate
+            nominal.bent_by[known] = _static_shapes(nominal, candidate)
+        bent = nominal.bent_by[known]
         if candidate.brings:  # so large a change that the inertia of these shapes bends them, too
             bent = np.hstack([bent, nominal.static(nominal.mass @ bent)])
         for shape in bent.T:

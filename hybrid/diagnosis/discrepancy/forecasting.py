@@ -1,0 +1,121 @@
+"""Recordings forecast from their first fifth by systems, one for each state that a structure may be in."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from fe_models.arrays import TINY, FloatArray
+from fe_models.recordings import QUANTITIES
+from hybrid.diagnosis.discrepancy.config import DISCREPANCY
+from hybrid.diagnosis.discrepancy.law_fit import LawFit
+from hybrid.diagnosis.discrepancy.modal_space import ModalSpace, amplitude_of
+from hybrid.diagnosis.fitting.config import INITIAL_STATES
+from hybrid.diagnosis.fitting.forecast_score import (
+    ForecastScore,
+    scored,
+    shown_of,
+    spread_of,
+    start_of,
+    summed,
+)
+from hybrid.diagnosis.fitting.initial_states import states_of
+from hybrid.diagnosis.nominal.nominal_model import NominalModel
+from hybrid.diagnosis.recorded.batches import Batch, columns_of
+from hybrid.diagnosis.recorded.noise_model import SensorRoles
+from hybrid.diagnosis.response.forces import force_of
+from hybrid.diagnosis.response.marching import respond
+from hybrid.diagnosis.response.system import Force, System, observability
+
+
+@dataclass(frozen=True, eq=False)
+class Forecaster:
+    """The ``systems`` that a structure may be, with the ``spreads`` (state, state) of their initial states; ``roles``:
+    what recordings show.
+    """
+
+    systems: tuple[System, ...]
+    spreads: tuple[FloatArray, ...]
+    roles: SensorRoles
+
+    @classmethod
+    def of(cls, systems: Sequence[System], train: Sequence[Batch], roles: SensorRoles) -> "Forecaster":
+        """Return the forecaster that expects initial states as large as those of the recordings for training."""
+        return cls(tuple(systems), tuple(_spread_of(system, train, roles) for system in systems), roles)
+
+    def forecast(self, batch: Batch) -> FloatArray:
+        """Return the channels (recording, time, sensor) as the first fifth of the measured ones has them go on: by that
+        of the systems with which this is most probable.
+        """
+        best, least = np.zeros_like(batch.recorded), np.full(len(batch.data), np.inf)
+        far = INITIAL_STATES.max_motion_ratio * float(np.abs(batch.recorded).max())
+        (own,) = columns_of((batch.first(shown_of(batch.samples)),), self.roles.measured)
+        for system, spread in zip(self.systems, self.spreads, strict=True):
+            states, cost = states_of(_seen_by(system, self.roles), spread, own, self.roles.noise_model)
+            y = respond(system, states[None], batch.samples, batch.loads)[0]
+            better = (cost < least)[:, None, None]
+            best, least = (
+                np.where(better, np.nan_to_num(y, nan=far, posinf=far, neginf=-far), best),
+                np.minimum(least, cost),
+            )
+        return best
+
+    def score(self, batches: Sequence[Batch]) -> ForecastScore:
+        """Return the scores over the last 80 % of the recordings, of all sensors."""
+        linear, spread = _unforced(self.systems[0]), self.spreads[0]
+        parts = []
+        for batch in batches:
+            start = partial(start_of, linear, spread, batch.samples, self.roles)
+            parts.append(scored(self.forecast(batch), batch, self.roles, start))
+        return summed(parts)
+
+
+def system_of_modes(space: ModalSpace, nominal: NominalModel, roles: SensorRoles, law: LawFit | None) -> System:
+    """Return the system of modes, under a force ``law``, as all sensors show it.
+
+    Those that are measured by the shapes of the ``space``, the others by the structure's.
+    """
+    n, sensors = space.count, roles.sensors
+    rows, orders = nominal.rows(sensors), np.array([QUANTITIES.index(sensor.quantity) for sensor in sensors])
+    shown = (rows @ space.shapes) * space.roots ** orders[:, None]
+    shown[list(roles.measured)] = space.shown
+    of_q, of_rate = amplitude_of(space.roots)
+    A = np.zeros((1, 2 * n, 2 * n))
+    A[0, :n, n:] = np.eye(n)
+    A[0, n:, :n], A[0, n:, n:] = -np.diag(space.omega**2), -np.diag(2 * space.ratio * space.omega)
+    C = np.concatenate([np.real(shown * of_q), np.real(shown * of_rate)], axis=1)[None]
+    laws = 0 if law is None else 1
+    B, G, D = np.zeros((1, 2 * n, laws)), np.zeros((1, 2 * laws, 2 * n)), np.zeros((1, len(sensors), laws))
+    forces: tuple[Force, ...] = ()
+    if law is not None:
+        along = law.candidate.pull @ space.shapes
+        B[0, n:, 0], G[0, 0, :n], G[0, 1, n:] = along, along, along
+        D[0, :, 0] = (rows @ space.shapes) @ along * (orders == 2)
+        forces = (force_of(law.candidate, nominal, law.theta[None], np.ones((1, len(nominal.parts)))),)
+    still, one = np.zeros((1, len(sensors))), np.ones((1, len(sensors)))
+    return System(A, B, C, D, G, forces, one, still, still, space.step, lowpass=space.lowpass)
+
+
+def _seen_by(system: System, roles: SensorRoles) -> System:
+    """Return a system as the measured sensors alone show it."""
+    own = list(roles.measured)
+    parts = {name: getattr(system, name)[:, own] for name in ("C", "D", "gain", "delay", "slope")}
+    return replace(system, **parts)
+
+
+def _unforced(system: System) -> System:
+    """Return a system without its force laws."""
+    return replace(system, B=system.B[:, :, :0], D=system.D[:, :, :0], G=system.G[:, :0], forces=())
+
+
+def _spread_of(system: System, train: Sequence[Batch], roles: SensorRoles) -> FloatArray:
+    """Return the covariance (state, state) of initial states, as the first fifths of recordings have them."""
+    linear = _seen_by(_unforced(system), roles)
+    found = []
+    for batch in columns_of(tuple(train), roles.measured):
+        own = batch.first(shown_of(batch.samples))
+        shown = np.abs(observability(linear, own.samples)[0]).max(axis=(0, 1))  # (state,)
+        loose = DISCREPANCY.initial_amplitude * float(np.abs(own.data).max()) / np.maximum(shown, TINY * shown.max())
+        found.append(states_of(linear, np.diag(loose**2), own, roles.noise_model)[0])
+    return spread_of(linear.A[0], np.concatenate(found))

@@ -1,0 +1,212 @@
+"""What the best claims and laws amount to: verdict, findings, calibration, notes."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fe_models.arrays import FloatArray
+from fe_models.causes import MassChange, StiffnessChange
+from fe_models.causes.wording import at_place
+from fe_models.structure import Structure
+from hybrid.diagnosis.config import DOOR
+from hybrid.diagnosis.discrepancy.law_search import LawSearch
+from hybrid.diagnosis.discrepancy.laws_in_recordings import Left
+from hybrid.diagnosis.joint.forecasts import Forecasts, FoundMotion
+from hybrid.diagnosis.joint.look import surely_off
+from hybrid.diagnosis.joint.modal_findings import LISTED as LISTED_RIVAL
+from hybrid.diagnosis.joint.modal_findings import State, findings_of, law_finding, states_of
+from hybrid.diagnosis.joint.paired_modes import PairedMode, paired_modes
+from hybrid.diagnosis.modal.claim import Measured
+from hybrid.diagnosis.modal.config import CONCLUSION
+from hybrid.diagnosis.modal.errors import ErrorSizes
+from hybrid.diagnosis.modal.evidence import ModalFit, misfit_of
+from hybrid.diagnosis.nominal.nominal_model import NominalModel
+from hybrid.diagnosis.observed.example import Example
+from hybrid.diagnosis.outcome.calibration import Calibrated, calibration_of
+from hybrid.diagnosis.outcome.extend import extended_structure
+from hybrid.diagnosis.outcome.extend_matrices import ExtendedMatrices, extended_matrices
+from hybrid.diagnosis.outcome.findings import NOT_ON_THE_LIST, Alternative, Finding, Parameter, sentence_of
+from hybrid.diagnosis.outcome.verdict import Verdict
+
+CHANGES_WITH_TIME = (
+    "within a recording the motion strays from that of any structure with constant values, by {size:.1%} of itself a"
+    " radian: frequency or damping change with amplitude or time, and no force law on the list explains that"
+)
+MENTIONED = 0.02  # probability of a law that is mentioned all the same
+
+
+@dataclass(frozen=True, repr=False)
+class ModalDiagnosis:
+    """All that modes say: ``verdict``; ``findings``, local causes first, then groups that are off by more than was
+    stated; ``calibration`` of all nominal values; ``unexplained``: share of the drawn structure's misfit that is left;
+    the ``states`` that recordings distinguish; every measured mode beside the structure's (``modes``); the ``extended``
+    structure; ``notes``; ``seconds`` that it took; ``has_motion``: whether there were recordings, which show force
+    laws, too; ``forecasts`` of those for testing, None where none were made; ``groups``: how many of the findings, the
+    last ones, are groups that are off.
+    """
+
+    verdict: Verdict
+    findings: tuple[Finding, ...]
+    calibration: tuple[Calibrated, ...]
+    unexplained: float
+    states: tuple[State, ...]
+    modes: tuple[PairedMode, ...]
+    extended: Structure | ExtendedMatrices
+    notes: tuple[str, ...]
+    seconds: float
+    has_motion: bool
+    forecasts: Forecasts | None
+    groups: int
+
+    @property
+    def is_far(self) -> bool:
+        """Whether the structure is off in more than one place by more than was stated."""
+        return self.groups >= DOOR.far_groups
+
+    @property
+    def scores(self) -> dict[str, dict[str, float | None]]:
+        """The NRMSE of forecasts, as of a `Diagnosis`; None where none were made."""
+        if self.forecasts is None:
+            return {name: {"measured": None, "held_out": None} for name in ("baseline", "extended")}
+        return self.forecasts.scores
+
+    @property
+    def example(self) -> Example | None:
+        """A recording as both structures forecast it, None where no forecasts were made."""
+        return None if self.forecasts is None else self.forecasts.example
+
+    @property
+    def noise_floor(self) -> float | None:
+        """The NRMSE that noise alone makes, None where no forecasts were made."""
+        return None if self.forecasts is None else self.forecasts.floor
+
+
+@dataclass(frozen=True, eq=False)
+class Claims:
+    """The ``fits`` of all claims to what was ``measured``, most probable first, with their ``probability`` (fit,)."""
+
+    measured: Measured
+    fits: list[ModalFit]
+    probability: FloatArray
+
+
+def concluded(claims: Claims, laws: LawSearch | None, motion: FoundMotion | None) -> ModalDiagnosis:
+    """Return what the claims amount to, with the force laws and what was found of the ``motion``."""
+    measured, fits, probability = claims.measured, claims.fits, claims.probability
+    found, forecasts = (None, None) if motion is None else (motion.found, motion.forecasts)
+    after = None if laws is None or found is None else Left(laws.track.size, found.track.size)
+    if after is not None and forecasts is not None and forecasts.reach_noise:
+        after = None  # what the filter sees beside is of no consequence
+    best = fits[0]
+    nominal, first = measured.nominal, best.nuisances
+    theta = best.theta.copy()
+    theta[:first] += measured.offset
+    drawn = replace(best, claim=measured.null, theta=-measured.offset)
+    before, rows = misfit_of(measured, drawn, best), len(best.residual)
+    beyond = max(misfit_of(measured, best) - rows, 0.0)  # of what chance leaves
+    left = float(np.clip(beyond / max(before - rows, beyond, np.finfo(float).tiny), 0.0, 1.0))
+    local = findings_of(measured, fits, probability, before)
+    if after is not None:
+        local = tuple(_beside_unknown(finding, after, len(measured.recordings)) for finding in local)
+    if laws is not None and found is not None and found.law is not None:
+        local = (law_finding(measured, laws, found), *local)
+    groups = _groups_off(measured, best)
+    widened = replace(nominal, spread=best.rows.scales(best.sizes))  # as far off as values may be here
+    return ModalDiagnosis(
+        verdict=_verdict(best, (*local, *groups), left, after),
+        findings=(*local, *groups),
+        calibration=calibration_of(widened, theta, best.covariance),
+        unexplained=left,
+        states=states_of(measured, best),
+        modes=paired_modes(measured, drawn, best),
+        extended=_extended(nominal, best.theta[:first], local),
+        notes=(*_notes(measured, best), *_notes_on_motion(laws, after)),
+        seconds=0.0,
+        has_motion=motion is not None,
+        forecasts=forecasts,
+        groups=len(groups),
+    )
+
+
+def _extended(nominal: NominalModel, theta: FloatArray, local: tuple[Finding, ...]) -> Structure | ExtendedMatrices:
+    """Return the model with what was found built in; ``theta`` (nuisance,)."""
+    if nominal.coordinates is not None:
+        return extended_matrices(nominal, theta, local)
+    return extended_structure(nominal, theta, local)
+
+
+def _beside_unknown(finding: Finding, after: Left, recordings: int) -> Finding:
+    """Return a finding as sure as it may be where something that nobody knows changes all recordings, too: that moves
+    modes as well, and whether it or the finding does is even. What differs between recordings it does not explain.
+    """
+    if len(set(finding.recordings)) < recordings or after.usual == 1.0:
+        return finding
+    surely = 0.5 * (1 + after.usual)
+    others = tuple(replace(item, probability=surely * item.probability) for item in finding.alternatives)
+    own = surely * finding.probability
+    rest = 1 - own - sum(item.probability for item in others if item.kind != NOT_ON_THE_LIST)
+    listed = tuple(item for item in others if item.kind != NOT_ON_THE_LIST)
+    remainder = (Alternative(NOT_ON_THE_LIST, {}, rest),) if rest >= LISTED_RIVAL else ()
+    return replace(finding, probability=own, alternatives=(*listed, *remainder))
+
+
+def _groups_off(measured: Measured, best: ModalFit) -> tuple[Finding, ...]:
+    """Return a finding for each stiffness and mass that is off by more than is normal, and surely so."""
+    nominal, found = measured.nominal, []
+    errors, total = np.sqrt(np.diag(best.covariance)), best.theta[: best.nuisances] + measured.offset
+    every = tuple(own.name for own in measured.recordings)
+    for number, surely in surely_off(measured, best).items():
+        part, error = nominal.parts[number], errors[number]
+        factor = float(np.exp(total[number]))
+        kind = StiffnessChange if part.quantity == "stiffness" else MassChange
+        cause = kind(part.elements, factor, part.group)
+        parameters = {"factor": Parameter(factor, factor * float(error), "1")}
+        sentence = sentence_of(cause, parameters, nominal.structure)
+        found.append(Finding(cause, parameters, surely, 0.0, every, (), sentence))
+    return tuple(found)
+
+
+def _verdict(best: ModalFit, findings: tuple[Finding, ...], left: float, after: Left | None) -> Verdict:
+    """Return the answer in a word: by the share of the drawn structure's misfit that is ``left``, and by what is left
+    of the motion ``after`` all, which no law on the list explains where it is more than usual.
+    """
+    unusual = best.sizes.frequency > CONCLUSION.worth_a_note * ErrorSizes().frequency
+    strange = best.claim.changed or unusual or (after is not None and not after.is_usual)
+    if not findings:
+        return Verdict.UNEXPLAINED if strange else Verdict.NOTHING_WRONG
+    if after is not None and not after.is_usual and after.share > CONCLUSION.max_left_of_part:
+        return Verdict.UNEXPLAINED if left > CONCLUSION.max_left_of_part else Verdict.PARTLY_EXPLAINED
+    if after is not None and not after.is_usual:
+        return Verdict.PARTLY_EXPLAINED
+    if best.claim.changed or left > CONCLUSION.max_left_of_explained:
+        return Verdict.PARTLY_EXPLAINED if left < CONCLUSION.max_left_of_part else Verdict.UNEXPLAINED
+    return Verdict.EXPLAINED
+
+
+def _notes(measured: Measured, best: ModalFit) -> tuple[str, ...]:
+    """Return what the user should know: changes without a name, modes that are none of the structure's."""
+    notes = []
+    if best.claim.changed:
+        names = ", ".join(measured.recordings[recording].name for recording in best.claim.changed)
+        notes.append(f"the structure was another one in {names}, and no single cause on the list explains the change")
+    for recording, own in enumerate(measured.recordings):
+        paired = set(best.pairs.measured[best.pairs.recording == recording].tolist())
+        alone = [np.exp(log) / (2 * np.pi) for k, log in enumerate(own.log_omega) if k not in paired]
+        if alone:
+            listed = ", ".join(f"{frequency:.4g}" for frequency in sorted(alone))
+            notes.append(f"{own.name} shows modes that are none of the structure's, at {listed} Hz")
+    scale = best.sizes.stiffness_scale
+    if scale > CONCLUSION.worth_a_note:
+        notes.append(f"stiffnesses are off by {scale:.0f} times what the dataset calls normal")
+    return tuple(notes)
+
+
+def _notes_on_motion(laws: LawSearch | None, after: Left | None) -> tuple[str, ...]:
+    """Return what the user should know of how the motion differs from what structure and causes do by themselves."""
+    if laws is None or after is None or after.is_usual:
+        return ()
+    about = CHANGES_WITH_TIME.format(size=after.after)
+    rivals = [fit.candidate for fit, own in zip(laws.fits, laws.probabilities, strict=True) if own >= MENTIONED]
+    if laws.named is None and rivals:
+        about += f"; {rivals[0].kind.replace('_', ' ')} {at_place(rivals[0].reported_location)} is most like it"
+    return (about,)

@@ -1,0 +1,143 @@
+"""Forecasts of recordings by the structure as it was drawn, and by that with what was found.
+
+Either goes on from the first fifth of a recording. What was found goes by its modes as the recordings for training have
+them: a real structure's are some thousandths off those of any model.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fe_models.recordings import Dataset
+from hybrid.diagnosis.discrepancy.config import DISCREPANCY
+from hybrid.diagnosis.discrepancy.forecasting import Forecaster, system_of_modes
+from hybrid.diagnosis.discrepancy.law_fit import force_along
+from hybrid.diagnosis.discrepancy.recorded_motions import noise_in
+from hybrid.diagnosis.discrepancy.settling import settled
+from hybrid.diagnosis.fitting.forecast_score import ForecastScore, shown_of
+from hybrid.diagnosis.joint.found import Found
+from hybrid.diagnosis.modal.claim import Measured
+from hybrid.diagnosis.nominal.nominal_model import NominalModel
+from hybrid.diagnosis.observed.example import Example
+from hybrid.diagnosis.outcome.forecasts import share
+from hybrid.diagnosis.outcome.verdict import MATERIAL, NEAR, WHOLLY
+from hybrid.diagnosis.recorded.batches import Batch, batches_of, measured_columns
+from hybrid.diagnosis.recorded.noise_model import NoiseModel, SensorRoles
+from hybrid.diagnosis.response.hypothesis import Hypothesis
+from hybrid.diagnosis.response.state_space import system_of
+from hybrid.diagnosis.response.system import System
+
+
+@dataclass(frozen=True, eq=False)
+class Forecasts:
+    """The scores of the structure as drawn, ``before``, and with what was found, ``after``; one recording as an
+    ``example``; ``roles``: which sensors are measured.
+    """
+
+    before: ForecastScore
+    after: ForecastScore
+    example: Example
+    roles: SensorRoles
+
+    @property
+    def scores(self) -> dict[str, dict[str, float | None]]:
+        """The NRMSE of both, of the measured and of the held-out channels (None without any)."""
+        own = list(self.roles.measured)
+        apart = [column for column, sensor in enumerate(self.roles.sensors) if sensor.role == "held_out"]
+        return {
+            name: {
+                "measured": float(found.nrmse[:, own].mean()),
+                "held_out": float(found.nrmse[:, apart].mean()) if apart else None,
+            }
+            for name, found in (("baseline", self.before), ("extended", self.after))
+        }
+
+    @property
+    def floor(self) -> float:
+        """The NRMSE that noise alone makes, mean over the measured channels."""
+        return float(self.after.floor[:, list(self.roles.measured)].mean())
+
+    @property
+    def reach_noise(self) -> bool:
+        """Whether what was found forecasts as well as the noise lets it, or nearly so, and leaves next to nothing."""
+        error = self.scores["extended"]["measured"] or 0.0
+        nearly = error <= NEAR * self.floor and self.unexplained < WHOLLY
+        return error <= (1 + MATERIAL) * self.floor or nearly
+
+    @property
+    def unexplained(self) -> float:
+        """The share of the drawn structure's wrong energy that is left."""
+        return share(self.after.excess, self.before.excess)
+
+
+@dataclass(frozen=True, eq=False)
+class FoundMotion:
+    """What was ``found`` of the motion, and its ``forecasts``, None where none are made."""
+
+    found: Found
+    forecasts: Forecasts | None
+
+    @classmethod
+    def of(cls, dataset: Dataset, drawn: NominalModel, found: Found) -> "FoundMotion":
+        """Return the motion with the forecasts of a dataset: see `forecasts_of`."""
+        return cls(found, forecasts_of(dataset, drawn, found))
+
+    @property
+    def is_at_noise(self) -> bool:
+        """Whether no cause could make forecasts better; without any, whether what the filter sees beside is usual."""
+        if self.forecasts is None:
+            return self.found.track.size <= DISCREPANCY.usual_size
+        return self.forecasts.reach_noise
+
+
+def forecasts_of(dataset: Dataset, drawn: NominalModel, found: Found) -> Forecasts | None:
+    """Return the forecasts of the recordings for testing by the ``drawn`` structure, and with what was ``found``; None
+    where there are none, or unknown forces drove them.
+    """
+    kept = [recording for recording in dataset.select("test") if not recording.is_driven]
+    if not kept:
+        return None
+    roles, train, test = _batches(dataset, found.measured)
+    before = Forecaster.of([_drawn(drawn, roles)], train, roles)
+    after = Forecaster.of(_systems(dataset, found, roles), train, roles)
+    shown = test[0].take([0])
+    return Forecasts(before.score(test), after.score(test), _example(shown, before, after), roles)
+
+
+def _batches(dataset: Dataset, measured: Measured) -> tuple[SensorRoles, tuple[Batch, ...], tuple[Batch, ...]]:
+    """Return what recordings show, and those for training and for testing with their noise, all channels of them."""
+    own = measured_columns(dataset)
+    usual, levels = noise_in(dataset, measured)
+    sensors = tuple(dataset.sensors[column] for column in own)
+    roles = SensorRoles(dataset.sensors, own, NoiseModel(sensors, dataset.sampling_rate, usual))
+    train, test = (
+        tuple(levels.beside(batch, own) for batch in batches_of(dataset, role)) for role in ("train", "test")
+    )
+    return roles, train, test
+
+
+def _drawn(nominal: NominalModel, roles: SensorRoles) -> System:
+    """Return the system of a structure as it was drawn."""
+    hypothesis = Hypothesis(nominal)
+    return system_of(hypothesis, hypothesis.centre[None], roles.outputs)
+
+
+def _systems(dataset: Dataset, found: Found, roles: SensorRoles) -> list[System]:
+    """Return a system for each state that recordings distinguish, its modes where recordings have them."""
+    nominal, law = found.measured.nominal, found.law
+    laws = [] if law is None else [force_along(nominal, law.candidate, law.theta)]
+    item = settled(found.track, laws)
+    numbers = [number for number, recording in enumerate(dataset.select("train")) for _ in recording.data]
+    states = {found.fit.claim.off(number): modes for number, modes in zip(numbers, item.expected.modes, strict=True)}
+    return [system_of_modes(modes.space, nominal, roles, law) for modes in states.values()]
+
+
+def _example(batch: Batch, before: Forecaster, after: Forecaster) -> Example:
+    """Return a recording as both forecast it."""
+    first, roles = shown_of(batch.samples), before.roles
+    rate = roles.noise_model.rate
+    drawn, extended = (own.forecast(batch)[0, first:] for own in (before, after))
+    omega = np.abs(np.linalg.eigvals(after.systems[0].A[0]))
+    frequencies = np.unique(np.round(omega / (2 * np.pi), 9))
+    measured = batch.recorded[0, first:]
+    return Example(batch.names[0], rate, first / rate, roles.sensors, measured, drawn, extended, frequencies)

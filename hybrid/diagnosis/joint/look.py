@@ -1,0 +1,97 @@
+"""The first look at recordings: their modes, and how far off the drawn structure is by them."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.stats import norm
+from threadpoolctl import threadpool_limits
+
+from fe_models.arrays import TINY
+from fe_models.errors import InputError
+from fe_models.recordings import Dataset
+from hybrid.diagnosis.config import DOOR, THREADS
+from hybrid.diagnosis.joint.measured_in_dataset import as_measured, measured_in
+from hybrid.diagnosis.modal.claim import Measured
+from hybrid.diagnosis.modal.config import CONCLUSION, FIT
+from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim
+from hybrid.diagnosis.modal.search import Search, null_fit
+from hybrid.diagnosis.nominal.any_model import with_parts_scaled
+
+
+@dataclass(frozen=True)
+class Look:
+    """A ``dataset`` with the modes ``measured`` in it, and the fit of the ``drawn`` structure to them, nominal values
+    alone as far off as the modes say; the names of the recordings that unknown forces drove, ``ambient``.
+    """
+
+    dataset: Dataset
+    measured: Measured
+    drawn: ModalFit
+    ambient: tuple[str, ...]
+
+    @property
+    def is_near(self) -> bool:
+        """Whether the structure may be as right as was stated, but for one place, and the same in all recordings."""
+        return len(surely_off(self.measured, self.drawn)) < DOOR.far_groups and not self._differ
+
+    @property
+    def _differ(self) -> bool:
+        """Whether an unknown change in some recordings is more probable than none."""
+        search = Search.of(self.measured, ())
+        return search.run_changes(self.drawn)[0].claim.changed != ()
+
+
+def look_at(dataset: Dataset, tell: Callable[[str], object]) -> Look:
+    """Return a dataset with its modes; ``tell`` hears what is done.
+
+    `InputError` where the dataset has no structure, or no recording shows a mode of it.
+    """
+    dataset = as_measured(dataset)
+    with threadpool_limits(THREADS.linear_algebra, "blas"):
+        tell("modes of the recordings")
+        measured, ambient = measured_in(dataset, tell)
+        tell("nominal values")
+        drawn = null_fit(measured)
+    if drawn is None or not len(drawn.pairs):
+        raise InputError("no recording shows a mode of this structure: check node numbers, directions and units")
+    return Look(dataset, measured, drawn, ambient)
+
+
+def rebased(dataset: Dataset, measured: Measured, null: ModalFit) -> tuple[Measured, ModalFit]:
+    """Return what was measured beside the structure with its parts as the null fit has them, and that fit anew.
+
+    Modes of the drawn structure are a poor basis for those of one that is off by a fifth.
+    """
+    for _ in range(FIT.max_rebased):
+        parts = len(measured.nominal.parts)
+        shift = null.theta[:parts]
+        if np.abs(shift).max(initial=0.0) < FIT.max_basis_shift:
+            break
+        nominal = with_parts_scaled(measured.nominal, dataset, np.exp(shift))
+        if len(nominal.spread) != len(measured.nominal.spread):
+            break  # other patterns are felt; the older basis serves
+        offset = measured.offset.copy()
+        offset[:parts] += shift
+        moved = replace(measured, nominal=nominal, offset=offset)
+        theta = null.theta.copy()
+        theta[:parts] = 0.0
+        again = fit_claim(moved, moved.null, theta, null.sizes)
+        if again is None or again.evidence < null.evidence:
+            break
+        measured, null = moved, again
+    return measured, null
+
+
+def surely_off(measured: Measured, fit: ModalFit) -> dict[int, float]:
+    """Return which of the nominal parts are off by more than is normal, by number, and how probable that is of each, by
+    its own uncertainty.
+    """
+    nominal, found = measured.nominal, dict[int, float]()
+    errors, total = np.sqrt(np.diag(fit.covariance)), fit.theta[: fit.nuisances] + measured.offset
+    for number, part in enumerate(nominal.parts):
+        beyond = abs(total[number]) - CONCLUSION.normal_sigma * nominal.spread[number]
+        surely = float(norm.cdf(beyond / max(errors[number], TINY)))
+        if surely >= CONCLUSION.min_probability and (part.elements or part.group):
+            found[number] = surely
+    return found
