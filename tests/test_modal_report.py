@@ -54,16 +54,10 @@ def test_a_changed_chain_far_from_its_drawing(file: Path, tmp_path: Path) -> Non
     assert "It acts in friday only." in answer.output
     assert (tmp_path / "summary.txt").read_text().strip() in answer.output
     assert (tmp_path / "what_is_wrong.png").stat().st_size > 10_000
+    assert (tmp_path / "modes.png").stat().st_size > 10_000
     extended = load_structure(tmp_path / "extended_model.toml")
     stiffness = [element.stiffness for element in extended.elements if isinstance(element, fe.Spring)]
     assert stiffness[1] / stiffness[0] == pytest.approx(1.15 / 0.85, rel=0.05)  # all of them together only modes' scale
-
-
-def test_modes_alone_train_nothing(file: Path, tmp_path: Path) -> None:
-    answer = CliRunner().invoke(app, ["diagnose", str(file), "--modes", "--hybrid", "--out", str(tmp_path / "new")])
-    assert answer.exit_code == 2
-    assert "--hybrid" in answer.output
-    assert not (tmp_path / "new").exists()
 
 
 TABLE = """
@@ -101,3 +95,9 @@ def test_a_table_of_modes_is_enough(tmp_path: Path) -> None:
     wanted = 0.7 if first["recordings"] == ["after"] else 1 / 0.7  # which of the two is as drawn, nobody knows
     assert factor["value"] == pytest.approx(wanted, abs=4 * factor["std"])
     assert len(report["states"]) == 2
+    trained = CliRunner().invoke(
+        app, ["diagnose", str(tmp_path / "modes.toml"), "--hybrid", "--out", str(tmp_path / "new")]
+    )
+    assert trained.exit_code == 2
+    assert "--hybrid" in trained.output
+    assert not (tmp_path / "new").exists()

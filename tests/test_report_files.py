@@ -23,8 +23,8 @@ from tests.hybrid_problems import chain_dataset
 @pytest.fixture
 def found(monkeypatch: pytest.MonkeyPatch) -> Diagnosis:
     """A diagnosis whose report, words and picture are its verdict."""
-    monkeypatch.setattr(report_files, "report_table", lambda found, gain: {"verdict": found.verdict, "gain": gain})
-    monkeypatch.setattr(report_files, "describe_diagnosis", lambda found, gain: f"{found.verdict}, gain {gain}")
+    monkeypatch.setattr(report_files, "answer_table", lambda found, gain: {"verdict": found.verdict, "gain": gain})
+    monkeypatch.setattr(report_files, "answer_in_words", lambda found, gain: f"{found.verdict}, gain {gain}")
     monkeypatch.setattr(report_files, "draw_example", lambda path, example: path.write_text(example))
     return cast(Diagnosis, SimpleNamespace(verdict="first", extended=four_dof(), example="first"))
 
@@ -80,7 +80,7 @@ def test_a_report_that_cannot_be_written_leaves_the_older_diagnosis(
 ) -> None:
     save_diagnosis(found, tmp_path)
     before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
-    monkeypatch.setattr(report_files, "describe_diagnosis", failing)
+    monkeypatch.setattr(report_files, "answer_in_words", failing)
     with pytest.raises(ZeroDivisionError):
         save_diagnosis(second(), tmp_path)
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before

@@ -119,6 +119,8 @@ def _is_far(cause: Cause, case: BlindCase) -> bool:
     one that it belongs to.
     """
     quantity = {StiffnessChange.kind: "stiffness", MassChange.kind: "mass"}.get(cause.kind)
+    if quantity is None or not case.factors:
+        return False
     drawn, elements = case.dataset.model, _elements(cause.location)
     if not isinstance(drawn, Structure) or not any(elements == set(part.elements) for part in uncertain_parts(drawn)):
         return False

@@ -38,7 +38,8 @@ def diagnose(
     A structure that is nearly right is held against every sample. Where a first look shows that it is not, or that it
     changed between recordings, the evidence is that of natural frequencies, damping ratios and shapes, and of how
     motion strays from them: that tells how far groups of elements are off, what changed, and which force law acts.
-    Recordings of wind and traffic, datasets of identified modes alone ([[modes]]), and matrices by groups are diagnosed so, too.
+    Recordings of wind and traffic, datasets of identified modes alone ([[modes]]) and matrices by groups are diagnosed
+    so, too.
 
     \b
     OUT/report.json          verdict, findings with probabilities and alternatives, scores

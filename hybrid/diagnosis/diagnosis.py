@@ -23,6 +23,8 @@ from hybrid.diagnosis.outcome.conclusion import Diagnosis
 from hybrid.diagnosis.series_diagnosis import diagnose_series
 from hybrid.diagnosis.stage_names import MODAL_STAGES, SERIES_STAGES
 
+LOOKED = MODAL_STAGES[:2]  # the stages of a first look
+
 
 def diagnose(dataset: Dataset, advance: Callable[[str], object] | None = None) -> Answer:
     """Return the diagnosis of a dataset; ``advance`` hears the name of each stage (`stage_names`) as it begins, and
@@ -37,25 +39,25 @@ def diagnose(dataset: Dataset, advance: Callable[[str], object] | None = None) -
 
 
 def _answer(dataset: Dataset, tell: Callable[[str], object]) -> Answer:
-    if _only_series_tell(dataset):
-        return _by_series(dataset, tell)
     if not _series_tell(dataset):
         return _by_modes(look_at(dataset, tell), tell)
+    if _only_series_tell(dataset):
+        return _by_series(dataset, tell)
     try:
         look = look_at(dataset, tell)
     except InputError:  # no mode is seen: the series say why, in their own words
-        return _by_series(dataset, tell)
+        return _by_series(dataset, tell, LOOKED[:1])
     if look.ambient:
         return _by_modes(look, tell)
     if look.measured.nominal.is_chain or look.is_near:  # of a chain the series take seconds
-        series = _by_series(dataset, tell)
+        series = _by_series(dataset, tell, LOOKED)
         return _better(series, _by_modes(look, tell)) if series.verdict.is_wanting else series
     modal = _by_modes(look, tell)
-    return modal if _is_settled(modal) or modal.is_far else _better(_by_series(dataset, tell), modal)
+    return modal if _is_settled(modal) or modal.is_far else _better(_by_series(dataset, tell, MODAL_STAGES), modal)
 
 
-def _by_series(dataset: Dataset, tell: Callable[[str], object]) -> Diagnosis:
-    _skip(MODAL_STAGES, tell)
+def _by_series(dataset: Dataset, tell: Callable[[str], object], done: tuple[str, ...] = ()) -> Diagnosis:
+    _skip(MODAL_STAGES[len(done) :], tell)
     return diagnose_series(dataset, tell)
 
 

@@ -9,7 +9,7 @@ from fe_models.arrays import FloatArray
 from fe_models.files.recording_checks import MIN_SAMPLES
 from fe_models.recordings import Dataset, Recording, Sensor
 from hybrid.diagnosis.fitting.config import FORECAST
-from hybrid.diagnosis.fitting.forecast_score import ForecastModel, ForecastScore, forecast
+from hybrid.diagnosis.fitting.forecast_score import ForecastModel, ForecastScore, forecast, joined
 from hybrid.diagnosis.fitting.least_squares import Fit, fit
 from hybrid.diagnosis.recorded.batches import Batch, batches_of
 from hybrid.diagnosis.recorded.noise_model import NoiseModel, SensorRoles
@@ -30,12 +30,7 @@ class Folds:
     def forecast(self, models: Sequence[ForecastModel], noise_model: NoiseModel) -> ForecastScore:
         """Return the scores of all recordings, those of each fold by its own of the ``models`` (fold,)."""
         roles = SensorRoles(self.sensors, self.measured, noise_model)
-        parts = [forecast(model, tests, roles) for model, tests in zip(models, self.tests, strict=True)]
-        nrmse, floor = (np.concatenate([getattr(part, word) for part in parts]) for word in ("nrmse", "floor"))
-        energy, floor_energy = (float(sum(getattr(part, w) for part in parts)) for w in ("energy", "floor_energy"))
-        return ForecastScore(
-            nrmse, floor, energy, floor_energy, float(np.hypot.reduce([part.chance for part in parts]))
-        )
+        return joined([forecast(model, tests, roles) for model, tests in zip(models, self.tests, strict=True)])
 
     def unseeing(self, item: Fit) -> tuple[Fit, ...]:
         """Return the fits of what a fit is of, each without the recordings of one fold."""

@@ -183,6 +183,13 @@ def summed(parts: Sequence[tuple[FloatArray, FloatArray, float, float, float]]) 
     return ForecastScore(nrmse, floor, energy, floor_energy, float(np.sqrt(variance)))
 
 
+def joined(parts: Sequence[ForecastScore]) -> ForecastScore:
+    """Return the score of all recordings of several scores, one behind the other."""
+    nrmse, floor = (np.concatenate([getattr(part, word) for part in parts]) for word in ("nrmse", "floor"))
+    energy, floor_energy = (float(sum(getattr(part, word) for part in parts)) for word in ("energy", "floor_energy"))
+    return ForecastScore(nrmse, floor, energy, floor_energy, float(np.hypot.reduce([part.chance for part in parts])))
+
+
 def predicted(model: ForecastModel, batch: Batch, roles: SensorRoles) -> FloatArray:
     """Return the channels (recording, time, sensor) forecast from the first fifth of the measured ones."""
     best: FloatArray | None = None

@@ -14,8 +14,9 @@ from hybrid.diagnosis.discrepancy.forecasting import Forecaster, system_of_modes
 from hybrid.diagnosis.discrepancy.law_fit import force_along
 from hybrid.diagnosis.discrepancy.recorded_motions import noise_in
 from hybrid.diagnosis.discrepancy.settling import settled
-from hybrid.diagnosis.fitting.forecast_score import ForecastScore, shown_of
-from hybrid.diagnosis.joint.found import Found
+from hybrid.diagnosis.fitting.config import FORECAST
+from hybrid.diagnosis.fitting.forecast_score import ForecastScore, joined, shown_of
+from hybrid.diagnosis.joint.found import Found, without_recordings
 from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.nominal.nominal_model import NominalModel
 from hybrid.diagnosis.observed.example import Example
@@ -91,17 +92,31 @@ class FoundMotion:
 
 
 def forecasts_of(dataset: Dataset, drawn: NominalModel, found: Found) -> Forecasts | None:
-    """Return the forecasts of the recordings for testing by the ``drawn`` structure, and with what was ``found``; None
-    where there are none, or unknown forces drove them.
+    """Return the forecasts of the recordings for testing by the ``drawn`` structure, and with what was ``found``;
+    without any, those of the recordings for training, each by what was fitted to others.
+
+    None where known forces drove them, or there is one alone.
     """
-    kept = [recording for recording in dataset.select("test") if not recording.is_driven]
-    if not kept:
+    if dataset.select("test"):
+        parts = [(dataset, found)]
+    else:
+        count = len(dataset.select("train"))
+        folds = min(FORECAST.max_folds, count) if count > 1 else 0
+        apart = [without_recordings(found, dataset, range(count)[number::folds]) for number in range(folds)]
+        parts = [part for part in apart if part is not None]
+    if not parts or any(recording.is_driven for recording in dataset.recordings):
         return None
+    each = [_forecasts(own, drawn, unseeing) for own, unseeing in parts]
+    before, after = joined([part.before for part in each]), joined([part.after for part in each])
+    return Forecasts(before, after, each[0].example, each[0].roles)
+
+
+def _forecasts(dataset: Dataset, drawn: NominalModel, found: Found) -> Forecasts:
+    """Return the forecasts of the recordings for testing."""
     roles, train, test = _batches(dataset, found.measured)
     before = Forecaster.of([_drawn(drawn, roles)], train, roles)
     after = Forecaster.of(_systems(dataset, found, roles), train, roles)
-    shown = test[0].take([0])
-    return Forecasts(before.score(test), after.score(test), _example(shown, before, after), roles)
+    return Forecasts(before.score(test), after.score(test), _example(test[0].take([0]), before, after), roles)
 
 
 def _batches(dataset: Dataset, measured: Measured) -> tuple[SensorRoles, tuple[Batch, ...], tuple[Batch, ...]]:

@@ -1,5 +1,6 @@
 """What was found, as it moves: the motion of all recordings by the best claim, and the law beside it."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from fe_models.recordings import Dataset
@@ -8,8 +9,9 @@ from hybrid.diagnosis.discrepancy.law_search import LawSearch
 from hybrid.diagnosis.discrepancy.recorded_motions import track_of
 from hybrid.diagnosis.discrepancy.settling import settled
 from hybrid.diagnosis.discrepancy.tracking import Track
+from hybrid.diagnosis.fitting.config import FORECAST
 from hybrid.diagnosis.modal.claim import Measured
-from hybrid.diagnosis.modal.evidence import ModalFit
+from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,3 +44,24 @@ def found_instead(dataset: Dataset, measured: Measured, best: ModalFit, law: Law
         return None
     again = settled_law(fit_law(item, measured.nominal, law.candidate, law.theta), measured.nominal)
     return Found(measured, best, again.track, again)
+
+
+def without_recordings(known: Found, dataset: Dataset, left_out: Sequence[int]) -> tuple[Dataset, Found] | None:
+    """Return the dataset with those of its recordings for training that are ``left_out``, by number, kept for testing,
+    and what was found fitted to the others alone; None where these do not have it.
+    """
+    train = dataset.select("train")
+    kept = [number for number in range(len(train)) if number not in left_out]
+    tested = (replace(own, role="test") if number in left_out else own for number, own in enumerate(train))
+    parted = replace(dataset, recordings=tuple(tested))
+    measured = replace(known.measured, recordings=tuple(known.measured.recordings[number] for number in kept))
+    claim, idle = known.fit.claim.within(kept)
+    theta = known.fit.theta[known.fit.claim.hypothesis.parameters_of(idle)]
+    fit = fit_claim(measured, claim, theta, known.fit.sizes, FORECAST.fold_iterations, errors_too=False)
+    item = None if fit is None else track_of(parted, measured, fit)
+    if fit is None or item is None:
+        return None
+    if known.law is None:
+        return parted, Found(measured, fit, item, None)
+    law = fit_law(item, measured.nominal, known.law.candidate, known.law.theta)
+    return parted, Found(measured, fit, law.track, law)

@@ -1,5 +1,6 @@
 """Claims about a structure, and what they are judged by: the nominal model and the modes of all recordings."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -31,6 +32,18 @@ class Claim:
         """Return the claim without one of its candidates."""
         acts = tuple(own for position, own in enumerate(self.acts) if position != number)
         return Claim(self.hypothesis.less((number,)), acts, self.changed)
+
+    def within(self, recordings: Sequence[int]) -> tuple["Claim", tuple[int, ...]]:
+        """Return the claim about some ``recordings`` alone, numbered anew, and the numbers of the candidates that act
+        in none of them.
+        """
+        idle = tuple(number for number, acts in enumerate(self.acts) if not set(acts) & set(recordings))
+        own = [acts for number, acts in enumerate(self.acts) if number not in idle]
+        acts, (changed,) = (
+            tuple(tuple(new for new, old in enumerate(recordings) if old in some) for some in several)
+            for several in (own, [self.changed])
+        )
+        return Claim(self.hypothesis.less(idle), acts, changed), idle
 
     @property
     def key(self) -> tuple[object, ...]:
