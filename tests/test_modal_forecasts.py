@@ -62,7 +62,7 @@ def test_a_structure_that_was_found_is_forecast_as_well_as_noise_lets_it(far: tu
     drawn = look_at(dataset, nothing).measured.nominal
     forecasts = forecasts_of(dataset, drawn, found)
     assert forecasts is not None
-    own = [recording.data[0] for recording in dataset.select("test")][0]
+    own = dataset.select("test")[0].data[0]
     rest = own[len(own) // 5 :]
     noise = 0.01 * own.std(axis=0) / np.ptp(rest, axis=0)
     assert forecasts.floor == pytest.approx(noise.mean(), rel=0.1)
