@@ -39,7 +39,7 @@ class LargeCase:
     rate: float = 12.0  # Hz
     seconds: float = 120.0
     noise: float = 0.01  # of each channel's standard deviation
-    modes: int = 24
+    modes: int = 10
     levels: int = 4  # two corners each, in x and y
 
 
@@ -84,7 +84,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=Path("runs/large_matrices"))
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--bays", type=int, default=LargeCase.bays)
+    parser.add_argument("--bays", type=int, default=LargeCase.bays, help="columns along a side")
     given = parser.parse_args()
     case = LargeCase(bays=given.bays)
     dataset = large_dataset(case, given.seed)
@@ -93,13 +93,15 @@ def main() -> None:
     print(f"{dataset.model.mass.shape[0]} degrees of freedom, {len(dataset.sensors)} sensors: {file}", flush=True)
     del dataset
     begun = time.perf_counter()
-    command = [sys.executable, "-m", "hybrid", "diagnose", str(file), "--out", str(given.out / "diagnosis"), "--quiet"]
-    subprocess.run(command, check=True)
+    arguments = ["diagnose", str(file), "--out", str(given.out / "diagnosis")]
+    call = f"from hybrid.commands.app import app; app({arguments!r})"
+    subprocess.run([sys.executable, "-c", call], check=True)
     minutes = (time.perf_counter() - begun) / 60
-    peak = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 2**20
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    peak, busy = used.ru_maxrss / 2**20, (used.ru_utime + used.ru_stime) / 60
     print((given.out / "diagnosis" / "summary.txt").read_text())
     print(f"hidden: {case.changed} at {case.factor} in the second recording")
-    print(f"{minutes:.1f} minutes, peak memory {peak:.2f} GiB")
+    print(f"{minutes:.1f} minutes, {busy:.1f} of them of one processor; peak memory {peak:.2f} GiB")
 
 
 if __name__ == "__main__":

@@ -44,7 +44,7 @@ class Drive:
         return np.asarray(self._course(np.asarray(time) * self.sampling_rate) @ self.pulls)
 
     def ground(self, time: FloatArray) -> FloatArray | None:
-        """Return displacement, velocity and acceleration of the base in x and y, (3, time, 2); None where it rests.
+        """Return displacement, velocity and acceleration of the base in x, y and z, (3, time, 3); None where it rests.
 
         At rest before the first sample.
         """
@@ -52,13 +52,14 @@ class Drive:
 
 
 def ground_motion(base: Sequence[BaseMotion], sampling_rate: float, time: FloatArray) -> FloatArray:
-    """Return displacement, velocity and acceleration in x and y, (3, time, 2), of a base that several motions move."""
+    """Return displacement, velocity and acceleration in x, y and z, (3, time, 3), of a base with several motions."""
     at, step = time * sampling_rate, 1 / sampling_rate
-    found = np.zeros((3, len(time), 2))
+    found = np.zeros((3, len(time), 3))
     for motion in base:
         velocity, displacement = motion.integrals()
         courses = step**2 * displacement(at), step * velocity(at), interpolant(motion.values)(at)
-        found += np.stack([np.outer(course, motion.along) for course in courses])
+        along = np.pad(motion.along, (0, 3 - len(motion.along)))
+        found += np.stack([np.outer(course, along) for course in courses])
     return found
 
 

@@ -5,15 +5,16 @@ from dataclasses import dataclass
 from fe_models.arrays import FloatArray
 from fe_models.dof_map import DofMap
 from fe_models.recordings import QUANTITIES, Quantity, Sensor
+from fe_models.structure import ROTATIONS, TRANSLATIONS
 
 
 @dataclass(frozen=True)
 class Response:
     """Motion about the state at rest, on equal steps of ``time`` (time,) in s.
 
-    ``displacement`` (m), ``velocity`` (m/s), ``acceleration`` (m/s^2), in rad for "rz": (time, dof), or
+    ``displacement`` (m), ``velocity`` (m/s), ``acceleration`` (m/s^2), in rad for rotations: (time, dof), or
     (realisation, time, dof) for many motions of one structure. Supports have their zeros. Where the base moves they are
-    relative to it; ``ground`` (3, time, 2): its own displacement, velocity and acceleration in x and y.
+    relative to it; ``ground`` (3, time, 3): its own displacement, velocity and acceleration in x, y and z.
     """
 
     time: FloatArray
@@ -36,6 +37,6 @@ class Response:
     def shown(self, sensor: Sensor) -> FloatArray:
         """Return what a sensor without fault shows, (..., time): the absolute motion, or that relative to the base."""
         relative = self.channel(sensor.node, sensor.direction, sensor.quantity)
-        if self.ground is None or sensor.reference == "base" or sensor.direction == "rz":
+        if self.ground is None or sensor.reference == "base" or sensor.direction in ROTATIONS:
             return relative
-        return relative + self.ground[QUANTITIES.index(sensor.quantity), :, "xy".index(sensor.direction)]
+        return relative + self.ground[QUANTITIES.index(sensor.quantity), :, TRANSLATIONS.index(sensor.direction)]

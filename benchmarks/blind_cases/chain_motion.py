@@ -106,7 +106,7 @@ def shown(motion: Response, sensor: Sensor, driving: tuple[Driving, ...], sampli
     if sensor.reference == "base" or not driving:
         return relative
     bases = [item.recorded(sampling_rate).base for item in driving]
-    ground = np.stack([ground_motion(base, sampling_rate, motion.time) for base in bases])  # (recording, 3, time, 2)
+    ground = np.stack([ground_motion(base, sampling_rate, motion.time) for base in bases])  # (recording, 3, time, 3)
     return np.asarray(relative + ground[:, QUANTITIES.index(sensor.quantity), :, 0])
 
 

@@ -59,12 +59,14 @@ def recordings_of(
 ) -> Callable[[], Dataset]:
     """Check the options on recordings, all at once, and return the simulation that they ask for."""
     if isinstance(subject, LinearModel):
-        raise InputError(f"{model} holds matrices only: recordings need a structure (.toml)")
+        from hybrid.commands.matrix_recordings import matrix_recordings  # it takes what is below
+
+        return matrix_recordings(subject, given, seed)
     if model == "four_dof":
         return _paper_chain(given, seed)
     faults = given.useless("cubic_stiffness", because="is for four_dof; write effects into the structure file")
     faults += given.useless("modal_model", because="is for four_dof; name it in your dataset's [simulation] instead")
-    sensors = _all_of(given.sensor or (), _sensor, faults)
+    sensors = all_of(given.sensor or (), sensor_of, faults)
     if model == "bridge" and not given.sensor:
         sensors = bridge_sensors(unit="m/s^2")
     elif not given.sensor:
@@ -108,10 +110,10 @@ def _frame(
 ) -> Callable[[], Dataset]:
     faults += given.useless("realisations", because="is for chains; a frame is pulled and released, repeat --pull")
     texts = given.pull or (BRIDGE_PULLS if model == "bridge" else ())
-    releases = _all_of(texts, _loads, faults)
+    releases = all_of(texts, loads_of_pull, faults)
     if not texts:
         faults.append("a frame needs something to let go: give --pull NODE:DIRECTION:FORCE, such as --pull 3:y:-10")
-    acquisition = _acquisition(given, 100.0, 30.0, faults)
+    acquisition = acquisition_of(given, 100.0, 30.0, faults)
     config = ReleaseConfig(
         duration=_either(given.duration, 20.0),
         sampling_rate=5 * acquisition.sampling_rate,
@@ -141,11 +143,11 @@ def _shaken(
     useless = ("pull", "realisations", "duration", "step", "gravity")
     faults += given.useless(*useless, because="goes not with --base, whose files say how long the motion is")
     text, unit = given.base_direction or "x", given.base_unit or SI_UNIT
-    direction = noting(faults, "--base-direction", _base_direction, text)
+    direction = noting(faults, "--base-direction", base_direction, text)
     if unit not in BASE_UNITS:
         faults.append(f"--base-unit {unit}: expected {' or '.join(BASE_UNITS)}")
-    courses = _all_of(given.base or (), _base_values, faults)
-    acquisition = _acquisition(given, 100.0, 0.0, faults)
+    courses = all_of(given.base or (), base_values, faults)
+    acquisition = acquisition_of(given, 100.0, 0.0, faults)
     raise_faults(faults)
     assert direction is not None  # else there were faults
     excitations = [(BaseMotion(direction, BASE_UNITS[unit] * values),) for values in courses]
@@ -153,7 +155,7 @@ def _shaken(
     return partial(driven_dataset, structure, excitations, sensors, acquisition, rng)
 
 
-def _base_direction(text: str) -> BaseDirection:
+def base_direction(text: str) -> BaseDirection:
     """Return the direction that a text means; `InputError` where it means none."""
     try:
         direction: object = float(text)
@@ -163,7 +165,7 @@ def _base_direction(text: str) -> BaseDirection:
     return direction  # type: ignore[return-value]  # it is one, or there was an error
 
 
-def _base_values(text: str) -> FloatArray:
+def base_values(text: str) -> FloatArray:
     """Return the values of FILE[:COLUMN]."""
     file, _, column = text.partition(":") if not Path(text).is_file() else (text, "", "")
     return load_force(Path(file), column or None)
@@ -192,7 +194,7 @@ def _chain(
     faults: list[str],
 ) -> Callable[[], Dataset]:
     faults += given.useless("pull", "gravity", because=f"is for frames; {model} is a chain, see --realisations")
-    acquisition = _acquisition(given, 10.0, 0.0, faults)
+    acquisition = acquisition_of(given, 10.0, 0.0, faults)
     config = FreeConfig(_either(given.duration, 50.0), acquisition.sampling_rate, given.step)
     raise_faults(faults + check_free(structure, sensors, acquisition))
     needed = free_step(linearise(structure))
@@ -201,7 +203,8 @@ def _chain(
     return partial(free_dataset, structure, given.realisations or 1000, sensors, acquisition, rng, config)
 
 
-def _acquisition(given: RecordingOptions, sampling_rate: float, lowpass: float, faults: list[str]) -> Acquisition:
+def acquisition_of(given: RecordingOptions, sampling_rate: float, lowpass: float, faults: list[str]) -> Acquisition:
+    """Return how recordings are made, with the usual rate and low-pass where none is asked for."""
     noise = noting(faults, "", _noise, given.noise) if given.noise else None
     lowpass = _either(given.lowpass, lowpass)
     usual = Acquisition.noise if noise is None else noise
@@ -234,13 +237,13 @@ def _either(wish: float | None, default: float) -> float:
     return default if wish is None else wish
 
 
-def _all_of(texts: Iterable[str], read: Callable[[str], Value], faults: list[str]) -> tuple[Value, ...]:
+def all_of(texts: Iterable[str], read: Callable[[str], Value], faults: list[str]) -> tuple[Value, ...]:
     """Return what ``read`` makes of each text, noting the faults of those it cannot read."""
     values = (noting(faults, "", read, text) for text in texts)
     return tuple(value for value in values if value is not None)
 
 
-def _loads(text: str) -> tuple[PointLoad, ...]:
+def loads_of_pull(text: str) -> tuple[PointLoad, ...]:
     """Return the loads of one release, NODE:DIRECTION:FORCE joined by +."""
     loads = []
     for part in text.split("+"):
@@ -252,7 +255,7 @@ def _loads(text: str) -> tuple[PointLoad, ...]:
     return tuple(loads)
 
 
-def _sensor(text: str) -> Sensor:
+def sensor_of(text: str) -> Sensor:
     """Return the sensor that NODE:DIRECTION[:QUANTITY[:held_out]] describes, named by it: "12:y" of acceleration."""
     parts = text.split(":")
     try:

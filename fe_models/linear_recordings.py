@@ -1,0 +1,161 @@
+"""Recordings of a linear model, of matrices say: let go from pulls, or with a base that moves, by its lowest modes.
+
+Released at rest from K u0 = f, each modal coordinate is q(t) = Re c exp(s t), s = omega (-xi + i sqrt(1 - xi^2)), with
+q(0) = phi^T f / omega^2 and q'(0) = 0. Under the motion of the base, q'' + 2 xi omega q' + omega^2 q = -phi^T M r a(t),
+exact for an acceleration that is linear between fine samples.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from scipy.signal import lsim
+
+from fe_models.arrays import FloatArray
+from fe_models.base_motion import BaseMotion, rigid_motion, unit_vector
+from fe_models.dof_map import DofMap
+from fe_models.drive import ground_motion
+from fe_models.errors import InputError, noting, raise_faults
+from fe_models.files.recording_checks import check_place, check_rates, check_sensor
+from fe_models.interpolant import interpolant
+from fe_models.linear import LinearModel, ModalModel
+from fe_models.measurement import measure, noise_faults
+from fe_models.modes import natural_modes
+from fe_models.recordings import Dataset, Recording, Sensor
+from fe_models.response import Response
+from fe_models.statics import PointLoad
+from fe_models.synthetic import OVERSAMPLING, Acquisition
+
+MOST_MODES = 60
+"""Modes that move at most: a large model has no end of them, and sensors show a few dozen."""
+NO_EFFECT = "the pull would do nothing"
+
+
+@dataclass(frozen=True)
+class _Scene:
+    """A model's ``modal`` model, the ``sensors`` and how recordings are made (``acquisition``)."""
+
+    model: LinearModel
+    modal: ModalModel
+    sensors: tuple[Sensor, ...]
+    acquisition: Acquisition
+
+    def response(self, time: FloatArray, motion: Sequence[FloatArray], ground: FloatArray | None = None) -> Response:
+        """Return the motion at the sensors, of displacement, velocity and acceleration (mode, time) each."""
+        places = list(dict.fromkeys((sensor.node, str(sensor.direction)) for sensor in self.sensors))
+        rows = [self.modal.dofs.row(*place) for place in places]
+        nodes, directions = zip(*places, strict=True)
+        dofs = DofMap(np.array(nodes), np.array(directions), np.ones(len(places), dtype=bool))
+        seen = self.modal.shapes[rows]  # (place, mode)
+        x, v, a = ((seen @ part).T for part in motion)
+        return Response(time, x, v, a, dofs, ground)
+
+    def recorded(self, response: Response, rng: np.random.Generator, start: float = 0.0) -> FloatArray:
+        """Return what the sensors record of it, (1, time, sensor)."""
+        how = self.acquisition
+        return measure(response, self.sensors, how.sampling_rate, rng, how.lowpass, how.noise, start)[None]
+
+
+def released_recordings(
+    model: LinearModel,
+    releases: Sequence[tuple[PointLoad, ...]],
+    sensors: tuple[Sensor, ...],
+    acquisition: Acquisition,
+    duration: float,
+    rng: np.random.Generator,
+) -> Dataset:
+    """Return one recording for each of the ``releases`` of pulls, ``duration`` (s) each; of several the last is for
+    testing. `InputError` with all faults.
+    """
+    raise_faults(check_linear(model, releases, sensors, acquisition))
+    if not releases:
+        raise InputError("there is nothing to release: give at least one pull")
+    scene = _scene(model, sensors, acquisition)
+    omega, ratio = scene.modal.omega, scene.modal.damping_ratio
+    time = _times(duration + acquisition.start, acquisition)
+    recordings = []
+    for number, pulls in enumerate(releases, start=1):
+        force = model.dofs.pull([(pull.node, pull.direction, pull.force) for pull in pulls])
+        first = scene.modal.shapes.T @ force / omega**2
+        root = omega * (-ratio + 1j * np.sqrt(1 - ratio**2))
+        begun = first * (1 - 1j * ratio / np.sqrt(1 - ratio**2))
+        turning = begun[:, None] * np.exp(np.outer(root, time))
+        motion = [np.real(turning * root[:, None] ** order) for order in range(3)]
+        data = scene.recorded(scene.response(time, motion), rng, acquisition.start)
+        recordings.append(Recording(f"release_{number}", data, _role(number, len(releases))))
+    return Dataset(model, acquisition.sampling_rate, sensors, tuple(recordings), acquisition.lowpass)
+
+
+def shaken_recordings(
+    model: LinearModel,
+    motions: Sequence[BaseMotion],
+    sensors: tuple[Sensor, ...],
+    acquisition: Acquisition,
+    rng: np.random.Generator,
+) -> Dataset:
+    """Return one recording from rest for each of the ``motions`` of the base, one value a sample; of several the last
+    is for testing. `InputError` with all faults.
+    """
+    faults = check_linear(model, (), sensors, acquisition)
+    for number, motion in enumerate(motions, start=1):
+        along = noting(faults, f"recording {number}", unit_vector, motion.direction)
+        if along is not None and not rigid_motion(model.dofs, along)[model.dofs.free].any():
+            faults.append(f"recording {number}: no node of this model moves in direction {motion.direction!r}")
+    raise_faults(faults)
+    scene = _scene(model, sensors, acquisition)
+    recordings = []
+    for number, motion in enumerate(motions, start=1):
+        rate = acquisition.sampling_rate
+        time = _times((len(motion.values) - 1) / rate, acquisition)
+        pushed = interpolant(motion.values)(time * rate)
+        carried = model.mass @ rigid_motion(model.dofs, motion.along)[model.dofs.free]
+        feed = -(scene.modal.shapes[model.dofs.free].T @ carried)  # (mode,)
+        ground = ground_motion((motion,), rate, time)
+        data = scene.recorded(scene.response(time, _driven(scene.modal, feed, pushed, time), ground), rng)
+        role = _role(number, len(motions))
+        recordings.append(Recording(f"driven_{number}", data, role, excitation="measured", base=(motion,)))
+    return Dataset(model, acquisition.sampling_rate, sensors, tuple(recordings), acquisition.lowpass)
+
+
+def check_linear(
+    model: LinearModel,
+    releases: Sequence[tuple[PointLoad, ...]],
+    sensors: tuple[Sensor, ...],
+    acquisition: Acquisition,
+) -> list[str]:
+    """Return the faults of what is to be simulated, before time is spent on it."""
+    faults = check_rates(acquisition.sampling_rate, acquisition.lowpass)
+    nodes = len(model.coordinates)
+    for sensor in sensors:
+        faults += [f"sensor {sensor.name!r}: {fault}" for fault in check_sensor(sensor, model.dofs, nodes)]
+    for pull in (pull for pulls in releases for pull in pulls):
+        faults += [f"pull: {fault}" for fault in check_place(pull.node, pull.direction, model.dofs, nodes, NO_EFFECT)]
+    return faults + noise_faults(acquisition.noise, sensors)
+
+
+def _scene(model: LinearModel, sensors: tuple[Sensor, ...], acquisition: Acquisition) -> _Scene:
+    """Return the scene with the modes that move: those in the band of the recordings, and some beyond."""
+    weighty = int(np.count_nonzero(model.mass.diagonal()))
+    return _Scene(model, natural_modes(model, min(MOST_MODES, weighty)), sensors, acquisition)
+
+
+def _times(duration: float, acquisition: Acquisition) -> FloatArray:
+    fine = OVERSAMPLING if acquisition.lowpass else 1
+    return np.arange(round(duration * acquisition.sampling_rate) * fine + 1) / (fine * acquisition.sampling_rate)
+
+
+def _driven(modal: ModalModel, feed: FloatArray, pushed: FloatArray, time: FloatArray) -> list[FloatArray]:
+    """Return displacement, velocity and acceleration (mode, time) of modes from rest under ``feed`` (mode,) times
+    ``pushed`` (time,).
+    """
+    found = []
+    for omega, ratio, own in zip(modal.omega, modal.damping_ratio, feed, strict=True):
+        A = np.array([[0.0, 1.0], [-(omega**2), -2 * ratio * omega]])
+        _, _, state = lsim((A, np.array([[0.0], [own]]), np.eye(2), np.zeros((2, 1))), pushed, time)
+        found.append([state[:, 0], state[:, 1], own * pushed + state @ A[1]])
+    return list(np.array(found).swapaxes(0, 1))
+
+
+def _role(number: int, count: int) -> Literal["train", "test"]:
+    return "test" if number == count > 1 else "train"
