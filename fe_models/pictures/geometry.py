@@ -14,7 +14,17 @@ from fe_models.dof_map import DofMap
 from fe_models.errors import InputError
 from fe_models.linear import LinearModel
 from fe_models.mesh import mesh
-from fe_models.structure import PLANE_FRAME, Beam, Cable, Direction, Structure, Support
+from fe_models.pictures.projection import on_sheet, translations
+from fe_models.structure import (
+    PLANE_FRAME,
+    ROTATIONS,
+    TRANSLATIONS,
+    Beam,
+    Cable,
+    Direction,
+    Structure,
+    Support,
+)
 
 CONNECTION = "stiffness between nodes"  # what is drawn of imported matrices, where no structure says what it is
 Kind = Literal["beam", "cable", "spring", "point"]
@@ -22,6 +32,7 @@ Kind = Literal["beam", "cable", "spring", "point"]
 STRAIGHT_SHARE = 1 / 120  # of the structure's size: pieces of a curve, of a dozen pixels, that look like it
 MAX_PIECES = 60  # of one beam: enough where it is as long as the structure and bends three times
 MAX_CONNECTIONS = 4  # a node, of imported matrices: frames and trusses have up to that, condensed matrices more
+MOST_THICK = 300  # lines of imported matrices: more are drawn thin, or hide one another
 DRAWN_SHARE = 0.08  # of the structure's size: a largest displacement that is plain to see and hides nothing
 
 
@@ -39,6 +50,7 @@ class Outline:
     """All that is drawn of a model: ``coordinates`` (node, 2) in m, its members, what holds it, its visible masses.
 
     ``grounded``: node row and direction of each spring to ground; ``masses``: node rows of the masses of a chain.
+    ``in_space``: whether ``coordinates`` are those on the sheet of a model in space (`projection`).
     """
 
     coordinates: FloatArray
@@ -47,6 +59,18 @@ class Outline:
     supports: tuple[Support, ...] = ()
     grounded: tuple[tuple[int, Direction], ...] = ()
     masses: tuple[int, ...] = ()
+    in_space: bool = False
+
+    @property
+    def bends(self) -> bool:
+        """Whether beams are drawn bent, by the rotations of their nodes; in space they are straight."""
+        return not self.in_space and bool((self.dofs.direction == "rz").any())
+
+    def along(self, direction: Direction) -> FloatArray:
+        """Return the unit vector (2,) of a translation on the sheet."""
+        axis = np.eye(3)[TRANSLATIONS.index(direction)]
+        drawn = on_sheet(axis) if self.in_space else axis[:2]
+        return np.asarray(drawn / np.linalg.norm(drawn))
 
     @property
     def size(self) -> float:
@@ -121,23 +145,27 @@ def _matrix_outline(model: LinearModel) -> Outline:
     entries = model.stiffness.tocoo()
     of_row = dofs.free_rows[np.stack(entries.coords, axis=1)][entries.data != 0]  # (entry, 2): degrees of freedom
     pairs = dofs.node[of_row] - 1
-    turning = (dofs.direction[of_row] == "rz").all(axis=1)
-    lines = np.unique(pairs[pairs[:, 0] < pairs[:, 1]], axis=0)
-    if 0 < len(lines) <= MAX_CONNECTIONS * len(rows):
+    turning = np.isin(dofs.direction[of_row], ROTATIONS).all(axis=1)
+    lines = np.unique(pairs[pairs[:, 0] < pairs[:, 1]], axis=0) if model.lines is None else model.lines - 1
+    if len(lines) and (model.lines is not None or len(lines) <= MAX_CONNECTIONS * len(rows)):
         code = np.array([len(rows), 1])  # one number a pair
-        bending = np.isin(lines @ code, pairs[turning] @ code)
+        bending = np.isin(np.sort(lines, axis=1) @ code, pairs[turning] @ code)
+        if model.lines is not None:
+            bending[:] = bool(np.isin(dofs.direction, ROTATIONS).any()) and len(lines) < MOST_THICK
         kinds: tuple[tuple[Kind, BoolArray], ...] = (("cable", ~bending), ("beam", bending))
         drawn = tuple(Group(CONNECTION, kind, lines[chosen]) for kind, chosen in kinds if chosen.any())
         groups = (*drawn, *groups)
+    if model.coordinates.shape[1] == 3:  # signs of supports are drawn in the plane
+        return Outline(on_sheet(model.coordinates), dofs, groups, in_space=True)
     return Outline(_spread(model.coordinates), dofs, groups, _held_nodes(dofs, len(rows)))
 
 
 def _held_nodes(dofs: DofMap, nodes: int) -> tuple[Support, ...]:
     """Return the supports that matrices show: directions marked as held, and nodes that have none at all."""
     carried = [direction for direction in PLANE_FRAME if direction in dofs.direction]
-    held = np.zeros((nodes, len(carried)), dtype=bool)
+    held, still = np.zeros((nodes, len(carried)), dtype=bool), ~dofs.moves
     for column, direction in enumerate(carried):
-        held[dofs.node[(dofs.direction == direction) & ~dofs.free] - 1, column] = True
+        held[dofs.node[(dofs.direction == direction) & still] - 1, column] = True
     held[np.setdiff1d(np.arange(nodes), dofs.node - 1)] = True
     return tuple(
         Support(int(row) + 1, tuple(direction for direction, fixed in zip(carried, held[row], strict=True) if fixed))
@@ -146,7 +174,10 @@ def _held_nodes(dofs: DofMap, nodes: int) -> tuple[Support, ...]:
 
 
 def nodal_motion(shape: Outline, displacement: FloatArray) -> FloatArray:
-    """Return ``displacement`` (dof,) as (node, 3): x, y, rz, zero where a node has no such degree of freedom."""
+    """Return ``displacement`` (dof,) as (node, 3): x, y, rz, zero where a node has no such degree of freedom.
+
+    Of a model in space across and up on the sheet, and no rotation.
+    """
     dofs = shape.dofs
     if displacement.shape != (len(dofs),) or not np.isfinite(displacement).all():
         raise InputError(
@@ -154,10 +185,18 @@ def nodal_motion(shape: Outline, displacement: FloatArray) -> FloatArray:
             f" give a finite number for each of the model's {len(dofs)} degrees of freedom, those at supports included."
         )
     motion = np.zeros((len(shape.coordinates), 3))
+    if shape.in_space:
+        motion[:, :2] = on_sheet(translations(dofs, displacement, len(motion)))
+        return motion
     for column, direction in enumerate(PLANE_FRAME):
         rows = dofs.direction == direction
         motion[dofs.node[rows] - 1, column] = displacement[rows]
     return motion
+
+
+def nodal_size(shape: Outline, displacement: FloatArray) -> FloatArray:
+    """Return how far each node moves (node,), in space, too, whatever is seen of it on the sheet."""
+    return np.linalg.norm(translations(shape.dofs, displacement, len(shape.coordinates)), axis=1)
 
 
 def bent(start: FloatArray, end: FloatArray, motion: FloatArray, points: int) -> FloatArray:
@@ -184,21 +223,23 @@ def bent(start: FloatArray, end: FloatArray, motion: FloatArray, points: int) ->
 def deformed_lines(shape: Outline, displacement: FloatArray, scale: float) -> tuple[Lines, ...]:
     """Return all members with ``displacement`` (dof,) drawn ``scale`` times as large; scale 0: the undeformed ones."""
     motion = nodal_motion(shape, displacement)
-    rotates = bool((shape.dofs.direction == "rz").any())
+    size = nodal_size(shape, displacement)
     result = []
     for group in shape.groups:
         start, end = shape.coordinates[group.ends[:, 0]], shape.coordinates[group.ends[:, 1]]
         ends_motion = motion[group.ends]  # (line, 2, 3)
         if group.kind == "point":
             points, moved = start[:, None], ends_motion[:, :1, :2]
-        elif group.kind == "beam" and rotates:
+        elif group.kind == "beam" and shape.bends:
             count = shape.pieces(group) + 1
             s = np.linspace(0.0, 1.0, count)[:, None]
             points = (1 - s) * start[:, None] + s * end[:, None]
             moved = bent(start, end, ends_motion, count)
         else:
             points, moved = np.stack([start, end], axis=1), ends_motion[:, :, :2]
-        result.append(Lines(group.name, group.kind, points + scale * moved, np.linalg.norm(moved, axis=-1)))
+        seen = np.linalg.norm(moved, axis=-1)
+        magnitude = size[group.ends][:, : seen.shape[1]] if shape.in_space else seen
+        result.append(Lines(group.name, group.kind, points + scale * moved, magnitude))
     return tuple(result)
 
 
@@ -206,8 +247,11 @@ def largest_displacement(shape: Outline, displacements: Iterable[FloatArray]) ->
     """Return the largest displacement anywhere on the members or at a node, over ``displacements`` (frame, dof)."""
     largest = 0.0
     for displacement in displacements:
-        nodal = np.linalg.norm(nodal_motion(shape, displacement)[:, :2], axis=1)
-        parts = [nodal, *(lines.magnitude.ravel() for lines in deformed_lines(shape, displacement, 0.0))]
+        nodal_motion(shape, displacement)  # is refused where it does not fit
+        parts = [
+            nodal_size(shape, displacement),
+            *(lines.magnitude.ravel() for lines in deformed_lines(shape, displacement, 0.0)),
+        ]
         largest = max(largest, float(np.concatenate(parts).max()))
     return largest
 

@@ -6,7 +6,7 @@ from fe_models.arrays import FloatArray
 from fe_models.pictures import symbols
 from fe_models.pictures.drawing import GREY, INK, LIGHT, PALE, Bytes, Color, Patch, disc, ramp, stroke
 from fe_models.pictures.figure import Figure, Panel, Shape, View
-from fe_models.pictures.geometry import Lines, Outline, deformed_lines, nodal_motion
+from fe_models.pictures.geometry import Lines, Outline, deformed_lines, nodal_motion, nodal_size
 from fe_models.structure import Direction
 
 BEAM_WIDTH = 8.0  # px
@@ -47,7 +47,7 @@ def _shape_patches(figure: Figure, view: View, shape: Shape) -> list[Patch]:
         patches.extend(_member_patches(figure, view, shape, lines, style))
     motion = nodal_motion(outline, shape.displacement)[:, :2]
     nodes = view(outline.coordinates + figure.scale * motion)
-    tint = _tint(figure, shape, np.linalg.norm(motion, axis=1))  # (node, 3)
+    tint = _tint(figure, shape, nodal_size(outline, shape.displacement))  # (node, 3)
     for node, direction in outline.grounded:
         red, green, blue = (int(value) for value in tint[node])
         patches.extend(ground_spring(outline, view, node, direction, nodes[node], shape.width, (red, green, blue)))

@@ -14,13 +14,12 @@ from fe_models.pictures.legend import Entry
 from fe_models.pictures.panels import mass_side
 from fe_models.pictures.sensor_names import HELD_OUT_COLOR, LINE_HEIGHT, MEASURED_COLOR, NAME_SIZE
 from fe_models.recordings import Sensor
-from fe_models.structure import Direction
+from fe_models.structure import ROTATIONS, Direction
 
 ARROW_LENGTH = 50.0  # px, of an arrow
 NODE_CLEARANCE = 9.0  # px, between a node and the arrow
 MEMBER_CLEARANCE = 16.0  # px, from a member along which the arrow would lie
 TURN_RADIUS = 20.0  # px, of the arrow that turns
-AXES: dict[Direction, FloatArray] = {"x": np.array([1.0, 0.0]), "y": np.array([0.0, 1.0])}
 
 
 @dataclass(frozen=True)
@@ -36,7 +35,7 @@ class SensorArrow:
     @property
     def points(self) -> FloatArray:
         """Points (point, 2) px that other labels are kept off."""
-        if self.direction == "rz":
+        if self.direction in ROTATIONS:
             angle = np.linspace(0, 2 * np.pi, 16)
             return np.asarray(self.tail + TURN_RADIUS * np.stack([np.cos(angle), np.sin(angle)], axis=1))
         return np.asarray(self.tail + np.linspace(0, 1, 8)[:, None] * (self.tip - self.tail))
@@ -59,11 +58,11 @@ def arrows_of(sensors: tuple[Sensor, ...], outline: Outline, view: View, lines: 
     arrows = []
     for (node, direction), own in together.items():
         at = view(outline.coordinates[node])
-        if direction == "rz":
+        if direction in ROTATIONS:
             tail, tip, sides, clear = at, at, "rlab", TURN_RADIUS + 4
         else:
-            tail, tip = _freest(at, AXES[direction], outline, view, lines)
-            sides, clear = ("arl" if outline.masses or direction == "y" else "rab"), 5.0
+            tail, tip = _freest(at, outline.along(direction), outline, view, lines)
+            sides, clear = ("arl" if outline.masses or direction in ("y", "z") else "rab"), 5.0
             if np.linalg.norm(tip - at) < np.linalg.norm(tail - at):  # it points at its node: the name is at its tail
                 sides = {"rab": "lab", "arl": "brl"}[sides]
         end = tail if np.linalg.norm(tip - at) < np.linalg.norm(tail - at) else tip
@@ -76,7 +75,7 @@ def arrows_of(sensors: tuple[Sensor, ...], outline: Outline, view: View, lines: 
 def arrow_patches(arrow: SensorArrow) -> list[Patch]:
     """Return what is drawn of an arrow; orange where all its sensors are held out."""
     color = HELD_OUT_COLOR if all(sensor.role == "held_out" for sensor in arrow.sensors) else MEASURED_COLOR
-    if arrow.direction == "rz":
+    if arrow.direction in ROTATIONS:
         return symbols.turn(arrow.tail, TURN_RADIUS, color)
     return symbols.arrow(arrow.tail, arrow.tip, color)
 

@@ -8,6 +8,7 @@ import numpy as np
 from fe_models.arrays import BoolArray, FloatArray
 from fe_models.linear import LinearModel
 from fe_models.pictures import symbols
+from fe_models.pictures.axes import draw_axes
 from fe_models.pictures.drawing import GREY, INK, WHITE, Color, Patch, Picture, Text, disc, polygon, stroke
 from fe_models.pictures.effect_marks import elsewhere, mark_entries, marks_of
 from fe_models.pictures.figure import MARGIN, View
@@ -42,6 +43,7 @@ BEAM_COLOR: Color = (205, 205, 205)  # of beams with edges
 ELEMENT_COLOR: Color = (0, 70, 160)  # of elements' numbers, which stand in boxes besides: distinguished in grey, too
 WIDTHS = (1600, 2200, 3000, 4000)  # px
 MAX_HEIGHT_SHARE = 0.68  # of a picture's width: how high the structure is drawn at most
+MOST_NUMBERED = 300  # nodes of matrices: of more, those with sensors have numbers alone
 MAX_LEADER_SHARE = 0.02  # of the numbers that a line joins to their places, where a larger picture has room for fewer
 GRID_SPACING = 5.0  # px between the points by which numbers are kept off supports
 MAX_PLACINGS = 3  # of placing numbers, those first that found no room the time before
@@ -201,6 +203,8 @@ def _spirals(shape: Outline, view: View) -> list[FloatArray]:
 def _numbered(model: Structure | LinearModel, shape: Outline, sensors: tuple[Sensor, ...]) -> list[int]:
     """Return the rows of the nodes that have numbers on the drawing: those of the file, and inner ones with sensors."""
     count = len(model.nodes) if isinstance(model, Structure) else len(shape.coordinates)
+    if isinstance(model, LinearModel) and count > MOST_NUMBERED:
+        return sorted({sensor.node - 1 for sensor in sensors})
     return [*range(count), *sorted({sensor.node - 1 for sensor in sensors if sensor.node > count})]
 
 
@@ -270,7 +274,7 @@ def _sheet(
     rows, patches, texts = legend_rows(_entries(model, shape, lines, sensors), width)
     base = float(MARGIN + ROW_HEIGHT * rows)
     length_scale(width, factor, base + 40, patches, texts)
-    _axes(np.array([MARGIN + 12.0, base + 22.0]), patches, texts)
+    draw_axes(shape, np.array([MARGIN + 12.0, base + 22.0]), patches, texts)
     foot = base + BAR_HEIGHT + ROW_GAP
     spare = width - 2 * MARGIN - (drawn.high[0] - drawn.low[0])
     shift = np.array([MARGIN + spare / 2, foot]) - drawn.low
@@ -288,7 +292,7 @@ def _sheet(
 
 def _note(model: Structure | LinearModel, shape: Outline, left_out: tuple[Number, ...]) -> str:
     """Return what the model has, how large it is, and what the drawing leaves out."""
-    across, up = np.ptp(shape.coordinates, axis=0)
+    across, *up = np.ptp(model.coordinates if shape.in_space else shape.coordinates, axis=0)  # type: ignore[union-attr]
     if isinstance(model, LinearModel):
         parts = [f"{len(shape.coordinates)} nodes, {model.dofs.free.sum()} free degrees of freedom"]
     else:
@@ -299,7 +303,10 @@ def _note(model: Structure | LinearModel, shape: Outline, left_out: tuple[Number
         parts = [f"{len(model.nodes)} nodes, {len(model.elements)} elements ({words})"]
         if model.divisions > 1:
             parts.append(f"each beam in {model.divisions} finite elements")
-    parts.append(f"{across:.4g} m wide" + (f", {up:.4g} m high" if up else ""))
+    if shape.in_space:
+        parts.append(" x ".join(f"{extent:.4g}" for extent in (across, *up)) + " m")
+    else:
+        parts.append(f"{across:.4g} m wide" + (f", {up[0]:.4g} m high" if up[0] else ""))
     besides = elsewhere(model) if isinstance(model, Structure) else []
     if besides:
         parts.append(f"with {', '.join(besides)}")
@@ -308,14 +315,6 @@ def _note(model: Structure | LinearModel, shape: Outline, left_out: tuple[Number
         words = " and ".join(f"{count} {kind}s" for count, kind in kinds_out if count)
         parts.append(f"no room for the numbers of {words}")
     return "; ".join(parts)
-
-
-def _axes(at: FloatArray, patches: list[Patch], texts: list[Text]) -> None:
-    """Add the directions x and y, from ``at`` (2,) px."""
-    for direction, way in (("x", np.array([1.0, 0.0])), ("y", np.array([0.0, 1.0]))):
-        patches.extend(symbols.arrow(at, at + 42 * way, INK, 2.0))
-        x, y = (at + 54 * way).tolist()
-        texts.append(Text(direction, x, y, 19, align="center"))
 
 
 def _entries(
