@@ -59,9 +59,7 @@ def recordings_of(
 ) -> Callable[[], Dataset]:
     """Check the options on recordings, all at once, and return the simulation that they ask for."""
     if isinstance(subject, LinearModel):
-        from hybrid.commands.matrix_recordings import matrix_recordings  # it takes what is below
-
-        return matrix_recordings(subject, given, seed)
+        raise InputError(f"{model} holds matrices only: recordings need a structure (.toml)")
     if model == "four_dof":
         return _paper_chain(given, seed)
     faults = given.useless("cubic_stiffness", because="is for four_dof; write effects into the structure file")
