@@ -97,4 +97,4 @@ def test_hybrid_and_bare_matrices_are_refused(tmp_path: Path) -> None:
     bare = save_dataset(fe.Dataset(replace(model, groups=()), RATE, SENSORS, (data,)), tmp_path / "bare")
     answer = CliRunner().invoke(app, ["diagnose", str(bare), "--out", str(tmp_path / "out")])
     assert answer.exit_code == 2
-    assert "name no groups of elements" in answer.output
+    assert "these name no groups of elements" in answer.output

@@ -137,5 +137,5 @@ def test_equal_frequencies_are_parted_by_less_than_a_model_knows() -> None:
 def test_matrices_without_groups_are_refused_with_the_remedy() -> None:
     bare = replace(matrices_of(chain()), groups=())
     data = Recording("r", np.random.default_rng(0).standard_normal((1, 200, 5)))
-    with pytest.raises(InputError, match="the matrices name no groups of elements"):
+    with pytest.raises(InputError, match=r"these name no groups of elements: give the groups' shares"):
         any_nominal_model_of(Dataset(bare, 50.0, SENSORS, (data,)))

@@ -23,8 +23,8 @@ from hybrid.diagnosis.nominal.nominal_model import NominalModel
 from hybrid.diagnosis.nominal.scatter import NO_SCATTER
 
 NO_GROUPS = (
-    "model: the matrices name no groups of elements, so that nothing says where a stiffness or a mass may be off: give"
-    " the groups' shares of K and M (docs/matrices_file.md), or a structure file"
+    "model: bare matrices say nothing of springs, beams and supports, where causes sit, and these name no groups of"
+    " elements: give the groups' shares of K and M (docs/matrices_file.md), or a structure file"
 )
 
 
