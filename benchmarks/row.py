@@ -9,6 +9,7 @@ class Section(Enum):
     """A part of the benchmark's table."""
 
     CHAIN = "chain"
+    LOADS = "loads"
     SPEED = "speed"
     COST = "cost"
     ABLATIONS = "ablations"

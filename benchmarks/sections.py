@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import torch
 
-from benchmarks import ablations, bridge, chain, cost, speed
+from benchmarks import ablations, bridge, chain, cost, loaded_chain, speed
 from benchmarks.row import Row, Section, table
 from fe_models.built_in.four_dof import four_dof
 from fe_models.dofs import structure_dofs
@@ -19,6 +19,8 @@ from hybrid.config import experts_preset, places_preset
 
 STIFFNESSES = (0.0, 0.5, 1.0)  # k_n of the paper, N/m^3
 QUICK_STIFFNESSES = (1.0,)
+LOADED_STIFFNESS = 1.0  # likewise, under known loads
+QUICK_LOADED_MOTIONS = 20
 QUICK_MOTIONS = 120  # of which 24 are for testing, where the paper has 1000 and 200
 QUICK_EPOCHS = 2  # of what is trained by gradients
 QUICK_ABLATIONS = 60  # motions, a fifth of them for testing
@@ -35,6 +37,7 @@ def run_sections(
     found: list[Row] = []
     sections: dict[Section, Callable[[], list[Row]]] = {
         Section.CHAIN: lambda: chain_rows(modal, quick),
+        Section.LOADS: lambda: loaded_rows(modal, quick),
         Section.SPEED: lambda: speed.rows(modal),
         Section.COST: lambda: cost_rows(out, quick),
         Section.ABLATIONS: lambda: ablation_rows(modal, quick),
@@ -63,6 +66,13 @@ def chain_rows(modal: ModalModel, quick: bool) -> list[Row]:
             motions = QUICK_MOTIONS if quick else chain.MOTIONS
             found += chain.rows(chain.score_chain(stiffness, modal, config, bar.update, motions))
     return found
+
+
+def loaded_rows(modal: ModalModel, quick: bool) -> list[Row]:
+    """Return accuracy under known random loads."""
+    config, motions = places_preset(), QUICK_LOADED_MOTIONS if quick else loaded_chain.MOTIONS
+    with progress_bar("Chain under loads", motions + config.training.epochs, "step") as bar:
+        return loaded_chain.rows(loaded_chain.score_loaded_chain(LOADED_STIFFNESS, modal, config, motions, bar.update))
 
 
 def cost_rows(out: Path, quick: bool) -> list[Row]:

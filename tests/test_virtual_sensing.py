@@ -25,6 +25,7 @@ from hybrid.neural_modal_ode.model import NeuralModalODE
 from hybrid.neural_modal_ode.residuals.free_residual import NoResidual
 from hybrid.neural_modal_ode.scaling import StateScale
 from hybrid.notebook.trained import load_trained
+from hybrid.training.expert_preparation import prepare_experts
 from hybrid.training.results import write_results
 from hybrid.training.run import begin
 from hybrid.training.summary import describe
@@ -155,6 +156,16 @@ def test_a_model_that_has_the_force_law_is_more_probable_and_nearer() -> None:
     errors, inside = field_errors(with_law, motion, modal)
     assert errors.max() < 0.8 * field_errors(without, motion, modal)[0].max()
     assert inside.mean() > 0.8
+
+
+@pytest.mark.usefixtures("_double")
+def test_of_experts_the_one_under_which_a_record_is_most_probable_says_how_it_moved() -> None:
+    dataset = chain_dataset(realisations=8)
+    config = Config(replace(TINY.model, experts=True), replace(TINY.training, window=60, stride=5))
+    model, data = prepare_experts(dataset, config).model, recorded(ambient_motion(off_chain(), 200, 6))
+    found, members = sense(model, data), [sense(member, data) for member in model.members]
+    assert len(members) == 2
+    assert found.log_likelihood == max(member.log_likelihood for member in members)
 
 
 @pytest.mark.usefixtures("_double")
