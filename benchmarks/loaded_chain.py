@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
@@ -14,7 +15,8 @@ from fe_models.built_in.four_dof import four_dof
 from fe_models.drive import drive_of
 from fe_models.linear import ModalModel
 from fe_models.progress import nothing
-from fe_models.recordings import Assumptions, Dataset, Load, Recording, Sensor
+from fe_models.recordings import Assumptions, Dataset, Load, Recording
+from fe_models.simulated_recordings import sensor_at
 from fe_models.simulation import simulate_driven
 from hybrid.config import Config
 from hybrid.estimation.uncertainty import coverage, set_relative_error
@@ -51,13 +53,9 @@ def loaded_dataset(
 ) -> tuple[Dataset, FloatArray]:
     """Return motions under two random loads, simulated in Exudyn, and those for testing without noise."""
     truth, rng = four_dof(cubic_stiffness), np.random.default_rng(0)
-    letters = {"x": "displacement", "v": "velocity", "a": "acceleration"}
-    units = {"x": "m", "v": "m/s", "a": "m/s^2"}
     sensors = tuple(
-        Sensor(name, node, "x", letters[letter], units[letter], "measured" if name in MEASURED else "held_out")  # type: ignore[arg-type]
-        for letter in letters
-        for node in range(1, 5)
-        for name in [f"{letter}{node}"]
+        sensor_at(name, truth) if name in MEASURED else replace(sensor_at(name, truth), role="held_out")
+        for name in (f"{letter}{node}" for letter in "xva" for node in range(1, 5))
     )
     low = butter(3, CUTOFF, fs=RATE, output="sos")
     recordings, trained = list[Recording](), round(0.8 * motions)
@@ -67,8 +65,8 @@ def loaded_dataset(
         loads = tuple(Load(node, "x", course) for node, course in zip(LOADED, values.T, strict=True))
         response = simulate_driven(truth, drive_of(truth, loads, RATE), progress=False)
         data = np.column_stack([response.shown(sensor) for sensor in sensors])[None]
-        role = "train" if number < trained else "test"
-        recordings.append(Recording(f"motion {number}", data, role, loads).part(BEGIN))  # type: ignore[arg-type]
+        role: Literal["train", "test"] = "train" if number < trained else "test"
+        recordings.append(Recording(f"motion {number}", data, role, loads).part(BEGIN))
         advance()
     clean = np.concatenate([recording.data for recording in recordings])
     noisy = clean + NOISE * clean.std() * rng.standard_normal(clean.shape)
