@@ -39,6 +39,7 @@ class LawFitConfig:
     refined: int = 3  # ... and of these with their own motion
     neighbours: int = 4  # of the best law's place that are tried beside it, ...
     moves: int = 3  # ... as often as one of them is better
+    settled: int = 2  # of all, the best and its rival, whose modes are moved to where the recordings have them
 
 
 @dataclass(frozen=True)

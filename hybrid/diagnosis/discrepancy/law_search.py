@@ -92,7 +92,7 @@ def search_laws(item: Track, measured: Measured) -> LawSearch:
         fits += more
         if not more or max(map(score, more)) <= score(best):
             break
-    best_fits = sorted(fits, key=lambda fit: -score(fit))[: LAW_FIT.refined]
+    best_fits = sorted(fits, key=lambda fit: -score(fit))[: LAW_FIT.settled]
     moved = parallel_map(lambda fit: settled_law(fit, nominal), best_fits)
     kept = {fit.candidate.key for fit in best_fits}
     return _concluded(item, nominal, [*moved, *(fit for fit in fits if fit.candidate.key not in kept)], odds)

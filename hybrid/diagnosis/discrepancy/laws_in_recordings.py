@@ -35,8 +35,13 @@ def laws_in(
     First in the place of all other causes: beside the structure as it was ``drawn``, its values as exact as was stated,
     or as the modes have it, ``found``, whichever follows the recordings better; a strong law bends the modes and leads
     nominal values astray. Where the ``best`` claim of all modes, with its log ``odds`` beforehand, follows them better
-    still, only what it leaves is asked for a law.
+    still, only what it leaves is asked for a law; so it is where that claim is of some recordings alone: a law of all
+    does not tell these apart.
     """
+    claim, every = best.claimed.fit.claim, set(range(len(found[0].recordings)))
+    beside = any(set(acts) < every for acts in (*claim.acts, claim.changed) if acts)
+    if beside or (claim.hypothesis.candidates and best.size <= DISCREPANCY.usual_size):
+        return replace(_searched(best, found[0]), replaces_causes=False)
     measured, fit = drawn
     as_drawn = replace(fit, claim=measured.null, theta=-measured.offset)
     bare = [
@@ -44,8 +49,7 @@ def laws_in(
         (track_of(dataset, *found), found[0]),
     ]
     known = [(item, own) for item, own in bare if item is not None]
-    claim = best.claimed.fit.claim
-    if not known or (claim.hypothesis.candidates and best.size <= DISCREPANCY.usual_size):
+    if not known:
         return replace(_searched(best, found[0]), replaces_causes=False)
     instead = _searched(*max(known, key=lambda pair: pair[0].evidence))
     if not claim.hypothesis.candidates or instead.log_evidence > best.evidence + odds:

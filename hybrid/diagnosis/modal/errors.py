@@ -50,6 +50,13 @@ class ErrorSizes:
         return -0.5 * float(np.sum(((np.log(self.values) - _MEDIANS) / _SPREADS) ** 2))
 
     @property
+    def are_usual(self) -> bool:
+        """Whether a model whose values are all right may have such errors: none is larger than is usual."""
+        usual = ErrorSizes()
+        names = [name + end for name in QUANTITIES for end in ("", "_varies")]
+        return all(getattr(self, name) <= getattr(usual, name) for name in names)
+
+    @property
     def values(self) -> FloatArray:
         """All sizes (size,), in order."""
         return np.array([getattr(self, item.name) for item in fields(self)])

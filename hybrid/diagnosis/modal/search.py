@@ -2,7 +2,8 @@
 
 Begun with nothing wrong and with an unknown change in some recordings. In each round every cause that is not yet in a
 claim is scanned beside the best claims (`scan`), the most promising are fitted, and the best go on to the next round.
-At last each cause of the best claim is taken out, and others are sought in its place.
+No further cause is sought where a claim leaves no more than models that are right do. At last causes of the best claim
+are taken out, and others are sought in their place.
 """
 
 from collections.abc import Callable, Sequence
@@ -105,7 +106,7 @@ class Search:
             before = self.score(self.ranked(fits)[0])
             fits += self._extended(frontier)
             frontier = [item for item in self.ranked(fits) if len(item.claim.acts) == number + 1][: SCAN.kept]
-            if not frontier or self.score(frontier[0]) <= before + SCAN.min_gain:
+            if not frontier or self.score(frontier[0]) <= before + SCAN.min_gain or frontier[0].sizes.are_usual:
                 break
         tell("other causes in their place")
         fits += self._replaced(self.ranked(fits)[0])
