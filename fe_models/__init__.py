@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from fe_models.causes import ModalDamping as ModalDamping
     from fe_models.causes import PointDamper as PointDamper
     from fe_models.causes import QuadraticDamper as QuadraticDamper
+    from fe_models.causes import QuadraticSpring as QuadraticSpring
     from fe_models.causes import SlackCable as SlackCable
     from fe_models.causes import StiffnessChange as StiffnessChange
     from fe_models.causes import SupportSpring as SupportSpring
@@ -86,6 +87,7 @@ _HOMES = {
         "ModalDamping",
         "PointDamper",
         "QuadraticDamper",
+        "QuadraticSpring",
         "SlackCable",
         "StiffnessChange",
         "SupportSpring",

@@ -286,5 +286,5 @@ def test_every_cause_of_the_list_is_drawn_or_left_out_for_a_reason() -> None:
         assert set(kinds) <= sizes.keys()
     for excitation in get_args(Excitation):
         assert set(kinds_of("four_dof", excitation)) <= registered & chain.SIZES.keys()
-    assert set(kinds_of("four_dof", "measured")) - set(KINDS) == {"load_gain", "load_delay"}
+    assert set(kinds_of("four_dof", "measured")) - set(KINDS) == {"load_gain", "load_delay", "quadratic_spring"}
     assert not NOT_DRAWN.keys() - (registered - set(KINDS))  # no reason without a cause that is left out

@@ -17,6 +17,7 @@ from fe_models.causes import (
     ModalDamping,
     PointDamper,
     QuadraticDamper,
+    QuadraticSpring,
     SlackCable,
     StiffnessChange,
     SupportSpring,
@@ -64,6 +65,7 @@ LINEAR: list[tuple[Effect, list[float]]] = [
 LAWS: list[tuple[Effect, list[float], float]] = [  # the last number: largest error over the largest value
     (CubicSpring((1,), "x", 0.5), [0.5], 2e-4),
     (QuadraticDamper((3, 4), "x", 0.3), [0.3], 2e-4),
+    (QuadraticSpring((2, 3), "x", 0.3), [0.3], 2e-4),
     (GapStop((2,), "x", 0.5, 2.0, 1), [2.0, 0.5], 5e-3),  # its stiffness jumps between samples
     (SlackCable(3, 0.8), [0.8], 5e-3),
 ]

@@ -26,6 +26,7 @@ from fe_models.causes import (
     ModalDamping,
     PointDamper,
     QuadraticDamper,
+    QuadraticSpring,
     SensorDelay,
     SensorDrift,
     SensorGain,
@@ -56,6 +57,7 @@ WORDS: list[tuple[Cause, dict[str, object], dict[str, tuple[object, str]]]] = [
     (QuadraticDamper((3,), "y", 2.0), {"node": 3, "direction": "y"}, {"coefficient": (2.0, "N s^2/m^2")}),
     (CoulombFriction((3,), "x", 0.5, 2e-3), {"node": 3, "direction": "x"}, {"force": (0.5, "N")}),
     (CubicSpring((3,), "y", -2.0), {"node": 3, "direction": "y"}, {"stiffness": (-2.0, "N/m^3")}),
+    (QuadraticSpring((3,), "y", -2.0), {"node": 3, "direction": "y"}, {"stiffness": (-2.0, "N/m^2")}),
     (
         GapStop((3, 5), "y", 1e-3, 1e5, -1),
         {"nodes": [3, 5], "direction": "y"},
@@ -92,7 +94,7 @@ def test_words_and_units_are_the_contract_s(
 def test_every_kind_has_an_example_here() -> None:
     assert {cause.kind for cause, _, _ in WORDS} == set(CAUSES)
     assert {effect.kind for effect in EXAMPLES} == set(known_effects())
-    assert len(CAUSES) == 21
+    assert len(CAUSES) == 22
 
 
 def test_all_effects_together_come_back_equal(tmp_path: Path) -> None:
@@ -131,6 +133,7 @@ effects = st.one_of(
     st.builds(QuadraticDamper, pairs, directions, sizes),
     st.builds(CoulombFriction, pairs, directions, sizes, st.floats(1e-9, 1e9)),
     st.builds(CubicSpring, pairs, directions, numbers),
+    st.builds(QuadraticSpring, pairs, directions, numbers),
     st.builds(GapStop, pairs, directions, sizes, sizes, st.sampled_from([1, -1])),
     st.builds(SlackCable, st.integers(53, 60), sizes),
     st.builds(HarmonicForce, nodes, directions, numbers, st.floats(1e-9, 1e9), numbers),

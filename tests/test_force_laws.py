@@ -11,7 +11,16 @@ from scipy.optimize import brentq
 from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
 from fe_models.built_in.four_dof import four_dof
-from fe_models.causes import CoulombFriction, CubicSpring, Effect, GapStop, HarmonicForce, QuadraticDamper, SlackCable
+from fe_models.causes import (
+    CoulombFriction,
+    CubicSpring,
+    Effect,
+    GapStop,
+    HarmonicForce,
+    QuadraticDamper,
+    QuadraticSpring,
+    SlackCable,
+)
 from fe_models.causes.laws import force_laws
 from fe_models.causes.slack_cable import SlackLaw
 from fe_models.damping import full_damping
@@ -27,6 +36,7 @@ PERIOD = 2 * np.pi / OMEGA
 CHAIN_EFFECTS: dict[str, Effect] = {
     "cubic": CubicSpring((2, 4), "x", 0.7),
     "softening": CubicSpring((1,), "x", -0.1),
+    "asymmetric": QuadraticSpring((1, 2), "x", 0.2),
     "quadratic": QuadraticDamper((3,), "x", 0.3),
     "quadratic between": QuadraticDamper((1, 2), "x", 0.3),
     "friction": CoulombFriction((2,), "x", 0.2, regularisation=0.05),
@@ -39,6 +49,7 @@ CHAIN_EFFECTS: dict[str, Effect] = {
 PULLS = {  # of the elongation in the chain's four displacements, by hand
     "cubic": (0, -1, 0, 1),
     "softening": (1, 0, 0, 0),
+    "asymmetric": (-1, 1, 0, 0),
     "quadratic": (0, 0, 1, 0),
     "quadratic between": (-1, 1, 0, 0),
     "friction": (0, 1, 0, 0),
@@ -243,7 +254,8 @@ def test_every_sort_of_number_gives_the_same_force(name: str) -> None:
 def test_forces_have_slopes_by_their_parameters(name: str) -> None:
     """A search may put tensors in the place of numbers: what it gets are the slopes that differences show."""
     (law,) = force_laws(four_dof().with_effects(CHAIN_EFFECTS[name]))
-    assert isinstance(law, CubicSpring | QuadraticDamper | CoulombFriction | GapStop | HarmonicForce | SlackLaw)
+    springs = CubicSpring | QuadraticSpring | GapStop | SlackLaw
+    assert isinstance(law, springs | QuadraticDamper | CoulombFriction | HarmonicForce)
     u, v = np.random.default_rng(6).standard_normal((2, 40))
     numbers = [item.name for item in fields(law) if isinstance(getattr(law, item.name), float)]
     assert numbers

@@ -29,6 +29,7 @@ from fe_models.causes import (
     ModalDamping,
     PointDamper,
     QuadraticDamper,
+    QuadraticSpring,
     StiffnessChange,
     SupportSpring,
 )
@@ -55,6 +56,7 @@ SIZES = {  # smallest and largest, relative to what stands beside it in `draw_ca
     "quadratic_damper": (0.03, 0.5),
     "coulomb_friction": (0.02, 0.2),
     "cubic_spring": (0.03, 1.0),
+    "quadratic_spring": (0.03, 0.5),
     "gap_stop": (0.3, 5.0),
     "slack_cable": (0.2, 0.7),
     "harmonic_force": (0.03, 0.5),
@@ -157,6 +159,9 @@ def draw_cause(
         case "cubic_spring":
             softest = 0.1 / float(np.max(u**2))  # of the weakest spring: it must not turn over
             return CubicSpring(nodes, "x", amount if sign > 0 else -min(amount, softest))
+        case "quadratic_spring":
+            softest = 0.25 / float(np.max(np.abs(u)))  # N/m^2: of the weakest spring it leaves half
+            return QuadraticSpring(nodes, "x", sign * min(amount, softest))
         case "gap_stop":
             reach = float(np.quantile(sign * u, 0.999))
             return GapStop(nodes, "x", float(rng.uniform(0.3, 0.7)) * reach, amount, 1 if sign > 0 else -1)

@@ -26,6 +26,7 @@ LOAD_KINDS = ("load_gain", "load_delay")  # faults of what recorded a known forc
 NOT_DRAWN = {
     "axial_force": "in a chain: it moves along its springs, where an axial force changes nothing",
     "mass_change": "of groups, whose factors every diagnosis estimates; tiers whose masses are off draw them",
+    "quadratic_spring": "but under known forces and base motion: free vibration is drawn as it was before this cause",
     "load_gain": "but under known forces: elsewhere no load is recorded",
     "load_delay": "as load_gain",
     "dead_load": "blind structures move without weight or prestress; frames under both have tests of their own",
@@ -44,6 +45,7 @@ BASE_KINDS = (  # what acts on the structure: strong motion is of interest for t
     "quadratic_damper",
     "coulomb_friction",
     "cubic_spring",
+    "quadratic_spring",
     "gap_stop",
     "slack_cable",
 )
@@ -59,7 +61,7 @@ def kinds_of(structure: StructureName, excitation: Excitation) -> tuple[str, ...
         case "ambient":
             return tuple(kind for kind in AMBIENT_KINDS if kind in kinds)
         case "measured":
-            return (*kinds, *LOAD_KINDS)
+            return (*kinds, "quadratic_spring", *LOAD_KINDS)
     return BASE_KINDS
 
 

@@ -25,6 +25,7 @@ from fe_models.causes.point_damper import PointDamper
 from fe_models.causes.mass_change import MassChange
 from fe_models.causes.modal_damping import ModalDamping
 from fe_models.causes.cubic_spring import CubicSpring
+from fe_models.causes.quadratic_spring import QuadraticSpring
 from fe_models.causes.quadratic_damper import QuadraticDamper
 from fe_models.causes.coulomb_friction import CoulombFriction
 from fe_models.causes.gap_stop import GapStop
@@ -62,6 +63,7 @@ __all__ = [
     "Part",
     "PointDamper",
     "QuadraticDamper",
+    "QuadraticSpring",
     "SensorDelay",
     "SensorDrift",
     "SensorEffect",

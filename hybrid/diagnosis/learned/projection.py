@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from fe_models.arrays import TINY, FloatArray
-from fe_models.causes import CoulombFriction, CubicSpring, ForceLaw, GapStop, QuadraticDamper
+from fe_models.causes import CoulombFriction, CubicSpring, ForceLaw, GapStop, QuadraticDamper, QuadraticSpring
 from fe_models.causes.coulomb_friction import CREEP_SHARES
 from fe_models.causes.places import STARTING_SHARES
 from fe_models.structure import Direction
@@ -45,6 +45,7 @@ def law_shapes(u: FloatArray, v: FloatArray) -> dict[str, list[FloatArray]]:
     usual = CREEP_SHARES[1] * rate or 1.0  # at rest nothing rubs, whatever it is
     laws: dict[str, list[ForceLaw]] = {
         CubicSpring.kind: [CubicSpring(*PLACEHOLDER, 1.0)],
+        QuadraticSpring.kind: [QuadraticSpring(*PLACEHOLDER, 1.0)],
         QuadraticDamper.kind: [QuadraticDamper(*PLACEHOLDER, 1.0)],
         CoulombFriction.kind: [CoulombFriction(*PLACEHOLDER, 1.0, usual)],
         GapStop.kind: [GapStop(*PLACEHOLDER, reach * most, 1.0, side) for side in (1, -1) for reach in STARTING_SHARES],
