@@ -24,7 +24,10 @@ from hybrid.diagnosis.stage_names import SEARCH
 
 BEST = (1.02, 1.1)  # times the noise floor: mean and largest error of forecasts in which no cause would show
 FITS = 1.05  # times the energy of noise: what a fit may leave in which no cause would show
-NOISE_OFF = (0.5, 1.5)  # of the noise that the recordings themselves tell: how far it may be told anew
+# Of the noise that the recordings themselves tell: how far it may be told anew. Harmonics of what is wrong, which the
+# nominal model leaves under known forces at all frequencies, are taken for ten times as much.
+NOISE_OFF = (0.1, 1.5)
+TOLD = 1e-3  # of what the nominal model leaves: a fit that leaves less tells noise, of which that took harmonics
 ANEW = 3  # times at most that geometry is taken along another motion: the best fit changes once or never
 STAGES = (
     Search.apart,
@@ -91,9 +94,11 @@ def gather(setting: Setting, tell: Callable[[str], object]) -> Evidence:
         posterior = search.posterior(fits)
         energy = energy_over(own, noise_model)
         note = f"{FAR_FROM_NOISE} ({np.sqrt(energy):.0f} times the noise was taken as such)"
-        judged = tuple(search.judged(item) for item in posterior.fits)
-        told = replace(posterior, fits=judged)
-        return Evidence(search.judged(fits[0]), told, own, noise_model, candidates, (*notes, note))
+        judged = [search.judged(item) for item in (fits[0], *posterior.fits)]
+        if min(item.misfit for item in judged) < TOLD * judged[0].misfit:
+            own, judged = _with_better_noise(judged, own, setting.band)
+        told = replace(posterior, fits=tuple(judged[1:]))
+        return Evidence(judged[0], told, own, noise_model, candidates, (*notes, note))
     noise_model, fits = _with_better_noise(fits, noise_model, setting.band)
     posterior = _with_same_noise(posterior_of(tuple(fits), candidates), fits[0], noise_model, candidates)
     return Evidence(fits[0], posterior, noise_model, noise_model, candidates, notes)

@@ -116,9 +116,11 @@ def laws_beside(
 def adjoin(item: Fit) -> bool:
     """Return whether two causes of a fit sit at one place or, on a frame, at places next to each other.
 
-    By chance few do: what is one cause, and none of the list, may look like both.
+    By chance few do, unless there is one node alone: what is one cause, and none of the list, may look like both.
     """
     structure = item.hypothesis.nominal.structure
+    if len(structure.nodes) == 1:
+        return False
     places = [_nodes_at(candidate.location, structure) for candidate in item.hypothesis.candidates]
     if item.hypothesis.nominal.is_chain:  # where most places adjoin
         return any(one == other != set() for one, other in combinations(places, 2))

@@ -15,6 +15,9 @@ from hybrid.diagnosis.recorded.noise_model import NoiseModel
 MATERIAL = 0.05  # of the noise floor: by how much a cause must improve the forecast, and what counts as reaching it
 BESIDE = 0.01  # likewise of a second cause: that the simulation is wrong is no longer asked, but in what
 WHOLLY = 0.03  # of the excess energy: what may be left where all is called explained
+# Of what was wrong, in fit and forecast: where less is left, it is what interpolation and steps leave of recordings
+# with next to no noise, and no further cause.
+CLEARLY = 1e-3
 NEAR = 1.15  # times the noise floor: as near as a model that is off by its uncertainty must come
 PARTLY = 0.5  # of it: beyond, nothing is
 ABNORMAL = 4.0  # stated standard deviations: a calibration that far off takes the place of something else that is wrong
@@ -86,7 +89,8 @@ def verdict_of(
     rest = max(excess_energy(best, noise_model, band).total, best.misfit)
     share = rest / max(base.misfit, rest, TINY) if significant else 0.0
     beside = adjoin(best) or adjoin(all_causes)
-    certain = errors.reached and not (significant and share > WHOLLY / 3) and not beside
+    clearly = significant and max(share, errors.unexplained) < CLEARLY
+    certain = clearly or (errors.reached and not (significant and share > WHOLLY / 3) and not beside)
     if errors.nothing_to_gain:
         return Verdict.NOTHING_WRONG, LISTED
     if not best.hypothesis.candidates and best.hypothesis.nominal is base.hypothesis.nominal:
@@ -95,7 +99,7 @@ def verdict_of(
     wholly = min(share, errors.unexplained) < WHOLLY
     normal = deviation_of(best) <= ABNORMAL or _is_explained(best, all_causes, noise_model, band)
     all_told = not significant and errors.unexplained < WHOLLY  # how sure its parameters are adds to forecast errors
-    if normal and (errors.reached or (errors.near and wholly) or all_told):
+    if normal and (errors.reached or (errors.near and wholly) or all_told or clearly):
         return Verdict.EXPLAINED, 1.0 if certain else LISTED
     single = len(best.hypothesis.candidates) == 1  # two with elements that go far may stand for anything
     if single and errors.reached and errors.unexplained < WHOLLY and deviation_of_groups(best) <= ABNORMAL:

@@ -105,9 +105,12 @@ def march(
         return None
     reach = _reach(system, start, loads)
     tables = _tables(system, reach)
-    sharp = _sharpest(system, tables) * system.step
+    sharp, stiff = (rate * system.step for rate in _sharpest(system, tables))
     if not np.isfinite(sharp):  # forces beyond all bounds: likewise
         return None
+    if loads is not None:
+        turn = np.hypot(fastest * system.step, stiff) / (step_ratio * MARCHING.max_phase_under_loads)
+        substeps = max(substeps, ceil(min(turn, step_ratio * MARCHING.max_sharp_substeps)))
     fine = max(
         min(sharp, step_ratio * MARCHING.max_sharp_substeps),
         min(sharp / MARCHING.max_rate_per_substep, step_ratio * MARCHING.max_stabilising_substeps),
@@ -180,9 +183,9 @@ def _with_loads(system: System, loads: Loads) -> tuple[System, FloatArray]:
     return replace(system, A=A, B=np.pad(system.B, ((0, 0), (0, more), (0, 0))), G=G), np.ascontiguousarray(known)
 
 
-def _sharpest(system: System, tables: _Tables) -> float:
+def _sharpest(system: System, tables: _Tables) -> tuple[float, float]:
     """Return the largest rate (1/s) at which a law would bring its own place to rest, where friction holds it, or turn
-    it back, as a stiff stop does.
+    it back, as a stiff stop does; and the largest at which one turns it back.
     """
     laws = len(system.forces)
     mobility = np.abs(np.einsum("ls,sl->l", system.G[0, laws:], system.B[0]))  # acceleration by a unit force
@@ -191,7 +194,8 @@ def _sharpest(system: System, tables: _Tables) -> float:
     with np.errstate(over="ignore", invalid="ignore"):
         slopes = np.abs(np.diff(reached, axis=1)).max(axis=1) * intervals / (2 * tables.reach)
     square = slopes * mobility[tables.rows % laws]
-    return float(np.where(tables.rows < laws, np.sqrt(square), square).max(initial=0.0))
+    turning = np.sqrt(square[tables.rows < laws]).max(initial=0.0)
+    return float(max(turning, square[tables.rows >= laws].max(initial=0.0))), float(turning)
 
 
 def respond(
