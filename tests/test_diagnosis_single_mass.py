@@ -1,6 +1,7 @@
 """One mass under a known random force, thousands of samples with little noise: its spring's law, louder forecasts."""
 
 from functools import cache
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -32,7 +33,8 @@ def force(seed: int, samples: int, size: float) -> FloatArray:
 
 def moved(course: FloatArray, quadratic: float) -> FloatArray:
     """Return displacement, velocity and acceleration (sample, 3) by the classical method of order 4."""
-    h, u, v, found = 2 / (RATE * FINE), 0.0, 0.0, []
+    h, u, v = 2 / (RATE * FINE), 0.0, 0.0
+    found: list[tuple[float, float, float]] = []
 
     def accelerated(u: float, v: float, f: float) -> float:
         return float((f - 2 * RATIO * OMEGA * MASS * v - STIFFNESS * u - quadratic * u * u - CUBIC * u**3) / MASS)
@@ -63,8 +65,8 @@ def diagnosed(quantity: Quantity, samples: int, quadratic: float = 0.0) -> tuple
         noise = sigma * np.random.default_rng(seed + 10).standard_normal(shown.shape)
         floor = float(np.std(noise) / np.ptp(shown + noise))
         load = Load(1, "x", course[: len(shown) * FINE : FINE])
-        role = "train" if name == "train" else "test"
-        recordings.append(Recording(name, (shown + noise)[None], role, (load,), excitation="measured"))  # type: ignore[arg-type]
+        role: Literal["train", "test"] = "train" if name == "train" else "test"
+        recordings.append(Recording(name, (shown + noise)[None], role, (load,), excitation="measured"))
     mass = Structure(
         name="mass",
         nodes=((0.0, 0.0),),
@@ -73,7 +75,9 @@ def diagnosed(quantity: Quantity, samples: int, quadratic: float = 0.0) -> tuple
         point_masses=(PointMass(1, MASS),),
         damping=Damping(modal_ratios=(RATIO,)),
     )
-    return diagnose(Dataset(mass, RATE, (sensor,), tuple(recordings))), floor
+    answer = diagnose(Dataset(mass, RATE, (sensor,), tuple(recordings)))
+    assert isinstance(answer, Diagnosis)  # by time series, as forces are known
+    return answer, floor
 
 
 def test_a_cubic_spring_is_named_and_louder_motion_forecast() -> None:
