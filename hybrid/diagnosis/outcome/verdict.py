@@ -90,7 +90,8 @@ def verdict_of(
     share = rest / max(base.misfit, rest, TINY) if significant else 0.0
     beside = adjoin(best) or adjoin(all_causes)
     clearly = significant and max(share, errors.unexplained) < CLEARLY
-    certain = clearly or (errors.reached and not (significant and share > WHOLLY / 3) and not beside)
+    forecast = errors.reached or errors.unexplained < CLEARLY
+    certain = clearly or (forecast and not (significant and share > WHOLLY / 3) and not beside)
     if errors.nothing_to_gain:
         return Verdict.NOTHING_WRONG, LISTED
     if not best.hypothesis.candidates and best.hypothesis.nominal is base.hypothesis.nominal:
