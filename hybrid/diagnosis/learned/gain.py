@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Protocol
 
 from fe_models.causes import ModalDamping, PointDamper, SlackCable, StiffnessChange, SupportSpring
 from fe_models.causes.wording import at_place
@@ -12,10 +12,8 @@ from fe_models.recordings import Dataset
 from fe_models.structure import Structure
 from hybrid.config import Config
 from hybrid.diagnosis.fitting.crossvalidation import as_recordings
-from hybrid.diagnosis.joint.conclusion import ModalDiagnosis
 from hybrid.diagnosis.learned.forces import Learned
 from hybrid.diagnosis.learned.projection import Projected, project
-from hybrid.diagnosis.outcome.conclusion import Diagnosis
 from hybrid.diagnosis.outcome.extend_matrices import ExtendedMatrices
 from hybrid.diagnosis.outcome.findings import Finding
 from hybrid.diagnosis.recorded.faulty_channels import usable
@@ -48,9 +46,21 @@ class Gain:
     notes: tuple[str, ...]
 
 
+class Extension(Protocol):
+    """What a diagnosis, by whichever search, says of the structure."""
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """What is wrong."""
+
+    @property
+    def extended(self) -> Structure | ExtendedMatrices:
+        """The structure with that built in."""
+
+
 def hybrid_gain(
     dataset: Dataset,
-    found: Diagnosis | ModalDiagnosis,
+    found: Extension,
     config: Config | None = None,
     advance: Callable[[], object] = nothing,
 ) -> Gain:
