@@ -51,9 +51,11 @@ class ErrorSizes:
 
     @property
     def are_usual(self) -> bool:
-        """Whether a model whose values are all right may have such errors: none is larger than is usual."""
+        """Whether a model whose values are all right may have such errors: none is larger than is usual, but for those
+        of damping ratios, which no model has right.
+        """
         usual = ErrorSizes()
-        names = [name + end for name in QUANTITIES for end in ("", "_varies")]
+        names = [name + end for name in QUANTITIES if name != "ratio" for end in ("", "_varies")]
         return all(getattr(self, name) <= getattr(usual, name) for name in names)
 
     @property
