@@ -161,7 +161,7 @@ def test_responses_of_laws_equal_differences(weak: tuple[Fit, NoiseModel, tuple[
         if isinstance(c, LawCandidate) and c.kind != "slack_cable" and c.location.get("node") == 1
     ]
     responses = law_responses(found, laws, noise_model)
-    assert len(laws) == 5
+    assert len(laws) == 6
     z = found.states[0]
     for law in laws:
         shown = []

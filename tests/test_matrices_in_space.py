@@ -32,6 +32,7 @@ def called(*words: object) -> str:
     return answer.output
 
 
+@pytest.mark.slow
 def test_simulated_trained_on_and_drawn(file: Path, tmp_path: Path) -> None:
     """The learned model's field has the corner's motion, u + theta x r of its floor's, at every instant."""
     pulls = ("--pull", "3:x:1000+4:y:-200", "--pull", "2:y:500", "--pull", "3:rz:800")

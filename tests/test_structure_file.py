@@ -182,7 +182,7 @@ def test_a_saved_structure_comes_back_equal(tmp_path_factory: pytest.TempPathFac
         ("nodes = [2, 3]", "nodes = [2, 9]", "effects[1]: node 9 does not exist"),
         ("node = 4\n", "node = 1\n", "supports: node 1 is held 2 times in y"),
         ('directions = ["y"]', "directions = []", "supports[2]: holds no direction"),
-        ('directions = ["y"]', 'directions = ["z"]', "supports[2].directions: expected"),
+        ('directions = ["y"]', 'directions = ["z"]', "supports[2]: direction 'z' is not among those of the nodes"),
         ("modal_ratios = 0.01", "modal_ratios = 1.5", "damping.modal_ratios: 1.5 is no damping ratio"),
         ("[damping]", "[dampning]", "dampning: unknown key; did you mean 'damping'?"),
         ("[damping]", "divisions = 0\n[damping]", "supports[2].divisions: unknown key"),
