@@ -257,6 +257,7 @@ def test_the_script_draws_how_the_rates_fall(tmp_path: Path, monkeypatch: pytest
     assert len(json.loads((tmp_path / "blind_rates.json").read_text())["cells"]) == 12
 
 
+@pytest.mark.slow
 def test_two_processes_answer_in_the_order_of_the_tasks() -> None:
     wanted = tasks(2, 40, ("added_mass", "nothing"), BlindConfig(train=2, test=1, duration=10.0))
     at_hand: list[int] = []

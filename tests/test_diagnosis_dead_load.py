@@ -78,6 +78,7 @@ def test_weight_that_modes_lack_is_named_with_its_share() -> None:
     assert finding.sentence.startswith("The structure feels its own weight and prestress (P-delta), ")
 
 
+@pytest.mark.slow
 def test_extended_structure_feels_its_weight() -> None:
     (effect,) = under_gravity().extended.effects
     assert isinstance(effect, DeadLoad)

@@ -34,6 +34,7 @@ def test_law_is_named_with_its_place(seed: int, kind: str) -> None:
     assert found.findings[0].explains > 0.9
 
 
+@pytest.mark.slow
 def test_clean_chain_has_no_law() -> None:
     _, found = found_in(316, "")
     assert not found.findings
