@@ -49,7 +49,7 @@ def _answer(dataset: Dataset, tell: Callable[[str], object]) -> Answer:
         return _by_series(dataset, tell, LOOKED[:1])
     if look.ambient:
         return _by_modes(look, tell)
-    if look.measured.nominal.is_chain or look.is_near:  # of a chain the series take seconds
+    if (look.measured.nominal.is_chain and not look.is_far) or look.is_near:  # of such a chain series take seconds
         series = _by_series(dataset, tell, LOOKED)
         return _better(series, _by_modes(look, tell)) if series.verdict.is_wanting else series
     modal = _by_modes(look, tell)

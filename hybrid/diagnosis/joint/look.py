@@ -33,7 +33,12 @@ class Look:
     @property
     def is_near(self) -> bool:
         """Whether the structure may be as right as was stated, but for one place, and the same in all recordings."""
-        return len(surely_off(self.measured, self.drawn)) < DOOR.far_groups and not self._differ
+        return not self.is_far and not self._differ
+
+    @property
+    def is_far(self) -> bool:
+        """Whether the structure is off in more than one place by more than was stated."""
+        return len(surely_off(self.measured, self.drawn)) >= DOOR.far_groups
 
     @property
     def _differ(self) -> bool:
