@@ -39,10 +39,12 @@ def diagnose(dataset: Dataset, advance: Callable[[str], object] | None = None) -
 
 
 def _answer(dataset: Dataset, tell: Callable[[str], object]) -> Answer:
-    if not _series_tell(dataset):
+    if dataset.modes or not isinstance(dataset.model, Structure):
         return _by_modes(look_at(dataset, tell), tell)
-    if _only_series_tell(dataset):
+    if _only_series_tell(dataset.model, dataset):
         return _by_series(dataset, tell)
+    if len(dataset.sampling_rates) > 1:
+        return _by_modes(look_at(dataset, tell), tell)
     try:
         look = look_at(dataset, tell)
     except InputError:  # no mode is seen: the series say why, in their own words
@@ -67,7 +69,7 @@ def _by_modes(look: Look, tell: Callable[[str], object]) -> ModalDiagnosis:
     return found
 
 
-def _only_series_tell(dataset: Dataset) -> bool:
+def _only_series_tell(structure: Structure, dataset: Dataset) -> bool:
     """Return whether known forces act, or the simulation has something that modes do not tell: time steps, laws or a
     modal model of its own.
     """
@@ -76,13 +78,8 @@ def _only_series_tell(dataset: Dataset) -> bool:
         dataset.is_loaded
         or assumed.modal_model is not None
         or assumed.integrator != "exact"
-        or (isinstance(dataset.model, Structure) and bool(force_laws(dataset.model)))
+        or bool(force_laws(structure))
     )
-
-
-def _series_tell(dataset: Dataset) -> bool:
-    """Return whether a dataset has recordings that the search by series takes."""
-    return not dataset.modes and len(dataset.sampling_rates) == 1 and isinstance(dataset.model, Structure)
 
 
 def _is_settled(found: Answer) -> bool:
