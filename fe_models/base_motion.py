@@ -5,7 +5,6 @@ of the base and r how all degrees of freedom move when the base moves by one as 
 u'' + r a (Clough and Penzien, Dynamics of Structures, on excitation by support motion).
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import cos, hypot, inf, isfinite, radians, sin
 from typing import TYPE_CHECKING, Literal
@@ -105,8 +104,3 @@ def base_force(mass: csr_array, dofs: DofMap, along: Along) -> FloatArray:
     pulls at its neighbours, too.
     """
     return np.asarray(-(mass @ rigid_motion(dofs, along)))
-
-
-def ground_acceleration(motions: Sequence[BaseMotion]) -> FloatArray:
-    """Return the acceleration of the base in x and y, (time, 2), of all ``motions`` together."""
-    return np.asarray(sum(np.outer(motion.values, motion.along) for motion in motions))

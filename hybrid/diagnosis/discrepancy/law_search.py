@@ -52,12 +52,6 @@ class LawSearch:
         """The most probable law, None where most probably none of the list acts."""
         return self.fits[0] if self.fits and float(self.probabilities.sum()) > self.none + self.other else None
 
-    @property
-    def explains(self) -> float:
-        """The share of the discrepancy's energy that the law that is named takes away."""
-        best = self.named
-        return 0.0 if best is None else float(np.clip(1 - (best.track.size / self.track.size) ** 2, 0.0, 1.0))
-
 
 def search_laws(item: Track, measured: Measured) -> LawSearch:
     """Return the force laws that a track's motions ask for."""

@@ -28,7 +28,7 @@ from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.response.system import System
 
-NEXT_TO_NOTHING = WHOLLY / 3  # of the drawn structure's wrong energy, however far it is beyond noise
+NEGLIGIBLE = WHOLLY / 3  # of the drawn structure's wrong energy, however far it is beyond noise
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +65,7 @@ class Forecasts:
         """Whether what was found forecasts as well as the noise lets it, or nearly so, and leaves next to nothing."""
         error = self.scores["extended"]["measured"] or 0.0
         nearly = error <= NEAR * self.floor and self.unexplained < WHOLLY
-        return error <= (1 + MATERIAL) * self.floor or nearly or self.unexplained < NEXT_TO_NOTHING
+        return error <= (1 + MATERIAL) * self.floor or nearly or self.unexplained < NEGLIGIBLE
 
     @property
     def unexplained(self) -> float:
