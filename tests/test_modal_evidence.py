@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.stats import multivariate_normal
 
 from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
@@ -16,6 +17,7 @@ from hybrid.diagnosis.joint.modal_findings import findings_of, states_of
 from hybrid.diagnosis.modal.claim import Claim, Measured
 from hybrid.diagnosis.modal.errors import ErrorSizes, sizes_of
 from hybrid.diagnosis.modal.evidence import fit_claim
+from hybrid.diagnosis.modal.likely_errors import Likelihood
 from hybrid.diagnosis.modal.measured_modes import MeasuredModes
 from hybrid.diagnosis.modal.pairing import paired
 from hybrid.diagnosis.modal.predicted_modes import predicted_modes
@@ -105,18 +107,15 @@ def test_gradient_of_the_likelihood_is_that_of_finite_differences(dataset: Datas
     )
     assert found is not None
     logs = np.log(ErrorSizes().values) + 0.3
-    rows, residual, step = found.rows, found.residual, 1e-5
-
-    def likelihood(at: FloatArray) -> float:
-        sizes = sizes_of(at)
-        return rows.log_likelihood(residual, sizes) - sizes.log_prior
-
-    lower = np.linalg.cholesky(rows.covariance(sizes_of(logs)))
-    inverse = np.linalg.inv(lower @ lower.T)
-    along = inverse @ residual
-    slope = rows.gradient(sizes_of(logs), np.outer(along, along) - inverse)
+    likelihood, residual, step = Likelihood(found.rows, found.residual), found.residual, 1e-5
+    value, slope = likelihood.at(sizes_of(logs))
+    dense = multivariate_normal(cov=found.rows.covariance(sizes_of(logs))).logpdf(residual)
+    assert value == pytest.approx(dense, abs=1e-6)  # of some hundreds
     units = np.eye(len(logs)) * step
-    expected = [(likelihood(logs + unit) - likelihood(logs - unit)) / (2 * step) for unit in units]
+    expected = [
+        (likelihood.at(sizes_of(logs + unit))[0] - likelihood.at(sizes_of(logs - unit))[0]) / (2 * step)
+        for unit in units
+    ]
     np.testing.assert_allclose(slope, expected, rtol=1e-4, atol=1e-4)
 
 

@@ -10,8 +10,6 @@ from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 import numpy as np
-from scipy.linalg import cho_solve
-from scipy.optimize import minimize
 
 from fe_models.arrays import BoolArray, FloatArray, IntArray
 
@@ -47,7 +45,7 @@ class ErrorSizes:
     @property
     def log_prior(self) -> float:
         """The log prior density of the logarithms, but for a constant."""
-        return -0.5 * float(np.sum(((np.log(self.values) - _MEDIANS) / _SPREADS) ** 2))
+        return -0.5 * float(np.sum(((np.log(self.values) - MEDIANS) / SPREADS) ** 2))
 
     @property
     def are_usual(self) -> bool:
@@ -64,8 +62,8 @@ class ErrorSizes:
         return np.array([getattr(self, item.name) for item in fields(self)])
 
 
-_MEDIANS = np.log(ErrorSizes().values)
-_SPREADS = np.array([item.metadata["spread"] for item in fields(ErrorSizes)])
+MEDIANS = np.log(ErrorSizes().values)
+SPREADS = np.array([item.metadata["spread"] for item in fields(ErrorSizes)])
 NAMES = tuple(item.name for item in fields(ErrorSizes))
 FARTHEST = 3.0  # prior standard deviations: as far as a size is looked for
 UNKNOWN_CHANGE = {"frequency": 0.03, "ratio": 3e-3, "shape": 0.15, "phase": 0.02}  # of a structure that has changed
@@ -74,8 +72,9 @@ SCALES = {"stiffness": "stiffness_scale", "mass": "mass_scale", "damping": "damp
 
 @dataclass(frozen=True)
 class Rows:
-    """What is measured, a value a row: its ``quantity`` (row,), one of `QUANTITIES` by number; the number of the
-    ``shared`` (row,) error that it has, of its mode, quantity and sensor; its ``recording`` (row,).
+    """What is measured, a value a row: its ``quantity`` (row,), one of `QUANTITIES` by number; the ``mode`` (row,) of
+    the structure that it is of; the number of the ``shared`` (row,) error that it has, of its mode, quantity and
+    sensor; its ``recording`` (row,).
 
     ``noise`` (row, row): covariance of the identification. ``slopes`` (row, nuisance) by nominal values, ``spread``
     (nuisance,) their stated standard deviations and ``kind`` (nuisance,) whose scale each has, "" of none. ``changed``
@@ -83,6 +82,7 @@ class Rows:
     """
 
     quantity: IntArray
+    mode: IntArray
     shared: IntArray
     recording: IntArray
     noise: FloatArray
@@ -105,82 +105,34 @@ class Rows:
 
     def covariance(self, sizes: ErrorSizes) -> FloatArray:
         """Return the covariance (row, row) of all rows, nominal values marginalised."""
-        common, varies = (self._by_row(sizes, end) for end in ("", "_varies"))
+        common, varies = (self.by_row(sizes, end) for end in ("", "_varies"))
         groups = self.groups
         weighted = groups * common[:, None]
         total = self.noise + weighted @ weighted.T
         total[np.diag_indices_from(total)] += varies**2
         if self.changed.any():
-            unknown = groups * (self._unknown * self.changed * sizes.change)[:, None]
+            unknown = groups * (self.unknown_change * sizes.change)[:, None]
             total += unknown @ unknown.T
         moved = self.slopes * self.scales(sizes)
         return np.asarray(total + moved @ moved.T)
 
     def varies(self, sizes: ErrorSizes) -> FloatArray:
         """Return the standard deviation (row,) of what differs from one recording to the next."""
-        return self._by_row(sizes, "_varies")
+        return self.by_row(sizes, "_varies")
 
-    def _by_row(self, sizes: ErrorSizes, end: str) -> FloatArray:
+    def by_row(self, sizes: ErrorSizes, end: str) -> FloatArray:
+        """Return the size (row,) of each row's error of its mode, or, ``end`` "_varies", of its recording alone."""
         return np.array([getattr(sizes, name + end) for name in QUANTITIES])[self.quantity]
 
     @property
-    def _unknown(self) -> FloatArray:
-        return np.array([UNKNOWN_CHANGE[name] for name in QUANTITIES])[self.quantity]
-
-    def gradient(self, sizes: ErrorSizes, outer: FloatArray) -> FloatArray:
-        """Return the slope (size,) of the log likelihood by the logarithm of each size; ``outer``: a a^T - inverse of
-        the covariance, a that inverse times the residual.
-        """
-        found, groups = dict.fromkeys(NAMES, 0.0), self.groups
-        within = np.einsum("re,rs,se->e", groups, outer, groups, optimize=True)  # of each shared error
-        first = np.array([self.quantity[self.shared == error][0] for error in range(len(within))], dtype=int)
-        for number, name in enumerate(QUANTITIES):
-            found[name] = getattr(sizes, name) ** 2 * float(within[first == number].sum())
-            own = np.diag(outer)[self.quantity == number]
-            found[f"{name}_varies"] = getattr(sizes, f"{name}_varies") ** 2 * float(own.sum())
-        if self.changed.any():
-            unknown = groups * (self._unknown * self.changed)[:, None]
-            found["change"] = sizes.change**2 * float(np.sum(unknown * (outer @ unknown)))
-        moved = self.slopes * self.scales(sizes)
-        each = np.sum(moved * (outer @ moved), axis=0)
-        for kind, name in SCALES.items():
-            found[name] = float(sum(value for value, own in zip(each, self.kind, strict=True) if own == kind))
-        return np.array([found[name] for name in NAMES])
-
-    def log_likelihood(self, residual: FloatArray, sizes: ErrorSizes) -> float:
-        """Return the log density of a ``residual`` (row,), beside the prior of the sizes."""
-        lower = np.linalg.cholesky(self.covariance(sizes))
-        white = np.linalg.solve(lower, residual)
-        return float(-0.5 * white @ white - np.log(np.diag(lower)).sum()) + self.constant + sizes.log_prior
+    def unknown_change(self) -> FloatArray:
+        """What an unknown change of unit size moves each row by, (row,): nothing where there is none."""
+        return np.array([UNKNOWN_CHANGE[name] for name in QUANTITIES])[self.quantity] * self.changed
 
     @property
     def constant(self) -> float:
         """What a log density of so many rows has whatever they are."""
         return -0.5 * len(self.quantity) * float(np.log(2 * np.pi))
-
-    def fitted(self, residual: FloatArray, start: ErrorSizes, iterations: int) -> ErrorSizes:
-        """Return the sizes with which a ``residual`` (row,) is most likely."""
-
-        def cost(logs: FloatArray) -> tuple[float, FloatArray]:
-            sizes = sizes_of(logs)
-            lower = np.linalg.cholesky(self.covariance(sizes))
-            inverse = cho_solve((lower, True), np.eye(len(lower)))
-            along = inverse @ residual
-            value = -0.5 * residual @ along - np.log(np.diag(lower)).sum() + sizes.log_prior
-            slope = self.gradient(sizes, np.outer(along, along) - inverse)
-            return -float(value), -(slope - (logs - _MEDIANS) / _SPREADS**2)
-
-        least, most = _MEDIANS - FARTHEST * _SPREADS, _MEDIANS + FARTHEST * _SPREADS
-        begun = np.clip(np.log(start.values), least, most)
-        found = minimize(
-            cost,
-            begun,
-            jac=True,
-            method="L-BFGS-B",
-            bounds=list(zip(least, most, strict=True)),
-            options={"maxiter": iterations},
-        )
-        return sizes_of(found.x)
 
 
 def sizes_of(logs: FloatArray) -> ErrorSizes:

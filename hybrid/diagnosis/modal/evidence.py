@@ -15,6 +15,7 @@ from fe_models.arrays import FloatArray
 from hybrid.diagnosis.modal.claim import Claim, Measured
 from hybrid.diagnosis.modal.config import FIT
 from hybrid.diagnosis.modal.errors import ErrorSizes, Rows
+from hybrid.diagnosis.modal.likely_errors import likeliest
 from hybrid.diagnosis.modal.paired_rows import (
     Pairs,
     log_density_of_outliers,
@@ -83,7 +84,7 @@ def fit_claim(
         at_centre = residual + slopes[:, :first] @ total
         rows = rows_of(measured, claim, pairs, noise, slopes[:, :first], hypothesis)
         if errors_too and number % 2 == 1:
-            sizes = rows.fitted(at_centre, sizes, FIT.error_iterations)
+            sizes = likeliest(rows, at_centre, sizes, FIT.error_iterations)
         present = _at(measured, claim, theta, sizes, pairs, rows, at_centre, slopes)
         best = present if best is None or present.evidence > best.evidence else best
         step = _step(measured, present)
@@ -105,7 +106,7 @@ def refitted_errors(
     """Return a fit's theta as one of another ``claim`` with the same causes, the sizes of errors fitted anew."""
     changed = np.isin(item.rows.recording, claim.changed)
     rows = replace(item.rows, changed=changed)
-    sizes = rows.fitted(item.residual, item.sizes, iterations) if iterations else item.sizes
+    sizes = likeliest(rows, item.residual, item.sizes, iterations) if iterations else item.sizes
     return _at(measured, claim, item.theta, sizes, item.pairs, rows, item.residual, item.slopes)
 
 

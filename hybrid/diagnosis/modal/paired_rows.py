@@ -124,6 +124,7 @@ def rows_of(
         begin = end
     return Rows(
         quantity,
+        mode,
         shared,
         recording,
         whole,

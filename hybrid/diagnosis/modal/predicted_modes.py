@@ -9,8 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from fe_models.arrays import ComplexArray, FloatArray, IntArray
+from fe_models.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from hybrid.diagnosis.recorded.sensor_outputs import SensorOutputs
+from hybrid.diagnosis.response.config import STATE_SPACE
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.response.system import modal_form
@@ -18,10 +19,14 @@ from hybrid.diagnosis.response.system import modal_form
 
 @dataclass(frozen=True)
 class PredictedModes:
-    """``roots`` (variant, mode), rad/s, by frequency of the first variant, and ``shapes`` (variant, mode, sensor)."""
+    """``roots`` (variant, mode), rad/s, by frequency of the first variant, and ``shapes`` (variant, mode, sensor).
+
+    ``stands`` (variant,): whether the structure does, or else buckles.
+    """
 
     roots: ComplexArray
     shapes: ComplexArray
+    stands: BoolArray
 
     @property
     def log_omega(self) -> FloatArray:
@@ -48,7 +53,8 @@ class PredictedModes:
 def predicted_modes(
     hypothesis: Hypothesis, thetas: FloatArray, outputs: SensorOutputs, hardly_differ: bool = False
 ) -> PredictedModes | None:
-    """Return the modes of ``thetas`` (variant, parameter), None where these have none: a body that moves freely.
+    """Return the modes of ``thetas`` (variant, parameter), those that all variants have that stand; None where none
+    does, and of a body that moves freely.
 
     ``hardly_differ``: whether variants are those of a Jacobian, each near to the first.
     """
@@ -61,9 +67,13 @@ def predicted_modes(
     shapes = form.right.swapaxes(1, 2)
     order = np.argsort(np.where(form.roots.imag > 0, np.abs(form.roots), np.inf), axis=1)
     roots, shapes = np.take_along_axis(form.roots, order, 1), np.take_along_axis(shapes, order[..., None], 1)
-    vibrating = (roots.imag > 0).all(axis=0)
-    roots, shapes = roots[:, vibrating], shapes[:, vibrating]
-    return _in_order(PredictedModes(roots, shapes)) if hardly_differ else PredictedModes(roots, shapes)
+    falls = (roots.imag == 0) & (roots.real > STATE_SPACE.min_root_distance * np.abs(roots).max(axis=1, keepdims=True))
+    stands = ~falls.any(axis=1)
+    if not stands.any():
+        return None
+    vibrating = (roots.imag > 0)[stands].all(axis=0)
+    found = PredictedModes(roots[:, vibrating], shapes[:, vibrating], stands)
+    return _in_order(found) if hardly_differ else found
 
 
 def _in_order(modes: PredictedModes) -> PredictedModes:
@@ -75,5 +85,5 @@ def _in_order(modes: PredictedModes) -> PredictedModes:
         return modes
     index = np.array(orders)
     return PredictedModes(
-        np.take_along_axis(modes.roots, index, 1), np.take_along_axis(modes.shapes, index[..., None], 1)
+        np.take_along_axis(modes.roots, index, 1), np.take_along_axis(modes.shapes, index[..., None], 1), modes.stands
     )

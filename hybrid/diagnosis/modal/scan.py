@@ -25,7 +25,6 @@ from hybrid.diagnosis.modal.paired_rows import free_values
 from hybrid.diagnosis.modal.pairing import paired
 from hybrid.diagnosis.modal.predicted_modes import predicted_modes
 from hybrid.diagnosis.parallel import parallel_map
-from hybrid.diagnosis.response.hypothesis import Hypothesis
 
 Recordings = tuple[int, ...]
 
@@ -99,19 +98,19 @@ def _moved(
     """
     claim = base.claim
     with_it = claim.hypothesis.adding(candidate)
-    sizes = _standing(with_it, base.theta, sizes)
+    sizes = sizes[with_it.weighs(_with_each(base.theta, sizes))]
     if not len(sizes):
         return None
     every = np.concatenate([sizes, sizes + SCAN.difference_step * candidate.width[0]])
     pairs, free = base.pairs, free_values(measured, base.pairs)
-    residuals = np.zeros((len(every), *free.shape))
+    residuals, stands = np.zeros((len(every), *free.shape)), np.ones(len(every), dtype=bool)
     residuals[:, free] = base.residual - base.rows.slopes @ total
     for off in dict.fromkeys(claim.off(recording) for recording in shown):
         hypothesis, kept = with_it.less(off), claim.hypothesis.parameters_of(off)
-        thetas = _with_each(base.theta[kept], every)
-        modes = predicted_modes(hypothesis, thetas, measured.outputs)
+        modes = predicted_modes(hypothesis, _with_each(base.theta[kept], every), measured.outputs)
         if modes is None or not modes.roots.shape[1]:
             return None
+        stands &= modes.stands
         for recording in shown:
             if claim.off(recording) != off:
                 continue
@@ -128,16 +127,8 @@ def _moved(
             modes_of = np.tile(np.where(modes_of >= 0, modes_of, known), (2, 1))
             residuals[:, here] = values - modes.over(modes_of, pairs.reference[here])
     left = residuals[:, free] + base.rows.slopes @ total
-    return sizes, left.reshape(2, len(sizes), -1)
-
-
-def _standing(hypothesis: Hypothesis, theta: FloatArray, sizes: FloatArray) -> FloatArray:
-    """Return those of the ``sizes`` (size,) of the last candidate with which every motion has mass and stiffness."""
-    sizes = sizes[hypothesis.weighs(_with_each(theta, sizes))]
-    if not len(sizes):
-        return sizes
-    stiffness = hypothesis.reduced(_with_each(theta, sizes)).stiffness
-    return np.asarray(sizes[np.linalg.eigvalsh(stiffness)[:, 0] > 0])
+    left, stand = left.reshape(2, len(sizes), -1), stands.reshape(2, -1).all(axis=0)
+    return (sizes[stand], left[:, stand]) if stand.any() else None
 
 
 def _with_each(theta: FloatArray, sizes: FloatArray) -> FloatArray:

@@ -134,7 +134,10 @@ class ModalForm:
 
 def is_defective(vectors: ComplexArray) -> bool:
     """Return whether eigenvectors (..., state, mode) nearly fall together, so that no sum of exponentials serves."""
-    return not np.isfinite(vectors).all() or bool(np.linalg.cond(vectors).max() > STATE_SPACE.max_condition)
+    if not np.isfinite(vectors).all():
+        return True
+    at_most = np.linalg.cond(vectors, "fro").max()  # sooner told than the condition number itself
+    return bool(at_most > STATE_SPACE.max_condition and np.linalg.cond(vectors).max() > STATE_SPACE.max_condition)
 
 
 def modal_form(system: System) -> ModalForm | None:

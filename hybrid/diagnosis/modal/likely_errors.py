@@ -1,0 +1,145 @@
+"""The sizes of errors with which what is left of all modes is most likely (type II maximum likelihood).
+
+Errors are shared by the rows of one mode of the structure alone, and nominal values are few. The covariance is that of
+each mode, D, a block each, and what the nominal values move: D + S diag(w^2) S^T, whose inverse and determinant follow
+from the blocks' (Woodbury). Blocks are padded to one size, so that all are worked on at once.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.linalg import solve_triangular
+from scipy.optimize import minimize
+
+from fe_models.arrays import BoolArray, FloatArray, IntArray
+from hybrid.diagnosis.modal.errors import (
+    FARTHEST,
+    MEDIANS,
+    NAMES,
+    QUANTITIES,
+    SCALES,
+    SPREADS,
+    ErrorSizes,
+    Rows,
+    sizes_of,
+)
+
+
+def likeliest(rows: Rows, residual: FloatArray, start: ErrorSizes, iterations: int) -> ErrorSizes:
+    """Return the sizes with which a ``residual`` (row,) is most likely, beside their priors, sought from ``start``."""
+    likelihood = Likelihood(rows, residual)
+
+    def cost(logs: FloatArray) -> tuple[float, FloatArray]:
+        sizes = sizes_of(logs)
+        value, slope = likelihood.at(sizes)
+        return -value - sizes.log_prior, -(slope - (logs - MEDIANS) / SPREADS**2)
+
+    least, most = MEDIANS - FARTHEST * SPREADS, MEDIANS + FARTHEST * SPREADS
+    begun = np.clip(np.log(start.values), least, most)
+    bounds = list(zip(least, most, strict=True))
+    found = minimize(cost, begun, jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": iterations})
+    return sizes_of(found.x)
+
+
+@dataclass(frozen=True)
+class Likelihood:
+    """How likely a ``residual`` (row,) of all ``rows`` is, by the sizes of errors."""
+
+    rows: Rows
+    residual: FloatArray
+
+    @cached_property
+    def _places(self) -> IntArray:
+        """Which row stands where in the blocks, (block, place); -1 where none does."""
+        blocks = [np.flatnonzero(self.rows.mode == mode) for mode in np.unique(self.rows.mode)]
+        found = np.full((len(blocks), max(len(block) for block in blocks)), -1)
+        for own, block in zip(found, blocks, strict=True):
+            own[: len(block)] = block
+        return found
+
+    @cached_property
+    def _there(self) -> BoolArray:
+        return self._places >= 0
+
+    def _in_blocks(self, values: FloatArray) -> FloatArray:
+        """Return values (row, ...) by block and place, 0 where no row stands."""
+        found = np.asarray(values)[self._places]
+        found[~self._there] = 0
+        return found
+
+    @cached_property
+    def _noise(self) -> FloatArray:
+        """The identification's covariance (block, place, place); 1 of each place where no row stands."""
+        places, there = self._places, self._there
+        both = there[:, :, None] & there[:, None]
+        found = np.where(both, self.rows.noise[places[:, :, None], places[:, None]], 0.0)
+        every = np.arange(places.shape[1])
+        found[:, every, every] += ~there
+        return found
+
+    @cached_property
+    def _alike(self) -> BoolArray:
+        """Which two rows of a block have the same shared error, (block, place, place)."""
+        shared = np.where(self._there, self.rows.shared[self._places], -1)
+        return np.asarray((shared[:, :, None] == shared[:, None]) & self._there[:, :, None])
+
+    @cached_property
+    def _quantity(self) -> IntArray:
+        """The quantity of each row (block, place), -1 where none stands."""
+        return np.asarray(np.where(self._there, self.rows.quantity[self._places], -1))
+
+    @cached_property
+    def _unknown(self) -> FloatArray:
+        """What an unknown change of unit size moves each row by, (block, place)."""
+        return self._in_blocks(self.rows.unknown_change)
+
+    @cached_property
+    def _slopes(self) -> FloatArray:
+        return self._in_blocks(self.rows.slopes)
+
+    @cached_property
+    def _left(self) -> FloatArray:
+        return self._in_blocks(self.residual)[..., None]
+
+    def at(self, sizes: ErrorSizes) -> tuple[float, FloatArray]:
+        """Return the log density of the residual, and its slope (size,) by the logarithm of each size."""
+        common, varies = (self._in_blocks(self.rows.by_row(sizes, end)) for end in ("", "_varies"))
+        alike, unknown, every = self._alike, self._unknown, np.arange(self._places.shape[1])
+        blocks = self._noise + alike * (common[:, :, None] * common[:, None])
+        blocks += alike * (sizes.change**2 * unknown[:, :, None] * unknown[:, None])
+        blocks[:, every, every] += varies**2
+        lower = np.linalg.cholesky(blocks)
+        inverse = np.linalg.inv(blocks)
+        scales = self.rows.scales(sizes)
+        moved = self._slopes * scales  # (block, place, nuisance)
+        weighted, along = inverse @ moved, inverse @ self._left
+        capacity = np.eye(len(scales)) + np.einsum("bpn,bpm->nm", moved, weighted, optimize=True)
+        pulled = np.einsum("bpn,bpo->n", moved, along, optimize=True)
+        root = np.linalg.cholesky(capacity)
+        value = 0.5 * float(np.sum(solve_triangular(root, pulled, lower=True) ** 2) - np.sum(self._left * along))
+        for factor in (np.diagonal(lower, axis1=1, axis2=2), np.diag(root)):
+            value -= float(np.log(factor).sum())
+        back = np.linalg.inv(capacity)
+        along = along - weighted @ (back @ pulled)[:, None]
+        outer = along @ along.swapaxes(1, 2) - inverse + weighted @ back @ weighted.swapaxes(1, 2)
+        return value + self.rows.constant, self._slope(sizes, outer, pulled, back)
+
+    def _slope(self, sizes: ErrorSizes, outer: FloatArray, pulled: FloatArray, back: FloatArray) -> FloatArray:
+        """Return the slopes (size,); ``outer`` (block, place, place): a a^T less the inverse of the covariance, a that
+        inverse times the residual; ``pulled`` (nuisance,): S^T D^-1 residual, ``back``: the inverse of 1 + S^T D^-1 S.
+        """
+        within = np.sum(outer * self._alike, axis=2)  # of each row, with those that share its error
+        alone = np.diagonal(outer, axis1=1, axis2=2)
+        found = dict.fromkeys(NAMES, 0.0)
+        for number, name in enumerate(QUANTITIES):
+            own = self._quantity == number
+            found[name] = getattr(sizes, name) ** 2 * float(within[own].sum())
+            found[f"{name}_varies"] = getattr(sizes, f"{name}_varies") ** 2 * float(alone[own].sum())
+        if self._unknown.any():
+            both = self._unknown[:, :, None] * self._unknown[:, None]
+            found["change"] = sizes.change**2 * float(np.sum(outer * self._alike * both))
+        each = (back @ pulled) ** 2 - (1 - np.diag(back))  # diag(S^T outer S)
+        for kind, name in SCALES.items():
+            found[name] = float(sum(value for value, own in zip(each, self.rows.kind, strict=True) if own == kind))
+        return np.array([found[name] for name in NAMES])
