@@ -18,7 +18,8 @@ from fe_models.files.dataset_file import save_dataset
 from fe_models.recordings import Dataset, Load
 from fe_models.structure import Spring
 from hybrid.commands.app import app
-from hybrid.identification.frequency_response import frequency_response, nominal_response
+from hybrid.identification.computed_response import computed_response
+from hybrid.identification.frequency_response import frequency_response
 from tests.test_diagnosis_base_motion import STOREYS, every_sensor
 
 RATE, SAMPLES = 100.0, 4096
@@ -40,7 +41,7 @@ def test_the_models_functions_are_those_of_its_dynamic_stiffness() -> None:
     M, C, K = linear.mass.toarray(), full_damping(linear), linear.stiffness.toarray()
     sensors = (*every_sensor(1), *every_sensor(3))
     frequencies = np.array([0.7, 2.35, 5.0, 11.0])
-    found = nominal_response(STOREYS, Dataset(STOREYS, RATE, sensors, ()), ((2, "x"), (1.0, 0.0)), frequencies)
+    found = computed_response(STOREYS, Dataset(STOREYS, RATE, sensors, ()), ((2, "x"), (1.0, 0.0)), frequencies)
     for line, s in enumerate(2j * np.pi * frequencies):
         moved = np.linalg.solve(s**2 * M + s * C + K, np.column_stack([[0, 1, 0], -M @ np.ones(3)]))
         for number, sensor in enumerate(sensors):
