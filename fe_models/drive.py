@@ -9,11 +9,12 @@ from scipy.interpolate import BSpline
 
 from fe_models.arrays import FloatArray
 from fe_models.assembly import unsupported
-from fe_models.base_motion import BaseMotion, base_force, unit_vector
+from fe_models.base_motion import Along, BaseMotion, base_force, rigid_motion, unit_vector
 from fe_models.dof_map import DofMap
 from fe_models.dofs import structure_dofs
 from fe_models.errors import noting, raise_faults
 from fe_models.interpolant import interpolant
+from fe_models.linear import LinearModel
 from fe_models.recordings import Load
 from fe_models.structure import Structure
 
@@ -78,6 +79,17 @@ def drive_of(structure: Structure, excitation: Sequence[Load | BaseMotion], samp
             pulls.append(dofs.pull([(item.node, item.direction, 1.0)]))
     values = np.column_stack([np.asarray(item.values, dtype=float) for item in excitation])
     return Drive(np.where(dofs.free, pulls, 0.0), values, sampling_rate, base)
+
+
+def inertia(model: Structure | LinearModel, along: Along) -> FloatArray:
+    """Return -M r (dof,), N for an acceleration of 1 m/s^2 of the base: of bare matrices without what supports carry
+    of the mass.
+    """
+    if isinstance(model, Structure):
+        return base_force(unsupported(model)[0], structure_dofs(model), along)
+    pull, free = np.zeros(len(model.dofs)), model.dofs.free
+    pull[free] = -(model.mass @ rigid_motion(model.dofs, along)[free])
+    return pull
 
 
 def _faults(structure: Structure, excitation: Sequence[Load | BaseMotion], sampling_rate: float) -> list[str]:

@@ -15,7 +15,7 @@ from scipy.signal import lsim
 from fe_models.arrays import FloatArray
 from fe_models.base_motion import BaseMotion, rigid_motion, unit_vector
 from fe_models.dof_map import DofMap
-from fe_models.drive import ground_motion
+from fe_models.drive import ground_motion, inertia
 from fe_models.errors import InputError, noting, raise_faults
 from fe_models.files.recording_checks import check_place, check_rates, check_sensor
 from fe_models.interpolant import interpolant
@@ -109,8 +109,7 @@ def shaken_recordings(
         rate = acquisition.sampling_rate
         time = _times((len(motion.values) - 1) / rate, acquisition)
         pushed = interpolant(motion.values)(time * rate)
-        carried = model.mass @ rigid_motion(model.dofs, motion.along)[model.dofs.free]
-        feed = -(scene.modal.shapes[model.dofs.free].T @ carried)  # (mode,)
+        feed = scene.modal.shapes.T @ inertia(model, motion.along)  # (mode,)
         ground = ground_motion((motion,), rate, time)
         data = scene.recorded(scene.response(time, _driven(scene.modal, feed, pushed, time), ground), rng)
         role = _role(number, len(motions))

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+from scipy.sparse import csr_array
 
 from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
@@ -17,12 +18,15 @@ def assumed_structure(dataset: Dataset) -> Structure | LinearModel:
     """Return the dataset's model with the damping that its user assumes.
 
     ``[simulation] damping_ratio`` stands in place of a structure's own damping: its dashpots and what belongs to it as
-    a whole. What effects do to the damping (a damper, the ratio of a mode) is a known deviation and stays.
+    a whole. What effects do to the damping (a damper, the ratio of a mode) is a known deviation and stays. Of matrices
+    it stands in place of all of C.
     """
     model, ratio = dataset.model, dataset.assumptions.damping_ratio
-    if ratio is None or not isinstance(model, Structure):
+    if ratio is None:
         return model
     ratios = ratio if isinstance(ratio, tuple) else (ratio,)
+    if isinstance(model, LinearModel):
+        return replace(model, damping=csr_array(model.mass.shape), modal_ratios=ratios, replaced_ratios=())
     return replace(model, dashpots=(), damping=Damping(modal_ratios=ratios))
 
 

@@ -1,10 +1,24 @@
 """The sub-command `compare`: what recordings show by themselves."""
 
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
 from hybrid.commands.console import command_line, print_notes
 from hybrid.commands.options import DatasetFile, Out, Quiet
 
+Extended = Annotated[
+    str | None,
+    typer.Option(
+        help="A model beside the dataset's own, such as the extended_model.toml of a diagnosis: its frequency response "
+        "functions are drawn and scored, too.",
+        show_default=False,
+    ),
+]
 
-def compare(dataset: DatasetFile, out: Out, quiet: Quiet = False) -> None:
+
+def compare(dataset: DatasetFile, out: Out, extended: Extended = None, quiet: Quiet = False) -> None:
     """Compare the recordings of a dataset with the model's modes and with one another.
 
     Modes are identified from all channels of each recording, those held out elsewhere included: from free decays by
@@ -28,28 +42,34 @@ def compare(dataset: DatasetFile, out: Out, quiet: Quiet = False) -> None:
     \b
     Example:
       hybrid-modal compare runs/data/dataset.toml --out runs/comparison
+      hybrid-modal compare shaker.toml --out runs/functions --extended runs/found/extended_model.toml
     """
     from fe_models.errors import noting, raise_faults
     from fe_models.files.dataset_file import load_dataset
     from fe_models.files.inputs import files_read
+    from fe_models.files.models import load_model
     from fe_models.progress import progress_bar
     from hybrid.identification.comparison_files import save_comparison, save_responses
     from hybrid.identification.comparison_report import describe_compared
-    from hybrid.identification.frequency_response import frequency_response
+    from hybrid.identification.frequency_response import extended_faults, frequency_response
     from hybrid.identification.frequency_response_report import describe_responses
     from hybrid.identification.recording_comparison import compare_recordings
     from hybrid.result_sets import comparison_in
 
     with command_line(quiet) as result:
         faults = list[str]()
-        noting(faults, "--out", comparison_in(out).check, files_read(dataset))
+        read = files_read(dataset, *([Path(extended)] if extended else []))
+        noting(faults, "--out", comparison_in(out).check, read)
         data = noting(faults, "", load_dataset, dataset)
+        beside = noting(faults, "--extended", load_model, extended) if extended else None
+        if beside is not None and data is not None:
+            faults += [f"--extended {extended}: {fault}" for fault in extended_faults(data, beside)]
         raise_faults(faults)
         assert data is not None  # else there were faults
         print_notes(data)
         driven, free = data.parted()
         untold = list[str]()
-        responses = noting(untold, "", frequency_response, driven) if driven else None
+        responses = noting(untold, "", frequency_response, driven, beside) if driven else None
         for reason in untold:  # then they are taken by what they show themselves, as a knock's decay
             print(f"Note: no frequency response functions: {reason}.")
         free = data if untold else free

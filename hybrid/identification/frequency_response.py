@@ -14,10 +14,18 @@ import numpy as np
 from scipy.signal import csd
 
 from fe_models.arrays import ComplexArray, FloatArray
-from fe_models.errors import InputError
+from fe_models.errors import InputError, raise_faults
+from fe_models.linear import LinearModel
+from fe_models.nominal import assumed_structure
 from fe_models.recordings import Dataset, Recording
 from fe_models.structure import Structure
-from hybrid.identification.computed_response import Input, computed_response
+from hybrid.identification.computed_response import (
+    Input,
+    computed_response,
+    input_name,
+    laws_left_out,
+    misplaced,
+)
 from hybrid.identification.config import FREQUENCY_RESPONSE
 
 
@@ -25,46 +33,58 @@ from hybrid.identification.config import FREQUENCY_RESPONSE
 class FrequencyResponse:
     """How sensors answer to the ``inputs`` (see `Input`) at ``frequencies`` (line,), Hz, where these have power.
 
-    ``measured`` and ``nominal`` (line, input, sensor), in the sensor's unit over N, N m or m/s^2; ``coherence`` (line,
-    sensor); ``averages``: of how many segments.
+    ``measured`` and those of ``models`` by name, the "nominal" and perhaps the "extended" one, (line, input, sensor),
+    in the sensor's unit over N, N m or m/s^2; ``coherence`` (line, sensor); ``averages``: of how many segments.
+    ``left_out``: kinds of force laws of the models, which functions cannot have.
     """
 
     inputs: tuple[str, ...]
     sensors: tuple[str, ...]
     frequencies: FloatArray
     measured: ComplexArray
-    nominal: ComplexArray
+    models: dict[str, ComplexArray]
     coherence: FloatArray
     averages: int
+    left_out: tuple[str, ...] = ()
 
-    def assurance(self, response: ComplexArray | None = None) -> FloatArray:
-        """Return the frequency response assurance criterion (input, sensor) of a ``response``, by default the nominal.
+    def assurance(self, model: ComplexArray) -> FloatArray:
+        """Return the frequency response assurance criterion (input, sensor) of a ``model``'s functions.
 
         As a MAC over frequencies: 1 where the measured one is a number times it.
         """
-        other = self.nominal if response is None else response
-        cross = np.abs(np.sum(self.measured.conj() * other, axis=0)) ** 2
-        return np.asarray(cross / np.sum(np.abs(self.measured) ** 2, axis=0) / np.sum(np.abs(other) ** 2, axis=0))
+        cross = np.abs(np.sum(self.measured.conj() * model, axis=0)) ** 2
+        return np.asarray(cross / np.sum(np.abs(self.measured) ** 2, axis=0) / np.sum(np.abs(model) ** 2, axis=0))
+
+    def factor(self, model: ComplexArray) -> FloatArray:
+        """Return by which factor (input, sensor) a ``model``'s functions come nearest to the measured ones."""
+        along = np.sum(model.conj() * self.measured, axis=0).real
+        return np.asarray(along / np.sum(np.abs(model) ** 2, axis=0))
+
+    def deviation(self, model: ComplexArray) -> FloatArray:
+        """Return ||measured - model|| / ||measured|| over all frequencies, (input, sensor): 0 where they are alike."""
+        error = np.sum(np.abs(self.measured - model) ** 2, axis=0)
+        return np.asarray(np.sqrt(error / np.sum(np.abs(self.measured) ** 2, axis=0)))
 
 
-def frequency_response(dataset: Dataset) -> FrequencyResponse:
+def frequency_response(dataset: Dataset, extended: Structure | LinearModel | None = None) -> FrequencyResponse:
     """Return the frequency response functions of a dataset's driven recordings; `InputError` where there are none.
 
-    Loads of recordings in which all go with one another cannot be told apart: also an `InputError`.
+    Beside them those of its own model, as its simulation assumes it, and of an ``extended`` one. Loads of recordings in
+    which all go with one another cannot be told apart: also an `InputError`.
     """
-    if not isinstance(dataset.model, Structure):
-        raise InputError("model: bare matrices do not say where loads act: give a structure file")
     driven = [recording for recording in dataset.recordings if recording.is_driven]
     if not driven:
         raise InputError("no recording names loads or base motion: there are no frequency response functions")
-    inputs = _inputs(driven)
+    inputs, rate = _inputs(driven), _one_rate(dataset, driven)
+    models = {"nominal": assumed_structure(dataset)} | ({} if extended is None else {"extended": extended})
+    raise_faults(extended_faults(dataset, extended) if extended is not None else ())
     segment = _segment_length(driven, inputs)
     channels = len(inputs) + len(dataset.sensors)
     spectra, averages = np.zeros((segment // 2 + 1, channels, channels), dtype=np.complex128), 0
     for recording in driven:
         forces = _values(recording, inputs)
         for motion in recording.data:
-            frequencies, own, count = _spectra(forces, motion, dataset.sampling_rate, segment)
+            frequencies, own, count = _spectra(forces, motion, rate, segment)
             spectra += count * own
             averages += count
     if averages < FREQUENCY_RESPONSE.min_averages * len(inputs):
@@ -72,23 +92,45 @@ def frequency_response(dataset: Dataset) -> FrequencyResponse:
             f"{len(inputs)} inputs and {averages} segments: they need "
             f"{FREQUENCY_RESPONSE.min_averages * len(inputs)}; give longer recordings, or more of them"
         )
-    kept = _with_power(frequencies, spectra, len(inputs), dataset)
+    kept = _with_power(frequencies, spectra, len(inputs), dataset.lowpass or rate / 2)
     measured, coherence = _solved(spectra[kept], len(inputs))
-    nominal = computed_response(dataset.model, dataset, inputs, frequencies[kept])
-    names = tuple(_name(item) for item in inputs)
-    sensors = tuple(sensor.name for sensor in dataset.sensors)
-    return FrequencyResponse(names, sensors, frequencies[kept], measured, nominal, coherence, averages)
+    return FrequencyResponse(
+        inputs=tuple(input_name(item) for item in inputs),
+        sensors=tuple(sensor.name for sensor in dataset.sensors),
+        frequencies=frequencies[kept],
+        measured=measured,
+        models={
+            name: computed_response(model, dataset.sensors, inputs, frequencies[kept]) for name, model in models.items()
+        },
+        coherence=coherence,
+        averages=averages,
+        left_out=tuple(sorted({kind for model in models.values() for kind in laws_left_out(model)})),
+    )
+
+
+def extended_faults(dataset: Dataset, extended: Structure | LinearModel) -> list[str]:
+    """Return why the functions of an ``extended`` model cannot be held against a dataset, a line each."""
+    driven = [recording for recording in dataset.recordings if recording.is_driven]
+    if not driven:
+        return ["it is compared by frequency response functions, and no recording names loads or base motion"]
+    return misplaced(extended, dataset.sensors, _inputs(driven))
+
+
+def _one_rate(dataset: Dataset, driven: Sequence[Recording]) -> float:
+    """Return the sampling rate (Hz) of recordings; `InputError` where they have several."""
+    rates = sorted({dataset.rate_of(recording) for recording in driven})
+    if len(rates) > 1:
+        raise InputError(
+            f"recordings under known forces were sampled at {' and '.join(f'{rate:g}' for rate in rates)} Hz: frequency"
+            " response functions need one rate; make a dataset of each"
+        )
+    return rates[0]
 
 
 def _inputs(driven: Sequence[Recording]) -> tuple[Input, ...]:
     loads: set[Input] = {(load.node, load.direction) for recording in driven for load in recording.loads}
-    base: set[Input] = {motion.along[:2] for recording in driven for motion in recording.base}
+    base: set[Input] = {motion.along for recording in driven for motion in recording.base}
     return (*sorted(loads, key=str), *sorted(base, key=str))
-
-
-def _name(item: Input) -> str:
-    first, second = item
-    return f"load at node {first} in {second}" if isinstance(second, str) else f"base along ({first:.3g}, {second:.3g})"
 
 
 def _values(recording: Recording, inputs: tuple[Input, ...]) -> FloatArray:
@@ -97,7 +139,7 @@ def _values(recording: Recording, inputs: tuple[Input, ...]) -> FloatArray:
     for load in recording.loads:
         values[:, inputs.index((load.node, load.direction))] += load.values
     for motion in recording.base:
-        values[:, inputs.index(motion.along[:2])] += motion.values
+        values[:, inputs.index(motion.along)] += motion.values
     return values
 
 
@@ -131,10 +173,10 @@ def _spectra(forces: FloatArray, motion: FloatArray, rate: float, segment: int) 
     return np.asarray(frequencies), np.asarray(found).transpose(2, 0, 1), count
 
 
-def _with_power(frequencies: FloatArray, spectra: ComplexArray, inputs: int, dataset: Dataset) -> FloatArray:
-    """Return which lines (line,) have power of every input, below the recordings' low-pass."""
+def _with_power(frequencies: FloatArray, spectra: ComplexArray, inputs: int, below: float) -> FloatArray:
+    """Return which lines (line,) have power of every input, ``below`` (Hz) the recordings' low-pass."""
     power = np.abs(np.diagonal(spectra, axis1=1, axis2=2)[:, :inputs])
-    inside = (frequencies > 0) & (frequencies < min(dataset.lowpass or np.inf, dataset.sampling_rate / 2))
+    inside = (frequencies > 0) & (frequencies < below)
     strong = power > FREQUENCY_RESPONSE.min_power_share * power[inside].max(axis=0)
     return np.asarray(inside & strong.all(axis=1))
 

@@ -3,6 +3,7 @@
 import csv
 import io
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -11,44 +12,51 @@ from hybrid.identification.frequency_response import FrequencyResponse
 
 MAX_PANELS = 24  # of a picture that can still be read
 PANEL_HEIGHT = 2.4  # inches
+LINES: dict[str, dict[str, Any]] = {  # colours of Okabe & Ito: distinguished by everyone
+    "nominal": {"color": "#E69F00", "linestyle": "--"},
+    "extended": {"color": "#0072B2", "linewidth": 1.1},
+}
 
 
 def describe_responses(found: FrequencyResponse) -> str:
-    """Return how well loads explain each sensor, and the model the measured functions, as a table in Markdown."""
+    """Return how well loads explain each sensor, and each model the measured functions, as tables in Markdown."""
     first, last = found.frequencies[[0, -1]]
+    columns = [(model, item) for item in found.inputs for model in found.models]
+    heads = [item if len(found.models) == 1 else f"{item}, {model}" for model, item in columns]
     lines = [
         f"Frequency response functions, {first:.3g} to {last:.3g} Hz, {found.averages} segments: coherence (median; 1:"
         " the loads explain all of the sensor, linearly)",
-        "and assurance criterion of the nominal model's functions (1: measured and computed are alike but for a factor;"
-        " the factor beside it)",
+        f"and assurance criterion of the {' and the '.join(found.models)} model's functions (1: measured and computed"
+        " are alike but for a factor; the factor beside it)",
         "",
-        f"| sensor | coherence | {' | '.join(found.inputs)} |",
-        f"|---|---|{'---|' * len(found.inputs)}",
+        f"| sensor | coherence | {' | '.join(heads)} |",
+        f"|---|---|{'---|' * len(heads)}",
     ]
-    assurance, factor = found.assurance(), _factors(found)
+    assurance = {model: found.assurance(own) for model, own in found.models.items()}
+    factor = {model: found.factor(own) for model, own in found.models.items()}
     for number, sensor in enumerate(found.sensors):
-        cells = [f"{a:.3f} ({f:.3g})" for a, f in zip(assurance[:, number], factor[:, number], strict=True)]
+        places = [(model, found.inputs.index(item)) for model, item in columns]
+        cells = [f"{assurance[model][i, number]:.3f} ({factor[model][i, number]:.3g})" for model, i in places]
         lines.append(f"| {sensor} | {np.median(found.coherence[:, number]):.3f} | {' | '.join(cells)} |")
+    apart = ", ".join(f"{model} {found.deviation(own).mean():.1%}" for model, own in found.models.items())
+    lines += ["", f"Deviation of the models' functions from the measured ones, over their size, on average: {apart}"]
+    if found.left_out:
+        lines.append(f"Functions are those of small motion: {', '.join(found.left_out)} of the models is not in them")
     return "\n".join(lines)
 
 
-def _factors(found: FrequencyResponse) -> np.ndarray:
-    """Return by which factor (input, sensor) the nominal functions come nearest to the measured ones, its sign real."""
-    along = np.sum(found.nominal.conj() * found.measured, axis=0).real
-    return np.asarray(along / np.sum(np.abs(found.nominal) ** 2, axis=0))
-
-
 def responses_csv(found: FrequencyResponse) -> str:
-    """Return a row a frequency, input and sensor: measured and nominal real and imaginary part, and coherence."""
+    """Return a row a frequency, input and sensor: real and imaginary part, measured and of each model; coherence."""
     file = io.StringIO()
     writer = csv.writer(file, lineterminator="\n")
-    parts = ("measured_real", "measured_imag", "nominal_real", "nominal_imag")
+    courses = {"measured": found.measured} | found.models
+    parts = [f"{name}_{part}" for name in courses for part in ("real", "imag")]
     writer.writerow(("frequency_hz", "input", "sensor", *parts, "coherence"))
     for line, frequency in enumerate(found.frequencies.tolist()):
         for i, name in enumerate(found.inputs):
             for j, sensor in enumerate(found.sensors):
-                own, model = complex(found.measured[line, i, j]), complex(found.nominal[line, i, j])
-                values = (own.real, own.imag, model.real, model.imag, float(found.coherence[line, j]))
+                own = [complex(course[line, i, j]) for course in courses.values()]
+                values = [*(part for value in own for part in (value.real, value.imag)), found.coherence[line, j]]
                 writer.writerow((f"{frequency:.9g}", name, sensor, *(f"{value:.6g}" for value in values)))
     return file.getvalue()
 
@@ -66,10 +74,9 @@ def draw_responses(path: Path, found: FrequencyResponse) -> Path:
             behind.set_zorder(axis.get_zorder() - 1)
             axis.patch.set_visible(False)
             axis.semilogy(found.frequencies, np.abs(found.measured[:, i, j]), color="#555555", label="measured")
-            axis.semilogy(
-                found.frequencies, np.abs(found.nominal[:, i, j]), color="#E69F00", linestyle="--", label="nominal"
-            )
+            for name, own in found.models.items():
+                axis.semilogy(found.frequencies, np.abs(own[:, i, j]), label=name, **LINES[name])
             axis.set(xlabel="frequency (Hz)", ylabel=found.sensors[j])
             axis.set_title(found.inputs[i], fontsize=9)
-        sheet.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=2, frameon=False)
+        sheet.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3, frameon=False)
     return path

@@ -14,8 +14,9 @@ from typing import TypeAlias
 import numpy as np
 
 from fe_models.arrays import FloatArray
-from fe_models.assembly import linearise, unsupported
-from fe_models.base_motion import Along, BaseMotion, base_force, rigid_motion
+from fe_models.assembly import linearise
+from fe_models.base_motion import Along, BaseMotion
+from fe_models.drive import inertia
 from fe_models.errors import raise_faults
 from fe_models.interpolant import courses_of
 from fe_models.linear import LinearModel, ModalModel
@@ -115,10 +116,11 @@ def input_of(
     if along and model is None:
         faults.append("base motion takes the masses that it moves: give the dataset with its model")
     raise_faults(faults)
+    moved = [] if model is None else [inertia(model, vector) for vector in along]
     pulls = np.array(
         [
             *(modal.dofs.pull([(node, direction, 1.0)]) for node, direction in places),
-            *(_inertia(model, modal, vector) for vector in along),
+            *moved,
         ]
     )
     participation = pulls @ modal.shapes  # (force, mode)
@@ -134,16 +136,6 @@ def input_of(
         rate=rate,
         lowpass=lowpass,
     )
-
-
-def _inertia(model: Structure | LinearModel | None, modal: ModalModel, along: Along) -> FloatArray:
-    """Return what a moving base pulls, (dof,): of bare matrices without what supports carry of the mass."""
-    assert model is not None  # as was told before
-    if isinstance(model, Structure):
-        return base_force(unsupported(model)[0], modal.dofs, along)
-    pull, free = np.zeros(len(modal.dofs)), modal.dofs.free
-    pull[free] = -(model.mass @ rigid_motion(modal.dofs, along)[free])
-    return pull
 
 
 def _left_out(model: Structure | LinearModel | None, modal: ModalModel, pulls: FloatArray, band: float) -> FloatArray:
