@@ -92,22 +92,20 @@ def _moved(
     sizes: FloatArray,
     shown: Sequence[int],
 ) -> tuple[FloatArray, FloatArray] | None:
-    """Return those of the ``sizes`` (size,) at which the structure stands, and what is left of all rows, (2, size,
-    row), with each of them in the recordings that are ``shown``, and with each a little larger; nominal values at their
-    centre.
+    """Return those of the ``sizes`` (size,) at which the structure stands, and what is left of all rows, (size, row),
+    with each of them in the recordings that are ``shown``; nominal values at their centre.
     """
     claim = base.claim
     with_it = claim.hypothesis.adding(candidate)
     sizes = sizes[with_it.weighs(_with_each(base.theta, sizes))]
     if not len(sizes):
         return None
-    every = np.concatenate([sizes, sizes + SCAN.difference_step * candidate.width[0]])
     pairs, free = base.pairs, free_values(measured, base.pairs)
-    residuals, stands = np.zeros((len(every), *free.shape)), np.ones(len(every), dtype=bool)
+    residuals, stands = np.zeros((len(sizes), *free.shape)), np.ones(len(sizes), dtype=bool)
     residuals[:, free] = base.residual - base.rows.slopes @ total
     for off in dict.fromkeys(claim.off(recording) for recording in shown):
         hypothesis, kept = with_it.less(off), claim.hypothesis.parameters_of(off)
-        modes = predicted_modes(hypothesis, _with_each(base.theta[kept], every), measured.outputs)
+        modes = predicted_modes(hypothesis, _with_each(base.theta[kept], sizes), measured.outputs)
         if modes is None or not modes.roots.shape[1]:
             return None
         stands &= modes.stands
@@ -120,15 +118,14 @@ def _moved(
             modes_of = np.array(
                 [
                     paired(seen, log, own, measured.orders)
-                    for log, own in zip(modes.log_omega[: len(sizes)], modes.shapes[: len(sizes)], strict=True)
+                    for log, own in zip(modes.log_omega, modes.shapes, strict=True)
                 ]
             )[:, pairs.measured[here]]
             known = np.minimum(pairs.mode[here], modes.roots.shape[1] - 1)
-            modes_of = np.tile(np.where(modes_of >= 0, modes_of, known), (2, 1))
+            modes_of = np.where(modes_of >= 0, modes_of, known)
             residuals[:, here] = values - modes.over(modes_of, pairs.reference[here])
     left = residuals[:, free] + base.rows.slopes @ total
-    left, stand = left.reshape(2, len(sizes), -1), stands.reshape(2, -1).all(axis=0)
-    return (sizes[stand], left[:, stand]) if stand.any() else None
+    return (sizes[stands], left[stands]) if stands.any() else None
 
 
 def _with_each(theta: FloatArray, sizes: FloatArray) -> FloatArray:
@@ -153,17 +150,19 @@ def _ranked(
     groups: Sequence[Recordings],
     basis: FloatArray,
 ) -> list[Trial]:
-    """Return the best size of a candidate in each group; ``changes`` (2, size, row) of what is left by its action."""
-    width = candidate.width[0]
-    masked = changes[:, None] * masks[None, :, None]  # (2, group, size, row)
+    """Return the best size of a candidate in each group; ``changes`` (size, row) of what is left by its action."""
+    width, neutral = candidate.width[0], candidate.neutral[0]
+    masked = changes * masks[:, None]  # (group, size, row)
     white = solve_triangular(base.lower, masked.reshape(-1, masked.shape[-1]).T, lower=True)
     white = white.T.reshape(masked.shape)
     start = base.white - basis @ (basis.T @ base.white)
     white = white - (white @ basis) @ basis.T
-    left = start + white[0]  # (group, size, row)
-    slope = -(white[1] - white[0]) / (SCAN.difference_step * width)
+    left = start + white
+    nothing = int(np.searchsorted(sizes, neutral))  # where a size that does nothing stands among them
+    slope = -np.gradient(np.insert(white, nothing, 0.0, axis=1), np.insert(sizes, nothing, neutral), axis=1)
+    slope = np.delete(slope, nothing, axis=1)
     precision = np.sum(slope**2, axis=-1) + 1 / width**2
-    off = sizes - candidate.neutral[0]
+    off = sizes - neutral
     along = np.sum(slope * left, axis=-1) - off / width**2
     step = along / precision
     cost = np.sum(left**2, axis=-1) + (off / width) ** 2 - along**2 / precision
