@@ -6,12 +6,12 @@ import typer
 
 from fe_models.errors import bad_input_exits, raise_faults
 from fe_models.files.dataset_file import dataset_in, write_dataset
+from hybrid.commands.any_recordings import recordings_of
 from hybrid.commands.console import new_app
 from hybrid.commands.models import model_in, open_model, write_model
 from hybrid.commands.option_groups import with_option_groups
 from hybrid.commands.options import Model, Modes, Out, Pictures, Refine, Seed
 from hybrid.commands.recording_options import NONE_GIVEN, RecordingOptions
-from hybrid.commands.recordings import recordings_of
 
 Simulate = Annotated[bool, typer.Option("--simulate", help="Also write simulated recordings, OUT/dataset.toml.")]
 app = new_app()

@@ -27,13 +27,16 @@ from fe_models.causes import (
     SupportSpring,
     known_effects,
 )
+from fe_models.files.atomic import write_npz
 from fe_models.files.dataset_file import load_dataset
 from fe_models.files.matrices_file import load_linear_model
 from fe_models.files.structure_file import load_structure, save_structure
 from fe_models.four_dof_data import paper_dataset
 from fe_models.structure import Damping, Spring
+from hybrid.commands.app import app as hybrid_modal
 from scripts.build_fe_model import app
 from tests.problems import cantilever
+from tests.space_frames import two_storeys
 
 
 def build(*arguments: str) -> Result:
@@ -210,6 +213,27 @@ def test_own_frame_with_own_sensors(tmp_path: Path) -> None:
     tip, turn = load_dataset(tmp_path / "dataset.toml").sensors
     assert (tip.name, tip.unit, tip.role) == ("a2y", "m/s^2", "measured")
     assert (turn.quantity, turn.unit, turn.role) == ("displacement", "rad", "held_out")
+
+
+def test_matrices_in_space_are_built_and_shaken_as_simulate_does(tmp_path: Path) -> None:
+    write_npz(tmp_path / "floors.npz", two_storeys())
+    write_npz(tmp_path / "quake.npz", {"a": np.random.default_rng(1).standard_normal(101)})
+    options = (
+        "--base",
+        str(tmp_path / "quake.npz") + ":a",
+        "--base-direction",
+        "y",
+        "--sensor",
+        "4:y",
+        "--no-pictures",
+    )
+    result = build(str(tmp_path / "floors.npz"), "--out", str(tmp_path / "a"), "--simulate", *options)
+    assert result.exit_code == 0, result.output
+    arguments = ["simulate", str(tmp_path / "floors.npz"), "--out", str(tmp_path / "b"), *options]
+    assert CliRunner().invoke(hybrid_modal, arguments).exit_code == 0
+    built, simulated = (load_dataset(tmp_path / name / "dataset.toml").recordings[0] for name in "ab")
+    assert built.data.shape == (1, 101, 1)
+    np.testing.assert_array_equal(built.data, simulated.data)
 
 
 @pytest.mark.parametrize(

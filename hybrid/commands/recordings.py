@@ -21,7 +21,6 @@ from fe_models.files.modal_file import load_modal_model
 from fe_models.files.recording_checks import UNITS
 from fe_models.files.recording_files import load_force
 from fe_models.four_dof_data import paper_dataset
-from fe_models.linear import LinearModel
 from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset, Quantity, Sensor
 from fe_models.simulation import FreeConfig, ReleaseConfig
@@ -54,12 +53,8 @@ DIRECTIONS: tuple[Direction, ...] = (*TRANSLATIONS, *ROTATIONS)
 ROLES: tuple[Role, ...] = ("measured", "held_out")
 
 
-def recordings_of(
-    model: str, subject: Structure | LinearModel, given: RecordingOptions, seed: int
-) -> Callable[[], Dataset]:
+def structure_recordings(model: str, subject: Structure, given: RecordingOptions, seed: int) -> Callable[[], Dataset]:
     """Check the options on recordings, all at once, and return the simulation that they ask for."""
-    if isinstance(subject, LinearModel):
-        raise InputError(f"{model} holds matrices only: recordings need a structure (.toml)")
     if model == "four_dof":
         return _paper_chain(given, seed)
     faults = given.useless("cubic_stiffness", because="is for four_dof; write effects into the structure file")

@@ -33,18 +33,13 @@ def simulate(
       hybrid-modal simulate frame.toml --out runs/frame --refine 4 --pull 3:x:100 --sensor 2:x
     """
     from fe_models.files.dataset_file import DRAWING, dataset_in, write_dataset
-    from fe_models.linear import LinearModel
-    from hybrid.commands.matrix_recordings import matrix_recordings
+    from hybrid.commands.any_recordings import recordings_of
     from hybrid.commands.models import open_model
-    from hybrid.commands.recordings import recordings_of
 
     with command_line(quiet) as result:
         results = dataset_in(out)
         subject = open_model(model, refine, [results], given.modal_model)
-        if isinstance(subject, LinearModel):
-            recordings = matrix_recordings(subject, given, seed)()
-        else:
-            recordings = recordings_of(model, subject, given, seed)()
+        recordings = recordings_of(model, subject, given, seed)()
         with results.replacing() as new:
             path = write_dataset(recordings, new)
         print(f"Recordings: {out / path.name}")
