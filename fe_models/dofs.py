@@ -4,7 +4,13 @@ import numpy as np
 
 from fe_models.causes.laws import with_parts
 from fe_models.dof_map import DofMap
+from fe_models.linear import LinearModel
 from fe_models.structure import Beam, Structure
+
+
+def dofs_of(model: Structure | LinearModel) -> DofMap:
+    """Return the degrees of freedom of a structure, with the nodes that its refinement adds, or of matrices."""
+    return model.dofs if isinstance(model, LinearModel) else structure_dofs(model)
 
 
 def structure_dofs(structure: Structure) -> DofMap:

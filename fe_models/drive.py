@@ -11,7 +11,7 @@ from fe_models.arrays import FloatArray
 from fe_models.assembly import unsupported
 from fe_models.base_motion import Along, BaseMotion, base_force, rigid_motion, unit_vector
 from fe_models.dof_map import DofMap
-from fe_models.dofs import structure_dofs
+from fe_models.dofs import dofs_of
 from fe_models.errors import noting, raise_faults
 from fe_models.interpolant import interpolant
 from fe_models.linear import LinearModel
@@ -64,21 +64,17 @@ def ground_motion(base: Sequence[BaseMotion], sampling_rate: float, time: FloatA
     return found
 
 
-def drive_of(structure: Structure, excitation: Sequence[Load | BaseMotion], sampling_rate: float) -> Drive:
-    """Return what drives a structure, one value a sample; `InputError` with all faults."""
-    raise_faults(_faults(structure, excitation, sampling_rate))
-    dofs = structure_dofs(structure)
+def drive_of(model: Structure | LinearModel, excitation: Sequence[Load | BaseMotion], sampling_rate: float) -> Drive:
+    """Return what drives a model, one value a sample; `InputError` with all faults."""
+    raise_faults(_faults(model, excitation, sampling_rate))
+    dofs = dofs_of(model)
     base = tuple(item for item in excitation if isinstance(item, BaseMotion))
-    mass = unsupported(structure)[0] if base else None
-    pulls = []
-    for item in excitation:
-        if isinstance(item, BaseMotion):
-            assert mass is not None  # as there is a base motion
-            pulls.append(base_force(mass, dofs, item.along))
-        else:
-            pulls.append(dofs.pull([(item.node, item.direction, 1.0)]))
+    pulls = [
+        inertia(model, item.along) if isinstance(item, BaseMotion) else dofs.pull([(item.node, item.direction, 1.0)])
+        for item in excitation
+    ]
     values = np.column_stack([np.asarray(item.values, dtype=float) for item in excitation])
-    return Drive(np.where(dofs.free, pulls, 0.0), values, sampling_rate, base)
+    return Drive(np.where(dofs.moves, pulls, 0.0), values, sampling_rate, base)
 
 
 def inertia(model: Structure | LinearModel, along: Along) -> FloatArray:
@@ -86,17 +82,17 @@ def inertia(model: Structure | LinearModel, along: Along) -> FloatArray:
     of the mass.
     """
     if isinstance(model, Structure):
-        return base_force(unsupported(model)[0], structure_dofs(model), along)
+        return base_force(unsupported(model)[0], dofs_of(model), along)
     pull, free = np.zeros(len(model.dofs)), model.dofs.free
     pull[free] = -(model.mass @ rigid_motion(model.dofs, along)[free])
     return pull
 
 
-def _faults(structure: Structure, excitation: Sequence[Load | BaseMotion], sampling_rate: float) -> list[str]:
+def _faults(model: Structure | LinearModel, excitation: Sequence[Load | BaseMotion], sampling_rate: float) -> list[str]:
     faults = [] if sampling_rate > 0 else [f"sampling_rate = {sampling_rate:g} Hz; must be positive"]
     if not excitation:
         return [*faults, "nothing drives the structure: give loads, or a base motion"]
-    dofs = structure_dofs(structure)
+    dofs = dofs_of(model)
     for number, item in enumerate(excitation, start=1):
         values = np.asarray(item.values)
         if values.ndim != 1 or len(values) < 2 or not np.isfinite(values).all():
@@ -113,11 +109,11 @@ def _place_faults(item: Load | BaseMotion, dofs: DofMap) -> list[str]:
     if isinstance(item, BaseMotion):
         faults = list[str]()
         along = noting(faults, "", unit_vector, item.direction)
-        if along is not None and len(along) > 2:
-            faults.append(f"direction = {item.direction!r} leaves the plane, in which this structure is")
+        if along is not None and not rigid_motion(dofs, along)[dofs.moves].any():
+            faults.append(f"no node of this model moves in direction {item.direction!r}; the base would do nothing")
         return faults
     try:
         row = dofs.row(item.node, item.direction)
     except KeyError as missing:
         return [str(missing.args[0])]
-    return [] if dofs.free[row] else [f"node {item.node} is held in {item.direction} by a support"]
+    return [] if dofs.moves[row] else [f"node {item.node} is held in {item.direction} by a support"]

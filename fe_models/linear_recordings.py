@@ -1,8 +1,8 @@
-"""Recordings of a linear model, of matrices say: let go from pulls, or with a base that moves, by its lowest modes.
+"""Recordings of a linear model, of matrices say, by its lowest modes: let go from pulls, or driven.
 
 Released at rest from K u0 = f, each modal coordinate is q(t) = Re c exp(s t), s = omega (-xi + i sqrt(1 - xi^2)), with
-q(0) = phi^T f / omega^2 and q'(0) = 0. Under the motion of the base, q'' + 2 xi omega q' + omega^2 q = -phi^T M r a(t),
-exact for an acceleration that is linear between fine samples.
+q(0) = phi^T f / omega^2 and q'(0) = 0. Under a load, q'' + 2 xi omega q' + omega^2 q = phi^T p f(t), exact for the
+smooth curve through its samples (`interpolant`); of a base that moves p = -M r and f its acceleration.
 """
 
 from collections.abc import Sequence
@@ -10,19 +10,19 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from scipy.signal import lsim
+from scipy.linalg import expm
 
 from fe_models.arrays import FloatArray
-from fe_models.base_motion import BaseMotion, rigid_motion, unit_vector
+from fe_models.base_motion import BaseMotion
 from fe_models.dof_map import DofMap
-from fe_models.drive import ground_motion, inertia
+from fe_models.drive import Drive, drive_of
 from fe_models.errors import InputError, noting, raise_faults
 from fe_models.files.recording_checks import check_place, check_rates, check_sensor
 from fe_models.interpolant import interpolant
 from fe_models.linear import LinearModel, ModalModel
 from fe_models.measurement import measure, noise_faults
 from fe_models.modes import natural_modes
-from fe_models.recordings import Dataset, Recording, Sensor
+from fe_models.recordings import Dataset, Load, Recording, Sensor
 from fe_models.response import Response
 from fe_models.statics import PointLoad
 from fe_models.synthetic import OVERSAMPLING, Acquisition
@@ -87,34 +87,34 @@ def released_recordings(
     return Dataset(model, acquisition.sampling_rate, sensors, tuple(recordings), acquisition.lowpass)
 
 
-def shaken_recordings(
+def driven_recordings(
     model: LinearModel,
-    motions: Sequence[BaseMotion],
+    excitations: Sequence[Sequence[Load | BaseMotion]],
     sensors: tuple[Sensor, ...],
     acquisition: Acquisition,
     rng: np.random.Generator,
 ) -> Dataset:
-    """Return one recording from rest for each of the ``motions`` of the base, one value a sample; of several the last
-    is for testing. `InputError` with all faults.
+    """Return one recording from rest under each of the ``excitations``, which have one value a sample; of several the
+    last is for testing. `InputError` with all faults.
     """
-    faults = check_linear(model, (), sensors, acquisition)
-    for number, motion in enumerate(motions, start=1):
-        along = noting(faults, f"recording {number}", unit_vector, motion.direction)
-        if along is not None and not rigid_motion(model.dofs, along)[model.dofs.free].any():
-            faults.append(f"recording {number}: no node of this model moves in direction {motion.direction!r}")
+    faults, rate = check_linear(model, (), sensors, acquisition), acquisition.sampling_rate
+    drives = [
+        noting(faults, f"recording {number}", drive_of, model, excitation, rate)
+        for number, excitation in enumerate(excitations, start=1)
+    ]
+    if not excitations:
+        faults.append("nothing drives the model: give loads, or a base motion")
     raise_faults(faults)
-    scene = _scene(model, sensors, acquisition)
-    recordings = []
-    for number, motion in enumerate(motions, start=1):
-        rate = acquisition.sampling_rate
-        time = _times((len(motion.values) - 1) / rate, acquisition)
-        pushed = interpolant(motion.values)(time * rate)
-        feed = scene.modal.shapes.T @ inertia(model, motion.along)  # (mode,)
-        ground = ground_motion((motion,), rate, time)
-        data = scene.recorded(scene.response(time, _driven(scene.modal, feed, pushed, time), ground), rng)
-        role = _role(number, len(motions))
-        recordings.append(Recording(f"driven_{number}", data, role, excitation="measured", base=(motion,)))
-    return Dataset(model, acquisition.sampling_rate, sensors, tuple(recordings), acquisition.lowpass)
+    scene, recordings = _scene(model, sensors, acquisition), []
+    for number, (excitation, drive) in enumerate(zip(excitations, drives, strict=True), start=1):
+        assert drive is not None  # else there were faults
+        motion = _driven(scene.modal, drive, _fine(acquisition))
+        time = _times(drive.duration, acquisition)
+        data = scene.recorded(scene.response(time, motion, drive.ground(time)), rng)
+        loads = tuple(item for item in excitation if isinstance(item, Load))
+        role = _role(number, len(excitations))
+        recordings.append(Recording(f"driven_{number}", data, role, loads, excitation="measured", base=drive.base))
+    return Dataset(model, rate, sensors, tuple(recordings), acquisition.lowpass)
 
 
 def check_linear(
@@ -140,19 +140,37 @@ def _scene(model: LinearModel, sensors: tuple[Sensor, ...], acquisition: Acquisi
 
 
 def _times(duration: float, acquisition: Acquisition) -> FloatArray:
-    fine = OVERSAMPLING if acquisition.lowpass else 1
+    fine = _fine(acquisition)
     return np.arange(round(duration * acquisition.sampling_rate) * fine + 1) / (fine * acquisition.sampling_rate)
 
 
-def _driven(modal: ModalModel, feed: FloatArray, pushed: FloatArray, time: FloatArray) -> list[FloatArray]:
-    """Return displacement, velocity and acceleration (mode, time) of modes from rest under ``feed`` (mode,) times
-    ``pushed`` (time,).
+def _fine(acquisition: Acquisition) -> int:
+    """Return into how many steps a sample is divided, so that a low-pass acts before sampling."""
+    return OVERSAMPLING if acquisition.lowpass else 1
+
+
+def _driven(modal: ModalModel, drive: Drive, fine: int) -> list[FloatArray]:
+    """Return displacement, velocity and acceleration (mode, time) of modes from rest, in ``fine`` steps to a sample.
+
+    Forces are polynomials over each step h, with derivatives g_p at its begin. They add sum h phi_p+1(A h) F h^p g_p to
+    a state z' = A z + F g, all in the first rows of one matrix exponential (Al-Mohy and Higham 2011, th. 2.1).
     """
-    found = []
-    for omega, ratio, own in zip(modal.omega, modal.damping_ratio, feed, strict=True):
+    course, step = interpolant(drive.values), 1 / (drive.sampling_rate * fine)
+    at = np.arange((len(drive.values) - 1) * fine + 1) / fine  # whole numbers at the samples, where polynomials join
+    orders = course.k + 1
+    feed = drive.pulls @ modal.shapes  # (force, mode)
+    courses = np.stack([course(at[:-1], order) / fine**order @ feed for order in range(orders)], axis=1)
+    pushed, found = course(at) @ feed, []
+    for mode, (omega, ratio) in enumerate(zip(modal.omega, modal.damping_ratio, strict=True)):
         A = np.array([[0.0, 1.0], [-(omega**2), -2 * ratio * omega]])
-        _, _, state = lsim((A, np.array([[0.0], [own]]), np.eye(2), np.zeros((2, 1))), pushed, time)
-        found.append([state[:, 0], state[:, 1], own * pushed + state @ A[1]])
+        whole = np.zeros((2 + orders, 2 + orders))
+        whole[:2, :2], whole[1, 2] = A * step, step
+        whole[2:-1, 3:] += np.eye(orders - 1)
+        over = expm(whole)[:2]
+        state = np.zeros((len(at), 2))
+        for number, push in enumerate(courses[:, :, mode] @ over[:, 2:].T):
+            state[number + 1] = over[:, :2] @ state[number] + push
+        found.append([state[:, 0], state[:, 1], pushed[:, mode] + state @ A[1]])
     return list(np.array(found).swapaxes(0, 1))
 
 

@@ -7,23 +7,26 @@ from dataclasses import replace
 import numpy as np
 
 from fe_models.base_motion import BaseMotion
+from fe_models.dofs import dofs_of
 from fe_models.errors import InputError, noting, raise_faults
 from fe_models.files.recording_checks import UNITS, check_sensors
+from fe_models.linear import LinearModel
+from fe_models.linear_recordings import driven_recordings, released_recordings
 from fe_models.recordings import Dataset, Load, Quantity, Recording, Sensor
 from fe_models.simulation import FreeConfig, ReleaseConfig
 from fe_models.statics import PointLoad
-from fe_models.structure import PLANE_FRAME, Beam, Cable, Direction, Structure
+from fe_models.structure import ROTATIONS, TRANSLATIONS, Beam, Cable, Structure
 from fe_models.synthetic import OVERSAMPLING, Acquisition, driven_dataset, free_dataset, release_dataset
 
 QUANTITY_LETTERS: dict[str, Quantity] = {"x": "displacement", "v": "velocity", "a": "acceleration"}
-SENSOR_NAME = re.compile(r"([xva])(\d+)(x|y|rz)?")
+SENSOR_NAME = re.compile(r"([xva])(\d+)(r?[xyz])?")
 DEFAULT_MOTIONS = 10  # of a chain: enough to train on and to test with, simulated in a second
 Excitation = Load | BaseMotion
 LOWPASS_SHARE = 0.3  # of a frame's sampling rate: that of the laboratory bridge
 
 
 def simulate(
-    structure: Structure,
+    model: Structure | LinearModel,
     sensors: Iterable[str | Sensor],
     *,
     held_out: Iterable[str | Sensor] = (),
@@ -37,23 +40,25 @@ def simulate(
     seed: int = 0,
     progress: bool = False,
 ) -> Dataset:
-    """Return recordings of a structure with all its nonlinearity, each ready for training (see `Dataset.split`).
+    """Return recordings of a structure with all its nonlinearity, or of matrices, each ready for training (see
+    `Dataset.split`).
 
     A chain moves freely from as many random states as there are to be ``motions``; a frame is pulled and let go:
-    ``pulls`` holds a load, or several at once, for each recording. With an ``excitation`` either starts from rest and
-    is driven: by a `Load` or a `BaseMotion`, or several at once, for each recording, one value a sample.
+    ``pulls`` holds a load, or several at once, for each recording; so are matrices, which move linearly. With an
+    ``excitation`` each starts from rest and is driven: by a `Load` or a `BaseMotion`, or several at once, for each
+    recording, one value a sample.
 
     ``sensors`` are fitted, those ``held_out`` only scored; "a3" is the acceleration of node 3, "x3" its displacement,
     "v3" its velocity, and "a3y" that in y, where nodes move in several directions. ``duration`` (s): 50 for chains, 20
-    for frames; ``sampling_rate`` (Hz): 10 and 100, of what is driven 100; ``lowpass`` (Hz; 0 for none): none, of
-    frames 0.3 times the sampling rate, of what is driven none. ``noise``: its standard deviation, over that of each
-    channel (0.02) or in the sensors' units ({"m/s^2": 0.01}). The dataset's model is the structure itself: give
+    for others; ``sampling_rate`` (Hz): 10 for chains and 100, of what is driven 100; ``lowpass`` (Hz; 0 for none): none
+    for chains, else 0.3 times the sampling rate, of what is driven none. ``noise``: its standard deviation, over that
+    of each channel (0.02) or in the sensors' units ({"m/s^2": 0.01}). The dataset's model is the one that moved: give
     `hybrid.diagnose` the design beside it.
     `InputError` with all faults.
     """
     faults = list[str]()
-    fitted = _read(sensors, structure, faults)
-    unseen = (replace(sensor, role="held_out") for sensor in _read(held_out, structure, faults))
+    fitted = _read(sensors, model, faults)
+    unseen = (replace(sensor, role="held_out") for sensor in _read(held_out, model, faults))
     channels = (*fitted, *unseen)
     faults += check_sensors(list(channels)) if not faults else []
     raise_faults(faults)
@@ -61,52 +66,59 @@ def simulate(
     if excitation:
         if pulls or duration is not None:
             raise InputError("an excitation says how long recordings are, and nothing is pulled then: leave that out")
-        rate = sampling_rate or 100.0
-        acquisition = Acquisition(rate, lowpass or None, noise)
+        acquisition = Acquisition(sampling_rate or 100.0, lowpass or None, noise)
         driven = tuple((item,) if isinstance(item, Load | BaseMotion) else tuple(item) for item in excitation)
-        return driven_dataset(structure, driven, channels, acquisition, rng, progress=progress)
-    if not any(isinstance(element, Beam | Cable) for element in structure.elements):
+        if isinstance(model, LinearModel):
+            return driven_recordings(model, driven, channels, acquisition, rng)
+        return driven_dataset(model, driven, channels, acquisition, rng, progress=progress)
+    if isinstance(model, Structure) and not any(isinstance(element, Beam | Cable) for element in model.elements):
         if pulls:
             raise InputError("pulls are for frames; a chain moves from random states, see motions")
         if motions < 1:
             raise InputError(f"motions = {motions}; expected at least 1")
         acquisition = Acquisition(sampling_rate or 10.0, lowpass or None, noise)
         free = FreeConfig(duration or 50.0, acquisition.sampling_rate)
-        found = free_dataset(structure, motions, channels, acquisition, rng, free, progress)
-    else:
-        if not pulls:
-            raise InputError(
-                "a frame is pulled and let go: give pulls, such as [PointLoad(3, 'y', -10.0)], one for each recording"
-            )
-        rate = sampling_rate or 100.0
-        band = LOWPASS_SHARE * rate if lowpass is None else lowpass or None
-        acquisition = Acquisition(rate, band, noise)
-        release = ReleaseConfig(duration=duration or 20.0, sampling_rate=OVERSAMPLING * rate)
-        releases = tuple((pull,) if isinstance(pull, PointLoad) else tuple(pull) for pull in pulls)
-        found = release_dataset(structure, releases, channels, acquisition, rng, release, progress).dataset
+        return _separate(free_dataset(model, motions, channels, acquisition, rng, free, progress))
+    if not pulls:
+        raise InputError(
+            f"{'a frame is' if isinstance(model, Structure) else 'matrices are'} pulled and let go: give pulls, such as"
+            " [PointLoad(3, 'y', -10.0)], one for each recording"
+        )
+    rate = sampling_rate or 100.0
+    acquisition = Acquisition(rate, LOWPASS_SHARE * rate if lowpass is None else lowpass or None, noise)
+    releases = tuple((pull,) if isinstance(pull, PointLoad) else tuple(pull) for pull in pulls)
+    if isinstance(model, LinearModel):
+        return _separate(released_recordings(model, releases, channels, acquisition, duration or 20.0, rng))
+    release = ReleaseConfig(duration=duration or 20.0, sampling_rate=OVERSAMPLING * rate)
+    return _separate(release_dataset(model, releases, channels, acquisition, rng, release, progress).dataset)
+
+
+def _separate(found: Dataset) -> Dataset:
+    """Return a dataset with a recording for each motion, all for training."""
     single = (data[None] for recording in found.recordings for data in recording.data)
     recordings = tuple(Recording(f"motion_{number}", data) for number, data in enumerate(single, start=1))
     return replace(found, recordings=recordings)
 
 
-def sensor_at(sensor: str | Sensor, structure: Structure) -> Sensor:
+def sensor_at(sensor: str | Sensor, model: Structure | LinearModel) -> Sensor:
     """Return the sensor that a name such as "a3" or "a3y" stands for; `InputError` where it stands for none."""
     if isinstance(sensor, Sensor):
         return sensor
     match = SENSOR_NAME.fullmatch(sensor)
-    one = len(structure.directions) == 1
-    if match is None or not (match[3] or one):
-        example = '"a3"' if one else '"a3y"'
-        along = "" if one else f" and a direction ({', '.join(structure.directions)})"
+    own = set(dofs_of(model).direction.tolist())
+    known = [direction for direction in (*TRANSLATIONS, *ROTATIONS) if direction in own]
+    if match is None or (match[3] or known[0]) not in known or not (match[3] or len(known) == 1):
+        example = '"a3"' if len(known) == 1 else f'"a3{known[0]}"'
+        along = "" if len(known) == 1 else f" and a direction ({', '.join(known)})"
         raise InputError(
             f"sensor {sensor!r}: expected x, v or a (displacement, velocity, acceleration), a node{along},"
             f" such as {example}; or a Sensor"
         )
-    direction: Direction = next((d for d in PLANE_FRAME if d == match[3]), structure.directions[0])
+    direction = next(each for each in known if each == (match[3] or known[0]))
     quantity = QUANTITY_LETTERS[match[1]]
-    return Sensor(sensor, int(match[2]), direction, quantity, UNITS[quantity, direction == "rz"])
+    return Sensor(sensor, int(match[2]), direction, quantity, UNITS[quantity, direction in ROTATIONS])
 
 
-def _read(sensors: Iterable[str | Sensor], structure: Structure, faults: list[str]) -> list[Sensor]:
-    read = (noting(faults, "", sensor_at, sensor, structure) for sensor in sensors)
+def _read(sensors: Iterable[str | Sensor], model: Structure | LinearModel, faults: list[str]) -> list[Sensor]:
+    read = (noting(faults, "", sensor_at, sensor, model) for sensor in sensors)
     return [sensor for sensor in read if sensor is not None]

@@ -187,7 +187,7 @@ def test_noise_is_a_share_of_each_channel_or_in_the_sensors_units() -> None:
 def test_all_faults_of_a_simulation_are_reported_at_once() -> None:
     with pytest.raises(fe.InputError) as caught:
         fe.simulate(fe.four_dof(), sensors=["q4", "a1y"], held_out=["z"])
-    assert [fault.split(":")[0] for fault in caught.value.faults] == ["sensor 'q4'", "sensor 'z'"]
+    assert [fault.split(":")[0] for fault in caught.value.faults] == ["sensor 'q4'", "sensor 'a1y'", "sensor 'z'"]
     with pytest.raises(fe.InputError, match="node 9 does not exist"):
         fe.simulate(fe.four_dof(), sensors=["a9"])
     with pytest.raises(fe.InputError, match="a direction"):

@@ -4,6 +4,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
+from scipy.interpolate import make_interp_spline
 from scipy.linalg import expm
 from typer.testing import CliRunner
 
@@ -14,12 +16,12 @@ from fe_models.files.atomic import write_npz
 from fe_models.files.dataset_file import load_dataset
 from fe_models.files.matrices_file import load_linear_model
 from fe_models.linear import LinearModel
-from fe_models.linear_recordings import released_recordings, shaken_recordings
-from fe_models.recordings import Sensor
+from fe_models.linear_recordings import released_recordings
+from fe_models.recordings import Load, Sensor
 from fe_models.statics import PointLoad
 from fe_models.synthetic import Acquisition
 from hybrid.commands.app import app
-from tests.space_frames import FOLLOWED, two_storeys
+from tests.space_frames import FOLLOWED, cantilever_arrays, two_storeys
 
 QUIET = Acquisition(200.0, None, 0.0, 0.0)
 SENSORS = (
@@ -66,32 +68,65 @@ def test_a_release_is_that_of_the_whole_system(model: LinearModel) -> None:
     np.testing.assert_allclose(data, shown(model, every, every @ A.T), atol=1e-9 * np.abs(data).max())
 
 
-def test_a_shaken_base_moves_the_whole_system(model: LinearModel) -> None:
-    """Accelerometers show the absolute motion; a zero-order hold of 0.1 ms is off by a thousandth."""
-    time = np.arange(201) / QUIET.sampling_rate
-    motion = BaseMotion((1.0, 1.0), np.sin(2 * np.pi * 1.5 * time) * np.sin(np.pi * time))
-    data = shaken_recordings(model, [motion], SENSORS, QUIET, np.random.default_rng(0)).recordings[0].data[0]
-    A, size, fine = state_matrix(model), model.mass.shape[0], 50
-    r = np.array([{"x": 1.0, "y": 1.0}.get(d, 0.0) / np.sqrt(2) for d in model.dofs.direction[model.dofs.free]])
-    step = 1 / (QUIET.sampling_rate * fine)
-    B = np.concatenate([np.zeros(size), -r])
-    forward = expm(A * step)
-    held = np.linalg.solve(A, (forward - np.eye(2 * size)) @ B)
-    t = np.arange(200 * fine) * step + step / 2
-    pushed, state, states = np.sin(2 * np.pi * 1.5 * t) * np.sin(np.pi * t), np.zeros(2 * size), [np.zeros(2 * size)]
-    for number, a in enumerate(pushed, start=1):
-        state = forward @ state + held * a
-        if number % fine == 0:
-            states.append(state)
-    every = np.array(states)
-    rates = every @ A.T + np.outer(motion.values, B)
-    expected = shown(model, every, rates)
-    ground = [integral(np.arange(201)) for integral in motion.integrals()]
-    expected[:, 0] += ground[1] / QUIET.sampling_rate**2 / np.sqrt(2)
-    expected[:, 1] += motion.values / np.sqrt(2)
-    expected[:, 2] += ground[0] / QUIET.sampling_rate / np.sqrt(2)
-    size = np.abs(expected).max(axis=0)
-    np.testing.assert_allclose(data / size, expected / size, atol=2e-3)
+def test_what_drives_moves_the_whole_system(model: LinearModel) -> None:
+    """Two loads and the base at once, up to half the sampling rate: beside Runge-Kutta of order 8 on the smooth curves
+    through their samples. Accelerometers show the absolute motion.
+    """
+    rng = np.random.default_rng(4)
+    corner, top = Load(FOLLOWED, "y", 1e3 * rng.standard_normal(81)), Load(3, "x", 1e3 * rng.standard_normal(81))
+    base = BaseMotion((1.0, 1.0), rng.standard_normal(81))
+    data = fe.simulate(model, SENSORS, excitation=[[corner, base, top]], sampling_rate=200.0, noise=0.0)
+    (recording,) = data.recordings
+    assert (recording.loads, recording.base) == ((corner, top), (base,))
+    A, size, dofs = state_matrix(model), model.mass.shape[0], model.dofs
+    r = np.array([{"x": 1.0, "y": 1.0}.get(d, 0.0) / np.sqrt(2) for d in dofs.direction[dofs.free]])
+    unit = [dofs.gathered(dofs.pull([(load.node, load.direction, 1.0)])) for load in (corner, top)]
+    pushed = np.linalg.solve(model.mass.toarray(), np.array([*unit, -model.mass @ r]).T)  # (free, force)
+    B = np.concatenate([np.zeros((size, 3)), pushed])
+    curve = make_interp_spline(np.arange(81), np.stack([corner.values, top.values, base.values], axis=1), 7)
+    time = np.arange(81) / 200.0
+    found = solve_ivp(
+        lambda t, z: A @ z + B @ curve(200.0 * t),
+        (0.0, time[-1]),
+        np.zeros(2 * size),
+        "DOP853",
+        time,
+        rtol=1e-9,
+        atol=1e-12,
+        max_step=2e-3,
+    )
+    states = found.y.T
+    expected = shown(model, states, states @ A.T + curve(200.0 * time) @ B.T)
+    ground = [integral(np.arange(81)) for integral in base.integrals()]
+    expected[:, 0] += ground[1] / 200.0**2 / np.sqrt(2)
+    expected[:, 1] += base.values / np.sqrt(2)
+    expected[:, 2] += ground[0] / 200.0 / np.sqrt(2)
+    size_of = np.abs(expected).max(axis=0)
+    np.testing.assert_allclose(recording.data[0] / size_of, expected / size_of, atol=1e-6)  # the solver's
+
+
+def test_a_base_that_rises_moves_what_bends_upwards(tmp_path: Path) -> None:
+    arrays, _, _ = cantilever_arrays(4)
+    write_npz(tmp_path / "beam.npz", arrays)
+    beam = load_linear_model(tmp_path / "beam.npz")
+    course = np.sin(0.2 * np.arange(101))
+    up = fe.simulate(beam, ["a5z", "v3z", "x5ry"], excitation=[BaseMotion("z", course)], noise=0.0)
+    aslant = fe.simulate(beam, ["a5z", "v3z", "x5ry"], excitation=[BaseMotion((0.0, 3.0, 4.0), course)], noise=0.0)
+    still = fe.simulate(beam, ["a5y"], excitation=[BaseMotion("z", course)], noise=0.0)
+    assert np.abs(still.recordings[0].data).max() < 1e-12
+    np.testing.assert_allclose(aslant.recordings[0].data, 0.8 * up.recordings[0].data, rtol=1e-9, atol=1e-15)
+    with pytest.raises(InputError, match="no node of this model moves in direction 'x'"):
+        fe.simulate(beam, ["a5z"], excitation=[BaseMotion("x", course)], noise=0.0)
+
+
+def test_matrices_are_pulled_and_let_go_from_python(model: LinearModel) -> None:
+    data = fe.simulate(model, ["a3x", "x4y"], pulls=[PointLoad(3, "x", 100.0)] * 2, duration=1.0, sampling_rate=50.0)
+    assert [recording.data.shape for recording in data.recordings] == [(1, 51, 2)] * 2
+    assert data.lowpass == 15.0
+    with pytest.raises(InputError, match="matrices are pulled and let go: give pulls"):
+        fe.simulate(model, ["a3x"])
+    with pytest.raises(InputError, match=r"a node and a direction \(x, y, rz\), such as \"a3x\""):
+        fe.simulate(model, ["a3z"])
 
 
 def test_the_command_simulates_matrices_in_space(tmp_path: Path) -> None:

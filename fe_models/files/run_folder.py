@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from fe_models.arrays import FloatArray
 from fe_models.damping import ratios_of_modes, replace_ratios
 from fe_models.dof_map import DofMap
-from fe_models.dofs import structure_dofs
+from fe_models.dofs import dofs_of
 from fe_models.errors import InputError, raise_faults
 from fe_models.files.array_files import load_arrays
 from fe_models.files.atomic import write_npz
@@ -72,7 +72,7 @@ def load_run(folder: Path) -> Run:
         raise InputError(f"{file}: no such file; give a folder that 'hybrid-modal build' or 'train' wrote")
     arrays = load_arrays(file)
     model = _model(arrays, file)
-    dofs = structure_dofs(model) if isinstance(model, Structure) else model.dofs
+    dofs = dofs_of(model)
     faults: list[str] = []
     frequencies = _numbers(arrays, "frequencies", (None,), str(file), faults)
     shapes = _numbers(arrays, "mode_shapes", (len(dofs), len(frequencies)), str(file), faults)

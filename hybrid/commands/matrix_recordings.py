@@ -9,7 +9,7 @@ from fe_models.base_motion import BaseMotion
 from fe_models.errors import noting, raise_faults
 from fe_models.files.known_motion import BASE_UNITS, SI_UNIT
 from fe_models.linear import LinearModel
-from fe_models.linear_recordings import check_linear, released_recordings, shaken_recordings
+from fe_models.linear_recordings import check_linear, driven_recordings, released_recordings
 from fe_models.recordings import Dataset
 from hybrid.commands.recording_options import RecordingOptions
 from hybrid.commands.recordings import acquisition_of, all_of, base_direction, base_values, loads_of_pull, sensor_of
@@ -34,8 +34,8 @@ def matrix_recordings(model: LinearModel, given: RecordingOptions, seed: int) ->
         courses = all_of(given.base, base_values, faults)
         raise_faults(faults)
         assert along is not None  # else there were faults
-        motions = [BaseMotion(along, BASE_UNITS[unit] * values) for values in courses]
-        return partial(shaken_recordings, model, motions, sensors, acquisition, rng)
+        motions = [(BaseMotion(along, BASE_UNITS[unit] * values),) for values in courses]
+        return partial(driven_recordings, model, motions, sensors, acquisition, rng)
     releases = all_of(given.pull or (), loads_of_pull, faults)
     if not given.pull:
         faults.append("something must move it: give --pull NODE:DIRECTION:FORCE, such as --pull 3:z:-10, or --base")

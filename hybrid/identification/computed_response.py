@@ -10,7 +10,7 @@ from fe_models.base_motion import Along, rigid_motion
 from fe_models.causes import ForceLaw
 from fe_models.causes.laws import effects_of
 from fe_models.dof_map import DofMap
-from fe_models.dofs import structure_dofs
+from fe_models.dofs import dofs_of
 from fe_models.drive import inertia
 from fe_models.files.recording_checks import READS_ZERO, check_place
 from fe_models.linear import LinearModel
@@ -75,7 +75,7 @@ def input_name(item: Input) -> str:
 
 def misplaced(model: Structure | LinearModel, sensors: Sequence[Sensor], inputs: Sequence[Input]) -> list[str]:
     """Return which sensors and loads a model has no place for, a line each."""
-    dofs = model.dofs if isinstance(model, LinearModel) else structure_dofs(model)
+    dofs = dofs_of(model)
     nodes = len(model.coordinates if isinstance(model, LinearModel) else model.nodes)
     places = {f"sensor {sensor.name!r}": (sensor.node, str(sensor.direction)) for sensor in sensors}
     places |= {input_name(item): (int(item[0]), str(item[1])) for item in inputs if base_along(item) is None}
