@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fe_models.directions import axis_and_sign, components
 from fe_models.errors import InputError
 from fe_models.files.dataset_file import load_dataset
-from fe_models.files.directions import axis_and_sign, components
 from fe_models.recordings import Dataset
 from tests.sample_dataset import SAMPLES, TOML, free_decay, write_sample
 

@@ -8,9 +8,9 @@ from math import inf
 from pathlib import Path
 from typing import Literal
 
+from fe_models.directions import axis_and_sign
 from fe_models.dof_map import DofMap
 from fe_models.errors import noting
-from fe_models.files.directions import axis_and_sign
 from fe_models.files.modal_file import load_modal_model
 from fe_models.files.recording_checks import (
     READS_ZERO,

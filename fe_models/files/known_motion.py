@@ -7,9 +7,9 @@ import numpy as np
 
 from fe_models.arrays import FloatArray
 from fe_models.base_motion import BaseDirection, BaseMotion, rigid_motion, unit_vector
+from fe_models.directions import FileDirection, components
 from fe_models.dof_map import DofMap
 from fe_models.errors import noting
-from fe_models.files.directions import FileDirection, components
 from fe_models.files.recording_checks import UNITS, UNITS_BESIDE, check_place
 from fe_models.files.recording_files import load_force
 from fe_models.files.tables import Table, read_list, read_table
