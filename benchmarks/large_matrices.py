@@ -71,7 +71,7 @@ def decay(model: LinearModel, sensors: tuple[Sensor, ...], case: LargeCase, rng:
     modal = natural_modes(model, case.modes)
     below = modal.frequencies < case.rate / 2
     omega, ratio = modal.omega[below], modal.damping_ratio[below]
-    rows = [modal.dofs.row(sensor.node, sensor.direction) for sensor in sensors]
+    rows = [modal.dofs.row(sensor.node, str(sensor.direction)) for sensor in sensors]
     roots = omega * (-ratio + 1j * np.sqrt(1 - ratio**2))
     waves = np.exp(np.outer(np.arange(round(case.seconds * case.rate)) / case.rate, roots))
     begun = np.exp(2j * np.pi * rng.uniform(size=len(omega))) * rng.uniform(0.5, 1.5, len(omega))

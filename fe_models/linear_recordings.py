@@ -24,6 +24,7 @@ from fe_models.measurement import measure, noise_faults
 from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset, Load, Recording, Sensor
 from fe_models.response import Response
+from fe_models.sensing import seen
 from fe_models.statics import PointLoad
 from fe_models.synthetic import OVERSAMPLING, Acquisition
 
@@ -43,12 +44,10 @@ class _Scene:
 
     def response(self, time: FloatArray, motion: Sequence[FloatArray], ground: FloatArray | None = None) -> Response:
         """Return the motion at the sensors, of displacement, velocity and acceleration (mode, time) each."""
-        places = list(dict.fromkeys((sensor.node, str(sensor.direction)) for sensor in self.sensors))
-        rows = [self.modal.dofs.row(*place) for place in places]
-        nodes, directions = zip(*places, strict=True)
-        dofs = DofMap(np.array(nodes), np.array(directions), np.ones(len(places), dtype=bool))
-        seen = self.modal.shapes[rows]  # (place, mode)
-        x, v, a = ((seen @ part).T for part in motion)
+        rows = np.flatnonzero(seen(self.modal.dofs, self.sensors).any(axis=0))
+        own = self.modal.dofs
+        dofs = DofMap(own.node[rows], own.direction[rows], np.ones(len(rows), dtype=bool))
+        x, v, a = ((self.modal.shapes[rows] @ part).T for part in motion)
         return Response(time, x, v, a, dofs, ground)
 
     def recorded(self, response: Response, rng: np.random.Generator, start: float = 0.0) -> FloatArray:

@@ -7,11 +7,12 @@ from typing import Literal
 import numpy as np
 
 from fe_models.arrays import BoolArray, FloatArray
-from fe_models.base_motion import BaseMotion
+from fe_models.base_motion import Along, BaseMotion
+from fe_models.directions import AnyDirection, components
 from fe_models.errors import InputError
 from fe_models.linear import LinearModel, ModalModel
 from fe_models.mode_estimate import ModeEstimate
-from fe_models.structure import Direction, Structure
+from fe_models.structure import ROTATIONS, TRANSLATIONS, Direction, Structure
 
 SAME_RATE = 1e-6  # relative
 Quantity = Literal["displacement", "velocity", "acceleration"]
@@ -23,17 +24,32 @@ QUANTITIES: tuple[Quantity, ...] = ("displacement", "velocity", "acceleration") 
 class Sensor:
     """One channel: where, in which direction and what it senses; ``unit`` "1" marks a normalised channel.
 
+    ``direction``: an axis, an angle in degrees from x towards y, or a vector, (dx, dy) or (dx, dy, dz), of any length.
     ``role``: "measured" channels are fitted, "held_out" ones only scored. ``reference``: where the base moves, sensors
     show the "absolute" motion, as accelerometers do, or that relative to the "base".
     """
 
     name: str
     node: int
-    direction: Direction
+    direction: AnyDirection
     quantity: Quantity
     unit: str
     role: Literal["measured", "held_out"] = "measured"
     reference: Literal["absolute", "base"] = "absolute"
+
+    @property
+    def components(self) -> dict[Direction, float]:
+        """The part of its direction along each axis that it has one along; `InputError` where it is none."""
+        return components(self.direction)
+
+    def shown_of(self, along: Along) -> float:
+        """Return what it shows of a motion by one ``along`` (dx, dy[, dz]): of a base that moves, say."""
+        return sum(self.components.get(axis, 0.0) * part for axis, part in zip(TRANSLATIONS, along, strict=False))
+
+    @property
+    def turns(self) -> bool:
+        """Whether it senses a rotation."""
+        return self.direction in ROTATIONS
 
 
 def of_each_quantity(sensors: Sequence[Sensor]) -> BoolArray:

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 from fe_models.arrays import FloatArray
 from fe_models.dof_map import DofMap
 from fe_models.recordings import QUANTITIES, Quantity, Sensor
-from fe_models.structure import ROTATIONS, TRANSLATIONS
+from fe_models.sensing import seen
+from fe_models.structure import TRANSLATIONS
 
 
 @dataclass(frozen=True)
@@ -36,7 +37,9 @@ class Response:
 
     def shown(self, sensor: Sensor) -> FloatArray:
         """Return what a sensor without fault shows, (..., time): the absolute motion, or that relative to the base."""
-        relative = self.channel(sensor.node, sensor.direction, sensor.quantity)
-        if self.ground is None or sensor.reference == "base" or sensor.direction in ROTATIONS:
+        values: FloatArray = getattr(self, sensor.quantity)
+        relative = values @ seen(self.dofs, [sensor])[0]
+        if self.ground is None or sensor.reference == "base" or sensor.turns:
             return relative
-        return relative + self.ground[QUANTITIES.index(sensor.quantity), :, TRANSLATIONS.index(sensor.direction)]
+        along = [sensor.components.get(axis, 0.0) for axis in TRANSLATIONS]
+        return relative + self.ground[QUANTITIES.index(sensor.quantity)] @ along

@@ -53,7 +53,7 @@ def vibrations(model: Structure, truth: Structure, sensors: tuple[Sensor, ...], 
     begun = rng.standard_normal((2, 4, count)) * size
     start = begun[0] @ shapes, (begun[1] * modal.omega) @ shapes
     motion = simulate_free(truth, *start, FreeConfig(5.0, 100.0, 1e-4), progress=False)
-    clean = np.stack([motion.channel(s.node, s.direction, s.quantity) for s in sensors], axis=-1)
+    clean = np.stack([motion.shown(s) for s in sensors], axis=-1)
     data = clean + 0.03 * clean.std(axis=(0, 1)) * rng.standard_normal(clean.shape)
     recordings = tuple(Recording(f"r{i}", part[None], "test" if i == 3 else "train") for i, part in enumerate(data))
     return Dataset(model, 100.0, sensors, recordings)

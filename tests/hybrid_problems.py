@@ -96,7 +96,7 @@ def decay(modal: ModalModel, q: FloatArray, q_dot: FloatArray, step: float, samp
 def channels(modal: ModalModel, motion: Motion, sensors: Sequence[Sensor]) -> FloatArray:
     """What the sensors see of a motion, sensor by sensor, (realisation, time, sensor)."""
     parts = {"displacement": motion.q, "velocity": motion.q_dot, "acceleration": motion.q_ddot}
-    seen = [parts[s.quantity] @ modal.shapes[modal.dofs.row(s.node, s.direction)] for s in sensors]
+    seen = [parts[s.quantity] @ modal.shapes[modal.dofs.row(s.node, str(s.direction))] for s in sensors]
     return np.stack(seen, axis=-1)
 
 

@@ -41,7 +41,7 @@ def recorded(structure: Structure, *effects: Effect, step: float = 2e-4) -> Data
     start = (begun[0] / modal.omega) @ shapes, begun[1] @ shapes
     config = FreeConfig(DURATION, RATE, step)
     motion = simulate_free(structure.with_effects(*effects), start[0], start[1], config, progress=False)
-    clean = np.stack([motion.channel(s.node, s.direction, s.quantity) for s in SENSORS], axis=-1)
+    clean = np.stack([motion.shown(s) for s in SENSORS], axis=-1)
     data = clean + NOISE * clean.std(axis=(0, 1)) * rng.standard_normal(clean.shape)
     parts = tuple(Recording(f"r{i}", data[i : i + 1], "train" if i < COUNT - 1 else "test") for i in range(COUNT))
     return Dataset(structure, RATE, SENSORS, parts, assumptions=Assumptions())

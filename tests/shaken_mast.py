@@ -33,7 +33,7 @@ def accelerations(structure: Structure, force: FloatArray, step: float) -> Float
     """
     linear = linearise(structure)
     modal = natural_modes(linear, len(linear.dofs.free_rows))
-    rows = [modal.dofs.row(sensor.node, sensor.direction) for sensor in SENSORS]
+    rows = [modal.dofs.row(sensor.node, str(sensor.direction)) for sensor in SENSORS]
     pushed, moved = modal.shapes[modal.dofs.row(PUSHED, "x")], np.zeros((len(force), len(rows)))
     for mode, omega in enumerate(modal.omega):
         ratio = 2 * structure.damping.modal_ratios[0] * omega

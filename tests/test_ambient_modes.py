@@ -230,7 +230,7 @@ def test_the_bridge_under_wind_shows_every_mode_of_its_band_and_no_other() -> No
     model = linearise(bridge())
     modal = natural_modes(model, 12)  # up to 37 Hz
     sensors = [sensor for sensor in bridge_sensors() if sensor.role == "measured"]
-    rows = [model.dofs.row(sensor.node, sensor.direction) for sensor in sensors]
+    rows = [model.dofs.row(sensor.node, str(sensor.direction)) for sensor in sensors]
     forced = [model.dofs.row(node, "y") for node in (2, 3, 5, 9, 11, 13, 15, 17, 19, 21, 25, 28)]
     forced += [model.dofs.row(node, "x") for node in (34, 37, 40, 42, 47, 50, 53, 55)]
     for seed in range(2):

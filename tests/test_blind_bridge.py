@@ -54,7 +54,7 @@ def left_by_nominal(case: BlindCase) -> FloatArray:
     step = TimeIntegration(dataset.assumptions.step) if dataset.assumptions.step else None
     pole = root(modes.omega, modes.damping_ratio)
     shown = step.shown_root(pole) if step else pole
-    rows = [modes.dofs.row(sensor.node, sensor.direction) for sensor in dataset.sensors]
+    rows = [modes.dofs.row(sensor.node, str(sensor.direction)) for sensor in dataset.sensors]
     data = recordings(case)
     time = np.arange(data.shape[1]) / dataset.sampling_rate
     motion = np.exp(np.multiply.outer(time, shown))[:, None] * (modes.shapes[rows] * pole**2)  # (time, sensor, mode)
@@ -174,7 +174,7 @@ def test_damping_that_couples_modes_is_that_of_the_state_space() -> None:
         state = step @ state
     acceleration = np.zeros(len(linear.dofs))
     acceleration[linear.dofs.free] = -np.linalg.solve(M, K @ state[:size] + C @ state[size:])
-    rows = [linear.dofs.row(s.node, s.direction) for s in SENSORS]
+    rows = [linear.dofs.row(s.node, str(s.direction)) for s in SENSORS]
     np.testing.assert_allclose(shown[250], acceleration[rows], rtol=0, atol=5e-3 * np.abs(acceleration[rows]).max())
 
 
@@ -202,7 +202,7 @@ def test_a_bridge_in_time_steps_is_that_of_exudyns_newmark() -> None:
     config = FreeConfig(2.0, OUTPUT_RATE, step, "newmark")
     motion = simulate_free(design, x[None], v[None], config, progress=False)
     sensors = tuple(replace(sensor, quantity="displacement", unit="m") for sensor in SENSORS)
-    theirs = np.stack([motion.channel(s.node, s.direction, s.quantity)[0] for s in sensors], axis=-1)
+    theirs = np.stack([motion.shown(s)[0] for s in sensors], axis=-1)
     errors = []
     for own in (step, None):
         ours = motion_at(Truth(design, np.ones(0), False, own), starts, sensors, 2.0, 0.0, (), 30.0)[0]

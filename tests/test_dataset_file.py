@@ -107,7 +107,7 @@ TOML_FAULTS = [
     (
         'direction = "x"',
         'direction = "u"',
-        'sensors[1].direction: expected "x" or "y" or "z" or "rx" or "ry" or "rz", found "u"',
+        '"rx" or "ry" or "rz" or a number or [a number, ...], found "u"',
     ),
     ('"acceleration"', '"accel"', 'sensors[1].quantity: expected "displacement" or "velocity" or "acceleration"'),
     ('"m/s^2"', '"mm/s"', "sensors[1] (a2): unit 'mm/s' does not fit acceleration in x"),

@@ -54,7 +54,7 @@ def stiffer(percent: float, *others: Effect) -> Dataset:
     truth = four_dof().with_effects(StiffnessChange((3,), 1 + percent / 100), *others)
     states = np.random.default_rng(1).standard_normal((2, 8, 4))
     motion = simulate_free(truth, states[0], states[1], FreeConfig(20.0, 10.0), progress=False)
-    data = np.stack([motion.channel(s.node, s.direction, s.quantity) for s in SENSORS], axis=-1)
+    data = np.stack([motion.shown(s) for s in SENSORS], axis=-1)
     data = data + 0.02 * np.random.default_rng(2).standard_normal(data.shape)
     recordings = tuple(Recording(f"r{i}", part[None], "train" if i < 6 else "test") for i, part in enumerate(data))
     return Dataset(four_dof(), 10.0, SENSORS, recordings)

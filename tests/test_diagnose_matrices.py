@@ -37,7 +37,7 @@ def decay(model: LinearModel, rng: np.random.Generator, rate: float = 50.0, seco
     waves = np.exp(np.outer(np.arange(round(seconds * rate)) / rate, roots)) * np.exp(
         2j * np.pi * rng.uniform(size=len(omega))
     )
-    rows = [modal.dofs.row(sensor.node, sensor.direction) for sensor in FLOORS]
+    rows = [modal.dofs.row(sensor.node, str(sensor.direction)) for sensor in FLOORS]
     clean = np.real(waves @ modal.shapes[rows].T)
     return np.asarray(clean + 0.01 * clean.std(axis=0) * rng.standard_normal(clean.shape))[None]
 

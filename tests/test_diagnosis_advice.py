@@ -31,7 +31,7 @@ def chain(sensors: tuple[Sensor, ...], effect: StiffnessChange | AddedMass, samp
     state = rng.standard_normal((2, 2, 4))
     config = FreeConfig(duration=samples / 10, sampling_rate=10.0)
     motion = simulate_free(four_dof().with_effects(effect), state[0], state[1], config, progress=False)
-    data = np.stack([motion.channel(s.node, s.direction, s.quantity) for s in sensors], axis=-1)
+    data = np.stack([motion.shown(s) for s in sensors], axis=-1)
     data = data + NOISE * rng.standard_normal(data.shape)
     return Dataset(four_dof(), 10.0, sensors, tuple(Recording(f"r{i}", part[None]) for i, part in enumerate(data)))
 

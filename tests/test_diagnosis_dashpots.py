@@ -41,7 +41,7 @@ def of_the_whole(structure: Structure) -> tuple[ComplexArray, ComplexArray]:
     lowest = np.argsort(np.where(roots.imag > 0, np.abs(roots), np.inf))[:MODES]
     roots, moved = roots[lowest], vectors[:size, lowest]
     q = linear.dofs.expand(moved.real) + 1j * linear.dofs.expand(moved.imag)
-    rows = [linear.dofs.row(sensor.node, sensor.direction) for sensor in SHOWN]
+    rows = [linear.dofs.row(sensor.node, str(sensor.direction)) for sensor in SHOWN]
     return roots, q[rows] * np.array([roots ** QUANTITIES.index(sensor.quantity) for sensor in SHOWN])
 
 

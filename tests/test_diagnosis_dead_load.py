@@ -50,7 +50,7 @@ def recorded(gravity: float, *effects: Effect) -> Dataset:
     for number, pull in enumerate(PULLS):
         loads = tuple(PointLoad(node, "x", force) for node, force in pull.items())
         motion = simulate_release(mast().with_effects(*effects), loads, config, progress=False)
-        fine = np.stack([motion.channel(s.node, s.direction, s.quantity) for s in SENSORS], axis=-1)
+        fine = np.stack([motion.shown(s) for s in SENSORS], axis=-1)
         clean = lowpassed(fine, 500.0, CUTOFF)[100::5]  # what the jump of the release leaves has died down
         data = clean + 0.02 * clean.std(axis=0) * rng.standard_normal(clean.shape)
         parts.append(Recording(f"r{number}", data[None], "train" if number < len(PULLS) - 1 else "test"))

@@ -38,7 +38,7 @@ def simulated(step: float) -> Dataset:
     q = 1e-2 / seen.omega[:, None] * rng.standard_normal((10, 4))
     p = 1e-2 * rng.standard_normal((10, 4))
     motion = free_motion(seen, q, p, np.arange(-EDGE, 2000 + EDGE) / RATE)
-    data = np.stack([motion.channel(s.node, s.direction, s.quantity) for s in SENSORS], axis=-1)
+    data = np.stack([motion.shown(s) for s in SENSORS], axis=-1)
     data = data + 0.02 * data.std(axis=(0, 1)) * rng.standard_normal(data.shape)
     data = np.stack([lowpassed(part, RATE, LOWPASS)[EDGE:-EDGE] for part in data])
     recordings = tuple(Recording(f"r{i}", part[None], "train" if i < 3 else "test") for i, part in enumerate(data))

@@ -82,7 +82,7 @@ def heavier(share: float) -> Dataset:
     start, rates = rng.standard_normal((2, 3, 4))
     motion = simulate_free(chain, start, rates, FreeConfig(30.0, RATE, 0.01), progress=False)
     sensors = tuple(sensor for sensor in SENSORS if sensor.role == "measured")
-    clean = np.stack([motion.channel(s.node, s.direction, s.quantity) for s in sensors], axis=-1)
+    clean = np.stack([motion.shown(s) for s in sensors], axis=-1)
     noise = 0.03 * clean.std(axis=(0, 1)) * rng.standard_normal(clean.shape)
     return Dataset(four_dof(), RATE, sensors, (Recording("r", clean + noise),))
 

@@ -36,7 +36,7 @@ def released(structure: Structure, duration: float = 6.0) -> Dataset:
         pull[[free.row(3, "x"), free.row(2, "x"), free.row(6, "x"), free.row(5, "x")]] = first, second, second, first
         start = np.linalg.solve(stiffness, pull[free.free])[None]
         motion = simulate_free(structure, start, 0 * start, FreeConfig(duration, FINE, 2e-4), progress=False)
-        clean = np.stack([motion.channel(s.node, s.direction, s.quantity)[0] for s in SENSORS], axis=-1)
+        clean = np.stack([motion.shown(s)[0] for s in SENSORS], axis=-1)
         before = np.zeros((500, len(SENSORS)))
         shown = lowpassed(np.concatenate([before, clean]), FINE, LOWPASS)[len(before) :: round(FINE / RATE)]
         noise = lowpassed(rng.standard_normal(shown.shape), RATE, LOWPASS)
@@ -79,7 +79,7 @@ def test_drift_counts_from_where_a_recording_began() -> None:
     rng, slope, sensors = np.random.default_rng(1), 0.1, tuple(s for s in CHAIN_SENSORS if s.role == "measured")
     begun = rng.standard_normal((2, 5, 4))
     motion = simulate_free(four_dof(), begun[0], begun[1], FreeConfig(30.0, 100.0, 0.005), progress=False)
-    clean = np.stack([motion.channel(s.node, s.direction, s.quantity) for s in sensors], axis=-1)
+    clean = np.stack([motion.shown(s) for s in sensors], axis=-1)
     recordings = []
     for number, part in enumerate(clean):
         shown = lowpassed(part, 100.0, 1.0)[::10]
@@ -133,6 +133,6 @@ def test_recordings_without_low_pass_end_nowhere(noise: float) -> None:
     modal = natural_modes(linearise(structure), 2)
     start = 0.01 * modal.shapes[modal.dofs.free].T
     motion = simulate_free(structure, start, 0 * start, FreeConfig(5.0, RATE, 2e-4), progress=False)
-    data = np.stack([motion.channel(s.node, s.direction, "displacement") for s in SENSORS], axis=-1)
+    data = np.stack([motion.channel(s.node, str(s.direction), "displacement") for s in SENSORS], axis=-1)
     data = data + noise * data.std() * np.random.default_rng(1).standard_normal(data.shape)
     assert unstated_lowpass(Dataset(structure, RATE, SENSORS, (Recording("r", data),))) == []

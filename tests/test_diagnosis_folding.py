@@ -29,7 +29,7 @@ def sampled(modes: int) -> Dataset:
     begun = 0.3 * rng.standard_normal((2, 4, modes)) / modal.omega * modal.omega[0]
     start = (begun[0] / modal.omega) @ shapes, begun[1] @ shapes
     motion = simulate_free(model, *start, FreeConfig(6.0, RATE, 1e-4), progress=False)
-    clean = np.stack([motion.channel(s.node, s.direction, s.quantity) for s in SENSORS], axis=-1)
+    clean = np.stack([motion.shown(s) for s in SENSORS], axis=-1)
     data = clean + NOISE * clean.std(axis=(0, 1)) * rng.standard_normal(clean.shape)
     parts = tuple(Recording(f"r{i}", part[None], "test" if i == 3 else "train") for i, part in enumerate(data))
     return Dataset(model, RATE, SENSORS, parts)

@@ -48,7 +48,7 @@ def chain(*effects: Effect, size: float = 1.0) -> Dataset:
     position, velocity = size * rng.standard_normal((2, 3, 4))
     config = FreeConfig(duration=20.0, sampling_rate=10.0)
     motion = simulate_free(four_dof().with_effects(*effects), position, velocity, config, progress=False)
-    data = np.stack([motion.channel(s.node, s.direction, s.quantity) for s in SENSORS], axis=-1)
+    data = np.stack([motion.shown(s) for s in SENSORS], axis=-1)
     data = data + NOISE * rng.standard_normal(data.shape)
     return Dataset(four_dof(), 10.0, SENSORS, tuple(Recording(f"r{i}", part[None]) for i, part in enumerate(data)))
 

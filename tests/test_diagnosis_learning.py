@@ -142,7 +142,7 @@ def test_structure_with_laws_of_its_own_starts_as_it_is() -> None:
     config = FreeConfig(duration=15.0, sampling_rate=10.0)
     state = RNG.standard_normal((2, 2, 4))
     motion = simulate_free(four_dof(0.5), state[0], state[1], config, progress=False)
-    true = np.stack([motion.channel(s.node, s.direction, s.quantity) for s in SENSORS], axis=-1)
+    true = np.stack([motion.shown(s) for s in SENSORS], axis=-1)
     dataset = Dataset(four_dof(0.5), 10.0, SENSORS, (Recording("r", true),))
     prepared = prepare(dataset, places_preset())
     shapes = prepared.modal.shapes[prepared.modal.dofs.free]

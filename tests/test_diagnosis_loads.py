@@ -71,7 +71,7 @@ def chain_motion(forces: HarmonicForces, start: FloatArray, *effects: Effect) ->
     config = FreeConfig((SAMPLES - 1) / RATE, RATE, 0.01)
     structure = four_dof().with_effects(*effects, *forces)
     motion = simulate_free(structure, start[:1], start[1:], config, progress=False)
-    return np.stack([motion.channel(s.node, s.direction, s.quantity)[0] for s in SENSORS], axis=-1)
+    return np.stack([motion.shown(s)[0] for s in SENSORS], axis=-1)
 
 
 def chain_dataset(*parts: Recording) -> Dataset:
@@ -166,7 +166,7 @@ def test_bridge_under_a_load_moves_as_with_all_its_modes(law: CubicSpring | None
     frequencies = np.linspace(1, 15, 12)
     forces = tuple(HarmonicForce(8, "y", *pair, np.pi / 2) for pair in zip(amplitudes, frequencies, strict=True))
     modal = natural_modes(linearise(bridge()), many)
-    rows = [modal.dofs.row(sensor.node, sensor.direction) for sensor in BRIDGE_SENSORS]
+    rows = [modal.dofs.row(sensor.node, str(sensor.direction)) for sensor in BRIDGE_SENSORS]
     laws: tuple[ForceLaw, ...] = forces if law is None else (*forces, law)
     rest = np.zeros((many, 1)), np.zeros((many, 1))
     truth = integrate_motion(modal, rest, Grid(0.0, 1 / rate, samples - 1, 20), rows, laws)[2, ..., 0]  # (time, sensor)

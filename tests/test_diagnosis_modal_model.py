@@ -66,7 +66,7 @@ def recorded(truth: Structure, train: int = 5) -> Dataset:
     start = rng.standard_normal((2, train + 2, 4))
     run = FreeConfig(30.0, RATE, 0.02)
     motion = simulate_free(linearise(truth), start[0], start[1], run, force_laws(truth), progress=False)
-    clean = np.stack([motion.channel(s.node, s.direction, s.quantity) for s in SENSORS], axis=-1)
+    clean = np.stack([motion.shown(s) for s in SENSORS], axis=-1)
     return as_recorded(CHAIN, SENSORS, clean, (), config, rng).dataset
 
 

@@ -149,7 +149,7 @@ def test_noise_is_estimated_whether_or_not_modes_reach_up_to_half_the_rate(rate:
     begun = rng.standard_normal((2, 4, 4))
     config = FreeConfig(400.0 if rate < 1 else 60.0, rate, 0.02)
     motion = simulate_free(four_dof(), begun[0], begun[1], config, progress=False)
-    clean = np.stack([motion.channel(s.node, s.direction, s.quantity) for s in sensors], axis=-1)
+    clean = np.stack([motion.shown(s) for s in sensors], axis=-1)
     sigma = 0.01 * clean.std(axis=(0, 1))
     data = clean + sigma * rng.standard_normal(clean.shape)
     dataset = Dataset(four_dof(), rate, sensors, tuple(Recording(f"r{i}", part[None]) for i, part in enumerate(data)))

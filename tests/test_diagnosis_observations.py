@@ -38,7 +38,7 @@ def motions(*effects: Effect) -> Dataset:
     state = rng.standard_normal((2, 8, 4)) * np.linspace(0.4, 1.4, 8)[:, None]
     config = FreeConfig(duration=20.0, sampling_rate=10.0)
     motion = simulate_free(four_dof().with_effects(*effects), state[0], state[1], config, progress=False)
-    data = np.stack([motion.channel(s.node, s.direction, s.quantity) for s in SENSORS], axis=-1)
+    data = np.stack([motion.shown(s) for s in SENSORS], axis=-1)
     data = data + NOISE * rng.standard_normal(data.shape)
     return Dataset(four_dof(), 10.0, SENSORS, tuple(Recording(f"r{i}", part[None]) for i, part in enumerate(data)))
 

@@ -40,7 +40,7 @@ def gap_stop() -> tuple[Dataset, Candidate]:
     motion = simulate_free(
         four_dof(), state[0], state[1], FreeConfig(duration=20.0, sampling_rate=10.0), progress=False
     )
-    data = np.stack([motion.channel(s.node, s.direction, s.quantity) for s in SENSORS], axis=-1)
+    data = np.stack([motion.shown(s) for s in SENSORS], axis=-1)
     data = data + NOISE * rng.standard_normal(data.shape)
     dataset = Dataset(four_dof(), 10.0, SENSORS, tuple(Recording(f"r{i}", part[None]) for i, part in enumerate(data)))
     nominal = nominal_model_of(dataset)

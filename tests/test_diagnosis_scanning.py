@@ -74,7 +74,7 @@ def recorded(effect: Effect, moving: int = MOVING) -> tuple[Fit, NoiseModel]:
     modal = natural_modes(linearise(bridge().with_effects(effect)), moving)
     q, p = rng.standard_normal((2, moving, 3)) / modal.omega[:, None] ** [[[2]], [[1]]]
     motion = free_motion(modal, q, p, np.arange(SAMPLES) / RATE)
-    data = np.stack([motion.channel(s.node, s.direction, s.quantity) for s in FITTED], axis=-1)
+    data = np.stack([motion.shown(s) for s in FITTED], axis=-1)
     sigma = NOISE * data.std(axis=(0, 1))
     batch = Batch(data + sigma * rng.standard_normal(data.shape), ("a", "b", "c"))
     noise_model = NoiseModel(FITTED, RATE, sigma)

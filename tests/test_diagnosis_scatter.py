@@ -49,7 +49,7 @@ def recorded(structure: Structure, rng: np.random.Generator) -> tuple[Batch, Noi
     modal = natural_modes(linearise(structure), MOVING)
     q, p = rng.standard_normal((2, MOVING, 3)) / modal.omega[:, None] ** [[[2]], [[1]]]
     motion = free_motion(modal, q, p, np.arange(5 * SAMPLES) / RATE)
-    data = np.stack([motion.channel(s.node, s.direction, s.quantity) for s in FITTED], axis=-1)
+    data = np.stack([motion.shown(s) for s in FITTED], axis=-1)
     sigma = 0.01 * data.std(axis=(0, 1))
     return Batch(data + sigma * rng.standard_normal(data.shape), ("a", "b", "c")), NoiseModel(FITTED, RATE, sigma)
 

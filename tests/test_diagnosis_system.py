@@ -52,7 +52,7 @@ def candidates(nominal: NominalModel) -> tuple[Candidate, ...]:
 def shown_by_exudyn(*effects: Effect) -> FloatArray:
     config = FreeConfig((SAMPLES - 1) / RATE, RATE, 0.005)
     motion = simulate_free(four_dof().with_effects(*effects), START[0], START[1], config, progress=False)
-    return np.stack([motion.channel(s.node, s.direction, s.quantity) for s in FITTED], axis=-1)
+    return np.stack([motion.shown(s) for s in FITTED], axis=-1)
 
 
 LINEAR: list[tuple[Effect, list[float]]] = [

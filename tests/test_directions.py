@@ -40,9 +40,9 @@ def test_a_direction_has_components_along_the_axes(direction: float, expected: d
     assert components(direction) == pytest.approx(expected, abs=1e-12)
 
 
-@pytest.mark.parametrize("direction", ["-30.0", "[0.0, 0.0]", "[1.0]"])
+@pytest.mark.parametrize("direction", ["[0.0, 0.0]", "[1.0]"])
 def test_what_is_no_direction_of_a_sensor_is_refused(tmp_path: Path, direction: str) -> None:
-    with pytest.raises(InputError, match=r"sensors\[1\]\.direction: direction = .* is (none|between x and y)"):
+    with pytest.raises(InputError, match=r"sensors\[1\]\.direction: direction = .* is none"):
         loaded(tmp_path, (SENSOR, SENSOR.replace('"x"', direction)))
 
 

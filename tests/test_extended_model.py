@@ -53,7 +53,7 @@ def test_it_moves_as_the_diagnosis_forecasts(kind: str, tmp_path: Path) -> None:
     best = found.posterior.fits[0]
     states = best.states[0]
     motion = simulate_free(model, states[:, :4], states[:, 4:8], FreeConfig(20.0, 10.0, 0.02), progress=False)
-    simulated = np.stack([motion.channel(s.node, s.direction, s.quantity) for s in data.sensors], axis=-1)
+    simulated = np.stack([motion.shown(s) for s in data.sensors], axis=-1)
     system = system_of(best.hypothesis, best.theta[None], SensorOutputs(data.sensors, 10.0, (0, 1, 2, 3, -1)))
     forecast = respond(system, states[None], simulated.shape[1])[0]
     error = np.sqrt(np.mean((forecast - simulated) ** 2, axis=1)) / np.ptp(forecast, axis=1)

@@ -113,7 +113,7 @@ def dataset() -> Dataset:
     model = linearise(bridge())
     sensors = bridge_sensors()
     modal = natural_modes(model, 3)
-    shapes = modal.shapes[[model.dofs.row(s.node, s.direction) for s in sensors]][:, 1:].T
+    shapes = modal.shapes[[model.dofs.row(s.node, str(s.direction)) for s in sensors]][:, 1:].T
     shapes = shapes / np.abs(shapes).max(axis=1, keepdims=True)
     f2, f3 = 1.12 * modal.frequencies[1], modal.frequencies[2]
     tones = {"a": ([f2, f3], [1.0, 0.6]), "b": ([f2, f3], [0.4, 0.8]), "c": ([f2, 0.93 * f3], [1.0, 0.6])}

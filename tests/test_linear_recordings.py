@@ -52,7 +52,7 @@ def shown(model: LinearModel, states: np.ndarray, rates: np.ndarray) -> np.ndarr
     size = model.mass.shape[0]
     parts = {"displacement": states[:, :size], "velocity": states[:, size:], "acceleration": rates[:, size:]}
     whole = {name: model.dofs.expand(part.T).T for name, part in parts.items()}
-    return np.stack([whole[s.quantity][:, model.dofs.row(s.node, s.direction)] for s in SENSORS], axis=1)
+    return np.stack([whole[s.quantity][:, model.dofs.row(s.node, str(s.direction))] for s in SENSORS], axis=1)
 
 
 def test_a_release_is_that_of_the_whole_system(model: LinearModel) -> None:

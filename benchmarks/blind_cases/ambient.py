@@ -81,7 +81,7 @@ def _first_order(
     roots, states = eig(np.block([[zeros, ones], [-np.diag(modal.omega**2), -damping]]))
     pulls = np.column_stack([modal.shapes[dofs.row(node, direction)] for node, direction in forces.places])
     pushed = inv(states)[:, count:] @ pulls
-    seen = np.array([modal.shapes[dofs.row(sensor.node, sensor.direction)] for sensor in sensors])
+    seen = np.array([modal.shapes[dofs.row(sensor.node, str(sensor.direction))] for sensor in sensors])
     shown = np.zeros((len(sensors), 2 * count), dtype=complex)
     direct = np.zeros((len(forces.places), len(sensors)))
     for number, sensor in enumerate(sensors):

@@ -76,10 +76,7 @@ class Scene:
         dynamic = stiffness - omega**2 * mass + 1j * omega * damping
         response = np.zeros(len(dofs), dtype=complex)
         response[dofs.free] = np.linalg.solve(dynamic, load[dofs.free]) * -(omega**2)
-        shares = [
-            abs(response[dofs.row(s.node, s.direction)]) / self.calm.channel(s.node, s.direction, s.quantity).std()
-            for s in self.sensors
-        ]
+        shares = [abs(response[dofs.row(s.node, str(s.direction))]) / self.calm.shown(s).std() for s in self.sensors]
         return float(max(shares) / np.sqrt(2))
 
     def amount(self, unit: Effect, shift: float, most: float) -> float | None:

@@ -108,7 +108,7 @@ def motion_at(
     steps = STEPS if laws else SMOOTH_STEPS
     outputs = round((duration + 2 * margin) * OUTPUT_RATE)
     grid = Grid(-margin, 1 / OUTPUT_RATE, outputs, steps)
-    rows = [modal.dofs.row(sensor.node, sensor.direction) for sensor in sensors]
+    rows = [modal.dofs.row(sensor.node, str(sensor.direction)) for sensor in sensors]
     motion = integrate_motion(modal, (q, p), grid, rows, laws, others)
     which = [QUANTITIES.index(sensor.quantity) for sensor in sensors]
     return motion[which, :, range(len(sensors))].transpose(2, 1, 0)  # (motion, time, sensor)

@@ -102,7 +102,7 @@ def scaled(chain: Chain, driving: tuple[Driving, ...], config: BlindConfig) -> t
 
 def shown(motion: Response, sensor: Sensor, driving: tuple[Driving, ...], sampling_rate: float) -> FloatArray:
     """Return what a sensor without fault shows, (recording, time): on a moving base the absolute motion, too."""
-    relative = motion.channel(sensor.node, sensor.direction, sensor.quantity)
+    relative = motion.shown(sensor)
     if sensor.reference == "base" or not driving:
         return relative
     bases = [item.recorded(sampling_rate).base for item in driving]

@@ -43,7 +43,7 @@ def recording_cause(kind: str, amount: float, sign: float, sensor: Sensor, calm:
         case "sensor_delay":
             return SensorDelay(sensor.name, sign * amount)
         case "sensor_drift":
-            channel = calm.channel(sensor.node, sensor.direction, sensor.quantity)
+            channel = calm.shown(sensor)
             return SensorDrift(sensor.name, sign * amount * float(channel.std() / calm.time[-1]))
         case "time_integration":
             return TimeIntegration(amount)

@@ -10,7 +10,7 @@
     [[sensors]]                   # one a column of the recordings, in their order
     name = "A1"
     node = 5                      # from 1
-    direction = "y"               # "x", "y" or "rz"
+    direction = "y"               # "x", "y", "rz", degrees from x towards y, or a vector [dx, dy]
     quantity = "acceleration"     # "displacement", "velocity" or "acceleration"
     unit = "m/s^2"                # SI, or "1" for a normalised channel
     role = "measured"             # "measured" (default) or "held_out": never fitted, only scored
@@ -191,7 +191,8 @@ def _save_model(model: Structure | LinearModel, folder: Path) -> str:
 
 def _sensor_table(sensor: Sensor) -> Table:
     """Return the table of a sensor, without a reference that is the usual one."""
-    return {key: value for key, value in vars(sensor).items() if (key, value) != ("reference", "absolute")}
+    table = {key: value for key, value in vars(sensor).items() if (key, value) != ("reference", "absolute")}
+    return table | ({"direction": list(sensor.direction)} if isinstance(sensor.direction, tuple) else {})
 
 
 def _save_recording(recording: Recording, folder: Path, stem: str) -> Table:

@@ -142,14 +142,14 @@ def read_sensors(
 
 
 def _along_an_axis(table: object, place: str, faults: list[str]) -> tuple[object, float]:
-    """Return a sensor's table with an angle or a vector as the axis that it is along, and -1 where it points back."""
+    """Return a sensor's table with an angle or a vector along an axis as that axis, and -1 where it points back."""
     direction = table.get("direction") if isinstance(table, dict) else None
     if not isinstance(table, dict) or not isinstance(direction, int | float | list) or isinstance(direction, bool):
         return table, 1.0
     given = tuple(direction) if isinstance(direction, list) else direction
     known = noting(faults, f"{place}.direction", axis_and_sign, given)
     axis, sign = ("x", 1.0) if known is None else known
-    return table | {"direction": axis}, sign
+    return table | {"direction": list(axis) if isinstance(axis, tuple) else axis}, sign
 
 
 def _misplaced(table: object, surroundings: Surroundings) -> list[str]:

@@ -7,7 +7,7 @@ import numpy as np
 
 from fe_models.arrays import FloatArray
 from fe_models.base_motion import BaseDirection, BaseMotion, rigid_motion, unit_vector
-from fe_models.directions import FileDirection, components
+from fe_models.directions import AnyDirection, components
 from fe_models.dof_map import DofMap
 from fe_models.errors import noting
 from fe_models.files.recording_checks import UNITS, UNITS_BESIDE, check_place
@@ -41,7 +41,7 @@ class Checked:
 @dataclass(frozen=True)
 class _LoadTable:
     node: int
-    direction: FileDirection
+    direction: AnyDirection
     file: str
     key: str | None = None
 

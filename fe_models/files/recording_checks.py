@@ -8,10 +8,11 @@ from math import pi
 import numpy as np
 
 from fe_models.arrays import FloatArray
+from fe_models.directions import components, direction_words
 from fe_models.dof_map import DofMap
+from fe_models.errors import noting
 from fe_models.recordings import Quantity, Sensor
 from fe_models.spectra import line_frequencies, power_spectrum
-from fe_models.structure import ROTATIONS
 
 MIN_SAMPLES = 32
 """Six samples in the first fifth, from which initial states are found, is the least that distinguishes two modes."""
@@ -47,25 +48,28 @@ UNITS_BESIDE: dict[tuple[Quantity, bool], dict[str, float]] = {
 
 def to_si(sensor: Sensor) -> tuple[Sensor, float]:
     """Return the sensor with its unit in SI, and the factor that brings its recordings there."""
-    place = sensor.quantity, sensor.direction in ROTATIONS
+    place = sensor.quantity, sensor.turns
     factor = UNITS_BESIDE.get(place, {}).get(sensor.unit)
     return (sensor, 1.0) if factor is None else (replace(sensor, unit=UNITS[place]), factor)
 
 
 def check_sensor(sensor: Sensor, dofs: DofMap | None, node_count: int) -> list[str]:
     """Return faults of a sensor's unit and, where the model could be read (``dofs``), of its place."""
-    faults = []
-    place = sensor.quantity, sensor.direction in ROTATIONS
+    faults = list[str]()
+    place = sensor.quantity, sensor.turns
     expected = UNITS[place]
     if sensor.unit not in (expected, "1"):
-        kind = f"{sensor.quantity} in {sensor.direction}"
+        kind = f"{sensor.quantity} in {direction_words(sensor.direction)}"
         others = "".join(f', "{unit}"' for unit in UNITS_BESIDE.get(place, {}))
         beside = f"; files may have{others[1:]}" if others else ""
         faults.append(
             f'unit {sensor.unit!r} does not fit {kind}; expected "{expected}" (SI), or "1" if normalised{beside}'
         )
     if dofs is not None:
-        faults.extend(check_place(sensor.node, sensor.direction, dofs, node_count, READS_ZERO))
+        parts = noting(faults, "", components, sensor.direction) or {}
+        found = [check_place(sensor.node, axis, dofs, node_count, READS_ZERO) for axis in parts]
+        if all(found):  # a support may well hold one of two components
+            faults.extend(dict.fromkeys(fault for each in found for fault in each))
     return faults
 
 

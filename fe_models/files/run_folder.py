@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from fe_models.arrays import FloatArray
 from fe_models.damping import ratios_of_modes, replace_ratios
+from fe_models.directions import direction_of_text, direction_text
 from fe_models.dof_map import DofMap
 from fe_models.dofs import dofs_of
 from fe_models.errors import InputError, raise_faults
@@ -100,7 +101,7 @@ def save_prediction(prediction: Prediction, folder: Path) -> None:
         "unit": np.array(prediction.unit),
         "sensor_name": np.array([sensor.name for sensor in prediction.sensors]),
         "sensor_node": np.array([sensor.node for sensor in prediction.sensors]),
-        "sensor_direction": np.array([sensor.direction for sensor in prediction.sensors]),
+        "sensor_direction": np.array([direction_text(sensor.direction) for sensor in prediction.sensors]),
         "sensor_role": np.array([sensor.role for sensor in prediction.sensors]),
     }
     write_npz(folder / PREDICTION, arrays if prediction.truth is None else {**arrays, "truth": prediction.truth})
@@ -157,7 +158,7 @@ def _sensors(arrays: Arrays, dofs: DofMap, where: str, faults: list[str]) -> tup
     for name, node, direction, role in zip(*columns, strict=True):
         if node not in dofs.node:
             faults.append(f"{where}: sensor {name!r} sits at node {node}; the model has nodes 1 to {dofs.node.max()}")
-        found.append(Sensor(str(name), int(node), direction, "displacement", "m", role))
+        found.append(Sensor(str(name), int(node), direction_of_text(direction), "displacement", "m", role))
     return tuple(found)
 
 

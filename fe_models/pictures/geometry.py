@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from fe_models.arrays import BoolArray, FloatArray
 from fe_models.causes.laws import with_parts
+from fe_models.directions import AnyDirection, components
 from fe_models.dof_map import DofMap
 from fe_models.errors import InputError
 from fe_models.linear import LinearModel
@@ -66,11 +67,12 @@ class Outline:
         """Whether beams are drawn bent, by the rotations of their nodes; in space they are straight."""
         return not self.in_space and bool((self.dofs.direction == "rz").any())
 
-    def along(self, direction: Direction) -> FloatArray:
-        """Return the unit vector (2,) of a translation on the sheet."""
-        axis = np.eye(3)[TRANSLATIONS.index(direction)]
-        drawn = on_sheet(axis) if self.in_space else axis[:2]
-        return np.asarray(drawn / np.linalg.norm(drawn))
+    def along(self, direction: AnyDirection) -> FloatArray:
+        """Return the unit vector (2,) of a translation on the sheet; zero of one straight out of it."""
+        parts = components(direction)
+        vector = np.array([parts.get(axis, 0.0) for axis in TRANSLATIONS])
+        drawn = on_sheet(vector) if self.in_space else vector[:2]
+        return np.asarray(drawn / (np.linalg.norm(drawn) or 1.0))
 
     @property
     def size(self) -> float:

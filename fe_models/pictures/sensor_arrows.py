@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fe_models.arrays import FloatArray
+from fe_models.directions import AnyDirection
 from fe_models.pictures import symbols
 from fe_models.pictures.drawing import Patch, Text
 from fe_models.pictures.figure import View
@@ -14,7 +15,7 @@ from fe_models.pictures.legend import Entry
 from fe_models.pictures.panels import mass_side
 from fe_models.pictures.sensor_names import HELD_OUT_COLOR, LINE_HEIGHT, MEASURED_COLOR, NAME_SIZE
 from fe_models.recordings import Sensor
-from fe_models.structure import ROTATIONS, Direction
+from fe_models.structure import ROTATIONS
 
 ARROW_LENGTH = 50.0  # px, of an arrow
 NODE_CLEARANCE = 9.0  # px, between a node and the arrow
@@ -27,7 +28,7 @@ class SensorArrow:
     """The arrow of all sensors in one ``direction`` at one node, from ``tail`` to ``tip`` (2,) px."""
 
     sensors: tuple[Sensor, ...]
-    direction: Direction
+    direction: AnyDirection
     tail: FloatArray
     tip: FloatArray
     label: Label
@@ -52,7 +53,7 @@ class SensorArrow:
 
 def arrows_of(sensors: tuple[Sensor, ...], outline: Outline, view: View, lines: FloatArray) -> list[SensorArrow]:
     """Return an arrow for each node and direction with sensors, off the ``lines`` (point, 2) px where that can be."""
-    together: dict[tuple[int, Direction], list[Sensor]] = {}
+    together: dict[tuple[int, AnyDirection], list[Sensor]] = {}
     for sensor in sensors:
         together.setdefault((sensor.node - 1, sensor.direction), []).append(sensor)
     arrows = []

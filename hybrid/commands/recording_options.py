@@ -29,7 +29,11 @@ class RecordingOptions:
     ] = None
     base_unit: Annotated[str | None, typer.Option(help="m/s^2 or g, of --base. [default: m/s^2]")] = None
     sensor: Annotated[
-        list[str] | None, typer.Option(help="NODE:DIRECTION[:QUANTITY[:held_out]], acceleration unless given. Repeat.")
+        list[str] | None,
+        typer.Option(
+            help="NODE:DIRECTION[:QUANTITY[:held_out]], acceleration unless given; a direction also as degrees from x "
+            "towards y (12:30) or a vector (12:3,4). Repeat."
+        ),
     ] = None
     realisations: Annotated[
         int | None, typer.Option(min=1, help="Chains: motions from random initial states. [default: 1000]")

@@ -13,6 +13,7 @@ from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
 from fe_models.base_motion import BaseDirection, BaseMotion, unit_vector
 from fe_models.built_in.four_dof import four_dof
+from fe_models.directions import direction_of_text
 from fe_models.dofs import structure_dofs
 from fe_models.errors import InputError, noting, raise_faults
 from fe_models.files.bridge_recordings import bridge_sensors
@@ -252,14 +253,17 @@ def sensor_of(text: str) -> Sensor:
     """Return the sensor that NODE:DIRECTION[:QUANTITY[:held_out]] describes, named by it: "12:y" of acceleration."""
     parts = text.split(":")
     try:
-        node, direction = int(parts[0]), _one_of(DIRECTIONS, parts[1])
+        node, direction = int(parts[0]), direction_of_text(parts[1])
         quantity = _one_of(QUANTITIES, parts[2] if len(parts) > 2 else "acceleration")
         role = _one_of(ROLES, parts[3] if len(parts) > 3 else "measured")
-    except (ValueError, IndexError):
+    except (ValueError, IndexError, InputError):
         parts = []
     if not 2 <= len(parts) <= 4:
-        raise InputError(f"--sensor {text}: expected NODE:DIRECTION[:QUANTITY[:held_out]], such as 12:y:acceleration")
-    name = f"{quantity[0]}{node}{direction}"
+        raise InputError(
+            f"--sensor {text}: expected NODE:DIRECTION[:QUANTITY[:held_out]], such as 12:y:acceleration; the direction"
+            " also as degrees from x towards y, 12:30, or as a vector, 12:3,4"
+        )
+    name = f"{quantity[0]}{node}{direction if isinstance(direction, str) else f'({parts[1]})'}"
     return Sensor(name, node, direction, quantity, UNITS[quantity, direction in ROTATIONS], role)
 
 

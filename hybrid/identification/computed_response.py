@@ -6,17 +6,19 @@ import numpy as np
 
 from fe_models.arrays import ComplexArray, FloatArray
 from fe_models.assembly import linearise
-from fe_models.base_motion import Along, rigid_motion
+from fe_models.base_motion import Along
 from fe_models.causes import ForceLaw
 from fe_models.causes.laws import effects_of
 from fe_models.dof_map import DofMap
 from fe_models.dofs import dofs_of
 from fe_models.drive import inertia
-from fe_models.files.recording_checks import READS_ZERO, check_place
+from fe_models.files.known_motion import NO_EFFECT
+from fe_models.files.recording_checks import check_place, check_sensor
 from fe_models.linear import LinearModel
 from fe_models.mechanisms import factorise
 from fe_models.modes import natural_modes
 from fe_models.recordings import QUANTITIES, Sensor
+from fe_models.sensing import seen
 from fe_models.structure import Direction, Structure
 from hybrid.identification.config import FREQUENCY_RESPONSE
 
@@ -35,23 +37,22 @@ def computed_response(
     dofs, free = linear.dofs, linear.dofs.free
     weighty = int(np.count_nonzero(linear.mass.diagonal()))
     modal = natural_modes(linear, min(FREQUENCY_RESPONSE.max_modes, weighty))
-    rows = [dofs.row(sensor.node, sensor.direction) for sensor in sensors]
+    picked = seen(dofs, sensors)
     turn = 2j * np.pi * frequencies[:, None]
     poles = modal.omega**2 + turn**2 + 2 * modal.damping_ratio * modal.omega * turn  # (line, mode)
     factors = factorise(linear.stiffness)
-    found = np.empty((len(frequencies), len(inputs), len(rows)), dtype=complex)
+    found = np.empty((len(frequencies), len(inputs), len(sensors)), dtype=complex)
     for number, item in enumerate(inputs):
         along = base_along(item)
         pull = dofs.gathered(_load(dofs, item) if along is None else inertia(model, along))  # (free,)
         fed = modal.shapes[free].T @ pull
         static = dofs.expand(factors.solve(pull)) - modal.shapes @ (fed / modal.omega**2)
-        moved = (fed / poles) @ modal.shapes[rows].T + static[rows]  # (line, sensor)
+        moved = (fed / poles) @ (picked @ modal.shapes).T + picked @ static  # (line, sensor)
         for position, sensor in enumerate(sensors):
             order = QUANTITIES.index(sensor.quantity)
             found[:, number, position] = moved[:, position] * turn[:, 0] ** order
             if along is not None and sensor.reference == "absolute":
-                rigid = rigid_motion(dofs, along)[rows[position]]
-                found[:, number, position] += rigid * turn[:, 0] ** (order - 2)
+                found[:, number, position] += sensor.shown_of(along) * turn[:, 0] ** (order - 2)
     return found
 
 
@@ -77,13 +78,11 @@ def misplaced(model: Structure | LinearModel, sensors: Sequence[Sensor], inputs:
     """Return which sensors and loads a model has no place for, a line each."""
     dofs = dofs_of(model)
     nodes = len(model.coordinates if isinstance(model, LinearModel) else model.nodes)
-    places = {f"sensor {sensor.name!r}": (sensor.node, str(sensor.direction)) for sensor in sensors}
-    places |= {input_name(item): (int(item[0]), str(item[1])) for item in inputs if base_along(item) is None}
-    return [
-        f"{what}: {fault}"
-        for what, (node, direction) in places.items()
-        for fault in check_place(node, direction, dofs, nodes, READS_ZERO)
-    ]
+    faults = {f"sensor {sensor.name!r}": check_sensor(sensor, dofs, nodes) for sensor in sensors}
+    for item in inputs:
+        if base_along(item) is None:
+            faults[input_name(item)] = check_place(int(item[0]), str(item[1]), dofs, nodes, NO_EFFECT)
+    return [f"{what}: {fault}" for what, own in faults.items() for fault in own]
 
 
 def laws_left_out(model: Structure | LinearModel) -> list[str]:

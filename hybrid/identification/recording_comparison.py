@@ -8,10 +8,11 @@ import numpy as np
 from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
 from fe_models.errors import InputError, raise_faults
+from fe_models.linear import LinearModel
 from fe_models.modes import mac, natural_modes
 from fe_models.progress import nothing
 from fe_models.recordings import Dataset, Recording
-from fe_models.structure import Structure
+from fe_models.sensing import seen
 from hybrid.identification.agreement import shares_unexplained, window_of
 from hybrid.identification.backbone import Backbone, backbone_of
 from hybrid.identification.combinations import Combination, combinations_of
@@ -89,7 +90,7 @@ class Compared:
 
 
 def compare_recordings(dataset: Dataset, advance: Callable[[], object] = nothing) -> Compared:
-    """Return the comparison; `InputError` where the model is no structure, or no strong mode is one of its own.
+    """Return the comparison; `InputError` where no strong mode is one of the model's.
 
     ``advance`` is called after each motion's modes have been identified, which takes seconds. The shortest motions
     come first: what cannot be compared is told as soon as it shows.
@@ -176,15 +177,13 @@ def _combinations(
 
 def _nominal(dataset: Dataset, highest: float) -> tuple[FloatArray, FloatArray]:
     """Return the model's frequencies (mode,) up to ``highest`` Hz and shapes (sensor, mode)."""
-    if not isinstance(dataset.model, Structure):
-        raise InputError("model: bare matrices do not say where sensors sit: give a structure file")
-    model = linearise(dataset.model)
-    rows = [model.dofs.row(sensor.node, sensor.direction) for sensor in dataset.sensors]
-    modal = natural_modes(model, min(len(rows) + 2, len(model.dofs.free_rows)))
+    model = dataset.model if isinstance(dataset.model, LinearModel) else linearise(dataset.model)
+    picked = seen(model.dofs, dataset.sensors)
+    modal = natural_modes(model, min(len(picked) + 2, int(np.count_nonzero(model.mass.diagonal()))))
     kept = modal.frequencies <= highest
     if not kept.any():
         raise InputError(f"model: all its natural frequencies are above {highest:g} Hz, up to where recordings go")
-    return modal.frequencies[kept], modal.shapes[rows][:, kept]
+    return modal.frequencies[kept], picked @ modal.shapes[:, kept]
 
 
 def _too_short(dataset: Dataset, fastest: float) -> list[str]:

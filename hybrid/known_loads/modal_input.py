@@ -23,7 +23,8 @@ from fe_models.linear import LinearModel, ModalModel
 from fe_models.mechanisms import factorise
 from fe_models.modes import natural_modes
 from fe_models.recordings import QUANTITIES, Dataset, Recording, Sensor, of_each_quantity
-from fe_models.structure import TRANSLATIONS, Structure
+from fe_models.sensing import seen
+from fe_models.structure import Structure
 from hybrid.known_loads.behind_lowpass import behind
 from hybrid.known_loads.config import MODAL_INPUT
 
@@ -80,9 +81,8 @@ class ModalInput:
         courses = np.stack([step**2 * displacement(samples), step * velocity(samples), motion.values])
         found = np.zeros((len(samples), len(self.sensors)))
         for column, sensor in enumerate(self.sensors):
-            along = dict(zip(TRANSLATIONS, motion.along, strict=False)).get(sensor.direction, 0.0)
             if sensor.reference == "absolute":
-                found[:, column] = along * courses[QUANTITIES.index(sensor.quantity)]
+                found[:, column] = sensor.shown_of(motion.along) * courses[QUANTITIES.index(sensor.quantity)]
         return found
 
 
@@ -124,14 +124,14 @@ def input_of(
         ]
     )
     participation = pulls @ modal.shapes  # (force, mode)
-    rows = [modal.dofs.row(sensor.node, sensor.direction) for sensor in sensors]
+    picked = seen(modal.dofs, sensors)
     pushed = of_each_quantity(sensors)[2]
     return ModalInput(
         places=places,
         along=along,
         participation=participation,
-        shown=_left_out(model, modal, pulls, lowpass or rate / 2)[:, rows],
-        felt=np.where(pushed[:, None], modal.shapes[rows] @ participation.T, 0.0),
+        shown=picked @ _left_out(model, modal, pulls, lowpass or rate / 2),
+        felt=np.where(pushed[:, None], picked @ modal.shapes @ participation.T, 0.0),
         sensors=sensors,
         rate=rate,
         lowpass=lowpass,

@@ -6,21 +6,14 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
-from fe_models.errors import raise_faults
 from fe_models.linear import ModalModel
 from fe_models.recordings import Sensor, of_each_quantity
+from fe_models.sensing import seen
 
 
 def sensor_shapes(modal: ModalModel, sensors: Sequence[Sensor]) -> np.ndarray:
     """Return E Phi: the rows of the mode shapes that the sensors see, shape (sensor, mode)."""
-    faults, rows = [], []
-    for sensor in sensors:
-        try:
-            rows.append(modal.dofs.row(sensor.node, sensor.direction))
-        except KeyError as error:
-            faults.append(f"sensor {sensor.name!r}: {error.args[0]}")
-    raise_faults(faults)
-    return modal.shapes[rows]
+    return seen(modal.dofs, sensors) @ modal.shapes
 
 
 class Decoder(nn.Module):

@@ -42,6 +42,15 @@ class Coordinates:
         """Return how a place moves with each coordinate, (coordinate,)."""
         return self.pulls[node, direction]
 
+    def seen(self, sensors: Sequence[Sensor]) -> FloatArray:
+        """Return what each sensor shows of each coordinate, (sensor, coordinate)."""
+        still = np.zeros(self.model.mass.shape[0])  # in a component that the model has no degree of freedom for
+        rows = [
+            sum(part * self.pulls.get((sensor.node, axis), still) for axis, part in sensor.components.items())
+            for sensor in sensors
+        ]
+        return np.array(rows)
+
     def directions(self, node: int) -> list[str]:
         """Return the translations in which a node moves."""
         return [axis for axis in TRANSLATIONS if (node, axis) in self.pulls]
@@ -59,7 +68,8 @@ def coordinates_of(
     """
     shapes, omega = modal.shapes, modal.omega
     nodes = _nodes_to_search(model.dofs, shapes[:, :followed])
-    places = {(sensor.node, str(sensor.direction)) for sensor in sensors}
+    known = set(zip(model.dofs.node.tolist(), model.dofs.direction.tolist(), strict=True))
+    places = {(sensor.node, str(axis)) for sensor in sensors for axis in sensor.components} & known
     moving = model.dofs.moves
     sought = np.isin(model.dofs.node, list(nodes)) & moving & np.isin(model.dofs.direction, TRANSLATIONS)
     causes = [(int(model.dofs.node[row]), str(model.dofs.direction[row])) for row in np.flatnonzero(sought)]

@@ -24,6 +24,7 @@ from fe_models.mechanisms import factorise
 from fe_models.modes import natural_modes
 from fe_models.nominal import damping_ratios
 from fe_models.recordings import Dataset, Sensor
+from fe_models.sensing import seen
 from fe_models.structure import Damping, Structure
 from fe_models.uncertain_parts import UncertainPart, uncertain_parts
 from hybrid.diagnosis.nominal.basis import basis_of
@@ -230,11 +231,8 @@ class NominalModel:
     def rows(self, sensors: tuple[Sensor, ...]) -> FloatArray:
         """Return what each sensor picks of the degrees of freedom, (sensor, dof)."""
         if self.coordinates is not None:
-            return np.array([self.coordinates.pull(sensor.node, sensor.direction) for sensor in sensors])
-        picked = np.zeros((len(sensors), len(self.dofs)))
-        for position, sensor in enumerate(sensors):
-            picked[position, self.dofs.row(sensor.node, sensor.direction)] = 1.0
-        return picked
+            return self.coordinates.seen(sensors)
+        return seen(self.dofs, sensors)
 
     def static(self, forces: FloatArray) -> FloatArray:
         """Return the displacements (dof, load) under ``forces`` (dof, load), supports holding."""

@@ -15,6 +15,7 @@ from fe_models.arrays import FloatArray
 from fe_models.causes.candidate import Candidate
 from fe_models.causes.places import MIN_MOTION_SHARE
 from fe_models.causes.wording import at_place
+from fe_models.directions import direction_words
 from fe_models.files.recording_checks import UNITS
 from fe_models.recordings import Quantity, Sensor
 from hybrid.diagnosis.contest.posterior import Posterior, rivals_of, twins_of
@@ -57,7 +58,7 @@ class Advice:
         told = f"{self.kind} {at_place(self.location)} and {what}"
         if self.sensor is None:
             return f"no added sensor tells {told} apart; look at the structure there"
-        where = f"{self.sensor.quantity} at node {self.sensor.node} in {self.sensor.direction}"
+        where = f"{self.sensor.quantity} at node {self.sensor.node} in {direction_words(self.sensor.direction)}"
         if self.then < DOUBTFUL:
             return f"a sensor of the {where} would tell {told} apart"
         falls = f"the latter's probability falls from {self.probability:.2f} to {self.then:.2f}"
@@ -153,7 +154,7 @@ def noise_of(added: tuple[Sensor, ...], sizes: FloatArray, noise_model: NoiseMod
     ``shown`` by the present ones (sensor,).
     """
     wanted = np.array([sensor.quantity for sensor in added])
-    measured = np.array(["rotation" if sensor.direction == "rz" else sensor.quantity for sensor in noise_model.sensors])
+    measured = np.array(["rotation" if sensor.turns else sensor.quantity for sensor in noise_model.sensors])
     relative, noise = float(np.median(noise_model.sigma / shown)), np.zeros(len(added))
     for quantity in OFFERED:
         own, present = wanted == quantity, measured == quantity

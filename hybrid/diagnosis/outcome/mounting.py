@@ -2,11 +2,14 @@
 
 from dataclasses import dataclass, replace
 from itertools import combinations
+from typing import cast
 
 import numpy as np
 
 from fe_models.arrays import FloatArray
+from fe_models.directions import AnyDirection, direction_words
 from fe_models.recordings import Sensor
+from fe_models.structure import Direction
 from hybrid.diagnosis.fitting.least_squares import Fit, fit
 from hybrid.diagnosis.outcome.changed_dataset import taken_away
 from hybrid.diagnosis.parallel import parallel_map
@@ -78,23 +81,22 @@ def _moved(item: Fit, theta: FloatArray, noise_model: NoiseModel) -> list[_Mount
         places = _places(item, sensor)
         differ = _differences(told, places, tuple(batch.data[..., [position]] for batch in item.batches), rest)
         nearest = int(np.argmin(differ))
-        own = [(place.node, place.direction) for place in places].index((sensor.node, sensor.direction))
+        own = places.index(sensor)
         if differ[nearest] < NEARER * differ[own]:
             node, direction = places[nearest].node, places[nearest].direction
             placed = tuple(_at(s, node, direction) if s is sensor else s for s in noise_model.sensors)
-            words = (
-                f"sensor {sensor.name} at node {node} in {direction}, not at node {sensor.node} in {sensor.direction},"
-            )
+            there, said = direction_words(direction), direction_words(sensor.direction)
+            words = f"sensor {sensor.name} at node {node} in {there}, not at node {sensor.node} in {said},"
             found.append(_Mounting(words, placed))
     return found
 
 
 def _places(item: Fit, sensor: Sensor) -> list[Sensor]:
-    """Return a sensor at each node of the structure in each direction that a displacement may have there."""
+    """Return a sensor where it is said to be, and at each node of the structure along each axis that it moves in."""
     nominal = item.hypothesis.nominal
     dofs, nodes = nominal.dofs, len(nominal.structure.nodes)
     rows = [row for row in dofs.free_rows if dofs.node[row] <= nodes and dofs.direction[row] != "rz"]
-    return [_at(sensor, int(dofs.node[row]), str(dofs.direction[row])) for row in rows]
+    return [sensor, *(_at(sensor, int(dofs.node[row]), cast(Direction, str(dofs.direction[row]))) for row in rows)]
 
 
 def _differences(
@@ -109,5 +111,5 @@ def _differences(
     return found
 
 
-def _at(sensor: Sensor, node: int, direction: str) -> Sensor:
-    return replace(sensor, node=node, direction=direction)  # type: ignore[arg-type]
+def _at(sensor: Sensor, node: int, direction: AnyDirection) -> Sensor:
+    return replace(sensor, node=node, direction=direction)

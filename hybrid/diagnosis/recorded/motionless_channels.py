@@ -7,6 +7,7 @@ import numpy as np
 from fe_models.arrays import FloatArray
 from fe_models.dof_map import DofMap
 from fe_models.recordings import Dataset, Sensor
+from fe_models.sensing import seen
 from hybrid.diagnosis.recorded.config import MOTIONLESS
 
 NOTE = (
@@ -23,11 +24,11 @@ def without_motionless(dataset: Dataset, dofs: DofMap, shapes: FloatArray) -> tu
     the model has in motion may show another unit than it says, which is a finding.
     """
     size = np.sqrt(np.mean([r.data.var(axis=1).mean(axis=0) for r in dataset.select("train")], axis=0))  # (sensor,)
-    rows = [dofs.row(sensor.node, sensor.direction) for sensor in dataset.sensors]
+    shown = seen(dofs, dataset.sensors) @ shapes  # (sensor, mode)
     dropped, notes = set[int](), list[str]()
     for alike in _alike(dataset.sensors):
         loudest = max(alike, key=lambda column: size[column])
-        reach = {column: float(np.abs(shapes[rows[column]]).max()) for column in alike}
+        reach = {column: float(np.abs(shown[column]).max()) for column in alike}
         for column in alike if len(alike) > MOTIONLESS.min_others else ():
             recorded = size[column] / size[loudest]
             modelled = reach[column] / max(reach.values())
@@ -47,6 +48,6 @@ def _alike(sensors: tuple[Sensor, ...]) -> list[list[int]]:
     """Return the columns of the measured sensors whose channels can be compared, group by group."""
     groups = dict[tuple[str, str], list[int]]()
     for column, sensor in enumerate(sensors):
-        if sensor.role == "measured" and sensor.direction != "rz":
+        if sensor.role == "measured" and not sensor.turns:
             groups.setdefault((sensor.quantity, sensor.unit), []).append(column)
     return list(groups.values())
