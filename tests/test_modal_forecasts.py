@@ -59,8 +59,8 @@ def far() -> tuple[fe.Dataset, Found]:
 def test_a_structure_that_was_found_is_forecast_as_well_as_noise_lets_it(far: tuple[fe.Dataset, Found]) -> None:
     """Noise of 1 % of each channel's rms; a chance of a tenth on the floor's own estimate of it."""
     dataset, found = far
-    drawn = look_at(dataset, nothing).measured.nominal
-    forecasts = forecasts_of(dataset, drawn, found)
+    look = look_at(dataset, nothing)
+    forecasts = forecasts_of(dataset, (look.measured, look.drawn), found)
     assert forecasts is not None
     own = dataset.select("test")[0].data[0]
     rest = own[len(own) // 5 :]
@@ -131,12 +131,10 @@ def test_a_recording_of_each_state_is_forecast_by_its_own(far: tuple[fe.Dataset,
     nominal, space = found.measured.nominal, found.track.spaces[0]
     own = tuple(range(len(SENSORS)))
     roles = SensorRoles(SENSORS, own, NoiseModel(SENSORS, RATE, np.full(len(SENSORS), 1e-3)))
-    systems = [
-        system_of_modes(replace(space, omega=space.omega * factor), nominal, roles, None) for factor in (0.97, 1.0)
-    ]
+    spaces = [replace(space, omega=space.omega * factor) for factor in (0.97, 1.0)]
     batch = Batch(np.stack([dataset.recordings[0].data[0]]), ("a",))
-    both = Forecaster.of(systems, [batch], roles).forecast(batch)
-    alone = Forecaster.of(systems[1:], [batch], roles).forecast(batch)
+    both = Forecaster.of(spaces, nominal, None, [batch], roles).forecast(batch)
+    alone = Forecaster.of(spaces[1:], nominal, None, [batch], roles).forecast(batch)
     np.testing.assert_allclose(both, alone, atol=1e-9 * np.abs(alone).max())
 
 
@@ -162,8 +160,8 @@ def test_without_recordings_for_testing_each_is_forecast_by_the_others() -> None
     look = look_at(dataset, nothing)
     found = found_by_modes(look.dataset, look.measured, look.drawn)
     assert found is not None
-    forecasts = forecasts_of(dataset, look.measured.nominal, found)
+    forecasts = forecasts_of(dataset, (look.measured, look.drawn), found)
     assert forecasts is not None
     assert forecasts.after.nrmse.shape == (3, len(SENSORS))
     assert forecasts.reach_noise
-    assert forecasts_of(recorded({"a": truth}), look.measured.nominal, found) is None
+    assert forecasts_of(recorded({"a": truth}), (look.measured, look.drawn), found) is None

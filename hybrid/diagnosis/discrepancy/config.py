@@ -8,9 +8,13 @@ class DiscrepancyConfig:
     """How motion may differ from what a structure does by itself, and how that is followed."""
 
     parts: int = 4  # of a time step, in which forces are evaluated: a hundred a cycle where ten samples are
-    # sizes of the discrepancy that are tried, over the motion of each mode; an octave and a half apart, then halfway
-    sizes: tuple[float, ...] = (3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 1e-1, 3e-1)
-    finer: tuple[float, ...] = (0.58, 1.7)
+    least: float = 3e-4  # sizes of the discrepancy that are told from nothing, ...
+    most: float = 0.3  # ... and from a motion that no model has
+    usual_start: float = 1e-2  # of either part, from where the most probable are sought, ...
+    factors: tuple[float, ...] = (3.0, 1.7)  # ... by steps of an octave and a half, then of half as much
+    loose_size: float = 0.1  # where modes go their own way, as their amplitudes are found, ...
+    loose_share: float = 3e-2
+    passes: int = 4  # ... each time with those found before
     initial_amplitude: float = 10.0  # times that of the motion: nothing is known of initial states
     least_amplitude: float = 1e-8  # of the strongest mode's
     # of the discrepancy of a model that is right, over the motion and a radian: some thousandths, as of its frequencies
@@ -35,6 +39,8 @@ class LawFitConfig:
     least_share: float = 0.05  # ... until so little is taken that nothing more is to be had
     shrinking: tuple[float, ...] = (0.3, 0.6, 1.0)  # of the discrepancy's size, from one round to the next
     settled_nats: float = 0.5  # gained in a round
+    settled_share: float = 0.01  # of all that a law has gained
+    alike: float = 0.95  # cosine between the modes' motions at two places, from which on one stands for both in a scan
     fitted: int = 12  # laws of a scan, along the motion as it is, ...
     refined: int = 3  # ... and of these with their own motion
     neighbours: int = 4  # of the best law's place that are tried beside it, ...
@@ -49,8 +55,9 @@ class SettlingConfig:
     steps: int = 8  # Newton's, of which a handful is enough where phases are not off by whole turns
     easing: float = 0.5  # of a step that fails, ...
     least_share: float = 0.1  # ... until so little is left that nothing more is to be had
-    shrinking: tuple[float, ...] = (0.3, 0.6, 1.0)  # of the discrepancy's size, from one step to the next
+    factors: tuple[float, ...] = (1.7,)  # of the discrepancy, from one step to the next
     settled_nats: float = 0.5  # gained by a step
+    most_whole: float = 3e-2  # discrepancy beyond which phases are lost within thirty radians, and say little of modes
     turns: int = 3  # of a law and the modes beside it
 
 

@@ -89,6 +89,10 @@ class Expectation:
     common: FloatArray
     vary: FloatArray
 
+    def by(self, step: FloatArray) -> "Expectation":
+        """Return the same with all values moved by a ``step`` (value,) in all motions."""
+        return replace(self, modes=tuple(own.by(step) for own in self.modes))
+
 
 def free_of(reference: IntArray, sensors: int) -> BoolArray:
     """Return which values (mode, 2 + 2 sensor) are none of ``reference`` entries."""

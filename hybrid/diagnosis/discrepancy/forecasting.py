@@ -11,6 +11,7 @@ from fe_models.recordings import QUANTITIES
 from hybrid.diagnosis.discrepancy.config import DISCREPANCY
 from hybrid.diagnosis.discrepancy.law_fit import LawFit
 from hybrid.diagnosis.discrepancy.modal_space import ModalSpace, amplitude_of
+from hybrid.diagnosis.discrepancy.tracking import STARTED, Discrepancy, Followed, filtered_by, followed, likeliest
 from hybrid.diagnosis.fitting.config import INITIAL_STATES
 from hybrid.diagnosis.fitting.forecast_score import (
     ForecastScore,
@@ -31,23 +32,67 @@ from hybrid.diagnosis.response.system import Force, System, observability
 
 @dataclass(frozen=True, eq=False)
 class Forecaster:
-    """The ``systems`` that a structure may be, with the ``spreads`` (state, state) of their initial states; ``roles``:
-    what recordings show.
+    """The ``spaces`` of modes that a structure may have, as ``systems`` under its force law, if any, with the
+    ``spreads`` (state, state) of their initial states; the ``discrepancy`` of its motions; ``roles``: what recordings
+    show.
     """
 
+    spaces: tuple[ModalSpace, ...]
     systems: tuple[System, ...]
     spreads: tuple[FloatArray, ...]
+    discrepancy: Discrepancy
     roles: SensorRoles
 
     @classmethod
-    def of(cls, systems: Sequence[System], train: Sequence[Batch], roles: SensorRoles) -> "Forecaster":
-        """Return the forecaster that expects initial states as large as those of the recordings for training."""
-        return cls(tuple(systems), tuple(_spread_of(system, train, roles) for system in systems), roles)
+    def of(
+        cls,
+        spaces: Sequence[ModalSpace],
+        nominal: NominalModel,
+        law: LawFit | None,
+        train: Sequence[Batch],
+        roles: SensorRoles,
+    ) -> "Forecaster":
+        """Return the forecaster that expects initial states as large as those of the recordings for training, and to
+        be as wrong as it is in these.
+        """
+        systems = tuple(system_of_modes(space, nominal, roles, law) for space in spaces)
+        spreads = tuple(_spread_of(system, train, roles) for system in systems)
+        loose = cls(tuple(spaces), systems, spreads, STARTED, roles)
+        known = [loose.begun(batch, number) for batch in train for number in range(len(batch.names))]
+        motions = [(item.space, item.motion) for item in known]
+        return replace(loose, discrepancy=likeliest(motions, STARTED, DISCREPANCY.factors))
+
+    def begun(self, batch: Batch, number: int) -> "Begun":
+        """Return how a recording of a batch begins: its first fifth, by the space with which this is most probable."""
+        data = batch.data[number, : shown_of(batch.samples)][:, list(self.roles.measured)]
+        noise = np.broadcast_to(batch.sigma(self.roles.noise_model) ** 2, (len(batch.names), 1, data.shape[1]))[number]
+        tried = []
+        for index, space in enumerate(self.spaces):
+            motion = followed(space, np.ascontiguousarray(data), noise[0])
+            known = filtered_by(space, motion, self.discrepancy)
+            tried.append((known.log_density, Begun(index, space, motion, known.states)))
+        return max(tried, key=lambda item: item[0])[1]
 
     def forecast(self, batch: Batch) -> FloatArray:
-        """Return the channels (recording, time, sensor) as the first fifth of the measured ones has them go on: by that
-        of the systems with which this is most probable.
+        """Return the channels (recording, time, sensor) as the first fifth of the measured ones has them go on.
+
+        A law's from initial states alone; free motion as a filter knows it at the end of that fifth.
         """
+        if self.systems[0].forces:
+            return self._under_law(batch)
+        return np.array([self._free(batch, number) for number in range(len(batch.names))])
+
+    def _free(self, batch: Batch, number: int) -> FloatArray:
+        begun = self.begun(batch, number)
+        output, n = self.systems[begun.index].C[0], begun.space.count
+        last = len(begun.states) - 1
+        later = np.arange(1, batch.samples - last) * begun.space.step
+        of_q, of_rate = amplitude_of(begun.space.roots)
+        z = (of_q * begun.states[-1, :n] + of_rate * begun.states[-1, n:]) * np.exp(np.outer(later, begun.space.roots))
+        going_on = np.concatenate([z.real, np.real(begun.space.roots * z)], axis=1)
+        return np.concatenate([begun.states, going_on]) @ output.T
+
+    def _under_law(self, batch: Batch) -> FloatArray:
         best, least = np.zeros_like(batch.recorded), np.full(len(batch.data), np.inf)
         far = INITIAL_STATES.max_motion_ratio * float(np.abs(batch.recorded).max())
         (own,) = columns_of((batch.first(shown_of(batch.samples)),), self.roles.measured)
@@ -69,6 +114,18 @@ class Forecaster:
             start = partial(start_of, linear, spread, batch.samples, self.roles)
             parts.append(scored(self.forecast(batch), batch, self.roles, start))
         return summed(parts)
+
+
+@dataclass(frozen=True, eq=False)
+class Begun:
+    """How a recording begins: by the space with an ``index`` among several, the ``motion``, and its ``states`` (time,
+    2 mode) as a filter knows them.
+    """
+
+    index: int
+    space: ModalSpace
+    motion: Followed
+    states: FloatArray
 
 
 def system_of_modes(space: ModalSpace, nominal: NominalModel, roles: SensorRoles, law: LawFit | None) -> System:

@@ -27,16 +27,21 @@ class Filtered:
     states: FloatArray
     log_scale: float
 
+    @property
+    def log_density(self) -> float:
+        """The log density of the data, but for what is the same of all."""
+        return self.log_scale - 0.5 * float(np.sum(self.white**2))
+
 
 def filtered(
     motion: Linearisation, data: FloatArray, noise: FloatArray, pushes: FloatArray, begin: FloatArray, step: float
 ) -> Filtered:
-    """Return what a filter makes of ``data`` (time, sensor) with a variance of ``noise`` (sensor,).
+    """Return what a filter makes of ``data`` (time, sensor) with a variance of ``noise`` (time, sensor), or (sensor,).
 
     ``pushes`` (time, mode): the variance of each mode's rate by the force of a ``step`` (s); ``begin`` (2 mode,): that
     of the initial state.
     """
-    T, C = motion.transition, motion.output
+    T, C, noise = motion.transition, motion.output, np.ascontiguousarray(np.broadcast_to(noise, data.shape))
     white, gains, scales, predicted, covariance, log_scale = _filter(
         T, C, motion.drift, pushes, step, noise, data - motion.shown, -motion.states[0], begin
     )
@@ -74,7 +79,7 @@ def _filter(
         A, seen = T[time if varying else 0], C[time if varying else 0]
         predicted[time], covariance[time] = x, P
         PC = P @ seen.T
-        S = seen @ PC + np.diag(noise)
+        S = seen @ PC + np.diag(noise[time])
         lower = np.linalg.cholesky(S)
         scale = np.linalg.inv(lower)
         for i in range(sensors):

@@ -10,11 +10,11 @@ import numpy as np
 
 from fe_models.arrays import FloatArray
 from fe_models.causes.candidate import LawCandidate
-from hybrid.diagnosis.discrepancy.config import DISCREPANCY, LAW_FIT, SETTLING
+from hybrid.diagnosis.discrepancy.config import LAW_FIT, SETTLING
 from hybrid.diagnosis.discrepancy.kalman import unexpected
 from hybrid.diagnosis.discrepancy.linearisation import LawForce, linearised, pushed_by
 from hybrid.diagnosis.discrepancy.settling import log_posterior_of, settled
-from hybrid.diagnosis.discrepancy.tracking import Track, most_probable
+from hybrid.diagnosis.discrepancy.tracking import Discrepancy, Track, track
 from hybrid.diagnosis.nominal.nominal_model import NominalModel
 from hybrid.diagnosis.response.forces import force_of
 
@@ -112,24 +112,25 @@ def fit_law(item: Track, nominal: NominalModel, law: LawCandidate, theta: FloatA
     A force that answers to the motion at once, as friction does, makes the turns overshoot: where one fails, the next
     goes on from the best with half as much of the new motion.
     """
-    bare, best, share, size = item, None, 1.0, item.size
+    bare, best, share, left = item, None, 1.0, item.discrepancy
     moving = item  # as whose motion the law's force is taken
     for _ in range(LAW_FIT.rounds):
         try:
-            fit = _fit_once(bare, moving, nominal, law, theta, size)
+            fit = _fit_once(bare, moving, nominal, law, theta, left, best.track.evidence if best else bare.evidence)
         except np.linalg.LinAlgError:  # a motion that grows beyond numbers
             fit = None
         gained = -np.inf if fit is None else fit.evidence - (best.evidence if best else -np.inf)
         if fit is not None and gained > 0:
             mixed = fit.track if best is None else _mixed(best.track, fit.track, share)
-            best, moving, theta, size = replace(fit, track=mixed), mixed, fit.theta, fit.track.size
+            best, moving, theta, left = replace(fit, track=mixed), mixed, fit.theta, fit.track.discrepancy
         elif best is None:
             break
         else:
             share *= LAW_FIT.easing
             moving = _mixed(best.track, fit.track, share) if fit else best.track
-            theta, size = best.theta, best.track.size
-        if abs(gained) < LAW_FIT.settled_nats or share < LAW_FIT.least_share:
+            theta, left = best.theta, best.track.discrepancy
+        little = LAW_FIT.settled_share * max(best.evidence - item.evidence, 0.0)
+        if abs(gained) < max(LAW_FIT.settled_nats, little) or share < LAW_FIT.least_share:
             break
     return best or LawFit(law, theta, np.diag(np.square(law.width)), -np.inf, bare)
 
@@ -155,16 +156,23 @@ def _fit_once(
     nominal: NominalModel,
     law: LawCandidate,
     theta: FloatArray,
-    size: float,
+    left: Discrepancy,
+    than: float,
 ) -> LawFit:
-    """Return the law with its force along the motion of a track ``moving``, then the discrepancy, then the law anew."""
+    """Return the law with its force along the motion of a track ``moving``, then a discrepancy with which that is more
+    probable ``than`` before, if any is, then the law anew.
+    """
     laws = [force_along(nominal, law, theta)]
-    followed = [
+    motions = [
         replace(own, motion=linearised(space, known.states, laws))
         for own, space, known in zip(bare.followed, moving.spaces, moving.found, strict=True)
     ]
-    sizes = [size * factor for factor in LAW_FIT.shrinking if size * factor > DISCREPANCY.sizes[0]]
-    item = most_probable(bare.claimed, bare.expected, followed, sizes or [size])
+    tried = list[Track]()
+    for size in dict.fromkeys(left.times(factor, factor) for factor in LAW_FIT.shrinking):
+        tried.append(track(bare.claimed, bare.expected, motions, size))
+        if tried[-1].evidence > than:
+            break
+    item = max(tried, key=lambda own: own.evidence)
     theta, covariance, evidence = best_theta(item, nominal, law, theta, LAW_FIT.steps, theta)
     return LawFit(law, theta, covariance, evidence, item)
 

@@ -76,8 +76,9 @@ def search_laws(item: Track, measured: Measured) -> LawSearch:
         ranked = sorted(parallel_map(fitted, some), key=lambda fit: -score(fit))[:count]
         return parallel_map(lambda fit: fit_law(item, nominal, fit.candidate, fit.theta), ranked)
 
-    gains = parallel_map(lambda law: max(promise.gain(law, np.array(start)) for start in law.first_starts), laws)
-    promising = [laws[number] for number in np.argsort(gains)[::-1][: LAW_FIT.fitted]]
+    scanned = _unlike(item, laws)
+    gains = parallel_map(lambda law: max(promise.gain(law, np.array(start)) for start in law.first_starts), scanned)
+    promising = [scanned[number] for number in np.argsort(gains)[::-1][: LAW_FIT.fitted]]
     fits = followed(promising, LAW_FIT.refined)
     for _ in range(LAW_FIT.moves):
         best, known = max(fits, key=score), {fit.candidate.key for fit in fits}
@@ -90,6 +91,19 @@ def search_laws(item: Track, measured: Measured) -> LawSearch:
     moved = parallel_map(lambda fit: settled_law(fit, nominal), best_fits)
     kept = {fit.candidate.key for fit in best_fits}
     return _concluded(item, nominal, [*moved, *(fit for fit in fits if fit.candidate.key not in kept)], odds)
+
+
+def _unlike(item: Track, laws: Sequence[LawCandidate]) -> list[LawCandidate]:
+    """Return the laws less those of a kind and side whose places move like that of one before: a move finds these."""
+    found, known = list[LawCandidate](), dict[object, list[FloatArray]]()
+    for law in laws:
+        along = law.pull @ item.spaces[0].shapes
+        along = along / max(float(np.linalg.norm(along)), TINY)
+        others = known.setdefault((law.kind, law.location.get("side")), [])
+        if all(abs(float(along @ other)) < LAW_FIT.alike for other in others):
+            others.append(along)
+            found.append(law)
+    return found
 
 
 def _nearest(item: Track, best: LawCandidate, laws: Sequence[LawCandidate]) -> list[LawCandidate]:
@@ -115,9 +129,9 @@ def _concluded(item: Track, nominal: NominalModel, fits: Sequence[LawFit], odds:
     every = np.append(scores[order], item.evidence + np.log(NOTHING))
     weights = np.exp(every - every.max())
     weights /= weights.sum()
-    right = np.array([share_right(item.size, fits[number].track.size) for number in order])
+    right = np.array([share_right(item.discrepancy.whole, fits[number].track.discrepancy.whole) for number in order])
     found = weights[:-1] * right
-    usual, rest = share_usual(item.size), float(weights[:-1].sum() - found.sum())
+    usual, rest = share_usual(item.discrepancy.whole), float(weights[:-1].sum() - found.sum())
     none, other = float(weights[-1]) + usual * rest, (1 - usual) * rest
     return LawSearch(item, nominal, tuple(fits[number] for number in order), found, none, other)
 

@@ -40,7 +40,7 @@ def laws_in(
     """
     claim, every = best.claimed.fit.claim, set(range(len(found[0].recordings)))
     beside = any(set(acts) < every for acts in (*claim.acts, claim.changed) if acts)
-    if beside or (claim.hypothesis.candidates and best.size <= DISCREPANCY.usual_size):
+    if beside or (claim.hypothesis.candidates and best.discrepancy.whole <= DISCREPANCY.usual_size):
         return replace(_searched(best, found[0]), replaces_causes=False)
     measured, fit = drawn
     as_drawn = replace(fit, claim=measured.null, theta=-measured.offset)
@@ -59,7 +59,7 @@ def laws_in(
 
 def _searched(item: Track, measured: Measured) -> LawSearch:
     """Return the laws that a track asks for: none where the filter sees no discrepancy."""
-    if item.size <= min(DISCREPANCY.sizes):
+    if item.discrepancy.whole <= DISCREPANCY.usual_size:
         return LawSearch(item, measured.nominal, (), np.zeros(0), 1.0, 0.0)
     return search_laws(item, measured)
 

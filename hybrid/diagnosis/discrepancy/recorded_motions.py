@@ -1,14 +1,17 @@
 """Recordings as a filter follows them: each motion with its noise, beside the modes that a claim expects of it."""
 
 import numpy as np
+from scipy.linalg import cho_solve
 
 from fe_models.arrays import FloatArray
 from fe_models.recordings import Dataset
+from hybrid.diagnosis.discrepancy.config import DISCREPANCY
 from hybrid.diagnosis.discrepancy.expected_modes import Claimed, ExpectedModes, expectation_of
-from hybrid.diagnosis.discrepancy.tracking import Followed, Track, amplitudes_of, tracked
+from hybrid.diagnosis.discrepancy.tracking import STARTED, Followed, Track, followed, likeliest, track
 from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.errors import ErrorSizes
 from hybrid.diagnosis.modal.evidence import ModalFit
+from hybrid.diagnosis.modal.paired_rows import free_values
 from hybrid.diagnosis.nominal.lowpass import noise_is_lowpassed
 from hybrid.diagnosis.parallel import parallel_map
 from hybrid.diagnosis.recorded.batches import batches_of, columns_of, measured_columns
@@ -48,8 +51,28 @@ def track_of(dataset: Dataset, measured: Measured, fit: ModalFit, sizes: ErrorSi
     if expected is None:
         return None
 
+    if sizes is None:  # its modes are where the recordings have them
+        expected = expected.by(common_errors(measured, fit, expected.modes[0]))
+
     def follow(item: tuple[ExpectedModes, tuple[int, FloatArray, FloatArray]]) -> Followed:
         modes, (_, data, noise) = item
-        return Followed(data, noise, amplitudes_of(modes.space, data, noise))
+        return followed(modes.space, data, noise)
 
-    return tracked(claimed, expected, parallel_map(follow, list(zip(expected.modes, motions, strict=True))))
+    known = parallel_map(follow, list(zip(expected.modes, motions, strict=True)))
+    spaces = [modes.space for modes in expected.modes]
+    size = likeliest(list(zip(spaces, known, strict=True)), STARTED, DISCREPANCY.factors)
+    return track(claimed, expected, known, size)
+
+
+def common_errors(measured: Measured, fit: ModalFit, modes: ExpectedModes) -> FloatArray:
+    """Return what any model gets wrong of the values (value,) of all modes, as the modes of all recordings have it."""
+    rows, free = fit.rows, free_values(measured, fit.pairs)
+    common = rows.by_row(fit.sizes, "")
+    alike = common * (rows.groups @ (rows.groups.T @ (common * cho_solve((fit.lower, True), fit.residual))))
+    place = np.broadcast_to(np.arange(free.shape[1]), free.shape)[free]
+    own = np.flatnonzero(rows.mode < modes.space.count)
+    found = np.zeros(modes.free.shape)
+    found[rows.mode[own], place[own]] = alike[own]
+    over_others = fit.pairs.reference != modes.reference[np.minimum(fit.pairs.mode, modes.space.count - 1)]
+    found[np.minimum(fit.pairs.mode[over_others], modes.space.count - 1), 2:] = 0.0
+    return found[modes.free]

@@ -9,10 +9,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from hybrid.diagnosis.discrepancy.config import DISCREPANCY, SETTLING
+from hybrid.diagnosis.discrepancy.config import SETTLING
 from hybrid.diagnosis.discrepancy.expected_modes import Claimed, Expectation, expectation_of
 from hybrid.diagnosis.discrepancy.linearisation import LawForce, linearised
-from hybrid.diagnosis.discrepancy.tracking import Track, log_prior_of, most_probable
+from hybrid.diagnosis.discrepancy.tracking import Track, likeliest, track
 from hybrid.diagnosis.modal.evidence import bounded
 
 
@@ -36,7 +36,7 @@ def settled(item: Track, laws: Sequence[LawForce]) -> Track:
 
 def log_posterior_of(item: Track) -> float:
     """Return the log density of a track's motions and of all values, where these are."""
-    return item.log_posterior + log_prior_of(item.size)
+    return item.log_posterior + item.discrepancy.log_prior
 
 
 def _moved(item: Track, share: float, laws: Sequence[LawForce]) -> Track | None:
@@ -50,19 +50,17 @@ def _moved(item: Track, share: float, laws: Sequence[LawForce]) -> Track | None:
     if expected is None:
         return None
     before = known[0].moved
-    by = before + share * (errors - before)
-    modes = tuple(own.by(by) for own in expected.modes)
     try:
-        return _followed_by(item, claimed, replace(expected, modes=modes), laws)
+        return _followed_by(item, claimed, expected.by(before + share * (errors - before)), laws)
     except np.linalg.LinAlgError:  # a motion that grows beyond numbers
         return None
 
 
 def _followed_by(item: Track, claimed: Claimed, expected: Expectation, laws: Sequence[LawForce]) -> Track:
     """Return the track of the same motions with other modes."""
-    followed = [
+    motions = [
         replace(own, motion=linearised(modes.space, known.states, laws) if laws else None)
         for own, modes, known in zip(item.followed, expected.modes, item.found, strict=True)
     ]
-    sizes = [item.size * factor for factor in SETTLING.shrinking if item.size * factor >= min(DISCREPANCY.sizes)]
-    return most_probable(claimed, expected, followed, sizes or [item.size])
+    pairs = list(zip((modes.space for modes in expected.modes), motions, strict=True))
+    return track(claimed, expected, motions, likeliest(pairs, item.discrepancy, SETTLING.factors))

@@ -94,7 +94,7 @@ def concluded(claims: Claims, laws: LawSearch | None, motion: FoundMotion | None
     """Return what the claims amount to, with the force laws and what was found of the ``motion``."""
     measured, fits, probability = claims.measured, claims.fits, claims.probability
     found, forecasts = (None, None) if motion is None else (motion.found, motion.forecasts)
-    after = None if laws is None or found is None else Left(laws.track.size, found.track.size)
+    after = None if laws is None or found is None else Left(laws.track.discrepancy.whole, found.track.discrepancy.whole)
     if after is not None and forecasts is not None and forecasts.reach_noise:
         after = None  # what the filter sees beside is of no consequence
     best = fits[0]

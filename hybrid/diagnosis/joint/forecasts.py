@@ -4,29 +4,30 @@ Either goes on from the first fifth of a recording. What was found goes by its m
 them: a real structure's are some thousandths off those of any model.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.discrepancy.config import DISCREPANCY
-from hybrid.diagnosis.discrepancy.forecasting import Forecaster, system_of_modes
-from hybrid.diagnosis.discrepancy.law_fit import force_along
+from hybrid.diagnosis.discrepancy.expected_modes import Claimed, expectation_of
+from hybrid.diagnosis.discrepancy.forecasting import Forecaster
+from hybrid.diagnosis.discrepancy.modal_space import ModalSpace
 from hybrid.diagnosis.discrepancy.recorded_motions import noise_in
-from hybrid.diagnosis.discrepancy.settling import settled
 from hybrid.diagnosis.fitting.config import FORECAST
 from hybrid.diagnosis.fitting.forecast_score import ForecastScore, joined, shown_of
 from hybrid.diagnosis.joint.found import Found, without_recordings
 from hybrid.diagnosis.modal.claim import Measured
-from hybrid.diagnosis.nominal.nominal_model import NominalModel
+from hybrid.diagnosis.modal.errors import ErrorSizes
+from hybrid.diagnosis.modal.evidence import ModalFit
 from hybrid.diagnosis.observed.example import Example
 from hybrid.diagnosis.outcome.forecasts import share
 from hybrid.diagnosis.outcome.verdict import MATERIAL, NEAR, WHOLLY
 from hybrid.diagnosis.recorded.batches import Batch, batches_of, measured_columns
 from hybrid.diagnosis.recorded.noise_model import NoiseModel, SensorRoles
-from hybrid.diagnosis.response.hypothesis import Hypothesis
-from hybrid.diagnosis.response.state_space import system_of
-from hybrid.diagnosis.response.system import System
+
+Drawn = tuple[Measured, ModalFit]
+"""What was measured, beside the structure as it was drawn, and a fit of nothing wrong with it."""
 
 NEGLIGIBLE = WHOLLY / 3  # of the drawn structure's wrong energy, however far it is beyond noise
 
@@ -81,7 +82,7 @@ class FoundMotion:
     forecasts: Forecasts | None
 
     @classmethod
-    def of(cls, dataset: Dataset, drawn: NominalModel, found: Found) -> "FoundMotion":
+    def of(cls, dataset: Dataset, drawn: Drawn, found: Found) -> "FoundMotion":
         """Return the motion with the forecasts of a dataset: see `forecasts_of`."""
         return cls(found, forecasts_of(dataset, drawn, found))
 
@@ -89,11 +90,11 @@ class FoundMotion:
     def is_at_noise(self) -> bool:
         """Whether no cause could make forecasts better; without any, whether what the filter sees beside is usual."""
         if self.forecasts is None:
-            return self.found.track.size <= DISCREPANCY.usual_size
+            return self.found.track.discrepancy.whole <= DISCREPANCY.usual_size
         return self.forecasts.reach_noise
 
 
-def forecasts_of(dataset: Dataset, drawn: NominalModel, found: Found) -> Forecasts | None:
+def forecasts_of(dataset: Dataset, drawn: Drawn, found: Found) -> Forecasts | None:
     """Return the forecasts of the recordings for testing by the ``drawn`` structure, and with what was ``found``;
     without any, those of the recordings for training, each by what was fitted to others.
 
@@ -113,11 +114,11 @@ def forecasts_of(dataset: Dataset, drawn: NominalModel, found: Found) -> Forecas
     return Forecasts(before, after, each[0].example, each[0].roles)
 
 
-def _forecasts(dataset: Dataset, drawn: NominalModel, found: Found) -> Forecasts:
+def _forecasts(dataset: Dataset, drawn: Drawn, found: Found) -> Forecasts:
     """Return the forecasts of the recordings for testing."""
     roles, train, test = _batches(dataset, found.measured)
-    before = Forecaster.of([_drawn(drawn, roles)], train, roles)
-    after = Forecaster.of(_systems(dataset, found, roles), train, roles)
+    before = Forecaster.of(_drawn(dataset, drawn), drawn[0].nominal, None, train, roles)
+    after = Forecaster.of(_spaces(dataset, found), found.measured.nominal, found.law, train, roles)
     return Forecasts(before.score(test), after.score(test), _example(test[0].take([0]), before, after), roles)
 
 
@@ -133,20 +134,20 @@ def _batches(dataset: Dataset, measured: Measured) -> tuple[SensorRoles, tuple[B
     return roles, train, test
 
 
-def _drawn(nominal: NominalModel, roles: SensorRoles) -> System:
-    """Return the system of a structure as it was drawn."""
-    hypothesis = Hypothesis(nominal)
-    return system_of(hypothesis, hypothesis.centre[None], roles.outputs)
+def _drawn(dataset: Dataset, drawn: Drawn) -> list[ModalSpace]:
+    """Return the modes of a structure as it was drawn."""
+    measured, fit = drawn
+    as_drawn = replace(fit, claim=measured.null, theta=-measured.offset)
+    expected = expectation_of(Claimed(measured, as_drawn, 1 / dataset.sampling_rate, (0,), ErrorSizes()))
+    return [] if expected is None else [modes.space for modes in expected.modes]
 
 
-def _systems(dataset: Dataset, found: Found, roles: SensorRoles) -> list[System]:
-    """Return a system for each state that recordings distinguish, its modes where recordings have them."""
-    nominal, law = found.measured.nominal, found.law
-    laws = [] if law is None else [force_along(nominal, law.candidate, law.theta)]
-    item = settled(found.track, laws)
+def _spaces(dataset: Dataset, found: Found) -> list[ModalSpace]:
+    """Return the modes of each state that recordings distinguish, where recordings have them."""
     numbers = [number for number, recording in enumerate(dataset.select("train")) for _ in recording.data]
-    states = {found.fit.claim.off(number): modes for number, modes in zip(numbers, item.expected.modes, strict=True)}
-    return [system_of_modes(modes.space, nominal, roles, law) for modes in states.values()]
+    modes = found.track.expected.modes
+    states = {found.fit.claim.off(number): own for number, own in zip(numbers, modes, strict=True)}
+    return [own.space for own in states.values()]
 
 
 def _example(batch: Batch, before: Forecaster, after: Forecaster) -> Example:

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from fe_models.recordings import Dataset
+from hybrid.diagnosis.discrepancy.config import SETTLING
 from hybrid.diagnosis.discrepancy.law_fit import LawFit, fit_law, settled_law
 from hybrid.diagnosis.discrepancy.law_search import LawSearch
 from hybrid.diagnosis.discrepancy.recorded_motions import track_of
@@ -26,8 +27,8 @@ class Found:
 
 def found_by_modes(dataset: Dataset, measured: Measured, best: ModalFit) -> Found | None:
     """Return the motion by the ``best`` claim alone; None where that has no modes."""
-    item = track_of(dataset, measured, best)
-    return None if item is None else Found(measured, best, settled(item, ()), None)
+    item = _settled_track(dataset, measured, best)
+    return None if item is None else Found(measured, best, item, None)
 
 
 def found_beside(known: Found, laws: LawSearch) -> Found:
@@ -58,10 +59,21 @@ def without_recordings(known: Found, dataset: Dataset, left_out: Sequence[int]) 
     claim, idle = known.fit.claim.within(kept)
     theta = known.fit.theta[known.fit.claim.hypothesis.parameters_of(idle)]
     fit = fit_claim(measured, claim, theta, known.fit.sizes, FORECAST.fold_iterations, errors_too=False)
-    item = None if fit is None else track_of(parted, measured, fit)
-    if fit is None or item is None:
+    if fit is None:
         return None
     if known.law is None:
-        return parted, Found(measured, fit, item, None)
+        item = _settled_track(parted, measured, fit)
+        return None if item is None else (parted, Found(measured, fit, item, None))
+    item = track_of(parted, measured, fit)
+    if item is None:
+        return None
     law = fit_law(item, measured.nominal, known.law.candidate, known.law.theta)
     return parted, Found(measured, fit, law.track, law)
+
+
+def _settled_track(dataset: Dataset, measured: Measured, fit: ModalFit) -> Track | None:
+    """Return the motion by a claim, its modes moved to where the recordings have them: not where it strays from any,
+    so that its phases say less of them than identification does.
+    """
+    item = track_of(dataset, measured, fit)
+    return item if item is None or item.discrepancy.whole > SETTLING.most_whole else settled(item, ())

@@ -69,7 +69,7 @@ def law_finding(measured: Measured, laws: LawSearch, found: Found) -> Finding:
     remainder = [Alternative(NOT_ON_THE_LIST, {}, rest)] if rest >= LISTED else []
     names = tuple(own.name for own in measured.recordings)
     sentence = sentence_of(cause, parameters, measured.nominal.structure)
-    explains = float(np.clip(1 - (found.track.size / laws.track.size) ** 2, 0.0, 1.0))
+    explains = float(np.clip(1 - (found.track.discrepancy.whole / laws.track.discrepancy.whole) ** 2, 0.0, 1.0))
     return Finding(cause, parameters, float(laws.probabilities[0]), explains, names, (*rivals, *remainder), sentence)
 
 

@@ -59,7 +59,7 @@ def predicted_modes(
     ``hardly_differ``: whether variants are those of a Jacobian, each near to the first.
     """
     try:
-        form = modal_form(system_of(hypothesis, thetas, outputs, hardly_differ))
+        form = modal_form(system_of(hypothesis, thetas, outputs, hardly_differ), hardly_differ)
     except np.linalg.LinAlgError:  # masses that are not positive
         return None
     if form is None or not (np.isfinite(form.roots).all() and np.isfinite(form.right).all()):

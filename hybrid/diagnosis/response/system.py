@@ -11,7 +11,7 @@ from scipy.linalg import expm
 from fe_models.arrays import ComplexArray, FloatArray
 from fe_models.lowpass import LowPass
 from hybrid.diagnosis.nominal.loads import ForcePlace, Loads
-from hybrid.diagnosis.response.config import STATE_SPACE
+from hybrid.diagnosis.response.config import EIGENMODES, STATE_SPACE
 from hybrid.diagnosis.response.filtering import convolved
 from hybrid.diagnosis.response.residual_modes import ResidualModes
 from hybrid.observability import observability_by_doubling
@@ -140,14 +140,17 @@ def is_defective(vectors: ComplexArray) -> bool:
     return bool(at_most > STATE_SPACE.max_condition and np.linalg.cond(vectors).max() > STATE_SPACE.max_condition)
 
 
-def modal_form(system: System) -> ModalForm | None:
-    """Return the modal form, None where eigenvectors fall together (a body that moves freely, a resonance)."""
-    roots, vectors = np.linalg.eig(system.A)
-    if is_defective(vectors):
+def modal_form(system: System, first_order: bool = False) -> ModalForm | None:
+    """Return the modal form, None where eigenvectors fall together (a body that moves freely, a resonance).
+
+    ``first_order``: variants are a Jacobian's; their eigenvectors follow from the first where these hardly mix.
+    """
+    eigen = _near_the_first(system.A) if first_order and len(system.A) > 1 else None
+    roots, vectors, inverse = eigen or _each(system.A)
+    if inverse is None:
         return None
     weight = np.where(roots.imag > 0, 2.0, np.where(roots.imag < 0, 0.0, 1.0))
     order = np.argsort(-weight, axis=1)[:, : int((weight > 0).sum(axis=1).max())]
-    inverse = np.linalg.inv(vectors)
     roots = np.take_along_axis(roots, order, axis=1)
     right = system.C @ np.take_along_axis(vectors, order[:, None], axis=2)
     right = right * (system.gain[..., None] * np.take_along_axis(weight, order, axis=1)[:, None])
@@ -156,6 +159,35 @@ def modal_form(system: System) -> ModalForm | None:
     if system.lowpass is not None:
         right = right * system.lowpass.gain(roots)[:, None]
     return ModalForm(roots, right, np.take_along_axis(inverse, order[..., None], axis=1))
+
+
+Eigen = tuple[ComplexArray, ComplexArray, ComplexArray | None]
+"""Roots (variant, mode), eigenvectors (variant, state, mode) and their inverse; None where these fall together."""
+
+
+def _each(A: FloatArray) -> Eigen:
+    roots, vectors = np.linalg.eig(A)
+    return roots, vectors, None if is_defective(vectors) else np.linalg.inv(vectors)
+
+
+def _near_the_first(A: FloatArray) -> Eigen | None:
+    """Return the eigenvectors of variants that hardly differ, to first order; None where they do.
+
+    Of A + dA, with A = V diag(r) W: dr_j = E_jj and dV = V D, where E = W dA V and D_ij = E_ij / (r_j - r_i).
+    """
+    first, vectors, inverse = (None if part is None else part[0] for part in _each(A[:1]))
+    if first is None or vectors is None or inverse is None:
+        return None
+    E = inverse @ (A - A[0]) @ vectors
+    every = np.arange(len(first))
+    apart = first - first[:, None]
+    apart[every, every] = 1.0
+    with np.errstate(divide="ignore", invalid="ignore"):  # of roots that are equal
+        D = E / apart
+    D[:, every, every] = 0.0
+    if not np.abs(D).max() < EIGENMODES.max_mixing:
+        return None
+    return first + E[:, every, every], vectors + vectors @ D, inverse - D @ inverse
 
 
 def free_form(system: System, n: int) -> ModalForm:
