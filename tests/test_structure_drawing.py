@@ -17,10 +17,10 @@ from fe_models.pictures import effect_marks
 from fe_models.pictures.drawing import Picture, Text
 from fe_models.pictures.figure import View
 from fe_models.pictures.geometry import outline
-from fe_models.pictures.numbering import members
+from fe_models.pictures.numbering import ELEMENT_COLOR, members
 from fe_models.pictures.render import draw_structure
 from fe_models.pictures.sensor_arrows import arrows_of
-from fe_models.pictures.structure_drawing import ELEMENT_COLOR, structure_picture
+from fe_models.pictures.structure_drawing import structure_picture
 from fe_models.recordings import Sensor
 from fe_models.sections import Section
 from fe_models.structure import Beam, Spring, Structure, Support

@@ -1,4 +1,4 @@
-"""Numbers of nodes and elements: what is numbered, and where the numbers may stand."""
+"""Numbers of nodes and elements: what is numbered, where the numbers may stand, and how they are drawn."""
 
 from dataclasses import dataclass
 from math import ceil
@@ -8,13 +8,14 @@ import numpy as np
 
 from fe_models.arrays import FloatArray
 from fe_models.linear import LinearModel
-from fe_models.pictures.drawing import Text
+from fe_models.pictures.drawing import GREY, INK, WHITE, Color, Patch, Text, polygon, stroke
 from fe_models.pictures.figure import View
 from fe_models.pictures.geometry import Outline
-from fe_models.pictures.labels import Label, around
+from fe_models.pictures.labels import Label, around, leader
 from fe_models.pictures.panels import ground_point
 from fe_models.structure import Beam, Spring, Structure
 
+ELEMENT_COLOR: Color = (0, 70, 160)  # of elements' numbers, which stand in boxes besides: distinguished in grey, too
 NODE_CLEARANCE = 8.0  # px, from the middle of a node to its number
 # px between points along beams and thinner elements, which numbers are kept off: most off beams
 # elements so many times as long as the widest number carry theirs; beside shorter ones they stand
@@ -133,3 +134,36 @@ def element_numbers(outline: Outline, lines: tuple[Member, ...], along: list[Flo
         numbers.append(Number("element", text.text, size, Label(at, box, choices, own), on_line))
         first += len(points)
     return numbers
+
+
+def drawn_number(number: Number, offset: FloatArray) -> tuple[list[Patch], list[Patch], Text]:
+    """Return the white ground of a number ``offset`` (2,) px off, over cables and beneath beams; its signs; its text.
+
+    Signs are the box about an element's number, and a line to a place that is far.
+    """
+    centre = number.label.at[0] + offset
+    x, y = centre.tolist()
+    line = line_to(number, offset)
+    signs = [] if line is None else [stroke(line[None], 1.2, GREY, caps=False)]
+    if number.kind == "element":
+        text = Text(number.text, x, y, number.size, ELEMENT_COLOR, "center")
+        return [], [*signs, *element_box(centre, number.label.size)], text
+    text = Text(number.text, x, y, number.size, INK, "center", bold=True)
+    return [polygon(corners_of(centre, number.label.size), WHITE)], signs, text
+
+
+def line_to(number: Number, offset: FloatArray) -> FloatArray | None:
+    """Return the line (2, 2) that joins a number to its place where it stands far off."""
+    at, half = number.label.at[0], number.label.size / 2
+    return None if number.on_line else leader(at, at + offset - half, at + offset + half, NODE_CLEARANCE + 10)
+
+
+def element_box(centre: FloatArray, size: FloatArray) -> list[Patch]:
+    """Return the box in which an element's number stands."""
+    corners = corners_of(centre, size)
+    return [polygon(corners, WHITE), stroke(np.vstack([corners, corners[:1]])[None], 1.2, ELEMENT_COLOR)]
+
+
+def corners_of(centre: FloatArray, size: FloatArray) -> FloatArray:
+    """Return the corners (4, 2) of a box."""
+    return np.asarray(centre + size / 2 * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]))

@@ -9,11 +9,11 @@ from fe_models.arrays import BoolArray, FloatArray
 from fe_models.linear import LinearModel
 from fe_models.pictures import symbols
 from fe_models.pictures.axes import draw_axes
-from fe_models.pictures.drawing import GREY, INK, WHITE, Color, Patch, Picture, Text, disc, polygon, stroke
+from fe_models.pictures.drawing import INK, WHITE, Color, Patch, Picture, Text, disc, stroke
 from fe_models.pictures.effect_marks import elsewhere, mark_entries, marks_of
 from fe_models.pictures.figure import MARGIN, View
 from fe_models.pictures.geometry import Outline, deformed_lines, outline
-from fe_models.pictures.labels import Label, leader, overlapping, place
+from fe_models.pictures.labels import Label, overlapping, place
 from fe_models.pictures.layout import HEAD_HEIGHT, ROW_GAP, SIDE_GAP, reach_of
 from fe_models.pictures.legend import (
     BAR_HEIGHT,
@@ -25,11 +25,13 @@ from fe_models.pictures.legend import (
     support_entries,
 )
 from fe_models.pictures.numbering import (
-    NODE_CLEARANCE,
     Member,
     Number,
+    drawn_number,
     drawn_points,
+    element_box,
     element_numbers,
+    line_to,
     members,
     node_numbers,
 )
@@ -40,7 +42,6 @@ from fe_models.structure import Beam, Cable, Structure
 
 MEMBER_COLOR: Color = (95, 95, 95)
 BEAM_COLOR: Color = (205, 205, 205)  # of beams with edges
-ELEMENT_COLOR: Color = (0, 70, 160)  # of elements' numbers, which stand in boxes besides: distinguished in grey, too
 WIDTHS = (1600, 2200, 3000, 4000)  # px
 MAX_HEIGHT_SHARE = 0.68  # of a picture's width: how high the structure is drawn at most
 MOST_NUMBERED = 300  # nodes of matrices: of more, those with sensors have numbers alone
@@ -131,7 +132,7 @@ def _drawn(
         texts += mark.texts(offset)
     for number, offset, out in zip(numbers, offsets[first:end], hidden[first:end], strict=True):
         if not out:
-            ground, sign, text = _number(number, offset)
+            ground, sign, text = drawn_number(number, offset)
             grounds += ground
             signs += sign
             texts.append(text)
@@ -140,7 +141,7 @@ def _drawn(
     left_out = tuple(number for number, out in zip(numbers, hidden[first:end], strict=True) if out)
     boxes = [label.boxes(offset[None])[:, 0, 0] for label, offset in zip(labels, offsets, strict=True)]
     points = np.vstack([nodes, *(patch.points for patch in patches), *boxes])
-    far = sum(_line(number, offset) is not None for number, offset in zip(numbers, offsets[first:end], strict=True))
+    far = sum(line_to(number, offset) is not None for number, offset in zip(numbers, offsets[first:end], strict=True))
     return Drawn(tuple(patches), tuple(texts), points.min(axis=0), points.max(axis=0), left_out, far)
 
 
@@ -232,28 +233,6 @@ def _massive(model: Structure | LinearModel) -> list[int]:
     return sorted({mass.node - 1 for mass in model.point_masses}) if isinstance(model, Structure) else []
 
 
-def _number(number: Number, offset: FloatArray) -> tuple[list[Patch], list[Patch], Text]:
-    """Return the white ground of a number ``offset`` (2,) px off, over cables and beneath beams; its signs; its text.
-
-    Signs are the box about an element's number, and a line to a place that is far.
-    """
-    centre = number.label.at[0] + offset
-    x, y = centre.tolist()
-    line = _line(number, offset)
-    signs = [] if line is None else [stroke(line[None], 1.2, GREY, caps=False)]
-    if number.kind == "element":
-        text = Text(number.text, x, y, number.size, ELEMENT_COLOR, "center")
-        return [], [*signs, *_box(centre, number.label.size)], text
-    text = Text(number.text, x, y, number.size, INK, "center", bold=True)
-    return [polygon(_corners(centre, number.label.size), WHITE)], signs, text
-
-
-def _line(number: Number, offset: FloatArray) -> FloatArray | None:
-    """Return the line (2, 2) that joins a number to its place where it stands far off."""
-    at, half = number.label.at[0], number.label.size / 2
-    return None if number.on_line else leader(at, at + offset - half, at + offset + half, NODE_CLEARANCE + 10)
-
-
 def _filled(patch: Patch) -> FloatArray:
     """Return points (point, 2) all over the rectangle about a sign."""
     low, high = patch.points.min(axis=0), patch.points.max(axis=0)
@@ -331,16 +310,6 @@ def _entries(
     if isinstance(model, Structure) and model.divisions > 1:
         entries.append(("node of refinement", lambda at: [disc(at[None], 3, INK)]))
     if lines:
-        entries.append(("number of an element", lambda at: _box(at, np.array([26.0, 20.0]))))
+        entries.append(("number of an element", lambda at: element_box(at, np.array([26.0, 20.0]))))
     marks = mark_entries(model) if isinstance(model, Structure) else []
     return [*entries, *support_entries(shape), *marks, *sensor_entries(sensors)]
-
-
-def _box(centre: FloatArray, size: FloatArray) -> list[Patch]:
-    """Return the box in which an element's number stands."""
-    corners = _corners(centre, size)
-    return [polygon(corners, WHITE), stroke(np.vstack([corners, corners[:1]])[None], 1.2, ELEMENT_COLOR)]
-
-
-def _corners(centre: FloatArray, size: FloatArray) -> FloatArray:
-    return np.asarray(centre + size / 2 * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]))
