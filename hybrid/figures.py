@@ -27,6 +27,7 @@ COLOURS = (
     "#56B4E9",
     "#D55E00",
 )  # of Okabe & Ito: distinguished by everyone
+MOST_POINTS = 2500  # of a line that is drawn as one on a page: longer ones are fewer bytes as an image
 PANEL_WIDTH, PANEL_HEIGHT = 6.2, 1.9  # inches
 WHOLE_WIDTH, ZOOM_WIDTH = 4.2, 2.6  # inches, of a long signal and of the part of it beside it
 ZOOM_PERIODS = 6.0  # of the strongest vibration: as many can be distinguished, and followed by eye
@@ -41,22 +42,28 @@ def figure(
 ) -> Iterator[tuple[Any, list[Any]]]:
     """Give a figure and its axes, one a panel; written to ``path`` when the block ends.
 
-    ``widths``: of the columns in inches; left out, all are as wide as one picture is.
+    ``widths``: of the columns in inches; left out, all are as wide as one picture is. An .svg is for a page, whose
+    caption says what the title does.
     """
     import matplotlib as mpl  # loaded only where something is drawn
     from matplotlib.figure import Figure
 
-    rows = ceil(panels / columns)
-    with mpl.rc_context({"axes.spines.top": False, "axes.spines.right": False, "font.size": 9}):
+    rows, on_page = ceil(panels / columns), path.suffix == ".svg"
+    look = mpl.rc_context({"axes.spines.top": False, "axes.spines.right": False, "font.size": 9})
+    texts = mpl.rc_context({"svg.fonttype": "none", "svg.hashsalt": "page"})  # stay texts; same figure, same file
+    with look, texts:
         inches = list(widths) if widths else [PANEL_WIDTH] * columns
         sheet = Figure(figsize=(sum(inches), PANEL_HEIGHT * rows + 0.9), layout="constrained", dpi=130)
         axes = sheet.subplots(rows, columns, squeeze=False, width_ratios=inches).ravel().tolist()
         for empty in axes[panels:]:
             empty.remove()
-        sheet.suptitle(title, fontsize=11)
+        if not on_page:
+            sheet.suptitle(title, fontsize=11)
         yield sheet, axes[:panels]
+        for line in (line for axis in axes[:panels] for line in axis.lines):
+            line.set_rasterized(on_page and len(line.get_xdata()) > MOST_POINTS)
         with writing(path) as temporary:
-            sheet.savefig(temporary)
+            sheet.savefig(temporary, **({"transparent": True} if on_page else {}))
 
 
 def draw_curves(path: Path, time: FloatArray, curves: Curves, labels: Sequence[str], title: str) -> Path:

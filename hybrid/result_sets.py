@@ -5,6 +5,7 @@ from pathlib import Path
 from fe_models.files.result_set import ResultSet
 
 REPORT, SUMMARY = "report.json", "summary.txt"
+PAGE = "report.html"
 EXTENDED, EXTENDED_MATRICES = "extended_model.toml", "extended_matrices.npz"
 PICTURE, MODES = "what_is_wrong.png", "modes.png"
 COMPARISON, COMPARISON_TABLE, COMPARISON_ROWS = "comparison.txt", "comparison.json", "comparison.csv"
@@ -15,10 +16,10 @@ RESPONSES, RESPONSE_ROWS = "frequency_response.png", "frequency_response.csv"
 
 def diagnosis_in(folder: Path) -> ResultSet:
     """Return what a diagnosis leaves in ``folder``."""
-    return ResultSet(folder, "diagnose", (REPORT, SUMMARY, EXTENDED, EXTENDED_MATRICES, PICTURE, MODES))
+    return ResultSet(folder, "diagnose", (REPORT, SUMMARY, PAGE, EXTENDED, EXTENDED_MATRICES, PICTURE, MODES))
 
 
 def comparison_in(folder: Path) -> ResultSet:
     """Return what a comparison of recordings leaves in ``folder``."""
     pictures = (BACKBONES, SPECTRA, STABILISATION, MAC, COORDINATE_MAC, RESPONSES)
-    return ResultSet(folder, "compare", (COMPARISON, COMPARISON_TABLE, COMPARISON_ROWS, RESPONSE_ROWS, *pictures))
+    return ResultSet(folder, "compare", (PAGE, COMPARISON, COMPARISON_TABLE, COMPARISON_ROWS, RESPONSE_ROWS, *pictures))

@@ -12,6 +12,11 @@ def sentence(template: str, location: dict[str, Any], **words: str) -> str:
     return text[0].upper() + text[1:] + "."
 
 
+def kind_words(kind: str) -> str:
+    """Return a kind of cause in words: "cubic spring", "Coulomb friction"."""
+    return kind.replace("_", " ").replace("coulomb", "Coulomb")
+
+
 def place_words(location: dict[str, Any]) -> str:
     """Return a location in words."""
     if "sensor" in location:

@@ -8,6 +8,7 @@ import numpy as np
 from fe_models.arrays import FloatArray
 from fe_models.causes.base import Effect
 from fe_models.causes.laws import effects_of
+from fe_models.causes.wording import kind_words
 from fe_models.pictures.drawing import Color, Patch, Text, polygon, stroke
 from fe_models.pictures.figure import View
 from fe_models.pictures.geometry import Outline
@@ -33,19 +34,20 @@ class EffectMark:
     names: tuple[str, ...]
     label: Label
     lines: tuple[FloatArray, ...]
+    color: Color = COLOR
 
     def texts(self, offset: FloatArray) -> list[Text]:
         """Return the names, one above the other, about the place ``offset`` (2,) px from the label's own."""
         left, top = self._corner(offset)
-        return [Text(name, left, top - LINE * row, SIZE, COLOR) for row, name in enumerate(self.names)]
+        return [Text(name, left, top - LINE * row, SIZE, self.color) for row, name in enumerate(self.names)]
 
     def patches(self, offset: FloatArray) -> list[Patch]:
         """Return the diamonds before the names, and the lines to where it acts."""
         left, top = self._corner(offset)
         at, centre, half = self.label.at[0], self.label.at[0] + offset, self.label.size / 2
         foot = np.clip(at, centre - half, centre + half)
-        lines = [stroke(line[None], JOINED, COLOR, caps=False) for line in (*self.lines, np.stack([at, foot]))]
-        signs = [diamond(np.array([left - 2 * SIGN, top - LINE * row])) for row in range(len(self.names))]
+        lines = [stroke(line[None], JOINED, self.color, caps=False) for line in (*self.lines, np.stack([at, foot]))]
+        signs = [diamond(np.array([left - 2 * SIGN, top - LINE * row]), self.color) for row in range(len(self.names))]
         return [*lines, *signs]
 
     def _corner(self, offset: FloatArray) -> tuple[float, float]:
@@ -54,9 +56,9 @@ class EffectMark:
         return x - self.label.size[0] / 2 + 3.5 * SIGN, y + LINE * (len(self.names) - 1) / 2
 
 
-def diamond(at: FloatArray) -> Patch:
+def diamond(at: FloatArray, color: Color = COLOR) -> Patch:
     """Return the sign of an effect."""
-    return polygon(at + SIGN * np.array([(-1.0, 0.0), (0.0, -1.0), (1.0, 0.0), (0.0, 1.0)]), COLOR)
+    return polygon(at + SIGN * np.array([(-1.0, 0.0), (0.0, -1.0), (1.0, 0.0), (0.0, 1.0)]), color)
 
 
 def marks_of(structure: Structure, outline: Outline, view: View) -> list[EffectMark]:
@@ -119,8 +121,7 @@ def _places(effect: Effect, structure: Structure) -> list[tuple[int, ...]]:
 
 def _name(effect: Effect) -> str:
     direction = effect.location.get("direction")
-    words = effect.kind.replace("_", " ").replace("coulomb", "Coulomb")
-    return words + (f" {direction}" if direction else "")
+    return kind_words(effect.kind) + (f" {direction}" if direction else "")
 
 
 def _ends(nodes: tuple[int, ...], outline: Outline, view: View) -> FloatArray:

@@ -36,6 +36,7 @@ from fe_models.pictures.numbering import (
     node_numbers,
 )
 from fe_models.pictures.panels import coil, ground_spring, line_styles, mass_side
+from fe_models.pictures.pointers import Pointer, pointer_entries, pointer_marks, shades
 from fe_models.pictures.sensor_arrows import arrow_patches, arrows_of, sensor_entries
 from fe_models.recordings import Sensor
 from fe_models.structure import Beam, Cable, Structure
@@ -66,34 +67,50 @@ class Drawn:
     far: int
 
 
+@dataclass(frozen=True)
+class Subject:
+    """What is drawn: a ``model`` as its ``shape`` and its numbered ``lines``, ``sensors``, what is pointed at."""
+
+    model: Structure | LinearModel
+    shape: Outline
+    lines: tuple[Member, ...]
+    sensors: tuple[Sensor, ...]
+    pointers: tuple[Pointer, ...]
+
+
 def structure_picture(
-    model: Structure | LinearModel, sensors: tuple[Sensor, ...], widths: tuple[int, ...] = WIDTHS
+    model: Structure | LinearModel,
+    sensors: tuple[Sensor, ...],
+    widths: tuple[int, ...] = WIDTHS,
+    pointers: tuple[Pointer, ...] = (),
 ) -> Picture:
-    """Return the drawing, in the first of ``widths`` (px) in which all numbers have room, else in the last."""
+    """Return the drawing, in the first of ``widths`` (px) in which all numbers have room, else in the last.
+
+    ``pointers``: to what is marked on it.
+    """
     shape = outline(model)
-    lines = members(model, shape)
+    subject = Subject(model, shape, members(model, shape), sensors, pointers)
+    most = MAX_LEADER_SHARE * (len(shape.coordinates) + len(subject.lines))
     tried: list[tuple[Drawn, float, int]] = []
     for width in widths:
-        drawn, factor = _at_width(model, shape, lines, sensors, width)
+        drawn, factor = _at_width(subject, width)
         tried.append((drawn, factor, width))
-        most = MAX_LEADER_SHARE * (len(shape.coordinates) + len(lines))
         if not drawn.left_out and drawn.far <= most:
             break
     best = min(tried, key=lambda one: (len(one[0].left_out), max(one[0].far, most)))
-    return _sheet(model, shape, lines, sensors, *best)
+    return _sheet(subject, *best)
 
 
-def _at_width(
-    model: Structure | LinearModel, shape: Outline, lines: tuple[Member, ...], sensors: tuple[Sensor, ...], width: int
-) -> tuple[Drawn, float]:
+def _at_width(subject: Subject, width: int) -> tuple[Drawn, float]:
     """Return the drawing on a sheet ``width`` px wide, and its scale (px/m)."""
+    shape = subject.shape
     reach = reach_of(shape, [np.zeros(len(shape.dofs))], 0.0)
     span = np.maximum(reach[1] - reach[0], 1e-3 * shape.size)
     room = width - 2 * MARGIN - 2 * SIDE_GAP
     for _ in range(MAX_ROUNDS):
         factor = float(min(room / span[0], MAX_HEIGHT_SHARE * width / span[1]))
         sign = float(np.clip(0.028 * shape.size * factor, 20, 34))
-        drawn = _drawn(model, shape, lines, sensors, View(reach[0], np.zeros(2), factor, sign, 1.0))
+        drawn = _drawn(subject, View(reach[0], np.zeros(2), factor, sign, 1.0))
         over = drawn.high[0] - drawn.low[0] - (width - 2 * MARGIN)
         if over <= 1:
             break
@@ -101,9 +118,8 @@ def _at_width(
     return drawn, factor
 
 
-def _drawn(
-    model: Structure | LinearModel, shape: Outline, lines: tuple[Member, ...], sensors: tuple[Sensor, ...], view: View
-) -> Drawn:
+def _drawn(subject: Subject, view: View) -> Drawn:
+    model, shape, lines, sensors = subject.model, subject.shape, subject.lines, subject.sensors
     supports = _supports(shape, view)
     nodes = view(shape.coordinates)
     numbered = _numbered(model, shape, sensors)
@@ -115,6 +131,7 @@ def _drawn(
     dots = nodes if len(nodes) < 5000 else nodes[:0]
     obstacles = np.vstack([line_points, clear, pointed, dots, *_spirals(shape, view)])[None]
     marks = marks_of(model, shape, view) if isinstance(model, Structure) else []
+    marks = [*pointer_marks(subject.pointers, shape, lines, view), *marks]
     numbers = [*node_numbers(numbered, shape, lines, view), *element_numbers(shape, lines, along, view)]
     labels, numbers, offsets, hidden = _placed(
         [arrow.label for arrow in arrows], numbers, [mark.label for mark in marks], obstacles
@@ -137,7 +154,8 @@ def _drawn(
             signs += sign
             texts.append(text)
     thin, thick = _members(shape, view)
-    patches = [*thin, *grounds, *supports, *thick, *joints, *_nodes(model, shape, view, numbered), *signs]
+    behind = shades(subject.pointers, shape, lines, view)
+    patches = [*behind, *thin, *grounds, *supports, *thick, *joints, *_nodes(model, shape, view, numbered), *signs]
     left_out = tuple(number for number, out in zip(numbers, hidden[first:end], strict=True) if out)
     boxes = [label.boxes(offset[None])[:, 0, 0] for label, offset in zip(labels, offsets, strict=True)]
     points = np.vstack([nodes, *(patch.points for patch in patches), *boxes])
@@ -240,17 +258,10 @@ def _filled(patch: Patch) -> FloatArray:
     return np.stack(np.meshgrid(*sides), axis=-1).reshape(-1, 2)
 
 
-def _sheet(
-    model: Structure | LinearModel,
-    shape: Outline,
-    lines: tuple[Member, ...],
-    sensors: tuple[Sensor, ...],
-    drawn: Drawn,
-    factor: float,
-    width: int,
-) -> Picture:
+def _sheet(subject: Subject, drawn: Drawn, factor: float, width: int) -> Picture:
     """Return the drawing with title and foot."""
-    rows, patches, texts = legend_rows(_entries(model, shape, lines, sensors), width)
+    model, shape, lines = subject.model, subject.shape, subject.lines
+    rows, patches, texts = legend_rows(_entries(subject), width)
     base = float(MARGIN + ROW_HEIGHT * rows)
     length_scale(width, factor, base + 40, patches, texts)
     draw_axes(shape, np.array([MARGIN + 12.0, base + 22.0]), patches, texts)
@@ -296,9 +307,8 @@ def _note(model: Structure | LinearModel, shape: Outline, left_out: tuple[Number
     return "; ".join(parts)
 
 
-def _entries(
-    model: Structure | LinearModel, shape: Outline, lines: tuple[Member, ...], sensors: tuple[Sensor, ...]
-) -> list[Entry]:
+def _entries(subject: Subject) -> list[Entry]:
+    model, shape = subject.model, subject.shape
     entries = [entry for entry in member_entries(shape, MEMBER_COLOR) if entry[0] not in ("node", "mass")]
     heavy = _massive(model)
     if shape.masses:
@@ -309,7 +319,8 @@ def _entries(
         entries.append(("node", lambda at: [disc(at[None], 5.5, INK), disc(at[None], 3.5, WHITE)]))
     if isinstance(model, Structure) and model.divisions > 1:
         entries.append(("node of refinement", lambda at: [disc(at[None], 3, INK)]))
-    if lines:
+    if subject.lines:
         entries.append(("number of an element", lambda at: element_box(at, np.array([26.0, 20.0]))))
     marks = mark_entries(model) if isinstance(model, Structure) else []
-    return [*entries, *support_entries(shape), *marks, *sensor_entries(sensors)]
+    pointed = pointer_entries(subject.pointers)
+    return [*pointed, *entries, *support_entries(shape), *marks, *sensor_entries(subject.sensors)]

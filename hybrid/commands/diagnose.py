@@ -42,6 +42,7 @@ def diagnose(
     so, too.
 
     \b
+    OUT/report.html          all of it on a page for a browser, whole in one file: read this first
     OUT/report.json          verdict, findings with probabilities and alternatives, scores
     OUT/summary.txt          the same in words, as printed
     OUT/extended_model.toml  the structure with the findings, which every command accepts as a model
@@ -89,6 +90,15 @@ def diagnose(
             with progress_bar("training hybrid models", epochs, "epoch") as bar:
                 gain = hybrid_gain(data, found, advance=bar.update)
             add_gain(found, gain, out)
+        given = ["hybrid-modal", "diagnose", str(dataset), "--out", str(out)]
+        given += ["--hybrid"] * hybrid + ["--modes"] * modes
+        with progress_bar("writing the page", 1, "page") as bar:
+            from hybrid.report.diagnosis_page import page_from_files
+            from hybrid.report.page_files import save_page
+
+            notes = save_page(diagnosis_in(out), lambda: page_from_files(found, data, given, dataset, gain))
+            bar.update()
+        _say(notes)
         print(answer_in_words(found, gain))
         print(f"Results: {out}")
         result(out / "report.json")

@@ -61,7 +61,7 @@ def _table(found: ModalDiagnosis) -> dict[str, Any]:
             for state in found.states
         ],
         "modes": [vars(mode) for mode in found.modes],
-        "notes": [_scope(found), *found.notes],
+        "notes": [scope_of(found), *found.notes],
     }
 
 
@@ -90,11 +90,11 @@ def modal_summary(found: ModalDiagnosis, gain: Gain | None = None) -> str:
         lines += score_lines(found.scores, found.noise_floor, bool(found.findings))
     if gain is not None:
         lines += hybrid_lines(gain)
-    notes = (_scope(found), *found.notes, *(gain.notes if gain else ()))
+    notes = (scope_of(found), *found.notes, *(gain.notes if gain else ()))
     return "\n".join([*lines, *(f"Note: {note}." for note in notes)])
 
 
-def _scope(found: ModalDiagnosis) -> str:
+def scope_of(found: ModalDiagnosis) -> str:
     """Return what was not looked for."""
     return BY_MODES_AND_MOTION if found.has_motion else BY_MODES
 

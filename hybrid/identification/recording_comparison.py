@@ -11,7 +11,7 @@ from fe_models.errors import InputError, raise_faults
 from fe_models.linear import LinearModel
 from fe_models.modes import mac, natural_modes
 from fe_models.progress import nothing
-from fe_models.recordings import Dataset, Recording
+from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.sensing import seen
 from hybrid.identification.agreement import shares_unexplained, window_of
 from hybrid.identification.backbone import Backbone, backbone_of
@@ -133,14 +133,36 @@ def _observed(
     dataset: Dataset, recording: Recording, data: FloatArray, model: tuple[FloatArray, FloatArray], count: int
 ) -> Observed:
     """Return what a motion (time, sensor) shows beside the ``model``'s frequencies and shapes."""
-    (nominal, shapes), rate = model, dataset.rate_of(recording)
+    nominal, rate = model[0], dataset.rate_of(recording)
     moved_by = "measured" if recording.is_driven else recording.excitation
     found = identify([data], rate, float(nominal[0]), _highest(dataset, recording), moved_by, count)
-    own, lasts = found.modes, len(data) / rate
-    moved = displacements_of(own.real_shapes, own.frequencies, dataset.sensors)
+    return _paired(recording.name, found, len(data) / rate, dataset.sensors, model)
+
+
+def _paired(
+    name: str,
+    found: Identification,
+    lasts: float,
+    sensors: tuple[Sensor, ...],
+    model: tuple[FloatArray, FloatArray],
+) -> Observed:
+    """Return what was ``found`` in a recording beside the ``model``'s frequencies and shapes."""
+    (nominal, shapes), own = model, found.modes
+    moved = displacements_of(own.real_shapes, own.frequencies, sensors)
     criterion = mac(shapes, moved)
     picked = paired(nominal, own.frequencies, own.energy, criterion, len(moved), lasts)
-    return Observed(recording.name, lasts, found, moved, criterion, picked, (), ())
+    return Observed(name, lasts, found, moved, criterion, picked, (), ())
+
+
+def beside(compared: Compared, dataset: Dataset) -> Compared:
+    """Return what was seen in recordings beside the model that the ``dataset`` has now, another one.
+
+    Backbones and combinations are of the modes that were followed first, and are left out.
+    """
+    highest = max(_highest(dataset, recording) for recording in dataset.recordings)
+    model = _nominal(dataset, highest)
+    recordings = tuple(_paired(own.name, own.found, own.lasts, dataset.sensors, model) for own in compared.recordings)
+    return replace(compared, nominal=model[0], shapes=model[1], followed=(), recordings=recordings)
 
 
 def _with_decay(

@@ -1,0 +1,121 @@
+"""The answer of a diagnosis in one sentence with its probability, and what to do next."""
+
+from fe_models.recordings import Dataset
+from fe_models.structure import Structure
+from hybrid.diagnosis.answer import Answer, headline_of
+from hybrid.diagnosis.config import DOOR, REPORT
+from hybrid.diagnosis.joint.conclusion import ModalDiagnosis
+from hybrid.diagnosis.outcome.conclusion import Diagnosis
+from hybrid.diagnosis.outcome.findings import Finding
+from hybrid.diagnosis.outcome.verdict import Verdict
+from hybrid.report.page import Tone
+from hybrid.report.values import of_parameter, percentage, probability, sentence, typeset
+from hybrid.result_sets import EXTENDED
+
+VERDICTS = {
+    Verdict.NOTHING_WRONG: ("Nothing is wrong", Tone.GOOD),
+    Verdict.EXPLAINED: ("Something is wrong, and it is explained", Tone.FOUND),
+    Verdict.PARTLY_EXPLAINED: ("Something is wrong, and a part of it is explained", Tone.OPEN),
+    Verdict.UNEXPLAINED: ("Something is wrong, and it is not explained", Tone.BAD),
+}
+NOT_SURE = "Something is wrong, and several causes remain"
+USE_AS_IT_IS = "Use the model as it is; how far nominal values may be moved is listed under “What was assumed”."
+LOOK_THERE = "Look at the structure there, and use {model} for further analyses: the structure with what was found."
+NOT_YET = "Do not act on the likeliest cause alone: check the others under “What is not known”, too."
+MORE_DATA = "Record larger motions, or more of them, or add a sensor near the places marked below."
+PART_ONLY = "Look for what else is wrong where most of the error is left: see “What is not known”."
+ELSEWHERE = (
+    "Check what is on no list of causes: the units, places and directions of sensors, and whether the model is the"
+    " structure that was measured."
+)
+
+
+def verdict_of(found: Answer) -> tuple[str, Tone]:
+    """Return how a diagnosis ended, in a few words."""
+    if found.verdict is Verdict.EXPLAINED and not _is_sure(found):
+        return NOT_SURE, Tone.OPEN
+    return VERDICTS[found.verdict]
+
+
+def sentence_of(found: Answer, dataset: Dataset) -> str:
+    """Return the answer in one sentence with its probability."""
+    if not found.findings:
+        return headline_of(found)
+    first = found.findings[0]
+    told = f"{_said(first, dataset)} (probability: {probability(first.probability)})."
+    if first.probability < REPORT.min_named_probability:
+        told = f"Likeliest of several causes: {told}"
+    elif first.probability < DOOR.sure_probability:
+        told = f"Probably: {told}"
+    count = len(found.findings)
+    told = told if count == 1 else f"{_words(count)} things are wrong. First: {told}"
+    return told.replace(" %", "\u00a0%").replace(" ± ", "\u00a0±\u00a0")  # which no line shall break at
+
+
+def _said(finding: Finding, dataset: Dataset) -> str:
+    """Return what a finding says, with sizes to two digits of their uncertainty, and where it acts in a part alone."""
+    if not isinstance(dataset.model, Structure):
+        return typeset(finding.sentence).rstrip(".")
+    sizes = {word: of_parameter(item) for word, item in finding.parameters.items()}
+    told = typeset(finding.cause.sentence(sizes, dataset.model)).rstrip(".")
+    own = list(dict.fromkeys(finding.recordings))
+    return f"{told}, in {', '.join(own)} alone" if own and not fitted_names(dataset) <= set(own) else told
+
+
+def fitted_names(dataset: Dataset) -> set[str]:
+    """Return the names of the recordings, or states, that were fitted."""
+    recordings = {recording.name for recording in dataset.select("train")}
+    return recordings | {mode.recording for mode in dataset.modes if mode.role == "train"}
+
+
+def summary_of(found: Answer) -> str:
+    """Return what that amounts to; nothing where the sentence says it all."""
+    return headline_of(found) if found.findings else ""
+
+
+def facts_of(found: Answer) -> tuple[tuple[str, str], ...]:
+    """Return the numbers that matter most, each with its name."""
+    facts = list[tuple[str, str]]()
+    if found.findings:
+        facts.append(("probability", probability(found.findings[0].probability)))
+    before, after = (found.scores[name]["measured"] for name in ("baseline", "extended"))
+    if before is not None and after is not None:
+        name = "forecast error, before → after" if found.findings else "forecast error, as drawn → calibrated"
+        facts.append((name, f"{before:.4f} → {after:.4f}"))
+    if found.noise_floor is not None:
+        facts.append(("noise floor", f"{found.noise_floor:.4f}"))
+    if found.findings:
+        facts.append((left_of(found), percentage(found.unexplained)))
+    return tuple(facts)
+
+
+def left_of(found: Answer) -> str:
+    """Return of what a share is left unexplained."""
+    return "left of what modes get wrong" if isinstance(found, ModalDiagnosis) else "left of what was wrong"
+
+
+def next_steps(found: Answer) -> tuple[str, ...]:
+    """Return what to do next, most useful first."""
+    advice = tuple(sentence(item.sentence) for item in found.advice) if isinstance(found, Diagnosis) else ()
+    if found.verdict is Verdict.NOTHING_WRONG:
+        return (USE_AS_IT_IS,)
+    if found.verdict is Verdict.UNEXPLAINED:
+        return (ELSEWHERE, PART_ONLY)
+    use = LOOK_THERE.format(model=EXTENDED)
+    rest = (PART_ONLY,) if found.verdict is Verdict.PARTLY_EXPLAINED else ()
+    if _is_sure(found):
+        return (use, *rest)
+    return (NOT_YET, *(advice or (MORE_DATA,)), *rest)
+
+
+def _is_sure(found: Answer) -> bool:
+    return all(_sure(finding) for finding in found.findings)
+
+
+def _sure(finding: Finding) -> bool:
+    return finding.probability >= DOOR.sure_probability
+
+
+def _words(count: int) -> str:
+    small = ("No", "One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight", "Nine", "Ten")
+    return small[count] if count < len(small) else str(count)

@@ -1,0 +1,154 @@
+"""Shapes that move on a page: lines of the structure in pixels, how far each point moves, and how that goes in time."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from fe_models.arrays import FloatArray
+from fe_models.pictures.geometry import DRAWN_SHARE, Outline, deformed_lines, nodal_motion
+from fe_models.recordings import Sensor
+
+WIDTH, MAX_HEIGHT, MARGIN = 720.0, 480.0, 24.0  # px
+LEAST_HEIGHT = 170.0  # px: of a chain, which has no height of its own
+MOST_POINTS = 6000  # that a browser moves smoothly
+SEEN_PERIOD = 2.0  # s: how long one period of a motion takes on the page
+
+
+@dataclass(frozen=True)
+class Layer:
+    """What is drawn in one colour (a name of CSS): points that move by q(t) times ``shapes`` (part, point, 2), px at
+    scale 1; ``history`` (time, part) of q, None of a natural mode, which goes to and fro. ``is_dots``: points alone.
+    """
+
+    name: str
+    colour: str
+    shapes: FloatArray
+    history: FloatArray | None = None
+    is_dots: bool = False
+
+
+@dataclass(frozen=True)
+class Choice:
+    """One motion to look at: its ``label``, and ``layers`` over one another; ``seconds`` between the samples of a
+    history, or a natural mode's period; how many times it is ``slowed`` down so that the eye can follow.
+    """
+
+    label: str
+    layers: tuple[Layer, ...]
+    seconds: float
+    slowed: float
+
+
+@dataclass(frozen=True)
+class Motion:
+    """``still`` (point, 2) px: the structure at rest, as lines of so many points (``lengths``), then sensors' points;
+    ``choices`` to look at.
+    """
+
+    width: float
+    height: float
+    still: FloatArray
+    lengths: tuple[int, ...]
+    choices: tuple[Choice, ...]
+
+    @property
+    def layers(self) -> tuple[Layer, ...]:
+        """One layer of each name."""
+        every = {layer.name: layer for choice in self.choices for layer in choice.layers}
+        return tuple(every.values())
+
+    def begun(self, layer: Layer) -> str:
+        """Return the path of the first choice's layer of that name, as it is drawn first; empty without one."""
+        return next((self.path(own) for own in self.choices[0].layers if own.name == layer.name), "")
+
+    def path(self, layer: Layer | None = None) -> str:
+        """Return the path of an SVG of the structure at rest, or of a layer as it is drawn first."""
+        points = self.still
+        if layer is not None:
+            first = np.ones(len(layer.shapes)) if layer.history is None else layer.history[0]
+            points = points + np.einsum("k,kpc->pc", first, layer.shapes)
+        lined = sum(self.lengths)
+        if layer is not None and layer.is_dots:
+            return " ".join(f"M{x:.1f} {y:.1f}h0" for x, y in points[lined:])
+        parts = np.split(points[:lined], np.cumsum(self.lengths)[:-1])
+        return " ".join("M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in part) for part in parts)
+
+    @property
+    def data(self) -> dict[str, Any]:
+        """What the page's program moves, as plain data."""
+        return {
+            "still": _rounded(self.still),
+            "lengths": list(self.lengths),
+            "choices": [
+                {
+                    "label": choice.label,
+                    "seconds": choice.seconds,
+                    "slowed": choice.slowed,
+                    "layers": [
+                        {
+                            "name": layer.name,
+                            "colour": layer.colour,
+                            "dots": layer.is_dots,
+                            "shapes": [_rounded(shape) for shape in layer.shapes],
+                            "history": None if layer.history is None else np.round(layer.history, 4).tolist(),
+                        }
+                        for layer in choice.layers
+                    ],
+                }
+                for choice in self.choices
+            ],
+        }
+
+
+def _rounded(points: FloatArray) -> list[float]:
+    return np.round(points, 1).ravel().tolist()
+
+
+@dataclass(frozen=True)
+class Stage:
+    """An ``outline`` on the page: pixel = ``origin`` + ``factor`` (x, -y); ``sensors`` whose nodes have points."""
+
+    outline: Outline
+    sensors: tuple[Sensor, ...]
+    factor: float
+    origin: FloatArray
+    height: float
+
+    @classmethod
+    def of(cls, outline: Outline, sensors: Sequence[Sensor] = ()) -> "Stage | None":
+        """Return the stage of an outline; None where it has too many points to move."""
+        low, high = outline.coordinates.min(axis=0), outline.coordinates.max(axis=0)
+        room = DRAWN_SHARE * outline.size * np.ones(2) * 1.2
+        span = np.maximum(high - low + 2 * room, 1e-9)
+        factor = float(min((WIDTH - 2 * MARGIN) / span[0], (MAX_HEIGHT - 2 * MARGIN) / span[1]))
+        height = float(max(factor * span[1] + 2 * MARGIN, LEAST_HEIGHT))
+        middle = (low + high) / 2
+        origin = np.array([WIDTH / 2 - factor * middle[0], height / 2 + factor * middle[1]])
+        moving = tuple(sensor for sensor in sensors if not sensor.turns)
+        stage = cls(outline, moving, factor, origin, height)
+        return stage if len(stage.points(np.zeros(len(outline.dofs)))) <= MOST_POINTS else None
+
+    def points(self, displacement: FloatArray) -> FloatArray:
+        """Return how far (px) all points, those of sensors last, move (point, 2) for a ``displacement`` (dof,)."""
+        moved = deformed_lines(self.outline, displacement, 1.0)
+        still = deformed_lines(self.outline, np.zeros_like(displacement), 0.0)
+        lines = [a.points - b.points for a, b in zip(moved, still, strict=True) if a.kind != "point"]
+        nodes = nodal_motion(self.outline, displacement)[:, :2]
+        at = nodes[[sensor.node - 1 for sensor in self.sensors]].reshape(-1, 2)
+        parts = [*(group.reshape(-1, 2) for group in lines), at]
+        return np.concatenate(parts) * self.factor * np.array([1.0, -1.0])
+
+    @property
+    def ways(self) -> FloatArray:
+        """The unit vectors (sensor, 2) along which sensors measure, on the page."""
+        return np.array([self.outline.along(sensor.direction) * [1.0, -1.0] for sensor in self.sensors])
+
+    def motion(self, choices: Sequence[Choice]) -> Motion:
+        """Return the motion that is looked at on this stage."""
+        still = deformed_lines(self.outline, np.zeros(len(self.outline.dofs)), 0.0)
+        drawn = [line for group in still if group.kind != "point" for line in group.points]
+        at = self.outline.coordinates[[sensor.node - 1 for sensor in self.sensors]].reshape(-1, 2)
+        points = np.concatenate([*drawn, at]) * self.factor * np.array([1.0, -1.0]) + self.origin
+        return Motion(WIDTH, self.height, points, tuple(len(line) for line in drawn), tuple(choices))

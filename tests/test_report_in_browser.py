@@ -1,0 +1,145 @@
+"""Pages in a real browser, Chromium without a screen: nothing goes wrong, nothing is asked for, all is seen."""
+
+import json
+import re
+import shutil
+import subprocess
+from html import escape, unescape
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from fe_models.recordings import Dataset
+from hybrid.diagnosis.answer import Answer
+from hybrid.report.diagnosis_page import diagnosis_page
+from hybrid.report.rendering import MAX_BYTES, rendered
+from hybrid.report.seen import seen_in
+from tests.pages import SOURCE, answer_by_modes, answer_by_series, chain_dataset, found_in
+
+NAMES = ("chromium", "chromium-browser", "google-chrome")
+CHROMIUM = next((path for name in NAMES if (path := shutil.which(name)) is not None), None)
+WAIT = 120  # s: a busy machine takes its time to start a browser
+WINDOW = "1500,2200"  # px: windows may not be narrower than 500, frames in them may
+FRAME = """<!DOCTYPE html><title>frame</title>
+<script>addEventListener("message", (event) => {{ document.body.dataset.seen = event.data; }});</script>
+<body><iframe srcdoc="{page}" style="border: 0; width: {width}px; height: 2000px"></iframe></body>"""
+# What a reader does: sort, play; then what became of it, told to the frame.
+PROBE = """
+<script>
+requestAnimationFrame = (draw) => setTimeout(() => draw(performance.now()), 16); // which a busy machine keeps waiting
+const wrong = [];
+addEventListener("error", (event) => wrong.push(event.message));
+addEventListener("securitypolicyviolation", (event) => wrong.push(event.violatedDirective + " was refused"));
+addEventListener("load", async () => {
+  const table = [...document.querySelectorAll("table")].find((one) => one.caption.textContent.includes("Sensors"));
+  const first = () => [...table.tBodies[0].rows].map((row) => row.cells[0].textContent);
+  const before = first();
+  const node = [...table.tHead.rows[0].cells].find((cell) => cell.textContent === "node").querySelector("button");
+  node.click();
+  node.click();
+  const sorted = first();
+  const path = document.querySelector(".motion .layer");
+  const still = path ? path.getAttribute("d") : "";
+  if (path) document.querySelector(".motion button").click();
+  let moved = still;
+  for (let i = 0; path && i < 100 && moved === still; i += 1) {
+    await new Promise((done) => setTimeout(done, 30));
+    moved = path.getAttribute("d");
+  }
+  if (path) document.querySelector(".motion button").click();
+  const sizes = [...document.querySelectorAll("figure svg")].map((svg) => {
+    const box = svg.getBoundingClientRect();
+    return [Math.round(box.width), Math.round(box.height)];
+  });
+  parent.postMessage(JSON.stringify({
+    wrong, before, sorted, moves: still !== moved, sizes,
+    figures: document.querySelectorAll("figure").length,
+    width: document.documentElement.scrollWidth, window: innerWidth,
+    requests: performance.getEntriesByType("resource").map((entry) => entry.name),
+    controls: [...document.querySelectorAll(".motion label")].map((label) => label.textContent.slice(0, 12)),
+  }), "*");
+});
+</script>
+</head>"""
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(CHROMIUM is None, reason="needs a browser: apt-get install chromium"),
+]
+
+
+def opened(folder: Path, html: str, width: int) -> tuple[dict[str, Any], str]:
+    """Return what a browser ``width`` px wide shows of a page, and what it writes on its console."""
+    assert CHROMIUM is not None
+    frame = folder / "frame.html"
+    page = escape(html.replace("</head>", PROBE, 1))
+    frame.write_text(FRAME.format(width=width, page=page), encoding="utf-8")
+    done = subprocess.run(
+        [
+            CHROMIUM,
+            "--headless",
+            "--no-sandbox",
+            "--disable-gpu",
+            "--disable-background-networking",
+            "--enable-logging=stderr",
+            f"--user-data-dir={folder / 'profile'}",
+            f"--window-size={WINDOW}",
+            "--virtual-time-budget=5000",
+            "--dump-dom",
+            frame.as_uri(),
+        ],
+        capture_output=True,
+        text=True,
+        timeout=WAIT,
+        check=True,
+    )
+    found = re.search(r'data-seen="([^"]*)"', done.stdout)
+    assert found is not None, done.stderr[-2000:]
+    seen: dict[str, Any] = json.loads(unescape(found[1]))
+    console = "\n".join(line for line in done.stderr.splitlines() if "CONSOLE" in line)
+    return seen, console
+
+
+@pytest.fixture(scope="module")
+def data() -> Dataset:
+    return chain_dataset()
+
+
+def page_of(found: Answer, dataset: Dataset) -> str:
+    html = rendered(diagnosis_page(found, dataset, seen_in(dataset, found), SOURCE))
+    assert len(html.encode()) < MAX_BYTES
+    return html
+
+
+@pytest.mark.parametrize("width", [1440, 390])
+@pytest.mark.parametrize("kind", ["modes", "series", "nothing"])
+def test_a_page_opens_without_fault_or_request_and_all_is_seen(
+    kind: str, width: int, data: Dataset, tmp_path: Path
+) -> None:
+    found: Answer = answer_by_modes(data, found_in(data))
+    if kind != "modes":
+        found = answer_by_series(data, *([found_in(data, 0.6)] if kind == "series" else []))
+    html = page_of(found, data)
+    for word in ("MAC", "CoMAC", "Stabilisation", "backbone", "Power of all channels", "Mode shapes"):
+        assert word in html, word
+    seen, console = opened(tmp_path, html, width)
+    assert seen["wrong"] == []
+    assert console == ""
+    assert seen["requests"] == []
+    assert len(seen["sizes"]) == seen["figures"] > 7
+    assert all(wide > 200 and high > 60 for wide, high in seen["sizes"])
+    assert seen["width"] <= seen["window"] == width  # what is wider scrolls within its own box
+    assert seen["sorted"] == seen["before"][::-1]
+    assert seen["moves"]
+    assert seen["controls"] == ["MotionMode 1", "Slow to fast", "Scale"]
+
+
+def test_a_fault_in_a_page_is_seen(data: Dataset, tmp_path: Path) -> None:
+    """The probe tells an error of a program, and a picture from elsewhere."""
+    bad = '<img src="picture.png"><script>nowhere();</script></body>'
+    html = page_of(answer_by_modes(data), data).replace("</body>", bad)
+    seen, console = opened(tmp_path, html, 800)
+    assert any("nowhere" in line for line in seen["wrong"])
+    assert any("img-src" in line for line in seen["wrong"])
+    assert "nowhere" in console
