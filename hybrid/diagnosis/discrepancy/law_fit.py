@@ -106,7 +106,9 @@ def best_theta(
     return theta, np.asarray(np.linalg.inv(normal), dtype=np.float64), present + scale + occam
 
 
-def fit_law(item: Track, nominal: NominalModel, law: LawCandidate, theta: FloatArray) -> LawFit:
+def fit_law(
+    item: Track, nominal: NominalModel, law: LawCandidate, theta: FloatArray, rounds: int = LAW_FIT.rounds
+) -> LawFit:
     """Return the best fit of a law from ``theta`` (parameter,), motion and discrepancy found with it in turn.
 
     A force that answers to the motion at once, as friction does, makes the turns overshoot: where one fails, the next
@@ -114,7 +116,7 @@ def fit_law(item: Track, nominal: NominalModel, law: LawCandidate, theta: FloatA
     """
     bare, best, share, left = item, None, 1.0, item.discrepancy
     moving = item  # as whose motion the law's force is taken
-    for _ in range(LAW_FIT.rounds):
+    for _ in range(rounds):
         try:
             fit = _fit_once(bare, moving, nominal, law, theta, left, best.track.evidence if best else bare.evidence)
         except np.linalg.LinAlgError:  # a motion that grows beyond numbers

@@ -74,7 +74,8 @@ def search_laws(item: Track, measured: Measured) -> LawSearch:
     def followed(some: Sequence[LawCandidate], count: int) -> list[LawFit]:
         """Return the best ``count`` of some laws, each with its own motion."""
         ranked = sorted(parallel_map(fitted, some), key=lambda fit: -score(fit))[:count]
-        return parallel_map(lambda fit: fit_law(item, nominal, fit.candidate, fit.theta), ranked)
+        rounds = LAW_FIT.first_rounds
+        return parallel_map(lambda fit: fit_law(item, nominal, fit.candidate, fit.theta, rounds), ranked)
 
     scanned = _unlike(item, laws)
     gains = parallel_map(lambda law: max(promise.gain(law, np.array(start)) for start in law.first_starts), scanned)
@@ -88,7 +89,7 @@ def search_laws(item: Track, measured: Measured) -> LawSearch:
         if not more or max(map(score, more)) <= score(best):
             break
     best_fits = sorted(fits, key=lambda fit: -score(fit))[: LAW_FIT.settled]
-    moved = parallel_map(lambda fit: settled_law(fit, nominal), best_fits)
+    moved = parallel_map(lambda fit: settled_law(fit_law(item, nominal, fit.candidate, fit.theta), nominal), best_fits)
     kept = {fit.candidate.key for fit in best_fits}
     return _concluded(item, nominal, [*moved, *(fit for fit in fits if fit.candidate.key not in kept)], odds)
 

@@ -6,12 +6,12 @@ import numpy as np
 
 from fe_models.arrays import FloatArray
 from fe_models.recordings import Dataset, Recording
-from hybrid.diagnosis.discrepancy.config import DISCREPANCY
-from hybrid.diagnosis.discrepancy.law_fit import force_along
+from hybrid.diagnosis.discrepancy.config import DISCREPANCY, LAW_FIT
+from hybrid.diagnosis.discrepancy.law_fit import fit_law, force_along, settled_law
 from hybrid.diagnosis.discrepancy.law_search import LawSearch, search_laws, share_usual
 from hybrid.diagnosis.discrepancy.linearisation import pushed_by
 from hybrid.diagnosis.discrepancy.recorded_motions import track_of
-from hybrid.diagnosis.discrepancy.tracking import Track
+from hybrid.diagnosis.discrepancy.tracking import Track, shortened
 from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.errors import ErrorSizes
 from hybrid.diagnosis.modal.evidence import ModalFit
@@ -41,7 +41,7 @@ def laws_in(
     claim, every = best.claimed.fit.claim, set(range(len(found[0].recordings)))
     beside = any(set(acts) < every for acts in (*claim.acts, claim.changed) if acts)
     if beside or (claim.hypothesis.candidates and best.discrepancy.whole <= DISCREPANCY.usual_size):
-        return replace(_searched(best, found[0]), replaces_causes=False)
+        return replace(_of_all(_searched(best, found[0]), best), replaces_causes=False)
     measured, fit = drawn
     as_drawn = replace(fit, claim=measured.null, theta=-measured.offset)
     bare = [
@@ -49,19 +49,32 @@ def laws_in(
         (track_of(dataset, *found), found[0]),
     ]
     known = [(item, own) for item, own in bare if item is not None]
-    if not known:
-        return replace(_searched(best, found[0]), replaces_causes=False)
-    instead = _searched(*max(known, key=lambda pair: pair[0].evidence))
-    if not claim.hypothesis.candidates or instead.log_evidence > best.evidence + odds:
-        return instead
-    return replace(_searched(best, found[0]), replaces_causes=False)
+    short = shortened(best, LAW_FIT.most_values)
+    if known:
+        bare_best, own = max(known, key=lambda pair: pair[0].evidence)
+        instead = _searched(bare_best, own)
+        if not claim.hypothesis.candidates or instead.log_evidence > short.evidence + odds:
+            return _of_all(instead, bare_best)
+    return replace(_of_all(_searched(best, found[0]), best), replaces_causes=False)
 
 
 def _searched(item: Track, measured: Measured) -> LawSearch:
-    """Return the laws that a track asks for: none where the filter sees no discrepancy."""
+    """Return the laws that a track asks for, by the first part of long motions: none where the filter sees no
+    discrepancy.
+    """
+    short = shortened(item, LAW_FIT.most_values)
     if item.discrepancy.whole <= DISCREPANCY.usual_size:
-        return LawSearch(item, measured.nominal, (), np.zeros(0), 1.0, 0.0)
-    return search_laws(item, measured)
+        return LawSearch(short, measured.nominal, (), np.zeros(0), 1.0, 0.0)
+    return search_laws(short, measured)
+
+
+def _of_all(laws: LawSearch, item: Track) -> LawSearch:
+    """Return the search with the law that is named, if any, fitted to the whole of the motions of a track."""
+    nominal, named = laws.nominal, laws.named
+    if named is None or len(laws.track.followed[0].data) == len(item.followed[0].data):
+        return laws
+    whole = settled_law(fit_law(item, nominal, named.candidate, named.theta), nominal)
+    return replace(laws, track=item, fits=(whole, *laws.fits[1:]))
 
 
 def without_law(dataset: Dataset, laws: LawSearch) -> Dataset:

@@ -60,6 +60,8 @@ class Discrepancy:
         return Discrepancy(*(float(np.clip(part, least, most)) for part in (self.size * size, self.share * share)))
 
 
+BY_TIME = "data", "shown", "amplitude"
+SHORTENING = 0.95  # of motions, step by step, until all are short enough
 STARTED = Discrepancy(DISCREPANCY.usual_start, DISCREPANCY.usual_start)
 """From where the most probable one is sought."""
 
@@ -154,6 +156,20 @@ def track(claimed: Claimed, expected: Expectation, motions: Sequence[Followed], 
     residuals = tuple(marginal.centred([known.white.ravel() for known in found]))
     evidence = marginal.log_density(residuals) + sum(known.log_scale for known in found) + discrepancy.log_prior
     return Track(discrepancy, claimed, expected, tuple(motions), found, residuals, marginal, float(evidence))
+
+
+def shortened(item: Track, most_values: float) -> Track:
+    """Return the track of the first part of all motions, of so many values, samples times modes and sensors, in all."""
+    space, motions = item.spaces[0], item.followed
+    samples = round(most_values / (space.count * len(space.shown)))
+    longest = max(len(own.data) for own in motions)
+    while longest > 1 and sum(min(len(own.data), longest) for own in motions) > samples:
+        longest = int(longest * SHORTENING)
+    if longest == max(len(own.data) for own in motions):
+        return item
+    part = slice(longest)
+    short = [replace(own, **{name: getattr(own, name)[part] for name in BY_TIME}, motion=None) for own in motions]
+    return track(item.claimed, item.expected, short, item.discrepancy)
 
 
 def log_prior_of(size: float) -> float:
