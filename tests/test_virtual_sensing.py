@@ -231,6 +231,6 @@ def test_beyond_an_ambient_record_nothing_is_estimated(windy: tuple[Path, Datase
     options = ["--dataset", str(folder / "dataset.toml"), "--record", "wind", "--duration", "300"]
     result = CliRunner().invoke(app, [str(folder / "run"), "--out", str(tmp_path), *options])
     assert result.exit_code == 2
-    assert "record wind has 199.5 s left; give --duration 199.5 or less" in result.output
+    assert "record wind, which is taken as ambient vibration, has 199.5 s left; give --duration 199.5" in result.output
     with pytest.raises(InputError, match=r"expected up to 199.5 s"):
         hybrid.predict(load_trained(folder / "run"), dataset.recordings[-1], duration=300.0)

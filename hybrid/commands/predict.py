@@ -1,12 +1,15 @@
 """The sub-command `predict`: the motion of the whole structure by a trained hybrid model."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from hybrid.commands.console import command_line, print_notes
+from hybrid.commands.console import command_line
 from hybrid.commands.options import Device, Quiet
+
+if TYPE_CHECKING:
+    from hybrid.training.prediction import PredictedMotion
 
 Run = Annotated[Path, typer.Argument(help="Folder that 'hybrid-modal train' wrote.", show_default=False)]
 Out = Annotated[Path, typer.Option(help="Folder for the prediction; made where it is missing.", show_default=False)]
@@ -46,8 +49,9 @@ def predict(
     OUT' draws it.
 
     Known loads and base motion of the record drive the forecast, as far as they are known. Of a record with excitation
-    = "ambient" the motion is estimated from all its samples, its forces unknown but for what they leave in it, with its
-    standard deviation, and scored on the sensors that were left out.
+    = "ambient", or of which nothing is said and that does not die away, the motion is estimated from all its samples,
+    its forces unknown but for what they leave in it, with its standard deviation, and scored on the sensors that were
+    left out.
 
     With --whole the motion is reconstructed instead, from all samples of the record: virtual sensing. That takes a
     model which solves for its states (hybrid-modal train --preset places).
@@ -65,9 +69,7 @@ def predict(
     from hybrid.training.prediction import CHANNELS, from_record, from_state, prediction_in, write_channels
     from hybrid.training.results import prediction_of
     from hybrid.training.run import CHECKPOINT, metrics_in
-    from hybrid.training.sensing import beside_forecasts, describe_sensing
     from hybrid.training.session import check_device
-    from hybrid.training.summary import band_warning
 
     with command_line(quiet) as result:
         if (dataset is None) == (initial is None):
@@ -78,27 +80,30 @@ def predict(
         noting(faults, "", check_device, device)
         data = None if dataset is None else noting(faults, "", load_dataset, dataset)
         raise_faults(faults)
-        if data is not None:
-            print_notes(data)
         checkpoint = load_checkpoint(run / CHECKPOINT)
         checkpoint.model.to(device)
         model = load_run(run).model
         samples = round(duration * checkpoint.origin.sampling_rate) + 1
-        if data is not None:
-            found = from_record(checkpoint, data, record, start, samples, whole)
-            hybrid, std, fe, fe_initial = found.hybrid.forecast, found.hybrid.std, found.fe, found.fe_initial
-            scores = found.scores
+        if data is None:
+            found = from_state(checkpoint, Path(str(initial)), samples)
         else:
-            hybrid, fe, fe_initial = from_state(checkpoint, Path(str(initial)), samples)
-            std, scores = None, None
+            found = from_record(checkpoint, data, record, start, samples, whole)
         with results.replacing() as new:
             save_run_model(model, checkpoint.origin.modal, new)
-            save_prediction(prediction_of(hybrid, fe, checkpoint.origin, fe_initial), new)
-            write_channels(hybrid, fe, std, checkpoint, new / CHANNELS)
-        metrics = metrics_in(run)
-        if scores is not None:
-            print("\n".join([*describe_sensing(scores), *beside_forecasts(metrics)]))
-        for line in band_warning(metrics) if std is not None and scores is None else ():
-            print(f"Warning: {line}.")
+            save_prediction(prediction_of(found.hybrid, found.fe, checkpoint.origin, found.fe_initial), new)
+            write_channels(found, checkpoint, new / CHANNELS)
+        print("".join(f"Note: {note}.\n" for note in found.notes), end="")
+        for line in _beside(found, metrics_in(run)):
+            print(line)
         print(f"{samples} samples predicted: {out / PREDICTION}, {out / CHANNELS}")
         result(out / PREDICTION)
+
+
+def _beside(found: "PredictedMotion", metrics: dict[str, Any]) -> list[str]:
+    """Return what is known of how good a prediction from a record is, in lines."""
+    from hybrid.training.sensing import beside_forecasts, describe_sensing
+    from hybrid.training.summary import band_warning
+
+    if found.scores is not None:
+        return [*describe_sensing(found.scores), *beside_forecasts(metrics)]
+    return [] if found.std is None else [f"Warning: {line}." for line in band_warning(metrics)]

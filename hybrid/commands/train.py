@@ -96,6 +96,7 @@ def train(
     from hybrid.training import session
     from hybrid.training.run import results_in
     from hybrid.training.summary import describe
+    from hybrid.training.trainable import trainable
 
     with command_line(quiet) as result:
         faults = list[str]()
@@ -104,6 +105,7 @@ def train(
         data = noting(faults, "", load_dataset, dataset)
         raise_faults(faults)
         assert data is not None  # else there were faults
+        data = trainable(data)
         print_notes(data)
         if data.assumptions.integrator != "exact":
             print("Note: the FE model is integrated exactly here; [simulation] integrator and step are not used.")

@@ -110,6 +110,7 @@ class ExcitationConfig:
     span_periods: float = 2.0  # of the strongest vibration, in which its power is taken: two modes beat more slowly ...
     min_spans: int = 6  # ... in a recording at least
     span_steps: int = 4  # to a span: where a blow comes within one
+    most_motions: int = 4  # of one recording: they are alike
     min_return: float = 0.2  # of the largest power before, that comes back from one span to the next
 
 

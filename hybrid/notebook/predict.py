@@ -8,6 +8,8 @@ import numpy as np
 from fe_models.arrays import FloatArray
 from fe_models.errors import InputError, raise_faults
 from fe_models.recordings import Recording
+from hybrid.identification.excitation import Course
+from hybrid.identification.unstated_excitation import unstated_course
 from hybrid.known_loads.short_knocks import after_short_knock
 from hybrid.notebook.predicted_field import PredictedField
 
@@ -29,8 +31,9 @@ def predict(
     model was trained with. The state is estimated from the first samples at ``start`` (s) and carried on for
     ``duration`` (s; None: to the end of the recording, beyond which it may go where no known force acts). ``whole``:
     all samples are used, which takes a model that solves for its states (preset "places"). Loads and base motion of a
-    `Recording` drive the forecast. Of one with ``excitation`` "ambient" the motion, about its mean, is estimated from
-    all its samples, whatever forces moved it. `InputError` where the recording does not fit.
+    `Recording` drive the forecast. Of one with ``excitation`` "ambient", or without any that does not die away, the
+    motion, about its mean, is estimated from all its samples, whatever forces moved it. `InputError` where the
+    recording does not fit.
     """
     from hybrid.estimation.uncertainty import banded_field, banded_forecast  # loads PyTorch only where it is needed
     from hybrid.estimation.windows import driving_of
@@ -51,7 +54,9 @@ def predict(
     faults = []
     if start < 0 or left < seen:
         faults.append(f"start = {start:g} s; expected 0 to {(len(data) - seen) / rate:g} s: {seen} samples are read")
-    ambient = used.excitation == "ambient"
+    slowest = float(origin.modal.frequencies.min())
+    course = unstated_course(replace(used, data=used.data[:1]), origin.sensors, rate, origin.lowpass, slowest)
+    ambient = used.excitation == "ambient" or course is not None
     bounded = whole or used.is_driven or ambient
     if samples < 1 or (bounded and samples > left):
         why = ", over which the forces are known" if used.is_driven else ""
@@ -59,7 +64,7 @@ def predict(
         faults.append(f"duration = {duration} s; expected {span}")
     raise_faults(faults)
     if ambient:
-        return _sensed(trained, used, first, samples)
+        return _sensed(trained, used, first, samples, course)
     window = data[None, first : first + (samples if whole else seen)]
     forces = input_of(origin.structure, origin.modal, origin.sensors, rate, origin.lowpass, [used])
     driving = driving_of(forces, replace(used, data=used.data[:1]))
@@ -78,9 +83,15 @@ def predict(
     )
 
 
-def _sensed(trained: "TrainedModel", recording: Recording, first: int, samples: int) -> PredictedField:
-    """Return the motion under unknown forces, estimated from a whole recording, from its sample ``first`` on."""
+def _sensed(
+    trained: "TrainedModel", recording: Recording, first: int, samples: int, course: Course | None
+) -> PredictedField:
+    """Return the motion under unknown forces, estimated from a whole recording, from its sample ``first`` on.
+
+    ``course``: how it goes on, where nothing was said of what moved it.
+    """
     from hybrid.training.sensing import sensed, sensing_scores, too_narrow
+    from hybrid.training.trainable import taken_as_ambient
 
     origin = trained.checkpoint.origin
     found = sensed(trained.model, replace(recording, data=recording.data[:1]))
@@ -94,5 +105,8 @@ def _sensed(trained: "TrainedModel", recording: Recording, first: int, samples: 
         channels_std=own.channels_std,
         dofs=origin.modal.dofs,
         sensors=origin.sensors,
-        warnings=tuple(too_narrow(sensing_scores(found, origin.sensors))),
+        warnings=(
+            *(() if course is None else (taken_as_ambient(recording.name, course),)),
+            *too_narrow(sensing_scores(found, origin.sensors)),
+        ),
     )

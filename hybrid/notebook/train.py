@@ -46,7 +46,9 @@ def _trained(dataset: Dataset, config: Config, folder: Path, progress: bool | No
     from hybrid.training.preparation import calibration_steps
     from hybrid.training.results import RESULT_STEPS, scored, write_results
     from hybrid.training.run import begin
+    from hybrid.training.trainable import trainable
 
+    dataset = trainable(dataset)
     with progress_bar("calibrating the linear part", calibration_steps(dataset, config), shown=progress) as bar:
         run = begin(dataset, config, folder, advance=bar.update)
     with progress_bar("training", config.training.epochs, "epoch", shown=progress) as bar:

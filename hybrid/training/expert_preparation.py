@@ -16,7 +16,8 @@ from hybrid.estimation.linear_calibration import Observer
 from hybrid.estimation.start_evidence import StartEvidence, evidence_of
 from hybrid.estimation.windows import columns, cut, evenly, window_length
 from hybrid.training.config import PREPARATION
-from hybrid.training.preparation import Prepared, agreeing_recordings, prepare, trainable, training_recordings
+from hybrid.training.preparation import Prepared, agreeing_recordings, prepare, training_recordings
+from hybrid.training.trainable import trainable
 
 
 def prepare_experts(dataset: Dataset, config: Config, advance: Callable[[], object] = nothing) -> Prepared[Experts]:

@@ -1,7 +1,7 @@
 """From a dataset to a model ready to train: modes, windows, scales, and the start that linear calibration gives."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Generic
 
 import numpy as np
@@ -13,7 +13,7 @@ from fe_models.assembly import linearise
 from fe_models.causes import ForceLaw
 from fe_models.causes.laws import force_laws
 from fe_models.damping import full_damping
-from fe_models.errors import InputError, raise_faults
+from fe_models.errors import InputError
 from fe_models.linear import LinearModel, ModalModel
 from fe_models.nominal import nominal_modes
 from fe_models.progress import nothing
@@ -34,7 +34,6 @@ from hybrid.estimation.linear_calibration import (
 from hybrid.estimation.windows import columns, cut, cut_all, cut_driving, evenly, evenly_chosen, window_length
 from hybrid.identification.agreement import largest_agreeing_group
 from hybrid.known_loads.modal_input import ModalInput, modal_input
-from hybrid.known_loads.short_knocks import without_short_knocks
 from hybrid.neural_modal_ode.connectors import Connectors, chain_connectors, complete_basis
 from hybrid.neural_modal_ode.driving import Driving
 from hybrid.neural_modal_ode.encoder import WindowEncoder
@@ -46,6 +45,7 @@ from hybrid.neural_modal_ode.scaling import StateScale, channel_scale
 from hybrid.neural_modal_ode.state_prior import StatePrior
 from hybrid.training.config import PREPARATION
 from hybrid.training.consistency import unexplained_shares
+from hybrid.training.trainable import trainable
 
 
 @dataclass(frozen=True)
@@ -126,25 +126,10 @@ def prepare(dataset: Dataset, config: Config, advance: Callable[[], object] = no
     return Prepared(model, modal, windows, names, connectors, left_out, fit.unexplained, driving)
 
 
-def trainable(dataset: Dataset) -> Dataset:
-    """Return the dataset at one rate; of knocks that samples do not tell what comes after them alone, with a note."""
-    known, notes = without_short_knocks(dataset.of_one_rate("training"))
-    return replace(known, notes=(*known.notes, *notes)) if notes else known
-
-
 def training_recordings(dataset: Dataset) -> tuple[Recording, ...]:
-    """Return the recordings to train on; `InputError` where there are none, or where they cannot be trained on."""
-    dataset.require_recordings("training")
-    faults = [
-        f"recording {recording.name!r} is ambient vibration, whose forces nobody knows: no forecast can be held against"
-        ' it, so that nothing is learned from it. Train on free decays or under known loads, and give it role = "test":'
-        " the motion at all nodes is then estimated from it"
-        for recording in dataset.select("train")
-        if recording.excitation == "ambient"
-    ]
+    """Return the recordings to train on; `InputError` where there are none."""
     if not dataset.select("train") or not columns(dataset, "measured"):
-        faults.append("the dataset has no training recording or no measured sensor: give at least one of each")
-    raise_faults(faults)
+        raise InputError("the dataset has no training recording or no measured sensor: give at least one of each")
     return dataset.select("train")
 
 

@@ -25,9 +25,9 @@ from hybrid.training.checkpoint import Origin, save_checkpoint
 from hybrid.training.evaluation import score_table
 from hybrid.training.expert_training import ExpertsTrainer
 from hybrid.training.forecast_comparison import Comparison, band_scores, compare, field_scores, forecast_recordings
-from hybrid.training.preparation import trainable
 from hybrid.training.run import CHECKPOINT, LOOP, METRICS, Run, results_in
 from hybrid.training.sensing import sensed, sensing_scores
+from hybrid.training.trainable import trainable
 from hybrid.training.training_figure import draw_history
 
 RESULT_STEPS = 4  # of `write_results`: forecasts, and three figures that take a while

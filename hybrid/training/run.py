@@ -32,7 +32,8 @@ from hybrid.neural_modal_ode.model import NeuralModalODE
 from hybrid.training.checkpoint import Checkpoint, Origin, load_checkpoint, require_own, save_checkpoint
 from hybrid.training.expert_preparation import prepare_experts
 from hybrid.training.gradient_training import EpochResult
-from hybrid.training.preparation import Prepared, prepare, trainable
+from hybrid.training.preparation import Prepared, prepare
+from hybrid.training.trainable import trainable
 from hybrid.training.trainers import AnyTrainer, trainer_for
 
 PARTIAL_CHECKPOINT = "training.pt"

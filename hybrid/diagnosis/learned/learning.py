@@ -26,7 +26,8 @@ from hybrid.neural_modal_ode.driving import Driving
 from hybrid.neural_modal_ode.model import NeuralModalODE
 from hybrid.neural_modal_ode.residuals.connector_residual import ConnectorResidual
 from hybrid.neural_modal_ode.state_prior import StatePrior
-from hybrid.training.preparation import Prepared, modal_damping_matrix, prepare, trainable
+from hybrid.training.preparation import Prepared, modal_damping_matrix, prepare
+from hybrid.training.trainable import trainable
 from hybrid.training.trainers import trainer_for
 
 UNDOING_ORDER = (SensorDrift, SensorGain, SensorDelay)  # faults of one sensor, as they are undone
