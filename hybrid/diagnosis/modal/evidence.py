@@ -83,9 +83,12 @@ def fit_claim(
         total = theta[:first] + measured.offset
         at_centre = residual + slopes[:, :first] @ total
         rows = rows_of(measured, claim, pairs, noise, slopes[:, :first], hypothesis)
-        if errors_too and number % 2 == 1:
-            sizes = likeliest(rows, at_centre, sizes, FIT.error_iterations)
-        present = _at(measured, claim, theta, sizes, pairs, rows, at_centre, slopes)
+        try:
+            if errors_too and number % 2 == 1:
+                sizes = likeliest(rows, at_centre, sizes, FIT.error_iterations)
+            present = _at(measured, claim, theta, sizes, pairs, rows, at_centre, slopes)
+        except np.linalg.LinAlgError:  # next to nothing moves where shapes are referred to: no numbers hold that
+            return best
         best = present if best is None or present.evidence > best.evidence else best
         step = _step(measured, present)
         then = bounded(hypothesis, theta, step)

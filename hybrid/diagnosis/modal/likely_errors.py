@@ -110,14 +110,16 @@ class Likelihood:
         blocks += alike * (sizes.change**2 * unknown[:, :, None] * unknown[:, None])
         blocks[:, every, every] += varies**2
         lower = np.linalg.cholesky(blocks)
-        inverse = np.linalg.inv(blocks)
-        scales = self.rows.scales(sizes)
-        moved = self._slopes * scales  # (block, place, nuisance)
-        weighted, along = inverse @ moved, inverse @ self._left
-        capacity = np.eye(len(scales)) + np.einsum("bpn,bpm->nm", moved, weighted, optimize=True)
-        pulled = np.einsum("bpn,bpo->n", moved, along, optimize=True)
+        whitening = np.linalg.inv(lower)
+        back_again, scales = whitening.swapaxes(1, 2), self.rows.scales(sizes)
+        inverse = back_again @ whitening
+        moved, left = whitening @ (self._slopes * scales), whitening @ self._left  # (block, place, nuisance)
+        weighted, along = back_again @ moved, back_again @ left
+        flat = moved.reshape(-1, len(scales))
+        capacity = np.eye(len(scales)) + flat.T @ flat
+        pulled = flat.T @ left.ravel()
         root = np.linalg.cholesky(capacity)
-        value = 0.5 * float(np.sum(solve_triangular(root, pulled, lower=True) ** 2) - np.sum(self._left * along))
+        value = 0.5 * float(np.sum(solve_triangular(root, pulled, lower=True) ** 2) - np.sum(left**2))
         for factor in (np.diagonal(lower, axis1=1, axis2=2), np.diag(root)):
             value -= float(np.log(factor).sum())
         back = np.linalg.inv(capacity)
