@@ -148,6 +148,9 @@ def test_the_door_asks_modes_where_a_recording_is_of_another_structure() -> None
     assert (found.findings[0].cause.kind, found.findings[0].recordings) == ("stiffness_change", ("c",))
     assert found.findings[0].cause.location == {"element": 3}
     assert found.findings[0].probability > 0.9
+    gain = found.findings[0].gain
+    assert gain is not None
+    assert gain > 0.99  # of the error of "c", a spring of which has lost a quarter
     floor = found.noise_floor
     assert floor is not None
     assert found.scores["extended"]["measured"] == pytest.approx(floor, rel=0.1)

@@ -80,6 +80,9 @@ def modal_summary(found: ModalDiagnosis, gain: Gain | None = None) -> str:
         lines.append(f"- {finding.sentence}")
         explains = f"; explains {finding.explains:.0%} of the misfit" if finding.explains else ""
         lines.append(f"  Probability {finding.probability:.2f}{explains}.")
+        if finding.gain is not None:
+            share = f"{finding.gain:.0%} of what forecasts get wrong there beyond noise"
+            lines.append(f"  Takes away {share}, each from its first fifth.")
         rivals = finding.alternatives[: REPORT.max_rivals_listed]
         lines += [f"  Cannot be ruled out: {rival_words(item)} ({item.probability:.2f})." for item in rivals]
     if len(found.states) > 1:

@@ -115,6 +115,7 @@ def finding_table(finding: Finding) -> dict[str, Any]:
         "probability_of_kind": min(finding.probability_of_kind, 1.0),  # wherever it is
         "alternatives": [_alternative(item) for item in finding.alternatives],
         "sentence": finding.sentence,
+        **({} if finding.gain is None else {"gain": finding.gain}),
     }
 
 

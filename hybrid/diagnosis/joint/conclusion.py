@@ -1,6 +1,7 @@
 """What the best claims and laws amount to: verdict, findings, calibration, notes."""
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -83,11 +84,14 @@ class ModalDiagnosis:
 
 @dataclass(frozen=True, eq=False)
 class Claims:
-    """The ``fits`` of all claims to what was ``measured``, most probable first, with their ``probability`` (fit,)."""
+    """The ``fits`` of all claims to what was ``measured``, most probable first, with their ``probability`` (fit,); what
+    changes of the first one gain, ``gains``, by the number of the candidate: see `gains_of`.
+    """
 
     measured: Measured
     fits: list[ModalFit]
     probability: FloatArray
+    gains: Mapping[int, float] = field(default_factory=dict)
 
 
 def concluded(claims: Claims, laws: LawSearch | None, motion: FoundMotion | None) -> ModalDiagnosis:
@@ -105,7 +109,7 @@ def concluded(claims: Claims, laws: LawSearch | None, motion: FoundMotion | None
     before, rows = misfit_of(measured, drawn, best), len(best.residual)
     beyond = max(misfit_of(measured, best) - rows, 0.0)  # of what chance leaves
     left = float(np.clip(beyond / max(before - rows, beyond, np.finfo(float).tiny), 0.0, 1.0))
-    local = findings_of(measured, fits, probability, before)
+    local = findings_of(measured, fits, probability, before, claims.gains)
     if after is not None:
         local = tuple(_beside_unknown(finding, after, len(measured.recordings)) for finding in local)
     if laws is not None and found is not None and found.law is not None:

@@ -4,6 +4,7 @@ Either goes on from the first fifth of a recording. What was found goes by its m
 them: a real structure's are some thousandths off those of any model.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -120,6 +121,12 @@ def _forecasts(dataset: Dataset, drawn: Drawn, found: Found) -> Forecasts:
     before = Forecaster.of(_drawn(dataset, drawn), drawn[0].nominal, None, train, roles)
     after = Forecaster.of(_spaces(dataset, found), found.measured.nominal, found.law, train, roles)
     return Forecasts(before.score(test), after.score(test), _example(test[0].take([0]), before, after), roles)
+
+
+def scored_by(spaces: Sequence[ModalSpace], measured: Measured, dataset: Dataset) -> ForecastScore:
+    """Return how well modes, one space for each state that a structure may be in, forecast recordings for testing."""
+    roles, train, test = _batches(dataset, measured)
+    return Forecaster.of(spaces, measured.nominal, None, train, roles).score(test)
 
 
 def _batches(dataset: Dataset, measured: Measured) -> tuple[SensorRoles, tuple[Batch, ...], tuple[Batch, ...]]:

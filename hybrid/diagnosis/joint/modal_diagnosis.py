@@ -18,6 +18,7 @@ from fe_models.recordings import Dataset
 from hybrid.diagnosis.config import THREADS
 from hybrid.diagnosis.discrepancy.law_search import LawSearch
 from hybrid.diagnosis.discrepancy.laws_in_recordings import laws_in, may_have_laws, without_law
+from hybrid.diagnosis.joint.change_gains import gains_of
 from hybrid.diagnosis.joint.conclusion import Claims, ModalDiagnosis, concluded
 from hybrid.diagnosis.joint.forecasts import FoundMotion
 from hybrid.diagnosis.joint.found import found_beside, found_by_modes, found_instead
@@ -48,8 +49,11 @@ def diagnosed(look: Look, tell: Callable[[str], object]) -> ModalDiagnosis:
     with threadpool_limits(THREADS.linear_algebra, "blas"):
         by_modes = _searched(*rebased(look.dataset, look.measured, look.drawn), tell)
         tell("force laws")
-        answer = concluded(*_with_motion(look, by_modes))
+        claims, laws, motion = _with_motion(look, by_modes)
         tell("forecasts by modes")
+        if motion is not None:
+            claims = replace(claims, gains=gains_of(look.dataset, claims.measured, claims.fits[0]))
+        answer = concluded(claims, laws, motion)
     names = ", ".join(look.ambient)
     about = (UNKNOWN_FORCES.format(names=names),) if names else ()
     return replace(answer, notes=(*answer.notes, *about))

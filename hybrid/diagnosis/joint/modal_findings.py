@@ -1,6 +1,6 @@
 """What the best claims amount to: causes with their probabilities and rivals, groups that are off, states."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -38,9 +38,14 @@ class State:
 
 
 def findings_of(
-    measured: Measured, fits: Sequence[ModalFit], probability: FloatArray, nominal_misfit: float
+    measured: Measured,
+    fits: Sequence[ModalFit],
+    probability: FloatArray,
+    nominal_misfit: float,
+    gains: Mapping[int, float] | None = None,
 ) -> tuple[Finding, ...]:
-    """Return the causes of the best of the ``fits``, most important first; ``probability`` (fit,) of each claim.
+    """Return the causes of the best of the ``fits``, most important first; ``probability`` (fit,) of each claim,
+    ``gains`` of changes by the number of the candidate.
 
     ``nominal_misfit``: of the structure as drawn; a cause explains as much of it as comes back without it.
     """
@@ -50,7 +55,8 @@ def findings_of(
     for number in range(len(best.claim.acts)):
         without = misfit_of(measured, _without(best, number), best)
         share = float(np.clip((without - own) / max(nominal_misfit, without, np.finfo(float).tiny), 0.0, 1.0))
-        found.append(_finding(measured, fits, probability, number, share))
+        finding = _finding(measured, fits, probability, number, share)
+        found.append(replace(finding, gain=(gains or {}).get(number)))
     return tuple(sorted(found, key=lambda finding: -finding.explains))
 
 

@@ -57,7 +57,8 @@ class Finding:
 
     ``explains``: share of what the nominal model gets wrong, in energy, that it takes away; ``recordings`` where it
     acts: the name of one for each of its motions; ``alternatives`` that the sensors cannot rule out; ``sentence``: what
-    an engineer can act on.
+    an engineer can act on. ``gain``: of what acts in some recordings only, the share of what forecasts of these get
+    wrong beyond noise that it takes away; None where none were made.
     """
 
     cause: Cause
@@ -67,6 +68,7 @@ class Finding:
     recordings: tuple[str, ...]
     alternatives: tuple[Alternative, ...]
     sentence: str
+    gain: float | None = None
 
     @property
     def probability_of_kind(self) -> float:

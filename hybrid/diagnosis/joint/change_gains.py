@@ -1,0 +1,87 @@
+"""What a change between recordings gains: those in which it acts, forecast with it and without.
+
+Each goes on from its first fifth, by a structure fitted to all other recordings and to the modes of that fifth alone.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from fe_models.errors import InputError
+from fe_models.recordings import Dataset
+from hybrid.diagnosis.discrepancy.expected_modes import Claimed, expectation_of
+from hybrid.diagnosis.discrepancy.modal_space import ModalSpace
+from hybrid.diagnosis.discrepancy.recorded_motions import common_errors
+from hybrid.diagnosis.fitting.config import FORECAST
+from hybrid.diagnosis.fitting.forecast_score import ForecastScore, shown_of
+from hybrid.diagnosis.joint.forecasts import scored_by
+from hybrid.diagnosis.modal.claim import Claim, Measured
+from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim
+from hybrid.diagnosis.modal.measured_modes import MeasuredModes
+from hybrid.diagnosis.outcome.forecasts import share
+from hybrid.diagnosis.parallel import parallel_map
+from hybrid.diagnosis.recorded.batches import measured_columns
+from hybrid.identification.identification import identify
+
+
+def gains_of(dataset: Dataset, measured: Measured, best: ModalFit) -> dict[int, float]:
+    """Return the share of what forecasts get wrong beyond noise that each change takes away, by the number of the
+    candidate; changes of which no recording's first fifth shows modes are left out.
+    """
+    every = len(measured.recordings)
+    changes = [number for number, acts in enumerate(best.claim.acts) if len(acts) < every]
+    asked = sorted({recording for number in changes for recording in best.claim.acts[number]})
+    known = dict(zip(asked, parallel_map(lambda own: _unseeing(dataset, measured, own), asked), strict=True))
+    found = {}
+    for number in changes:
+        pairs = [_scores(dataset, known[own], best, number, own) for own in best.claim.acts[number]]
+        both = [pair for pair in pairs if pair is not None]
+        if both:
+            without, within = (sum(score.excess for score in some) for some in zip(*both, strict=True))
+            found[number] = 1 - share(within, without)
+    return found
+
+
+def _unseeing(dataset: Dataset, measured: Measured, recording: int) -> Measured | None:
+    """Return what was measured, of one training recording the first fifth alone; None where that shows no modes."""
+    own = dataset.select("train")[recording]
+    columns = list(measured_columns(dataset))
+    slowest = float(measured.nominal.modes[0][0]) / (2 * np.pi)
+    begun = [motion[: shown_of(len(motion)), columns] for motion in own.data]
+    try:
+        shown = identify(begun, measured.rate, slowest, dataset.lowpass or measured.rate / 2, own.excitation)
+    except InputError:
+        return None
+    modes = [*measured.recordings]
+    modes[recording] = MeasuredModes.of(own.name, shown.modes)
+    return replace(measured, recordings=tuple(modes))
+
+
+def _scores(
+    dataset: Dataset, unseeing: Measured | None, best: ModalFit, number: int, recording: int
+) -> tuple[ForecastScore, ForecastScore] | None:
+    """Return how well a recording is forecast without a change, and with it."""
+    if unseeing is None:
+        return None
+    kept = best.claim.hypothesis.parameters_of((number,))
+    both = [(best.claim.less(number), best.theta[kept]), (best.claim, best.theta)]
+    spaces = [_space_of(dataset, unseeing, best, claim, theta, recording) for claim, theta in both]
+    if any(space is None for space in spaces):
+        return None
+    train = dataset.select("train")
+    apart = (replace(own, role="test") if place == recording else own for place, own in enumerate(train))
+    tested = replace(dataset, recordings=tuple(apart))
+    without, within = (scored_by([space], unseeing, tested) for space in spaces if space is not None)
+    return without, within
+
+
+def _space_of(
+    dataset: Dataset, measured: Measured, best: ModalFit, claim: Claim, theta: Sequence[float], recording: int
+) -> ModalSpace | None:
+    """Return the modes that a recording has by a claim that is fitted anew."""
+    fit = fit_claim(measured, claim, np.asarray(theta), best.sizes, FORECAST.fold_iterations, errors_too=False)
+    if fit is None:
+        return None
+    expected = expectation_of(Claimed(measured, fit, 1 / dataset.sampling_rate, (recording,)))
+    return None if expected is None else expected.modes[0].by(common_errors(measured, fit, expected.modes[0])).space
