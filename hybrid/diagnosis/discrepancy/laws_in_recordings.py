@@ -11,7 +11,7 @@ from hybrid.diagnosis.discrepancy.law_fit import fit_law, force_along, settled_l
 from hybrid.diagnosis.discrepancy.law_search import LawSearch, search_laws, share_usual
 from hybrid.diagnosis.discrepancy.linearisation import pushed_by
 from hybrid.diagnosis.discrepancy.recorded_motions import track_of
-from hybrid.diagnosis.discrepancy.tracking import Track, shortened
+from hybrid.diagnosis.discrepancy.tracking import Discrepancy, Track, shortened
 from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.errors import ErrorSizes
 from hybrid.diagnosis.modal.evidence import ModalFit
@@ -104,15 +104,15 @@ EVEN = 0.5
 
 @dataclass(frozen=True)
 class Left:
-    """The discrepancy over the motion, its size ``before`` anything is named and ``after``."""
+    """The discrepancy over the motion, ``before`` a law is named and ``after``."""
 
-    before: float
-    after: float
+    before: Discrepancy
+    after: Discrepancy
 
     @property
     def usual(self) -> float:
         """The probability that what is left is what any right model leaves."""
-        return share_usual(self.after)
+        return share_usual(self.after.whole)
 
     @property
     def is_usual(self) -> bool:
@@ -122,4 +122,4 @@ class Left:
     @property
     def share(self) -> float:
         """The share of the discrepancy's energy that is left."""
-        return float(np.clip((self.after / self.before) ** 2, 0.0, 1.0))
+        return float(np.clip((self.after.whole / self.before.whole) ** 2, 0.0, 1.0))

@@ -30,8 +30,9 @@ from hybrid.diagnosis.outcome.findings import NOT_ON_THE_LIST, Alternative, Find
 from hybrid.diagnosis.outcome.verdict import Verdict
 
 CHANGES_WITH_TIME = (
-    "within a recording the motion strays from that of any structure with constant values, by {size:.1%} of itself a"
-    " radian: frequency or damping change with amplitude or time, and no force law on the list explains that"
+    "within a recording the motion strays from that of any structure with constant values, each mode by {size:.1%} of"
+    " itself a radian, and {share:.1%} of what sensors show is of no mode of it: frequency or damping change with"
+    " amplitude or time, or modes are missing, and no force law on the list explains that"
 )
 MENTIONED = 0.02  # probability of a law that is mentioned all the same
 
@@ -98,7 +99,7 @@ def concluded(claims: Claims, laws: LawSearch | None, motion: FoundMotion | None
     """Return what the claims amount to, with the force laws and what was found of the ``motion``."""
     measured, fits, probability = claims.measured, claims.fits, claims.probability
     found, forecasts = (None, None) if motion is None else (motion.found, motion.forecasts)
-    after = None if laws is None or found is None else Left(laws.track.discrepancy.whole, found.track.discrepancy.whole)
+    after = None if laws is None or found is None else Left(laws.track.discrepancy, found.track.discrepancy)
     if after is not None and forecasts is not None and forecasts.reach_noise:
         after = None  # what the filter sees beside is of no consequence
     best = fits[0]
@@ -209,7 +210,7 @@ def _notes_on_motion(laws: LawSearch | None, after: Left | None) -> tuple[str, .
     """Return what the user should know of how the motion differs from what structure and causes do by themselves."""
     if laws is None or after is None or after.is_usual:
         return ()
-    about = CHANGES_WITH_TIME.format(size=after.after)
+    about = CHANGES_WITH_TIME.format(**vars(after.after))
     rivals = [fit.candidate for fit, own in zip(laws.fits, laws.probabilities, strict=True) if own >= MENTIONED]
     if laws.named is None and rivals:
         about += f"; {rivals[0].kind.replace('_', ' ')} {at_place(rivals[0].reported_location)} is most like it"
