@@ -9,9 +9,10 @@ import numpy as np
 from fe_models.arrays import TINY, FloatArray
 from fe_models.recordings import QUANTITIES
 from hybrid.diagnosis.discrepancy.config import DISCREPANCY
+from hybrid.diagnosis.discrepancy.following import Followed, filtered_by, followed, likeliest
 from hybrid.diagnosis.discrepancy.law_fit import LawFit
 from hybrid.diagnosis.discrepancy.modal_space import ModalSpace, amplitude_of
-from hybrid.diagnosis.discrepancy.tracking import STARTED, Discrepancy, Followed, filtered_by, followed, likeliest
+from hybrid.diagnosis.discrepancy.size import STARTED, Discrepancy
 from hybrid.diagnosis.fitting.config import INITIAL_STATES
 from hybrid.diagnosis.fitting.forecast_score import (
     ForecastScore,

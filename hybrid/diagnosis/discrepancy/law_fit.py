@@ -14,7 +14,8 @@ from hybrid.diagnosis.discrepancy.config import LAW_FIT, SETTLING
 from hybrid.diagnosis.discrepancy.kalman import unexpected
 from hybrid.diagnosis.discrepancy.linearisation import LawForce, linearised, pushed_by
 from hybrid.diagnosis.discrepancy.settling import log_posterior_of, settled
-from hybrid.diagnosis.discrepancy.tracking import Discrepancy, Track, track
+from hybrid.diagnosis.discrepancy.size import Discrepancy
+from hybrid.diagnosis.discrepancy.tracking import Track, track
 from hybrid.diagnosis.nominal.nominal_model import NominalModel
 from hybrid.diagnosis.response.forces import force_of
 

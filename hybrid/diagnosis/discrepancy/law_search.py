@@ -21,7 +21,8 @@ from hybrid.diagnosis.contest.odds import Odds
 from hybrid.diagnosis.contest.posterior import NOTHING
 from hybrid.diagnosis.discrepancy.config import DISCREPANCY, LAW_FIT
 from hybrid.diagnosis.discrepancy.law_fit import LawFit, best_theta, fit_law, response, settled_law
-from hybrid.diagnosis.discrepancy.tracking import Track, log_prior_of
+from hybrid.diagnosis.discrepancy.size import log_prior_of
+from hybrid.diagnosis.discrepancy.tracking import Track
 from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.nominal.nominal_model import NominalModel
 from hybrid.diagnosis.parallel import parallel_map

@@ -11,7 +11,8 @@ from hybrid.diagnosis.discrepancy.law_fit import fit_law, force_along, settled_l
 from hybrid.diagnosis.discrepancy.law_search import LawSearch, search_laws, share_usual
 from hybrid.diagnosis.discrepancy.linearisation import pushed_by
 from hybrid.diagnosis.discrepancy.recorded_motions import track_of
-from hybrid.diagnosis.discrepancy.tracking import Discrepancy, Track, shortened
+from hybrid.diagnosis.discrepancy.size import Discrepancy
+from hybrid.diagnosis.discrepancy.tracking import Track, shortened
 from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.errors import ErrorSizes
 from hybrid.diagnosis.modal.evidence import ModalFit

@@ -7,7 +7,9 @@ from fe_models.arrays import FloatArray
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.discrepancy.config import DISCREPANCY
 from hybrid.diagnosis.discrepancy.expected_modes import Claimed, ExpectedModes, expectation_of
-from hybrid.diagnosis.discrepancy.tracking import STARTED, Followed, Track, followed, likeliest, track
+from hybrid.diagnosis.discrepancy.following import Followed, followed, likeliest
+from hybrid.diagnosis.discrepancy.size import STARTED
+from hybrid.diagnosis.discrepancy.tracking import Track, track
 from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.errors import ErrorSizes
 from hybrid.diagnosis.modal.evidence import ModalFit

@@ -3,11 +3,11 @@
 Each goes on from its first fifth, by a structure fitted to all other recordings and to the modes of that fifth alone.
 """
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
+from fe_models.arrays import FloatArray
 from fe_models.errors import InputError
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.discrepancy.expected_modes import Claimed, expectation_of
@@ -77,10 +77,10 @@ def _scores(
 
 
 def _space_of(
-    dataset: Dataset, measured: Measured, best: ModalFit, claim: Claim, theta: Sequence[float], recording: int
+    dataset: Dataset, measured: Measured, best: ModalFit, claim: Claim, theta: FloatArray, recording: int
 ) -> ModalSpace | None:
     """Return the modes that a recording has by a claim that is fitted anew."""
-    fit = fit_claim(measured, claim, np.asarray(theta), best.sizes, FORECAST.fold_iterations, errors_too=False)
+    fit = fit_claim(measured, claim, theta, best.sizes, FORECAST.fold_iterations, errors_too=False)
     if fit is None:
         return None
     expected = expectation_of(Claimed(measured, fit, 1 / dataset.sampling_rate, (recording,)))

@@ -122,7 +122,7 @@ class Likelihood:
         value = 0.5 * float(np.sum(solve_triangular(root, pulled, lower=True) ** 2) - np.sum(left**2))
         for factor in (np.diagonal(lower, axis1=1, axis2=2), np.diag(root)):
             value -= float(np.log(factor).sum())
-        back = np.linalg.inv(capacity)
+        back: FloatArray = np.asarray(np.linalg.inv(capacity), dtype=np.float64)
         along = along - weighted @ (back @ pulled)[:, None]
         outer = along @ along.swapaxes(1, 2) - inverse + weighted @ back @ weighted.swapaxes(1, 2)
         return value + self.rows.constant, self._slope(sizes, outer, pulled, back)
