@@ -40,7 +40,7 @@ def score_splits(data: Path, out: Path, tests: Sequence[int], config: Config) ->
             take_over(run, [experts[name] for name in run.origin.kept])
         else:
             train(run)
-        metrics = score(run, dataset)
+        metrics = score(run, dataset).metrics
         yield test, {**metrics, "peers": peer_scores(dataset, metrics["training"]["recordings"], config)}
 
 

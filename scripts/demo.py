@@ -73,7 +73,7 @@ def main(
         run = open_run(dataset, config, out / "hybrid", device)
         train(run)
         print("3/4  Forecasting the recording that was not trained on ...", flush=True)
-        metrics = score(run, dataset, truth)
+        metrics = score(run, dataset, truth).metrics
         print("4/4  Drawing ...", flush=True)
         pictures = draw_run(out / "hybrid", out / "pictures", PictureOptions(frames=FRAMES))
         print(f"\n{describe(metrics)}\n\nPictures of the structure:")

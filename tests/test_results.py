@@ -288,7 +288,8 @@ def test_the_loop_of_the_fe_model_is_the_force_of_its_springs_and_dampers(
         assert (path.name, node) == ("force_displacement.png", 1)
 
     monkeypatch.setattr(results, "draw_loop", kept)
-    results._draw_loop(own, four_dof(), modal, Comparison(window, forecast, banded(forecast)), tmp_path)
+    path = tmp_path / "force_displacement.png"
+    results._draw_loop(own, four_dof(), modal, Comparison(window, forecast, banded(forecast)), path)
     mass = np.diag([1.0, 2.0, 3.0, 4.0])
     damping = mass @ modal.shapes @ np.diag(0.02 * modal.omega) @ modal.shapes.T @ mass
     u, v = motion.q[0] @ modal.shapes.T, motion.q_dot[0] @ modal.shapes.T

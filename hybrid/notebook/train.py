@@ -55,5 +55,5 @@ def _trained(dataset: Dataset, config: Config, folder: Path, progress: bool | No
         for _ in run.epochs():
             bar.update()
     with progress_bar("scoring", RESULT_STEPS if kept else 1, shown=progress) as bar:
-        metrics = write_results(run, dataset, None, bar.update) if kept else scored(run, dataset)[1]
+        metrics = write_results(run, dataset, None, bar.update).metrics if kept else scored(run, dataset)[1]
     return TrainedModel(run.checkpoint(), metrics)

@@ -1,6 +1,7 @@
 """What a finished run leaves in its folder: scores, the predicted field, the model for the pictures, the curves."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -33,10 +34,25 @@ from hybrid.training.training_figure import draw_history
 RESULT_STEPS = 4  # of `write_results`: forecasts, and three figures that take a while
 
 
+Curves = dict[str, Callable[[Path], object]]
+"""What draws each figure, by the name of its file."""
+
+
+@dataclass(frozen=True, eq=False)
+class Results:
+    """What a run came to: its ``metrics``, as plain data; the ``prediction`` of the first test window, None without
+    any; and its ``curves``.
+    """
+
+    metrics: dict[str, Any]
+    prediction: Prediction | None
+    curves: Curves
+
+
 def write_results(
     run: Run, dataset: Dataset, truth: FloatArray | None = None, advance: Callable[[], object] = nothing
-) -> dict[str, Any]:
-    """Score the run's model on the test recordings, write everything into its folder and return the metrics.
+) -> Results:
+    """Score the run's model on the test recordings, write everything into its folder and return it.
 
     The checkpoint, its scores and its prediction replace the older results together; the curves follow.
     ``truth``: the true displacement (time, dof) of the first test recording, known where the data are simulated.
@@ -62,13 +78,16 @@ def write_results(
         save_run_model(dataset.model, modal, new)
         if prediction is not None:
             save_prediction(prediction, new)
+    curves: Curves = {"training.png": lambda path: draw_history(path, run.history)}
+    if comparison is not None and prediction is not None:
+        curves |= _curves(dataset, modal, comparison, prediction)
     with results.adding() as new:
-        draw_history(new / "training.png", run.history)
-        advance()
-        if comparison is not None and prediction is not None:
-            _draw(dataset, modal, comparison, prediction, new, advance)
+        for number, (name, draw) in enumerate(curves.items(), start=2):  # the forecasts were the first step
+            draw(new / name)
+            if number <= RESULT_STEPS:
+                advance()
     run.forget_state()
-    return metrics
+    return Results(metrics, prediction, curves)
 
 
 def scored(run: Run, dataset: Dataset) -> tuple[Comparison | None, dict[str, Any]]:
@@ -158,36 +177,33 @@ def prediction_of(
     )
 
 
-def _draw(
-    dataset: Dataset,
-    modal: ModalModel,
-    comparison: Comparison,
-    prediction: Prediction,
-    folder: Path,
-    advance: Callable[[], object],
-) -> None:
+def _curves(dataset: Dataset, modal: ModalModel, comparison: Comparison, prediction: Prediction) -> Curves:
+    """Return what draws the forecasts of the first test window."""
     time, hybrid, fe = prediction.time, comparison.hybrid.forecast, comparison.fe
     first = "first test window, forecast from its first samples"
-    curves = {"measured": comparison.windows[0], "FE model": fe.channels[0], "hybrid": hybrid.channels[0]}
-    draw_channels(folder / "channels.png", time, curves, channel_labels(dataset.sensors), f"Channels, {first}")
-    advance()
+    channels = {"measured": comparison.windows[0], "FE model": fe.channels[0], "hybrid": hybrid.channels[0]}
     q, q_dot = {"FE model": fe.q[0], "hybrid": hybrid.q[0]}, {"FE model": fe.q_dot[0], "hybrid": hybrid.q_dot[0]}
-    draw_latent(folder / "latent.png", time, q, q_dot, f"Modal coordinates and velocities, {first}")
-    advance()
     fields = {"FE model": prediction.fe, "hybrid": prediction.hybrid}
     if prediction.truth is not None:
         fields = {"truth": prediction.truth, **fields}
     numbered = len(dataset.model.nodes) if isinstance(dataset.model, Structure) else None
     row = _most_moved_translation(modal, prediction.hybrid, numbered)
-    draw_curves(
-        folder / "displacement.png",
-        time,
-        {name: field[:, [row]] for name, field in fields.items()},
-        [f"displacement ({'m' if prediction.unit == 'm' else 'relative'})"],
-        f"Displacement of node {modal.dofs.node[row]} in {modal.dofs.direction[row]}, the largest\n{first}",
-    )
-    if isinstance(dataset.model, Structure) and dataset.model.directions == ("x",):
-        _draw_loop(dataset, dataset.model, modal, comparison, folder)
+    labels = channel_labels(dataset.sensors)
+    curves: Curves = {
+        "channels.png": lambda path: draw_channels(path, time, channels, labels, f"Channels, {first}"),
+        "latent.png": lambda path: draw_latent(path, time, q, q_dot, f"Modal coordinates and velocities, {first}"),
+        "displacement.png": lambda path: draw_curves(
+            path,
+            time,
+            {name: field[:, [row]] for name, field in fields.items()},
+            [f"displacement ({'m' if prediction.unit == 'm' else 'relative'})"],
+            f"Displacement of node {modal.dofs.node[row]} in {modal.dofs.direction[row]}, the largest\n{first}",
+        ),
+    }
+    chain = dataset.model
+    if isinstance(chain, Structure) and chain.directions == ("x",):
+        curves[LOOP] = lambda path: _draw_loop(dataset, chain, modal, comparison, path)
+    return curves
 
 
 def _most_moved_translation(modal: ModalModel, field: FloatArray, nodes: int | None = None) -> int:
@@ -201,7 +217,7 @@ def _most_moved_translation(modal: ModalModel, field: FloatArray, nodes: int | N
     return int(np.argmax(motion))
 
 
-def _draw_loop(dataset: Dataset, chain: Structure, modal: ModalModel, comparison: Comparison, folder: Path) -> None:
+def _draw_loop(dataset: Dataset, chain: Structure, modal: ModalModel, comparison: Comparison, path: Path) -> None:
     """Draw the inertia force at node 1 over its displacement: the loop that a nonlinear spring there bends."""
     mass = sum(point.mass for point in chain.point_masses if point.node == 1)
     row = modal.dofs.row(1, "x")
@@ -213,4 +229,4 @@ def _draw_loop(dataset: Dataset, chain: Structure, modal: ModalModel, comparison
         window = comparison.windows[0]
         displacement = {"measured": window[:, quantities["displacement"]], **displacement}
         force = {"measured": -mass * window[:, quantities["acceleration"]], **force}
-    draw_loop(folder / LOOP, displacement, force, node=1)
+    draw_loop(path, displacement, force, node=1)

@@ -4,7 +4,6 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
 import torch
 
@@ -15,7 +14,7 @@ from fe_models.recordings import Dataset
 from hybrid.config import Config
 from hybrid.training.gradient_training import TrainingDivergedError
 from hybrid.training.preparation import calibration_steps
-from hybrid.training.results import RESULT_STEPS, write_results
+from hybrid.training.results import RESULT_STEPS, Results, write_results
 from hybrid.training.run import PARTIAL_CHECKPOINT, Run, begin, resume
 from hybrid.training.summary import window_notes
 
@@ -53,8 +52,8 @@ def train(run: Run, words: str = "Training") -> None:
         raise SystemExit(INTERRUPTED_STATUS) from None
 
 
-def score(run: Run, data: Dataset, truth: FloatArray | None = None) -> dict[str, Any]:
-    """Score the trained model, write all results (`results.write_results`) under a progress bar; return the metrics."""
+def score(run: Run, data: Dataset, truth: FloatArray | None = None) -> Results:
+    """Score the trained model, write all results (`results.write_results`) under a progress bar; return them."""
     with progress_bar("Scoring and drawing curves", RESULT_STEPS, "step") as bar, divergence_exits():
         return write_results(run, data, truth, bar.update)
 
