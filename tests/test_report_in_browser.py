@@ -11,11 +11,16 @@ from typing import Any
 import pytest
 
 from fe_models.recordings import Dataset
+from hybrid.config import Config
 from hybrid.diagnosis.answer import Answer
+from hybrid.identification.recording_comparison import compare_recordings
+from hybrid.report.comparison_page import Shown, comparison_page
 from hybrid.report.diagnosis_page import diagnosis_page
 from hybrid.report.rendering import MAX_BYTES, rendered
 from hybrid.report.seen import seen_in
+from hybrid.report.training_page import training_page
 from tests.pages import SOURCE, answer_by_modes, answer_by_series, chain_dataset, found_in
+from tests.test_report_training import data_of_training, trained
 
 NAMES = ("chromium", "chromium-browser", "google-chrome")
 CHROMIUM = next((path for name in NAMES if (path := shutil.which(name)) is not None), None)
@@ -133,6 +138,29 @@ def test_a_page_opens_without_fault_or_request_and_all_is_seen(
     assert seen["sorted"] == seen["before"][::-1]
     assert seen["moves"]
     assert seen["controls"] == ["MotionMode 1", "Slow to fast", "Scale"]
+
+
+def test_the_page_of_a_comparison(data: Dataset, tmp_path: Path) -> None:
+    found = comparison_page(Shown(data, data, compare_recordings(data), None), SOURCE)
+    assert [own.name for own in found.sections] == ["where", "why", "unknown", "assumed"]
+    assert found.sentence.startswith("The recordings are of one structure")  # as both are
+    html = rendered(found)
+    assert all(word in html for word in ("Stabilisation", "Coordinate MAC", "backbone", "Changes of modes"))
+    seen, console = opened(tmp_path, html, 390)
+    assert (seen["wrong"], console, seen["requests"]) == ([], "", [])
+    assert len(seen["sizes"]) == seen["figures"] > 5
+    assert seen["width"] <= seen["window"] == 390
+    assert seen["moves"]
+
+
+def test_the_page_of_a_training(tmp_path: Path) -> None:
+    html = rendered(training_page(data_of_training(), Config(), trained(), SOURCE))
+    seen, console = opened(tmp_path, html, 390)
+    assert (seen["wrong"], console, seen["requests"]) == ([], "", [])
+    assert len(seen["sizes"]) == seen["figures"] == 3
+    assert seen["width"] <= seen["window"] == 390
+    assert seen["moves"]
+    assert seen["controls"] == ["Slow to fast", "Scale", "Time"]
 
 
 def test_a_fault_in_a_page_is_seen(data: Dataset, tmp_path: Path) -> None:

@@ -1,11 +1,12 @@
 """The sub-command `compare`: what recordings show by themselves."""
 
 from pathlib import Path
+from time import perf_counter
 from typing import Annotated
 
 import typer
 
-from hybrid.commands.console import command_line, print_notes
+from hybrid.commands.console import command_line, print_notes, say, words_of
 from hybrid.commands.options import DatasetFile, Out, Quiet
 
 Extended = Annotated[
@@ -29,6 +30,7 @@ def compare(dataset: DatasetFile, out: Out, extended: Extended = None, quiet: Qu
     response functions with coherence, beside the model's.
 
     \b
+    OUT/report.html        all of it on a page for a browser, whole in one file: read this first
     OUT/comparison.txt     what is printed
     OUT/comparison.csv     a row a mode and recording: frequency, damping ratio, MAC, share of the energy
     OUT/comparison.json    the same with shapes, and all other numbers
@@ -54,6 +56,8 @@ def compare(dataset: DatasetFile, out: Out, extended: Extended = None, quiet: Qu
     from hybrid.identification.frequency_response import extended_faults, frequency_response
     from hybrid.identification.frequency_response_report import describe_responses
     from hybrid.identification.recording_comparison import compare_recordings
+    from hybrid.report.comparison_page import Shown, page_from_files
+    from hybrid.report.page_files import save_page
     from hybrid.result_sets import comparison_in
 
     with command_line(quiet) as result:
@@ -67,12 +71,14 @@ def compare(dataset: DatasetFile, out: Out, extended: Extended = None, quiet: Qu
         raise_faults(faults)
         assert data is not None  # else there were faults
         print_notes(data)
+        begun, given = perf_counter(), words_of("compare", dataset, out)
+        given += ["--extended", extended] if extended else []
         driven, free = data.parted()
         untold = list[str]()
         responses = noting(untold, "", frequency_response, driven, beside) if driven else None
         for reason in untold:  # then they are taken by what they show themselves, as a knock's decay
             print(f"Note: no frequency response functions: {reason}.")
-        free = data if untold else free
+        free, compared = data if untold else free, None
         if free:
             motions = sum(len(recording.data) for recording in free.recordings)
             with progress_bar("modes of each motion", motions, "motion") as bar:
@@ -82,5 +88,8 @@ def compare(dataset: DatasetFile, out: Out, extended: Extended = None, quiet: Qu
         if responses:
             save_responses(responses, out, alone=not free)
             print(("\n" if free else "") + describe_responses(responses))
+        seconds = perf_counter() - begun
+        shown = Shown(data, free, compared, responses)
+        say(save_page(comparison_in(out), lambda: page_from_files(shown, given, dataset, seconds)))
         print(f"\nResults: {out}")
         result(out)

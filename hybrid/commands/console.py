@@ -4,7 +4,7 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, redirect_stdout
 from pathlib import Path
 from types import FrameType
@@ -95,3 +95,14 @@ def print_notes(dataset: "Dataset") -> None:
     """Say what a user should know of how a dataset's files were read."""
     for note in dataset.notes:
         print(f"Note: {note}.")
+
+
+def say(notes: Iterable[str]) -> None:
+    """Say what could not be made beside the main results."""
+    for note in notes:
+        print(f"note: {note}", file=sys.stderr)
+
+
+def words_of(command: str, dataset: Path, out: Path) -> list[str]:
+    """Return the words of a command line that reads a dataset and writes a folder."""
+    return ["hybrid-modal", command, str(dataset), "--out", str(out)]

@@ -1,11 +1,10 @@
 """The sub-command `diagnose`: name what a simulation gets wrong, extend the model, measure the gain."""
 
-import sys
 from typing import Annotated
 
 import typer
 
-from hybrid.commands.console import command_line, print_notes
+from hybrid.commands.console import command_line, print_notes, say, words_of
 from hybrid.commands.options import DatasetFile, Out, Quiet
 
 Hybrid = Annotated[
@@ -80,7 +79,7 @@ def diagnose(
             from hybrid.diagnosis.report_files import add_gain, save_diagnosis
 
             found = diagnose_modes(data, begin) if modes else diagnosis.diagnose(data, begin)
-        _say(save_diagnosis(found, out))  # now: the training below takes minutes
+        say(save_diagnosis(found, out))  # now: the training below takes minutes
         gain = None
         if hybrid:
             from hybrid.diagnosis.learned.gain import hybrid_gain
@@ -90,21 +89,12 @@ def diagnose(
             with progress_bar("training hybrid models", epochs, "epoch") as bar:
                 gain = hybrid_gain(data, found, advance=bar.update)
             add_gain(found, gain, out)
-        given = ["hybrid-modal", "diagnose", str(dataset), "--out", str(out)]
+        given = words_of("diagnose", dataset, out)
         given += ["--hybrid"] * hybrid + ["--modes"] * modes
-        with progress_bar("writing the page", 1, "page") as bar:
-            from hybrid.report.diagnosis_page import page_from_files
-            from hybrid.report.page_files import save_page
+        from hybrid.report.diagnosis_page import page_from_files
+        from hybrid.report.page_files import save_page
 
-            notes = save_page(diagnosis_in(out), lambda: page_from_files(found, data, given, dataset, gain))
-            bar.update()
-        _say(notes)
+        say(save_page(diagnosis_in(out), lambda: page_from_files(found, data, given, dataset, gain)))
         print(answer_in_words(found, gain))
         print(f"Results: {out}")
         result(out / "report.json")
-
-
-def _say(notes: list[str]) -> None:
-    """Say what could not be made beside the report."""
-    for note in notes:
-        print(f"note: {note}", file=sys.stderr)

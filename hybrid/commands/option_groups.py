@@ -35,3 +35,9 @@ def with_option_groups(command: Callable[..., None]) -> Callable[..., None]:
     with_groups.__signature__ = signature(command).replace(parameters=parameters)  # type: ignore[attr-defined]
     with_groups.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
     return with_groups
+
+
+def options_in_words(given: object) -> list[str]:
+    """Return the options of a group that are given, as on a command line."""
+    options = {name: value for name, value in vars(given).items() if value is not None}
+    return [word for name, value in options.items() for word in (f"--{name.replace('_', '-')}", str(value))]

@@ -5,8 +5,8 @@ from typing import Annotated
 
 import typer
 
-from hybrid.commands.console import command_line, print_notes
-from hybrid.commands.option_groups import with_option_groups
+from hybrid.commands.console import command_line, print_notes, say, words_of
+from hybrid.commands.option_groups import options_in_words, with_option_groups
 from hybrid.commands.options import DatasetFile, Device, Out, Quiet
 from hybrid.config import IntegratorKind, PresetName, configuration
 
@@ -79,6 +79,7 @@ def train(
     in OUT are replaced, all together; a file of yours, or of another command, never is.
 
     \b
+    OUT/report.html      all of it on a page for a browser, whole in one file: read this first
     OUT/metrics.json     NRMSE and R2 of the FE model and the hybrid, from the same start
     OUT/checkpoint.pt    the model, to load from Python with hybrid.training.checkpoint.load_checkpoint
     OUT/prediction.npz   displacement of all nodes over the first test window, for hybrid-modal render
@@ -93,6 +94,8 @@ def train(
     from fe_models.errors import noting, raise_faults
     from fe_models.files.dataset_file import load_dataset
     from fe_models.files.inputs import files_read
+    from hybrid.report.page_files import save_page
+    from hybrid.report.training_page import page_from_files
     from hybrid.training import session
     from hybrid.training.run import results_in
     from hybrid.training.summary import describe
@@ -112,6 +115,10 @@ def train(
         config = configuration(preset, getattr(data.model, "name", ""), vars(given))  # matrices have no name
         run = session.open_run(data, config, out, device, fresh)
         session.train(run)
-        print(describe(session.score(run, data)))
+        found = session.score(run, data)
+        words = [*words_of("train", dataset, out), *([] if preset == "default" else ["--preset", preset])]
+        words += options_in_words(given)
+        say(save_page(results_in(out), lambda: page_from_files(run, data, found, words, dataset)))
+        print(describe(found.metrics))
         print(f"Results: {out}")
         result(out / "metrics.json")

@@ -8,21 +8,24 @@ from hybrid.diagnosis.answer import Answer
 from hybrid.diagnosis.config import REPORT
 from hybrid.report.page import Block, Cell, Heading, Paragraph, Section, Table
 from hybrid.report.provenance import Provenance, repeated
-from hybrid.report.values import fixed, measured
+from hybrid.report.values import fixed, measured, typeset
 
 MOST_CALIBRATED = 60  # nominal values that are listed, those that moved most
 EXCITATIONS = {"free": "free decay", "measured": "known forces or base motion", "ambient": "unknown forces"}
 NOT_STATED = "not stated: free decay unless the data speak against it"
 
 
-def what_was_assumed(dataset: Dataset, provenance: Provenance, found: Answer | None = None) -> Section:
-    """Return what an answer takes for granted."""
+def what_was_assumed(
+    dataset: Dataset, provenance: Provenance, found: Answer | None = None, settings: Table | None = None
+) -> Section:
+    """Return what an answer takes for granted; ``settings``: of the program that gave it."""
     blocks: list[Block] = [_stated(dataset)]
     if dataset.recordings:
         blocks.append(_recordings(dataset))
     blocks.append(_sensors(dataset))
     if found is not None:
         blocks += [Heading("Nominal values, calibrated"), _calibrated(found)]
+    blocks += [] if settings is None else [settings]
     return Section("assumed", "What was assumed", (*blocks, *repeated(provenance)))
 
 
@@ -76,7 +79,7 @@ def _sensors(dataset: Dataset) -> Table:
             Cell(str(own.node), own.node),
             Cell(direction_words(own.direction)),
             Cell(own.quantity),
-            Cell("normalised" if own.unit == "1" else own.unit),
+            Cell("normalised" if own.unit == "1" else typeset(own.unit)),
             Cell("fitted" if own.role == "measured" else "never fitted, only scored"),
         )
         for own in dataset.sensors

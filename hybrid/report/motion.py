@@ -13,6 +13,7 @@ from fe_models.recordings import Sensor
 WIDTH, MAX_HEIGHT, MARGIN = 720.0, 480.0, 24.0  # px
 LEAST_HEIGHT = 170.0  # px: of a chain, which has no height of its own
 MOST_POINTS = 6000  # that a browser moves smoothly
+TURNED = " Displacements along the chain are drawn upwards."
 SEEN_PERIOD = 2.0  # s: how long one period of a motion takes on the page
 
 
@@ -108,7 +109,10 @@ def _rounded(points: FloatArray) -> list[float]:
 
 @dataclass(frozen=True)
 class Stage:
-    """An ``outline`` on the page: pixel = ``origin`` + ``factor`` (x, -y); ``sensors`` whose nodes have points."""
+    """An ``outline`` on the page: pixel = ``origin`` + ``factor`` (x, -y); ``sensors`` whose nodes have points.
+
+    What moves along its own line, a chain, is drawn as if it moved across.
+    """
 
     outline: Outline
     sensors: tuple[Sensor, ...]
@@ -138,12 +142,23 @@ class Stage:
         nodes = nodal_motion(self.outline, displacement)[:, :2]
         at = nodes[[sensor.node - 1 for sensor in self.sensors]].reshape(-1, 2)
         parts = [*(group.reshape(-1, 2) for group in lines), at]
-        return np.concatenate(parts) * self.factor * np.array([1.0, -1.0])
+        return self._on_page(np.concatenate(parts))
 
     @property
     def ways(self) -> FloatArray:
         """The unit vectors (sensor, 2) along which sensors measure, on the page."""
-        return np.array([self.outline.along(sensor.direction) * [1.0, -1.0] for sensor in self.sensors])
+        along = np.array([self.outline.along(sensor.direction) for sensor in self.sensors]).reshape(-1, 2)
+        return self._on_page(along) / self.factor
+
+    @property
+    def is_turned(self) -> bool:
+        """Whether motions along the structure are drawn across it."""
+        return bool(self.outline.masses)
+
+    def _on_page(self, moved: FloatArray) -> FloatArray:
+        """Return motions (point, 2), m, in pixels."""
+        turned = moved[:, ::-1] if self.is_turned else moved
+        return np.asarray(turned * self.factor * np.array([1.0, -1.0]))
 
     def motion(self, choices: Sequence[Choice]) -> Motion:
         """Return the motion that is looked at on this stage."""

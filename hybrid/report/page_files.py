@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 from fe_models.files.atomic import write_text
 from fe_models.files.result_set import ResultSet
+from fe_models.progress import progress_bar
 from hybrid.report.page import Page
 from hybrid.report.rendering import rendered
 from hybrid.result_sets import PAGE
@@ -15,9 +16,11 @@ def save_page(results: ResultSet, make: Callable[[], Page]) -> list[str]:
     Minutes of work must not be lost for a page: the results before it are whole.
     """
     try:
-        text = rendered(make())
-        with results.adding() as new:
-            write_text(new / PAGE, text)
+        with progress_bar("writing the page", 1, "page") as bar:
+            text = rendered(make())
+            with results.adding() as new:
+                write_text(new / PAGE, text)
+            bar.update()
     except Exception as error:  # drawings fail in many ways, and none of them is the answer's
         reason = " ".join(str(error).split())
         path = results.folder / PAGE

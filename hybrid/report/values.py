@@ -6,7 +6,7 @@ from hybrid.diagnosis.outcome.findings import Parameter
 from hybrid.report.page import Cell
 
 NOTHING = "–"
-PLAIN = (-3, 5)  # powers of ten between which a value is written without one
+PLAIN = (-4, 5)  # powers of ten between which a value is written without one
 SUREST = 0.999  # no probability is said to be more
 SIGNS = {"+-": "±", "^2": "²", "^3": "³"}
 

@@ -29,6 +29,7 @@ from hybrid.estimation.windows import cut_all, cut_driving, window_length
 from hybrid.known_loads.modal_input import modal_input
 from hybrid.neural_modal_ode.driving import Driving
 from hybrid.neural_modal_ode.model import NeuralModalODE
+from hybrid.result_sets import PAGE
 from hybrid.training.checkpoint import Checkpoint, Origin, load_checkpoint, require_own, save_checkpoint
 from hybrid.training.expert_preparation import prepare_experts
 from hybrid.training.gradient_training import EpochResult
@@ -87,7 +88,7 @@ class Run:
 
 def results_in(folder: Path) -> ResultSet:
     """Return what a training leaves in ``folder``."""
-    return ResultSet(folder, "train", (CHECKPOINT, METRICS, MODEL, PREDICTION, *CURVES))
+    return ResultSet(folder, "train", (CHECKPOINT, METRICS, PAGE, MODEL, PREDICTION, *CURVES))
 
 
 def begin(
