@@ -53,6 +53,10 @@ class FitConfig:
 
     max_iterations: int = 10
     null_iterations: int = 14  # of the first fit, whose nominal values come from farthest
+    null_starts: int = 12  # beside that from the drawn values, ...
+    start_spread: float = 0.15  # ... as far off, of factors' logarithms, as values of drawings may be, ...
+    null_agreeing: int = 3  # ... until so many lead to the best, ...
+    same_nats: float = 1.0  # ... or as near to it
     difference_step: float = 1e-5  # of a prior standard deviation: modes change by 1e-7 of themselves
     max_log_step: float = 0.3  # of a factor's logarithm in one step
     converged_log_step: float = 1e-3

@@ -229,5 +229,22 @@ def probabilities(search: Search, fits: Sequence[ModalFit]) -> FloatArray:
 
 
 def null_fit(measured: Measured) -> ModalFit | None:
-    """Return the fit of the nominal structure, its values as far off as the modes say."""
-    return fit_claim(measured, measured.null, -measured.offset, ErrorSizes(), FIT.null_iterations)
+    """Return the fit of the nominal structure, its values as far off as the modes say.
+
+    From values as they were drawn, and, where much is left, from others: far off, a measured mode is at first taken for
+    another one, and errors for as large as that makes them. Until the best is found again and again.
+    """
+    rng, parts = np.random.default_rng(0), len(measured.nominal.parts)
+    found = list[ModalFit]()
+    for number in range(1 + FIT.null_starts):
+        theta = -measured.offset
+        if number:
+            theta[:parts] += FIT.start_spread * rng.standard_normal(parts)
+        item = fit_claim(measured, measured.null, theta, ErrorSizes(), FIT.null_iterations)
+        found += [] if item is None else [item]
+        best = max(found, key=lambda own: own.evidence, default=None)
+        if best is None or best.sizes.are_usual:
+            break
+        if sum(own.evidence > best.evidence - FIT.same_nats for own in found) >= FIT.null_agreeing:
+            break
+    return max(found, key=lambda own: own.evidence, default=None)
