@@ -80,7 +80,8 @@ def _space_of(
     dataset: Dataset, measured: Measured, best: ModalFit, claim: Claim, theta: FloatArray, recording: int
 ) -> ModalSpace | None:
     """Return the modes that a recording has by a claim that is fitted anew."""
-    fit = fit_claim(measured, claim, theta, best.sizes, FORECAST.fold_iterations, errors_too=False)
+    inflation = {place: own for place, own in best.inflation.items() if place[0] != recording}
+    fit = fit_claim(measured, claim, theta, best.sizes, FORECAST.fold_iterations, False, inflation)
     if fit is None:
         return None
     expected = expectation_of(Claimed(measured, fit, 1 / dataset.sampling_rate, (recording,)))

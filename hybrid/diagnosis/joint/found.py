@@ -58,7 +58,9 @@ def without_recordings(known: Found, dataset: Dataset, left_out: Sequence[int]) 
     measured = replace(known.measured, recordings=tuple(known.measured.recordings[number] for number in kept))
     claim, idle = known.fit.claim.within(kept)
     theta = known.fit.theta[known.fit.claim.hypothesis.parameters_of(idle)]
-    fit = fit_claim(measured, claim, theta, known.fit.sizes, FORECAST.fold_iterations, errors_too=False)
+    errors = known.fit.inflation.items()
+    inflation = {(kept.index(recording), mode): own for (recording, mode), own in errors if recording in kept}
+    fit = fit_claim(measured, claim, theta, known.fit.sizes, FORECAST.fold_iterations, False, inflation)
     if fit is None:
         return None
     if known.law is None:

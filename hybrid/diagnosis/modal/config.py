@@ -48,6 +48,15 @@ class OutlierConfig:
 
 
 @dataclass(frozen=True)
+class OutlyingConfig:
+    """Measured modes whose identification errs by more than it says."""
+
+    degrees: float = 4.0  # of freedom of Student's distribution: one error in a hundred is beyond four times its size
+    most: float = 1e4  # times the variance
+    steps: int = 41
+
+
+@dataclass(frozen=True)
 class FitConfig:
     """The best factors and sizes of a claim."""
 
@@ -98,6 +107,7 @@ PAIRING = PairingConfig()
 COMBINATION = CombinationConfig()
 LISTED = ListedConfig()
 OUTLIER = OutlierConfig()
+OUTLYING = OutlyingConfig()
 FIT = FitConfig()
 SCAN = ScanConfig()
 CONCLUSION = ConclusionConfig()

@@ -78,7 +78,8 @@ class Rows:
 
     ``noise`` (row, row): covariance of the identification. ``slopes`` (row, nuisance) by nominal values, ``spread``
     (nuisance,) their stated standard deviations and ``kind`` (nuisance,) whose scale each has, "" of none. ``changed``
-    (row,): in which recordings the structure has changed in an unknown way.
+    (row,): in which recordings the structure has changed in an unknown way. ``inflation`` (row,): how many times larger
+    than it says the error of the identification is, with what differs from one recording to the next (see `outlying`).
     """
 
     quantity: IntArray
@@ -90,6 +91,7 @@ class Rows:
     spread: FloatArray
     kind: tuple[str, ...]
     changed: BoolArray
+    inflation: FloatArray
 
     @property
     def groups(self) -> FloatArray:
@@ -108,7 +110,7 @@ class Rows:
         common, varies = (self.by_row(sizes, end) for end in ("", "_varies"))
         groups = self.groups
         weighted = groups * common[:, None]
-        total = self.noise + weighted @ weighted.T
+        total = self.own_noise + weighted @ weighted.T
         total[np.diag_indices_from(total)] += varies**2
         if self.changed.any():
             unknown = groups * (self.unknown_change * sizes.change)[:, None]
@@ -122,7 +124,13 @@ class Rows:
 
     def by_row(self, sizes: ErrorSizes, end: str) -> FloatArray:
         """Return the size (row,) of each row's error of its mode, or, ``end`` "_varies", of its recording alone."""
-        return np.array([getattr(sizes, name + end) for name in QUANTITIES])[self.quantity]
+        found = np.array([getattr(sizes, name + end) for name in QUANTITIES])[self.quantity]
+        return found * self.inflation if end else found
+
+    @property
+    def own_noise(self) -> FloatArray:
+        """The covariance (row, row) of the identification, as much larger as it is."""
+        return self.noise * np.outer(self.inflation, self.inflation)
 
     @property
     def unknown_change(self) -> FloatArray:

@@ -16,7 +16,9 @@ from hybrid.diagnosis.modal.claim import Claim, Measured
 from hybrid.diagnosis.modal.config import FIT
 from hybrid.diagnosis.modal.errors import ErrorSizes, Rows
 from hybrid.diagnosis.modal.likely_errors import likeliest
+from hybrid.diagnosis.modal.outlying import likeliest_inflation, log_prior_in
 from hybrid.diagnosis.modal.paired_rows import (
+    Inflation,
     Pairs,
     log_density_of_outliers,
     pairs_of,
@@ -47,6 +49,7 @@ class ModalFit:
     lower: FloatArray
     covariance: FloatArray
     evidence: float
+    inflation: Inflation
 
     @property
     def nuisances(self) -> int:
@@ -66,11 +69,13 @@ def fit_claim(
     sizes: ErrorSizes,
     rounds: int = FIT.max_iterations,
     errors_too: bool = True,
+    inflation: Inflation | None = None,
 ) -> ModalFit | None:
     """Return the best fit of a claim from ``theta`` (parameter,), None where the structure cannot stand there.
 
-    With the ``sizes`` of errors as they are, or, ``errors_too``, as is likeliest.
+    With the ``sizes`` of errors and their ``inflation`` as they are, or, ``errors_too``, as is likeliest.
     """
+    inflation = inflation or {}
     hypothesis, first = claim.hypothesis, claim.hypothesis.nuisances
     best: ModalFit | None = None
     for number in range(rounds):
@@ -82,11 +87,13 @@ def fit_claim(
         residual, slopes = residual_of(measured, claim, pairs, values, predicted)
         total = theta[:first] + measured.offset
         at_centre = residual + slopes[:, :first] @ total
-        rows = rows_of(measured, claim, pairs, noise, slopes[:, :first], hypothesis)
+        rows = rows_of(measured, claim, pairs, noise, slopes[:, :first], hypothesis, inflation)
         try:
             if errors_too and number % 2 == 1:
                 sizes = likeliest(rows, at_centre, sizes, FIT.error_iterations)
-            present = _at(measured, claim, theta, sizes, pairs, rows, at_centre, slopes)
+                inflation = likeliest_inflation(rows, at_centre, sizes, pairs)
+                rows = rows_of(measured, claim, pairs, noise, slopes[:, :first], hypothesis, inflation)
+            present = _at(measured, claim, theta, sizes, pairs, rows, at_centre, slopes, inflation)
         except np.linalg.LinAlgError:  # next to nothing moves where shapes are referred to: no numbers hold that
             return best
         best = present if best is None or present.evidence > best.evidence else best
@@ -110,7 +117,7 @@ def refitted_errors(
     changed = np.isin(item.rows.recording, claim.changed)
     rows = replace(item.rows, changed=changed)
     sizes = likeliest(rows, item.residual, item.sizes, iterations) if iterations else item.sizes
-    return _at(measured, claim, item.theta, sizes, item.pairs, rows, item.residual, item.slopes)
+    return _at(measured, claim, item.theta, sizes, item.pairs, rows, item.residual, item.slopes, item.inflation)
 
 
 def _at(
@@ -122,6 +129,7 @@ def _at(
     rows: Rows,
     residual: FloatArray,
     slopes: FloatArray,
+    inflation: Inflation,
 ) -> ModalFit:
     """Return the fit as it stands at ``theta``; ``residual`` at the nominal values' centre."""
     hypothesis, first = claim.hypothesis, claim.hypothesis.nuisances
@@ -134,9 +142,9 @@ def _at(
         normal = own.T @ own + np.diag(1 / width**2)
         off = (theta[first:] - hypothesis.centre[first:]) / width
         evidence += -0.5 * float(off @ off) - 0.5 * float(np.linalg.slogdet(normal)[1]) - float(np.log(width).sum())
-    evidence += log_density_of_outliers(measured, pairs)
+    evidence += log_density_of_outliers(measured, pairs) + log_prior_in(inflation)
     covariance = _covariance(rows, sizes, slopes, width)
-    return ModalFit(claim, theta, sizes, pairs, rows, residual, slopes, lower, covariance, evidence)
+    return ModalFit(claim, theta, sizes, pairs, rows, residual, slopes, lower, covariance, evidence, inflation)
 
 
 def _covariance(rows: Rows, sizes: ErrorSizes, slopes: FloatArray, width: FloatArray) -> FloatArray:

@@ -73,7 +73,7 @@ class Likelihood:
         """The identification's covariance (block, place, place); 1 of each place where no row stands."""
         places, there = self._places, self._there
         both = there[:, :, None] & there[:, None]
-        found = np.where(both, self.rows.noise[places[:, :, None], places[:, None]], 0.0)
+        found = np.where(both, self.rows.own_noise[places[:, :, None], places[:, None]], 0.0)
         every = np.arange(places.shape[1])
         found[:, every, every] += ~there
         return found
@@ -125,11 +125,14 @@ class Likelihood:
         back: FloatArray = np.asarray(np.linalg.inv(capacity), dtype=np.float64)
         along = along - weighted @ (back @ pulled)[:, None]
         outer = along @ along.swapaxes(1, 2) - inverse + weighted @ back @ weighted.swapaxes(1, 2)
-        return value + self.rows.constant, self._slope(sizes, outer, pulled, back)
+        return value + self.rows.constant, self._slope(sizes, varies, outer, pulled, back)
 
-    def _slope(self, sizes: ErrorSizes, outer: FloatArray, pulled: FloatArray, back: FloatArray) -> FloatArray:
-        """Return the slopes (size,); ``outer`` (block, place, place): a a^T less the inverse of the covariance, a that
-        inverse times the residual; ``pulled`` (nuisance,): S^T D^-1 residual, ``back``: the inverse of 1 + S^T D^-1 S.
+    def _slope(
+        self, sizes: ErrorSizes, varies: FloatArray, outer: FloatArray, pulled: FloatArray, back: FloatArray
+    ) -> FloatArray:
+        """Return the slopes (size,); ``varies`` (block, place) as the sizes have it; ``outer`` (block, place, place):
+        a a^T less the inverse of the covariance, a that inverse times the residual; ``pulled`` (nuisance,): S^T D^-1
+        residual, ``back``: the inverse of 1 + S^T D^-1 S.
         """
         within = np.sum(outer * self._alike, axis=2)  # of each row, with those that share its error
         alone = np.diagonal(outer, axis1=1, axis2=2)
@@ -137,7 +140,7 @@ class Likelihood:
         for number, name in enumerate(QUANTITIES):
             own = self._quantity == number
             found[name] = getattr(sizes, name) ** 2 * float(within[own].sum())
-            found[f"{name}_varies"] = getattr(sizes, f"{name}_varies") ** 2 * float(alone[own].sum())
+            found[f"{name}_varies"] = float((varies**2 * alone)[own].sum())
         if self._unknown.any():
             both = self._unknown[:, :, None] * self._unknown[:, None]
             found["change"] = sizes.change**2 * float(np.sum(outer * self._alike * both))

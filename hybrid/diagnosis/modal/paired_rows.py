@@ -1,5 +1,6 @@
 """What a claim leaves of the measured modes, a value a row: which mode is which, residuals, slopes and errors."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +12,9 @@ from hybrid.diagnosis.modal.errors import Rows
 from hybrid.diagnosis.modal.pairing import paired
 from hybrid.diagnosis.modal.predicted_modes import PredictedModes, predicted_modes
 from hybrid.diagnosis.response.hypothesis import Hypothesis
+
+Inflation = Mapping[tuple[int, int], tuple[float, float, float]]
+"""By recording and measured mode: how much larger than they say errors of frequency, damping ratio and shape are."""
 
 
 @dataclass(frozen=True)
@@ -107,9 +111,15 @@ def residual_of(
 
 
 def rows_of(
-    measured: Measured, claim: Claim, pairs: Pairs, noise: FloatArray, slopes: FloatArray, hypothesis: Hypothesis
+    measured: Measured,
+    claim: Claim,
+    pairs: Pairs,
+    noise: FloatArray,
+    slopes: FloatArray,
+    hypothesis: Hypothesis,
+    inflation: Inflation | None = None,
 ) -> Rows:
-    """Return all rows with their errors."""
+    """Return all rows with their errors; ``inflation`` of those of measured modes, none of any that is not in it."""
     sensors, free = len(measured.sensors), free_values(measured, pairs)
     quantity = np.broadcast_to([0, 1] + [2] * sensors + [3] * sensors, free.shape)[free]
     place = np.broadcast_to(np.arange(free.shape[1]), free.shape)[free]
@@ -132,7 +142,17 @@ def rows_of(
         hypothesis.width[: hypothesis.nuisances],
         measured.kind,
         np.isin(recording, claim.changed),
+        _by_value(inflation or {}, pairs, free)[free],
     )
+
+
+def _by_value(inflation: Inflation, pairs: Pairs, free: BoolArray) -> FloatArray:
+    """Return the inflation of each value (pair, 2 + 2 sensor)."""
+    found = np.ones(free.shape)
+    for row, key in zip(found, zip(pairs.recording.tolist(), pairs.measured.tolist(), strict=True), strict=True):
+        if key in inflation:
+            row[:2], row[2:] = inflation[key][:2], inflation[key][2]
+    return found
 
 
 def log_density_of_outliers(measured: Measured, pairs: Pairs) -> float:

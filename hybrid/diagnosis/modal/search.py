@@ -20,6 +20,7 @@ from hybrid.diagnosis.modal.claim import Claim, Measured
 from hybrid.diagnosis.modal.config import FIT, SCAN
 from hybrid.diagnosis.modal.errors import ErrorSizes
 from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim, refitted_errors
+from hybrid.diagnosis.modal.paired_rows import Inflation
 from hybrid.diagnosis.modal.scan import Recordings, Trial, scan, shows_in_modes
 from hybrid.diagnosis.parallel import parallel_map
 from hybrid.diagnosis.stage_names import MODAL_CAUSES
@@ -27,11 +28,12 @@ from hybrid.diagnosis.stage_names import MODAL_CAUSES
 
 @dataclass(frozen=True)
 class Start:
-    """Where a fit of a ``claim`` begins: ``theta`` (parameter,) and the ``sizes`` of errors."""
+    """Where a fit of a ``claim`` begins: ``theta`` (parameter,), the ``sizes`` of errors and their ``inflation``."""
 
     claim: Claim
     theta: FloatArray
     sizes: ErrorSizes
+    inflation: Inflation
 
 
 @dataclass(frozen=True)
@@ -123,7 +125,9 @@ class Search:
         groups = [group for group in self.groups if len(group) < self.count]
         guessed = [refitted_errors(self.measured, null, Claim(null.claim.hypothesis, (), group)) for group in groups]
         best = self.ranked(guessed)[: SCAN.kept]
-        found = [fit_claim(self.measured, item.claim, item.theta, item.sizes) for item in best]
+        found = [
+            fit_claim(self.measured, item.claim, item.theta, item.sizes, inflation=item.inflation) for item in best
+        ]
         return [item for item in found if item is not None]
 
     def _extended(self, frontier: Sequence[ModalFit]) -> list[ModalFit]:
@@ -133,7 +137,7 @@ class Search:
             for start in self._started(base):
                 if start.claim.key not in seen:
                     seen.add(start.claim.key)
-                    item = fit_claim(self.measured, start.claim, start.theta, start.sizes)
+                    item = fit_claim(self.measured, start.claim, start.theta, start.sizes, inflation=start.inflation)
                     found += [] if item is None else [item]
         return found
 
@@ -173,11 +177,19 @@ class Search:
 
         def fitted(start: Start) -> ModalFit | None:
             rounds = SCAN.polishing_rounds
-            return fit_claim(self.measured, start.claim, start.theta, start.sizes, rounds, errors_too=False)
+            return fit_claim(
+                self.measured,
+                start.claim,
+                start.theta,
+                start.sizes,
+                rounds,
+                errors_too=False,
+                inflation=start.inflation,
+            )
 
         items = [item for item in parallel_map(fitted, starts) if item is not None]
         best = sorted(items, key=lambda item: -self.score(item))[: SCAN.fitted]
-        return [Start(item.claim, item.theta, item.sizes) for item in best]
+        return [Start(item.claim, item.theta, item.sizes, item.inflation) for item in best]
 
     def _dropped(self, fits: Sequence[ModalFit]) -> list[ModalFit]:
         """Return fits in which causes of the best claim are taken out, one by one, as long as it is the better for it:
@@ -191,6 +203,7 @@ class Search:
                     best.claim.less(number),
                     best.theta[best.claim.hypothesis.parameters_of((number,))],
                     best.sizes,
+                    inflation=best.inflation,
                 )
                 for number in range(len(best.claim.acts))
             ]
@@ -208,7 +221,7 @@ class Search:
         for number in lasting if len(lasting) > 1 else ():
             less = claim.less(number)
             kept = best.claim.hypothesis.parameters_of((number,))
-            base = fit_claim(self.measured, less, best.theta[kept], best.sizes)
+            base = fit_claim(self.measured, less, best.theta[kept], best.sizes, inflation=best.inflation)
             fits += [] if base is None else [base, *self._extended([base])]
         return fits
 
@@ -218,7 +231,7 @@ def _start(base: ModalFit, trial: Trial) -> Start:
     claim = base.claim
     changed = () if trial.acts == claim.changed else claim.changed
     more = Claim(claim.hypothesis.adding(trial.candidate), (*claim.acts, trial.acts), changed)
-    return Start(more, np.append(base.theta, trial.size), base.sizes)
+    return Start(more, np.append(base.theta, trial.size), base.sizes, base.inflation)
 
 
 def probabilities(search: Search, fits: Sequence[ModalFit]) -> FloatArray:
