@@ -15,7 +15,7 @@ from scipy.sparse import csr_array
 from fe_models.arrays import FloatArray
 from fe_models.dof_map import DofMap
 from fe_models.errors import InputError
-from fe_models.interpolant import interpolant
+from fe_models.interpolant import Course, interpolant
 from fe_models.structure import TRANSLATIONS
 
 if TYPE_CHECKING:
@@ -49,9 +49,9 @@ class BaseMotion:
         """The direction as a vector (dx, dy), or (dx, dy, dz), of length one."""
         return unit_vector(self.direction)
 
-    def integrals(self) -> "tuple[BSpline, BSpline]":
+    def integrals(self, course: Course = "smooth") -> "tuple[BSpline, BSpline]":
         """Return velocity and displacement as functions of time in sampling intervals, in units of ``begun``."""
-        velocity = interpolant(self.values).antiderivative()
+        velocity = interpolant(self.values, course=course).antiderivative()
         velocity.c = velocity.c + self.begun[0]  # the basis of a spline adds up to one
         displacement = velocity.antiderivative()
         displacement.c = displacement.c + self.begun[1]

@@ -10,6 +10,7 @@ from fe_models.arrays import BoolArray, FloatArray
 from fe_models.base_motion import Along, BaseMotion
 from fe_models.directions import AnyDirection, components
 from fe_models.errors import InputError
+from fe_models.interpolant import Course
 from fe_models.linear import LinearModel, ModalModel
 from fe_models.mode_estimate import ModeEstimate
 from fe_models.structure import ROTATIONS, TRANSLATIONS, Direction, Structure
@@ -150,6 +151,7 @@ class Dataset:
     ``sampling_rate`` is that of all recordings that have none of their own (`rate_of`).
     ``modes``: what somebody identified, beside recordings or alone; the ``sampling_rate`` may then be infinite, which
     stands for none. ``notes``: what a user should know of how the files were read, such as columns that were skipped.
+    ``load_course``: how known loads and base motion go between their samples.
     """
 
     model: Structure | LinearModel
@@ -160,6 +162,7 @@ class Dataset:
     assumptions: Assumptions = field(default_factory=Assumptions)
     notes: tuple[str, ...] = ()
     modes: tuple[ModeEstimate, ...] = ()
+    load_course: Course = "smooth"
 
     def __repr__(self) -> str:
         names = ", ".join(sensor.name + " (held out)" * (sensor.role == "held_out") for sensor in self.sensors)

@@ -9,6 +9,7 @@ from threadpoolctl import threadpool_limits
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.config import THREADS
 from hybrid.diagnosis.contest.evidence import gather
+from hybrid.diagnosis.contest.load_course import course_told
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.outcome.conclusion import Diagnosis, concluded
 
@@ -27,6 +28,12 @@ def diagnose_series(dataset: Dataset, advance: Callable[[str], object] | None = 
         announce("recordings")
         setting = setting_of(dataset)
         evidence = gather(setting, announce)
+        told = course_told(setting, evidence)
+        if told is not None:
+            course, note = told
+            setting = setting_of(replace(dataset, load_course=course))
+            setting = replace(setting, notes=(note, *setting.notes))
+            evidence = gather(setting, announce)
         announce("forecasts")
         found = concluded(setting, evidence)
     return replace(found, seconds=perf_counter() - begun)

@@ -18,7 +18,7 @@ from fe_models.assembly import linearise
 from fe_models.base_motion import Along, BaseMotion
 from fe_models.drive import inertia
 from fe_models.errors import raise_faults
-from fe_models.interpolant import courses_of
+from fe_models.interpolant import Course, courses_of
 from fe_models.linear import LinearModel, ModalModel
 from fe_models.mechanisms import factorise
 from fe_models.modes import natural_modes
@@ -49,6 +49,7 @@ class ModalInput:
     sensors: tuple[Sensor, ...]
     rate: float
     lowpass: float | None
+    course: Course = "smooth"
 
     def courses(self, recording: Recording) -> FloatArray:
         """Return the forces and their derivatives by time in sampling intervals, (time, order, force)."""
@@ -57,7 +58,7 @@ class ModalInput:
             values[:, self.places.index((load.node, load.direction))] += self._passed(load.values)
         for motion in recording.base:
             values[:, len(self.places) + self.along.index(motion.along)] += self._passed(motion.values)
-        return courses_of(values[None], 1.0)[:, 0].transpose(1, 0, 2)
+        return courses_of(values[None], 1.0, self.course)[:, 0].transpose(1, 0, 2)
 
     def shown_at_once(self, recording: Recording, courses: FloatArray) -> FloatArray:
         """Return what sensors show of the forces whatever the modes' state is, (time, sensor)."""
@@ -77,7 +78,7 @@ class ModalInput:
     def _ground(self, motion: BaseMotion) -> FloatArray:
         """Return the motion of the base itself as the sensors of the absolute motion show it, (time, sensor)."""
         samples, step = np.arange(len(motion.values)), 1 / self.rate
-        velocity, displacement = motion.integrals()
+        velocity, displacement = motion.integrals(self.course)
         courses = np.stack([step**2 * displacement(samples), step * velocity(samples), motion.values])
         found = np.zeros((len(samples), len(self.sensors)))
         for column, sensor in enumerate(self.sensors):
@@ -88,7 +89,8 @@ class ModalInput:
 
 def modal_input(dataset: Dataset, modal: ModalModel, recordings: Sequence[Recording]) -> ModalInput | None:
     """Return how what drives ``recordings`` of a dataset enters the modes, None where nothing does: see `input_of`."""
-    return input_of(dataset.model, modal, dataset.sensors, dataset.sampling_rate, dataset.lowpass, recordings)
+    found = input_of(dataset.model, modal, dataset.sensors, dataset.sampling_rate, dataset.lowpass, recordings)
+    return found and replace(found, course=dataset.load_course)
 
 
 def input_of(

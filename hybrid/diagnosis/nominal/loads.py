@@ -11,7 +11,7 @@ import numpy as np
 
 from fe_models.arrays import FloatArray, IntArray
 from fe_models.base_motion import Along, BaseMotion
-from fe_models.interpolant import ORDERS, courses_after, courses_of
+from fe_models.interpolant import ORDERS, Course, courses_after, courses_of
 from fe_models.recordings import QUANTITIES, Dataset, Quantity, Recording
 from fe_models.structure import Direction
 from hybrid.known_loads.behind_lowpass import behind
@@ -112,6 +112,19 @@ class Loads:
         """Return those of some recordings or segments."""
         return replace(self, rows=self.rows[rows], begins=self.begins[rows])
 
+    def going(self, course: Course) -> "Loads":
+        """Return those of the same samples with another ``course`` between them."""
+        whole = courses_of(self.whole[0], self.step, course)
+        for number, place in enumerate(self.places):
+            if isinstance(place, OnBase) and not place.drives:
+                pushing = self.places.index(OnBase(place.along))
+                for row, shown in enumerate(self.whole[:, :, 0, number].T):  # (order,) of each recording's begin
+                    d, v = (shown[0], shown[1]) if place.quantity == "displacement" else (0.0, shown[0])
+                    begun = float(v) / self.step, float(d) / self.step**2
+                    motion = BaseMotion(place.along, self.whole[0, row, :, pushing], begun)
+                    whole[:, row, :, number] = _base_courses(motion, self.step, course)[place.quantity]
+        return replace(self, whole=whole)
+
     def times(self, factor: float) -> "Loads":
         """Return loads ``factor`` times as large."""
         return replace(self, whole=factor * self.whole)
@@ -156,21 +169,21 @@ def loads_of(recordings: Sequence[Recording], samples: int, dataset: Dataset) ->
     for number, recording in enumerate(recordings):
         for load in recording.loads:
             values[number, :, places.index((load.node, load.direction))] += behind(load.values, rate, lowpass)
-    courses = courses_of(values, step)
+    courses = courses_of(values, step, dataset.load_course)
     for number, recording in enumerate(recordings):
         for motion in recording.base:
             passed = replace(motion, values=behind(motion.values, rate, lowpass))
-            for quantity, course in _base_courses(passed, step).items():
+            for quantity, course in _base_courses(passed, step, dataset.load_course).items():
                 if OnBase(motion.along, quantity) in places:
                     courses[:, number, :, places.index(OnBase(motion.along, quantity))] += course
     return Loads.of(places, courses, step)
 
 
-def _base_courses(motion: BaseMotion, step: float) -> dict[Quantity, FloatArray]:
+def _base_courses(motion: BaseMotion, step: float, course: Course) -> dict[Quantity, FloatArray]:
     """Return the courses (order, time) of displacement, velocity and acceleration of a base."""
     samples = np.arange(len(motion.values))
-    velocity, displacement = (integral(samples) for integral in motion.integrals())
-    acceleration = courses_of(motion.values[None, :, None], step)[:, 0, :, 0]
+    velocity, displacement = (integral(samples) for integral in motion.integrals(course))
+    acceleration = courses_of(motion.values[None, :, None], step, course)[:, 0, :, 0]
     moving = np.vstack([step * velocity, acceleration[:-1]])
     return {
         "displacement": np.vstack([step**2 * displacement, moving[:-1]]),
