@@ -4,7 +4,7 @@ from typing import Literal
 
 Excitation = Literal["free", "ambient", "measured", "base"]
 StructureName = Literal["four_dof", "bridge"]
-KINDS = (
+STRUCTURE_KINDS = (  # what acts on the structure: strong motion of its base is of interest for these
     "stiffness_change",
     "added_mass",
     "support_spring",
@@ -15,6 +15,9 @@ KINDS = (
     "cubic_spring",
     "gap_stop",
     "slack_cable",
+)
+KINDS = (
+    *STRUCTURE_KINDS,
     "harmonic_force",
     "sensor_gain",
     "sensor_delay",
@@ -36,19 +39,7 @@ NOT_DRAWN = {
 the structure of a case, so that they are the generators' and not the cause's own."""
 FAR_KINDS = ("stiffness_change", "added_mass", "support_spring", "axial_force")  # linear: modes alone tell them
 AMBIENT_KINDS = (*FAR_KINDS, "point_damper", "sensor_gain")  # what modes tell, their damping included
-BASE_KINDS = (  # what acts on the structure: strong motion is of interest for these
-    "stiffness_change",
-    "added_mass",
-    "support_spring",
-    "modal_damping",
-    "point_damper",
-    "quadratic_damper",
-    "coulomb_friction",
-    "cubic_spring",
-    "quadratic_spring",
-    "gap_stop",
-    "slack_cable",
-)
+BASE_KINDS = (*STRUCTURE_KINDS, "quadratic_spring")
 OUTSIDE = ("hysteretic_spring", "drifting_stiffness")
 
 
