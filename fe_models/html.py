@@ -3,17 +3,6 @@
 from collections.abc import Iterable, Sequence
 from html import escape
 
-PAGE = """<!DOCTYPE html>
-<html lang="en">
-<head><meta charset="utf-8"><title>{title}</title>
-<style>body {{ font-family: sans-serif; max-width: 60em; margin: 2em auto; }} td, th {{ padding: 0.2em 0.8em; }}</style>
-</head>
-<body>
-{body}
-</body>
-</html>
-"""
-
 
 def html_table(header: Sequence[object], rows: Iterable[Sequence[object]]) -> str:
     """Return an HTML table with a line of headings."""
@@ -25,8 +14,3 @@ def html_table(header: Sequence[object], rows: Iterable[Sequence[object]]) -> st
 def html_paragraph(text: str) -> str:
     """Return a paragraph of HTML; lines stay lines."""
     return "<p>" + "<br>".join(escape(line) for line in text.splitlines()) + "</p>"
-
-
-def html_page(title: str, body: str) -> str:
-    """Return a whole page around a ``body`` of HTML."""
-    return PAGE.format(title=escape(title), body=body)

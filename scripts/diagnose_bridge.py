@@ -1,6 +1,6 @@
 """Diagnose the real bridge: its recordings compared, then each of one structure in turn kept for the test."""
 
-import sys
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -10,6 +10,7 @@ from fe_models.errors import bad_input_exits, noting, raise_faults
 from fe_models.files.bridge_recordings import RECORDINGS, write_bridge_dataset
 from fe_models.files.dataset_file import load_dataset
 from fe_models.progress import progress_bar, stage_bar
+from hybrid.commands.console import say
 from hybrid.diagnosis.answer import answer_in_words
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.report_files import save_diagnosis
@@ -17,6 +18,8 @@ from hybrid.diagnosis.stage_names import STAGE_NAMES
 from hybrid.identification.comparison_files import save_comparison
 from hybrid.identification.comparison_report import describe_compared
 from hybrid.identification.recording_comparison import compare_recordings
+from hybrid.report.diagnosis_page import page_from_files
+from hybrid.report.page_files import save_page
 from hybrid.result_sets import comparison_in, diagnosis_in
 
 ANOTHER = 2  # the recording of another structure, as the comparison shows
@@ -40,7 +43,7 @@ def main(
 
     \b
     OUT/comparison            comparison.txt, backbones.png, spectra.png
-    OUT/test_r1 (r3, r4)      report.json, summary.txt, extended_model.toml, modes.png, what_is_wrong.png
+    OUT/test_r1 (r3, r4)      report.html, report.json, summary.txt, extended_model.toml, modes.png, what_is_wrong.png
     """
     with bad_input_exits():
         chosen, faults = tests or ALIKE, list[str]()
@@ -55,11 +58,13 @@ def main(
         print(describe_compared(compared))
         for test in chosen:
             folder = out / f"test_r{test}"
-            dataset = load_dataset(write_bridge_dataset(data, folder, test))
+            file = write_bridge_dataset(data, folder, test)
+            dataset = load_dataset(file)
             with stage_bar(STAGE_NAMES) as begin:
                 found = diagnose(dataset, begin)
-            for note in save_diagnosis(found, folder):
-                print(f"note: {note}", file=sys.stderr)
+            say(save_diagnosis(found, folder))
+            given = ["hybrid-modal", "diagnose", str(file), "--out", str(folder)]
+            say(save_page(diagnosis_in(folder), partial(page_from_files, found, dataset, given, file)))
             print(f"\nTest r{test}, A2 held out\n\n{answer_in_words(found)}")
         print(f"Results: {out}")
 

@@ -12,6 +12,7 @@ from fe_models.files.result_set import ResultSet
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.answer import Answer
 from hybrid.diagnosis.outcome.verdict import Verdict
+from hybrid.notebook.report import Report
 from hybrid.report import rendering
 from hybrid.report.answer import facts_of, next_steps, sentence_of, verdict_of
 from hybrid.report.diagnosis_page import diagnosis_page
@@ -152,7 +153,7 @@ def test_what_acts_in_some_recordings_alone_says_so() -> None:
     ],
 )
 def test_uncertainties_have_two_digits(value: float, error: float, unit: str, words: str) -> None:
-    assert measured(value, error, unit) == words
+    assert measured(value, error, unit).replace("\u00a0", " ") == words
 
 
 def test_nothing_is_said_to_be_certain() -> None:
@@ -210,3 +211,13 @@ def test_a_page_that_fails_costs_nothing_else(tmp_path: Path) -> None:
     assert save_page(results, lambda: page_with(())) == []
     assert (tmp_path / "report.html").read_text().startswith("<!DOCTYPE html>")
     assert (tmp_path / "report.json").exists()
+
+
+def test_a_notebook_writes_the_same_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    dataset = chain_dataset()
+    monkeypatch.setattr("hybrid.report.seen.seen_in", lambda dataset, found: nothing_seen(dataset))
+    path = Report(answer_by_modes(dataset, found_in(dataset)), dataset).to_html(tmp_path / "page.html")
+    html = path.read_text()
+    assert headings(html, "h2") == ["What to do next", *SECTIONS]
+    assert "hybrid.diagnose(design, data)" in html
+    assert "Files that were read" not in html

@@ -31,4 +31,4 @@ def diagnose(design: Design | Data, data: Data | None = None, *, progress: bool 
         from hybrid.diagnosis.diagnosis import diagnose as search
         from hybrid.notebook.report import Report
 
-        return Report(search(dataset, begin))
+        return Report(search(dataset, begin), dataset)

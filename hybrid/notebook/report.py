@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from fe_models.files.atomic import write_text
-from fe_models.html import html_page, html_paragraph, html_table
+from fe_models.html import html_paragraph, html_table
+from fe_models.recordings import Dataset
 from fe_models.structure import Structure
 from hybrid.diagnosis.answer import Answer, answer_table, headline_of, summary_of
 from hybrid.diagnosis.outcome.extend_matrices import ExtendedMatrices
@@ -19,9 +20,10 @@ from hybrid.result_sets import diagnosis_in
 
 @dataclass(frozen=True, repr=False)
 class Report:
-    """What `hybrid.diagnose` returns; the ``diagnosis`` holds all that it is made of."""
+    """What `hybrid.diagnose` returns of a ``dataset``; the ``diagnosis`` holds all that it is made of."""
 
     diagnosis: Answer
+    dataset: Dataset
 
     @property
     def verdict(self) -> Verdict:
@@ -67,8 +69,15 @@ class Report:
         return Path(folder)
 
     def to_html(self, path: str | Path) -> Path:
-        """Write the report as a page that any browser shows; return its path."""
-        write_text(Path(path), html_page("Diagnosis", self._repr_html_()))
+        """Write the report as a page that any browser shows, the same as the command's; return its path."""
+        from hybrid.report.diagnosis_page import SEED, diagnosis_page  # draws, which only pages need
+        from hybrid.report.provenance import in_python
+        from hybrid.report.rendering import rendered
+        from hybrid.report.seen import seen_in
+
+        seen = seen_in(self.dataset, self.diagnosis)
+        source = in_python("hybrid.diagnose(design, data)", SEED, self.diagnosis.seconds)
+        write_text(Path(path), rendered(diagnosis_page(self.diagnosis, self.dataset, seen, source)))
         return Path(path)
 
     def table(self) -> dict[str, Any]:

@@ -49,7 +49,7 @@ def sentence_of(found: Answer, dataset: Dataset) -> str:
         told = f"Probably: {told}"
     count = len(found.findings)
     told = told if count == 1 else f"{_words(count)} things are wrong. First: {told}"
-    return told.replace(" %", "\u00a0%").replace(" ± ", "\u00a0±\u00a0")  # which no line shall break at
+    return told.replace(" %", "\u00a0%")  # where no line shall break
 
 
 def _said(finding: Finding, dataset: Dataset) -> str:

@@ -47,6 +47,11 @@ def provenance_of(command: Sequence[str], dataset: Path, seed: str, seconds: flo
     return Provenance(shlex.join(command), inputs, versions(), datetime.now().astimezone(), seed, seconds)
 
 
+def in_python(call: str, seed: str, seconds: float) -> Provenance:
+    """Return where an answer of a ``call`` in Python comes from: its inputs are objects."""
+    return Provenance(call, (), versions(), datetime.now().astimezone(), seed, seconds)
+
+
 def versions() -> tuple[tuple[str, str], ...]:
     """Return the versions of Python, of this program and of the libraries that numbers depend on."""
     found = [("Python", platform.python_version())]
@@ -74,6 +79,7 @@ def repeated(provenance: Provenance) -> tuple[Block, ...]:
         (Cell(own.name), Cell(f"{own.size:,}", float(own.size)), Cell(own.sha256)) for own in provenance.inputs
     )
     used = ", ".join(f"{name} {own}" for name, own in provenance.versions)
+    files = [Table("Files that were read.", ("file", "bytes", "SHA-256"), rows)] if rows else []
     return (
         Heading("To repeat it"),
         Paragraph(f"Command: {provenance.command}"),
@@ -84,7 +90,7 @@ def repeated(provenance: Provenance) -> tuple[Block, ...]:
                 f"It took {provenance.seconds:.3g} s on this machine.",
             )
         ),
-        Table("Files that were read.", ("file", "bytes", "SHA-256"), rows),
+        *files,
     )
 
 

@@ -6,6 +6,7 @@ from hybrid.diagnosis.outcome.findings import Parameter
 from hybrid.report.page import Cell
 
 NOTHING = "–"
+PLUS_MINUS = "\u00a0±\u00a0"  # where no line breaks
 PLAIN = (-4, 5)  # powers of ten between which a value is written without one
 SUREST = 0.999  # no probability is said to be more
 SIGNS = {"+-": "±", "^2": "²", "^3": "³"}
@@ -40,7 +41,7 @@ def measured(value: float, error: float, unit: str = "") -> str:
     if not (isfinite(error) and error > 0):
         return f"{value / scale:.4g}{times}{ending}"
     decimals = max(0, 1 - floor(log10(float(f"{error / scale:.1e}"))))
-    both = f"{value / scale:.{decimals}f} ± {error / scale:.{decimals}f}"
+    both = f"{value / scale:.{decimals}f}{PLUS_MINUS}{error / scale:.{decimals}f}"
     return f"({both}){times}{ending}" if times else f"{both}{ending}"
 
 
