@@ -1,6 +1,7 @@
 """Drawings of pages: what is pointed at, outlines of triangles, figures in the page's colours, shapes that move."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -133,6 +134,18 @@ def test_modes_move_as_their_shapes_do() -> None:
     wanted = nominal.shapes[:, 0] / np.abs(nominal.shapes[:, 0]).max()
     assert nodes / nodes[-1] == pytest.approx(wanted / wanted[-1])
     assert "upwards" in figure.caption
+
+
+def test_storeys_move_sideways_as_they_are_drawn() -> None:
+    """A chain that stands upright moves across its own line already."""
+    upright = replace(fe.four_dof(), nodes=((0.0, 1.0), (0.0, 2.0), (0.0, 3.0), (0.0, 4.0)))
+    stage = Stage.of(outline(upright))
+    lying = Stage.of(outline(fe.four_dof()))
+    assert stage is not None
+    assert lying is not None
+    shape = fe.natural_modes(upright, 1).shapes[:, 0]
+    assert not stage.points(shape)[:, 1].any()
+    assert not lying.points(shape)[:, 0].any()
 
 
 def test_a_field_moves_as_it_was_forecast() -> None:

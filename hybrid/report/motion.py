@@ -153,7 +153,9 @@ class Stage:
     @property
     def is_turned(self) -> bool:
         """Whether motions along the structure are drawn across it."""
-        return bool(self.outline.masses)
+        across, up = np.ptp(self.outline.coordinates, axis=0)
+        moves_across = "x" in self.outline.dofs.direction  # a chain has one direction
+        return bool(self.outline.masses) and bool(moves_across == (across >= up))
 
     def _on_page(self, moved: FloatArray) -> FloatArray:
         """Return motions (point, 2), m, in pixels."""
