@@ -20,6 +20,7 @@ from fe_models.recordings import Assumptions, Sensor, Uncertainty
 from fe_models.structure import Direction
 from hybrid.commands.app import app
 from hybrid.diagnosis.joint.modal_diagnosis import diagnose_modes
+from hybrid.diagnosis.outcome.verdict import Verdict
 from tests.matrices_of import matrices_of
 from tests.space_frames import FOLLOWED, two_storeys
 from tests.test_modal_evidence import SENSORS, chain
@@ -69,6 +70,25 @@ def test_a_storey_of_a_building_in_space_that_lost_stiffness(tmp_path: Path) -> 
 
 
 @pytest.mark.slow
+def test_free_decays_of_a_building_in_space_are_forecast_to_the_floor(tmp_path: Path) -> None:
+    write_npz(tmp_path / "floors.npz", two_storeys())
+    model, rng = load_linear_model(tmp_path / "floors.npz"), np.random.default_rng(3)
+    damaged = model_with_effects(model, StiffnessChange((), 0.8, "storey 2"))
+    train = tuple(fe.Recording(name, decay(damaged, rng)) for name in "ab")
+    test = fe.Recording("t", decay(damaged, rng), "test")
+    assumed = Assumptions(uncertainty=Uncertainty(0.05, 0.05, 0.1))
+    found = diagnose_modes(fe.Dataset(model, 50.0, FLOORS, (*train, test), assumptions=assumed))
+    assert found.verdict is Verdict.EXPLAINED
+    assert [finding.cause.location for finding in found.findings] == [{"group": "storey 2"}]
+    before, after = (found.scores[name]["measured"] for name in ("baseline", "extended"))
+    floor = found.noise_floor
+    assert before is not None
+    assert after is not None
+    assert floor is not None
+    assert after < 1.05 * floor < 0.1 * before
+
+
+@pytest.mark.slow
 def test_a_structure_and_its_matrices_are_diagnosed_alike() -> None:
     """Kind, place, size and probability of a chain's lost stiffness, and what each spring is off by."""
     rng = np.random.default_rng(50)
@@ -93,7 +113,7 @@ def test_hybrid_and_bare_matrices_are_refused(tmp_path: Path) -> None:
     with_groups = save_dataset(fe.Dataset(model, RATE, SENSORS, (data,)), tmp_path / "with")
     answer = CliRunner().invoke(app, ["diagnose", str(with_groups), "--hybrid", "--out", str(tmp_path / "out")])
     assert answer.exit_code == 2
-    assert "a diagnosis of matrices makes no forecasts to train on" in answer.output
+    assert "a diagnosis of matrices trains no hybrid models" in answer.output
     bare = save_dataset(fe.Dataset(replace(model, groups=()), RATE, SENSORS, (data,)), tmp_path / "bare")
     answer = CliRunner().invoke(app, ["diagnose", str(bare), "--out", str(tmp_path / "out")])
     assert answer.exit_code == 2

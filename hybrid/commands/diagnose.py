@@ -22,7 +22,7 @@ Modes = Annotated[
     ),
 ]
 
-HYBRID_OF_MATRICES = "a diagnosis of matrices makes no forecasts to train on; use hybrid-modal train"
+HYBRID_OF_MATRICES = "a diagnosis of matrices trains no hybrid models; use hybrid-modal train"
 
 
 def diagnose(

@@ -87,11 +87,11 @@ def _with_motion(look: Look, known: _Searched) -> tuple[Claims, LawSearch | None
     what was found; None where motion tells no laws, or none was left to look for.
     """
     dataset, drawn, best = look.dataset, (look.measured, look.drawn), known.fits[0]
-    if look.ambient or isinstance(dataset.model, LinearModel) or not may_have_laws(dataset, known.measured):
+    if look.ambient or not may_have_laws(dataset, known.measured):
         return known.claims, None, None
     found = found_by_modes(dataset, known.measured, best)
     motion = None if found is None else FoundMotion.of(dataset, drawn, found)
-    if found is None or motion is None or motion.is_at_noise:
+    if found is None or motion is None or motion.is_at_noise or isinstance(dataset.model, LinearModel):
         return known.claims, None, motion
     laws = laws_in(dataset, drawn, (known.measured, known.null), found.track, known.search.log_odds(best.claim))
     if laws.named is None:
