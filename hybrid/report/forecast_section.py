@@ -13,8 +13,8 @@ from hybrid.report.page import Block, Cell, Paragraph, Section, Table
 from hybrid.report.values import fixed
 
 NO_FORECASTS = (
-    "No forecasts were made: they need a structure, no matrices, and recordings of free decays or under known forces,"
-    " of which one at least is not fitted."
+    "No forecasts were made: they need recordings, of free decays or under known forces, of which one at least is not"
+    " fitted."
 )
 HOW = (
     "A forecast goes on from the first fifth of a recording; its error is taken over the rest. NRMSE: root mean square"
