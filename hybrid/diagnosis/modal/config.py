@@ -82,11 +82,10 @@ class ScanConfig:
 
     # prior standard deviations from doing nothing at which a cause is tried; a step of least squares goes on from each
     sizes: tuple[float, ...] = (-2.0, -0.6, -0.2, 0.02, 0.07, 0.2, 0.6, 2.0)
-    few_sizes: tuple[float, ...] = (-0.6, 0.02, 0.6)  # of what acts in all recordings: they were fitted as they are
     # of an unknown change of the structure: what a scan leaves of it, for what is not linear in causes
     remaining_change: float = 0.03
-    polished: int = 16  # claims of each scan that are fitted for a few rounds, the errors as they were, ...
-    polishing_rounds: int = 4
+    polished: int = 16  # claims of each scan that are fitted for a few rounds, ...
+    polishing_rounds: int = 6
     fitted: int = 4  # ... and those of them that are fitted whole
     kept: int = 2  # claims that the next cause is added to
     min_gain: float = 0.0  # of the log posterior: what a further cause must bring

@@ -57,6 +57,12 @@ class ErrorSizes:
         return all(getattr(self, name) <= getattr(usual, name) for name in names)
 
     @property
+    def as_usual(self) -> "ErrorSizes":
+        """The sizes, none of them larger than is usual where all else is right: scales of groups are as they are."""
+        usual, kept = ErrorSizes(), ("stiffness_scale", "mass_scale", "damping_scale", "change")
+        return ErrorSizes(**{n: own if n in kept else min(own, getattr(usual, n)) for n, own in vars(self).items()})
+
+    @property
     def values(self) -> FloatArray:
         """All sizes (size,), in order."""
         return np.array([getattr(self, item.name) for item in fields(self)])

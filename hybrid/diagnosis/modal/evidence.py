@@ -99,7 +99,7 @@ def fit_claim(
         best = present if best is None or present.evidence > best.evidence else best
         step = _step(measured, present)
         then = bounded(hypothesis, theta, step)
-        errors = np.sqrt(np.diag(present.covariance)[first:])
+        errors = np.sqrt(np.maximum(np.diag(present.covariance)[first:], 0.0))  # rounding may leave less than nothing
         settled = (
             np.abs(step[:first]).max(initial=0.0) < FIT.converged_log_step
             and (np.abs(step[first:]) < FIT.converged_sigma * errors).all()

@@ -29,7 +29,7 @@ def log_prior_in(inflation: Inflation) -> float:
 
 def likeliest_inflation(rows: Rows, residual: FloatArray, sizes: ErrorSizes, pairs: Pairs) -> Inflation:
     """Return how much larger the errors of measured modes are than they say, as a ``residual`` (row,) has it."""
-    inverse = np.linalg.inv(rows.covariance(sizes))
+    inverse = np.asarray(np.linalg.inv(rows.covariance(sizes)), dtype=np.float64)
     along = inverse @ residual
     varies = rows.by_row(sizes, "_varies") / rows.inflation
     own = rows.noise + np.diag(varies**2)
@@ -47,7 +47,7 @@ def _factor(inverse: FloatArray, along: FloatArray, own: FloatArray, inflation: 
     if not len(part):
         return 1.0
     square = np.ix_(part, part)
-    given = np.linalg.inv(inverse[square])  # the covariance of these rows, all others given
+    given = np.asarray(np.linalg.inv(inverse[square]), dtype=np.float64)  # covariance of these rows, given all others
     others = given - inflation[part[0]] ** 2 * own[square]
     variances, vectors = eigh(others, own[square])  # in which own errors are independent and of variance 1
     left = vectors.T @ (given @ along[part])

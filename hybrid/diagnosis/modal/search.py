@@ -84,9 +84,12 @@ class Search:
 
     def _log_of(self, acts: Recordings) -> float:
         """Return the log probability that a cause acts there: of the two sides of a change the smaller is the likelier,
-        by a factor of two for each recording, as a structure is mostly as it was.
+        by a factor of two for each recording, as a structure is mostly as it was; then the later, as what was drawn
+        stood there first.
         """
-        beyond = 0.0 if len(acts) == self.count else max(len(acts) - self.count / 2, 0.0)
+        if len(acts) == self.count:
+            return log_of_groups(np.ones(self.count, dtype=bool))
+        beyond = max(len(acts) - self.count / 2, 0.0) + 0.5 * (self.count - 1 not in acts)
         return log_of_groups(np.isin(np.arange(self.count), acts)) - float(np.log(2)) * beyond
 
     def ranked(self, fits: Sequence[ModalFit]) -> list[ModalFit]:
@@ -142,15 +145,19 @@ class Search:
         return found
 
     def _started(self, base: ModalFit) -> list[Start]:
-        """Return where fits with a cause more than a fit's begin: in the place of an unknown change, and everywhere."""
-        changed, groups = base.claim.changed, [self.everywhere] if base.claim.changed else self.groups
-        trials = self._ranked(scan(self.measured, base, self.candidates, groups, SCAN.few_sizes))[: SCAN.fitted]
-        found = [_start(base, trial) for trial in trials]
+        """Return where fits with a cause more than a fit's begin: in the place of an unknown change, and everywhere.
+
+        Candidates are compared as if one of them were all that is missing: errors that stand for it would hide it.
+        """
+        right, changed = base.sizes.as_usual, base.claim.changed
+        parts = [([self.everywhere] if changed else self.groups, right)]
         if changed:
-            little = replace(base.sizes, change=SCAN.remaining_change * base.sizes.change)
-            almost = refitted_errors(self.measured, replace(base, sizes=little), base.claim, 0)
-            wide = self._ranked(scan(self.measured, almost, self.candidates, [changed]))[: SCAN.polished]
-            found += self._polished([_start(base, trial) for trial in wide])
+            parts.append(([changed], replace(right, change=SCAN.remaining_change * base.sizes.change)))
+        found = []
+        for groups, sizes in parts:
+            almost = refitted_errors(self.measured, replace(base, sizes=sizes), base.claim, 0)
+            trials = self._ranked(scan(self.measured, almost, self.candidates, groups))[: SCAN.polished]
+            found += self._polished([_start(replace(base, sizes=right), trial) for trial in trials])
         return found
 
     def _ranked(self, trials: Sequence[Trial]) -> list[Trial]:
