@@ -112,8 +112,11 @@ def expectation_of(claimed: Claimed) -> Expectation | None:
     offs = [claim.off(recording) for recording in claimed.recordings]
     found = {off: _expected(claimed, off) for off in dict.fromkeys(offs)}
     whole = tuple(item for item in (found[off] for off in offs) if item is not None)
-    if len(whole) < len(offs) or len({item.space.count for item in whole}) != 1:
+    if len(whole) < len(offs):
         return None
+    least = min(whole, key=lambda item: item.space.count)
+    if any(item.space.count > least.space.count for item in whole):  # a support that gives way brings one
+        return expectation_of(replace(claimed, reference=least.reference))
     hypothesis, first = claim.hypothesis, fit.nuisances
     own = claimed.sizes or fit.sizes
     factor = [getattr(own, SCALES[kind]) if kind and claimed.sizes is None else 1.0 for kind in measured.kind]

@@ -33,7 +33,7 @@ Drawn = tuple[Measured, ModalFit]
 NEGLIGIBLE = WHOLLY / 3  # of the drawn structure's wrong energy, however far it is beyond noise
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Forecasts:
     """The scores of the structure as drawn, ``before``, and with what was found, ``after``; one recording as an
     ``example``; ``roles``: which sensors are measured.
