@@ -59,14 +59,17 @@ class Forecaster:
         systems = tuple(system_of_modes(space, nominal, roles, law) for space in spaces)
         spreads = tuple(_spread_of(system, train, roles) for system in systems)
         loose = cls(tuple(spaces), systems, spreads, STARTED, roles)
+        if law is not None:  # which goes from initial states alone
+            return loose
         known = [loose.begun(batch, number) for batch in train for number in range(len(batch.names))]
         motions = [(item.space, item.motion) for item in known]
         return replace(loose, discrepancy=likeliest(motions, STARTED, DISCREPANCY.factors))
 
     def begun(self, batch: Batch, number: int) -> "Begun":
         """Return how a recording of a batch begins: its first fifth, by the space with which this is most probable."""
-        data = batch.data[number, : shown_of(batch.samples)][:, list(self.roles.measured)]
-        noise = np.broadcast_to(batch.sigma(self.roles.noise_model) ** 2, (len(batch.names), 1, data.shape[1]))[number]
+        (own,) = columns_of((batch,), self.roles.measured)
+        data = own.data[number, : shown_of(own.samples)]
+        noise = np.broadcast_to(own.sigma(self.roles.noise_model) ** 2, (len(own.names), 1, data.shape[1]))[number]
         tried = []
         for index, space in enumerate(self.spaces):
             motion = followed(space, np.ascontiguousarray(data), noise[0])

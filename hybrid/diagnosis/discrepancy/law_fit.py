@@ -146,7 +146,7 @@ def settled_law(fit: LawFit, nominal: NominalModel) -> LawFit:
             break
         new = fit_law(moved, nominal, fit.candidate, fit.theta)
         gained = log_posterior_of(new.track) - log_posterior_of(fit.track)
-        if gained > 0:
+        if gained > 0 and np.isfinite(new.evidence):
             fit = new
         if gained < SETTLING.settled_nats:
             break

@@ -12,7 +12,7 @@ from hybrid.diagnosis.discrepancy.law_search import LawSearch, search_laws, shar
 from hybrid.diagnosis.discrepancy.linearisation import pushed_by
 from hybrid.diagnosis.discrepancy.recorded_motions import track_of
 from hybrid.diagnosis.discrepancy.size import Discrepancy
-from hybrid.diagnosis.discrepancy.tracking import Track, shortened
+from hybrid.diagnosis.discrepancy.tracking import Track, samples_in, shortened
 from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.errors import ErrorSizes
 from hybrid.diagnosis.modal.evidence import ModalFit
@@ -39,10 +39,11 @@ def laws_in(
     still, only what it leaves is asked for a law; so it is where that claim is of some recordings alone: a law of all
     does not tell these apart.
     """
+    samples = samples_in(best, LAW_FIT.most_values)
     claim, every = best.claimed.fit.claim, set(range(len(found[0].recordings)))
     beside = any(set(acts) < every for acts in (*claim.acts, claim.changed) if acts)
     if beside or (claim.hypothesis.candidates and best.discrepancy.whole <= DISCREPANCY.usual_size):
-        return replace(_of_all(_searched(best, found[0]), best), replaces_causes=False)
+        return replace(_of_all(_searched(best, found[0], samples), best), replaces_causes=False)
     measured, fit = drawn
     as_drawn = replace(fit, claim=measured.null, theta=-measured.offset)
     bare = [
@@ -50,20 +51,20 @@ def laws_in(
         (track_of(dataset, *found), found[0]),
     ]
     known = [(item, own) for item, own in bare if item is not None]
-    short = shortened(best, LAW_FIT.most_values)
+    short = shortened(best, samples)
     if known:
         bare_best, own = max(known, key=lambda pair: pair[0].evidence)
-        instead = _searched(bare_best, own)
+        instead = _searched(bare_best, own, samples)
         if not claim.hypothesis.candidates or instead.log_evidence > short.evidence + odds:
             return _of_all(instead, bare_best)
-    return replace(_of_all(_searched(best, found[0]), best), replaces_causes=False)
+    return replace(_of_all(_searched(best, found[0], samples), best), replaces_causes=False)
 
 
-def _searched(item: Track, measured: Measured) -> LawSearch:
-    """Return the laws that a track asks for, by the first part of long motions: none where the filter sees no
-    discrepancy.
+def _searched(item: Track, measured: Measured, samples: int) -> LawSearch:
+    """Return the laws that a track asks for, by the first part of long motions, of so many ``samples`` in all: none
+    where the filter sees no discrepancy.
     """
-    short = shortened(item, LAW_FIT.most_values)
+    short = shortened(item, samples)
     if item.discrepancy.whole <= DISCREPANCY.usual_size:
         return LawSearch(short, measured.nominal, (), np.zeros(0), 1.0, 0.0)
     return search_laws(short, measured)

@@ -1,7 +1,8 @@
 """Recordings as a filter follows them: each motion with its noise, beside the modes that a claim expects of it."""
 
+from collections.abc import Sequence
+
 import numpy as np
-from scipy.linalg import cho_solve
 
 from fe_models.arrays import FloatArray
 from fe_models.recordings import Dataset
@@ -68,13 +69,29 @@ def track_of(dataset: Dataset, measured: Measured, fit: ModalFit, sizes: ErrorSi
 
 def common_errors(measured: Measured, fit: ModalFit, modes: ExpectedModes) -> FloatArray:
     """Return what any model gets wrong of the values (value,) of all modes, as the modes of all recordings have it."""
-    rows, free = fit.rows, free_values(measured, fit.pairs)
+    rows = fit.rows
     common = rows.by_row(fit.sizes, "")
-    alike = common * (rows.groups @ (rows.groups.T @ (common * cho_solve((fit.lower, True), fit.residual))))
+    alike = common * (rows.groups @ (rows.groups.T @ (common * fit.weighed)))
+    counts = rows.groups @ rows.groups.sum(axis=0)
+    return _by_value(measured, fit, modes, alike / counts)  # each row of a shared error has all of it
+
+
+def errors_of_state(measured: Measured, fit: ModalFit, modes: ExpectedModes, recordings: Sequence[int]) -> FloatArray:
+    """Return how far the values (value,) of all modes in some ``recordings`` of one state are, on average, from where
+    the claim has them beside what is wrong in all.
+    """
+    own = fit.rows.by_row(fit.sizes, "_varies") ** 2 * fit.weighed * np.isin(fit.rows.recording, recordings)
+    return _by_value(measured, fit, modes, own / max(len(recordings), 1))
+
+
+def _by_value(measured: Measured, fit: ModalFit, modes: ExpectedModes, by_row: FloatArray) -> FloatArray:
+    """Return the sums of what rows (row,) have of each value (value,) of the ``modes``."""
+    rows, free = fit.rows, free_values(measured, fit.pairs)
     place = np.broadcast_to(np.arange(free.shape[1]), free.shape)[free]
     own = np.flatnonzero(rows.mode < modes.space.count)
     found = np.zeros(modes.free.shape)
-    found[rows.mode[own], place[own]] = alike[own]
-    over_others = fit.pairs.reference != modes.reference[np.minimum(fit.pairs.mode, modes.space.count - 1)]
-    found[np.minimum(fit.pairs.mode[over_others], modes.space.count - 1), 2:] = 0.0
+    np.add.at(found, (rows.mode[own], place[own]), by_row[own])
+    there = fit.pairs.mode < modes.space.count
+    mode, reference = fit.pairs.mode[there], fit.pairs.reference[there]
+    found[mode[reference != modes.reference[mode]], 2:] = 0.0  # a shape over another entry
     return found[modes.free]

@@ -71,10 +71,15 @@ def track(claimed: Claimed, expected: Expectation, motions: Sequence[Followed], 
     return Track(discrepancy, claimed, expected, tuple(motions), found, residuals, marginal, float(evidence))
 
 
-def shortened(item: Track, most_values: float) -> Track:
-    """Return the track of the first part of all motions, of so many values, samples times modes and sensors, in all."""
-    space, motions = item.spaces[0], item.followed
-    samples = round(most_values / (space.count * len(space.shown)))
+def samples_in(item: Track, most_values: float) -> int:
+    """Return how many samples of a track's motions have so many values: each times modes and sensors."""
+    space = item.spaces[0]
+    return round(most_values / (space.count * len(space.shown)))
+
+
+def shortened(item: Track, samples: int) -> Track:
+    """Return the track of the first part of all motions, of so many ``samples`` in all."""
+    motions = item.followed
     longest = max(len(own.data) for own in motions)
     while longest > 1 and sum(min(len(own.data), longest) for own in motions) > samples:
         longest = int(longest * SHORTENING)

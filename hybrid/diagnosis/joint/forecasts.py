@@ -10,11 +10,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fe_models.recordings import Dataset
-from hybrid.diagnosis.discrepancy.config import DISCREPANCY
-from hybrid.diagnosis.discrepancy.expected_modes import Claimed, expectation_of
+from hybrid.diagnosis.discrepancy.config import DISCREPANCY, SETTLING
+from hybrid.diagnosis.discrepancy.expected_modes import Claimed, ExpectedModes, expectation_of
 from hybrid.diagnosis.discrepancy.forecasting import Forecaster
 from hybrid.diagnosis.discrepancy.modal_space import ModalSpace
-from hybrid.diagnosis.discrepancy.recorded_motions import noise_in
+from hybrid.diagnosis.discrepancy.recorded_motions import errors_of_state, noise_in
 from hybrid.diagnosis.fitting.config import FORECAST
 from hybrid.diagnosis.fitting.forecast_score import ForecastScore, joined, shown_of
 from hybrid.diagnosis.joint.found import Found, without_recordings
@@ -99,7 +99,7 @@ def forecasts_of(dataset: Dataset, drawn: Drawn, found: Found) -> Forecasts | No
     """Return the forecasts of the recordings for testing by the ``drawn`` structure, and with what was ``found``;
     without any, those of the recordings for training, each by what was fitted to others.
 
-    None where known forces drove them, or there is one alone.
+    None where known forces drove them, there is one alone, or the drawn structure has no modes.
     """
     if dataset.select("test"):
         parts = [(dataset, found)]
@@ -109,6 +109,8 @@ def forecasts_of(dataset: Dataset, drawn: Drawn, found: Found) -> Forecasts | No
         apart = [without_recordings(found, dataset, range(count)[number::folds]) for number in range(folds)]
         parts = [part for part in apart if part is not None]
     if not parts or any(recording.is_driven for recording in dataset.recordings):
+        return None
+    if not _drawn(dataset, drawn):
         return None
     each = [_forecasts(own, drawn, unseeing) for own, unseeing in parts]
     before, after = joined([part.before for part in each]), joined([part.after for part in each])
@@ -152,9 +154,14 @@ def _drawn(dataset: Dataset, drawn: Drawn) -> list[ModalSpace]:
 def _spaces(dataset: Dataset, found: Found) -> list[ModalSpace]:
     """Return the modes of each state that recordings distinguish, where recordings have them."""
     numbers = [number for number, recording in enumerate(dataset.select("train")) for _ in recording.data]
-    modes = found.track.expected.modes
-    states = {found.fit.claim.off(number): own for number, own in zip(numbers, modes, strict=True)}
-    return [own.space for own in states.values()]
+    claim, settled = found.fit.claim, found.track.discrepancy.whole <= SETTLING.most_whole
+    states: dict[tuple[int, ...], ExpectedModes] = {}
+    for number, own in zip(numbers, found.track.expected.modes, strict=True):
+        states.setdefault(claim.off(number), own)
+    if settled or found.law is not None:
+        return [own.space for own in states.values()]
+    each = {off: [number for number in dict.fromkeys(numbers) if claim.off(number) == off] for off in states}
+    return [own.by(errors_of_state(found.measured, found.fit, own, each[off])).space for off, own in states.items()]
 
 
 def _example(batch: Batch, before: Forecaster, after: Forecaster) -> Example:

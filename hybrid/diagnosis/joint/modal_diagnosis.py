@@ -51,7 +51,7 @@ def diagnosed(look: Look, tell: Callable[[str], object]) -> ModalDiagnosis:
         tell("force laws")
         claims, laws, motion = _with_motion(look, by_modes)
         tell("forecasts by modes")
-        if motion is not None:
+        if motion is not None and motion.found.law is None:  # a law would have to be taken along
             claims = replace(claims, gains=gains_of(look.dataset, claims.measured, claims.fits[0]))
         answer = concluded(claims, laws, motion)
     names = ", ".join(look.ambient)

@@ -61,6 +61,11 @@ class ModalFit:
         """The residual (row,) in units of all errors."""
         return np.asarray(solve_triangular(self.lower, self.residual, lower=True))
 
+    @property
+    def weighed(self) -> FloatArray:
+        """The inverse of the covariance of all rows times the residual, (row,)."""
+        return np.asarray(cho_solve((self.lower, True), self.residual))
+
 
 def fit_claim(
     measured: Measured,
@@ -89,7 +94,7 @@ def fit_claim(
         at_centre = residual + slopes[:, :first] @ total
         rows = rows_of(measured, claim, pairs, noise, slopes[:, :first], hypothesis, inflation)
         try:
-            if errors_too and number % 2 == 1:
+            if errors_too and number % 2 == 1 and len(pairs):
                 sizes = likeliest(rows, at_centre, sizes, FIT.error_iterations)
                 inflation = likeliest_inflation(rows, at_centre, sizes, pairs)
                 rows = rows_of(measured, claim, pairs, noise, slopes[:, :first], hypothesis, inflation)

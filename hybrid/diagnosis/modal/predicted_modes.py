@@ -69,7 +69,7 @@ def predicted_modes(
     roots, shapes = np.take_along_axis(form.roots, order, 1), np.take_along_axis(shapes, order[..., None], 1)
     falls = (roots.imag == 0) & (roots.real > STATE_SPACE.min_root_distance * np.abs(roots).max(axis=1, keepdims=True))
     stands = ~falls.any(axis=1)
-    if not stands.any():
+    if not stands.any() or (hardly_differ and not stands.all()):
         return None
     vibrating = (roots.imag > 0)[stands].all(axis=0)
     found = PredictedModes(roots[:, vibrating], shapes[:, vibrating], stands)

@@ -187,7 +187,9 @@ def _near_the_first(A: FloatArray) -> Eigen | None:
     D[:, every, every] = 0.0
     if not np.abs(D).max() < EIGENMODES.max_mixing:
         return None
-    return first + E[:, every, every], vectors + vectors @ D, inverse - D @ inverse
+    moved = E[:, every, every]
+    moved = np.where(first.imag == 0, moved.real, moved)  # a root that is real stays so
+    return first + moved, vectors + vectors @ D, inverse - D @ inverse
 
 
 def free_form(system: System, n: int) -> ModalForm:
