@@ -10,6 +10,7 @@ from hybrid.diagnosis.joint.conclusion import ModalDiagnosis
 from hybrid.diagnosis.joint.paired_modes import PairedMode
 from hybrid.diagnosis.learned.gain import Gain
 from hybrid.diagnosis.modal.config import LISTED
+from hybrid.diagnosis.outcome.extend_matrices import ExtendedMatrices
 from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.diagnosis.report import (
     calibration_table,
@@ -27,10 +28,8 @@ HEADLINES = {
     Verdict.PARTLY_EXPLAINED: "The simulation is wrong; what is named below explains the measured modes in part.",
     Verdict.UNEXPLAINED: "The simulation is wrong, and nothing on the list of causes explains the measured modes.",
 }
-BY_MODES = (
-    "by modes alone: force laws, drifts and harmonic forces, which modes do not show, were not looked for, and no"
-    " forecasts were made"
-)
+BY_MODES = "by modes alone: force laws, drifts and harmonic forces, which modes do not show, were not looked for"
+BY_LISTED_MODES = f"{BY_MODES}, and no forecasts were made"
 BY_MODES_AND_MOTION = "by modes and motion: drifts and harmonic forces were not looked for"
 DRAWN, EXTENDED_COLOUR = "#E69F00", "#0072B2"  # Okabe & Ito, as in the other pictures
 
@@ -99,7 +98,9 @@ def modal_summary(found: ModalDiagnosis, gain: Gain | None = None) -> str:
 
 def scope_of(found: ModalDiagnosis) -> str:
     """Return what was not looked for."""
-    return BY_MODES_AND_MOTION if found.has_motion else BY_MODES
+    if not found.has_motion:
+        return BY_LISTED_MODES
+    return BY_MODES if isinstance(found.extended, ExtendedMatrices) else BY_MODES_AND_MOTION
 
 
 def _row(mode: PairedMode) -> str:

@@ -15,7 +15,7 @@ from hybrid.diagnosis.discrepancy.size import Discrepancy
 from hybrid.diagnosis.discrepancy.tracking import Track, samples_in, shortened
 from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.errors import ErrorSizes
-from hybrid.diagnosis.modal.evidence import ModalFit
+from hybrid.diagnosis.modal.evidence import ModalFit, as_drawn
 from hybrid.diagnosis.recorded.batches import measured_columns
 
 
@@ -45,9 +45,8 @@ def laws_in(
     if beside or (claim.hypothesis.candidates and best.discrepancy.whole <= DISCREPANCY.usual_size):
         return replace(_of_all(_searched(best, found[0], samples), best), replaces_causes=False)
     measured, fit = drawn
-    as_drawn = replace(fit, claim=measured.null, theta=-measured.offset)
     bare = [
-        (track_of(dataset, measured, as_drawn, ErrorSizes()), measured),
+        (track_of(dataset, measured, as_drawn(measured, fit), ErrorSizes()), measured),
         (track_of(dataset, *found), found[0]),
     ]
     known = [(item, own) for item, own in bare if item is not None]

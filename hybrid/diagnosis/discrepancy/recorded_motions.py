@@ -7,7 +7,7 @@ import numpy as np
 from fe_models.arrays import FloatArray
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.discrepancy.config import DISCREPANCY
-from hybrid.diagnosis.discrepancy.expected_modes import Claimed, ExpectedModes, expectation_of
+from hybrid.diagnosis.discrepancy.expected_modes import Claimed, Expectation, ExpectedModes, expectation_of
 from hybrid.diagnosis.discrepancy.following import Followed, followed, likeliest
 from hybrid.diagnosis.discrepancy.size import STARTED
 from hybrid.diagnosis.discrepancy.tracking import Track, track
@@ -55,7 +55,7 @@ def track_of(dataset: Dataset, measured: Measured, fit: ModalFit, sizes: ErrorSi
         return None
 
     if sizes is None:  # its modes are where the recordings have them
-        expected = expected.by(common_errors(measured, fit, expected.modes[0]))
+        expected = as_identified(measured, fit, expected)
 
     def follow(item: tuple[ExpectedModes, tuple[int, FloatArray, FloatArray]]) -> Followed:
         modes, (_, data, noise) = item
@@ -67,13 +67,13 @@ def track_of(dataset: Dataset, measured: Measured, fit: ModalFit, sizes: ErrorSi
     return track(claimed, expected, known, size)
 
 
-def common_errors(measured: Measured, fit: ModalFit, modes: ExpectedModes) -> FloatArray:
-    """Return what any model gets wrong of the values (value,) of all modes, as the modes of all recordings have it."""
+def as_identified(measured: Measured, fit: ModalFit, expected: Expectation) -> Expectation:
+    """Return the modes moved by what any model gets wrong of them, as the modes of all recordings have it."""
     rows = fit.rows
     common = rows.by_row(fit.sizes, "")
     alike = common * (rows.groups @ (rows.groups.T @ (common * fit.weighed)))
-    counts = rows.groups @ rows.groups.sum(axis=0)
-    return _by_value(measured, fit, modes, alike / counts)  # each row of a shared error has all of it
+    each = alike / (rows.groups @ rows.groups.sum(axis=0))  # every row of a shared error has all of it
+    return expected.by(_by_value(measured, fit, expected.modes[0], each))
 
 
 def errors_of_state(measured: Measured, fit: ModalFit, modes: ExpectedModes, recordings: Sequence[int]) -> FloatArray:

@@ -21,9 +21,9 @@ SHORTENING = 0.95  # of motions, step by step, until all are short enough
 
 @dataclass(frozen=True, eq=False)
 class Track:
-    """All motions with one ``discrepancy``: what is ``claimed``, the ``expected`` modes, what was
-    ``followed``, what the filter ``found`` in each motion, its ``residuals``, white (time sensor,), and the evidence of
-    that, `Marginal`.
+    """All motions with one ``discrepancy``: what is ``claimed``, the ``expected`` modes, what was ``followed``, what
+    the filter ``found`` in each motion, its ``residuals``, white (time sensor,), the ``marginal`` that weighs these,
+    and the log ``evidence`` of all.
     """
 
     discrepancy: Discrepancy

@@ -12,10 +12,11 @@ from fe_models.errors import InputError
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.discrepancy.expected_modes import Claimed, expectation_of
 from hybrid.diagnosis.discrepancy.modal_space import ModalSpace
-from hybrid.diagnosis.discrepancy.recorded_motions import common_errors
+from hybrid.diagnosis.discrepancy.recorded_motions import as_identified
 from hybrid.diagnosis.fitting.config import FORECAST
 from hybrid.diagnosis.fitting.forecast_score import ForecastScore, shown_of
 from hybrid.diagnosis.joint.forecasts import scored_by
+from hybrid.diagnosis.joint.found import kept_for_testing
 from hybrid.diagnosis.modal.claim import Claim, Measured
 from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim
 from hybrid.diagnosis.modal.measured_modes import MeasuredModes
@@ -69,9 +70,7 @@ def _scores(
     spaces = [_space_of(dataset, unseeing, best, claim, theta, recording) for claim, theta in both]
     if any(space is None for space in spaces):
         return None
-    train = dataset.select("train")
-    apart = (replace(own, role="test") if place == recording else own for place, own in enumerate(train))
-    tested = replace(dataset, recordings=tuple(apart))
+    tested = kept_for_testing(dataset, [recording])
     without, within = (scored_by([space], unseeing, tested) for space in spaces if space is not None)
     return without, within
 
@@ -85,4 +84,4 @@ def _space_of(
     if fit is None:
         return None
     expected = expectation_of(Claimed(measured, fit, 1 / dataset.sampling_rate, (recording,)))
-    return None if expected is None else expected.modes[0].by(common_errors(measured, fit, expected.modes[0])).space
+    return None if expected is None else as_identified(measured, fit, expected).modes[0].space

@@ -20,7 +20,7 @@ from hybrid.diagnosis.joint.paired_modes import PairedMode, paired_modes
 from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.config import CONCLUSION
 from hybrid.diagnosis.modal.errors import ErrorSizes
-from hybrid.diagnosis.modal.evidence import ModalFit, misfit_of
+from hybrid.diagnosis.modal.evidence import ModalFit, as_drawn, misfit_of
 from hybrid.diagnosis.nominal.nominal_model import NominalModel
 from hybrid.diagnosis.observed.example import Example
 from hybrid.diagnosis.outcome.calibration import Calibrated, calibration_of
@@ -43,8 +43,8 @@ class ModalDiagnosis:
     stated; ``calibration`` of all nominal values; ``unexplained``: share of the drawn structure's misfit that is left;
     the ``states`` that recordings distinguish; every measured mode beside the structure's (``modes``); the ``extended``
     structure; ``notes``; ``seconds`` that it took; ``has_motion``: whether there were recordings, which show force
-    laws, too; ``forecasts`` of those for testing, None where none were made; ``groups``: how many of the findings, the
-    last ones, are groups that are off.
+    laws of structures, too; ``forecasts`` of those for testing, None where none were made; ``groups``: how many of the
+    findings, the last ones, are groups that are off.
     """
 
     verdict: Verdict
@@ -106,7 +106,7 @@ def concluded(claims: Claims, laws: LawSearch | None, motion: FoundMotion | None
     nominal, first = measured.nominal, best.nuisances
     theta = best.theta.copy()
     theta[:first] += measured.offset
-    drawn = replace(best, claim=measured.null, theta=-measured.offset)
+    drawn = as_drawn(measured, best)
     before, rows = misfit_of(measured, drawn, best), len(best.residual)
     beyond = max(misfit_of(measured, best) - rows, 0.0)  # of what chance leaves
     left = float(np.clip(beyond / max(before - rows, beyond, np.finfo(float).tiny), 0.0, 1.0))

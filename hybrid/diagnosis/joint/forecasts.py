@@ -5,7 +5,7 @@ them: a real structure's are some thousandths off those of any model.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from hybrid.diagnosis.fitting.forecast_score import ForecastScore, joined, shown
 from hybrid.diagnosis.joint.found import Found, without_recordings
 from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.errors import ErrorSizes
-from hybrid.diagnosis.modal.evidence import ModalFit
+from hybrid.diagnosis.modal.evidence import ModalFit, as_drawn
 from hybrid.diagnosis.observed.example import Example
 from hybrid.diagnosis.outcome.forecasts import share
 from hybrid.diagnosis.outcome.verdict import MATERIAL, NEAR, WHOLLY
@@ -110,17 +110,20 @@ def forecasts_of(dataset: Dataset, drawn: Drawn, found: Found) -> Forecasts | No
         parts = [part for part in apart if part is not None]
     if not parts or any(recording.is_driven for recording in dataset.recordings):
         return None
-    if not _drawn(dataset, drawn):
+    spaces = _drawn(dataset, drawn)
+    if not spaces:
         return None
-    each = [_forecasts(own, drawn, unseeing) for own, unseeing in parts]
+    each = [_forecasts(own, drawn[0], spaces, unseeing) for own, unseeing in parts]
     before, after = joined([part.before for part in each]), joined([part.after for part in each])
     return Forecasts(before, after, each[0].example, each[0].roles)
 
 
-def _forecasts(dataset: Dataset, drawn: Drawn, found: Found) -> Forecasts:
-    """Return the forecasts of the recordings for testing."""
+def _forecasts(dataset: Dataset, measured: Measured, drawn: Sequence[ModalSpace], found: Found) -> Forecasts:
+    """Return the forecasts of the recordings for testing; ``drawn``: the modes of the structure as it was drawn, that
+    of ``measured``.
+    """
     roles, train, test = _batches(dataset, found.measured)
-    before = Forecaster.of(_drawn(dataset, drawn), drawn[0].nominal, None, train, roles)
+    before = Forecaster.of(drawn, measured.nominal, None, train, roles)
     after = Forecaster.of(_spaces(dataset, found), found.measured.nominal, found.law, train, roles)
     return Forecasts(before.score(test), after.score(test), _example(test[0].take([0]), before, after), roles)
 
@@ -146,8 +149,7 @@ def _batches(dataset: Dataset, measured: Measured) -> tuple[SensorRoles, tuple[B
 def _drawn(dataset: Dataset, drawn: Drawn) -> list[ModalSpace]:
     """Return the modes of a structure as it was drawn."""
     measured, fit = drawn
-    as_drawn = replace(fit, claim=measured.null, theta=-measured.offset)
-    expected = expectation_of(Claimed(measured, as_drawn, 1 / dataset.sampling_rate, (0,), ErrorSizes()))
+    expected = expectation_of(Claimed(measured, as_drawn(measured, fit), 1 / dataset.sampling_rate, (0,), ErrorSizes()))
     return [] if expected is None else [modes.space for modes in expected.modes]
 
 

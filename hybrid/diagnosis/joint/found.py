@@ -53,8 +53,7 @@ def without_recordings(known: Found, dataset: Dataset, left_out: Sequence[int]) 
     """
     train = dataset.select("train")
     kept = [number for number in range(len(train)) if number not in left_out]
-    tested = (replace(own, role="test") if number in left_out else own for number, own in enumerate(train))
-    parted = replace(dataset, recordings=tuple(tested))
+    parted = kept_for_testing(dataset, left_out)
     measured = replace(known.measured, recordings=tuple(known.measured.recordings[number] for number in kept))
     claim, idle = known.fit.claim.within(kept)
     theta = known.fit.theta[known.fit.claim.hypothesis.parameters_of(idle)]
@@ -71,6 +70,12 @@ def without_recordings(known: Found, dataset: Dataset, left_out: Sequence[int]) 
         return None
     law = fit_law(item, measured.nominal, known.law.candidate, known.law.theta)
     return parted, Found(measured, fit, law.track, law)
+
+
+def kept_for_testing(dataset: Dataset, left_out: Sequence[int]) -> Dataset:
+    """Return the recordings for training of a dataset, those ``left_out``, by number, for testing."""
+    train = enumerate(dataset.select("train"))
+    return replace(dataset, recordings=tuple(replace(r, role="test") if n in left_out else r for n, r in train))
 
 
 def _settled_track(dataset: Dataset, measured: Measured, fit: ModalFit) -> Track | None:

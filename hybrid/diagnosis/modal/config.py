@@ -51,7 +51,7 @@ class OutlierConfig:
 class OutlyingConfig:
     """Measured modes whose identification errs by more than it says."""
 
-    degrees: float = 4.0  # of freedom of Student's distribution: one error in a hundred is beyond four times its size
+    degrees: float = 4.0  # of freedom of Student's distribution: beyond four times their size are 1.6 % of errors
     most: float = 1e4  # times the variance
     steps: int = 41
 

@@ -58,7 +58,9 @@ class ErrorSizes:
 
     @property
     def as_usual(self) -> "ErrorSizes":
-        """The sizes, none of them larger than is usual where all else is right: scales of groups are as they are."""
+        """The sizes, none of them larger than is usual where all else is right, the scale of single elements included;
+        the scales of groups and of an unknown change are as they are.
+        """
         usual, kept = ErrorSizes(), ("stiffness_scale", "mass_scale", "damping_scale", "change")
         return ErrorSizes(**{n: own if n in kept else min(own, getattr(usual, n)) for n, own in vars(self).items()})
 

@@ -115,14 +115,22 @@ def fit_claim(
     return best
 
 
-def refitted_errors(
-    measured: Measured, item: ModalFit, claim: Claim, iterations: int = FIT.error_iterations
-) -> ModalFit:
+def refitted_errors(measured: Measured, item: ModalFit, claim: Claim) -> ModalFit:
     """Return a fit's theta as one of another ``claim`` with the same causes, the sizes of errors fitted anew."""
-    changed = np.isin(item.rows.recording, claim.changed)
-    rows = replace(item.rows, changed=changed)
-    sizes = likeliest(rows, item.residual, item.sizes, iterations) if iterations else item.sizes
-    return _at(measured, claim, item.theta, sizes, item.pairs, rows, item.residual, item.slopes, item.inflation)
+    rows = replace(item.rows, changed=np.isin(item.rows.recording, claim.changed))
+    sizes = likeliest(rows, item.residual, item.sizes, FIT.error_iterations)
+    return with_errors(measured, replace(item, claim=claim, rows=rows), sizes)
+
+
+def with_errors(measured: Measured, item: ModalFit, sizes: ErrorSizes) -> ModalFit:
+    """Return a fit as it stands, but with other ``sizes`` of errors."""
+    rows, known = item.rows, (item.residual, item.slopes, item.inflation)
+    return _at(measured, item.claim, item.theta, sizes, item.pairs, rows, *known)
+
+
+def as_drawn(measured: Measured, item: ModalFit) -> ModalFit:
+    """Return a fit's claim and theta as those of the structure that was drawn; the rest is as it was."""
+    return replace(item, claim=measured.null, theta=-measured.offset)
 
 
 def _at(

@@ -42,7 +42,7 @@ def likeliest(rows: Rows, residual: FloatArray, start: ErrorSizes, iterations: i
     return sizes_of(found.x)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Likelihood:
     """How likely a ``residual`` (row,) of all ``rows`` is, by the sizes of errors."""
 

@@ -21,7 +21,7 @@ from hybrid.diagnosis.response.system import modal_form
 class PredictedModes:
     """``roots`` (variant, mode), rad/s, by frequency of the first variant, and ``shapes`` (variant, mode, sensor).
 
-    ``stands`` (variant,): whether the structure does, or else buckles.
+    ``stands`` (variant,): whether the structure does, or else buckles, and its roots and shapes mean nothing.
     """
 
     roots: ComplexArray

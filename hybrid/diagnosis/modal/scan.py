@@ -50,12 +50,8 @@ def scan(
     base: ModalFit,
     candidates: Sequence[Candidate],
     groups: Sequence[Recordings],
-    steps: Sequence[float] = SCAN.sizes,
 ) -> list[Trial]:
-    """Return the trials of all ``candidates`` in all ``groups`` of recordings, most promising first.
-
-    ``steps``: prior standard deviations from doing nothing at which each is tried.
-    """
+    """Return the trials of all ``candidates`` in all ``groups`` of recordings, most promising first."""
     taken = {candidate.key for candidate in base.claim.hypothesis.candidates}
     own = [candidate for candidate in candidates if shows_in_modes(candidate) and candidate.key not in taken]
     first, hypothesis = base.nuisances, base.claim.hypothesis
@@ -67,7 +63,7 @@ def scan(
     shown = sorted({recording for group in groups for recording in group})
 
     def tried(candidate: Candidate) -> list[Trial]:
-        moved = _moved(measured, base, candidate, total, sizes_of(candidate, steps), shown)
+        moved = _moved(measured, base, candidate, total, sizes_of(candidate), shown)
         if moved is None:
             return []
         sizes, residuals = moved
@@ -77,9 +73,9 @@ def scan(
     return sorted(found, key=lambda trial: -trial.gain)
 
 
-def sizes_of(candidate: Candidate, steps: Sequence[float]) -> FloatArray:
-    """Return the sizes (size,) at which a cause is tried, in bounds; ``steps``: in prior standard deviations."""
-    sizes = np.unique(np.concatenate([candidate.neutral[0] + np.array(steps) * candidate.width[0], candidate.far]))
+def sizes_of(candidate: Candidate) -> FloatArray:
+    """Return the sizes (size,) at which a cause is tried, in bounds."""
+    sizes = np.unique(np.concatenate([candidate.neutral[0] + np.array(SCAN.sizes) * candidate.width[0], candidate.far]))
     most = candidate.upper[0] if candidate.upper else np.inf
     return np.asarray(sizes[(sizes > candidate.lower[0]) & (sizes < most)])
 

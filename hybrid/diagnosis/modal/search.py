@@ -19,7 +19,7 @@ from hybrid.diagnosis.contest.posterior import NOTHING
 from hybrid.diagnosis.modal.claim import Claim, Measured
 from hybrid.diagnosis.modal.config import FIT, SCAN
 from hybrid.diagnosis.modal.errors import ErrorSizes
-from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim, refitted_errors
+from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim, refitted_errors, with_errors
 from hybrid.diagnosis.modal.paired_rows import Inflation
 from hybrid.diagnosis.modal.scan import Recordings, Trial, scan, shows_in_modes
 from hybrid.diagnosis.parallel import parallel_map
@@ -155,7 +155,7 @@ class Search:
             parts.append(([changed], replace(right, change=SCAN.remaining_change * base.sizes.change)))
         found = []
         for groups, sizes in parts:
-            almost = refitted_errors(self.measured, replace(base, sizes=sizes), base.claim, 0)
+            almost = with_errors(self.measured, base, sizes)
             trials = self._ranked(scan(self.measured, almost, self.candidates, groups))[: SCAN.polished]
             found += self._polished([_start(replace(base, sizes=right), trial) for trial in trials])
         return found
