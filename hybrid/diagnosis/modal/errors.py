@@ -28,7 +28,7 @@ class ErrorSizes:
     the scales of the stated uncertainties. The values given are prior medians.
     """
 
-    frequency: float = _size(2e-3, 1.2)  # careful models agree with what is measured to some thousandths, others to 2 %
+    frequency: float = _size(2e-3, 0.5)  # where all values are right, models agree to thousandths, seldom to 1 % only
     ratio: float = _size(5e-4, 1.2)
     shape: float = _size(1e-2, 1.2)  # a MAC of 0.999; ten times that are 0.95
     phase: float = _size(5e-3, 1.2)

@@ -197,14 +197,13 @@ def bounded(hypothesis: Hypothesis, theta: FloatArray, step: FloatArray) -> Floa
 
 def misfit_of(measured: Measured, item: ModalFit, errors: ModalFit | None = None) -> float:
     """Return the sum of squares of what a fit's theta leaves of all pairs, in units of what modes vary by from one
-    recording to the next and what their identification leaves open; ``errors``: the fit whose sizes count, or its own.
+    recording to the next and what their identification leaves open; ``errors``: the fit whose errors count, or its own.
     """
-    claim = item.claim
+    claim, known = item.claim, errors or item
     predicted, pairs = predicted_of(measured, claim, item.theta)
     if not len(pairs):
         return float("inf")
     values, noise = values_of(measured, pairs)
     residual, slopes = residual_of(measured, claim, pairs, values, predicted)
-    rows = rows_of(measured, claim, pairs, noise, slopes[:, : item.nuisances], claim.hypothesis)
-    varies = rows.varies((errors or item).sizes)
-    return float(np.sum(residual**2 / (np.diag(rows.noise) + varies**2)))
+    rows = rows_of(measured, claim, pairs, noise, slopes[:, : item.nuisances], claim.hypothesis, known.inflation)
+    return float(np.sum(residual**2 / (np.diag(rows.own_noise) + rows.varies(known.sizes) ** 2)))

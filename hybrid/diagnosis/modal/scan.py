@@ -111,10 +111,11 @@ def _moved(
             seen = measured.recordings[recording]
             here = np.flatnonzero(pairs.recording == recording)
             values = seen.over(_references(base, measured, recording))[0][pairs.measured[here]]
+            none = np.full(len(seen.log_omega), -1)
             modes_of = np.array(
                 [
-                    paired(seen, log, own, measured.orders)
-                    for log, own in zip(modes.log_omega, modes.shapes, strict=True)
+                    paired(seen, log, own, measured.orders) if stand else none
+                    for log, own, stand in zip(modes.log_omega, modes.shapes, modes.stands, strict=True)
                 ]
             )[:, pairs.measured[here]]
             known = np.minimum(pairs.mode[here], modes.roots.shape[1] - 1)

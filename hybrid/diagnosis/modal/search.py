@@ -260,7 +260,8 @@ def null_fit(measured: Measured) -> ModalFit | None:
         theta = -measured.offset
         if number:
             theta[:parts] += FIT.start_spread * rng.standard_normal(parts)
-        item = fit_claim(measured, measured.null, theta, ErrorSizes(), FIT.null_iterations)
+        sizes = ErrorSizes(element_scale=FIT.element_scales[number % len(FIT.element_scales)])
+        item = fit_claim(measured, measured.null, theta, sizes, FIT.null_iterations)
         found += [] if item is None else [item]
         best = max(found, key=lambda own: own.evidence, default=None)
         if best is None or best.sizes.are_usual:
