@@ -11,7 +11,7 @@ from scipy.sparse.linalg import SuperLU
 from fe_models.arrays import TINY, FloatArray
 from fe_models.assembly import linearise, unsupported
 from fe_models.base_motion import base_force, rigid_motion
-from fe_models.causes import DeadLoad, Effect, ForceLaw, TimeIntegration
+from fe_models.causes import Effect, ForceLaw, TimeIntegration
 from fe_models.causes.candidate import Changes
 from fe_models.causes.laws import force_laws, with_parts
 from fe_models.causes.modal_damping import replaced_ratios
@@ -26,10 +26,11 @@ from fe_models.nominal import damping_ratios
 from fe_models.recordings import Dataset, Sensor
 from fe_models.sensing import seen
 from fe_models.structure import Damping, Structure
-from fe_models.uncertain_parts import UncertainPart, uncertain_parts
+from fe_models.uncertain_parts import UncertainPart
 from hybrid.diagnosis.nominal.basis import basis_of
 from hybrid.diagnosis.nominal.config import NOMINAL, SCATTER
 from hybrid.diagnosis.nominal.coordinates import Coordinates
+from hybrid.diagnosis.nominal.felt_parts import felt_parts
 from hybrid.diagnosis.nominal.geometry import Geometry
 from hybrid.diagnosis.nominal.loads import KnownPlace, OnBase, known_places
 from hybrid.diagnosis.nominal.lowpass import highest_shown, lowpass_of
@@ -304,8 +305,8 @@ def nominal_model_of(dataset: Dataset) -> NominalModel:
         if kept is not None:  # as many as the recordings need, which nobody stated; the last counts for the others
             given = np.append(given, np.full(max(modes - len(given), 0), given[-1]))
         ratios = damping_ratios(tuple(given), modes)
-    ratios = replace_ratios(ratios, _settled(structure))
-    parts, changes = _felt_parts(structure)
+    ratios = replace_ratios(ratios, tuple((mode, 0.0) for mode, _ in replaced_ratios(structure)))  # as effects set them
+    parts, changes = felt_parts(structure)
     normal = assumed.uncertainty
     spread = [getattr(normal, part.quantity) for part in parts] + [normal.damping] * modes
     own_step = assumed.step if assumed.integrator == "newmark" else None
@@ -344,26 +345,3 @@ def _scattered(nominal: NominalModel, stiffness: float) -> NominalModel:
     scatter = scatter_of(nominal.structure, nominal.parts, shapes, omega, nominal.own_ratios[: nominal.size])
     own = np.full(len(scatter.changes), max(SCATTER.element_std_share * stiffness, NOMINAL.least_std))
     return replace(nominal, scatter=scatter, spread=np.append(nominal.spread, own))
-
-
-def _settled(structure: Structure) -> tuple[tuple[int, float], ...]:
-    """Return the modes whose damping ratio an effect has set: nothing comes on top there."""
-    return tuple((mode, 0.0) for mode, _ in replaced_ratios(structure))
-
-
-def _felt_parts(structure: Structure) -> tuple[tuple[UncertainPart, ...], tuple[csr_array, ...]]:
-    """Return the uncertain parts and what doubling each adds to M or K, less those whose mass nothing feels.
-
-    A dead load takes no part: what a heavier part makes of it is of second order.
-    """
-    effects = tuple(effect for effect in structure.effects if not isinstance(effect, DeadLoad))
-    structure = replace(structure, effects=effects)
-    mass, _, stiffness = unsupported(structure)
-    parts, changes = [], []
-    for part in uncertain_parts(structure):
-        doubled = unsupported(part.scaled(structure, 2.0))
-        change = csr_array(doubled[0] - mass if part.quantity == "mass" else doubled[2] - stiffness)
-        if part.quantity == "stiffness" or change.diagonal().sum() > NOMINAL.min_mass_share * mass.diagonal().sum():
-            parts.append(part)
-            changes.append(change)
-    return tuple(parts), tuple(changes)
