@@ -34,6 +34,9 @@ CHANGES_WITH_TIME = (
     " itself a radian, and {share:.1%} of what sensors show is of no mode of it: frequency or damping change with"
     " amplitude or time, or modes are missing, and no force law on the list explains that"
 )
+DOUBTED = (
+    "what {name} shows at {listed} Hz is that of no structure that has the other modes, too: it was given little weight"
+)
 MENTIONED = 0.02  # probability of a law that is mentioned all the same
 
 
@@ -200,6 +203,14 @@ def _notes(measured: Measured, best: ModalFit) -> tuple[str, ...]:
         if alone:
             listed = ", ".join(f"{frequency:.4g}" for frequency in sorted(alone))
             notes.append(f"{own.name} shows modes that are none of the structure's, at {listed} Hz")
+        doubted = [
+            np.exp(own.log_omega[mode]) / (2 * np.pi)
+            for (where, mode), factors in best.inflation.items()
+            if where == recording and mode in paired and factors[0] > CONCLUSION.doubted_sigma
+        ]
+        if doubted:
+            listed = ", ".join(f"{frequency:.4g}" for frequency in sorted(doubted))
+            notes.append(DOUBTED.format(name=own.name, listed=listed))
     scale = best.sizes.stiffness_scale
     if scale > CONCLUSION.worth_a_note:
         notes.append(f"stiffnesses are off by {scale:.0f} times what the dataset calls normal")

@@ -89,6 +89,7 @@ class ScanConfig:
     polishing_rounds: int = 6
     fitted: int = 4  # ... and those of them that are fitted whole
     kept: int = 2  # claims that the next cause is added to
+    further: float = 0.1  # probability, beforehand, of another cause beside one: groups' factors are fitted anyway
     min_gain: float = 0.0  # of the log posterior: what a further cause must bring
 
 
@@ -101,6 +102,7 @@ class ConclusionConfig:
     max_left_of_explained: float = 0.1  # of the drawn structure's misfit: ten times better is explained
     max_left_of_part: float = 0.5
     worth_a_note: float = 3.0  # times what was stated
+    doubted_sigma: float = 4.0  # times the error that identification states: as far off as a right frequency never is
 
 
 PAIRING = PairingConfig()

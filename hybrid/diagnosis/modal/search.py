@@ -73,13 +73,12 @@ class Search:
 
     def log_odds(self, claim: Claim) -> float:
         """Return the log probability of a claim before anything is measured, but for what all have in common."""
-        prior = 0.0
+        count = len(claim.acts) + bool(claim.changed)
+        prior = sum(float(np.log(SCAN.further if number else 1 - NOTHING)) for number in range(count))
         for candidate, acts in zip(claim.hypothesis.candidates, claim.acts, strict=True):
-            prior += float(np.log(1 - NOTHING)) + self.odds.log(candidate) + self._log_of(acts)
+            prior += self.odds.log(candidate) + self._log_of(acts)
         if claim.changed:
-            prior += (
-                float(np.log(1 - NOTHING)) - float(np.log(1 + len(self.odds.weights))) + self._log_of(claim.changed)
-            )
+            prior += self._log_of(claim.changed) - float(np.log(1 + len(self.odds.weights)))
         return prior
 
     def _log_of(self, acts: Recordings) -> float:
