@@ -60,14 +60,15 @@ def natural_modes(
 
 
 def mac(a: FloatArray | ComplexArray, b: FloatArray | ComplexArray) -> FloatArray:
-    """Return the modal assurance criterion (i, j) of shapes ``a`` (dof, i) with ``b`` (dof, j), real or complex.
+    """Return the modal assurance criterion (..., i, j) of shapes ``a`` (..., dof, i) with ``b`` (..., dof, j), real or
+    complex.
 
     MAC_ij = |a_i^H b_j|^2 / ((a_i^H a_i) (b_j^H b_j)): 1 for equal shapes of any scale, sign and phase, 0 for
     orthogonal ones (Allemang, Sound and Vibration 37(8), 2003).
     """
-    products = np.abs(a.conj().T @ b) ** 2
-    lengths = np.outer(np.sum(np.abs(a) ** 2, axis=0), np.sum(np.abs(b) ** 2, axis=0))
-    criterion: FloatArray = products / lengths
+    products = np.abs(a.conj().swapaxes(-2, -1) @ b) ** 2
+    squares = [np.sum(np.abs(shapes) ** 2, axis=-2) for shapes in (a, b)]
+    criterion: FloatArray = products / (squares[0][..., :, None] * squares[1][..., None, :])
     return criterion
 
 

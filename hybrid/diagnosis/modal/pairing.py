@@ -10,24 +10,28 @@ from hybrid.diagnosis.modal.measured_modes import MeasuredModes
 
 
 def paired(measured: MeasuredModes, log_omega: FloatArray, shapes: ComplexArray, orders: IntArray) -> IntArray:
-    """Return the number of each measured mode's own among those with ``log_omega`` (mode,) and ``shapes`` (mode,
-    sensor), -1 where it has none. ``orders`` (sensor,): 0, 1, 2 where displacement, velocity, acceleration is sensed.
+    """Return the number of each measured mode's own (..., measured) among those with ``log_omega`` (..., mode) and
+    ``shapes`` (..., mode, sensor), -1 where it has none. ``orders`` (sensor,): 0, 1, 2 where displacement, velocity,
+    acceleration is sensed.
     """
-    if not len(log_omega) or not len(measured.log_omega):
-        return np.full(len(measured.log_omega), -1)
-    criterion = mac(_displaced(measured.log_omega, measured.shapes, orders).T, _displaced(log_omega, shapes, orders).T)
+    found = np.full((*log_omega.shape[:-1], len(measured.log_omega)), -1)
+    if not found.shape[-1] or not log_omega.shape[-1]:
+        return found
+    own = _displaced(measured.log_omega, measured.shapes, orders)
+    criterion = mac(own.T, _displaced(log_omega, shapes, orders).swapaxes(-2, -1))
     if measured.shown is not None:
-        criterion[~measured.shown] = 1.0  # by frequency alone
-    apart = np.abs(measured.log_omega[:, None] - log_omega)
+        criterion[..., ~measured.shown, :] = 1.0  # by frequency alone
+    apart = np.abs(measured.log_omega[:, None] - log_omega[..., None, :])
     cost = (apart / PAIRING.frequency_scale) ** 2 + (1 - criterion) / PAIRING.mac_scale
     possible = (apart < PAIRING.max_frequency_difference) & (criterion > PAIRING.min_mac) & (cost < PAIRING.max_cost)
-    rows, columns = linear_sum_assignment(np.where(possible, cost, 2 * PAIRING.max_cost))
-    found = np.full(len(measured.log_omega), -1)
-    made = possible[rows, columns]
-    found[rows[made]] = columns[made]
+    cost = np.where(possible, cost, 2 * PAIRING.max_cost)
+    for variant in np.ndindex(found.shape[:-1]):
+        rows, columns = linear_sum_assignment(cost[variant])
+        made = possible[variant][rows, columns]
+        found[variant][rows[made]] = columns[made]
     return found
 
 
 def _displaced(log_omega: FloatArray, shapes: ComplexArray, orders: IntArray) -> ComplexArray:
-    """Return shapes (mode, sensor) of displacements, so that unlike sensors count alike."""
-    return np.asarray(shapes * np.exp(-np.outer(log_omega, orders)))
+    """Return shapes (..., mode, sensor) of displacements, so that unlike sensors count alike."""
+    return np.asarray(shapes * np.exp(-log_omega[..., None] * orders))

@@ -111,13 +111,11 @@ def _moved(
             seen = measured.recordings[recording]
             here = np.flatnonzero(pairs.recording == recording)
             values = seen.over(_references(base, measured, recording))[0][pairs.measured[here]]
-            none = np.full(len(seen.log_omega), -1)
-            modes_of = np.array(
-                [
-                    paired(seen, log, own, measured.orders) if stand else none
-                    for log, own, stand in zip(modes.log_omega, modes.shapes, modes.stands, strict=True)
-                ]
-            )[:, pairs.measured[here]]
+            modes_of = np.full((len(sizes), len(seen.log_omega)), -1)
+            modes_of[modes.stands] = paired(
+                seen, modes.log_omega[modes.stands], modes.shapes[modes.stands], measured.orders
+            )
+            modes_of = modes_of[:, pairs.measured[here]]
             known = np.minimum(pairs.mode[here], modes.roots.shape[1] - 1)
             modes_of = np.where(modes_of >= 0, modes_of, known)
             residuals[:, here] = values - modes.over(modes_of, pairs.reference[here])
