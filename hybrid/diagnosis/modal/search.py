@@ -165,8 +165,8 @@ class Search:
         return sorted(own, key=lambda trial: -(trial.gain + self.odds.log(trial.candidate) + self._log_of(trial.acts)))
 
     def _is_nominal(self, candidate: Candidate) -> bool:
-        """Return whether a candidate is a damping ratio, or the stiffness of what is uncertain as a whole: these are
-        fitted anyway.
+        """Return whether a candidate is a damping ratio, or the stiffness of elements that are uncertain as a whole:
+        these are fitted anyway. A single element may be off by more than any value, all the same.
         """
         if isinstance(candidate, ModeCandidate):
             return True
@@ -176,7 +176,7 @@ class Search:
         if part is None or candidate.kind != StiffnessChange.kind:
             return False
         own = candidate.location.get("elements") or [candidate.location["element"]]
-        return tuple(own) == tuple(self.measured.nominal.parts[part].elements)
+        return len(own) > 1 and tuple(own) == tuple(self.measured.nominal.parts[part].elements)
 
     def _polished(self, starts: Sequence[Start]) -> list[Start]:
         """Return the best of the starts after a few rounds of fitting, the sizes of errors as they were."""
