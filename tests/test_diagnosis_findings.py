@@ -26,18 +26,19 @@ from hybrid.diagnosis.outcome.findings import Parameter, sentence_of
 @pytest.mark.parametrize(
     ("cause", "words"),
     [
-        (AddedMass(3, 2.5), "Node 3 carries 2.5 kg more than the model has (negative: less)."),
+        (AddedMass(3, 2.5), "Node 3 carries 2.5 kg more than the model has."),
+        (AddedMass(3, -2.5), "Node 3 carries 2.5 kg less than the model has."),
         (CoulombFriction((3,), "x", 2.5), "Dry friction of 2.5 N acts at node 3 in x."),
         (CoulombFriction((3, 4), "x", 2.5), "Dry friction of 2.5 N acts between nodes 3 and 4 in x."),
         (QuadraticDamper((3,), "rz", 2.5), "Drag of 2.5 N m s^2/rad^2 acts at node 3 in rz."),
         (SensorDrift("a1", 2.5), "Sensor a1 drifts by 2.5 of its units a second."),
         (
             SupportSpring(3, "x", 2.5),
-            "Node 3 in x is held by 2.5 N/m that the model lacks (negative: it has too much).",
+            "Node 3 in x is held by 2.5 N/m that the model lacks.",
         ),
         (
             SupportSpring(3, "rz", 2.5),
-            "Node 3 in rz is held by 2.5 N m/rad that the model lacks (negative: it has too much).",
+            "Node 3 in rz is held by 2.5 N m/rad that the model lacks.",
         ),
         (
             GapStop((3,), "y", 0.01, 2.5, -1),

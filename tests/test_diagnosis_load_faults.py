@@ -75,9 +75,7 @@ def test_segments_take_what_a_late_load_was_from_beyond_their_ends(delay: float)
 
 def test_sentences_say_which_load_and_what_to_check() -> None:
     late = LoadDelay((5, "x"), 0.002).sentence({"delay": "0.002 s"}, STOREYS)
-    assert late == (
-        "The recorded load at node 5 in x is late by 0.002 s (negative: early) beside the sensors: check its clock."
-    )
+    assert late == ("The recorded load at node 5 in x is late by 0.002 s beside the sensors: check its clock.")
     assert LoadDelay((5, "x"), 0.002).location == {"load": [5, "x"]}
     gain = LoadGain("base", 1.1).sentence({"factor": "1.1"}, STOREYS)
     assert gain == "The recorded motion of the base is 1.1 times what acts: check its unit, calibration and sign."

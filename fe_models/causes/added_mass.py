@@ -23,7 +23,8 @@ class AddedMass(Searched, Part):
     """A mass (kg; negative: removed) at a node, felt by its translations: M_ii += mass."""
 
     kind: ClassVar[str] = "added_mass"
-    template: ClassVar[str] = "{place} carries {mass} more than the model has (negative: less)"
+    template: ClassVar[str] = "{place} carries {mass} more than the model has"
+    negative_template: ClassVar[str] = "{place} carries {mass} less than the model has"
     node: int
     mass: float = parameter("kg")
 

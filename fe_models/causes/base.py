@@ -41,11 +41,12 @@ class Cause(ABC):
 
     A class with a ``kind`` of its own is a cause that files may name and a diagnosis may find. ``template``: what it
     does, for its `sentence`, with its place as "{place}" or, after a preposition, "{at}", and its parameters by their
-    words.
+    words; ``negative_template``: the same where these are negative, without their signs.
     """
 
     kind: ClassVar[str]
     template: ClassVar[str]
+    negative_template: ClassVar[str] = ""
 
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
@@ -60,7 +61,10 @@ class Cause(ABC):
 
         ``values``: each parameter, with uncertainty and unit, in words; ``structure``: the nominal one.
         """
-        return sentence(self.template, self.location, **values)
+        negative = bool(self.negative_template) and all(own.startswith("-") for own in values.values())
+        if negative:
+            values = {word: own.removeprefix("-") for word, own in values.items()}
+        return sentence(self.negative_template if negative else self.template, self.location, **values)
 
     @property
     def location(self) -> dict[str, Any]:

@@ -16,7 +16,8 @@ class LoadDelay(LoadEffect):
     """A load whose clock is off: what was recorded is f(t - delay) of what acts, f(t); delay > 0 being late."""
 
     kind: ClassVar[str] = "load_delay"
-    template: ClassVar[str] = "{place} is late by {delay} (negative: early) beside the sensors: check its clock"
+    template: ClassVar[str] = "{place} is late by {delay} beside the sensors: check its clock"
+    negative_template: ClassVar[str] = "{place} is early by {delay} beside the sensors: check its clock"
     quantity: ClassVar[Literal["gain", "delay"]] = "delay"
     delay: float = parameter("s")
 

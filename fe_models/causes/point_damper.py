@@ -21,7 +21,8 @@ class PointDamper(Searched, Part):
     """
 
     kind: ClassVar[str] = "point_damper"
-    template: ClassVar[str] = "a damper of {coefficient} acts {at} (negative: the model has too much damping there)"
+    template: ClassVar[str] = "a damper of {coefficient} acts {at}"
+    negative_template: ClassVar[str] = "the model has {coefficient} of damping too much {at}"
     nodes: tuple[int] | tuple[int, int]
     direction: Direction
     coefficient: float = parameter("N s/m", "N m s/rad")

@@ -24,7 +24,8 @@ class SensorDelay(SensorEffect):
     """
 
     kind: ClassVar[str] = "sensor_delay"
-    template: ClassVar[str] = "{place} is late by {delay} (negative: early): check its clock"
+    template: ClassVar[str] = "{place} is late by {delay}: check its clock"
+    negative_template: ClassVar[str] = "{place} is early by {delay}: check its clock"
     quantity: ClassVar[Literal["gain", "delay", "drift"]] = "delay"
     delay: float = parameter("s")
 

@@ -37,7 +37,8 @@ class SupportSpring(Searched, Part):
     """
 
     kind: ClassVar[str] = "support_spring"
-    template: ClassVar[str] = "{place} is held by {stiffness} that the model lacks (negative: it has too much)"
+    template: ClassVar[str] = "{place} is held by {stiffness} that the model lacks"
+    negative_template: ClassVar[str] = "{place} is held by {stiffness} less than in the model"
     node: int
     direction: Direction
     stiffness: float = parameter("N/m", "N m/rad")
@@ -67,8 +68,9 @@ class SupportSpring(Searched, Part):
 
     def sentence(self, values: Mapping[str, str], structure: Structure) -> str:
         """Return the sentence: of a support that is too soft, or of a spring that the model lacks."""
-        template = SOFT_SUPPORT_TEMPLATE if self.is_support_of(structure) else self.template
-        return sentence(template, self.location, **values)
+        if self.is_support_of(structure):
+            return sentence(SOFT_SUPPORT_TEMPLATE, self.location, **values)
+        return super().sentence(values, structure)
 
     def is_support_of(self, structure: Structure) -> bool:
         """Return whether it takes the place of a support of a structure."""

@@ -15,7 +15,7 @@ from hybrid.diagnosis.discrepancy.laws_in_recordings import Left
 from hybrid.diagnosis.joint.forecasts import Forecasts, FoundMotion
 from hybrid.diagnosis.joint.look import surely_off
 from hybrid.diagnosis.joint.modal_findings import LISTED as LISTED_RIVAL
-from hybrid.diagnosis.joint.modal_findings import State, findings_of, law_finding, states_of
+from hybrid.diagnosis.joint.modal_findings import State, by_importance, findings_of, law_finding, states_of
 from hybrid.diagnosis.joint.paired_modes import PairedMode, paired_modes
 from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.config import CONCLUSION
@@ -115,7 +115,7 @@ def concluded(claims: Claims, laws: LawSearch | None, motion: FoundMotion | None
     left = float(np.clip(beyond / max(before - rows, beyond, np.finfo(float).tiny), 0.0, 1.0))
     local = findings_of(measured, fits, probability, before, claims.gains)
     if after is not None:
-        local = tuple(_beside_unknown(finding, after, len(measured.recordings)) for finding in local)
+        local = by_importance([_beside_unknown(finding, after, len(measured.recordings)) for finding in local])
     if laws is not None and found is not None and found.law is not None:
         local = (law_finding(measured, laws, found), *local)
     groups = _groups_off(measured, best)

@@ -57,7 +57,12 @@ def findings_of(
         share = float(np.clip((without - own) / max(nominal_misfit, without, np.finfo(float).tiny), 0.0, 1.0))
         finding = _finding(measured, fits, probability, number, share)
         found.append(replace(finding, gain=(gains or {}).get(number)))
-    return tuple(sorted(found, key=lambda finding: -finding.explains))
+    return by_importance(found)
+
+
+def by_importance(findings: Sequence[Finding]) -> tuple[Finding, ...]:
+    """Return findings by what each explains, as surely as it does."""
+    return tuple(sorted(findings, key=lambda finding: -finding.explains * finding.probability))
 
 
 def law_finding(measured: Measured, laws: LawSearch, found: Found) -> Finding:
