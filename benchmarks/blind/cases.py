@@ -1,15 +1,11 @@
 """Blind cases with fresh seeds: drawn, diagnosed, answered by the peers, and only then held against the truth."""
 
 import time
-from collections.abc import Callable, Generator, Iterable, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, wait
+from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import islice
-from multiprocessing import get_context
 
-from pebble import ProcessPool
 from threadpoolctl import threadpool_limits
 
 from benchmarks.blind.judging import Judgement, judge
@@ -22,6 +18,7 @@ from fe_models.causes import TimeIntegration
 from fe_models.errors import InputError
 from hybrid.diagnosis.config import THREADS
 from hybrid.diagnosis.diagnosis import diagnose
+from hybrid.fleet.processes import in_processes
 
 NOTHING = "nothing"  # the word for a clean case
 CERTIFICATE_SEED = 20_000_000  # seeds from here on are the certificate's alone, so that nobody works towards them
@@ -152,28 +149,3 @@ def all_done(
             found.append(ready.result())
             finished(found)
     return sorted(found, key=lambda result: wanted.index(result.task))
-
-
-def in_processes(
-    wanted: Iterable[Task], jobs: int, work: Callable[[Task], BlindResult] = done, limit: float | None = None
-) -> Generator[tuple[Task, Future[BlindResult]], None, None]:
-    """Give each task with the result of the ``work`` on it, whichever is ready first, from ``jobs`` processes.
-
-    The result raises what the work raised, `TimeoutError` where it took more than ``limit`` (s), and
-    `pebble.ProcessExpired` where its process died; the other tasks go on. The next task is asked for when a process is
-    free for it.
-    """
-    coming = iter(wanted)
-    pool = ProcessPool(jobs, context=get_context("spawn"))
-    running: dict[Future[BlindResult], Task] = {}
-    try:
-        while True:
-            for task in islice(coming, jobs - len(running)):
-                running[pool.schedule(work, (task,), timeout=limit)] = task
-            if not running:
-                return
-            for ready in wait(running, return_when=FIRST_COMPLETED).done:
-                yield running.pop(ready), ready
-    finally:
-        pool.stop()
-        pool.join()

@@ -1,15 +1,13 @@
 """The certificate's run: cases in processes of their own, each kept as soon as it is done, and the page at the end."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import Future
-from contextlib import closing
+from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
-from time import monotonic
 
 from pebble import ProcessExpired
 
-from benchmarks.blind.cases import BlindResult, Task, done, in_processes
+from benchmarks.blind.cases import BlindResult, Task, done
 from benchmarks.certificate import counts, page
 from benchmarks.certificate.code import Code, code_of
 from benchmarks.certificate.counts import Certificate, certificate
@@ -18,6 +16,8 @@ from benchmarks.certificate.plan import Column, interleaved
 from benchmarks.certificate.record import Record, begin, keep, kept
 from fe_models.errors import InputError
 from fe_models.files.atomic import write_json, write_text
+from hybrid.fleet.engine import Answer, completed
+from hybrid.fleet.processes import in_processes
 
 LIMIT = 7200.0  # s, on a machine that may do other work as well; a case beyond is ended and counts as having no report
 
@@ -44,17 +44,16 @@ def run(
         raise InputError(f"{own.words}: commit or stash them, or give --dirty, which the page then states")
     begin(folder, own, columns)
     tasks = interleaved(columns)
-    records = kept(folder, tasks)
-    advance(len(records), len(tasks))
-    missing = [task for task in tasks if task not in records]
-    with closing(in_processes(_until(missing, minutes), jobs, work, LIMIT)) as coming:
-        for task, ready in coming:
-            record = _record(ready, jobs)
-            if code() != own:
-                raise InputError(f"the code changed while cases of {own.words} ran; check that commit out to go on")
-            keep(folder, task, record)
-            records[task] = record
-            advance(len(records), len(tasks))
+
+    def keep_record(task: Task, ready: Answer[BlindResult]) -> Record:
+        record = _record(ready, jobs)
+        if code() != own:
+            raise InputError(f"the code changed while cases of {own.words} ran; check that commit out to go on")
+        keep(folder, task, record)
+        return record
+
+    answers = partial(in_processes, jobs=jobs, work=work, limit=LIMIT)
+    records = completed(tasks, kept(folder, tasks), answers, keep_record, minutes=minutes, advance=advance)
     return certificate(own, columns, records)
 
 
@@ -66,16 +65,7 @@ def write(found: Certificate, folder: Path) -> tuple[Path, Path]:
     return numbers, text
 
 
-def _until(tasks: Iterable[Task], minutes: float | None) -> Iterator[Task]:
-    """Give tasks until so many minutes have passed."""
-    begun = monotonic()
-    for task in tasks:
-        if minutes is not None and monotonic() - begun >= 60 * minutes:
-            return
-        yield task
-
-
-def _record(ready: Future[BlindResult], jobs: int) -> Record:
+def _record(ready: Answer[BlindResult], jobs: int) -> Record:
     """Return what to keep of a case; whatever ended it without a report is counted by its name."""
     judgement, failure = None, ""
     try:

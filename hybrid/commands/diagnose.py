@@ -1,11 +1,16 @@
 """The sub-command `diagnose`: name what a simulation gets wrong, extend the model, measure the gain."""
 
-from typing import Annotated
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from fe_models.errors import raise_faults
 from hybrid.commands.console import command_line, print_notes, say, words_of
-from hybrid.commands.options import DatasetFile, Out, Quiet
+from hybrid.commands.options import Out, Quiet
+
+if TYPE_CHECKING:
+    from hybrid.fleet.diagnosed_file import Options
 
 Hybrid = Annotated[
     bool,
@@ -21,12 +26,30 @@ Modes = Annotated[
         " far from its drawing. Left out, a first look at the modes decides.",
     ),
 ]
-
-HYBRID_OF_MATRICES = "a diagnosis of matrices trains no hybrid models; use hybrid-modal train"
+Jobs = Annotated[
+    int | None,
+    typer.Option(
+        min=1, help="Of several datasets: how many at a time, a process of one thread each. [default: one a core]"
+    ),
+]
+Scheduler = Annotated[
+    str | None,
+    typer.Option(help="Of several datasets: have the workers of this Dask scheduler do them, such as tcp://HOST:8786."),
+]
+Datasets = Annotated[
+    list[Path],
+    typer.Argument(help="The dataset's TOML file; several, or folders of them, are a fleet.", show_default=False),
+]
 
 
 def diagnose(
-    dataset: DatasetFile, out: Out, hybrid: Hybrid = False, modes: Modes = False, quiet: Quiet = False
+    dataset: Datasets,
+    out: Out,
+    hybrid: Hybrid = False,
+    modes: Modes = False,
+    jobs: Jobs = None,
+    scheduler: Scheduler = None,
+    quiet: Quiet = False,
 ) -> None:
     """Diagnose a chain, a frame or matrices by groups from recordings.
 
@@ -47,54 +70,50 @@ def diagnose(
     OUT/extended_model.toml  the structure with the findings, which every command accepts as a model
     OUT/what_is_wrong.png    a test recording beside both models' forecasts, and the spectra of their errors
     OUT/modes.png            measured modes beside the structure's, where these were the evidence
+    OUT/fleet.html, .json    of several datasets: the table of all answers; their files are in OUT/NAME
+
+    Several datasets, or a folder in which they are, go into folders of their own within OUT, and OUT/fleet.html has all
+    answers in one table. What is done is not done again: the same command goes on after an interruption. A dataset
+    that cannot be diagnosed has its error in its row, and the exit status is then 1.
 
     \b
     Example:
       hybrid-modal diagnose runs/chain/dataset.toml --out runs/chain/diagnosis
+      hybrid-modal diagnose bridges --out runs/bridges --jobs 4
     """
-    from fe_models.errors import InputError, noting, raise_faults
-    from fe_models.files.dataset_file import load_dataset
-    from fe_models.files.inputs import files_read
-    from fe_models.linear import LinearModel
-    from fe_models.progress import progress_bar, stage_bar
-    from hybrid.diagnosis.stage_names import STAGE_NAMES
-    from hybrid.result_sets import diagnosis_in
+    from hybrid.fleet.datasets import is_fleet
+    from hybrid.fleet.diagnosed_file import Options
 
+    options = Options(hybrid, modes)
     with command_line(quiet) as result:
-        faults = list[str]()
-        noting(faults, "--out", diagnosis_in(out).check, files_read(dataset))
-        data = noting(faults, "", load_dataset, dataset, dead_channels=True)
-        raise_faults(faults)
-        assert data is not None  # else there were faults
-        if hybrid and isinstance(data.model, LinearModel):
-            raise InputError(f"--hybrid: {HYBRID_OF_MATRICES}")
-        print_notes(data)
-        if hybrid and not data.recordings:
-            raise InputError("--hybrid: training needs recordings, and the dataset has only modes; leave it out")
-        with stage_bar(STAGE_NAMES) as begin:
-            begin("loading")
-            from hybrid.diagnosis import diagnosis  # only now: it takes longer to load than a mistake to be reported
-            from hybrid.diagnosis.answer import answer_in_words
-            from hybrid.diagnosis.joint.modal_diagnosis import diagnose_modes
-            from hybrid.diagnosis.report_files import add_gain, save_diagnosis
+        if is_fleet(dataset):
+            from hybrid.commands.fleet import diagnose_fleet
 
-            found = diagnose_modes(data, begin) if modes else diagnosis.diagnose(data, begin)
-        say(save_diagnosis(found, out))  # now: the training below takes minutes
-        gain = None
-        if hybrid:
-            from hybrid.diagnosis.learned.gain import hybrid_gain
-            from hybrid.diagnosis.learned.learning import learning_preset
+            status = diagnose_fleet(dataset, out, options, jobs, scheduler)
+            result(out / "fleet.html")
+        else:
+            raise_faults(_of_fleets_alone(jobs=jobs, scheduler=scheduler))
+            status = 0
+            _diagnose(dataset[0], out, options)
+            result(out / "report.json")
+    if status:
+        raise SystemExit(status)
 
-            epochs = 2 * learning_preset(data.model).training.epochs  # of two models
-            with progress_bar("training hybrid models", epochs, "epoch") as bar:
-                gain = hybrid_gain(data, found, advance=bar.update)
-            add_gain(found, gain, out)
-        given = words_of("diagnose", dataset, out)
-        given += ["--hybrid"] * hybrid + ["--modes"] * modes
-        from hybrid.report.diagnosis_page import page_from_files
-        from hybrid.report.page_files import save_page
 
-        say(save_page(diagnosis_in(out), lambda: page_from_files(found, data, given, dataset, gain)))
-        print(answer_in_words(found, gain))
-        print(f"Results: {out}")
-        result(out / "report.json")
+def _diagnose(dataset: Path, out: Path, options: "Options") -> None:
+    from hybrid.fleet.diagnosed_file import diagnosed_file
+
+    words = [*words_of("diagnose", dataset, out), *options.words]
+    done = diagnosed_file(dataset, out, options, words, read=print_notes, say=say)
+    from hybrid.diagnosis.answer import answer_in_words
+
+    print(answer_in_words(done.found, done.gain))
+    print(f"Results: {out}")
+
+
+def _of_fleets_alone(**given: object) -> list[str]:
+    return [
+        f"--{name} has no effect on one dataset: it goes with several, or a folder of them"
+        for name, value in given.items()
+        if value is not None
+    ]

@@ -48,10 +48,13 @@ class Bullets:
 
 @dataclass(frozen=True)
 class Cell:
-    """A cell of a table; ``value``: the number by which its column is sorted, None of text."""
+    """A cell of a table; ``value``: the number by which its column is sorted, None of text; ``href``: where its text
+    leads, relative to the page.
+    """
 
     text: str
     value: float | None = None
+    href: str = ""
 
 
 @dataclass(frozen=True)

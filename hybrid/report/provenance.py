@@ -43,8 +43,12 @@ def provenance_of(command: Sequence[str], dataset: Path, seed: str, seconds: flo
     """Return where an answer from the ``dataset`` file comes from, by the words of a ``command``; files are named
     relative to it.
     """
-    inputs = tuple(_input(path, dataset.parent) for path in files_read(dataset))
-    return Provenance(shlex.join(command), inputs, versions(), datetime.now().astimezone(), seed, seconds)
+    return Provenance(shlex.join(command), inputs_of(dataset), versions(), datetime.now().astimezone(), seed, seconds)
+
+
+def inputs_of(dataset: Path) -> tuple[InputFile, ...]:
+    """Return the files that a diagnosis of the ``dataset`` file reads."""
+    return tuple(_input(path, dataset.parent) for path in files_read(dataset))
 
 
 def in_python(call: str, seed: str, seconds: float) -> Provenance:
