@@ -86,6 +86,6 @@ def test_where_no_scheduler_answers_one_line_says_so(monkeypatch: pytest.MonkeyP
     pytest.importorskip("distributed", reason="needs pip install 'hybrid-modal[fleet]'")
     monkeypatch.setattr(cluster, "ANSWER_WITHIN", 2.0)
     begun = time.monotonic()
-    with pytest.raises(InputError, match="no scheduler answers there .*such as tcp://"):
+    with pytest.raises(InputError, match=r"no scheduler answers there .*such as tcp://"):
         list(on_cluster([1], "tcp://127.0.0.1:1", breaking))
     assert time.monotonic() - begun < 60
