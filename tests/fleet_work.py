@@ -5,6 +5,7 @@ import signal
 import time
 from pathlib import Path
 
+from fe_models.progress import progress_bar, silent
 from hybrid.fleet.processes import THREADS
 
 BAD, DEADLY, ENDLESS = -1, -2, -3
@@ -47,7 +48,9 @@ def with_log(task: tuple[str, int]) -> int:
     path, number = task
     with Path(path).open("a") as file:
         file.write(f"{number}\n")
-    time.sleep(0.2)
+    with silent(), progress_bar("squaring", 1) as bar:
+        time.sleep(0.2)
+        bar.update()
     return square(number)
 
 

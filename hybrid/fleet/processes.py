@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from itertools import islice
 from multiprocessing import get_context, parent_process
 from multiprocessing.connection import wait as ended
-from threading import Thread
+from threading import RLock, Thread
 
 from pebble import ProcessPool
 
@@ -81,8 +81,10 @@ def _begin() -> None:
     for name in THREADS:  # of libraries that are not loaded yet
         os.environ[name] = "1"
     from threadpoolctl import threadpool_limits
+    from tqdm import tqdm
 
     threadpool_limits(1)  # of those that are
+    tqdm.set_lock(RLock())  # its own is a semaphore of the system, about which who ends so is scolded
     Thread(target=_end_with_parent, daemon=True).start()
 
 
