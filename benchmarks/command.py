@@ -59,6 +59,7 @@ def benchmark(
     OUT/blind.json             with --blind: the table, the confusion matrix, the calibration curve, every case
     OUT/blind_confusion.png    which kinds were hidden, which were named first
     OUT/blind_calibration.png  how many of the findings named at a probability are right
+    OUT/next.json              with --next: how many open cases the advised measurement resolves, and a random one
     OUT/blind_rates.json, .png with --rates: how the rates fall with noise and size
     OUT/cases/                 with --certificate: what is kept of each case
     docs/certificate.md, .json with --certificate: rates with intervals, probabilities and times, of the clone that runs
@@ -73,6 +74,8 @@ def benchmark(
         folder = out or Path("runs/benchmark")
         if cases.blind is not None:
             result(_blind(cases, cases.blind, seed, jobs or 1, folder))
+        elif cases.next is not None:
+            result(_next(cases.next, seed, folder))
         elif cases.rates is not None:
             result(_rates(cases, cases.rates, seed, jobs or 1, folder))
         else:
@@ -104,6 +107,14 @@ def _blind(given: BlindOptions, count: int, seed: int, jobs: int, folder: Path) 
     peers = tuple(PEERS) if given.peers and config.excitation == "free" else ()
     run_blind(cases, peers, jobs, folder)
     return folder / "blind.json"
+
+
+def _next(count: int, seed: int, folder: Path) -> Path:
+    """Measure cases again that are left open, until there are ``count`` of them."""
+    from benchmarks.next_measurement.run import run_next
+
+    run_next(count, seed, folder)
+    return folder / "next.json"
 
 
 def _rates(given: BlindOptions, count: int, seed: int, jobs: int, folder: Path) -> Path:

@@ -30,6 +30,13 @@ class BlindOptions:
     blind: Annotated[
         int | None, typer.Option(min=1, help="Instead: this many cases with a hidden effect, diagnosed blind.")
     ] = None
+    next: Annotated[
+        int | None,
+        typer.Option(
+            min=1,
+            help="Instead: this many cases that few sensors leave open, measured again as advised and at random.",
+        ),
+    ] = None
     rates: Annotated[
         int | None, typer.Option(min=1, help="Instead: so many of each noise and size, to see how the rates fall.")
     ] = None

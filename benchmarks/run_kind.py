@@ -1,4 +1,4 @@
-"""What the options of `hybrid-modal benchmark` ask for: one of four runs, and the options that each of them heeds."""
+"""What the options of `hybrid-modal benchmark` ask for: one of five runs, and the options that each of them heeds."""
 
 from collections.abc import Mapping
 from enum import Enum
@@ -14,6 +14,7 @@ class RunKind(Enum):
     TABLE = ""
     BLIND = "--blind"
     RATES = "--rates"
+    NEXT = "--next"
     CERTIFICATE = "--certificate"
 
 
@@ -25,6 +26,7 @@ HEEDED: dict[RunKind, frozenset[str]] = {
     RunKind.TABLE: frozenset({"only", "modal_model", "recordings", "seed", "quick"}),
     RunKind.BLIND: CASES | {"noise", "noisy", "changed", "step", "train", "sensors", "peers"},
     RunKind.RATES: CASES,
+    RunKind.NEXT: frozenset({"seed"}),
     RunKind.CERTIFICATE: frozenset({"jobs", "minutes", "dirty"}),
 }
 """Names of the parameters that each run heeds, beside those that all do."""
@@ -44,7 +46,9 @@ def run_kind(given: Mapping[str, Any]) -> RunKind:
 def _useless(name: str, value: object, kind: RunKind) -> str:
     negated = "no-" if value is False else ""
     here = f"with {kind.value}" if kind.value else "in the table"
-    homes = [other.value or "none of --blind, --rates, --certificate" for other in RunKind if name in HEEDED[other]]
+    homes = [
+        other.value or "none of --blind, --rates, --next, --certificate" for other in RunKind if name in HEEDED[other]
+    ]
     return f"--{negated}{name.replace('_', '-')} has no effect {here}: it goes with {' or '.join(homes)}"
 
 

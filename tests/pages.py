@@ -12,7 +12,7 @@ import numpy as np
 import fe_models as fe
 from fe_models.causes import StiffnessChange
 from fe_models.causes.base import Effect
-from fe_models.recordings import Dataset, Sensor
+from fe_models.recordings import Dataset
 from hybrid.diagnosis.contest.posterior import Posterior
 from hybrid.diagnosis.fitting.forecast_score import ForecastScore
 from hybrid.diagnosis.fitting.least_squares import Fit
@@ -20,9 +20,11 @@ from hybrid.diagnosis.joint.conclusion import ModalDiagnosis
 from hybrid.diagnosis.joint.forecasts import Forecasts
 from hybrid.diagnosis.joint.modal_findings import State
 from hybrid.diagnosis.joint.paired_modes import PairedMode
+from hybrid.diagnosis.next_measurement.hypotheses import Cause
+from hybrid.diagnosis.next_measurement.measurements import Measurement
+from hybrid.diagnosis.next_measurement.recommendation import NextMeasurement, Option
 from hybrid.diagnosis.observed.example import Example
 from hybrid.diagnosis.observed.observations import Modes, Observations
-from hybrid.diagnosis.outcome.advice import Advice
 from hybrid.diagnosis.outcome.calibration import Calibrated
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
 from hybrid.diagnosis.outcome.findings import NOT_ON_THE_LIST, Alternative, Finding, Parameter, sentence_of
@@ -167,11 +169,15 @@ def answer_by_series(dataset: Dataset, *findings: Finding, verdict: Verdict = Ve
         for candidates, chi2 in (((rival,), 1e3), ((), 5e3))
     ]
     posterior = Posterior(cast(tuple[Fit, ...], tuple(fits)), np.array([0.99, 0.01]), 1.0, 1.0)
-    sensor = Sensor("a2", 2, "x", "acceleration", "m/s^2")
-    advice = tuple(
-        Advice("stiffness_change", {"element": 3}, "cubic_spring", {"node": 4, "direction": "x"}, 0.3, sensor, 0.01)
-        for _ in findings[:1]
+    causes = (
+        Cause("stiffness_change", {"element": 3}, 0.6),
+        Cause("cubic_spring", {"node": 4, "direction": "x"}, 0.3),
     )
+    options = (
+        Option(Measurement("sensor", 2, "x", "acceleration"), 0.9, 0.97),
+        Option(Measurement("hammer", 4, "x"), 0.7, 0.93),
+    )
+    then = NextMeasurement(options, causes, 0.6, ()) if findings else None
     assert isinstance(other.extended, fe.Structure)
     return Diagnosis(
         verdict,
@@ -183,7 +189,7 @@ def answer_by_series(dataset: Dataset, *findings: Finding, verdict: Verdict = Ve
         other.extended,
         shown,
         example_of(dataset),
-        advice,
+        then,
         posterior,
         True,
         ("a note",),

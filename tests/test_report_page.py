@@ -124,7 +124,7 @@ def test_the_answer_is_a_sentence_with_its_probability_and_what_to_do() -> None:
     assert "extended_model.toml" in next_steps(sure)[0]
     assert sentence_of(unsure, dataset).startswith("Probably: Element 3")
     assert verdict_of(unsure)[1] is Tone.OPEN
-    assert "acceleration at node 2 in x would tell" in next_steps(unsure)[1]
+    assert "accelerometer at node 2 in x would tell" in next_steps(unsure)[1]
     assert dict(facts_of(sure))["forecast error, before → after"] == "0.2000 → 0.0120"
     none = answer_by_modes(dataset, verdict=Verdict.NOTHING_WRONG)
     assert sentence_of(none, dataset).startswith("Nothing is wrong")

@@ -16,6 +16,8 @@ from hybrid.diagnosis.report import (
     calibration_table,
     finding_table,
     hybrid_lines,
+    next_lines,
+    next_table,
     rival_words,
     score_lines,
     with_gain,
@@ -60,6 +62,7 @@ def _table(found: ModalDiagnosis) -> dict[str, Any]:
             for state in found.states
         ],
         "modes": [vars(mode) for mode in found.modes],
+        **next_table(found.next_measurement),
         "notes": [scope_of(found), *found.notes],
     }
 
@@ -84,6 +87,7 @@ def modal_summary(found: ModalDiagnosis, gain: Gain | None = None) -> str:
             lines.append(f"  Takes away {share}, each from its first fifth.")
         rivals = finding.alternatives[: REPORT.max_rivals_listed]
         lines += [f"  Cannot be ruled out: {rival_words(item)} ({item.probability:.2f})." for item in rivals]
+    lines += next_lines(found.next_measurement)
     if len(found.states) > 1:
         lines.append(f"The recordings show {len(found.states)} states of the structure:")
         lines += [f"- {', '.join(state.recordings)}" for state in found.states]

@@ -6,8 +6,8 @@ from typing import Any
 from fe_models.causes.wording import at_place
 from hybrid.diagnosis.config import REPORT
 from hybrid.diagnosis.learned.gain import Gain, Trained
+from hybrid.diagnosis.next_measurement.recommendation import NextMeasurement
 from hybrid.diagnosis.observed.observation_report import describe_observations, observations_table
-from hybrid.diagnosis.outcome.advice import Advice
 from hybrid.diagnosis.outcome.calibration import Calibrated
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
 from hybrid.diagnosis.outcome.findings import NOT_ON_THE_LIST, OTHER_CAUSES, Alternative, Finding, in_words
@@ -72,20 +72,22 @@ def _table(diagnosis: Diagnosis) -> dict[str, Any]:
         "noise_floor": diagnosis.noise_floor,
         "seconds": round(diagnosis.seconds, 2),
         "shown": observations_table(diagnosis.observations) | {"one_structure": diagnosis.alike},
-        "advice": [_advice(advice) for advice in diagnosis.advice],
+        **next_table(diagnosis.next_measurement),
         "notes": list(diagnosis.notes),
     }
 
 
-def _advice(advice: Advice) -> dict[str, Any]:
-    sensor = advice.sensor
-    return {
-        "kind": advice.kind,
-        "location": advice.location,
-        "rival": {"kind": advice.rival, "location": advice.rival_location, "probability": advice.probability},
-        "sensor": sensor and {"node": sensor.node, "direction": sensor.direction, "quantity": sensor.quantity},
-        "probability_with_it": advice.then,
-    }
+def next_table(then: NextMeasurement | None) -> dict[str, Any]:
+    """Return what to measure next as plain data; nothing where there is nothing to tell apart."""
+    return {} if then is None else {"measure_next": then.as_json()}
+
+
+def next_lines(then: NextMeasurement | None) -> list[str]:
+    """Return what to measure next in lines."""
+    if then is None:
+        return []
+    first, *more = (f"{sentence[0].upper()}{sentence[1:]}." for sentence in then.sentences)
+    return [f"Measure this next: {first}", *(f"  {sentence}" for sentence in more)]
 
 
 def _explained(finding: Finding) -> str:
@@ -137,6 +139,7 @@ def summary(diagnosis: Diagnosis, gain: Gain | None = None) -> str:
         lines.append(f"- {finding.sentence}")
         lines.append(f"  {_probability(finding)}; {_explained(finding)}.")
         lines += _rival_lines(finding)
+    lines += next_lines(diagnosis.next_measurement)
     rest = f"; left unexplained {diagnosis.unexplained:.1%}" if diagnosis.findings else ""
     lines += score_lines(diagnosis.scores, diagnosis.noise_floor, bool(diagnosis.findings), rest)
     if gain is not None:

@@ -13,7 +13,7 @@ from hybrid.diagnosis.answer import Answer, answer_table, headline_of, summary_o
 from hybrid.diagnosis.outcome.extend_matrices import ExtendedMatrices
 from hybrid.diagnosis.outcome.findings import Finding
 from hybrid.diagnosis.outcome.verdict import Verdict
-from hybrid.diagnosis.report import rival_words
+from hybrid.diagnosis.report import next_lines, rival_words
 from hybrid.diagnosis.report_files import save_diagnosis
 from hybrid.result_sets import diagnosis_in
 
@@ -55,6 +55,7 @@ class Report:
             parts.append(html_table(header, (_row(finding) for finding in self.findings)))
         rows = [(name, *(_score(scores[role]) for role in ("measured", "held_out"))) for name, scores in self._scores()]
         parts.append(html_table(("forecast NRMSE", "measured", "held out"), rows))
+        parts += [html_paragraph(line) for line in next_lines(self.diagnosis.next_measurement)]
         parts += [html_paragraph(f"Note: {note}.") for note in self.diagnosis.notes]
         return "\n".join(parts)
 

@@ -5,7 +5,6 @@ from fe_models.structure import Structure
 from hybrid.diagnosis.answer import Answer, headline_of
 from hybrid.diagnosis.config import DOOR, REPORT
 from hybrid.diagnosis.joint.conclusion import ModalDiagnosis
-from hybrid.diagnosis.outcome.conclusion import Diagnosis
 from hybrid.diagnosis.outcome.findings import Finding
 from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.report.page import Tone
@@ -96,7 +95,8 @@ def left_of(found: Answer) -> str:
 
 def next_steps(found: Answer) -> tuple[str, ...]:
     """Return what to do next, most useful first."""
-    advice = tuple(sentence(item.sentence) for item in found.advice) if isinstance(found, Diagnosis) else ()
+    then = found.next_measurement
+    advice = () if then is None else tuple(map(sentence, then.sentences[:1]))
     if found.verdict is Verdict.NOTHING_WRONG:
         return (USE_AS_IT_IS,)
     if found.verdict is Verdict.UNEXPLAINED:

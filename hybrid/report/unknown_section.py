@@ -8,8 +8,8 @@ from fe_models.arrays import TINY, FloatArray
 from fe_models.causes.wording import kind_words, place_words
 from fe_models.spectra import line_frequencies, power_spectrum
 from hybrid.diagnosis.answer import Answer
+from hybrid.diagnosis.next_measurement.recommendation import NextMeasurement
 from hybrid.diagnosis.observed.example import Example
-from hybrid.diagnosis.outcome.conclusion import Diagnosis
 from hybrid.diagnosis.outcome.findings import Finding
 from hybrid.diagnosis.report import REMAINDERS
 from hybrid.report.answer import left_of
@@ -24,6 +24,11 @@ LEFT = (
     " left of the error's energy, each channel over its size. At the noise floor all that is left is noise."
 )
 
+EXPECTED = (
+    "Information: by how much the measurement is expected to lessen the doubt which of the causes above is right."
+    " Probability: to expect, with it, of the cause that is then likeliest."
+)
+
 
 def what_is_not_known(found: Answer) -> Section:
     """Return rivals, advice, and what of the error is left: where, near which modes, when."""
@@ -32,9 +37,8 @@ def what_is_not_known(found: Answer) -> Section:
         _rivals(number, finding) for number, finding in enumerate(found.findings, start=1) if finding.alternatives
     ]
     blocks += tables or [Paragraph(NO_RIVALS)]
-    advice = [sentence(item.sentence) for item in found.advice] if isinstance(found, Diagnosis) else []
-    if advice:
-        blocks += [Heading("What would tell them apart"), Bullets(tuple(advice))]
+    if found.next_measurement is not None:
+        blocks += _next(found.next_measurement)
     blocks.append(Heading("What is left unexplained"))
     if found.findings:
         what = left_of(found).removeprefix("left of ")
@@ -42,6 +46,24 @@ def what_is_not_known(found: Answer) -> Section:
     if found.example is not None:
         blocks += [_by_channel(found.example), _by_mode(found.example), _by_time(found.example)]
     return Section("unknown", "What is not known", tuple(blocks))
+
+
+def _next(then: NextMeasurement) -> list[Block]:
+    """Return what to measure next, and what is expected of each measurement."""
+    blocks: list[Block] = [Heading("Measure this next"), Bullets(tuple(map(sentence, then.sentences[:1])))]
+    if len(then.options) > 1:
+        rows = tuple(
+            (
+                Cell(option.measurement.title),
+                Cell(f"{option.information:.2f}", option.information),
+                Cell(probability(option.probability), option.probability),
+            )
+            for option in then.options
+        )
+        caption = f"What is expected of each; now {probability(then.now)}."
+        columns = ("measurement", "information (bits)", "probability of the right cause")
+        blocks.append(Table(caption, columns, rows, EXPECTED))
+    return blocks + ([Paragraph(sentence(then.sentences[-1]))] if then.options and then.open else [])
 
 
 def _rivals(number: int, finding: Finding) -> Table:

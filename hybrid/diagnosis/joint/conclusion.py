@@ -21,6 +21,8 @@ from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.config import CONCLUSION
 from hybrid.diagnosis.modal.errors import ErrorSizes
 from hybrid.diagnosis.modal.evidence import ModalFit, as_drawn, misfit_of
+from hybrid.diagnosis.next_measurement.by_modes import next_by_modes
+from hybrid.diagnosis.next_measurement.recommendation import NextMeasurement
 from hybrid.diagnosis.nominal.nominal_model import NominalModel
 from hybrid.diagnosis.observed.example import Example
 from hybrid.diagnosis.outcome.calibration import Calibrated, calibration_of
@@ -47,7 +49,8 @@ class ModalDiagnosis:
     the ``states`` that recordings distinguish; every measured mode beside the structure's (``modes``); the ``extended``
     structure; ``notes``; ``seconds`` that it took; ``has_motion``: whether there were recordings, which show force
     laws of structures, too; ``forecasts`` of those for testing, None where none were made; ``groups``: how many of the
-    findings, the last ones, are groups that are off.
+    findings, the last ones, are groups that are off; ``next_measurement``: which would decide between rivals, None
+    where there are none.
     """
 
     verdict: Verdict
@@ -62,6 +65,7 @@ class ModalDiagnosis:
     has_motion: bool
     forecasts: Forecasts | None
     groups: int
+    next_measurement: NextMeasurement | None = None
 
     @property
     def is_far(self) -> bool:
@@ -133,6 +137,7 @@ def concluded(claims: Claims, laws: LawSearch | None, motion: FoundMotion | None
         has_motion=motion is not None,
         forecasts=forecasts,
         groups=len(groups),
+        next_measurement=next_by_modes(measured, fits, probability, measured.sensors),
     )
 
 

@@ -8,9 +8,10 @@ from fe_models.structure import Structure
 from hybrid.diagnosis.contest.evidence import Evidence
 from hybrid.diagnosis.contest.posterior import Posterior
 from hybrid.diagnosis.contest.setting import Setting
+from hybrid.diagnosis.next_measurement.by_series import next_by_series
+from hybrid.diagnosis.next_measurement.recommendation import NextMeasurement
 from hybrid.diagnosis.observed.example import Example, example_of
 from hybrid.diagnosis.observed.observations import Observations, observe
-from hybrid.diagnosis.outcome.advice import Advice, advise
 from hybrid.diagnosis.outcome.calibration import Calibrated, calibration_of
 from hybrid.diagnosis.outcome.extend import extended_structure
 from hybrid.diagnosis.outcome.findings import Finding
@@ -29,7 +30,8 @@ class Diagnosis:
     share of the nominal model's wrong energy that is left. ``scores``: forecast NRMSE of the user's simulation,
     "baseline", and of the ``extended`` structure, of the "measured" and the "held_out" channels (None without any);
     ``noise_floor``: what noise alone makes of the first. ``observations``: what the simulation gets wrong, and one
-    recording as an ``example`` of it. ``advice``: which sensor more would decide between rivals. ``posterior`` over all
+    recording as an ``example`` of it. ``next_measurement``: which would decide between rivals,
+    None where there are none. ``posterior`` over all
     fits that matter; ``alike``: whether all recordings are of one structure, None where that is not known, or there is
     one only; ``notes``: what the user should know about the data; ``seconds`` that it took.
     """
@@ -43,7 +45,7 @@ class Diagnosis:
     extended: Structure
     observations: Observations
     example: Example
-    advice: tuple[Advice, ...]
+    next_measurement: NextMeasurement | None
     posterior: Posterior
     alike: bool | None
     notes: tuple[str, ...]
@@ -58,7 +60,9 @@ def concluded(setting: Setting, evidence: Evidence) -> Diagnosis:
     ruling = ruling_of(setting, evidence)
     found, posterior, nominal = ruling.found, ruling.posterior, setting.nominal
     findings = named_by(ruling)
-    advice = advise(posterior, evidence.searched, setting.dataset.sensors) if ruling.is_named else ()
+    then = None
+    if ruling.is_named:
+        then = next_by_series(posterior, evidence.searched, setting.dataset.sensors, ruling.listed)
     shown = observe(
         setting.dataset, ruling.simulation.fit, ruling.final, found.nominal, found.calibrated, evidence.noise_model
     )
@@ -73,10 +77,10 @@ def concluded(setting: Setting, evidence: Evidence) -> Diagnosis:
         extended=extended_structure(nominal, ruling.theta[: evidence.base.hypothesis.nuisances], findings),
         observations=shown,
         example=_example(ruling, shown),
-        advice=advice,
+        next_measurement=then,
         posterior=posterior,
         alike=_alike(ruling, findings),
-        notes=(*setting.notes, *evidence.notes, *remarks, *(item.sentence for item in advice)),
+        notes=(*setting.notes, *evidence.notes, *remarks),
         seconds=0.0,
     )
 

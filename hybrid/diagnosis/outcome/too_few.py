@@ -4,13 +4,18 @@ from dataclasses import replace
 
 import numpy as np
 
+from fe_models.arrays import FloatArray
 from fe_models.recordings import Sensor
 from hybrid.diagnosis.fitting.forecast_score import ForecastModel, leverage
 from hybrid.diagnosis.fitting.least_squares import Fit
-from hybrid.diagnosis.outcome.advice import noise_of, possible_sensors, shown_by, size_of
+from hybrid.diagnosis.next_measurement.measurements import noise_of, possible_sensors
 from hybrid.diagnosis.outcome.scorer import Scorer
 from hybrid.diagnosis.recorded.batches import Batch
 from hybrid.diagnosis.recorded.noise_model import NoiseModel, SensorRoles
+from hybrid.diagnosis.recorded.sensor_outputs import SensorOutputs
+from hybrid.diagnosis.response.marching import respond
+from hybrid.diagnosis.response.state_space import system_of
+from hybrid.diagnosis.response.system import drifted
 
 MANY = 2.0  # times what noise makes: a perfect model that misses by more says little of what is wrong
 BETTER = 0.8  # of it: a sensor that does not bring it down so far is no help
@@ -32,12 +37,8 @@ def too_few(item: Fit, scorer: Scorer, floor: float) -> list[str]:
         return []
     nominal, noise_model = item.hypothesis.nominal, scorer.noise_model
     added = possible_sensors(nominal, scorer.setting.dataset.sensors)
-    sigma = noise_of(
-        added,
-        size_of(shown_by(item, added, noise_model)),
-        noise_model,
-        size_of(shown_by(item, noise_model.sensors, noise_model)),
-    )
+    sizes, own_sizes = (_size_shown(item, sensors, noise_model) for sensors in (added, noise_model.sensors))
+    sigma = noise_of(added, sizes, noise_model.sensors, noise_model.sigma, own_sizes)
     wider = [_with(roles, sensor, float(noise)) for sensor, noise in zip(added, sigma, strict=True)]
     tried = [(_over(model, batch, more, own), number) for number, more in enumerate(wider)]
     least, number = min(tried, default=(over, 0))
@@ -47,6 +48,19 @@ def too_few(item: Fit, scorer: Scorer, floor: float) -> list[str]:
         place = f"{best.quantity} at node {best.node} in {best.direction}"
         words = f", or with a sensor of the {place}, which would bring it to {least:.1f} times"
     return [HARDLY.format(floor=floor, over=over, help=words)]
+
+
+def _size_shown(item: Fit, sensors: tuple[Sensor, ...], noise_model: NoiseModel) -> FloatArray:
+    """Return the rms (sensor,) of what ``sensors`` would show of a fit without noise, over all recordings."""
+    present = {sensor.name: position for position, sensor in enumerate(noise_model.sensors)}
+    outputs = SensorOutputs(sensors, noise_model.rate, tuple(present.get(sensor.name, -1) for sensor in sensors))
+    squares = list[FloatArray]()
+    for batch, states in zip(item.batches, item.states, strict=True):
+        theta = item.theta[item.hypothesis.parameters_of(batch.off)]
+        system = system_of(item.hypothesis.less(batch.off), theta[None], outputs)
+        y = (respond(system, states[None], batch.samples, batch.loads) + drifted(system, batch.begins))[0]
+        squares += list(y**2)
+    return np.sqrt(np.concatenate(squares).mean(axis=0))
 
 
 def _over(model: ForecastModel, batch: Batch, roles: SensorRoles, columns: list[int]) -> float:

@@ -1,0 +1,1 @@
+"""What to measure next: the sensor or the excitation that is expected to tell most about which hypothesis is right."""

@@ -1,0 +1,72 @@
+"""Cases measured again: what is added comes beside what was there, and shares count what they say."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from benchmarks.next_measurement.cases import CONFIG, OpenCase
+from benchmarks.next_measurement.run import shares, text
+from benchmarks.next_measurement.trial import Added, Trial, tried
+from hybrid.diagnosis.next_measurement.measurements import Measurement
+
+SEED = 1_899_001  # below the benchmark's own
+
+
+@pytest.fixture(scope="module")
+def case() -> OpenCase:
+    """A case, without its cause's being looked at."""
+    return OpenCase.of(SEED)
+
+
+def test_an_added_sensor_leaves_the_others_as_they_were(case: OpenCase) -> None:
+    names = {sensor.name for sensor in case.sensors}
+    node = next(node for node in range(1, 5) if f"a{node}" not in names)
+    before, after = case.dataset(), case.dataset(Measurement("sensor", node, "x", "acceleration"))
+    assert len(after.sensors) == len(before.sensors) + 1
+    for one, other in zip(before.recordings, after.recordings, strict=True):
+        np.testing.assert_array_equal(other.data[..., :-1], one.data)
+        assert other.data[..., -1].std() > 0
+
+
+@pytest.mark.parametrize("kind", ["pull", "hammer"])
+def test_an_excitation_is_one_recording_more_of_about_the_same_size(case: OpenCase, kind: str) -> None:
+    added = Measurement("pull" if kind == "pull" else "hammer", 3, "x")
+    before, after = case.dataset(), case.dataset(added)
+    np.testing.assert_array_equal(after.recordings[0].data, before.recordings[0].data)
+    assert after.sensors == before.sensors
+    extra = after.recordings[-1]
+    assert extra.role == "train"
+    assert 0.2 < extra.data.std() / before.recordings[0].data.std() < 5  # chain and cause alike, starts are random
+    if kind == "hammer":
+        (load,) = extra.loads
+        assert (load.node, len(load.values)) == (3, CONFIG.campaign.samples)
+        quiet = extra.data[0, : int(0.08 * CONFIG.campaign.samples)]
+        assert quiet.std() < 0.2 * extra.data.std()  # at rest, but for noise of 5 %, until it is struck
+    else:
+        assert not extra.loads
+
+
+def test_shares_count_open_cases_alone() -> None:
+    yes, no = Added("a", 0.95, True), Added("b", 0.5, True)
+    one = Trial(1, "t", ("a1",), 0.5, True, 0.97, yes, no, 1.0)
+    useless = replace(one, promised=None, advised=None, random=None)
+    sure = replace(useless, probability=0.95)
+    found = shares([one, replace(one, random=yes), useless, sure])
+    assert (found["cases left open"].hits, found["cases left open"].count) == (3, 4)
+    assert found["of these: nothing said to be of use"].hits == 1
+    assert (found["resolved by what was advised"].hits, found["resolved by what was advised"].count) == (2, 2)
+    assert (found["resolved by a random addition"].hits, found["named first with a random addition"].hits) == (1, 2)
+    assert "| resolved by what was advised | 100 % (2/2) | 34-100 % |" in text([one, replace(one, random=yes)])
+
+
+def test_a_wrong_name_resolves_nothing_however_sure() -> None:
+    assert not Added("a", 0.95, first=False).resolves
+    assert not Added("a", 0.85, first=True).resolves
+
+
+@pytest.mark.slow
+def test_a_trial_runs_from_end_to_end() -> None:
+    found = tried(SEED)
+    assert 0 <= found.probability <= 1
+    assert (found.advised is None) == (found.random is None)
