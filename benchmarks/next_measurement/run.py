@@ -4,14 +4,20 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 
+from benchmarks.blind.cases import CERTIFICATE_SEED
 from benchmarks.blind.rates import Share, share
 from benchmarks.next_measurement.trial import Trial, tried
+from fe_models.errors import InputError
 from fe_models.files.atomic import write_json
 from fe_models.progress import progress_bar
 
 
 def run_next(wanted: int, seed: int, out: Path) -> None:
     """Draw cases from ``seed`` on until ``wanted`` of them are open and something was advised; print the shares."""
+    if seed >= CERTIFICATE_SEED:
+        raise InputError(
+            f"seed {seed}: those from {CERTIFICATE_SEED} on are for --certificate alone; choose a lower one"
+        )
     found = list[Trial]()
     with progress_bar("Open cases", wanted, "case") as bar:
         while sum(trial.advised is not None for trial in found) < wanted:

@@ -1,7 +1,7 @@
 """Which hypotheses are left to tell apart: the most probable one, and those with another cause in the place of one."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -30,16 +30,19 @@ class Cause:
 
 @dataclass(frozen=True, eq=False)
 class Rivals:
-    """Hypotheses, by their ``numbers`` among all fits, most probable first, with their ``weights`` (hypothesis,), which
-    add up to one, and the ``share`` of all probability that they have. ``causes`` (hypothesis,): the cause in which
-    each differs from the first; of that the one that most of them replace. ``twins``: places at which the first one's
-    cause would do the same, whatever is measured.
+    """Hypotheses, by their ``numbers`` among all fits, the most probable one first, with their ``weights``
+    (hypothesis,), which add up to one, and the ``share`` of all probability that they have.
+
+    ``causes`` (hypothesis,): the one of the first that is most in doubt, and what each of the others has in its place.
+    ``alike`` (hypothesis,): at how many places that cause would do the same, whatever is measured; ``twins``: the other
+    ones of the first.
     """
 
     numbers: tuple[int, ...]
     weights: FloatArray
     share: float
     causes: tuple[Cause, ...]
+    alike: FloatArray
     twins: tuple[Cause, ...]
 
 
@@ -48,32 +51,38 @@ def rivals_among(candidates: Sequence[tuple[Candidate, ...]], probability: Float
     first; None where it has no rival.
     """
     best = {candidate.key: candidate for candidate in candidates[0]}
-    total, first, replaced = dict[frozenset[str], float](), dict[frozenset[str], int](), dict[frozenset[str], str]()
-    instead = dict[frozenset[str], Candidate]()
+    found = dict[str, _Rival]()
     for number, (own, p) in enumerate(zip(candidates, probability, strict=True)):
-        keys = frozenset(candidate.key for candidate in own)
-        gone, come = best.keys() - keys, [candidate for candidate in own if candidate.key not in best]
-        if len(keys) != len(best) or len(gone) > 1:
-            continue
-        first.setdefault(keys, number)  # of one cause in other recordings the likelier ones
-        total[keys] = total.get(keys, 0.0) + float(p)
-        if come:
-            instead[keys], (replaced[keys],) = come[0], gone
-    own = frozenset(best)
-    others = sorted((keys for keys in total if keys != own and total[keys] >= DOUBTFUL), key=lambda k: -total[k])
-    others = others[: MOST - 1]
-    lost = max(replaced.values(), key=lambda key: sum(total[k] for k in replaced if replaced[k] == key), default="")
-    lost = lost or next(iter(best), "")
-    twins = best[lost].twins if lost else ()
-    if not (others or twins):
+        gone = best.keys() - {candidate.key for candidate in own}
+        come = [candidate for candidate in own if candidate.key not in best]
+        if len(gone) == len(come) == 1:
+            known = found.get(come[0].key, _Rival(number, come[0], *gone, 0.0))
+            found[come[0].key] = replace(known, probability=known.probability + float(p))
+    rivals = sorted(found.values(), key=lambda item: -item.probability)
+    lost = max(best, key=lambda key: sum(item.probability for item in rivals if item.lost == key), default=None)
+    others = [item for item in rivals if item.lost == lost and item.probability >= DOUBTFUL][: MOST - 1]
+    if lost is None or not (others or best[lost].twins):
         return None
-    kept = [own, *others]
-    found = [best[lost], *(instead[keys] for keys in others)]
-    share = sum(total[keys] for keys in kept)
+    named = sum(float(p) for own, p in zip(candidates, probability, strict=True) if lost in {c.key for c in own})
+    several = [_Rival(0, best[lost], lost, named), *others]
+    weights = np.array([item.probability for item in several])
+    alike = np.array([1.0 + len(item.candidate.twins) for item in several])
     causes = tuple(
-        Cause(item.kind, item.reported_location, total[keys] / (1 + len(item.twins)))
-        for item, keys in zip(found, kept, strict=True)
+        Cause(item.candidate.kind, item.candidate.reported_location, item.probability / count)
+        for item, count in zip(several, alike.tolist(), strict=True)
     )
-    alike = tuple(Cause(causes[0].kind, twin, causes[0].probability) for twin in twins)
-    weights = np.array([total[keys] for keys in kept]) / share
-    return Rivals(tuple(first[keys] for keys in kept), weights, share, causes, alike)
+    twins = tuple(Cause(causes[0].kind, twin, causes[0].probability) for twin in best[lost].twins)
+    numbers = tuple(item.number for item in several)
+    return Rivals(numbers, weights / weights.sum(), float(weights.sum()), causes, alike, twins)
+
+
+@dataclass(frozen=True)
+class _Rival:
+    """The ``number`` of the likeliest fit with a ``candidate`` in the place of the best one's that is ``lost``, by its
+    key, and the ``probability`` of all such fits.
+    """
+
+    number: int
+    candidate: Candidate
+    lost: str
+    probability: float

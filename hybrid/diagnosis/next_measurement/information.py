@@ -93,8 +93,13 @@ def least_information(weights: FloatArray, apart: FloatArray) -> float:
     return float(-weights @ logsumexp(-apart, b=weights, axis=1)) / float(np.log(2))
 
 
-def outcome(weights: FloatArray, predictions: Sequence[Prediction], rng: np.random.Generator) -> Outcome:
-    """Return what to expect of a measurement, the mean over data that are drawn from each prediction in turn."""
+def outcome(
+    weights: FloatArray, predictions: Sequence[Prediction], rng: np.random.Generator, alike: FloatArray | float = 1.0
+) -> Outcome:
+    """Return what to expect of a measurement, the mean over data that are drawn from each prediction in turn.
+
+    ``alike`` (hypothesis,): how many places each stands for that no data tell apart, and one of which is right.
+    """
     information, probability = 0.0, 0.0
     for own, prediction in zip(weights, predictions, strict=True):
         data = prediction.draw(rng, DRAWS)
@@ -102,7 +107,7 @@ def outcome(weights: FloatArray, predictions: Sequence[Prediction], rng: np.rand
         logs -= logsumexp(logs, axis=0)
         surprise = -np.sum(np.exp(logs) * logs, axis=0)  # of which is right, once the data are known
         information -= float(own * surprise.mean())
-        probability += float(own * np.exp(logs.max(axis=0)).mean())
+        probability += float(own * (np.exp(logs).T / alike).max(axis=1).mean())
     whole = -float(weights @ np.log(weights))
     return Outcome(max(whole + information, 0.0) / float(np.log(2)), probability)
 

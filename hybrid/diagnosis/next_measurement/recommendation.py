@@ -103,12 +103,12 @@ def recommended(rivals: Rivals, predicted: Mapping[Measurement, Predicted]) -> N
     best_of_kind = [next((item for item in ranked if item.kind == kind), None) for kind in ("sensor", "pull", "hammer")]
     wanted = [item for item in ranked if item in ranked[:LISTED] or item in best_of_kind]
     rng = np.random.default_rng(0)
-    found = [(item, outcome(weights, predicted[item](), rng)) for item in wanted]
+    found = [(item, outcome(weights, predicted[item](), rng, rivals.alike)) for item in wanted]
     options = tuple(
         Option(item, own.information, rivals.share * own.probability) for item, own in found if own.information > WORTH
     )
     left = _left_open(rivals, apart[options[0].measurement] if options else None)
-    return NextMeasurement(options, rivals.causes, float(rivals.share * weights[0]), (*left, *rivals.twins))
+    return NextMeasurement(options, rivals.causes, rivals.causes[0].probability, (*left, *rivals.twins))
 
 
 def _left_open(rivals: Rivals, apart: Any) -> tuple[Cause, ...]:
