@@ -37,7 +37,8 @@ def test_an_excitation_is_one_recording_more_of_about_the_same_size(case: OpenCa
     assert after.sensors == before.sensors
     extra = after.recordings[-1]
     assert extra.role == "train"
-    assert 0.2 < extra.data.std() / before.recordings[0].data.std() < 5  # chain and cause alike, starts are random
+    size = extra.data.std() / before.recordings[0].data.std()
+    assert 0.05 < size < 5  # starts are random, and a pull wakes slow modes, of which accelerometers show little
     if kind == "hammer":
         (load,) = extra.loads
         assert (load.node, len(load.values)) == (3, CONFIG.campaign.samples)

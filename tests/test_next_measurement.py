@@ -1,6 +1,7 @@
 """What to measure next: which sensor or excitation would tell causes apart that the present sensors cannot."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -172,7 +173,7 @@ def rivals(*weights: float) -> Rivals:
 
 def test_the_one_place_where_hypotheses_differ_is_the_one_to_measure() -> None:
     places = {Measurement("sensor", node, "x", "acceleration"): predicted(0.0, 9.0 * (node == 2)) for node in (1, 2, 3)}
-    found = recommended(rivals(0.5, 0.5), {item: lambda own=own: own for item, own in places.items()})
+    found = recommended(rivals(0.5, 0.5), {item: partial(tuple, own) for item, own in places.items()})
     assert [(option.measurement.node, round(option.probability, 2)) for option in found.options] == [(2, 1.0)]
     assert found.sentences == (
         "an accelerometer at node 2 in x would tell the added mass at node 1 from the added mass at node 2"

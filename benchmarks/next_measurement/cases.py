@@ -96,7 +96,7 @@ class OpenCase:
             start *= wanted / float(np.sqrt(np.mean(linear.displacement**2)))
             data = self._measured(self._moved(Moved(start)), sensors, usual, number)
             return Recording("pull", data)
-        driving = Driving((Load(added.node, added.direction, _blow()),))
+        driving = Driving((Load(added.node, "x", _blow()),))
         linear = driven(four_dof(), linearise(four_dof()), (driving,), CONFIG)
         driving = driving.times(wanted / float(np.sqrt(np.mean(linear.displacement**2))))
         config = replace(CONFIG, excitation="measured")

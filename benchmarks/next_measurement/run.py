@@ -15,9 +15,7 @@ from fe_models.progress import progress_bar
 def run_next(wanted: int, seed: int, out: Path) -> None:
     """Draw cases from ``seed`` on until ``wanted`` of them are open and something was advised; print the shares."""
     if seed >= CERTIFICATE_SEED:
-        raise InputError(
-            f"seed {seed}: those from {CERTIFICATE_SEED} on are for --certificate alone; choose a lower one"
-        )
+        raise InputError(f"seed {seed}: those from {CERTIFICATE_SEED} on are for --certificate alone")
     found = list[Trial]()
     with progress_bar("Open cases", wanted, "case") as bar:
         while sum(trial.advised is not None for trial in found) < wanted:

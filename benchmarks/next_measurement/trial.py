@@ -70,7 +70,7 @@ def tried(seed: int) -> Trial:
         if then is not None and then.options and is_open:
             nominal = nominal_model_of(dataset)
             sensors = possible_sensors(nominal, dataset.sensors)
-            every = [Measurement("sensor", s.node, "x", s.quantity) for s in sensors]
+            every = [Measurement.by(sensor) for sensor in sensors]
             every += considered(moving_places(nominal))
             best, drawn = then.options[0], every[int(np.random.default_rng(seed).integers(len(every)))]
             promised, advised = best.probability, _added(case, best.measurement)

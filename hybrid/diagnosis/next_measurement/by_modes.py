@@ -86,9 +86,9 @@ def next_by_modes(
         entries = [_entries(measured, fit, added, shared, number) for number, fit in enumerate(kept)]
         known = [own for own in entries if own is not None]
         if len(known) == len(kept):
-            lower = np.linalg.cholesky(_noise(measured, kept[0].sizes, shared))
+            lower = np.asarray(np.linalg.cholesky(_noise(measured, kept[0].sizes, shared)), dtype=np.float64)
             for number, sensor in enumerate(added):
-                item = Measurement("sensor", sensor.node, sensor.direction, sensor.quantity)
+                item = Measurement.by(sensor)
                 predicted[item] = partial(_predictions, known, number, lower)
     return recommended(rivals, predicted)
 

@@ -48,9 +48,7 @@ def _of_sensors(fits: list[Fit], added: tuple[Sensor, ...], around: Surroundings
     noise = noise_of(added, sizes, around.noise_model.sensors, around.noise_model.sigma, own_sizes)
     noise = noise * np.sqrt(around.temper / sample.stands_for)
     return {
-        Measurement("sensor", sensor.node, sensor.direction, sensor.quantity): partial(
-            predictions_of, expected, number, float(own)
-        )
+        Measurement.by(sensor): partial(predictions_of, expected, number, float(own))
         for number, (sensor, own) in enumerate(zip(added, noise, strict=True))
     }
 

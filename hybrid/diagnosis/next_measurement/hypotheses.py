@@ -56,7 +56,7 @@ def rivals_among(candidates: Sequence[tuple[Candidate, ...]], probability: Float
         gone = best.keys() - {candidate.key for candidate in own}
         come = [candidate for candidate in own if candidate.key not in best]
         if len(gone) == len(come) == 1:
-            known = found.get(come[0].key, _Rival(number, come[0], *gone, 0.0))
+            known = found.get(come[0].key, _Rival(number, come[0], next(iter(gone)), 0.0))
             found[come[0].key] = replace(known, probability=known.probability + float(p))
     rivals = sorted(found.values(), key=lambda item: -item.probability)
     lost = max(best, key=lambda key: sum(item.probability for item in rivals if item.lost == key), default=None)

@@ -6,6 +6,7 @@ leaves, z = b, where b is what a unit of force there adds to the rates of the st
 """
 
 from dataclasses import replace
+from typing import cast
 
 import numpy as np
 
@@ -79,7 +80,8 @@ def _starts(
 ) -> FloatArray | None:
     """Return the states (variant, excitation, state) after each excitation of unit size."""
     nominal = near.hypothesis.nominal
-    places = tuple(dict.fromkeys((item.node, item.direction) for item in excitations))
+    at = [(item.node, cast(Direction, item.direction)) for item in excitations]  # pulls and blows are along axes
+    places = tuple(dict.fromkeys(at))
     loaded = replace(near.hypothesis, nominal=replace(nominal, loaded=(*nominal.loaded, *places)))
     entry = replace(near, hypothesis=loaded).varied(around.outputs()).loads
     assert entry is not None  # loads are there now
@@ -87,7 +89,7 @@ def _starts(
     starts = np.zeros((len(feed), len(excitations), free.A.shape[1]))
     own = feed.shape[1]
     for number, item in enumerate(excitations):
-        pushed = feed[..., places.index((item.node, item.direction))]
+        pushed = feed[..., places.index(at[number])]
         if item.kind == "hammer":
             starts[:, number, :own] = pushed
             continue

@@ -7,7 +7,7 @@ import numpy as np
 
 from fe_models.arrays import FloatArray
 from fe_models.causes.places import MIN_MOTION_SHARE
-from fe_models.directions import direction_words
+from fe_models.directions import AnyDirection, direction_words
 from fe_models.files.recording_checks import UNITS
 from fe_models.recordings import Quantity, Sensor
 from fe_models.structure import TRANSLATIONS, Direction
@@ -26,8 +26,13 @@ class Measurement:
 
     kind: Kind
     node: int
-    direction: Direction
+    direction: AnyDirection
     quantity: Quantity | None = None
+
+    @staticmethod
+    def by(sensor: Sensor) -> "Measurement":
+        """Return that of one more ``sensor``."""
+        return Measurement("sensor", sensor.node, sensor.direction, sensor.quantity)
 
     @property
     def title(self) -> str:
