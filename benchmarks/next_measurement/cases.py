@@ -22,7 +22,8 @@ from fe_models.response import Response
 from hybrid.diagnosis.next_measurement.measurements import Measurement
 
 KINDS = ("stiffness_change", "added_mass", "support_spring", "point_damper", "cubic_spring")
-CONFIG = BlindConfig(noise=0.05, train=2, test=1, duration=25.0)  # so short and noisy that rivals remain
+CONFIG = BlindConfig(noise=0.05, train=1, test=1, duration=25.0)  # so short and noisy that rivals remain
+SIZES = (0.2, 0.8)  # of causes, from 0 to 1 in other blind cases: smaller ones are not seen, larger ones not open
 MOST_SENSORS = 2
 OFFERED: tuple[Quantity, ...] = ("displacement", "acceleration")
 BLOW = 1.5  # s: about a period of the fastest mode, as of the blows in other blind cases
@@ -48,7 +49,7 @@ class OpenCase:
         rng, design = np.random.default_rng(seed), four_dof()
         starts = rng.standard_normal((2, CONFIG.campaign.count, len(design.nodes)))
         calm = motion_of(Chain(design), Moved(starts), CONFIG, rng)
-        cause = draw_cause(KINDS[seed % len(KINDS)], calm, rng, None)
+        cause = draw_cause(KINDS[seed % len(KINDS)], calm, rng, float(rng.uniform(*SIZES)))
         assert isinstance(cause, Effect)  # no kind of a sensor is drawn
         every = [_sensor(node, quantity) for node in range(1, len(design.nodes) + 1) for quantity in OFFERED]
         count = int(rng.integers(1, MOST_SENSORS + 1))
