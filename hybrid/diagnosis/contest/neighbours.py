@@ -9,6 +9,7 @@ from typing import Any
 from fe_models.causes.candidate import Candidate, LawCandidate
 from fe_models.structure import Structure
 from hybrid.diagnosis.fitting.least_squares import Fit, fit
+from hybrid.diagnosis.nominal.nodes_at import nodes_at
 from hybrid.diagnosis.parallel import parallel_map
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.screening.screening import Screened
@@ -78,13 +79,13 @@ def of_other_kinds(best: Fit, trials: Sequence[Screened]) -> list[Screened]:
     A mass does what a softer beam next to it does, but for what the calibration must go along with.
     """
     structure, own = best.hypothesis.nominal.structure, best.hypothesis.candidates[-1]
-    here = _nodes_at(own.location, structure)
+    here = nodes_at(own.location, structure)
     return [
         trial
         for trial in trials
         if trial.candidate.is_structural
         and trial.candidate.kind != own.kind
-        and not here.isdisjoint(_nodes_at(trial.candidate.location, structure))
+        and not here.isdisjoint(nodes_at(trial.candidate.location, structure))
     ]
 
 
@@ -121,7 +122,7 @@ def adjoin(item: Fit) -> bool:
     structure = item.hypothesis.nominal.structure
     if len(structure.nodes) == 1:
         return False
-    places = [_nodes_at(candidate.location, structure) for candidate in item.hypothesis.candidates]
+    places = [nodes_at(candidate.location, structure) for candidate in item.hypothesis.candidates]
     if item.hypothesis.nominal.is_chain:  # where most places adjoin
         return any(one == other != set() for one, other in combinations(places, 2))
     joined = [set(element.nodes) for element in structure.elements]
@@ -175,18 +176,10 @@ def _kinds(item: Fit) -> tuple[str, ...]:
     return tuple(sorted(candidate.kind for candidate in item.hypothesis.candidates))
 
 
-def _nodes_at(place: dict[str, Any], structure: Structure) -> set[int]:
-    """Return the nodes of a place that is one node, two of them, or one element; none of others."""
-    elements = [place["element"]] if "element" in place else place.get("elements", [])
-    if len(elements) == 1:
-        return set(structure.elements[elements[0] - 1].nodes)
-    return {place["node"]} if "node" in place else set(place.get("nodes", ()))
-
-
 def _is_next(one: dict[str, Any], other: dict[str, Any], structure: Structure) -> bool:
     """Return whether two places are nodes that an element joins, or elements that meet, and alike in all else."""
     if "element" in one and "element" in other:
-        return one != other and not _nodes_at(one, structure).isdisjoint(_nodes_at(other, structure))
+        return one != other and not nodes_at(one, structure).isdisjoint(nodes_at(other, structure))
     if "node" in one and "node" in other:
         rest = [{key: value for key, value in place.items() if key != "node"} for place in (one, other)]
         nodes = {one["node"], other["node"]}

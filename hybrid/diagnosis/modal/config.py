@@ -88,8 +88,10 @@ class ScanConfig:
     polished: int = 16  # claims of each scan that are fitted for a few rounds, ...
     polishing_rounds: int = 6
     fitted: int = 4  # ... and those of them that are fitted whole
-    kept: int = 2  # claims that the next cause is added to
+    kept: int = 2  # claims that the next cause is added to, ...
+    beam_nats: float = 30.0  # ... but none that is so far behind: what it lacks, another cause would have to bring, too
     further: float = 0.1  # probability, beforehand, of another cause beside one: groups' factors are fitted anyway
+    moves: int = 3  # times that causes are exchanged for others, as long as it is the better for it
     min_gain: float = 0.0  # of the log posterior: what a further cause must bring
 
 

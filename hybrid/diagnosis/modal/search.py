@@ -22,6 +22,7 @@ from hybrid.diagnosis.modal.errors import ErrorSizes
 from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim, refitted_errors, with_errors
 from hybrid.diagnosis.modal.paired_rows import Inflation
 from hybrid.diagnosis.modal.scan import Recordings, Trial, scan, shows_in_modes
+from hybrid.diagnosis.nominal.nodes_at import nodes_at
 from hybrid.diagnosis.parallel import parallel_map
 from hybrid.diagnosis.stage_names import MODAL_CAUSES
 
@@ -104,17 +105,25 @@ class Search:
         """Return the fits of all claims that were tried, most probable first; ``null``: that of no cause."""
         tell("changes between recordings")
         fits = self.run_changes(null)
-        frontier = self.ranked(fits)[: SCAN.kept]
+        frontier = self._kept(fits)
         for number, stage in enumerate(MODAL_CAUSES):
             tell(stage)
             before = self.score(self.ranked(fits)[0])
             fits += self._extended(frontier)
-            frontier = [item for item in self.ranked(fits) if len(item.claim.acts) == number + 1][: SCAN.kept]
+            best = self.ranked(fits)[0]
+            fits += self._moved(best, (number,)) if len(best.claim.acts) == number + 1 else []
+            frontier = self._kept([item for item in fits if len(item.claim.acts) == number + 1])
             if not frontier or self.score(frontier[0]) <= before + SCAN.min_gain or frontier[0].sizes.are_usual:
                 break
         tell("other causes in their place")
-        fits += self._replaced(self.ranked(fits)[0])
+        best = self.ranked(fits)[0]
+        fits += self._moved(best, range(len(best.claim.acts))) if len(best.claim.acts) > 1 else []
         return self.ranked([*fits, *self._dropped(fits)])
+
+    def _kept(self, fits: Sequence[ModalFit]) -> list[ModalFit]:
+        """Return the best of the fits, that further causes are added to."""
+        ranked = self.ranked(fits)[: SCAN.kept]
+        return [item for item in ranked if self.score(item) > self.score(ranked[0]) - SCAN.beam_nats]
 
     def run_changes(self, null: ModalFit) -> list[ModalFit]:
         """Return the fits without a cause, of an unknown change in some recordings, too, most probable first."""
@@ -132,18 +141,22 @@ class Search:
         ]
         return [item for item in found if item is not None]
 
-    def _extended(self, frontier: Sequence[ModalFit]) -> list[ModalFit]:
-        """Return fits with a cause more than those of the ``frontier``: of each of these the most promising."""
+    def _extended(
+        self, frontier: Sequence[ModalFit], beside: Callable[[Trial], bool] = lambda _: False
+    ) -> list[ModalFit]:
+        """Return fits with a cause more than those of the ``frontier``: of each of these the most promising, and of
+        those ``beside`` what was found.
+        """
         found, seen = list[ModalFit](), set[object]()
         for base in frontier:
-            for start in self._started(base):
+            for start in self._started(base, beside):
                 if start.claim.key not in seen:
                     seen.add(start.claim.key)
                     item = fit_claim(self.measured, start.claim, start.theta, start.sizes, inflation=start.inflation)
                     found += [] if item is None else [item]
         return found
 
-    def _started(self, base: ModalFit) -> list[Start]:
+    def _started(self, base: ModalFit, beside: Callable[[Trial], bool]) -> list[Start]:
         """Return where fits with a cause more than a fit's begin: in the place of an unknown change, and everywhere.
 
         Candidates are compared as if one of them were all that is missing: errors that stand for it would hide it.
@@ -155,8 +168,9 @@ class Search:
         found = []
         for groups, sizes in parts:
             almost = with_errors(self.measured, base, sizes)
-            trials = self._ranked(scan(self.measured, almost, self.candidates, groups))[: SCAN.polished]
-            found += self._polished([_start(replace(base, sizes=right), trial) for trial in trials])
+            trials = self._ranked(scan(self.measured, almost, self.candidates, groups))
+            entered = [*trials[: SCAN.polished], *(trial for trial in trials[SCAN.polished :] if beside(trial))]
+            found += self._polished([_start(replace(base, sizes=right), trial) for trial in entered])
         return found
 
     def _ranked(self, trials: Sequence[Trial]) -> list[Trial]:
@@ -182,16 +196,8 @@ class Search:
         """Return the best of the starts after a few rounds of fitting, the sizes of errors as they were."""
 
         def fitted(start: Start) -> ModalFit | None:
-            rounds = SCAN.polishing_rounds
-            return fit_claim(
-                self.measured,
-                start.claim,
-                start.theta,
-                start.sizes,
-                rounds,
-                errors_too=False,
-                inflation=start.inflation,
-            )
+            known = (start.claim, start.theta, start.sizes, SCAN.polishing_rounds)
+            return fit_claim(self.measured, *known, errors_too=False, inflation=start.inflation)
 
         items = [item for item in parallel_map(fitted, starts) if item is not None]
         best = sorted(items, key=lambda item: -self.score(item))[: SCAN.fitted]
@@ -220,16 +226,42 @@ class Search:
             best = own[0]
         return found
 
-    def _replaced(self, best: ModalFit) -> list[ModalFit]:
-        """Return fits in which one of the best claim's several causes is another, or has another place."""
-        claim, fits = best.claim, list[ModalFit]()
-        lasting = [number for number, acts in enumerate(claim.acts) if acts == self.everywhere]
-        for number in lasting if len(lasting) > 1 else ():
-            less = claim.less(number)
-            kept = best.claim.hypothesis.parameters_of((number,))
-            base = fit_claim(self.measured, less, best.theta[kept], best.sizes, inflation=best.inflation)
-            fits += [] if base is None else [base, *self._extended([base])]
-        return fits
+    def _moved(self, best: ModalFit, numbers: Sequence[int]) -> list[ModalFit]:
+        """Return fits in which causes of a fit, by their ``numbers``, are others or have other places; so again of the
+        best of them, as long as one is the better for it.
+
+        Beside a wrong cause that is near the right one nominal values are nearly right, without any they are not: so
+        others are sought with the values as they are beside it.
+        """
+        found = list[ModalFit]()
+        for move in range(SCAN.moves):
+            more = [item for number in numbers for item in self._instead(best, number, move > 0)]
+            found += more
+            now = self.ranked([best, *more])[0]
+            if now is best:
+                break
+            best = now
+        return found
+
+    def _instead(self, best: ModalFit, number: int, near: bool) -> list[ModalFit]:
+        """Return fits with another cause in the place of one of a fit's, nominal values and errors as they are.
+
+        What touches its place is tried in any case, or, ``near``, alone: scans say roughly what a large cause gains.
+        """
+        structure, acts = self.measured.nominal.structure, best.claim.acts[number]
+        here = nodes_at(best.claim.hypothesis.candidates[number].location, structure)
+        touching = {own.key for own in self.candidates if not here.isdisjoint(nodes_at(own.location, structure))}
+
+        def beside(trial: Trial) -> bool:
+            return trial.acts == acts and trial.candidate.key in touching
+
+        kept = best.claim.hypothesis.parameters_of((number,))
+        less, theta = best.claim.less(number), best.theta[kept]
+        base = fit_claim(self.measured, less, theta, best.sizes, 1, errors_too=False, inflation=best.inflation)
+        search = (
+            replace(self, candidates=tuple(own for own in self.candidates if own.key in touching)) if near else self
+        )
+        return [] if base is None else search._extended([base], beside)
 
 
 def _start(base: ModalFit, trial: Trial) -> Start:
