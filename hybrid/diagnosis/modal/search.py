@@ -2,8 +2,9 @@
 
 Begun with nothing wrong and with an unknown change in some recordings. In each round every cause that is not yet in a
 claim is scanned beside the best claims (`scan`), the most promising are fitted, and the best go on to the next round.
-No further cause is sought where a claim leaves no more than models that are right do. At last causes of the best claim
-are taken out, and others are sought in their place.
+No further cause is sought where a claim leaves no more than models that are right do. Each time others are sought in
+the place of the best claim's last cause, and at last in that of each of several; causes without which it is better are
+taken out.
 """
 
 from collections.abc import Callable, Sequence
