@@ -10,6 +10,7 @@ class Section(Enum):
 
     CHAIN = "chain"
     LOADS = "loads"
+    SAMPLED_FORCE = "sampled_force"
     SPEED = "speed"
     COST = "cost"
     ABLATIONS = "ablations"

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import torch
 
-from benchmarks import ablations, bridge, chain, cost, loaded_chain, speed
+from benchmarks import ablations, bridge, chain, cost, loaded_chain, sampled_force, speed
 from benchmarks.row import Row, Section, table
 from fe_models.built_in.four_dof import four_dof
 from fe_models.dofs import structure_dofs
@@ -38,6 +38,7 @@ def run_sections(
     sections: dict[Section, Callable[[], list[Row]]] = {
         Section.CHAIN: lambda: chain_rows(modal, quick),
         Section.LOADS: lambda: loaded_rows(modal, quick),
+        Section.SAMPLED_FORCE: lambda: sampled_force.rows(quick),
         Section.SPEED: lambda: speed.rows(modal),
         Section.COST: lambda: cost_rows(out, quick),
         Section.ABLATIONS: lambda: ablation_rows(modal, quick),

@@ -9,7 +9,7 @@ import pytest
 import torch
 from typer.testing import CliRunner
 
-from benchmarks import ablations, bridge, chain, cost
+from benchmarks import ablations, bridge, chain, cost, sampled_force
 from benchmarks.command import benchmark
 from benchmarks.row import Row, table
 from benchmarks.run_kind import ALWAYS, HEEDED, RunKind
@@ -124,3 +124,16 @@ def test_a_modal_model_that_is_not_there_is_named(tmp_path: Path) -> None:
     result = CliRunner().invoke(app, ["--modal-model", str(tmp_path / "none.npz"), "--only", "speed"])
     assert result.exit_code == 2
     assert "none.npz" in result.output
+
+
+def test_a_sampled_force_is_as_far_off_as_its_course_between_the_samples() -> None:
+    """What folds down onto the resonance at 0.1 of the rate has fallen as f^-8: (0.3 / 0.9)^8 = 1.5e-4 of what is
+    there, and (0.4 / 0.9)^8 = 1.5e-3; a held force is late by half a sample, by 2 pi 0.1 / 2 = 0.31 of itself.
+    """
+    samples = sampled_force.QUICK_SAMPLES
+    folded, wider, straight, held = (sampled_force.forecast_errors(case, samples) for case in sampled_force.CASES)
+    assert 1.5e-4 / 3 < folded[0] < 3 * 1.5e-4  # a few lines of random size hold the motion of a resonance
+    assert 1.5e-3 / 3 < wider[0] < 3 * 1.5e-3
+    assert held[0] == pytest.approx(0.31, rel=0.1)  # the motion is that of the resonance but for its quasi-static part
+    assert straight[0] == pytest.approx(1 - np.sinc(0.1) ** 2, rel=0.3)  # what straight lines take off a force there
+    assert all(errors[0] < errors[2] for errors in (folded, wider, straight, held))  # a strong spring multiplies it
