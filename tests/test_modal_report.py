@@ -95,6 +95,9 @@ def test_a_table_of_modes_is_enough(tmp_path: Path) -> None:
     wanted = 0.7 if first["recordings"] == ["after"] else 1 / 0.7  # which of the two is as drawn, nobody knows
     assert factor["value"] == pytest.approx(wanted, abs=4 * factor["std"])
     assert len(report["states"]) == 2
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    for words in (f"stiffness change at element 4 in {first['recordings'][0]}", "no cause, nominal values alone"):
+        assert f'<th scope="row">{words}</th>' in page  # the best hypothesis, and what it beat
     trained = CliRunner().invoke(
         app, ["diagnose", str(tmp_path / "modes.toml"), "--hybrid", "--out", str(tmp_path / "new")]
     )

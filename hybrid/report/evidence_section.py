@@ -4,11 +4,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from fe_models.causes.base import CAUSES
 from fe_models.causes.wording import at_place, kind_words
 from hybrid.diagnosis.answer import Answer
-from hybrid.diagnosis.contest.posterior import Posterior
-from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.joint.conclusion import ModalDiagnosis
 from hybrid.diagnosis.joint.modal_findings import State
 from hybrid.diagnosis.joint.paired_modes import PairedMode
@@ -22,22 +19,20 @@ from hybrid.report.comparison_figures import figures_of, response_figure
 from hybrid.report.drawings import drawn
 from hybrid.report.mode_shapes import mode_shapes
 from hybrid.report.page import Block, Bullets, Cell, Heading, Paragraph, Section, Table
+from hybrid.report.rejected import rejected
 from hybrid.report.seen import Seen, extended_model, paired_modes_of
-from hybrid.report.values import NOTHING, change, fixed, measured, number, off, probability, sentence, share
+from hybrid.report.values import NOTHING, change, fixed, measured, number, off, sentence, share
 
 MOST_ROWS = 40  # of a table of modes
-MOST_HYPOTHESES = 12
 NO_MODES = "No measured mode could be paired with one of the structure."
 OF_MODES = (
     "± is one standard deviation; in brackets how far the structure's frequency is off the measured one. MAC: how alike"
     " the shapes are at the sensors, 1 where they are the same."
 )
-NONE_REJECTED = "None but those that are named has a probability worth a line."
 ONE_STATE = {
     True: "All recordings are of one structure, as far as they tell.",
     False: "The recordings are not all alike.",
 }
-COMPETED = "Competed, each at all its places: {kinds}."
 
 
 def why_believe_it(found: Answer, seen: Seen) -> Section:
@@ -60,7 +55,7 @@ def why_believe_it(found: Answer, seen: Seen) -> Section:
         blocks += [Heading("Mode shapes"), shapes]
     if seen.responses is not None:
         blocks.append(response_figure(seen.responses))
-    blocks += [Heading("What was rejected, and why"), *_rejected(found)]
+    blocks += [Heading("What was rejected, and why"), *rejected(found)]
     blocks += [Heading("States of the structure"), *_states(found)]
     notes = (scope_of(found), *found.notes) if isinstance(found, ModalDiagnosis) else found.notes
     if notes:
@@ -135,41 +130,6 @@ def _observed(shown: Observations) -> Table:
         " structure leaves of them beyond noise. – : hardly seen."
     )
     return Table(caption, columns, tuple(rows), note)
-
-
-def _rejected(found: Answer) -> Iterator[Block]:
-    kinds = ", ".join(sorted((kind_words(kind) for kind in CAUSES), key=str.lower))
-    yield Paragraph(COMPETED.format(kinds=kinds))
-    if isinstance(found, Diagnosis):
-        table = _hypotheses(found.posterior)
-        if table is not None:
-            yield table
-            return
-    if not any(finding.alternatives for finding in found.findings):
-        yield Paragraph(NONE_REJECTED)
-
-
-def _hypotheses(posterior: Posterior) -> Table | None:
-    """Return the most probable hypotheses, how probable each is, and what it leaves of the recordings."""
-    if len(posterior.fits) < 2:
-        return None
-    fits = list(zip(posterior.fits, posterior.probability.tolist(), strict=True))
-    nothing = [pair for pair in fits[MOST_HYPOTHESES:] if not pair[0].hypothesis.candidates]
-    rows = tuple(
-        (Cell(_claim(fit)), Cell(probability(own), own), number(fit.chi2 / max(fit.values, 1.0)))
-        for fit, own in [*fits[:MOST_HYPOTHESES], *nothing]
-    )
-    note = (
-        "Left: what the best fit leaves of the recordings, over what noise would; 1 is noise alone. Equally good fits"
-        " differ by how exactly their sizes had to be chosen and by how many causes they need."
-    )
-    caption = f"The likeliest of {len(fits)} hypotheses that were fitted to the end."
-    return Table(caption, ("hypothesis", "probability", "left"), rows, note)
-
-
-def _claim(fit: Fit) -> str:
-    own = [f"{kind_words(item.kind)} {at_place(item.reported_location)}" for item in fit.hypothesis.candidates]
-    return " and ".join(own) or "nothing is wrong"
 
 
 def _states(found: Answer) -> Iterator[Block]:

@@ -12,6 +12,7 @@ from fe_models.structure import Structure
 from hybrid.diagnosis.config import DOOR
 from hybrid.diagnosis.discrepancy.law_search import LawSearch
 from hybrid.diagnosis.discrepancy.laws_in_recordings import Left
+from hybrid.diagnosis.joint.considered import Considered, considered_by_modes, considered_laws
 from hybrid.diagnosis.joint.forecasts import Forecasts, FoundMotion
 from hybrid.diagnosis.joint.look import surely_off
 from hybrid.diagnosis.joint.modal_findings import LISTED as LISTED_RIVAL
@@ -30,6 +31,7 @@ from hybrid.diagnosis.outcome.extend import extended_structure
 from hybrid.diagnosis.outcome.extend_matrices import ExtendedMatrices, extended_matrices
 from hybrid.diagnosis.outcome.findings import NOT_ON_THE_LIST, Alternative, Finding, Parameter, sentence_of
 from hybrid.diagnosis.outcome.verdict import Verdict
+from hybrid.identification.identification import Identification
 
 CHANGES_WITH_TIME = (
     "within a recording the motion strays from that of any structure with constant values, each mode by {size:.1%} of"
@@ -51,6 +53,8 @@ class ModalDiagnosis:
     laws of structures, too; ``forecasts`` of those for testing, None where none were made; ``groups``: how many of the
     findings, the last ones, are groups that are off; ``next_measurement``: which would decide between rivals, None
     where there are none.
+    findings, the last ones, are groups that are off. What was ``considered``, most probable first, and
+    ``considered_laws``, where these were sought; what was ``identified`` in the recordings, by their names.
     """
 
     verdict: Verdict
@@ -66,6 +70,9 @@ class ModalDiagnosis:
     forecasts: Forecasts | None
     groups: int
     next_measurement: NextMeasurement | None = None
+    considered: tuple[Considered, ...] = ()
+    considered_laws: tuple[Considered, ...] = ()
+    identified: Mapping[str, Identification] = field(default_factory=dict)
 
     @property
     def is_far(self) -> bool:
@@ -138,6 +145,8 @@ def concluded(claims: Claims, laws: LawSearch | None, motion: FoundMotion | None
         forecasts=forecasts,
         groups=len(groups),
         next_measurement=next_by_modes(measured, fits, probability, measured.sensors),
+        considered=considered_by_modes(measured, fits, probability),
+        considered_laws=() if laws is None else considered_laws(laws),
     )
 
 
