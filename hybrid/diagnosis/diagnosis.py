@@ -52,15 +52,24 @@ def _answer(dataset: Dataset, tell: Callable[[str], object]) -> Answer:
     if look.ambient:
         return _by_modes(look, tell)
     if (look.measured.nominal.is_chain and not look.is_far) or look.is_near:  # of such a chain series take seconds
-        series = _by_series(dataset, tell, LOOKED)
+        series = _seen_in(look, _by_series(dataset, tell, LOOKED))
         return _better(series, _by_modes(look, tell)) if series.verdict.is_wanting else series
     modal = _by_modes(look, tell)
-    return modal if _is_settled(modal) or modal.is_far else _better(_by_series(dataset, tell, MODAL_STAGES), modal)
+    return (
+        modal
+        if _is_settled(modal) or modal.is_far
+        else _better(_seen_in(look, _by_series(dataset, tell, MODAL_STAGES)), modal)
+    )
 
 
 def _by_series(dataset: Dataset, tell: Callable[[str], object], done: tuple[str, ...] = ()) -> Diagnosis:
     _skip(MODAL_STAGES[len(done) :], tell)
     return diagnose_series(dataset, tell)
+
+
+def _seen_in(look: Look, found: Diagnosis) -> Diagnosis:
+    """Return the answer by series with what a look identified: pages show it, and need not identify it again."""
+    return replace(found, identified=look.identified)
 
 
 def _by_modes(look: Look, tell: Callable[[str], object]) -> ModalDiagnosis:

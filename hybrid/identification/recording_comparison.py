@@ -1,6 +1,6 @@
 """The recordings of a dataset beside one another and beside the nominal model's modes."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -89,11 +89,14 @@ class Compared:
         return coordinate_mac(self.shapes[:, numbers[:, 0]], observed.shapes[:, numbers[:, 1]])
 
 
-def compare_recordings(dataset: Dataset, advance: Callable[[], object] = nothing) -> Compared:
+def compare_recordings(
+    dataset: Dataset, advance: Callable[[], object] = nothing, known: Mapping[str, Identification] | None = None
+) -> Compared:
     """Return the comparison; `InputError` where no strong mode is one of the model's.
 
     ``advance`` is called after each motion's modes have been identified, which takes seconds. The shortest motions
-    come first: what cannot be compared is told as soon as it shows.
+    come first: what cannot be compared is told as soon as it shows. ``known``: what was identified before, with all
+    sensors, by the names of recordings of one motion.
     """
     dataset.require_recordings("a comparison of recordings")
     highest = max(_highest(dataset, recording) for recording in dataset.recordings)
@@ -104,7 +107,7 @@ def compare_recordings(dataset: Dataset, advance: Callable[[], object] = nothing
     found_in: dict[int, Observed] = {}
     seen = set(range(len(nominal)))
     for number in sorted(range(len(singles)), key=lambda number: len(singles[number][1])):
-        observed = _observed(dataset, *singles[number], (nominal, shapes), count)
+        observed = _observed(dataset, *singles[number], (nominal, shapes), count, known or {})
         found_in[number] = observed
         seen &= {mode for mode in seen if observed.chosen[mode] >= 0}
         if not seen:
@@ -130,12 +133,20 @@ def _highest(dataset: Dataset, recording: Recording) -> float:
 
 
 def _observed(
-    dataset: Dataset, recording: Recording, data: FloatArray, model: tuple[FloatArray, FloatArray], count: int
+    dataset: Dataset,
+    recording: Recording,
+    data: FloatArray,
+    model: tuple[FloatArray, FloatArray],
+    count: int,
+    known: Mapping[str, Identification],
 ) -> Observed:
     """Return what a motion (time, sensor) shows beside the ``model``'s frequencies and shapes."""
     nominal, rate = model[0], dataset.rate_of(recording)
-    moved_by = "measured" if recording.is_driven else recording.excitation
-    found = identify([data], rate, float(nominal[0]), _highest(dataset, recording), moved_by, count)
+    found = known.get(recording.name)
+    if found is None or len(found.modes.shapes) != len(dataset.sensors):
+        moved_by = "measured" if recording.is_driven else recording.excitation
+        found = identify([data], rate, float(nominal[0]), _highest(dataset, recording), moved_by)
+    found = replace(found, modes=found.modes.strongest(count))
     return _paired(recording.name, found, len(data) / rate, dataset.sensors, model)
 
 

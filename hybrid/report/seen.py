@@ -54,9 +54,11 @@ def seen_in(dataset: Dataset, found: Answer) -> Seen:
         notes.append(NOT_COMPARED.format(reason="; ".join(error.faults)))
     if free is None:
         return Seen(dataset, None, None, responses, tuple(notes))
+    single = {recording.name for recording in free.recordings if len(recording.data) == 1}
+    known = {name: own for name, own in found.identified.items() if name in single}
     shown = replace(free, recordings=_chosen(free.recordings, found.findings))
     try:
-        drawn = compare_recordings(shown)
+        drawn = compare_recordings(shown, known=known)
         extended = beside(drawn, shown.with_model(extended_model(found)))
     except (InputError, np.linalg.LinAlgError) as error:
         notes.append(NOT_COMPARED.format(reason=" ".join(str(error).split())))

@@ -1,6 +1,6 @@
 """The first look at recordings: their modes, and how far off the drawn structure is by them."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,18 +17,24 @@ from hybrid.diagnosis.modal.config import CONCLUSION, FIT
 from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim
 from hybrid.diagnosis.modal.search import Search, null_fit
 from hybrid.diagnosis.nominal.any_model import with_parts_scaled
+from hybrid.identification.identification import Identification
 
 
 @dataclass(frozen=True)
 class Look:
     """A ``dataset`` with the modes ``measured`` in it, and the fit of the ``drawn`` structure to them, nominal values
-    alone as far off as the modes say; the names of the recordings that unknown forces drove, ``ambient``.
+    alone as far off as the modes say; what was ``identified`` in its recordings, by their names.
     """
 
     dataset: Dataset
     measured: Measured
     drawn: ModalFit
-    ambient: tuple[str, ...]
+    identified: Mapping[str, Identification]
+
+    @property
+    def ambient(self) -> tuple[str, ...]:
+        """The names of the recordings that unknown forces drove."""
+        return tuple(name for name, own in self.identified.items() if own.is_ambient)
 
     @property
     def is_near(self) -> bool:
@@ -55,12 +61,12 @@ def look_at(dataset: Dataset, tell: Callable[[str], object]) -> Look:
     dataset = as_measured(dataset)
     with threadpool_limits(THREADS.linear_algebra, "blas"):
         tell("modes of the recordings")
-        measured, ambient = measured_in(dataset, tell)
+        measured, identified = measured_in(dataset, tell)
         tell("nominal values")
         drawn = null_fit(measured)
     if drawn is None or not len(drawn.pairs):
         raise InputError("no recording shows a mode of this structure: check node numbers, directions and units")
-    return Look(dataset, measured, drawn, ambient)
+    return Look(dataset, measured, drawn, identified)
 
 
 def rebased(dataset: Dataset, measured: Measured, null: ModalFit) -> tuple[Measured, ModalFit]:

@@ -12,7 +12,7 @@ from hybrid.diagnosis.modal.measured_modes import MeasuredModes
 from hybrid.diagnosis.nominal.any_model import any_nominal_model_of, followed_as_found
 from hybrid.diagnosis.nominal.nominal_model import NominalModel
 from hybrid.diagnosis.recorded.batches import measured_columns
-from hybrid.identification.identification import identify
+from hybrid.identification.identification import Identification, identify
 
 
 def as_measured(dataset: Dataset) -> Dataset:
@@ -25,22 +25,23 @@ def as_measured(dataset: Dataset) -> Dataset:
     return replace(dataset, sampling_rate=LISTED.samples_a_cycle * highest, lowpass=None, recordings=())
 
 
-def measured_in(dataset: Dataset, tell: Callable[[str], object]) -> tuple[Measured, tuple[str, ...]]:
-    """Return the modes of all training recordings, listed or else identified, beside the nominal model; and the names
-    of those recordings that something unknown drove. ``tell`` hears the name of each.
+def measured_in(dataset: Dataset, tell: Callable[[str], object]) -> tuple[Measured, dict[str, Identification]]:
+    """Return the modes of all training recordings, listed or else identified, beside the nominal model; and what was
+    identified, by the recording's name. ``tell`` hears the name of each.
     """
     nominal = any_nominal_model_of(dataset)
-    ambient: tuple[str, ...] = ()
+    identified = dict[str, Identification]()
     if dataset.modes:
         found = _listed(dataset)
         sensors = tuple(replace(sensor, quantity="displacement") for sensor in dataset.sensors)
     else:
         sensors = tuple(dataset.sensors[column] for column in measured_columns(dataset))
-        found, ambient = _identified(dataset, nominal, tell)
+        identified = _identified(dataset, nominal, tell)
+        found = tuple(MeasuredModes.of(name, own.modes) for name, own in identified.items())
         highest = max((float(own.log_omega.max()) for own in found if len(own.log_omega)), default=None)
         if highest is not None:
             nominal = followed_as_found(nominal, dataset, float(np.exp(highest)) / (2 * np.pi))
-    return Measured(nominal, np.zeros(len(nominal.spread)), sensors, dataset.sampling_rate, found), ambient
+    return Measured(nominal, np.zeros(len(nominal.spread)), sensors, dataset.sampling_rate, found), identified
 
 
 def _listed(dataset: Dataset) -> tuple[MeasuredModes, ...]:
@@ -53,17 +54,14 @@ def _listed(dataset: Dataset) -> tuple[MeasuredModes, ...]:
     )
 
 
-def _identified(
-    dataset: Dataset, nominal: NominalModel, tell: Callable[[str], object]
-) -> tuple[tuple[MeasuredModes, ...], tuple[str, ...]]:
-    """Return the modes that the training recordings show at the measured sensors, and which of these were driven."""
+def _identified(dataset: Dataset, nominal: NominalModel, tell: Callable[[str], object]) -> dict[str, Identification]:
+    """Return what the training recordings show at the measured sensors, by their names."""
     columns, slowest = list(measured_columns(dataset)), float(nominal.modes[0][0]) / (2 * np.pi)
-    found, ambient = list[MeasuredModes](), list[str]()
+    found = dict[str, Identification]()
     for recording in dataset.select("train"):
         tell(recording.name)
         rate = dataset.rate_of(recording)
         motions = [motion[:, columns] for motion in recording.data]
-        shown = identify(motions, rate, slowest, dataset.lowpass or rate / 2, recording.excitation)
-        found.append(MeasuredModes.of(recording.name, shown.modes))
-        ambient += [recording.name] if shown.is_ambient else []
-    return tuple(found), tuple(ambient)
+        highest = dataset.lowpass or rate / 2
+        found[recording.name] = identify(motions, rate, slowest, highest, recording.excitation)
+    return found

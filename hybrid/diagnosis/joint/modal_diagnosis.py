@@ -56,7 +56,7 @@ def diagnosed(look: Look, tell: Callable[[str], object]) -> ModalDiagnosis:
         answer = concluded(claims, laws, motion)
     names = ", ".join(look.ambient)
     about = (UNKNOWN_FORCES.format(names=names),) if names else ()
-    return replace(answer, notes=(*answer.notes, *about))
+    return replace(answer, notes=(*answer.notes, *about), identified=look.identified)
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,6 +1,7 @@
 """From evidence to what a report says: verdict, findings, extended structure, and forecasts before and after."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from hybrid.diagnosis.outcome.remarks import remarks_on
 from hybrid.diagnosis.outcome.ruling import Ruling, ruling_of
 from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.diagnosis.recorded.motions import motions_of
+from hybrid.identification.identification import Identification
 
 
 @dataclass(frozen=True, repr=False)
@@ -33,7 +35,8 @@ class Diagnosis:
     recording as an ``example`` of it. ``next_measurement``: which would decide between rivals,
     None where there are none. ``posterior`` over all
     fits that matter; ``alike``: whether all recordings are of one structure, None where that is not known, or there is
-    one only; ``notes``: what the user should know about the data; ``seconds`` that it took.
+    one only; ``notes``: what the user should know about the data; ``seconds`` that it took. What a first look
+    ``identified`` in the recordings, by their names.
     """
 
     verdict: Verdict
@@ -50,6 +53,7 @@ class Diagnosis:
     alike: bool | None
     notes: tuple[str, ...]
     seconds: float
+    identified: Mapping[str, Identification] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         return f"Diagnosis({self.verdict.value}: {', '.join(map(repr, self.findings)) or 'no finding'})"
