@@ -15,8 +15,8 @@ from benchmarks.row import Row
 from fe_models.arrays import FloatArray
 from fe_models.interpolant import Course, interpolant
 
-SAMPLES, QUICK_SAMPLES = 4000, 2000
-FREQUENCY, RATIO = 0.1, 0.01  # natural frequency and damping ratio: what begins falls by e in 160 samples
+SAMPLES, QUICK_SAMPLES = 2000, 600
+FREQUENCY, RATIO = 0.1, 0.05  # natural frequency and damping ratio: what begins falls by e in 32 samples
 STEPS = 8  # of the integration a sample; truth and forecast take the same, so that their errors are the same
 ORDER = 4  # of the Butterworth filter, which passes forwards and backwards: above the band forces fall as f^-8
 SHARES = (0.0, 0.05, 0.3)  # by how much the spring stiffens on average: mean of 3 c x^2 over the linear motion

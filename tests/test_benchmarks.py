@@ -132,7 +132,7 @@ def test_a_sampled_force_is_as_far_off_as_its_course_between_the_samples() -> No
     """
     samples = sampled_force.QUICK_SAMPLES
     folded, wider, straight, held = (sampled_force.forecast_errors(case, samples) for case in sampled_force.CASES)
-    assert 1.5e-4 / 3 < folded[0] < 3 * 1.5e-4  # a few lines of random size hold the motion of a resonance
+    assert 1.5e-4 / 3 < folded[0] < 3 * 1.5e-4  # lines of random size in the resonance, and what folds beside it
     assert 1.5e-3 / 3 < wider[0] < 3 * 1.5e-3
     assert held[0] == pytest.approx(0.31, rel=0.1)  # the motion is that of the resonance but for its quasi-static part
     assert straight[0] == pytest.approx(1 - np.sinc(0.1) ** 2, rel=0.3)  # what straight lines take off a force there
