@@ -30,7 +30,7 @@ def main(
     write_notebooks(pages / "notebooks")
     write_gallery(pages, tuple(report or ()))
     words = ["-m", "mkdocs", "build", "--strict", "--quiet", "--config-file", str(ROOT / "mkdocs.yml")]
-    run(words, ROOT, PAGES=str(pages), SITE=str(site))
+    run(words, ROOT, PAGES=str(pages), SITE=str(site), NO_MKDOCS_2_WARNING="1")
     print(f"Documentation: {site / 'index.html'}")
 
 

@@ -137,7 +137,11 @@ def run_notebook(path: Path) -> dict[str, object]:
 
 
 @pytest.mark.parametrize(
-    ("name", "element", "factor"), [("from_structure_to_diagnosis", 3, 0.7), ("modes_of_own_recordings", 2, 0.8)]
+    ("name", "element", "factor"),
+    [
+        pytest.param("from_structure_to_diagnosis", 3, 0.7, marks=pytest.mark.slow),
+        ("modes_of_own_recordings", 2, 0.8),
+    ],
 )
 def test_notebooks_find_what_they_hide(name: str, element: int, factor: float) -> None:
     report = run_notebook(ROOT / "docs" / "notebooks" / f"{name}.ipynb")["report"]
