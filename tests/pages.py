@@ -152,6 +152,7 @@ def answer_by_modes(dataset: Dataset, *findings: Finding, verdict: Verdict = Ver
         True,
         forecasts,
         0,
+        competed=("added_mass", "cubic_spring", "stiffness_change"),
     )
 
 

@@ -10,6 +10,7 @@ from tests.pages import answer_by_modes, chain_dataset
 FOUND = Considered("stiffness change at element 3", 0.97, 1.02)
 OTHER = Considered("added mass at node 2 in after", 0.02, 4.5)
 NOTHING = Considered(NOTHING_ELSE, 1e-9, 31.0)
+PLACED = (FOUND, OTHER, NOTHING)
 LAWS = (Considered("cubic spring at node 4 in x", 0.9, 0.004), Considered("no force law", 0.05, 0.021))
 
 
@@ -18,9 +19,15 @@ def rows_of(table: Table) -> list[tuple[str, ...]]:
 
 
 def test_what_was_considered_by_modes_and_by_motion_stands_in_two_tables() -> None:
-    found = replace(answer_by_modes(chain_dataset()), considered=(FOUND, OTHER, NOTHING), considered_laws=LAWS)
+    found = replace(
+        answer_by_modes(chain_dataset()),
+        competed=("stiffness_change", "added_mass"),
+        considered=PLACED,
+        considered_laws=LAWS,
+    )
     kinds, modes, laws = rejected(found)
-    assert isinstance(kinds, Paragraph) and "added mass" in kinds.text
+    assert isinstance(kinds, Paragraph)
+    assert kinds.text == "Competed, each at all its places: added mass, stiffness change."
     assert isinstance(modes, Table) and isinstance(laws, Table)
     assert rows_of(modes) == [
         ("stiffness change at element 3", "97 %", "1.02"),

@@ -30,7 +30,8 @@ LEFT_OF_MOTION = (
 
 def rejected(found: Answer) -> Iterator[Block]:
     """Return which causes competed, and the likeliest hypotheses."""
-    kinds = ", ".join(sorted((kind_words(kind) for kind in CAUSES), key=str.lower))
+    every = found.competed if isinstance(found, ModalDiagnosis) else tuple(CAUSES)
+    kinds = ", ".join(sorted(map(kind_words, every), key=str.lower))
     yield Paragraph(COMPETED.format(kinds=kinds))
     tables = _by_modes(found) if isinstance(found, ModalDiagnosis) else _by_series(found.posterior)
     if tables:

@@ -55,6 +55,9 @@ class ModalDiagnosis:
     where there are none.
     findings, the last ones, are groups that are off. What was ``considered``, most probable first, and
     ``considered_laws``, where these were sought; what was ``identified`` in the recordings, by their names.
+    findings, the last ones, are groups that are off. Which kinds of causes ``competed``; what was ``considered``, most
+    probable first, and ``considered_laws``, where these were sought; what was ``identified`` in the recordings, by
+    their names.
     """
 
     verdict: Verdict
@@ -70,6 +73,7 @@ class ModalDiagnosis:
     forecasts: Forecasts | None
     groups: int
     next_measurement: NextMeasurement | None = None
+    competed: tuple[str, ...] = ()
     considered: tuple[Considered, ...] = ()
     considered_laws: tuple[Considered, ...] = ()
     identified: Mapping[str, Identification] = field(default_factory=dict)

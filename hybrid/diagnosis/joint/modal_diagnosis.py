@@ -10,7 +10,7 @@ from time import perf_counter
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from fe_models.causes.candidate import Candidate
+from fe_models.causes.candidate import Candidate, LawCandidate
 from fe_models.causes.known import Channel
 from fe_models.causes.places import Motion
 from fe_models.linear import LinearModel
@@ -56,19 +56,21 @@ def diagnosed(look: Look, tell: Callable[[str], object]) -> ModalDiagnosis:
         answer = concluded(claims, laws, motion)
     names = ", ".join(look.ambient)
     about = (UNKNOWN_FORCES.format(names=names),) if names else ()
-    return replace(answer, notes=(*answer.notes, *about), identified=look.identified)
+    kinds = {own.kind for own in by_modes.search.candidates} | (by_modes.laws if laws is not None else set())
+    return replace(answer, notes=(*answer.notes, *about), identified=look.identified, competed=tuple(sorted(kinds)))
 
 
 @dataclass(frozen=True, eq=False)
 class _Searched:
     """The ``fits`` of all claims to what was ``measured``, most probable first, by a ``search``; ``null``: that of
-    nothing wrong.
+    nothing wrong; the kinds of force ``laws`` that the structure may have.
     """
 
     measured: Measured
     null: ModalFit
     search: Search
     fits: list[ModalFit]
+    laws: frozenset[str]
 
     @property
     def claims(self) -> Claims:
@@ -78,8 +80,10 @@ class _Searched:
 
 def _searched(measured: Measured, null: ModalFit, tell: Callable[[str], object]) -> _Searched:
     """Return the search for causes that modes tell."""
-    search = Search.of(measured, _candidates(measured))
-    return _Searched(measured, null, search, search.run(null, tell))
+    candidates = _candidates(measured)
+    laws = frozenset(own.kind for own in candidates if isinstance(own, LawCandidate))
+    search = Search.of(measured, candidates)
+    return _Searched(measured, null, search, search.run(null, tell), laws)
 
 
 def _with_motion(look: Look, known: _Searched) -> tuple[Claims, LawSearch | None, FoundMotion | None]:
