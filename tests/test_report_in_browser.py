@@ -1,12 +1,6 @@
 """Pages in a real browser, Chromium without a screen: nothing goes wrong, nothing is asked for, all is seen."""
 
-import json
-import re
-import shutil
-import subprocess
-from html import escape, unescape
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -19,16 +13,10 @@ from hybrid.report.diagnosis_page import diagnosis_page
 from hybrid.report.rendering import MAX_BYTES, rendered
 from hybrid.report.seen import seen_in
 from hybrid.report.training_page import training_page
+from tests.browser import needs_browser, opened
 from tests.pages import SOURCE, answer_by_modes, answer_by_series, chain_dataset, found_in
 from tests.test_report_training import data_of_training, trained
 
-NAMES = ("chromium", "chromium-browser", "google-chrome")
-CHROMIUM = next((path for name in NAMES if (path := shutil.which(name)) is not None), None)
-WAIT = 120  # s: a busy machine takes its time to start a browser
-WINDOW = "1500,2200"  # px: windows may not be narrower than 500, frames in them may
-FRAME = """<!DOCTYPE html><title>frame</title>
-<script>addEventListener("message", (event) => {{ document.body.dataset.seen = event.data; }});</script>
-<body><iframe srcdoc="{page}" style="border: 0; width: {width}px; height: 2000px"></iframe></body>"""
 # What a reader does: sort, play; then what became of it, told to the frame.
 PROBE = """
 <script>
@@ -53,57 +41,36 @@ addEventListener("load", async () => {
     moved = path.getAttribute("d");
   }
   if (path) document.querySelector(".motion button").click();
+  const enlarge = [...document.querySelectorAll("figure button")].find((one) => one.textContent === "Enlarge");
+  enlarge.click();
+  const dialog = document.querySelector("dialog");
+  const large = dialog.open && dialog.querySelector("svg").getBoundingClientRect().height > 200;
+  const whole = dialog.querySelector("svg").getAttribute("viewBox");
+  [...dialog.querySelectorAll("button")].find((one) => one.textContent === "Closer").click();
+  const near = dialog.querySelector("svg").getAttribute("viewBox").split(" ").map(Number);
+  dialog.querySelector(".stage").dispatchEvent(new KeyboardEvent("keydown", { key: "0" }));
+  const restored = dialog.querySelector("svg").getAttribute("viewBox").split(" ").map(Number).join(" ");
+  const back = restored === whole.split(/[ ,]+/).map(Number).join(" ");
+  dialog.close();
   const sizes = [...document.querySelectorAll("figure svg")].map((svg) => {
     const box = svg.getBoundingClientRect();
     return [Math.round(box.width), Math.round(box.height)];
   });
   parent.postMessage(JSON.stringify({
-    wrong, before, sorted, moves: still !== moved, sizes,
+    wrong, before, sorted, moves: still !== moved, sizes, large, back,
+    closer: Number(whole.split(/[ ,]+/)[2]) / near[2],
     figures: document.querySelectorAll("figure").length,
     width: document.documentElement.scrollWidth, window: innerWidth,
     requests: performance.getEntriesByType("resource").map((entry) => entry.name),
     controls: [...document.querySelectorAll(".motion label")].map((label) => label.textContent.slice(0, 12)),
   }), "*");
 });
-</script>
-</head>"""
+</script>"""
 
 pytestmark = [
     pytest.mark.slow,
-    pytest.mark.skipif(CHROMIUM is None, reason="needs a browser: apt-get install chromium"),
+    needs_browser,
 ]
-
-
-def opened(folder: Path, html: str, width: int) -> tuple[dict[str, Any], str]:
-    """Return what a browser ``width`` px wide shows of a page, and what it writes on its console."""
-    assert CHROMIUM is not None
-    frame = folder / "frame.html"
-    page = escape(html.replace("</head>", PROBE, 1))
-    frame.write_text(FRAME.format(width=width, page=page), encoding="utf-8")
-    done = subprocess.run(
-        [
-            CHROMIUM,
-            "--headless",
-            "--no-sandbox",
-            "--disable-gpu",
-            "--disable-background-networking",
-            "--enable-logging=stderr",
-            f"--user-data-dir={folder / 'profile'}",
-            f"--window-size={WINDOW}",
-            "--virtual-time-budget=5000",
-            "--dump-dom",
-            frame.as_uri(),
-        ],
-        capture_output=True,
-        text=True,
-        timeout=WAIT,
-        check=True,
-    )
-    found = re.search(r'data-seen="([^"]*)"', done.stdout)
-    assert found is not None, done.stderr[-2000:]
-    seen: dict[str, Any] = json.loads(unescape(found[1]))
-    console = "\n".join(line for line in done.stderr.splitlines() if "CONSOLE" in line)
-    return seen, console
 
 
 @pytest.fixture(scope="module")
@@ -128,7 +95,7 @@ def test_a_page_opens_without_fault_or_request_and_all_is_seen(
     html = page_of(found, data)
     for word in ("MAC", "CoMAC", "Stabilisation", "backbone", "Power of all channels", "Mode shapes"):
         assert word in html, word
-    seen, console = opened(tmp_path, html, width)
+    seen, console = opened(tmp_path, html, width, PROBE)
     assert seen["wrong"] == []
     assert console == ""
     assert seen["requests"] == []
@@ -137,6 +104,8 @@ def test_a_page_opens_without_fault_or_request_and_all_is_seen(
     assert seen["width"] <= seen["window"] == width  # what is wider scrolls within its own box
     assert seen["sorted"] == seen["before"][::-1]
     assert seen["moves"]
+    assert (seen["large"], seen["back"]) == (True, True)
+    assert seen["closer"] == pytest.approx(1.5)
     assert seen["controls"] == ["MotionMode 1", "Slow to fast", "Scale"]
 
 
@@ -146,7 +115,7 @@ def test_the_page_of_a_comparison(data: Dataset, tmp_path: Path) -> None:
     assert found.sentence.startswith("The recordings are of one structure")  # as both are
     html = rendered(found)
     assert all(word in html for word in ("Stabilisation", "Coordinate MAC", "backbone", "Changes of modes"))
-    seen, console = opened(tmp_path, html, 390)
+    seen, console = opened(tmp_path, html, 390, PROBE)
     assert (seen["wrong"], console, seen["requests"]) == ([], "", [])
     assert len(seen["sizes"]) == seen["figures"] > 5
     assert seen["width"] <= seen["window"] == 390
@@ -155,7 +124,7 @@ def test_the_page_of_a_comparison(data: Dataset, tmp_path: Path) -> None:
 
 def test_the_page_of_a_training(tmp_path: Path) -> None:
     html = rendered(training_page(data_of_training(), Config(), trained(), SOURCE))
-    seen, console = opened(tmp_path, html, 390)
+    seen, console = opened(tmp_path, html, 390, PROBE)
     assert (seen["wrong"], console, seen["requests"]) == ([], "", [])
     assert len(seen["sizes"]) == seen["figures"] == 3
     assert seen["width"] <= seen["window"] == 390
@@ -167,7 +136,7 @@ def test_a_fault_in_a_page_is_seen(data: Dataset, tmp_path: Path) -> None:
     """The probe tells an error of a program, and a picture from elsewhere."""
     bad = '<img src="picture.png"><script>nowhere();</script></body>'
     html = page_of(answer_by_modes(data), data).replace("</body>", bad)
-    seen, console = opened(tmp_path, html, 800)
+    seen, console = opened(tmp_path, html, 800, PROBE)
     assert any("nowhere" in line for line in seen["wrong"])
     assert any("img-src" in line for line in seen["wrong"])
     assert "nowhere" in console

@@ -11,6 +11,7 @@ from markupsafe import Markup
 from hybrid.report.page import Block, Figure, MovingFigure, Page, Section, Table
 
 TEMPLATES = Path(__file__).parent / "templates"
+PROGRAMS = ("page.js", "zoom.js")
 MAX_BYTES = 10_000_000  # of a page: what mail takes
 TOO_LARGE = (
     "Some of the page was left out, so that it stays small enough for mail: {captions}. The picture files beside it"
@@ -53,7 +54,7 @@ def _rendered(page: Page, left_out: Iterable[str]) -> str:
         number=lambda block: numbers[id(block)],
         missing=missing,
         style=Markup((TEMPLATES / "style.css").read_text(encoding="utf-8")),
-        script=Markup((TEMPLATES / "page.js").read_text(encoding="utf-8")),
+        script=Markup("\n".join((TEMPLATES / name).read_text(encoding="utf-8") for name in PROGRAMS)),
     )
 
 
