@@ -14,14 +14,14 @@ from hybrid.diagnosis.answer import Answer
 from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.notebook.report import Report
 from hybrid.report import rendering
-from hybrid.report.answer import facts_of, next_steps, sentence_of, verdict_of
+from hybrid.report.answer import SEVERAL, facts_of, next_steps, sentence_of, summary_of, verdict_of
 from hybrid.report.diagnosis_page import diagnosis_page
 from hybrid.report.page import Figure, Page, Section, Tone
 from hybrid.report.page_files import save_page
 from hybrid.report.provenance import provenance_of
 from hybrid.report.rendering import MAX_BYTES, rendered
 from hybrid.report.seen import nothing_seen
-from hybrid.report.values import measured, percentage, probability
+from hybrid.report.values import measured, percentage, probability, sentence
 from hybrid.result_sets import diagnosis_in
 from tests.pages import HOSTILE, SOURCE, Reader, answer_by_modes, answer_by_series, chain_dataset, found_in
 
@@ -122,7 +122,7 @@ def test_the_answer_is_a_sentence_with_its_probability_and_what_to_do() -> None:
     assert said == "Element 3 has 0.7012 ± 0.0034 times its nominal stiffness (probability: 97 %)."
     assert verdict_of(sure)[1] is Tone.FOUND
     assert "extended_model.toml" in next_steps(sure)[0]
-    assert sentence_of(unsure, dataset).startswith("Probably: Element 3")
+    assert sentence_of(unsure, dataset).startswith("Probably element 3")
     assert verdict_of(unsure)[1] is Tone.OPEN
     assert "accelerometer at node 2 in x would tell" in next_steps(unsure)[1]
     assert dict(facts_of(sure))["forecast error, before → after"] == "0.2000 → 0.0120"
@@ -221,3 +221,16 @@ def test_a_notebook_writes_the_same_page(tmp_path: Path, monkeypatch: pytest.Mon
     assert headings(html, "h2") == ["What to do next", *SECTIONS]
     assert "hybrid.diagnose(design, data)" in html
     assert "Files that were read" not in html
+
+
+def test_kinds_stand_in_words() -> None:
+    """A note of the search names kinds as files do."""
+    note = "no added sensor tells stiffness_change at element 3 and coulomb_friction at node 1 apart"
+    assert sentence(note) == "No added sensor tells stiffness change at element 3 and Coulomb friction at node 1 apart."
+
+
+def test_the_answer_is_no_surer_than_its_probability() -> None:
+    dataset = chain_dataset()
+    sure, open_ = (answer_by_series(dataset, found_in(dataset, value)) for value in (0.97, 0.6))
+    assert summary_of(sure) == "The simulation is wrong, and the cause is named above."
+    assert summary_of(open_) == SEVERAL

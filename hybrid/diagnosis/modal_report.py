@@ -143,7 +143,8 @@ def draw_modes(path: Path, modes: tuple[PairedMode, ...]) -> Path:
         above.axhline(0.0, color="black", linewidth=0.8)
         above.set_ylabel("frequency off (%)")
         above.set_xticks([])
-        above.legend(frameon=False, fontsize=8)
+        names = above.get_legend_handles_labels()
+        sheet.legend(*names, loc="outside upper center", ncols=2, frameon=False, fontsize=8)
         below.set(ylabel="MAC", ylim=(0, 1.02))
         below.set_xticks(
             place, [f"{mode.recording}\n{mode.measured:.4g} Hz" for mode in modes], rotation=90, fontsize=7

@@ -1,6 +1,7 @@
 """The comparison of recordings as pictures."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -38,6 +39,7 @@ def draw_backbones(path: Path, dataset: Dataset, compared: Compared) -> Path:
                     capsize=2.5,
                 )
             axis.set_xscale("log")
+            _part_ticks(axis)
             axis.set(
                 xlabel=f"amplitude where it moves most ({_unit(dataset, compared, mode)})", ylabel="frequency (Hz)"
             )
@@ -45,6 +47,17 @@ def draw_backbones(path: Path, dataset: Dataset, compared: Compared) -> Path:
         count = len(free)
         sheet.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=count, frameon=False)
     return path
+
+
+def _part_ticks(axis: Any) -> None:
+    """Give a logarithmic axis that spans less than a power of ten a few plain numbers, which do not touch."""
+    from matplotlib.ticker import MaxNLocator, NullLocator, ScalarFormatter
+
+    low, high = axis.get_xlim()
+    if high < 10 * low:
+        axis.xaxis.set_major_locator(MaxNLocator(4))
+        axis.xaxis.set_major_formatter(ScalarFormatter())
+        axis.xaxis.set_minor_locator(NullLocator())
 
 
 def _unit(dataset: Dataset, compared: Compared, mode: int) -> str:

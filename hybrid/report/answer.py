@@ -18,6 +18,7 @@ VERDICTS = {
     Verdict.UNEXPLAINED: ("Something is wrong, and it is not explained", Tone.BAD),
 }
 NOT_SURE = "Something is wrong, and several causes remain"
+SEVERAL = "What was found explains what is wrong, but the sensors do not tell it from its rivals surely enough."
 USE_AS_IT_IS = "Use the model as it is; how far nominal values may be moved is listed under “What was assumed”."
 LOOK_THERE = "Look at the structure there, and use {model} for further analyses: the structure with what was found."
 NOT_YET = "Do not act on the likeliest cause alone: check the others under “What is not known”, too."
@@ -43,12 +44,17 @@ def sentence_of(found: Answer, dataset: Dataset) -> str:
     first = found.findings[0]
     told = f"{_said(first, dataset)} (probability: {probability(first.probability)})."
     if first.probability < REPORT.min_named_probability:
-        told = f"Likeliest of several causes: {told}"
+        told = f"Likeliest of several causes: {_within(told)}"
     elif first.probability < DOOR.sure_probability:
-        told = f"Probably: {told}"
+        told = f"Probably {_within(told)}"
     count = len(found.findings)
     told = told if count == 1 else f"{_words(count)} things are wrong. First: {told}"
     return told.replace(" %", "\u00a0%")  # where no line shall break
+
+
+def _within(told: str) -> str:
+    """Return a sentence as it goes on after a first word."""
+    return told[:1].lower() + told[1:]
 
 
 def _said(finding: Finding, dataset: Dataset) -> str:
@@ -69,7 +75,11 @@ def fitted_names(dataset: Dataset) -> set[str]:
 
 def summary_of(found: Answer) -> str:
     """Return what that amounts to; nothing where the sentence says it all."""
-    return headline_of(found) if found.findings else ""
+    if not found.findings:
+        return ""
+    if verdict_of(found)[0] == NOT_SURE:
+        return SEVERAL
+    return headline_of(found).replace("named below", "named above")  # which is where a page has it
 
 
 def facts_of(found: Answer) -> tuple[tuple[str, str], ...]:

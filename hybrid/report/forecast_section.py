@@ -22,6 +22,7 @@ HOW = (
 )
 TESTED = "Forecast: {names}, kept for this and never fitted."
 NOT_REACHED = "The error is still {ratio:.2g} times the noise floor: something is left, see “What is not known”."
+PART = "; on the right the part where they differ most"
 IN_TURN = "No recording was kept for testing: each is forecast by what was found in the others."
 
 
@@ -42,8 +43,8 @@ def how_much_better(found: Answer, dataset: Dataset, gain: Gain | None = None) -
             lambda path: draw_example(path, example),
             "forecast",
             f"Recording {example.recording} as measured, as the drawn structure forecasts it (nominal) and {after}"
-            " (extended); on the right the part where they differ most; below, the spectra of the errors with the"
-            " natural frequencies.",
+            f" (extended){PART if example.is_long else ''}; below, the spectra of the errors with the natural"
+            " frequencies.",
             f"Curves of {len(example.sensors)} channels of {example.recording} over time: measured, nominal, extended,"
             f" and the spectra of the errors.",
         )

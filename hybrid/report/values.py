@@ -1,7 +1,10 @@
 """Numbers and texts as a page has them: uncertainties to two digits, units typeset, kinds of causes in words."""
 
+import re
 from math import floor, isfinite, log10
 
+from fe_models.causes.base import CAUSES
+from fe_models.causes.wording import kind_words
 from hybrid.diagnosis.outcome.findings import Parameter
 from hybrid.report.page import Cell
 
@@ -9,14 +12,15 @@ NOTHING = "–"
 PLUS_MINUS = "\u00a0±\u00a0"  # where no line breaks
 PLAIN = (-4, 5)  # powers of ten between which a value is written without one
 SUREST = 0.999  # no probability is said to be more
+KIND = re.compile(rf"\b(?:{'|'.join(kind for kind in CAUSES if '_' in kind)})\b")
 SIGNS = {"+-": "±", "^2": "²", "^3": "³"}
 
 
 def typeset(text: str) -> str:
-    """Return a text of a report, which terminals show, as a page shows it."""
+    """Return a text of a report, which terminals show, as a page shows it: signs for letters, kinds in words."""
     for plain, sign in SIGNS.items():
         text = text.replace(plain, sign)
-    return text
+    return KIND.sub(lambda found: kind_words(found[0]), text)
 
 
 def sentence(text: str) -> str:

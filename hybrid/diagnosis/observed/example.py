@@ -43,6 +43,22 @@ class Example:
         fitted = [column for column in worst if column not in apart]
         return sorted([*apart[:1], *fitted, *apart[1:]][:count])
 
+    @property
+    def is_long(self) -> bool:
+        """Whether a part of it is drawn by itself, too."""
+        return self.clearest_part is not None
+
+    @property
+    def clearest_part(self) -> tuple[float, float] | None:
+        """Begin and end (s) of the part that is drawn beside the whole; None of a short recording."""
+        shown = self.most_wrong(EXAMPLE.max_channels)
+        return clearest_span(self.time, {name: getattr(self, name)[:, shown] for name in ("measured", *COLOURS)})
+
+    @property
+    def time(self) -> FloatArray:
+        """The time (time,) of each sample, s."""
+        return np.asarray(self.first + np.arange(len(self.measured)) / self.rate)
+
     def spectrum(self, name: str) -> tuple[FloatArray, FloatArray]:
         """Return frequencies (Hz) and the error's amplitude spectrum, each channel over its size, all in one (rms)."""
         error = (self.measured - getattr(self, name)) / self.measured.std(axis=0)
@@ -65,10 +81,10 @@ def draw_example(path: Path, example: Example) -> Path:
     """Draw the channels over time, and below them the spectra of the errors with the natural frequencies."""
     shown = example.most_wrong(EXAMPLE.max_channels)
     labels = channel_labels([example.sensors[i] for i in shown])
-    time = example.first + np.arange(len(example.measured)) / example.rate
+    time = example.time
     title = f"{example.recording}, forecast from its first fifth"
     curves = {name: getattr(example, name)[:, shown] for name in ("measured", *COLOURS)}
-    span = clearest_span(time, curves)
+    span = example.clearest_part
     widths = [PANEL_WIDTH] if span is None else [PANEL_WIDTH, ZOOM_WIDTH]
     columns = len(widths)
     with figure(path, (len(shown) + 1) * columns, columns, title, widths) as (sheet, every):
