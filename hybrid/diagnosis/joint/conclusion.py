@@ -52,12 +52,8 @@ class ModalDiagnosis:
     structure; ``notes``; ``seconds`` that it took; ``has_motion``: whether there were recordings, which show force
     laws of structures, too; ``forecasts`` of those for testing, None where none were made; ``groups``: how many of the
     findings, the last ones, are groups that are off; ``next_measurement``: which would decide between rivals, None
-    where there are none.
-    findings, the last ones, are groups that are off. What was ``considered``, most probable first, and
+    where there are none. Which kinds of causes ``competed``; what was ``considered``, most probable first, and
     ``considered_laws``, where these were sought; what was ``identified`` in the recordings, by their names.
-    findings, the last ones, are groups that are off. Which kinds of causes ``competed``; what was ``considered``, most
-    probable first, and ``considered_laws``, where these were sought; what was ``identified`` in the recordings, by
-    their names.
     """
 
     verdict: Verdict
