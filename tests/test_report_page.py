@@ -14,7 +14,7 @@ from hybrid.diagnosis.answer import Answer
 from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.notebook.report import Report
 from hybrid.report import rendering
-from hybrid.report.answer import SEVERAL, facts_of, next_steps, sentence_of, summary_of, verdict_of
+from hybrid.report.answer import SEVERAL, WORSE, facts_of, next_steps, sentence_of, summary_of, verdict_of
 from hybrid.report.diagnosis_page import diagnosis_page
 from hybrid.report.page import Figure, Page, Section, Tone
 from hybrid.report.page_files import save_page
@@ -234,3 +234,25 @@ def test_the_answer_is_no_surer_than_its_probability() -> None:
     sure, open_ = (answer_by_series(dataset, found_in(dataset, value)) for value in (0.97, 0.6))
     assert summary_of(sure) == "The simulation is wrong, and the cause is named above."
     assert summary_of(open_) == SEVERAL
+
+
+def test_causes_and_groups_that_are_off_are_counted_apart() -> None:
+    dataset = chain_dataset()
+    found = answer_by_modes(dataset, found_in(dataset), found_in(dataset))
+    counted = {
+        0: "Two things are wrong. First: ",
+        1: "One thing is wrong, and one group is off by more than was stated. First: ",
+        2: "Two groups are off by more than was stated. First: ",
+    }
+    for groups, words in counted.items():
+        assert sentence_of(replace(found, groups=groups), dataset).startswith(words)
+    assert facts_of(found)[0] == ("probability of the first", "97 %")
+
+
+def test_forecasts_that_get_worse_are_said() -> None:
+    dataset = chain_dataset()
+    found = answer_by_series(dataset, found_in(dataset))
+    worse = replace(found, scores={**found.scores, "extended": found.scores["baseline"]})
+    assert WORSE not in next_steps(found) and WORSE not in next_steps(worse)
+    worse.scores["baseline"] = {"measured": 0.01, "held_out": None}
+    assert WORSE in next_steps(worse)

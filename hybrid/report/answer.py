@@ -23,6 +23,7 @@ USE_AS_IT_IS = "Use the model as it is; how far nominal values may be moved is l
 LOOK_THERE = "Look at the structure there, and use {model} for further analyses: the structure with what was found."
 NOT_YET = "Do not act on the likeliest cause alone: check the others under “What is not known”, too."
 MORE_DATA = "Record larger motions, or more of them, or add a sensor near the places marked below."
+WORSE = "Do not forecast with it yet: recordings that were never fitted are forecast worse than by the model as drawn."
 PART_ONLY = "Look for what else is wrong where most of the error is left: see “What is not known”."
 ELSEWHERE = (
     "Check what is on no list of causes: the units, places and directions of sensors, and whether the model is the"
@@ -47,9 +48,19 @@ def sentence_of(found: Answer, dataset: Dataset) -> str:
         told = f"Likeliest of several causes: {_within(told)}"
     elif first.probability < DOOR.sure_probability:
         told = f"Probably {_within(told)}"
-    count = len(found.findings)
-    told = told if count == 1 else f"{_words(count)} things are wrong. First: {told}"
+    told = told if len(found.findings) == 1 else f"{_counted(found)}. First: {told}"
     return told.replace(" %", "\u00a0%")  # where no line shall break
+
+
+def _counted(found: Answer) -> str:
+    """Return how many causes were found, and how many groups are merely off."""
+    groups = found.groups if isinstance(found, ModalDiagnosis) else 0
+    causes = len(found.findings) - groups
+    off = f"{_words(groups)} group{' is' if groups == 1 else 's are'} off by more than was stated"
+    wrong = f"{_words(causes)} thing{' is' if causes == 1 else 's are'} wrong"
+    if not groups:
+        return wrong
+    return off if not causes else f"{wrong}, and {_within(off)}"
 
 
 def _within(told: str) -> str:
@@ -86,7 +97,8 @@ def facts_of(found: Answer) -> tuple[tuple[str, str], ...]:
     """Return the numbers that matter most, each with its name."""
     facts = list[tuple[str, str]]()
     if found.findings:
-        facts.append(("probability", probability(found.findings[0].probability)))
+        name = "probability" if len(found.findings) == 1 else "probability of the first"
+        facts.append((name, probability(found.findings[0].probability)))
     before, after = (found.scores[name]["measured"] for name in ("baseline", "extended"))
     if before is not None and after is not None:
         name = "forecast error, before → after" if found.findings else "forecast error, as drawn → calibrated"
@@ -113,9 +125,16 @@ def next_steps(found: Answer) -> tuple[str, ...]:
         return (ELSEWHERE, PART_ONLY)
     use = LOOK_THERE.format(model=EXTENDED)
     rest = (PART_ONLY,) if found.verdict is Verdict.PARTLY_EXPLAINED else ()
+    worse = (WORSE,) if forecasts_are_worse(found) else ()
     if _is_sure(found):
-        return (use, *rest)
-    return (NOT_YET, *(advice or (MORE_DATA,)), *rest)
+        return (use, *worse, *rest)
+    return (NOT_YET, *(advice or (MORE_DATA,)), *worse, *rest)
+
+
+def forecasts_are_worse(found: Answer) -> bool:
+    """Return whether recordings that were never fitted are forecast worse with what was found."""
+    before, after = (found.scores[name]["measured"] for name in ("baseline", "extended"))
+    return before is not None and after is not None and after > before
 
 
 def _is_sure(found: Answer) -> bool:

@@ -40,7 +40,7 @@ def drawn(draw: Callable[[Path], object], name: str, caption: str, description: 
     svg = f'<svg viewBox="{found[1]}" aria-hidden="true">{body}'
     svg = UNUSED.sub("", svg).replace("xlink:href", "href")
     svg = GEOMETRY.sub(lambda part: DECIMALS.sub(r"\1", part[0]), SPACES.sub("\n", svg))
-    svg = NAMES.sub(rf"\g<1>{name}-", svg)
+    svg = NAMES.sub(rf"\g<1>{name}-", svg).replace("/s^2", "/s²")
     return Figure(caption, description, Markup(in_colours_of_the_page(svg)), min(width, MAX_WIDTH))
 
 
