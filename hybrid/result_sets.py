@@ -6,6 +6,7 @@ from fe_models.files.result_set import ResultSet
 
 REPORT, SUMMARY = "report.json", "summary.txt"
 PAGE = "report.html"
+WATCH_PAGE = "watch.html"
 EXTENDED, EXTENDED_MATRICES = "extended_model.toml", "extended_matrices.npz"
 PICTURE, MODES = "what_is_wrong.png", "modes.png"
 COMPARISON, COMPARISON_TABLE, COMPARISON_ROWS = "comparison.txt", "comparison.json", "comparison.csv"
@@ -23,3 +24,8 @@ def comparison_in(folder: Path) -> ResultSet:
     """Return what a comparison of recordings leaves in ``folder``."""
     pictures = (BACKBONES, SPECTRA, STABILISATION, MAC, COORDINATE_MAC, RESPONSES)
     return ResultSet(folder, "compare", (PAGE, COMPARISON, COMPARISON_TABLE, COMPARISON_ROWS, RESPONSE_ROWS, *pictures))
+
+
+def watch_in(folder: Path) -> ResultSet:
+    """Return what a watch leaves in ``folder`` beside what it keeps."""
+    return ResultSet(folder, "watch", (WATCH_PAGE,))

@@ -18,7 +18,7 @@ HEAVY = {"torch", "scipy", "matplotlib", "numba", "exudyn", "pyvista", "vtkmodul
 
 
 def test_it_has_the_sub_commands_that_the_documents_name() -> None:
-    known = {"build", "simulate", "train", "predict", "render", "diagnose", "compare", "inspect", "benchmark"}
+    known = {"build", "simulate", "train", "predict", "render", "diagnose", "watch", "compare", "inspect", "benchmark"}
     assert set(NAMES) == known
     result = CliRunner().invoke(app, ["--help"])
     assert result.exit_code == 0

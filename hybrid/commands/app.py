@@ -12,8 +12,9 @@ from hybrid.commands.predict import predict
 from hybrid.commands.render import render
 from hybrid.commands.simulate import simulate
 from hybrid.commands.train import train
+from hybrid.commands.watch import watch
 
-COMMANDS = (build, simulate, train, predict, render, diagnose, compare, inspect)
+COMMANDS = (build, simulate, train, predict, render, diagnose, watch, compare, inspect)
 
 
 def main_app() -> typer.Typer:

@@ -81,9 +81,8 @@ def _change(
     numbers: tuple[int, int], before: IdentifiedModes, after: IdentifiedModes, criterion: FloatArray
 ) -> RecordingChange:
     """Return what changed in the modes that two recordings have in common."""
-    modes = tuple(
-        _mode_change(i, j, before, after, float(criterion[i, j])) for i, j in _common(before, after, criterion)
-    )
+    pairs = common_modes(before.frequencies, after.frequencies, criterion)
+    modes = tuple(_mode_change(i, j, before, after, float(criterion[i, j])) for i, j in pairs)
     if not modes:
         return RecordingChange(numbers, (), 1.0)
     mean = float(np.mean([mode.sigma**2 for mode in modes]))
@@ -105,11 +104,14 @@ def _mode_change(i: int, j: int, before: IdentifiedModes, after: IdentifiedModes
     )
 
 
-def _common(before: IdentifiedModes, after: IdentifiedModes, criterion: FloatArray) -> list[tuple[int, int]]:
-    """Return which modes two recordings have in common, by shape and frequency together (see `pairing`)."""
+def common_modes(before: FloatArray, after: FloatArray, criterion: FloatArray) -> list[tuple[int, int]]:
+    """Return which modes two recordings have in common, by shape and frequency together (see `pairing`).
+
+    ``before`` (mode,) and ``after`` (other,): frequencies, Hz; ``criterion`` (mode, other), MAC.
+    """
     if not criterion.size:
         return []
-    apart = np.abs(np.log(after.frequencies / before.frequencies[:, None]))
+    apart = np.abs(np.log(after / before[:, None]))
     cost = (1 - criterion) / PAIRING.mac_scale + apart / PAIRING.frequency_scale
     possible = (criterion >= CHANGES.min_mac) & (apart <= CHANGES.max_change)
     cost = np.where(possible, cost, PAIRING.max_cost + cost.max())

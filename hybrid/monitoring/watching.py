@@ -1,0 +1,164 @@
+"""New recordings of a station looked at, one by one: identified, held against the history, kept; changes diagnosed."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from re import sub
+
+from fe_models.assembly import linearise
+from fe_models.errors import InputError
+from fe_models.linear import LinearModel
+from fe_models.modes import natural_modes
+from fe_models.recordings import Dataset
+from hybrid.fleet.diagnosed_file import Options, diagnosed_file
+from hybrid.identification.config import COMPARISON
+from hybrid.identification.identification import identify
+from hybrid.identification.pairing import displacements_of
+from hybrid.monitoring.config import MONITORING
+from hybrid.monitoring.control_chart import judged
+from hybrid.monitoring.observation import (
+    Kept,
+    Observation,
+    SeenMode,
+    Standing,
+    alarms_at_the_end,
+    save_kept,
+    with_last,
+)
+from hybrid.monitoring.station import Arrived, Station
+
+NO_ALARM = "there is no alarm to accept: the last recording is as usual"
+PENDING = "to be diagnosed"  # in place of a folder, until the diagnosis is there
+Identified = Callable[[Dataset], tuple[SeenMode, ...]]
+Diagnose = Callable[[Path, Path], object]
+
+
+@dataclass(frozen=True)
+class Watch:
+    """A ``station`` whose history is kept in the folder ``out``; ``least_history``: recordings before any is judged.
+
+    ``identified`` gives the modes of a dataset of one recording; ``diagnose`` what changed, from a dataset file into a
+    folder, None where changes are not diagnosed.
+    """
+
+    station: Station
+    out: Path
+    least_history: int = MONITORING.least_history
+    identified: Identified | None = None
+    diagnose: Diagnose | None = None
+
+    def missing(self, kept: Kept, settled: float, now: float) -> list[Arrived]:
+        """Return the recordings that have not been looked at: those listed first, then those that came since."""
+        known = {own.file: own for own in kept.observations}
+
+        def is_new(own: Arrived) -> bool:
+            old = known.get(str(own.file))
+            return old is None or (old.standing is Standing.UNREADABLE and old.modified != own.modified)
+
+        return [own for own in (*self.station.listed, *self.station.arrived(settled, now)) if is_new(own)]
+
+    def looked_at(self, kept: Kept, own: Arrived) -> Kept:
+        """Return what is kept with one more recording, which is written, too."""
+        listed = own.file in {each.file for each in self.station.listed}
+        observation = Observation(own.name, str(own.file), own.modified, kept.state, Standing.HISTORY)
+        try:
+            modes = (self.identified or modes_of)(self.station.dataset([own]))
+        except InputError as error:
+            observation = replace(observation, standing=Standing.UNREADABLE, words=error.faults)
+        else:
+            observation = self._judged(replace(observation, modes=modes), kept, listed)
+        earlier = tuple(each for each in kept.observations if each.file != observation.file)
+        found = with_last(replace(kept, observations=earlier), observation)
+        save_kept(self.out, found)
+        return found
+
+    def _judged(self, observation: Observation, kept: Kept, listed: bool) -> Observation:
+        history = kept.history
+        if not observation.modes:
+            return replace(observation, standing=Standing.UNREADABLE, words=("no natural mode is seen in it",))
+        if len(history) < max(2, self.least_history) or listed:
+            return observation
+        found = judged(history, observation)
+        standing = Standing.ALARM if found.alarm else Standing.USUAL
+        first = found.alarm and not alarms_at_the_end(kept.observations)
+        return replace(
+            observation,
+            standing=standing,
+            distance=found.distance,
+            limits=found.limits,
+            words=found.words,
+            diagnosis=PENDING if first and self.diagnose is not None else "",
+        )
+
+    def diagnosed(self, kept: Kept) -> Kept:
+        """Return what is kept once the first alarms of changes are diagnosed that have not been."""
+        for number, own in enumerate(kept.observations):
+            if own.diagnosis != PENDING or self.diagnose is None:
+                continue
+            name = f"change-{sub(r'[^A-Za-z0-9_.-]', '_', own.name)}"
+            words, folder = own.words, name
+            try:
+                self._diagnose(kept, number, self.out / name)
+            except Exception as error:  # of any kind: the watch goes on, and the alarm stands
+                reason = " ".join(str(error).split())
+                words, folder = (*words, f"the change could not be diagnosed ({type(error).__name__}: {reason})"), ""
+            done = list(kept.observations)
+            done[number] = replace(own, words=words, diagnosis=folder)
+            kept = replace(kept, observations=tuple(done))
+            save_kept(self.out, kept)
+        return kept
+
+    def _diagnose(self, kept: Kept, number: int, folder: Path) -> None:
+        own = kept.observations[number]
+        usual = [
+            each
+            for each in kept.observations[:number]
+            if each.state == own.state and each.standing in (Standing.HISTORY, Standing.USUAL)
+        ]
+        shown = [*usual[-MONITORING.before :], own]
+        file = folder / "before_and_after.toml"
+        self.station.write(file, [Arrived(each.name, Path(each.file), each.modified) for each in shown])
+        if self.diagnose is not None:
+            self.diagnose(file, folder)
+
+
+def modes_of(dataset: Dataset) -> tuple[SeenMode, ...]:
+    """Return the modes of a dataset of one recording, by frequency, at all its sensors."""
+    model = dataset.model if isinstance(dataset.model, LinearModel) else linearise(dataset.model)
+    slowest = float(natural_modes(model, 1).frequencies[0])
+    found = list[SeenMode]()
+    for recording in dataset.recordings[:1]:  # what lost samples cut into stretches has its longest modes in the first
+        rate = dataset.rate_of(recording)
+        excitation = "measured" if recording.is_driven else recording.excitation
+        highest = dataset.lowpass or rate / 2
+        modes = identify(list(recording.data), rate, slowest, highest, excitation, COMPARISON.max_modes).modes
+        shapes = displacements_of(modes.real_shapes, modes.frequencies, dataset.sensors)
+        lasts = recording.data.shape[1] / rate
+        for k in range(len(modes.frequencies)):
+            if modes.frequencies[k] * lasts >= COMPARISON.min_periods:
+                numbers = (modes.frequencies, modes.frequency_errors, modes.ratios, modes.ratio_errors, modes.energy)
+                found.append(SeenMode(*(float(own[k]) for own in numbers), tuple(shapes[:, k].tolist())))
+    return tuple(found)
+
+
+def diagnose_change(file: Path, folder: Path) -> None:
+    """Diagnose what changed between the recordings of a dataset ``file``, by modes; leave the report in ``folder``."""
+    options = Options(modes=True)
+    diagnosed_file(file, folder, options, ["hybrid-modal", "diagnose", str(file), "--out", str(folder), *options.words])
+
+
+def accepted(kept: Kept) -> Kept:
+    """Return what is kept with the last alarms as the history of a new state; `InputError` where there are none."""
+    alarms = alarms_at_the_end(kept.observations)
+    if not alarms:
+        raise InputError(f"--accept: {NO_ALARM}")
+    state, found = kept.state + 1, list(kept.observations)
+    for number in alarms:
+        found[number] = replace(found[number], state=state, standing=Standing.HISTORY)
+    return replace(kept, observations=tuple(found))
+
+
+def new_alarms(before: Sequence[Observation], now: Sequence[Observation]) -> list[Observation]:
+    """Return the observations that raise an alarm now and were not there before."""
+    known = {own.file for own in before if own.standing is Standing.ALARM}
+    return [own for own in now if own.standing is Standing.ALARM and own.file not in known]

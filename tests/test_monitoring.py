@@ -1,0 +1,317 @@
+"""Structures that are watched: control charts, what is kept, new recordings, alarms and their diagnosis."""
+
+import os
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from fe_models.arrays import FloatArray
+from fe_models.errors import InputError
+from fe_models.files.structure_file import save_structure
+from fe_models.recordings import Dataset
+from hybrid.commands import watch as door
+from hybrid.commands.app import app
+from hybrid.monitoring import control_chart
+from hybrid.monitoring.config import MONITORING
+from hybrid.monitoring.control_chart import judged
+from hybrid.monitoring.observation import Kept, Observation, SeenMode, Standing, load_kept
+from hybrid.monitoring.page import standing_of, watch_page
+from hybrid.monitoring.station import load_station
+from hybrid.monitoring.tracked_modes import tracked
+from hybrid.monitoring.watching import PENDING, Watch, accepted, new_alarms
+from hybrid.report.rendering import rendered
+from tests.pages import Reader
+from tests.sample_dataset import MAST, RATE, free_decay
+
+FREQUENCIES = np.array([2.0, 6.0, 11.0])  # Hz
+SHAPES = np.linalg.qr(np.random.default_rng(0).standard_normal((4, 3)))[0]  # orthogonal: no mode taken for another
+ERROR = 1e-4  # relative, of each identified frequency
+
+
+def observed(
+    name: str, frequencies: FloatArray, standing: Standing = Standing.HISTORY, error: float = ERROR
+) -> Observation:
+    modes = tuple(
+        SeenMode(float(f), float(error * f), 0.01, 0.001, 0.3, tuple(SHAPES[:, k]))
+        for k, f in enumerate(frequencies)
+        if np.isfinite(f)
+    )
+    return Observation(name, f"/data/{name}.csv", 0, 1, standing, modes)
+
+
+def history(rng: np.random.Generator, count: int, scatter: float = 1e-3, together: float = 0.0) -> list[Observation]:
+    """Recordings whose frequencies scatter, each for itself and all ``together``, relative to their values."""
+    moves = scatter * rng.standard_normal((count, 3)) + together * rng.standard_normal((count, 1))
+    return [observed(f"r{k}", FREQUENCIES * np.exp(move)) for k, move in enumerate(moves)]
+
+
+# Control charts
+
+
+def test_false_alarms_are_as_rare_as_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of 500 structures that did not change, each with a history of eight, 5 % are to raise an alarm.
+
+    Bonferroni's and the two charts' shares overlap, so that fewer do: 3 to 5 %, with a standard deviation of 1 %.
+    """
+    monkeypatch.setattr(control_chart, "MONITORING", replace(MONITORING, false_alarms=0.05))
+    rng = np.random.default_rng(1)
+    alarms = sum(judged(own[:-1], own[-1]).alarm for own in (history(rng, 9) for _ in range(500)))
+    assert 0.01 < alarms / 500 < 0.08
+
+
+def test_a_frequency_that_moves_is_named_with_its_limits() -> None:
+    rng = np.random.default_rng(2)
+    found = judged(history(rng, 10), observed("now", FREQUENCIES * [1, 0.97, 1]))
+    assert found.alarm
+    assert found.distance is not None and found.distance > 1
+    assert found.words[0].startswith("mode 2: 5.82 Hz, -3")
+    limits = found.limits[1]
+    assert limits.low < limits.centre < limits.high
+    assert limits.high / limits.low - 1 < 0.02  # 2 x 5.3 x 1e-3: t of 9 degrees of freedom, of a chance of 4.5e-4
+    assert limits.found == pytest.approx(5.82)
+
+
+def test_what_moves_together_as_usual_is_no_alarm_and_one_alone_is() -> None:
+    """A temperature moves all frequencies by a per cent; one that moves by as much alone is within its own limits."""
+    rng = np.random.default_rng(3)
+    usual = history(rng, 20, scatter=1e-4, together=0.01)
+    warm = judged(usual, observed("warm", FREQUENCIES * 1.015))
+    assert not warm.alarm, warm.words
+    alone = judged(usual, observed("alone", FREQUENCIES * [1.0, 1.01, 1.0]))
+    assert alone.alarm
+    assert all(own.found is not None and own.low <= own.found <= own.high for own in alone.limits)
+    assert alone.words[0].startswith("frequencies do not go together as usual; most: mode 2: 6.06 Hz")
+
+
+def test_a_recording_that_tells_less_has_wider_limits() -> None:
+    usual = history(np.random.default_rng(4), 8)
+    moved = FREQUENCIES * [1.02, 1, 1]
+    assert judged(usual, observed("long", moved)).alarm
+    assert not judged(usual, observed("short", moved, error=0.02)).alarm
+
+
+def test_exact_data_have_limits_all_the_same() -> None:
+    usual = [observed(f"r{k}", FREQUENCIES) for k in range(6)]
+    assert not judged(usual, observed("now", FREQUENCIES)).alarm
+    assert judged(usual, observed("now", FREQUENCIES * 1.01)).alarm
+
+
+def test_modes_that_are_gone_are_told_and_most_of_them_are_an_alarm() -> None:
+    usual = history(np.random.default_rng(5), 8)
+    one = judged(usual, observed("one", FREQUENCIES * [1, np.nan, 1]))
+    assert not one.alarm
+    assert [words.split(" (")[0] for words in one.words] == ["mode 2"]
+    two = judged(usual, observed("two", FREQUENCIES * [1, np.nan, np.nan]))
+    assert two.alarm and len(two.words) == 2
+
+
+def test_modes_are_followed_by_shape_where_frequencies_cross() -> None:
+    first, second = observed("a", np.array([2.0, 2.05, 11.0])), observed("b", np.array([2.06, 2.04, 11.0]))
+    modes = tracked([first, second], 0.8, 12)
+    assert [second.modes[n].shape for n in modes.numbers[1]] == [first.modes[n].shape for n in modes.numbers[0]]
+
+
+# What is watched
+
+STATION = """schema = 1
+model = "mast.toml"
+sampling_rate = 100.0
+sensors = [
+    { name = "a2", node = 2, direction = "x", quantity = "acceleration", unit = "m/s^2" },
+    { name = "a3", node = 3, direction = "x", quantity = "acceleration", unit = "m/s^2" },
+    { name = "d3", node = 3, direction = "y", quantity = "displacement", unit = "1" },
+]
+recordings = [{ name = "first", file = "first.npz", key = "data" }]
+"""
+
+
+def record(folder: Path, name: str, seed: int, age: float = 100.0) -> Path:
+    """Write a recording that was whole ``age`` s ago."""
+    path = folder / f"{name}.npz"
+    np.savez(path, data=free_decay(seed))
+    os.utime(path, (time.time() - age,) * 2)
+    return path
+
+
+@pytest.fixture
+def place(tmp_path: Path) -> Path:
+    folder = tmp_path / "bridge"
+    folder.mkdir()
+    save_structure(MAST, folder / "mast.toml")
+    (folder / "dataset.toml").write_text(STATION)
+    record(folder, "first", 1)
+    return folder
+
+
+def test_recordings_that_come_are_read_as_the_first_one_is(place: Path) -> None:
+    second = record(place, "second", 2, age=50.0)
+    record(place, "third", 3, age=60.0)
+    record(place, "growing", 4, age=1.0)
+    (place / "notes.md").write_text("no recording")
+    station = load_station(place)
+    assert [own.name for own in station.listed] == ["first"]
+    found = station.arrived(10.0, time.time())
+    assert [own.name for own in found] == ["third", "second"]  # in the order in which they came
+    data = station.dataset([found[1]])
+    assert [own.name for own in data.recordings] == ["second"]
+    np.testing.assert_array_equal(data.recordings[0].data[0], np.load(second)["data"])
+    assert data.sampling_rate == RATE
+
+
+def test_what_is_no_station_is_told(tmp_path: Path, place: Path) -> None:
+    with pytest.raises(InputError, match="no such folder"):
+        load_station(tmp_path / "none")
+    with pytest.raises(InputError, match=r"dataset\.toml: no such file"):
+        load_station(tmp_path)
+
+
+# The watch, with modes as the file says
+
+
+def modes_in(dataset: Dataset) -> tuple[SeenMode, ...]:
+    """What is identified in tests: usual modes, the second one 4 % lower where a recording is called so."""
+    name = dataset.recordings[0].name
+    rng = np.random.default_rng(sum(map(ord, name)))
+    lower = [1, 0.96, 1] if "changed" in name else [1, 1, 1]
+    return observed(name, FREQUENCIES * lower * np.exp(1e-3 * rng.standard_normal(3))).modes
+
+
+def looked(watch: Watch, out: Path) -> Kept:
+    """Look at all that is new, as the command does."""
+    kept = load_kept(out, watch.station.digest)
+    for own in watch.missing(kept, 10.0, time.time()):
+        kept = watch.looked_at(kept, own)
+    return watch.diagnosed(kept)
+
+
+def usual(place: Path, count: int = 6) -> None:
+    for k in range(count):
+        record(place, f"usual{k}", k, age=90.0 - k)
+
+
+def test_recordings_are_learned_from_then_judged_and_a_change_is_diagnosed_once(place: Path, tmp_path: Path) -> None:
+    diagnosed: list[tuple[list[str], Path]] = []
+
+    def diagnose(file: Path, folder: Path) -> None:
+        data = load_station(place, file)
+        diagnosed.append(([own.name for own in data.listed], folder))
+
+    out = tmp_path / "out"
+    out.mkdir()
+    watch = Watch(load_station(place), out, 5, modes_in, diagnose)
+    usual(place)
+    kept = looked(watch, out)
+    standings = [own.standing.value for own in kept.observations]
+    assert standings == ["history"] * 5 + ["as usual"] * 2
+    assert standing_of(kept, 5)[0] == "As usual"
+    record(place, "changed1", 1, age=20.0)
+    record(place, "changed2", 2, age=19.0)
+    after = looked(watch, out)
+    assert [own.standing.value for own in after.observations[7:]] == ["alarm", "alarm"]
+    assert [own.name for own in new_alarms(kept.observations, after.observations)] == ["changed1", "changed2"]
+    assert diagnosed == [(["usual3", "usual4", "usual5", "changed1"], out / "change-changed1")]
+    assert [own.diagnosis for own in after.observations[7:]] == ["change-changed1", ""]
+    assert looked(watch, out) == after  # nothing is new
+    assert len(diagnosed) == 1
+    page = rendered(watch_page(after, "bridge", 5))
+    assert Reader(page).elements
+    assert "not as it was, from recording changed1 on, and 1 more since" in page
+    assert '<a href="change-changed1/report.html">' in page
+
+
+def test_a_watch_that_is_killed_goes_on(place: Path, tmp_path: Path) -> None:
+    """Between two recordings, and while a change is diagnosed."""
+    out = tmp_path / "out"
+    out.mkdir()
+    usual(place)
+    record(place, "changed", 1, age=20.0)
+    watch = Watch(load_station(place), out, 5, modes_in, lambda file, folder: None)
+    kept = load_kept(out, watch.station.digest)
+    for own in watch.missing(kept, 10.0, time.time())[:3]:
+        watch.looked_at(load_kept(out, watch.station.digest), own)
+    kept = load_kept(out, watch.station.digest)
+    assert len(kept.observations) == 3
+    for own in watch.missing(kept, 10.0, time.time()):
+        kept = watch.looked_at(kept, own)  # and killed before it is diagnosed
+    assert kept.observations[-1].diagnosis == PENDING
+    assert looked(watch, out).observations[-1].diagnosis == "change-changed"
+
+
+def test_a_diagnosis_that_fails_leaves_the_alarm(place: Path, tmp_path: Path) -> None:
+    def failing(file: Path, folder: Path) -> None:
+        raise RuntimeError("of its own")
+
+    out = tmp_path / "out"
+    out.mkdir()
+    usual(place)
+    record(place, "changed", 1, age=20.0)
+    last = looked(Watch(load_station(place), out, 5, modes_in, failing), out).observations[-1]
+    assert (last.standing, last.diagnosis) == (Standing.ALARM, "")
+    assert last.words[-1] == "the change could not be diagnosed (RuntimeError: of its own)"
+
+
+def test_an_alarm_that_is_accepted_begins_a_new_history(place: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    out.mkdir()
+    usual(place)
+    watch = Watch(load_station(place), out, 5, modes_in)
+    with pytest.raises(InputError, match="no alarm to accept"):
+        accepted(looked(watch, out))
+    record(place, "changed1", 1, age=20.0)
+    kept = accepted(looked(watch, out))
+    assert (kept.state, [own.name for own in kept.history]) == (2, ["changed1"])
+    assert standing_of(kept, 5)[0] == "Learning"
+
+
+def test_a_recording_that_cannot_be_read_stops_no_other_and_is_tried_again(place: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    out.mkdir()
+    bad = place / "bad.npz"
+    np.savez(bad, data=free_decay(1)[:, :2])
+    os.utime(bad, (time.time() - 95,) * 2)
+    usual(place, 1)
+    watch = Watch(load_station(place), out, 5, modes_in)
+    kept = looked(watch, out)
+    assert [own.standing.value for own in kept.observations] == ["history", "not readable", "history"]
+    assert "2 columns for 3 sensors" in kept.observations[1].words[0]
+    assert looked(watch, out) == kept  # not while it is as it was
+    record(place, "bad", 5, age=30.0)
+    assert [own.name for own in looked(watch, out).observations] == ["first", "usual0", "bad"]
+
+
+def test_the_history_of_another_structure_is_refused(place: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    out.mkdir()
+    looked(Watch(load_station(place), out, 5, modes_in), out)
+    (place / "dataset.toml").write_text(STATION.replace("sampling_rate = 100.0", "sampling_rate = 50.0"))
+    with pytest.raises(InputError, match="of another structure, or of other sensors"):
+        load_kept(out, load_station(place).digest)
+    (out / "watch.json").write_text('{"mine": 1}')
+    with pytest.raises(InputError, match="is no history of this program"):
+        load_kept(out, load_station(place).digest)
+
+
+def test_the_command_looks_once_and_tells_an_alarm_by_its_status(
+    place: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("hybrid.monitoring.watching.modes_of", modes_in)
+    usual(place)
+    words = ["watch", str(place), "--out", str(tmp_path / "out"), "--once", "--no-diagnose"]
+    ran = CliRunner().invoke(app, words)
+    assert ran.exit_code == 0, ran.output
+    assert "The structure is as usual: 7 recordings make its history." in ran.stdout
+    record(place, "changed", 1, age=20.0)
+    ran = CliRunner().invoke(app, [*words, "--quiet"])
+    assert ran.exit_code == door.ALARM_STATUS
+    assert ran.stdout.splitlines() == [str(tmp_path / "out" / "watch.html")]
+    assert ran.stderr.startswith("ALARM: changed; see ")
+    ran = CliRunner().invoke(app, words)
+    assert ran.exit_code == 0  # nothing is new
+    assert "from recording changed on" in (tmp_path / "out" / "watch.html").read_text()
+    ran = CliRunner().invoke(app, [*words, "--accept"])
+    assert ran.exit_code == 0, ran.output
+    assert "1 of 5 recordings" in ran.stdout
