@@ -27,7 +27,8 @@ class Case:
 class Told:
     """An answer in a line: its ``verdict`` as in reports, and in ``words``, with a ``tone``; the ``sentence`` and its
     ``probability``, forecast errors ``before`` and ``after``, the ``noise_floor``, and the time it took, ``seconds``;
-    None of what there is not. ``notes``: what could not be made beside the report.
+    None of what there is not. ``change_gain``: of what acts in some recordings alone, the share of what forecasts of
+    these get wrong that it takes away. ``notes``: what could not be made beside the report.
     """
 
     verdict: str
@@ -40,6 +41,7 @@ class Told:
     noise_floor: float | None
     seconds: float
     notes: tuple[str, ...] = ()
+    change_gain: float | None = None
 
 
 def case_of(name: str, file: Path, folder: Path, options: Options) -> Case:
@@ -101,6 +103,7 @@ def told(done: Diagnosed, notes: tuple[str, ...] = ()) -> Told:
         noise_floor=_finite(found.noise_floor),
         seconds=round(found.seconds, 2),
         notes=notes,
+        change_gain=_finite(found.findings[0].gain) if found.findings else None,
     )
 
 

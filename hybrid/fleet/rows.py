@@ -30,7 +30,9 @@ class Row:
 
     @property
     def gain(self) -> float | None:
-        """The share of the forecast error that what was found takes away; None where either error is not known."""
+        """The share of the forecast error that what was found takes away, where it acts; None where it is not known."""
+        if self.told is not None and self.told.change_gain is not None:
+            return self.told.change_gain
         if self.told is None or self.told.before is None or self.told.after is None or self.told.before <= 0:
             return None
         gain = 1 - self.told.after / self.told.before
