@@ -222,6 +222,8 @@ def test_the_table_is_there_for_programs_and_terminals() -> None:
     assert (table["planned"], table["diagnosed"]) == (4, 2)
     assert table["cases"][1]["gain"] == pytest.approx(0.95)
     assert table["cases"][2]["faults"] == ["sensors[1].node: expected 1 to 3, found 9"]
+    change = replace(TOLD, after=0.21, change_gain=0.9)  # in one recording of many, the others are forecast as before
+    assert Row("change", "/d/change.toml", "e", change).gain == 0.9
     lines = in_terminal(rows(), 60).splitlines()
     assert len(lines) == 5 and max(map(len, lines)) <= 60
     assert lines[2].split("  ")[0].rstrip() == "soft & <b>"

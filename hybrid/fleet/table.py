@@ -22,7 +22,8 @@ NOT_YET, NONE = "Not diagnosed yet", "Could not be diagnosed"
 ORDER = ("unexplained", "partly_explained", "explained", "nothing_wrong")  # of verdicts: what asks for most comes first
 NOTE = (
     "Errors: NRMSE of forecasts of recordings that were never fitted, by the structure as drawn and by that with what"
-    " was found; gain: the share of it that is gone. Each name leads to the report."
+    " was found; gain: the share of it that is gone, of what acts in some recordings alone in these. Each name leads to"
+    " the report."
 )
 Named = Sequence[tuple[str, Row | None]]
 """The names of all datasets, with their rows; None of those that have not been diagnosed yet."""

@@ -9,6 +9,8 @@ from hybrid.monitoring.observation import Limits, Observation, Standing
 from hybrid.monitoring.tracked_modes import TrackedModes
 
 PANEL = (7.6, 1.5)  # inches
+MOST_NAMED = 8  # recordings along an axis
+LONGEST_NAME = 14  # characters
 LOOKS = {  # of a marker: form and colour, for those who print in black, too
     Standing.HISTORY: ("o", "#555555"),
     Standing.USUAL: ("o", COLOURS[0]),
@@ -26,11 +28,21 @@ def draw_charts(path: Path, shown: Sequence[Observation], modes: TrackedModes) -
             _draw_mode(axis, shown, modes, mode)
         for axis in axes:
             axis.set_xlim(-0.5, len(shown) - 0.5)
+            _name(axis, shown)
         axes[-1].set_xlabel("recording, in the order in which they came")
         handles, labels = axes[1 if count > 1 else 0].get_legend_handles_labels()
         if handles:
             sheet.legend(handles, labels, loc="outside lower center", ncols=len(handles), frameon=False)
     return path
+
+
+def _name(axis: Any, shown: Sequence[Observation]) -> None:
+    """Name some of the recordings, evenly, so that names do not run into each other."""
+    step = -(-len(shown) // MOST_NAMED)
+    names = [(number, own.name) for number, own in enumerate(shown) if number % step == 0]
+    cut = [name if len(name) <= LONGEST_NAME else f"{name[:LONGEST_NAME]}..." for _, name in names]
+    texts = [name.replace("$", r"\$") for name in cut]  # no formulae
+    axis.set_xticks([number for number, _ in names], texts, fontsize=7)
 
 
 def _draw_distance(axis: Any, shown: Sequence[Observation]) -> None:

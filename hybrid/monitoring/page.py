@@ -14,6 +14,7 @@ from hybrid.monitoring.watching import PENDING
 from hybrid.report.drawings import drawn
 from hybrid.report.page import Block, Cell, Page, Paragraph, Section, Table, Tone
 from hybrid.report.values import NOTHING, fixed, measured, percentage, typeset
+from hybrid.report.values import sentence as sentence_of
 from hybrid.result_sets import PAGE
 
 MOST_SHOWN = 200  # recordings in charts and tables, the last ones: a page stays small enough to open
@@ -44,7 +45,7 @@ def watch_page(kept: Kept, name: str, least_history: int) -> Page:
         verdict=verdict,
         tone=tone,
         sentence=sentence,
-        summary=typeset("; ".join(kept.observations[alarms[0]].words)) if alarms else "",
+        summary=sentence_of("; ".join(kept.observations[alarms[0]].words)) if alarms else "",
         facts=(("recordings", str(len(kept.observations))), ("in the history", str(len(kept.history)))),
         next=tuple(_next(kept.observations, alarms)),
         sections=tuple(sections),
@@ -102,12 +103,12 @@ def _modes(history: Sequence[Observation], modes: TrackedModes) -> Table:
             (
                 Cell(f"{mode + 1}", float(mode + 1)),
                 Cell(measured(float(values[:, 0].mean()), scatter, "Hz"), float(values[:, 0].mean())),
-                Cell(measured(float(values[:, 0].mean()), float(values[:, 2].mean()), "Hz")),
+                Cell(f"{values[:, 2].mean():.2g} Hz", float(values[:, 2].mean())),
                 Cell(percentage(float(values[:, 1].mean())), float(values[:, 1].mean())),
                 Cell(f"{len(own)} of {len(history)}", float(len(own))),
             )
         )
-    columns = ("mode", "mean and scatter", "mean and identification's own", "damping ratio", "seen in")
+    columns = ("mode", "mean and scatter", "deviation of one identification", "damping ratio", "seen in")
     return Table("Modes of the history, with standard deviations.", columns, tuple(rows))
 
 

@@ -5,6 +5,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from re import sub
 
+import numpy as np
+
 from fe_models.assembly import linearise
 from fe_models.errors import InputError
 from fe_models.linear import LinearModel
@@ -126,19 +128,25 @@ def modes_of(dataset: Dataset) -> tuple[SeenMode, ...]:
     """Return the modes of a dataset of one recording, by frequency, at all its sensors."""
     model = dataset.model if isinstance(dataset.model, LinearModel) else linearise(dataset.model)
     slowest = float(natural_modes(model, 1).frequencies[0])
-    found = list[SeenMode]()
-    for recording in dataset.recordings[:1]:  # what lost samples cut into stretches has its longest modes in the first
-        rate = dataset.rate_of(recording)
-        excitation = "measured" if recording.is_driven else recording.excitation
-        highest = dataset.lowpass or rate / 2
-        modes = identify(list(recording.data), rate, slowest, highest, excitation, COMPARISON.max_modes).modes
-        shapes = displacements_of(modes.real_shapes, modes.frequencies, dataset.sensors)
-        lasts = recording.data.shape[1] / rate
-        for k in range(len(modes.frequencies)):
-            if modes.frequencies[k] * lasts >= COMPARISON.min_periods:
-                numbers = (modes.frequencies, modes.frequency_errors, modes.ratios, modes.ratio_errors, modes.energy)
-                found.append(SeenMode(*(float(own[k]) for own in numbers), tuple(shapes[:, k].tolist())))
-    return tuple(found)
+    recording = max(dataset.recordings, key=lambda own: own.data.shape[1])  # the longest stretch, if samples are lost
+    rate = dataset.rate_of(recording)
+    excitation = "measured" if recording.is_driven else recording.excitation
+    found = identify(
+        list(recording.data), rate, slowest, dataset.lowpass or rate / 2, excitation, COMPARISON.max_modes
+    ).modes
+    shapes = displacements_of(found.real_shapes, found.frequencies, dataset.sensors)
+    whole = found.frequencies * recording.data.shape[1] / rate >= COMPARISON.min_periods
+    return tuple(
+        SeenMode(
+            frequency=float(found.frequencies[k]),
+            frequency_error=float(found.frequency_errors[k]),
+            ratio=float(found.ratios[k]),
+            ratio_error=float(found.ratio_errors[k]),
+            energy=float(found.energy[k]),
+            shape=tuple(shapes[:, k].tolist()),
+        )
+        for k in np.flatnonzero(whole)
+    )
 
 
 def diagnose_change(file: Path, folder: Path) -> None:
