@@ -3,7 +3,7 @@
 Begun with nothing wrong and with an unknown change in some recordings. In each round every cause that is not yet in a
 claim is scanned beside the best claims (`scan`), the most promising are fitted, and the best go on to the next round.
 No further cause is sought where a claim leaves no more than models that are right do. Each time others are sought in
-the place of the best claim's last cause, and at last in that of each of several; causes without which it is better are
+the place of the best claim's last cause, and at last next to each of several; causes without which it is better are
 taken out.
 """
 
@@ -112,7 +112,7 @@ class Search:
             before = self.score(self.ranked(fits)[0])
             fits += self._extended(frontier)
             best = self.ranked(fits)[0]
-            fits += self._moved(best, (number,)) if len(best.claim.acts) == number + 1 else []
+            fits += self._moved(best, (number,), anywhere=True) if len(best.claim.acts) == number + 1 else []
             frontier = self._kept([item for item in fits if len(item.claim.acts) == number + 1])
             if not frontier or self.score(frontier[0]) <= before + SCAN.min_gain or frontier[0].sizes.are_usual:
                 break
@@ -142,11 +142,9 @@ class Search:
         ]
         return [item for item in found if item is not None]
 
-    def _extended(
-        self, frontier: Sequence[ModalFit], beside: Callable[[Trial], bool] = lambda _: False
-    ) -> list[ModalFit]:
+    def _extended(self, frontier: Sequence[ModalFit], beside: Callable[[Trial], bool] | None = None) -> list[ModalFit]:
         """Return fits with a cause more than those of the ``frontier``: of each of these the most promising, and of
-        those ``beside`` what was found.
+        those ``beside`` what was found, where that is known.
         """
         found, seen = list[ModalFit](), set[object]()
         for base in frontier:
@@ -157,22 +155,34 @@ class Search:
                     found += [] if item is None else [item]
         return found
 
-    def _started(self, base: ModalFit, beside: Callable[[Trial], bool]) -> list[Start]:
+    def _started(self, base: ModalFit, beside: Callable[[Trial], bool] | None) -> list[Start]:
         """Return where fits with a cause more than a fit's begin: in the place of an unknown change, and everywhere.
 
-        Candidates are compared as if one of them were all that is missing: errors that stand for it would hide it.
+        Candidates are compared as if one of them were all that is missing: errors that stand for it would hide it. So
+        nominal values are those that fit best with usual errors, but where it is known what is ``beside``.
         """
         right, changed = base.sizes.as_usual, base.claim.changed
-        parts = [([self.everywhere] if changed else self.groups, right)]
+        almost = self._with_usual_errors(base) if beside is None else None
+        parts = [([self.everywhere] if changed else self.groups, almost or with_errors(self.measured, base, right))]
         if changed:
-            parts.append(([changed], replace(right, change=SCAN.remaining_change * base.sizes.change)))
+            hardly = replace(right, change=SCAN.remaining_change * base.sizes.change)
+            parts.append(([changed], with_errors(self.measured, base, hardly)))
         found = []
-        for groups, sizes in parts:
-            almost = with_errors(self.measured, base, sizes)
-            trials = self._ranked(scan(self.measured, almost, self.candidates, groups))
-            entered = [*trials[: SCAN.polished], *(trial for trial in trials[SCAN.polished :] if beside(trial))]
-            found += self._polished([_start(replace(base, sizes=right), trial) for trial in entered])
+        for groups, present in parts:
+            trials = self._ranked(scan(self.measured, present, self.candidates, groups))
+            more = [] if beside is None else [trial for trial in trials[SCAN.polished :] if beside(trial)]
+            starts = [_start(replace(present, sizes=right), trial) for trial in [*trials[: SCAN.polished], *more]]
+            found += self._polished(starts)
         return found
+
+    def _with_usual_errors(self, base: ModalFit) -> ModalFit | None:
+        """Return a fit's claim fitted with usual errors, from where no element is off by itself: None where that cannot
+        stand.
+        """
+        nominal, theta = self.measured.nominal, base.theta.copy()
+        single = slice(nominal.factors, nominal.values)
+        theta[single] = -self.measured.offset[single]
+        return self._fitted(Start(base.claim, theta, base.sizes.as_usual, base.inflation))
 
     def _ranked(self, trials: Sequence[Trial]) -> list[Trial]:
         """Return trials by what they may gain of the log posterior; not those that nominal values stand for."""
@@ -195,14 +205,14 @@ class Search:
 
     def _polished(self, starts: Sequence[Start]) -> list[Start]:
         """Return the best of the starts after a few rounds of fitting, the sizes of errors as they were."""
-
-        def fitted(start: Start) -> ModalFit | None:
-            known = (start.claim, start.theta, start.sizes, SCAN.polishing_rounds)
-            return fit_claim(self.measured, *known, errors_too=False, inflation=start.inflation)
-
-        items = [item for item in parallel_map(fitted, starts) if item is not None]
+        items = [item for item in parallel_map(self._fitted, starts) if item is not None]
         best = sorted(items, key=lambda item: -self.score(item))[: SCAN.fitted]
         return [Start(item.claim, item.theta, item.sizes, item.inflation) for item in best]
+
+    def _fitted(self, start: Start) -> ModalFit | None:
+        """Return a start after a few rounds of fitting, the sizes of errors as they were."""
+        known = (start.claim, start.theta, start.sizes, SCAN.polishing_rounds)
+        return fit_claim(self.measured, *known, errors_too=False, inflation=start.inflation)
 
     def _dropped(self, fits: Sequence[ModalFit]) -> list[ModalFit]:
         """Return fits in which causes of the best claim are taken out, one by one, as long as it is the better for it:
@@ -227,16 +237,16 @@ class Search:
             best = own[0]
         return found
 
-    def _moved(self, best: ModalFit, numbers: Sequence[int]) -> list[ModalFit]:
-        """Return fits in which causes of a fit, by their ``numbers``, are others or have other places; so again of the
-        best of them, as long as one is the better for it.
+    def _moved(self, best: ModalFit, numbers: Sequence[int], anywhere: bool = False) -> list[ModalFit]:
+        """Return fits in which causes of a fit, by their ``numbers``, are others next to them, or, at first,
+        ``anywhere``; so again of the best of them, as long as one is the better for it.
 
         Beside a wrong cause that is near the right one nominal values are nearly right, without any they are not: so
         others are sought with the values as they are beside it.
         """
         found = list[ModalFit]()
         for move in range(SCAN.moves):
-            more = [item for number in numbers for item in self._instead(best, number, move > 0)]
+            more = [item for number in numbers for item in self._instead(best, number, anywhere and move == 0)]
             found += more
             now = self.ranked([best, *more])[0]
             if now is best:
@@ -244,10 +254,11 @@ class Search:
             best = now
         return found
 
-    def _instead(self, best: ModalFit, number: int, near: bool) -> list[ModalFit]:
+    def _instead(self, best: ModalFit, number: int, anywhere: bool) -> list[ModalFit]:
         """Return fits with another cause in the place of one of a fit's, nominal values and errors as they are.
 
-        What touches its place is tried in any case, or, ``near``, alone: scans say roughly what a large cause gains.
+        What touches its place is tried alone, or, of all ``anywhere``, in any case: scans say roughly what a large
+        cause gains.
         """
         structure, acts = self.measured.nominal.structure, best.claim.acts[number]
         here = nodes_at(best.claim.hypothesis.candidates[number].location, structure)
@@ -259,9 +270,8 @@ class Search:
         kept = best.claim.hypothesis.parameters_of((number,))
         less, theta = best.claim.less(number), best.theta[kept]
         base = fit_claim(self.measured, less, theta, best.sizes, 1, errors_too=False, inflation=best.inflation)
-        search = (
-            replace(self, candidates=tuple(own for own in self.candidates if own.key in touching)) if near else self
-        )
+        own = tuple(candidate for candidate in self.candidates if anywhere or candidate.key in touching)
+        search = replace(self, candidates=own)
         return [] if base is None else search._extended([base], beside)
 
 
