@@ -9,6 +9,7 @@ from hybrid.figures import COLOURS, figure
 from hybrid.identification.comparison_pictures import MARKERS
 from hybrid.identification.recording_comparison import Compared
 
+ON_DARK, ON_LIGHT = "#fefefe", "#333333"  # of labels on cells, which are as dark on a page that is dark itself
 CELL = 0.42  # inches of a matrix's cell
 MAX_PANELS = 6  # recordings drawn: the first ones
 DARK = 0.55  # of a cell's value, from which on its number is white
@@ -38,7 +39,7 @@ def draw_mac(path: Path, compared: Compared) -> Path:
             image = axis.imshow(values, cmap="Blues", vmin=0, vmax=1, aspect="auto")
             for row, column in np.ndindex(values.shape):
                 value = values[row, column]
-                colour = "white" if value > DARK else "#333333"
+                colour = ON_DARK if value > DARK else ON_LIGHT
                 axis.text(column, row, f"{value:.2f}", ha="center", va="center", fontsize=6.5, color=colour)
             for row, column in pairs:
                 corner = (column - 0.5, row - 0.5)
