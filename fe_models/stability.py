@@ -8,7 +8,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from fe_models.arrays import FloatArray, IntArray
+from fe_models.arrays import FloatArray
 from fe_models.structure import Beam, Direction, Spring, Structure
 
 MOTION_NAMES = {"x": "sway in x", "y": "move in y", "rz": "turn"}
@@ -22,37 +22,46 @@ def connection_faults(structure: Structure) -> list[str]:
     loose = [node for node in range(1, len(structure.nodes) + 1) if node not in joined]
     if loose:
         faults.append(f"{_name_nodes(loose)}: no element joins there; connect or remove")
-    piece_of_node = _pieces(structure)
-    for piece in np.unique(piece_of_node):
-        members = [int(node) for node in np.flatnonzero(piece_of_node == piece) + 1 if int(node) in joined]
-        if members:
-            faults.extend(_rigid_motion_faults(structure, members))
+    held = _held(structure)
+    for members in _pieces(structure, joined):
+        faults.extend(_rigid_motion_faults(structure, members, held))
     faults.extend(_free_rotation_faults(structure))
     return faults
 
 
-def _pieces(structure: Structure) -> IntArray:
-    """Return the number of the connected piece that each node belongs to, (node,)."""
+def _pieces(structure: Structure, joined: set[int]) -> list[list[int]]:
+    """Return the nodes of each connected piece, in order; nodes that no element joins are left out."""
     pairs = np.array([element.nodes for element in structure.elements if len(element.nodes) == 2], dtype=np.int64)
     first, last = pairs.reshape(-1, 2).T - 1
     count = len(structure.nodes)
     graph = coo_array((np.ones(len(first)), (first, last)), shape=(count, count))
-    labels: IntArray = connected_components(graph, directed=False)[1]
-    return labels
+    pieces = dict[int, list[int]]()
+    for node, piece in enumerate(connected_components(graph, directed=False)[1].tolist(), start=1):
+        if node in joined:
+            pieces.setdefault(piece, []).append(node)
+    return [pieces[piece] for piece in sorted(pieces)]
 
 
-def _rigid_motion_faults(structure: Structure, members: list[int]) -> list[str]:
+def _held(structure: Structure) -> dict[int, list[Direction]]:
+    """Return the directions in which each node is held by supports and springs to ground."""
+    held = dict[int, list[Direction]]()
+    for support in structure.supports:
+        held.setdefault(support.node, []).extend(support.directions)
+    for element in structure.elements:
+        if isinstance(element, Spring) and len(element.nodes) == 1:
+            held.setdefault(element.nodes[0], []).append(element.direction)
+    return held
+
+
+def _rigid_motion_faults(structure: Structure, members: list[int], held: dict[int, list[Direction]]) -> list[str]:
     """Return one fault if the piece made of the nodes ``members`` can move as a rigid body."""
-    held = [(s.node, direction) for s in structure.supports for direction in s.directions]
-    held += [(e.nodes[0], e.direction) for e in structure.elements if isinstance(e, Spring) and len(e.nodes) == 1]
-    inside = set(members)
     points = np.array([structure.nodes[node - 1] for node in members], dtype=float)
     centre, size = points.mean(axis=0), max(float(np.ptp(points, axis=0).max()), 1e-300)
     motions = _rigid_motions(structure.directions, is_point=len(members) == 1)
     rows = [
         _constraint(direction, (np.array(structure.nodes[node - 1]) - centre) / size)[motions]
-        for node, direction in held
-        if node in inside
+        for node in members
+        for direction in held.get(node, ())
     ]
     constraints = np.array(rows).reshape(-1, len(motions))
     # Lengths are in units of the piece's size, so that singular values compare; 1e-9 is far above their rounding.

@@ -22,7 +22,12 @@ from fe_models.structure import (
     Structure,
     Support,
 )
+from fe_models.value_limits import LARGEST
 
+MOST_FINITE_ELEMENTS = 50_000
+"""Of a structure after its beams are divided: 150,000 degrees of freedom, of which modes take a minute."""
+SMALLEST_PROPERTY = 1e-30  # of a section, in SI units: that of a wire of a few atoms has more
+SHORTEST = 1e-9  # m, of an element
 Item = Beam | Cable | Spring | PointMass | Dashpot | Support | Effect
 
 
@@ -64,6 +69,7 @@ def check_frame(structure: Structure) -> list[str]:
     faults.extend(f"directions: {direction!r} is unknown; expected some of x, y, rz" for direction in unknown)
     if structure.divisions < 1:
         faults.append(f"divisions = {structure.divisions}; must be 1 (no refinement) or more")
+    faults.extend(_size_faults(structure))
     damping = structure.damping
     for name, value in (("mass_factor", damping.mass_factor), ("stiffness_factor", damping.stiffness_factor)):
         faults.extend(_not_negative(f"damping.{name}", value))
@@ -78,6 +84,17 @@ def check_frame(structure: Structure) -> list[str]:
     return faults
 
 
+def _size_faults(structure: Structure) -> list[str]:
+    """Return a fault where the structure has more finite elements than can be computed with."""
+    beams = sum(isinstance(element, Beam) for element in structure.elements)
+    count = beams * max(structure.divisions, 1) + len(structure.elements) - beams
+    size, what = max((count, "finite elements"), (len(structure.nodes), "nodes"))
+    if size <= MOST_FINITE_ELEMENTS:
+        return []
+    of_divisions = f" with divisions = {structure.divisions}" if structure.divisions > 1 else ""
+    return [f"the structure has {size} {what}{of_divisions}; at most {MOST_FINITE_ELEMENTS} can be computed with"]
+
+
 def check_section(where: str, section: Section) -> list[str]:
     """Return faults of one section's properties."""
     faults = []
@@ -85,6 +102,8 @@ def check_section(where: str, section: Section) -> list[str]:
         value = getattr(section, name)
         if not (isfinite(value) and value > 0):
             faults.append(f"{where}: {name} = {value}; must be positive")
+        elif not SMALLEST_PROPERTY <= value <= LARGEST:
+            faults.append(f"{where}: {name} = {value:g}; expected {SMALLEST_PROPERTY:g} to {LARGEST:g}")
     for name in ("density", "second_moment"):
         faults.extend(_not_negative(f"{where}: {name}", getattr(section, name)))
     return faults
@@ -102,7 +121,7 @@ def check_item(structure: Structure, where: str, item: Item) -> list[str]:
     faults.extend(_direction_faults(structure, where, item))
     match item:
         case Beam() | Cable():
-            if not faults and structure.length(item) == 0:
+            if not faults and structure.length(item) < SHORTEST:
                 faults.append(f"{where}: has no length; nodes {nodes[0]} and {nodes[1]} lie on the same point")
             if isinstance(item, Beam) and item.section.second_moment == 0:
                 faults.append(f"{where}: a beam needs a second_moment above 0, section {item.section.name!r} has none")
@@ -160,7 +179,9 @@ def _direction_faults(
 
 
 def _not_negative(what: str, value: float) -> list[str]:
-    return [] if isfinite(value) and value >= 0 else [f"{what} = {value}; must not be negative"]
+    if not (isfinite(value) and value >= 0):
+        return [f"{what} = {value}; must not be negative"]
+    return [] if value <= LARGEST else [f"{what} = {value:g}; expected at most {LARGEST:g}"]
 
 
 def _repeated(what: str, names: Iterable[str]) -> list[str]:

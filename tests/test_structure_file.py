@@ -4,6 +4,7 @@ from dataclasses import replace
 from math import inf, nan, pi
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -103,14 +104,19 @@ def test_the_built_in_structures_come_back_equal(tmp_path: Path, structure: Stru
 
 
 positive = st.floats(1e-12, 1e12)
-names = st.text(min_size=1, max_size=8)
+names = st.text(st.characters(exclude_categories=["Cc", "Cs"]), min_size=1, max_size=8)
 directions = st.sampled_from(["x", "y", "rz"])
+
+
+def stand_apart(xs: list[float]) -> bool:
+    """Whether beams between these places have a length."""
+    return bool((np.diff(sorted(xs)) > 1e-6).all())
 
 
 @st.composite
 def structures(draw: st.DrawFn) -> Structure:
     """A clamped run of beams with anything attached to it."""
-    xs = draw(st.lists(st.floats(-1e6, 1e6), min_size=2, max_size=6, unique=True))
+    xs = draw(st.lists(st.floats(-1e6, 1e6), min_size=2, max_size=6).filter(stand_apart))
     count = len(xs)
     labels = draw(st.lists(names, min_size=2, max_size=2, unique=True))
     beam, wire = (Section(label, draw(positive), draw(positive), draw(positive), draw(positive)) for label in labels)
@@ -130,7 +136,7 @@ def structures(draw: st.DrawFn) -> Structure:
         dashpots=tuple(draw(st.lists(st.builds(Dashpot, place, directions, positive), max_size=3))),
         supports=(Support(1, ("x", "y", "rz")), Support(count, ("y",))),
         damping=draw(st.builds(Damping, positive, positive, st.lists(st.floats(0, 0.9), max_size=3).map(tuple))),
-        effects=tuple(draw(st.lists(st.builds(CubicSpring, place, directions, st.floats(-1e300, 1e300)), max_size=2))),
+        effects=tuple(draw(st.lists(st.builds(CubicSpring, place, directions, st.floats(-1e30, 1e30)), max_size=2))),
         divisions=draw(st.integers(1, 5)),
     )
 

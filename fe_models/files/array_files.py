@@ -3,7 +3,10 @@
 import struct
 import zlib
 from collections.abc import Mapping
+from contextlib import suppress
+from glob import escape
 from pathlib import Path
+from tokenize import TokenError
 from zipfile import BadZipFile
 
 import numpy as np
@@ -14,6 +17,7 @@ from fe_models.arrays import FloatArray
 from fe_models.errors import InputError
 from fe_models.files.matlab_files import load_mat
 from fe_models.files.numpy_files import load_npy, load_npz
+from fe_models.files.size_limit import NO_FILE, file_fault
 
 LOADERS = {".npz": load_npz, ".npy": load_npy, ".mat": load_mat}
 TEXT_SUFFIXES = (".csv", ".txt")
@@ -33,6 +37,9 @@ BROKEN_FILE = (
     MemoryError,
     zlib.error,
     struct.error,
+    RecursionError,
+    SyntaxError,
+    TokenError,
 )
 """What NumPy, SciPy and h5py raise on files that are truncated, corrupt or of another format."""
 
@@ -84,13 +91,16 @@ def check_exists(path: Path, suffixes: tuple[str, ...] = READABLE_SUFFIXES) -> N
     """Raise `InputError` unless ``path`` is a file of a readable kind."""
     if path.suffix.lower() not in suffixes:
         raise InputError(f"{path}: unknown kind of file {path.suffix!r}; expected {', '.join(suffixes)}")
-    if not path.is_file():
-        raise InputError(f"{path}: {'is a folder' if path.is_dir() else 'no such file'}{_neighbours(path)}")
+    fault = file_fault(path)
+    if fault:
+        raise InputError(f"{path}: {fault}{_neighbours(path) if fault == NO_FILE else ''}")
 
 
 def _neighbours(path: Path) -> str:
     """Return a hint with the files of that kind that are there instead."""
-    names = sorted(other.name for other in path.parent.glob(f"*{path.suffix}")) if path.parent.is_dir() else []
+    names = list[str]()
+    with suppress(OSError, ValueError):
+        names = sorted(other.name for other in path.parent.glob(f"*{escape(path.suffix)}"))
     return f"; the folder has {', '.join(names[:5])}{', ...' if len(names) > 5 else ''}" if names else ""
 
 

@@ -1,10 +1,11 @@
 """Which files a run reads, as named by a dataset or model file before it is checked."""
 
-import tomllib
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+
+from fe_models.errors import InputError
+from fe_models.files.tables import Table, read_toml
 
 
 def files_read(*paths: Path) -> tuple[Path, ...]:
@@ -19,14 +20,14 @@ def files_read(*paths: Path) -> tuple[Path, ...]:
         if path in found:
             continue
         found[path] = None
-        if path in paths or path.suffix == ".toml":
+        if path in paths or path.suffix.lower() == ".toml":
             waiting += [path.parent / text for text in _texts(_document(path)) if _is_file(path.parent, text)]
     return tuple(found)
 
 
-def _document(path: Path) -> dict[str, Any]:
-    with suppress(OSError, ValueError), path.open("rb") as file:
-        return tomllib.load(file)
+def _document(path: Path) -> Table:
+    with suppress(InputError):
+        return read_toml(path)
     return {}
 
 
@@ -39,6 +40,6 @@ def _texts(content: object) -> Iterator[str]:
 
 
 def _is_file(folder: Path, text: str) -> bool:
-    with suppress(OSError):  # of texts that are no path, such as one too long
+    with suppress(OSError, ValueError):  # of texts that are no path, such as one too long, or with a NUL
         return (folder / text).is_file()
     return False

@@ -40,13 +40,14 @@ from fe_models.arrays import FloatArray, IntArray
 from fe_models.errors import InputError, noting, raise_faults
 from fe_models.files.matrices_file import load_linear_model
 from fe_models.files.matrix_parts import Dof, MatrixParts, assemble_model
-from fe_models.files.size_limit import check_values
+from fe_models.files.size_limit import check_values, require_file
 from fe_models.files.structure_parts import read_effects
 from fe_models.files.tables import Table, check_keys, read_list, read_table
 from fe_models.files.text_table import open_table
 from fe_models.linear import LinearModel, MatrixGroup
 from fe_models.matrix_effects import model_with_effects
 
+LONGEST_NUMBER = 15  # digits of a node's number
 NUMBERS_AN_ENTRY = 3  # of a sparse matrix: value, row and column
 
 
@@ -150,12 +151,11 @@ def _groups(
 
 
 def _load_matrix(path: Path) -> csr_array:
+    require_file(path)
     try:
         rows, columns, entries, form, *_ = mminfo(path)
         check_values(NUMBERS_AN_ENTRY * entries if form == "coordinate" else rows * columns, path)
         matrix = mmread(path)
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file") from None
     except InputError:
         raise
     except (ValueError, OverflowError, OSError) as error:
@@ -177,7 +177,7 @@ def _load_lines(path: Path) -> IntArray:
     if not {"first", "last"} <= set(table.header):
         raise InputError(f"{path}: expected the columns first,last, found {','.join(table.header)}")
     values = table.numbers([table.header.index("first"), table.header.index("last")])
-    if (values != values.round()).any():
+    if not np.isfinite(values).all() or (values != values.round()).any():
         raise InputError(f"{path}: holds numbers that are no numbers of nodes")
     return values.astype("int64")
 
@@ -189,9 +189,13 @@ def _load_dofs(path: Path) -> list[Dof]:
     node_column, direction_column = table.header.index("node"), table.header.index("direction")
     cells = [(line, row[node_column], row[direction_column]) for line, row in table.rows()]
     raise_faults(
-        f"{path}: line {line}: {node!r} is not a node number" for line, node, _ in cells if not node.isdecimal()
+        f"{path}: line {line}: {node!r} is not a node number" for line, node, _ in cells if not _is_number(node)
     )
     return [(int(node), direction) for _, node, direction in cells]
+
+
+def _is_number(node: str) -> bool:
+    return node.isdecimal() and len(node) <= LONGEST_NUMBER
 
 
 def _check_schema(schema: Literal[1]) -> None:

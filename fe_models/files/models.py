@@ -24,9 +24,9 @@ def load_model(spec: str, folder: Path = Path()) -> Structure | LinearModel:
     if spec in BUILT_IN:
         return BUILT_IN[spec]()
     path = folder / spec
-    if path.suffix == ".npz":
+    if path.suffix.lower() == ".npz":
         return load_linear_model(path)
-    if path.suffix != ".toml":
+    if path.suffix.lower() != ".toml":
         hint = did_you_mean(spec, BUILT_IN)
         raise InputError(f"model {spec!r} is unknown{hint}; or give a .toml or .npz file")
     document = read_toml(path)

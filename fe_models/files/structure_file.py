@@ -42,7 +42,6 @@ harmonic_force (node, direction, amplitude, frequency; phase). What follows a se
 force and ratio one stands for all places, or a list holds one for each.
 """
 
-import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -51,10 +50,10 @@ from typing import Any, Literal, TypeVar
 from fe_models.causes import Effect
 from fe_models.causes.base import words
 from fe_models.causes.laws import effects_of
-from fe_models.errors import InputError, raise_faults
+from fe_models.errors import raise_faults
 from fe_models.files.atomic import write_text
 from fe_models.files.structure_parts import read_all, read_effects, read_elements, read_nodes
-from fe_models.files.tables import Table, at, check_keys, read_table, read_toml, read_value
+from fe_models.files.tables import Table, at, check_keys, parse_toml, read_table, read_toml, read_value
 from fe_models.files.toml_text import toml_text
 from fe_models.sections import Section
 from fe_models.structure import (
@@ -108,11 +107,7 @@ def structure_text(structure: Structure) -> str:
 
 def structure_from_text(text: str, file_name: str) -> Structure:
     """Return the structure that the text of a file describes; ``file_name`` is for messages."""
-    try:
-        document = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{file_name}: holds a structure that cannot be read ({error})") from None
-    return parse_structure(document, file_name)
+    return parse_structure(parse_toml(text, file_name), file_name)
 
 
 def parse_structure(document: Table, file_name: str) -> Structure:

@@ -12,31 +12,51 @@ from difflib import get_close_matches
 from functools import cache
 from pathlib import Path
 from types import NoneType, UnionType
-from typing import Any, Literal, TypeVar, Union, get_args, get_origin
+from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 
+from annotated_types import Interval
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
 from fe_models.errors import InputError
+from fe_models.files.size_limit import require_file
+from fe_models.value_limits import DEEPEST, DOTTED_KEY, MOST_BYTES, MOST_ITEMS, depth_of, value_fault
 
 T = TypeVar("T")
 Table = dict[str, Any]
 MAX_VALUE_CHARACTERS = 60
+MOST_COMPARED = 100  # known words among which a near one is looked for: it takes a millisecond each
+MOST_NAMES = 12  # of those that are known, in a hint
+LONGEST_NAME = 60  # characters of a word for which a near one is looked for
+TOO_DEEP = f"not valid TOML: nested too deeply, at most {DEEPEST} tables or lists may stand within each other"
 
 
 def read_toml(path: Path) -> Table:
-    """Return the content of a TOML file; `InputError` names the line of a syntax error."""
+    """Return the content of a TOML file; `InputError` names the line of a syntax error, or the limit that it breaks."""
+    require_file(path)
+    size = path.stat().st_size
+    if size > MOST_BYTES:
+        raise InputError(f"{path}: has {size:.3g} bytes; a file of this kind has at most {MOST_BYTES:.3g}")
     try:
-        return tomllib.loads(path.read_bytes().decode())
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file") from None
+        return parse_toml(path.read_bytes().decode("utf-8-sig"), path.name)
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from None
     except UnicodeDecodeError as error:
         raise InputError(f"{path.name}: not UTF-8 text (byte {error.start}); save it as UTF-8") from None
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{path.name}: not valid TOML: {error}") from None
+
+
+def parse_toml(text: str, file_name: str) -> Table:
+    """Return the content of a TOML document; ``file_name`` is for messages."""
+    if DOTTED_KEY.search(text):
+        raise InputError(f"{file_name}: {TOO_DEEP}")
+    try:
+        document = tomllib.loads(text)
     except RecursionError:
-        raise InputError(f"{path.name}: not valid TOML: nested too deeply") from None
+        raise InputError(f"{file_name}: {TOO_DEEP}") from None
+    except ValueError as error:  # also of an integer of thousands of digits
+        raise InputError(f"{file_name}: not valid TOML: {error}") from None
+    if depth_of(document) > DEEPEST:
+        raise InputError(f"{file_name}: {TOO_DEEP}")
+    return document
 
 
 def read_table(
@@ -79,10 +99,15 @@ def read_table(
 def read_value(annotation: Any, value: object, where: str, faults: list[str]) -> Any:
     """Return ``value`` as ``annotation`` asks (lists as tuples); NaN, infinity, and booleans for numbers are faults."""
     try:
-        return _adapter(annotation).validate_json(json.dumps(value))
+        read = _adapter(annotation).validate_json(json.dumps(value))
     except (ValidationError, TypeError):  # TypeError: TOML dates, which JSON lacks
         faults.append(f"{where}: expected {describe(annotation)}, found {show(value)}")
         return None
+    fault = value_fault(value)
+    if fault:
+        faults.append(f"{where}: {fault}")
+        return None
+    return read
 
 
 def read_list(table: Table, key: str, where: str, faults: list[str]) -> list[tuple[str, Any]]:
@@ -90,6 +115,9 @@ def read_list(table: Table, key: str, where: str, faults: list[str]) -> list[tup
     items = table.get(key, [])
     if not isinstance(items, list):
         faults.append(f"{at(where, key)}: expected a list, found {show(items)}")
+        return []
+    if len(items) > MOST_ITEMS:
+        faults.append(f"{at(where, key)}: has {len(items)} items; at most {MOST_ITEMS} are read")
         return []
     return [(f"{at(where, key)}[{number}]", item) for number, item in enumerate(items, start=1)]
 
@@ -105,8 +133,12 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
     names = list(known)
     if not names:
         return "; there is none"
-    near = get_close_matches(word, names, n=1)
-    return f"; did you mean {near[0]!r}?" if near else f"; expected one of {', '.join(names)}"
+    known_words = names if len(names) <= MOST_COMPARED and len(word) <= LONGEST_NAME else []
+    near = get_close_matches(word, known_words, n=1)
+    if near:
+        return f"; did you mean {near[0]!r}?"
+    more = f", ... ({len(names)} in all)" if len(names) > MOST_NAMES else ""
+    return f"; expected one of {', '.join(names[:MOST_NAMES])}{more}"
 
 
 def at(where: str, key: str) -> str:
@@ -124,6 +156,9 @@ def describe(annotation: Any) -> str:
     """Return an annotation in words: ``tuple[float, ...]`` is "[number, ...]"."""
     arguments = [argument for argument in get_args(annotation) if argument is not NoneType]
     origin = get_origin(annotation)
+    if origin is Annotated:
+        ranges = [f" from {part.ge:.6g} to {part.le:.6g}" for part in arguments[1:] if isinstance(part, Interval)]
+        return describe(arguments[0]) + "".join(ranges)
     if origin in (Union, UnionType):
         return " or ".join(describe(argument) for argument in arguments)
     if origin is Literal:

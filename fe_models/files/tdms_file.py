@@ -25,7 +25,7 @@ def tdms_columns(path: Path) -> NamedColumns:
 
     check_bytes(path.stat().st_size, path)
     try:
-        with TdmsFile.open(path) as file:
+        with path.open("rb") as content, TdmsFile.open(content) as file:  # nptdms leaves open what it cannot read
             cut_off = file.file_status.incomplete_final_segment
             channels = [each for group in file.groups() for each in group.channels() if each.dtype.kind in "iuf"]
             found = [(each.group_name, each.name, dict(each.properties), len(each)) for each in channels]
@@ -38,13 +38,16 @@ def tdms_columns(path: Path) -> NamedColumns:
     _check_alike(found, path)
     check_values(found[0][3] * len(found), path)
     repeated = Counter(name for _, name, *_ in found)
-    steps = [properties[STEP] for _, _, properties, _ in found if properties.get(STEP)]
+    steps = [_step(properties) for _, _, properties, _ in found if _step(properties)]
     longer = [f"{group}/{name}" for group, name, *_ in found]
 
     def read(columns: Sequence[int]) -> FloatArray:
-        with TdmsFile.open(path) as file:
-            chosen = [file[found[column][0]][found[column][1]] for column in columns]
-            return np.stack([np.asarray(channel[:], dtype=float) for channel in chosen], axis=1)
+        try:
+            with path.open("rb") as content, TdmsFile.open(content) as file:
+                chosen = [file[found[column][0]][found[column][1]] for column in columns]
+                return np.stack([np.asarray(channel[:], dtype=float) for channel in chosen], axis=1)
+        except Exception as error:  # as above
+            raise InputError(f"{path}: not a readable TDMS file ({error})") from None
 
     return NamedColumns(
         path,
@@ -52,7 +55,7 @@ def tdms_columns(path: Path) -> NamedColumns:
         tuple(_unit(properties) for _, _, properties, _ in found),
         read,
         tuple((more,) if repeated[name] == 1 else (name,) for (_, name, *_), more in zip(found, longer, strict=True)),
-        1 / float(steps[0]) if steps else None,
+        1 / steps[0] if steps else None,
     )
 
 
@@ -60,12 +63,18 @@ def _unit(properties: dict[str, object]) -> str:
     return next((str(properties[key]) for key in UNITS if properties.get(key)), "")
 
 
+def _step(properties: dict[str, object]) -> float:
+    """Return the time step (s) in the properties of a channel, 0 where there is none that can be one."""
+    step = properties.get(STEP)
+    return float(step) if isinstance(step, int | float) and 0 < step < np.inf else 0.0
+
+
 def _check_alike(found: list[tuple[str, str, dict[str, object], int]], path: Path) -> None:
     _, first, properties, length = found[0]
-    step = properties.get(STEP) or 0.0
+    step = _step(properties)
     for _, name, other, samples in found:
-        own = other.get(STEP) or 0.0
-        if samples != length or not np.isclose(float(own), float(step), rtol=SAME_STEP):  # type: ignore[arg-type]
+        own = _step(other)
+        if samples != length or not np.isclose(own, step, rtol=SAME_STEP):
             raise InputError(
                 f"{path}: channels differ in length or rate: {first!r} has {length} samples with a step of {step:g} s,"
                 f" {name!r} {samples} with {own:g} s: export those of one rate to a file of their own"

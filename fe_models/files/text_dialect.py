@@ -13,6 +13,7 @@ from itertools import pairwise
 from pathlib import Path
 
 from fe_models.errors import InputError
+from fe_models.files.size_limit import require_file
 from fe_models.files.unit_words import known_unit
 
 HEAD_BYTES = 2**16  # from which a layout is guessed: a thousand lines of most loggers
@@ -96,6 +97,7 @@ def filled(row: Sequence[str]) -> int:
 
 def _head(path: Path) -> tuple[str, str]:
     """Return the encoding of a file and the text of its first lines, all of them whole."""
+    require_file(path)
     try:
         with path.open("rb") as file:
             head = file.read(HEAD_BYTES)
