@@ -2,31 +2,42 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any, Literal, get_args
+from typing import Annotated, Any, Literal, get_args, get_type_hints
+
+from annotated_types import Interval
 
 from fe_models.errors import raise_faults
-from fe_models.files.tables import did_you_mean
+from fe_models.files.tables import did_you_mean, read_value
 
 PresetName = Literal["default", "paper", "places", "experts"]
 EncoderKind = Literal["window", "paper", "map"]
 ResidualKind = Literal["free", "backbone", "places"]
 IntegratorKind = Literal["propagator", "rk4", "dopri5"]
+Width = Annotated[int, Interval(ge=1, le=4096)]  # of a layer: 64 MB of weights between two of the widest
+Samples = Annotated[int, Interval(ge=1, le=1_000_000)]
+Count = Annotated[int, Interval(ge=1, le=1_000_000)]
+FewCount = Annotated[int, Interval(ge=1, le=1000)]
+Threads = Annotated[int, Interval(ge=1, le=256)]
+Rate = Annotated[float, Interval(ge=1e-8, le=1e6)]
+Share = Annotated[float, Interval(ge=1e-6, le=1e3)]
+Weight = Annotated[float, Interval(ge=0.0, le=1e6)]
+Seed = Annotated[int, Interval(ge=0, le=2**32 - 1)]
 
 
 @dataclass(frozen=True)
 class ModelConfig:
     """Sizes of the Neural Modal ODE."""
 
-    modes: int = 10  # the bridge's first ten lie below its low-pass of 30 Hz; fewer where the model has fewer
+    modes: FewCount = 10  # the bridge's first ten lie below its low-pass of 30 Hz; fewer where the model has fewer
     encoder: EncoderKind = "window"  # linear in all samples; "paper": MLP and RNN; "map": solves for the state itself
     residual: ResidualKind = "free"  # NN(z); "backbone": and curves over size; "places": at a chain's parts
-    encoder_samples: int = 10  # n_t of the paper
-    encoder_hidden: int = 128  # width of the MLP (2 layers) of the paper's encoder
-    rnn_hidden: int = 128  # of the paper's encoder: 32 for the chain, 128 for the bridge
-    net_hidden: int = 64  # width of NN(z) (2 layers), or of each place's net (1 layer); the paper has 128
+    encoder_samples: Annotated[int, Interval(ge=2, le=10_000)] = 10  # n_t of the paper
+    encoder_hidden: Width = 128  # width of the MLP (2 layers) of the paper's encoder
+    rnn_hidden: Width = 128  # of the paper's encoder: 32 for the chain, 128 for the bridge
+    net_hidden: Width = 64  # width of NN(z) (2 layers), or of each place's net (1 layer); the paper has 128
     zero_at_rest: bool = True  # the net exerts no force on a structure at rest; the paper leaves it free
     integrator: IntegratorKind = "propagator"
-    substeps: int = 1  # of the propagator, a sample; more where an effect of the structure needs them
+    substeps: FewCount = 1  # of the propagator, a sample; more where an effect of the structure needs them
     experts: bool = False  # one model a training recording, weighed by a window's first samples, instead of one of all
 
 
@@ -35,16 +46,16 @@ class TrainingConfig:
     """How the model is trained."""
 
     calibrate: bool = True  # start the learned rest at the linear model that least squares finds in seconds
-    window: int | None = None  # samples a window; None: 500, as in the paper, or fewer where recordings are short
-    stride: int = 20  # samples between the starts of windows, as in the paper
-    epochs: int = 20
-    batch: int = 16  # as in the paper
-    learning_rate: float = 1e-3
-    first_horizon: int = 100  # samples forecast in the first epoch; grows to the whole window by half of the epochs
-    noise_std: float = 0.1  # standard deviation of the Gaussian likelihood, relative to each window's channels
-    kl_weight: float = 1.0
-    seed: int = 0
-    threads: int = 1  # matrices this small gain little from two, and lose much where the cores are busy
+    window: Samples | None = None  # samples a window; None: 500, as in the paper, or fewer where recordings are short
+    stride: Samples = 20  # samples between the starts of windows, as in the paper
+    epochs: Count = 20
+    batch: Count = 16  # as in the paper
+    learning_rate: Rate = 1e-3
+    first_horizon: Samples = 100  # samples forecast in the first epoch; grows to the whole window by half of the epochs
+    noise_std: Share = 0.1  # standard deviation of the Gaussian likelihood, relative to each window's channels
+    kl_weight: Weight = 1.0
+    seed: Seed = 0
+    threads: Threads = 1  # matrices this small gain little from two, and lose much where the cores are busy
 
 
 @dataclass(frozen=True)
@@ -113,7 +124,16 @@ def configuration(preset: PresetName, structure_name: str, options: Mapping[str,
         replace(getattr(chosen, part), **{name: value for name, value in given.items() if parts[name] == part})
         for part in ("model", "training")
     )
+    raise_faults([*range_faults(model), *range_faults(training)])
     return Config(model, training)
+
+
+def range_faults(part: ModelConfig | TrainingConfig) -> list[str]:
+    """Return a fault for each value that is not of the kind, or not in the range, that its field allows."""
+    faults = list[str]()
+    for name, annotation in get_type_hints(type(part), include_extras=True).items():
+        read_value(annotation, getattr(part, name), name, faults)
+    return faults
 
 
 def _unknown(what: str, name: str, known: Iterable[str]) -> str:

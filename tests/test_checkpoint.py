@@ -18,7 +18,8 @@ from fe_models.recordings import Dataset
 from hybrid.config import Config, ModelConfig, paper_preset
 from hybrid.estimation.forecast import forecast_windows
 from hybrid.estimation.windows import cut_all
-from hybrid.training.checkpoint import FORMAT, Checkpoint, load_checkpoint, save_checkpoint
+from hybrid.training.checkpoint import Checkpoint, load_checkpoint, save_checkpoint
+from hybrid.training.checkpoint_content import FORMAT
 from hybrid.training.run import begin
 from tests.hybrid_problems import MASS, STIFFNESS, TINY, chain_dataset, learned, same
 
@@ -168,11 +169,12 @@ def test_an_older_checkpoint_stays_until_the_new_one_is_whole(
     save_checkpoint(checkpoint, path)
     before = path.read_bytes()
 
-    def interrupted(content: object, target: Path) -> None:
-        target.write_bytes(b"half of it")
+    def interrupted(target: Path, content: bytes) -> None:
+        with target.open("wb") as file:
+            file.write(content[: len(content) // 2])
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(torch, "save", interrupted)
+    monkeypatch.setattr(Path, "write_bytes", interrupted)
     with pytest.raises(KeyboardInterrupt):
         save_checkpoint(checkpoint, path)
     assert path.read_bytes() == before

@@ -20,9 +20,9 @@ from hybrid.config import Config
 from hybrid.estimation.forecast import Forecast
 from hybrid.estimation.uncertainty import BandedForecast
 from hybrid.training import results
-from hybrid.training.checkpoint import Origin
 from hybrid.training.forecast_comparison import Comparison, compare, field_scores
 from hybrid.training.gradient_training import TrainingDivergedError
+from hybrid.training.origin import Origin
 from hybrid.training.results import fe_initial_state, prediction_of, write_results
 from hybrid.training.run import CHECKPOINT, PARTIAL_CHECKPOINT, Run, begin, resume
 from tests.hybrid_problems import (

@@ -22,10 +22,11 @@ from hybrid.estimation.uncertainty import set_relative_error
 from hybrid.estimation.windows import cut_field
 from hybrid.figures import channel_labels, draw_channels, draw_curves, draw_latent, draw_loop
 from hybrid.neural_modal_ode.driving import Driving
-from hybrid.training.checkpoint import Origin, save_checkpoint
+from hybrid.training.checkpoint import save_checkpoint
 from hybrid.training.evaluation import score_table
 from hybrid.training.expert_training import ExpertsTrainer
 from hybrid.training.forecast_comparison import Comparison, band_scores, compare, field_scores, forecast_recordings
+from hybrid.training.origin import Origin
 from hybrid.training.run import CHECKPOINT, LOOP, METRICS, Run, results_in
 from hybrid.training.sensing import sensed, sensing_scores
 from hybrid.training.trainable import trainable

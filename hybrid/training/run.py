@@ -30,9 +30,10 @@ from hybrid.known_loads.modal_input import modal_input
 from hybrid.neural_modal_ode.driving import Driving
 from hybrid.neural_modal_ode.model import NeuralModalODE
 from hybrid.result_sets import PAGE
-from hybrid.training.checkpoint import Checkpoint, Origin, load_checkpoint, require_own, save_checkpoint
+from hybrid.training.checkpoint import Checkpoint, load_checkpoint, require_own, save_checkpoint
 from hybrid.training.expert_preparation import prepare_experts
 from hybrid.training.gradient_training import EpochResult
+from hybrid.training.origin import Origin
 from hybrid.training.preparation import Prepared, prepare
 from hybrid.training.trainable import trainable
 from hybrid.training.trainers import AnyTrainer, trainer_for
@@ -47,7 +48,12 @@ CURVES = ("training.png", "channels.png", "latent.png", "displacement.png", LOOP
 def metrics_in(folder: Path) -> dict[str, Any]:
     """Return the scores that a training left in ``folder``; empty where there are none."""
     metrics = folder / METRICS
-    return dict(json.loads(metrics.read_text(encoding="utf-8"))) if metrics.is_file() else {}
+    if not metrics.is_file():
+        return {}
+    try:
+        return dict(json.loads(metrics.read_text(encoding="utf-8")))
+    except (OSError, ValueError, TypeError, RecursionError):
+        raise InputError(f"{metrics}: cannot be read as scores; train again, or remove it") from None
 
 
 @dataclass
